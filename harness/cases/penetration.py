@@ -243,7 +243,12 @@ def values_of(p: Penetration) -> dict[str, Value]:
     derived = {"settle_time", "duration"}
     values: dict[str, Value] = {n: v for n, v in dict(p).items() if n not in derived}
     more = {"settle_steps": p.settle_steps, "steps": p.steps, "series_every": p.every}
-    box = {"bed": "lattice", "places": "none", "length": p.box.length, "width": p.box.width}
+    box: dict[str, Value] = {
+        "bed": "lattice",
+        "places": "none",
+        "length": p.box.length,
+        "width": p.box.width,
+    }
     if p.places:
         try:
             check_start(p)

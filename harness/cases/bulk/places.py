@@ -68,7 +68,7 @@ def read_places(source: str, radius: float, box: Box) -> Floats:
             f"be radius = {radius:g} m"
         )
     corner = (box.middle[0] - box.length / 2, box.middle[1] - box.width / 2, box.floor)
-    places = rows[:, 1:] - np.array(corner)
+    places: Floats = rows[:, 1:] - np.array(corner)
     _check_walls(source, places, radius, box)
     _check_overlaps(source, places, radius)
     places.flags.writeable = False
@@ -155,8 +155,7 @@ def data_file(places: Floats, radius: float, density: float, box: Box, top: floa
     path = folder / name
     if not path.exists():
         make_private(folder)
-        part = tempfile.NamedTemporaryFile("w", dir=folder, delete=False, encoding="utf-8")
-        with part:
+        with tempfile.NamedTemporaryFile("w", dir=folder, delete=False, encoding="utf-8") as part:
             part.write(text)
         Path(part.name).replace(path)
     return path.absolute()
