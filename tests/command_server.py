@@ -36,6 +36,7 @@ class CommandServer:
     def __init__(self):
         self._started_in = self._at_start(os.environ)
         self._folder = tempfile.TemporaryDirectory(prefix="commands-")
+        self._unread = b""
         self._process = subprocess.Popen(
             [sys.executable, __file__],
             stdin=subprocess.PIPE,
@@ -74,9 +75,17 @@ class CommandServer:
         return subprocess.CompletedProcess(words, status, *said)
 
     def _answer(self, seconds):
-        if not select.select([self._process.stdout], [], [], seconds)[0]:
-            raise TimeoutError
-        return int(self._process.stdout.readline())
+        # a command that ends at once answers twice before it is read: a buffer that select does
+        # not see would hide the second line
+        stream = self._process.stdout.fileno()
+        while b"\n" not in self._unread:
+            if not select.select([stream], [], [], seconds)[0]:
+                raise TimeoutError
+            if not (piece := os.read(stream, 4096)):
+                raise EOFError("the command server has ended")
+            self._unread += piece
+        line, _, self._unread = self._unread.partition(b"\n")
+        return int(line)
 
     def close(self):
         """End the server and remove its folder."""
