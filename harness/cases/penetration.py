@@ -24,7 +24,12 @@ from harness.comparison.verification import Findings
 from harness.engines.border import engine_seconds
 from harness.engines.contract import Engine, Job, Output, Template, Value
 from harness.engines.traits import Traits
-from harness.errors import EngineError, EngineLostAtomsError, EngineOutputError, RequestError
+from harness.errors import (
+    CombinationError,
+    EngineError,
+    EngineLostAtomsError,
+    EngineOutputError,
+)
 from harness.parameters.allowed import allowed_in
 from harness.parameters.base import Parameters
 from harness.report.sections import Section
@@ -229,10 +234,10 @@ class Penetration(Parameters):
 
 
 def check_start(p: Penetration) -> None:
-    """Raise ValueError where the sphere starts within the bed; reads the file of places."""
+    """Raise CombinationError where the sphere starts within the bed; reads the file of places."""
     lowest = p.bed_top + p.steel_radius
     if p.start_height < lowest:
-        raise ValueError(
+        raise CombinationError(
             f"start_height = {p.start_height:g} m: the sphere overlaps the grains at the "
             f"start; must be at least {lowest:.4g}"
         )
@@ -250,10 +255,7 @@ def values_of(p: Penetration) -> dict[str, Value]:
         "width": p.box.width,
     }
     if p.places:
-        try:
-            check_start(p)
-        except ValueError as error:
-            raise RequestError(str(error)) from None
+        check_start(p)
         top = p.bed_top + 2.0 * (p.start_height + p.steel_radius)
         path = data_file(p.bed, p.radius, p.density, p.box, top)
         box |= {"bed": "file", "places": str(path)}
