@@ -70,7 +70,7 @@ def upstream(
                 f"{outcome.test}, {outcome.release}: recorded {record['recorded']}, "
                 f"law {record['law']} ({outcome.law_difference:.2g}): {why}"
             )
-    for release, text in runs.told().items():
+    for release, text in runs.summary().items():
         print_line(f"{release}: {text}")
     if output is not None:
         print(f"report: {output / 'report.md'}")

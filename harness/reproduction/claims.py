@@ -1,9 +1,6 @@
 """The ledger: what a publication states, what we compute, and whether it holds.
 
-How numbers of a run are told: rounded, bounded, put into formulas and sentences.
-
-What the source says: ``source.toml`` as frozen objects, in the order of the publication.
-
+``source.toml`` is read into frozen objects, in the order of the publication.
 Every status follows from numbers of the run. Three of them meet in a row:
 *printed*, what the statement gives when taken as it stands; *found*, the same
 quantity by an independent route; *corrected*, the statement with one named
@@ -62,7 +59,7 @@ def evaluated(formula: str, numbers: Mapping[str, Any]) -> Any:
     return eval(formula, {"__builtins__": {}, **_FUNCTIONS, **numbers})
 
 
-def told(sentence: str, numbers: Mapping[str, Any]) -> str:
+def fill_in(sentence: str, numbers: Mapping[str, Any]) -> str:
     """Put numbers into a sentence of ``source.toml``: ``{x:.3f}``, of a list one by one.
 
     What stands in the braces is a formula; ``{x:bound}`` is what :func:`bounded` says.
@@ -72,13 +69,11 @@ def told(sentence: str, numbers: Mapping[str, Any]) -> str:
 
 class _Sentences(string.Formatter):
     def get_field(self, field_name: str, _: Any, kwargs: Any) -> Any:
-        """Return the value of what stands in the braces."""
         return evaluated(field_name, kwargs), field_name
 
     def format_field(self, value: Any, format_spec: str) -> str:
-        """Return a number, or several with commas between them."""
         if isinstance(value, (list, tuple, np.ndarray)):
-            return ", ".join(self.format_field(one, format_spec) for one in value)
+            return ", ".join(self.format_field(item, format_spec) for item in value)
         return bounded(value) if format_spec == "bound" else format(value, format_spec)
 
 
@@ -240,27 +235,27 @@ def compare(
     corrected = named.corrected(**numbers) if corrected is None else corrected
     width = named.tolerance if tolerance is None else tolerance
     right = np.ravel(np.asarray(found, float))
-    stated, other = (
+    as_printed, other = (
         np.broadcast_to(np.ravel(np.asarray(values, float)), right.shape)
         for values in (printed, corrected)
     )
-    off = np.nan_to_num(np.abs(stated - right), nan=math.inf)
+    off = np.nan_to_num(np.abs(as_printed - right), nan=math.inf)
     repaired = bool(np.all(np.abs(other - right) <= width))
     holds = bool(off.max() <= width)
     at = right.size // 2 if holds else int(np.argmax(off >= off.max() * (1 - ROUND_OFF)))
     largest = ""
     if np.ndim(found):
         largest = f"; {_largest(off, other - right, width, named.unit)}"
-        stated = np.where(np.abs(stated) < 1e-14 * np.abs(right).max(), 0.0, stated)
+        as_printed = np.where(np.abs(as_printed) < 1e-14 * np.abs(right).max(), 0.0, as_printed)
         other = other if repaired else np.full_like(right, math.nan)
-    shown: dict[str, Any] = {
-        "printed": float(stated[at]),
+    at_sample: dict[str, Any] = {
+        "printed": float(as_printed[at]),
         "found": float(right[at]),
         "corrected": float(other[at]),
     }
     numbers |= {"samples": right.size}
-    row = claim(named, holds=holds, corrected_holds=repaired, **shown, **numbers)
-    return replace(row, computed=row.computed + largest, tolerance=width, **shown)
+    row = claim(named, holds=holds, corrected_holds=repaired, **at_sample, **numbers)
+    return replace(row, computed=row.computed + largest, tolerance=width, **at_sample)
 
 
 def _largest(printed: Floats, corrected: Floats, width: float, unit: str) -> str:
@@ -268,12 +263,12 @@ def _largest(printed: Floats, corrected: Floats, width: float, unit: str) -> str
     bound = f"less than {width:.0e}"
     most = float(printed.max())
     # rounded first: what lies between two digits would be told this way here, that way there
-    said = f"off by {bound}" if most <= width else f"off by at most {rounded(most):.1e}"
-    said += "" if unit == "1" else f" {unit}"
+    text = f"off by {bound}" if most <= width else f"off by at most {rounded(most):.1e}"
+    text += "" if unit == "1" else f" {unit}"
     if not np.isfinite(corrected).all():
-        return said
+        return text
     most = float(np.abs(corrected).max())
-    return f"{said} as printed, {bound if most <= width else f'{rounded(most):.1e}'} corrected"
+    return f"{text} as printed, {bound if most <= width else f'{rounded(most):.1e}'} corrected"
 
 
 def claim(
@@ -299,11 +294,11 @@ def claim(
     if holds:
         status, correction = ClaimStatus.REPRODUCED, ""
     elif correction is None:
-        correction = told(named.correction, numbers)
+        correction = fill_in(named.correction, numbers)
     return Statement(
         named,
         status,
-        told(named.finds, numbers),
+        fill_in(named.finds, numbers),
         correction,
         named.evidence if evidence is None else evidence,
         why=named.why,
@@ -330,18 +325,24 @@ def claim_of_facts(
     remark.
     """
     named = named_source(source)
-    every = [(bool(evaluated(test, numbers)), told(said, numbers)) for test, said in named.facts]
+    every = [
+        (bool(evaluated(test, numbers)), fill_in(sentence, numbers))
+        for test, sentence in named.facts
+    ]
     every += facts
     right, wrong = (
         "; ".join(text for held, text in every if bool(held) is side) for side in (True, False)
     )
-    said = [f"Agrees: {right}." if right else "", f"Does not agree: {wrong}." if wrong else ""]
+    paragraphs = [
+        f"Agrees: {right}." if right else "",
+        f"Does not agree: {wrong}." if wrong else "",
+    ]
     return claim(
         named,
         holds=not wrong if holds is None and not named.holds else holds,
         corrected_holds=corrected_holds,
         correction=correction,
-        facts=" ".join(filter(None, said)),
+        facts=" ".join(filter(None, paragraphs)),
         **numbers,
     )
 
@@ -354,7 +355,7 @@ def untestable(
     What was computed all the same is the source's sentence, with its ``numbers`` if there are any.
     """
     named = named_source(source)
-    computed = told(named.finds, numbers) if numbers else computed
+    computed = fill_in(named.finds, numbers) if numbers else computed
     reason = why or named.untestable or named.why
     return Statement(named, ClaimStatus.UNTESTABLE, computed, why=reason)
 
@@ -424,6 +425,5 @@ def ledger_differences(first: pd.DataFrame, second: pd.DataFrame) -> list[str]:
 
 
 def _numbers(row: pd.Series[Any]) -> dict[str, Row]:
-    """Return the numbers of a statement; what is none is NaN."""
     numbers = pd.to_numeric(row[[*NUMBERS]], errors="coerce")
     return by_name(*(Row(name, float(numbers[name]), math.nan, "") for name in NUMBERS))

@@ -1,14 +1,6 @@
-"""What the figures of the source over height and speed are drawn from, recomputed.
+"""The data of the source's figures over height, speed and time, recomputed, and whether each holds.
 
-What the figures of the source are drawn from, recomputed, and whether each holds.
-
-Figures 6 and 7: free chains of two and three particles, and the error of their peak.
-
-Figures 1, 10, 11 and 13: impulse ratio and critical angle against height.
-
-Figures 15 and 16: the two windows over which the source sums up the impulse.
-
-Figure 4: the speed of the grain a little below and above the critical angle.
+Figures 1, 4, 6, 7, 10, 11, 13, 15 and 16.
 """
 
 from __future__ import annotations
@@ -78,7 +70,7 @@ def two_and_three_particles() -> tuple[tuple[TowerRun, ...], Statement]:
     return runs, claim_of_facts(
         "fig-6",
         speed=two.tower.speed,
-        left=float(abs(two.final_velocity[0])),
+        final=float(abs(two.final_velocity[0])),
         back=three.final_velocity[0],
         joins=joins,
         apart=float(np.abs(deformations[before, 0] - deformations[before, 1]).max()),
@@ -204,13 +196,12 @@ def energy_scaling() -> tuple[pd.DataFrame, Statement]:
 def _row(
     key: str, runs: list[HeightCurve], unit: str, others: list[Fact] | None = None, **numbers: Any
 ) -> Statement:
-    """Return the row of runs that fall: corrected if only those that rise are in the way."""
     falling, rising = [r for r in runs if r.falls], [r for r in runs if not r.falls]
     facts: list[Fact] = []
     if falling:
         first, last = (pick(run.level_from for run in falling) for pick in (min, max))
-        told = f"{first} to {last}" if last != first else f"{first}"
-        text = f"{len(falling)} of {len(runs)} runs fall and are level from n = {told} on"
+        heights = f"{first} to {last}" if last != first else f"{first}"
+        text = f"{len(falling)} of {len(runs)} runs fall and are level from n = {heights} on"
         facts.append((last <= LARGEST_HEIGHT, f"{text} (source: about {LARGEST_HEIGHT})"))
     facts += [(False, _rising(run, falling, unit)) for run in rising]
     facts += others or []
@@ -227,10 +218,10 @@ def _rising(run: HeightCurve, falling: list[HeightCurve], unit: str) -> str:
     """Return how far a run rises, where, and how long its window is there."""
     row = int(run.rises.argmax())
     others = [other.windows[row] for other in falling]
-    beside = f" (others {min(others):.1f} to {max(others):.1f})" if others else ""
+    range_of_others = f" (others {min(others):.1f} to {max(others):.1f})" if others else ""
     return (
         f"{run.name}: rises by {run.rise:.2f}{unit} on its way, to {run.values[row]:.2f}{unit} at "
-        f"n = {run.heights[row]}, where its window is {run.windows[row]:.1f} t0{beside}; "
+        f"n = {run.heights[row]}, where its window is {run.windows[row]:.1f} t0{range_of_others}; "
         f"level from {run.level_from} on"
     )
 
@@ -315,14 +306,14 @@ def structure_window() -> tuple[pd.DataFrame, Statement]:
     heights = {
         run: [int(n) for n in part["height"]] for run, part in exists.groupby(["law", "held"])
     }
-    own = Tower().law
-    angles = {held: exists[(exists["law"] == own) & (exists["held"] == held)] for held in _LEAST}
+    law = Tower().law
+    angles = {held: exists[(exists["law"] == law) & (exists["held"] == held)] for held in _LEAST}
     ends = [angles[held].set_index("height")["window_t0"] for held in _LEAST]
     both = ends[0].index.intersection(ends[1].index)
     return frame, claim_of_facts(
         "fig-15",
-        literal=heights[own, LITERAL],
-        looser=heights[own, LOOSER],
+        literal=heights[law, LITERAL],
+        looser=heights[law, LOOSER],
         overlap=[heights["overlap", held] for held in _LEAST],
         every=list(HEIGHTS),
         listed=_listed,
@@ -359,11 +350,11 @@ def window_selection() -> tuple[tuple[WindowChoice, ...], Statement]:
     facts = []
     for choice in choices:
         at = choice.largest_compression
-        said = f"{choice.run.tower.particles} particles are compressed most at {at:.3f} t0"
-        said += f", which makes a window of {2 * at:.3f} t0"
+        text = f"{choice.run.tower.particles} particles are compressed most at {at:.3f} t0"
+        text += f", which makes a window of {2 * at:.3f} t0"
         if math.isfinite(choice.structure):
-            said += f" (the contacts' window: {choice.structure:.3f})"
-        facts.append((0 < at < SEARCH, said))
+            text += f" (the contacts' window: {choice.structure:.3f})"
+        facts.append((0 < at < SEARCH, text))
     forces = [float(c.run.time_over_t0[int(c.run.grain_force.argmax())]) for c in choices]
     return choices, claim_of_facts("fig-16", facts, forces=forces)
 
@@ -432,10 +423,10 @@ def velocity_series(
     try:
         if engine is None:
             raise EngineError("no engine was given")
-        own = _own(engine, others)
+        from_engine = _engine_series(engine, others)
     except EngineError as error:
         return tuple(others), untestable("fig-4", f"{error}", computed="the engine did not run")
-    return (*own, *others), judged(own, others)
+    return (*from_engine, *others), judged(from_engine, others)
 
 
 def recorded_motions() -> dict[tuple[int, float], Trajectory]:
@@ -461,7 +452,7 @@ def turns_back(path: Trajectory) -> bool:
     return bool((path.vx_m_per_s < 0).any())
 
 
-def _own(engine: Engine, others: Sequence[VelocitySeries]) -> list[VelocitySeries]:
+def _engine_series(engine: Engine, others: Sequence[VelocitySeries]) -> list[VelocitySeries]:
     """Run both angles for as many wells as the recorded grain that went farthest."""
     wells = max((math.ceil(s.path.x_m[-1] - s.path.x_m[0]) for s in others), default=20)
     cases = [Incline(angle=angle, wells=wells) for angle in ANGLES_DEG]
@@ -477,13 +468,13 @@ def _own(engine: Engine, others: Sequence[VelocitySeries]) -> list[VelocitySerie
     ]
 
 
-def judged(own: Sequence[VelocitySeries], others: Sequence[VelocitySeries]) -> Statement:
+def judged(from_engine: Sequence[VelocitySeries], others: Sequence[VelocitySeries]) -> Statement:
     """Return the row: which runs stop below the closed form and move above it."""
     coarse = min((series.steps for series in others), default=math.nan)
     return claim_of_facts(
         "fig-4",
-        [series.fact for series in (*own, *others)],
-        corrected_holds=all(series.fact[0] for series in own)
+        [series.fact for series in (*from_engine, *others)],
+        corrected_holds=all(series.fact[0] for series in from_engine)
         and all(series.fact[0] or series.steps == coarse for series in others),
         coarse=coarse,
         closed=critical_angle(),
@@ -497,9 +488,9 @@ def sampled(
 
     Raise the first EngineError.
     """
-    found = []
+    sampled_runs = []
     for run in run_inclines(engine, cases, "steady", every=every):
         if isinstance(run, EngineError):
             raise run
-        found.append((run, run.path))
-    return found
+        sampled_runs.append((run, run.path))
+    return sampled_runs

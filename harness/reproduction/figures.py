@@ -1,13 +1,4 @@
-"""The figures of the source, drawn from our own runs.
-
-Figures over height, stiffness and time that no verification has.
-
-Figures of the findings: the step of MFiX, and the restitution.
-
-The schematics of the source, to scale: the Quartier system, its forces, its layers.
-
-The source's figures of the tower in time: collapse, separation, choice of the window.
-"""
+"""Draw the figures of the source, and those of the findings, from our own runs."""
 
 from __future__ import annotations
 
@@ -51,10 +42,10 @@ from harness.report.style import (
     panels,
 )
 from harness.reproduction.figure_data import VelocitySeries, WindowChoice
-from harness.reproduction.findings import Findings
+from harness.reproduction.findings import FindingTables
 from harness.reproduction.schematics import (
     ForceDiagram,
-    Layers,
+    LayerDrawing,
     Points,
     QuartierSystem,
     TowersInTime,
@@ -153,7 +144,7 @@ def velocity_series(motions: Sequence[VelocitySeries]) -> Figure:
     return figure
 
 
-def angle_against_mfix_step(findings: Findings) -> Figure:
+def angle_against_mfix_step(findings: FindingTables) -> Figure:
     """Return the critical angle in MFiX's scheme against its step factor, for each stiffness."""
     figure = style.panels(1, 1, 7.4, 4.0)
     axes = figure.axes[0]
@@ -182,7 +173,7 @@ def angle_against_mfix_step(findings: Findings) -> Figure:
     return figure
 
 
-def angle_against_restitution(findings: Findings, engine: str) -> Figure:
+def angle_against_restitution(findings: FindingTables, engine: str) -> Figure:
     """Return the critical angle against the restitution: two readings, two DEMs."""
     frame = findings.restitution
     figure = style.panels(1, 1, 6.4, 3.9)
@@ -195,15 +186,15 @@ def angle_against_restitution(findings: Findings, engine: str) -> Figure:
         e, frame["lost_deg"], style.STYLES[2], color=style.COLOURS[1], label="theory, velocity lost"
     )
     reference: dict[str, Any] = {"fmt": "o-", "color": style.BLACK, "mfc": style.BLACK, "ms": 4}
-    own: dict[str, Any] = {"fmt": "s", "color": style.COLOURS[3], "mfc": "white", "ms": 8}
-    for who, name, look in (
+    engine_look: dict[str, Any] = {"fmt": "s", "color": style.COLOURS[3], "mfc": "white", "ms": 8}
+    for column, name, look in (
         ("reference", "reference DEM, steady motion, k = 1e6 N/m", reference),
-        ("engine", f"{engine}, the same", own),
+        ("engine", f"{engine}, the same", engine_look),
     ):
-        known = frame[frame[f"{who}_deg"].notna()]
+        measured = frame[frame[f"{column}_deg"].notna()]
         axes.errorbar(
-            known["restitution"], known[f"{who}_deg"], known[f"{who}_uncertainty_deg"], capsize=2,
-            label=name, **look,
+            measured["restitution"], measured[f"{column}_deg"],
+            measured[f"{column}_uncertainty_deg"], capsize=2, label=name, **look,
         )  # fmt: skip
     style.label(axes, "restitution e", "critical angle (deg)")
     axes.set_ylim(0, None)
@@ -276,7 +267,7 @@ def force_diagrams(diagrams: Sequence[ForceDiagram]) -> Figure:
     return figure
 
 
-def layers(arranged: Sequence[Layers]) -> Figure:
+def layers(arranged: Sequence[LayerDrawing]) -> Figure:
     """Draw layers on the fixed row, and the chain that goes on along the grain's contact."""
     figure = Figure(figsize=(8.0, 4.6))
     for axes, part in zip(figure.subplots(1, len(arranged)), arranged, strict=True):
@@ -370,11 +361,11 @@ def separation(towers: TowersInTime) -> Figure:
     figure.set_figwidth(_WIDTH)
     above = figure.axes[: len(towers.separated)]
     for axes, run, felt in zip(above, towers.separated, towers.base_felt, strict=True):
-        told = "base not felt"
+        base = "base not felt"
         if math.isfinite(felt):
             axes.axvline(felt, color=GREEN, ls=":", lw=1.8, label="base felt")
-            told = f"base felt at {felt:.2f} t0"
-        axes.set_title(f"{run.tower.particles} particles, {told}", fontsize="medium")
+            base = f"base felt at {felt:.2f} t0"
+        axes.set_title(f"{run.tower.particles} particles, {base}", fontsize="medium")
     legend_below(figure, 3)
     return figure
 
@@ -405,6 +396,6 @@ def of_all_heights(towers: TowersInTime) -> Figure:
     The source scales the force up to the axis of the contacts; here each has an
     axis of its own and one height on the page, which keeps the comparison.
     """
-    figure = force_and_contacts(towers.shown, towers.largest_force, OF_ALL)
+    figure = force_and_contacts(towers.by_height, towers.largest_force, OF_ALL)
     figure.set_figwidth(_WIDTH)
     return figure

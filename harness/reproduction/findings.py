@@ -31,7 +31,7 @@ STIFFNESS, SPEED = 1e6, 2.0
 
 
 @dataclass(frozen=True)
-class Findings:
+class FindingTables:
     """Tables behind the page of findings; angles in deg.
 
     ``restitution`` (a row for each e): the angle of both readings of the shock,
@@ -51,20 +51,20 @@ class Findings:
     def at_height(self, height: int, law: str, window: str = "turnaround") -> pd.Series:
         """Return the row of a tower; raise IndexError if it was not run."""
         frame = self.heights
-        own = (frame["height"] == height) & (frame["law"] == law) & (frame["window"] == window)
-        return frame[own].iloc[0]
+        selected = (frame["height"] == height) & (frame["law"] == law) & (frame["window"] == window)
+        return frame[selected].iloc[0]
 
 
-def findings(engine: Engine, progress: Progress = silent) -> Findings:
+def findings(engine: Engine, progress: Progress = silent) -> FindingTables:
     """Return the tables; ``engine`` is held beside the reference DEM in the first of them."""
-    made: list[pd.DataFrame] = []
+    frames: list[pd.DataFrame] = []
     tables = (lambda: restitution_table(engine), _heights, mfix_table, angles_without_step)
     for done, table in enumerate(tables):
         progress("findings", done, len(tables))
-        made.append(table())
+        frames.append(table())
     progress("findings", len(tables), len(tables))
-    restitution, heights, mfix, limits = made
-    return Findings(restitution, heights, mfix, limits, closed_form())
+    restitution, heights, mfix, limits = frames
+    return FindingTables(restitution, heights, mfix, limits, closed_form())
 
 
 def restitution_table(engine: Engine) -> pd.DataFrame:

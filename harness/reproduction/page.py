@@ -29,7 +29,7 @@ from harness.report.plain import write_csv
 from harness.report.templating import environment
 from harness.reproduction.claims import ClaimStatus, Statement
 from harness.reproduction.figures import angle_against_mfix_step, angle_against_restitution
-from harness.reproduction.findings import Findings
+from harness.reproduction.findings import FindingTables
 from harness.reproduction.movies import Movie
 from harness.reproduction.movies import films as draw_films
 from harness.reproduction.run import Reproduction, SourceFigure
@@ -60,7 +60,7 @@ def findings_context(found: Reproduction) -> dict[str, Any]:
     }
 
 
-def _heights(findings: Findings) -> dict[str, Any]:
+def _heights(findings: FindingTables) -> dict[str, Any]:
     at, closed = findings.at_height, findings.closed_form_deg
     tall, overlap = at(TALLEST, "deformable"), at(TALLEST, "overlap")
     return {
@@ -84,7 +84,7 @@ def _window(row: pd.Series) -> str:
     return f"{row['impulse_ratio']:.3f}, {row[LOST]:.2f}"
 
 
-def _mfix(findings: Findings) -> dict[str, Any]:
+def _mfix(findings: FindingTables) -> dict[str, Any]:
     closed = findings.closed_form_deg
     at_1e6 = findings.mfix[findings.mfix["stiffness_N_per_m"] == 1e6].set_index("factor")
     limits = findings.limits.set_index("stiffness_N_per_m")["critical_angle_deg"]

@@ -30,9 +30,9 @@ from harness.reproduction.figure_data import (
     velocity_series,
     window_selection,
 )
-from harness.reproduction.findings import Findings, findings
+from harness.reproduction.findings import FindingTables, findings
 from harness.reproduction.ledger import in_order, statements
-from harness.reproduction.movies.motions import Motions, motions
+from harness.reproduction.movies import Motions, motions
 from harness.reproduction.schematics import collapse, force_and_contacts, separated
 from harness.shown import Shown
 from harness.workflows.progress import Progress, silent
@@ -99,14 +99,14 @@ def source_figures(
         (structure_window, lambda data: drawn.structure_window(data, PEYNEAU_ROUX, reference)),
         (window_selection, drawn.window_selection),
     )  # fmt: skip
-    made = []
+    recomputed = []
     for done, (compute, draw) in enumerate(figures, 1):
         data, statement = compute()
         nothing = isinstance(data, tuple) and not data  # no runs, or a figure of others
         drawing = None if draw is None or nothing else partial(draw, data)
-        made.append(SourceFigure(statement, drawing))
+        recomputed.append(SourceFigure(statement, drawing))
         progress("figures of the source", done, len(figures))
-    return tuple(made)
+    return tuple(recomputed)
 
 
 @dataclass(frozen=True, repr=False)
@@ -116,7 +116,7 @@ class Reproduction(Shown):
     ledger: Ledger
     figures: tuple[SourceFigure, ...]
     motions: Motions
-    findings: Findings
+    findings: FindingTables
     provenance: Provenance
     platform: str
     harness_version: str

@@ -1,9 +1,4 @@
-"""What the schematics and the towers in time of the source are drawn from, recomputed.
-
-Figures 2, 3 and 5: the schematics, from positions and forces that are computed.
-
-Figures 8, 9 and 14: force on the grain and its chain of contacts in time, what it feels when.
-"""
+"""The data of the source's schematics (figures 2, 3, 5) and towers in time (8, 9, 14)."""
 
 from __future__ import annotations
 
@@ -53,7 +48,7 @@ class ForceDiagram(NamedTuple):
     velocity_before: Points | None = None  # the shock; None in the first diagram
 
 
-class Layers(NamedTuple):
+class LayerDrawing(NamedTuple):
     """A substrate of several layers with a grain in a well of the top one, to scale [d]."""
 
     name: str
@@ -110,7 +105,7 @@ def force_diagrams() -> tuple[tuple[ForceDiagram, ...], Statement]:
     ), statement
 
 
-def layers() -> tuple[tuple[Layers, ...], Statement]:
+def layers() -> tuple[tuple[LayerDrawing, ...], Statement]:
     """Return the substrate in upright towers and close-packed, with the chain below the contact."""
     columns = 6
     upright = _layers("upright towers", incline.towers(columns, LAYERS), columns)
@@ -124,17 +119,19 @@ def layers() -> tuple[tuple[Layers, ...], Statement]:
     )
 
 
-def _layers(name: str, spheres: Points, columns: int) -> Layers:
+def _layers(name: str, spheres: Points, columns: int) -> LayerDrawing:
     """Return an arrangement, the fixed row first, at the critical angle."""
     top = spheres[columns * LAYERS :]
-    left, right = top[columns // 2 - 2 : columns // 2]
-    grain = incline.resting_on(left, right)
-    drawn = (spheres[:columns], spheres[columns:], grain)
+    below = top[columns // 2 - 2 : columns // 2]
+    grain = incline.resting_on(*below)
+    centres = (spheres[:columns], spheres[columns:], grain)
     fixed, mobile, resting, chain = (
         incline.turned(points, critical_angle())
-        for points in (*drawn, incline.straight_chain(grain, spheres, right))
+        for points in (*centres, incline.straight_chain(grain, spheres, below[1]))
     )
-    return Layers(name, LAYERS, fixed, mobile, resting, chain, float(top[0][1] - spheres[0][1]))
+    return LayerDrawing(
+        name, LAYERS, fixed, mobile, resting, chain, float(top[0][1] - spheres[0][1])
+    )
 
 
 PARTICLES = (2, 3, 10, 20)
@@ -155,10 +152,10 @@ ALIKE = 1e-6
 class TowersInTime(NamedTuple):
     """Towers of several heights over time, and the largest force on the grain of all [N].
 
-    ``shown`` and ``separated`` are those of the two figures.
+    ``by_height`` are those of figure 8, ``separated`` of figure 14.
     """
 
-    shown: tuple[TowerRun, ...]
+    by_height: tuple[TowerRun, ...]
     largest_force: float
     separated: tuple[TowerRun, ...]
     base_felt: tuple[float, ...]  # [t0], for each of ``separated``; infinite if not in the run
@@ -170,9 +167,11 @@ def towers_in_time() -> TowersInTime:
     *runs, tall = (
         tower(Tower(height=n), solver="exact", profiles=True) for n in (*HEIGHTS, 2 * max(HEIGHTS))
     )
-    shown, separated = (tuple(runs[n - 2] for n in chosen) for chosen in (PARTICLES, SEPARATED))
+    by_height, separated = (tuple(runs[n - 2] for n in chosen) for chosen in (PARTICLES, SEPARATED))
     largest = max(float(run.grain_force.max()) for run in runs)
-    return TowersInTime(shown, largest, separated, tuple(base_felt(run, tall) for run in separated))
+    return TowersInTime(
+        by_height, largest, separated, tuple(base_felt(run, tall) for run in separated)
+    )
 
 
 class Events(NamedTuple):
@@ -199,23 +198,23 @@ def event_times(run: TowerRun) -> Events:
 
 def force_and_contacts() -> tuple[TowersInTime, Statement]:
     """Judge the force on the grain and its contacts in time, of four heights."""
-    found = towers_in_time()
-    apart = largest_difference(*found.shown[2:]) / found.largest_force
-    return found, claim_of_facts(
+    towers = towers_in_time()
+    apart = largest_difference(*towers.by_height[2:]) / towers.largest_force
+    return towers, claim_of_facts(
         "fig-8",
-        events=event_times(found.shown[1]),
+        events=event_times(towers.by_height[1]),
         half=lambda time: np.round(2 * time) / 2,
         apart=apart,
         seen=SEEN,
-        apart_told=f"{apart:.1e}" if apart > ALIKE else f"less than {ALIKE:.0e}",
-        longest=[int(significant_contacts(run).max()) for run in found.shown],
+        apart_text=f"{apart:.1e}" if apart > ALIKE else f"less than {ALIKE:.0e}",
+        longest=[int(significant_contacts(run).max()) for run in towers.by_height],
     )
 
 
 def separated() -> tuple[TowersInTime, Statement]:
     """Judge how contacts with neighbour and chain separate, of four heights."""
-    found = towers_in_time()
-    return found, separation(found.separated, found.base_felt)
+    towers = towers_in_time()
+    return towers, separation(towers.separated, towers.base_felt)
 
 
 def separation(runs: Sequence[TowerRun], felt: Sequence[float]) -> Statement:
@@ -227,7 +226,7 @@ def separation(runs: Sequence[TowerRun], felt: Sequence[float]) -> Statement:
     return claim_of_facts(
         "fig-14",
         felt=felt,
-        told=[
+        listing=[
             f"{run.tower.particles} particles {f'at {at:.2f} t0' if math.isfinite(at) else 'never'}"
             for run, at in zip(runs, felt, strict=True)
         ],
@@ -242,21 +241,21 @@ def base_felt(run: TowerRun, tall: TowerRun) -> float:
 
     By :data:`SEEN` of the peak. Both runs need the same grain, as t0 is theirs.
     """
-    grid, one, other = _on_one_grid(run, tall)
-    apart = np.flatnonzero(np.abs(one - other) > SEEN * other.max())
+    grid, force, tall_force = _on_one_grid(run, tall)
+    apart = np.flatnonzero(np.abs(force - tall_force) > SEEN * tall_force.max())
     return float(grid[apart[0]]) if apart.size else math.inf
 
 
-def largest_difference(one: TowerRun, other: TowerRun) -> float:
+def largest_difference(run: TowerRun, other: TowerRun) -> float:
     """Return the largest difference of the forces on the grain at one t/t0 [N]."""
-    _, first, second = _on_one_grid(one, other)
+    _, first, second = _on_one_grid(run, other)
     return float(np.abs(first - second).max())
 
 
-def _on_one_grid(one: TowerRun, other: TowerRun) -> list[NDArray[np.float64]]:
+def _on_one_grid(first: TowerRun, second: TowerRun) -> list[NDArray[np.float64]]:
     """Return common times [t0], and both forces there [N]."""
-    grid = np.linspace(0, min(one.time_over_t0[-1], other.time_over_t0[-1]), 6001)
-    forces = [np.interp(grid, run.time_over_t0, run.grain_force) for run in (one, other)]
+    grid = np.linspace(0, min(first.time_over_t0[-1], second.time_over_t0[-1]), 6001)
+    forces = [np.interp(grid, run.time_over_t0, run.grain_force) for run in (first, second)]
     return [grid, *forces]
 
 
@@ -271,13 +270,13 @@ def collapse() -> tuple[tuple[TowerRun, ...], Statement]:
 
 def judged(runs: tuple[TowerRun, ...]) -> Statement:
     """Judge by how much scaling brings runs an order of rigidity apart closer together."""
-    left = np.array([_spread(pair, scaled=True) for pair in pairwise(runs)])
+    remaining = np.array([_spread(pair, scaled=True) for pair in pairwise(runs)])
     events = [[time for time, _ in contact_changes(run) if START < time < LAST] for run in runs]
     same = len({len(times) for times in events}) == 1
     return claim_of_facts(
         "fig-9",
         before=max(_spread(pair, scaled=False) for pair in pairwise(runs)),
-        left=left,
+        remaining=remaining,
         shift=float(np.ptp(np.array(events), axis=0).max()) if same else math.nan,
         gammas=[run.tower.gamma for run in runs],
     )
@@ -287,10 +286,10 @@ def _spread(pair: tuple[TowerRun, TowerRun], *, scaled: bool) -> float:
     """Return the mean difference of two forces over their mean, against scaled or bare axes."""
     last = LAST * (1 if scaled else max(run.tower.contact_time for run in pair))
     grid = np.linspace(0, last, 3001)
-    one, other = (
+    first, second = (
         np.interp(grid, run.time_over_t0, run.grain_force / (run.tower.speed * run.tower.omega))
         if scaled
         else np.interp(grid, run.time, run.grain_force)
         for run in pair
     )
-    return float(np.abs(one - other).mean() / np.mean([one, other]))
+    return float(np.abs(first - second).mean() / np.mean([first, second]))

@@ -24,7 +24,7 @@ integration of the contact law.
 
 def report(runs: UpstreamRuns) -> str:
     """Return the page of runs as Markdown."""
-    counts = [f"- **{release}**: {text}." for release, text in runs.told().items()]
+    counts = [f"- **{release}**: {text}." for release, text in runs.summary().items()]
     wrong = [_wrong(outcome) for outcome in runs.outcomes if _fails(outcome)]
     parts = [
         HEAD,

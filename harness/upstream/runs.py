@@ -179,7 +179,7 @@ class UpstreamRuns:
         """Return a row for each test and release."""
         return record_frame(self.outcomes)
 
-    def told(self) -> dict[str, str]:
+    def summary(self) -> dict[str, str]:
         """Return the counts by release."""
         counts = {}
         for release in dict.fromkeys(o.release for o in self.outcomes):
@@ -239,8 +239,8 @@ def _outcome(test: UpstreamTest, release: str, lmp: str, limits: Limits) -> Outc
             checks.append(recorded_check(name, test, plain))
         except EngineError as error:
             if isinstance(error, EngineInputError) and NOT_THERE.search(str(error)):
-                said = str(error).replace(f"{test.folder.resolve()}/", "")
-                checks.append(not_tested(name, Kind.REGRESSION, f"not to be had here: {said}"))
+                message = str(error).replace(f"{test.folder.resolve()}/", "")
+                checks.append(not_tested(name, Kind.REGRESSION, f"not to be had here: {message}"))
                 continue
             row = failed_run(name, Kind.REGRESSION, error)
             # with values that are no numbers it ran, and went wrong
@@ -300,7 +300,6 @@ def read_state(file: Path) -> State:
 
 
 def _timestep(log: str) -> float:
-    """Return the step of a run, as the last ``timestep`` command with a number has it."""
     for line in reversed(log.splitlines()):
         words = line.split("#")[0].split()
         if words[:1] == ["timestep"] and len(words) == 2:
@@ -330,8 +329,8 @@ def recorded_check(name: str, test: UpstreamTest, run: Run) -> Check:
             (row,) = np.flatnonzero(state["id"] == atom)[:1] if atom in state["id"] else (None,)
             if row is None:
                 return not_tested(name, Kind.REGRESSION, f"atom {atom:g} of {table} is not there")
-            found = np.array([state[column][row] for column in columns])
-            apart = relative(found, np.array(expected))
+            measured = np.array([state[column][row] for column in columns])
+            apart = relative(measured, np.array(expected))
             if apart.max() > worst:
                 worst = float(apart.max())
                 component = columns[int(apart.argmax())]
@@ -343,7 +342,6 @@ def recorded_check(name: str, test: UpstreamTest, run: Run) -> Check:
 def _held_against_law(
     test: UpstreamTest, lmp: str, plain: Run, outcome: Outcome, limits: Limits
 ) -> Outcome:
-    """Return an outcome with the row of the integrated law, or why there is none."""
     name = f"{test.name}: integrated law, step to zero, {outcome.release}"
     at = test.judged_segment
     steps = sum(test.segments[: at + 1])
@@ -378,19 +376,19 @@ def _held_against_law(
         note=f"{_COMPONENTS[worst[1]]} of sphere {worst[0] + 1}, over the largest speed",
     )
     row = decided(row, f"a step of 1/{divisors[-1]} is the finest")
-    found = replace(
+    judged = replace(
         outcome,
         checks=(*outcome.checks, row),
         law_difference=float(apart[worst]),
         step_error=float(np.abs(measured[0] / scale - values).max()),
     )
-    if all(check.verdict is not Verdict.FAIL for check in found.checks):
-        return found
+    if all(check.verdict is not Verdict.FAIL for check in judged.checks):
+        return judged
     stops = tuple(accumulate(test.segments[:at]))
-    return _explained(found, _defect(scene, stops, plain.states[at + 1], values * scale))
+    return _explained(judged, _defect(scene, stops, plain.states[at + 1], values * scale))
 
 
-def _defect(scene: ContactScene, stops: Sequence[int], own: State, limits: Floats) -> str:
+def _defect(scene: ContactScene, stops: Sequence[int], state: State, limits: Floats) -> str:
     """Return the known defect of LAMMPS whose cause gives the motion of a run, or nothing.
 
     A departure of LAMMPS's scheme is taken step by step and held against the run at its own step,
@@ -401,8 +399,8 @@ def _defect(scene: ContactScene, stops: Sequence[int], own: State, limits: Float
     def same(scene: ContactScene, rules: Rules, departures: Departures) -> bool:
         path = advance(scene, rules, departures, stops=stops)
         moved = _velocities(scene, path.velocities[-1], path.omegas[-1])
-        torques = np.column_stack([own[f"tq{axis}"] for axis in "xyz"])
-        return _near(moved, _motion(own)) and _near(path.torques[-1], torques)
+        torques = np.column_stack([state[f"tq{axis}"] for axis in "xyz"])
+        return _near(moved, _motion(state)) and _near(path.torques[-1], torques)
 
     plain, smooth = _integrated(scene)
     width = (SMOOTH if smooth else NONSMOOTH).absolute * _scale(scene, plain)
@@ -435,7 +433,6 @@ def _near(predicted: Floats, measured: Floats) -> bool:
 
 
 def _can_be_tried(defect: KnownDefect, scene: ContactScene) -> bool:
-    """Return whether a defect of LAMMPS fixes a number, of a law that a scene can have."""
     predicts = defect.predicts
     if defect.engine != "lammps" or predicts.bound or predicts.error:
         return False
@@ -444,7 +441,6 @@ def _can_be_tried(defect: KnownDefect, scene: ContactScene) -> bool:
 
 
 def _explained(outcome: Outcome, defect: str) -> Outcome:
-    """Return an outcome whose failures a known defect explains, where there is one."""
     if not defect:
         return outcome
     checks = tuple(
@@ -474,7 +470,6 @@ def _integrated(scene: ContactScene, rules: Rules | None = None) -> tuple[Floats
 
 
 def _velocities(scene: ContactScene, velocities: Floats, omegas: Floats) -> Floats:
-    """Return velocities and rim speeds, (N, 6) [m/s]."""
     radii = np.array([body.radius for body in scene.bodies])[:, None]
     return np.hstack([velocities, radii * omegas])
 
@@ -506,7 +501,7 @@ def _limits(divisors: Floats, measured: Floats, *, smooth: bool) -> tuple[Floats
         y = measured[(slice(None), *place)]
         series = np.linalg.lstsq(columns, y, rcond=None)[0]
         missed = max(float(np.abs(columns @ series - y).max()), ROUND_OFF)
-        found = limit(h, y, np.full_like(h, missed), exponents)
+        extrapolated = limit(h, y, np.full_like(h, missed), exponents)
         jitter = 0.0 if smooth else abs(float(y[-1] - y[-2]))
-        values[place], errors[place] = found.value, max(found.uncertainty, jitter)
+        values[place], errors[place] = extrapolated.value, max(extrapolated.uncertainty, jitter)
     return values, errors

@@ -124,7 +124,6 @@ def _gravity(words: Words) -> Vector:
 
 
 def _walls(words: Words) -> tuple[ContactLaw, list[Plane]]:
-    """Return the law and the planes of a ``fix wall/gran``."""
     place = next((i for i, word in enumerate(words) if word in AXES), None)
     if place is None or len(words) != place + 3:
         raise NotReadError(
@@ -154,8 +153,8 @@ def _pair_law(
     if not {(first, first), (second, second)} <= set(coefficients):
         raise NotReadError("pair_coeff: of all types, or of those of both spheres, is read alone")
     laws = [granular_law(coefficients[kind, kind]) for kind in (first, second)]
-    own, partner = ({**dict(law), **dict.fromkeys(MATERIAL)} for law in laws)
-    if own != partner or laws[0].youngs_modulus is None:
+    settings, partner_settings = ({**dict(law), **dict.fromkeys(MATERIAL)} for law in laws)
+    if settings != partner_settings or laws[0].youngs_modulus is None:
         raise NotReadError("pair_coeff: types that differ by more than their material are not read")
     modulus, poisson = laws[1].youngs_modulus, laws[1].poisson_ratio
     return laws[0].replace(partner_youngs_modulus=modulus, partner_poisson_ratio=poisson)

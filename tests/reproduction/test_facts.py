@@ -3,7 +3,7 @@ from dataclasses import replace
 
 import pytest
 
-from harness.reproduction.claims import ClaimStatus, Source, claim_of_facts, told
+from harness.reproduction.claims import ClaimStatus, Source, claim_of_facts, fill_in
 
 SOURCE = Source(
     "fig-9",
@@ -46,9 +46,9 @@ def test_a_statement_may_hold_without_all_of_its_facts(a, status):
 )
 def test_numbers_are_put_into_sentences(sentence, said):
     numbers = {"x": [1.5, -0.25], "small": 3e-17, "names": ["one", "two"], "at": {19: 3.0}}
-    assert told(sentence, numbers) == said
+    assert fill_in(sentence, numbers) == said
 
 
 def test_a_number_that_is_missing_is_an_error():
     with pytest.raises(NameError, match="x"):
-        told("{x:.2f} m", {"y": math.pi})
+        fill_in("{x:.2f} m", {"y": math.pi})

@@ -1,9 +1,4 @@
-"""The appendices of the source, recomputed: boundaries, chains, the window of the impulse.
-
-Appendix A: boundaries of one chain, (A1) to (A7), and which particles form one, to (A11).
-
-Appendix B: the time over which the impulse is taken.
-"""
+"""The appendices: boundaries of a chain, (A1) to (A11), and the window of the impulse."""
 
 from __future__ import annotations
 
@@ -20,8 +15,8 @@ from harness.reproduction.claims import SOURCES, Statement, claim, compare
 from harness.reproduction.ledger.samples import (
     MEDIAN,
     RADIUS,
-    Opening,
-    Row,
+    OpenPair,
+    ParticleRow,
     TouchingChain,
     contact_intervals,
     heights_with_structure_window,
@@ -122,13 +117,12 @@ def _lengths() -> Iterator[Statement]:
 
 
 def _swapped() -> Statement:
-    """Return the row of two particles that swap their deformations."""
-    one, other = (
+    boundaries, swapped = (
         np.cumsum([0.0, *(1.0 - value for value in deformed)])
         for deformed in ((0.15, 0.05), (0.05, 0.15))
     )
-    apart = [float(np.diff(0.5 * (b[1:] + b[:-1]))[0]) for b in (one, other)]
-    return claim("text-swapped", apart=apart, one=one, other=other)
+    apart = [float(np.diff(0.5 * (b[1:] + b[:-1]))[0]) for b in (boundaries, swapped)]
+    return claim("text-swapped", apart=apart, boundaries=boundaries, swapped=swapped)
 
 
 def _four() -> Iterator[Statement]:
@@ -149,7 +143,7 @@ def _four() -> Iterator[Statement]:
 
 def _odd_coefficients() -> Statement:
     """Find the weights of the centres by moving one centre at a time, r_0 by itself."""
-    found = {}
+    weights = {}
     for n in range(2, 8):
         balance = np.zeros((n + 1, n + 1))  # b_0 to b_n from centres and the alternating sum
         for i in range(n):
@@ -158,15 +152,15 @@ def _odd_coefficients() -> Statement:
         balance[n, :-1] += alternating  # sum (-1)^i (2r_0 - (b_(i+1) - b_i)) = 0
         balance[n, 1:] -= alternating
         inverse = np.linalg.inv(balance)
-        found[n] = 2 * n * inverse[0, :n], -2 * alternating.sum() * n * inverse[0, n] + 0.0
+        weights[n] = 2 * n * inverse[0, :n], -2 * alternating.sum() * n * inverse[0, n] + 0.0
     odd = all(
         np.allclose(centres, (-1.0) ** np.arange(n) * np.arange(2 * n - 1, 0, -2))
-        for n, (centres, _) in found.items()
+        for n, (centres, _) in weights.items()
     )
-    return claim("text-odd-coefficients", odd=odd, weights=found)
+    return claim("text-odd-coefficients", odd=odd, weights=weights)
 
 
-def _bounds(some: Sequence[Row]) -> Iterator[Statement]:
+def _bounds(some: Sequence[ParticleRow]) -> Iterator[Statement]:
     pairs = touching_chains(50, (2,))
     yield compare(
         "eq-a8",
@@ -185,7 +179,7 @@ def _bounds(some: Sequence[Row]) -> Iterator[Statement]:
     yield claim("text-sweeps", off=off, rows=len(some))
 
 
-def _many_groupings(some: Sequence[Row]) -> Statement:
+def _many_groupings(some: Sequence[ParticleRow]) -> Statement:
     """Count contact sets in which all closed contacts press and axisymmetry holds."""
     counts = []
     for row in some:
@@ -199,7 +193,7 @@ def _many_groupings(some: Sequence[Row]) -> Statement:
     return claim("text-many-groupings", counts=sorted(counts), median=median)
 
 
-def _proof(pairs: Sequence[Opening]) -> Iterator[Statement]:
+def _proof(pairs: Sequence[OpenPair]) -> Iterator[Statement]:
     """Try the steps of the proof by contradiction on pairs that do not touch."""
     yield claim("eq-a9", gaps=[p.distance - (1.0 - sum(p.deformations) / 2) for p in pairs])
     yield claim(
@@ -231,11 +225,20 @@ def appendix_window_statements(printed: Printed) -> Iterator[Statement]:
 
 def _packets(intervals: Intervals, printed: Printed) -> Iterator[Statement]:
     end = printed.first_packet
-    late = {n: [one for one in found if one[0] >= end] for n, found in intervals.items()}
-    last = {n: max(b for a, b in found if a < end) for n, found in intervals.items()}
-    told = {n: [f"{a:.2f} to {b:.2f}" for a, b in found] for n, found in intervals.items()}
+    late = {
+        n: [interval for interval in grain_contacts if interval[0] >= end]
+        for n, grain_contacts in intervals.items()
+    }
+    last = {
+        n: max(b for a, b in grain_contacts if a < end) for n, grain_contacts in intervals.items()
+    }
+    listing = {
+        n: [f"{a:.2f} to {b:.2f}" for a, b in grain_contacts]
+        for n, grain_contacts in intervals.items()
+    }
     numbers: dict[str, Any] = {
-        "contacts": intervals, "told": told, "late": late, "last": last, "end": end, "span": _SPAN
+        "contacts": intervals, "listing": listing, "late": late, "last": last, "end": end,
+        "span": _SPAN,
     }  # fmt: skip
     for name in ("two-particles", "separated", "first-packet", "third-hump", "overlapping"):
         yield claim(f"text-{name}", **numbers)
@@ -243,8 +246,8 @@ def _packets(intervals: Intervals, printed: Printed) -> Iterator[Statement]:
 
 def _windows(printed: Printed) -> Iterator[Statement]:
     low, high = (particles - 1 for particles in printed.structure_particles)
-    found = {law: heights_with_structure_window(law) for law in LAWS}
-    yield claim("text-structure-window", found=found, low=low, high=high)
+    heights = {law: heights_with_structure_window(law) for law in LAWS}
+    yield claim("text-structure-window", found=heights, low=low, high=high)
     late: dict[tuple[float, float], list[int]] = {}
     for row in impulses():
         t0 = Tower(stiffness=row.stiffness, speed=row.speed).contact_time
@@ -255,7 +258,7 @@ def _windows(printed: Printed) -> Iterator[Statement]:
         printed=printed,
         towers=len(impulses()),
         late=late,
-        told="; ".join(
+        listing="; ".join(
             f"{k:.0e} N/m, {v:g} m/s: n = {min(late[k, v])} and above" for k, v in sorted(late)
         ),
     )
@@ -264,10 +267,12 @@ def _windows(printed: Printed) -> Iterator[Statement]:
 
 def _largest_compression(intervals: Intervals, printed: Printed) -> Iterator[Statement]:
     runs = {n: run(Tower(height=n)) for n in (1, 2, 3, 19)}
-    chain = {n: turnaround(one) / one.tower.contact_time for n, one in runs.items()}
-    left = {n: max(end for begin, end in intervals[n] if begin < 2 * chain[n]) for n in runs}
-    told = [f"n = {n}: {2 * chain[n]:.2f} and {left[n]:.2f} t0" for n in runs]
-    yield claim("text-half-period", chain=chain, left=left, told=told)
+    chain = {
+        n: turnaround(tower_run) / tower_run.tower.contact_time for n, tower_run in runs.items()
+    }
+    leaves = {n: max(end for begin, end in intervals[n] if begin < 2 * chain[n]) for n in runs}
+    listing = [f"n = {n}: {2 * chain[n]:.2f} and {leaves[n]:.2f} t0" for n in runs]
+    yield claim("text-half-period", chain=chain, leaves=leaves, listing=listing)
     caption, text = printed.window_figure
     yield compare(
         "text-window-figure",

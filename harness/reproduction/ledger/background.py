@@ -1,10 +1,6 @@
-"""Introduction and background of the source, recomputed: energy, angle, shock, the incline.
+"""Introduction and background of the source: energy, angle, shock; the incline in MFiX, LAMMPS.
 
-The introduction: springs in series, equation (1), and the limit of infinite stiffness.
-
-Section Background: the energy from shock to shock, (2) to (6), its angle, the shock, to (9).
-
-Section Background: the incline in MFiX and LAMMPS, and the angle of rest.
+Equations (1) to (9), and the angle of rest.
 """
 
 from __future__ import annotations
@@ -203,15 +199,15 @@ def fate_angle(shock: float) -> float:
 
 
 def _angle(printed: Printed) -> Iterator[Statement]:
-    found = fate_angle(0.25)
+    lasting = fate_angle(0.25)
 
     def root(divisor: float) -> float:
         margin = SOURCES["eq-6"].printed
         return float(brentq(lambda a: margin(theta=a, shock=0.25, divisor=divisor), 0.5, 29.5))
 
     printed_root, closed = root(printed.well_divisor), critical_angle()
-    yield compare("eq-6", printed=printed_root, found=found, corrected=root(2.0), closed=closed)
-    yield compare("text-critical-angle", printed=printed.critical_angle_deg, found=found)
+    yield compare("eq-6", printed=printed_root, found=lasting, corrected=root(2.0), closed=closed)
+    yield compare("text-critical-angle", printed=printed.critical_angle_deg, found=lasting)
 
 
 def collide(velocity: NDArray[np.float64], restitution: float) -> NDArray[np.float64]:
@@ -260,9 +256,9 @@ def background_incline_statements(printed: Printed, engine: Engine | None) -> It
     """Yield the rows of this part."""
     full = SOURCE.replace(restitution=printed.restitution).zeta
     half = full * np.sqrt(0.5)
-    found = integrate(1.0, 1.0, 2 * half).restitution
+    restitution = integrate(1.0, 1.0, 2 * half).restitution
     yield compare(
-        "text-restitution", printed=printed.restitution, found=found, half=half, full=full
+        "text-restitution", printed=printed.restitution, found=restitution, half=half, full=full
     )
     yield from _mfix(printed)
     try:
@@ -288,10 +284,10 @@ def _upper_contact(angle_deg: float) -> float:
 
 def angles_by_step() -> dict[float, dict[int, float]]:
     """Return MFiX's recorded critical angles [deg] by stiffness [N/m] and steps per contact."""
-    found: dict[float, dict[int, float]] = {}
+    by_stiffness: dict[float, dict[int, float]] = {}
     for (stiffness, factor), angle in recorded_angles().items():
-        found.setdefault(stiffness, {})[factor] = angle.value
-    return found
+        by_stiffness.setdefault(stiffness, {})[factor] = angle.value
+    return by_stiffness
 
 
 def _mfix(printed: Printed) -> Iterator[Statement]:
@@ -310,10 +306,10 @@ def _mfix(printed: Printed) -> Iterator[Statement]:
         printed=printed.critical_angle_deg,
         found=angles[stiffest][min(angles[stiffest])],
         tolerance=printed.simulated_within_deg,
-        told=coarse,
+        listing=coarse,
         stiffest=stiffest,
     )
-    yield claim("text-mfix-validation", coarse=off[min], fine=off[max], told=fine)
+    yield claim("text-mfix-validation", coarse=off[min], fine=off[max], listing=fine)
 
 
 def _lammps(printed: Printed, engine: Engine) -> Iterator[Statement]:
@@ -321,20 +317,20 @@ def _lammps(printed: Printed, engine: Engine) -> Iterator[Statement]:
         case = Incline(steps_per_contact=steps, contact=contact)
         return measured_critical_angle(case, engine=engine)
 
-    found = [measured(steps) for steps in _STEPS]
+    measurements = [measured(steps) for steps in _STEPS]
     rebound = measured(_STEPS[0], Contact(restitution=_REBOUND))
-    angles = [f"{angle.value_deg:.4f} +- {angle.uncertainty_deg:.4f} deg" for angle in found]
+    angles = [f"{angle.value_deg:.4f} +- {angle.uncertainty_deg:.4f} deg" for angle in measurements]
     yield compare(
         "text-lammps-angle",
         printed=printed.critical_angle_deg,
-        found=found[0].value_deg,
+        found=measurements[0].value_deg,
         tolerance=printed.simulated_within_deg,
         angle=angles[0],
         steps=_STEPS[0],
     )
     yield claim(
         "text-lammps-step",
-        found=found,
+        found=measurements,
         within=printed.simulated_within_deg,
         angles=[f"{a} at {s:g} steps per contact" for s, a in zip(_STEPS, angles, strict=True)],
     )

@@ -1,11 +1,7 @@
 """Errata of our restatement of the source, and errors of the source beyond them.
 
-The errata of our restatement of the source, one row each, judged by the rows of this run.
-
-Where a row is about the restatement, its ``where`` says so: the status is that of
-the erratum, not of the source.
-
-Errors found beyond the restatement's list: of the restatement, and of the source.
+Where a row is about the restatement, its ``where`` says so: the status is that of the erratum,
+not of the source.
 """
 
 from __future__ import annotations
@@ -90,7 +86,6 @@ def judged(erratum: Source, rows: Ledger) -> Statement:
 
 
 def _line(row: Statement) -> str:
-    """Return key, status and the numbers of a row, in words if it has none."""
     key, unit = row.source.key, row.source.unit
     if np.isnan(row.printed):
         return f"{key}, {row.status}: {row.computed}"
@@ -126,7 +121,7 @@ def _clipping() -> Statement:
         found=named[0.0],
         named=[f"{value:.4f} at nominal {e:g}" for e, value in named.items()],
         closed=restitution_clipped(1.0),
-        own=10**root,
+        nominal=10**root,
     )
 
 
@@ -170,13 +165,13 @@ def _towers() -> Iterator[Statement]:
 def impulse_ratio_at(gamma: float, height: int, law: Law, stiffness: float = 1e6) -> float:
     """Return alpha(n), turnaround window, at m g/(v0 sqrt(k m)) = gamma."""
     speed = 9.81 / (gamma * math.sqrt(stiffness))
-    tall, one = (
+    tall, single = (
         impulse(covering(tower(case, solver="exact", samples=1000), "turnaround"))
         for case in (
             Tower(height=n, law=law, stiffness=stiffness, speed=speed) for n in (height, 1)
         )
     )
-    return tall / one
+    return tall / single
 
 
 def _jump(law: Law, low: float, high: float) -> tuple[float, float, float]:
@@ -205,7 +200,7 @@ def _one_curve() -> Statement:
         gamma=gamma,
         spread=spread,
         jumps=jumps,
-        told=" and ".join(
+        listing=" and ".join(
             f"from {below:.3f} to {above:.3f} at {at:.4f} ({law} law)"
             for law, (at, below, above) in jumps.items()
         ),

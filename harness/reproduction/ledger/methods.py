@@ -1,11 +1,4 @@
-"""The methods of the source, recomputed: pairs, chains, scales of time.
-
-Section Methods: two deformable particles, equations (14) and (15).
-
-Section Methods: three particles and more, equations (16) and (17), and what they do.
-
-Section Methods: rigidity, the two time scales, the shock of a base, equations (10) to (13).
-"""
+"""The methods of the source, equations (10) to (17): scales of time, pairs, chains."""
 
 from __future__ import annotations
 
@@ -101,7 +94,6 @@ def _forces() -> Iterator[Statement]:
 
 
 def _motion() -> Iterator[Statement]:
-    """Hold the closed form, half a wave, to the exact propagator and to RK4."""
     run = free_collision(2)
     t0 = chain.contact_time(_PAIR_MASS, _STIFFNESS)
     peak = chain.peak_overlap(_PAIR_MASS, _STIFFNESS, 2.0)
@@ -153,13 +145,16 @@ def methods_chain_statements(_: Printed) -> Iterator[Statement]:
 def _three_particles() -> Iterator[Statement]:
     ends = [final_velocities(3, deformable=law) for law in (False, True)]
     yield claim("text-not-unique", ends=ends)
-    found = free_collision(3).final_velocity / 2.0
-    yield claim("text-incomplete", found=found, expected=ends[1])
+    velocities = free_collision(3).final_velocity / 2.0
+    yield claim("text-incomplete", found=velocities, expected=ends[1])
     both = free_collision(2), free_collision(3)
     yield claim(
         "text-stored",
-        total=[float(one.deformations.sum(axis=1).max()) for one in both],
-        stored=[float(one.elastic_energy.max() / one.kinetic_energy[0]) for one in both],
+        total=[float(collision.deformations.sum(axis=1).max()) for collision in both],
+        stored=[
+            float(collision.elastic_energy.max() / collision.kinetic_energy[0])
+            for collision in both
+        ],
     )
 
 
@@ -225,11 +220,11 @@ def _stiffness() -> Iterator[Statement]:
 
     def alphas(base_times: float) -> list[float]:
         """Return alpha(2) and alpha(10) above a base so many times as stiff."""
-        one, two, ten = (
+        single, two, ten = (
             impulse(run(Tower(height=n, stiffness=(*(1e6,) * n, 1e6 * base_times))))
             for n in (1, 2, 10)
         )
-        return [two / one, ten / one]
+        return [two / single, ten / single]
 
     yield untestable("text-fixed-particle", soft=alphas(1.0), hard=alphas(1e6))
 
@@ -297,8 +292,8 @@ def rise_time(angle_deg: float) -> float:
     rise = math.radians(30 - angle_deg)
     energy = steady_energy(angle_deg, 0.25)
 
-    def slowness(left: float) -> float:
-        return 1 / math.sqrt(2 * (energy - math.cos(left) + math.cos(rise)))
+    def slowness(angle: float) -> float:
+        return 1 / math.sqrt(2 * (energy - math.cos(angle) + math.cos(rise)))
 
     return float(quad(slowness, 0.0, rise)[0]) * math.sqrt(_DIAMETER / 9.81)
 
@@ -361,15 +356,15 @@ def _shock() -> Iterator[Statement]:
     )
     normal, tangential = math.sqrt(3) / 2, 0.5
 
-    def left(ratio: float) -> float:
+    def remaining_energy(ratio: float) -> float:
         return (normal * (1 - ratio)) ** 2 + tangential**2
 
     yield compare(
         "eq-13-direction",
-        found=[left(a) for a in _RATIOS],
+        found=[remaining_energy(a) for a in _RATIOS],
         alpha=_RATIOS,
-        left=left(_REACHED),
-        stated=SOURCES["eq-13-direction"].printed(alpha=_REACHED),
+        remaining=remaining_energy(_REACHED),
+        as_printed=SOURCES["eq-13-direction"].printed(alpha=_REACHED),
         reached=_REACHED,
-        angle=critical_angle(left(_REACHED)),
+        angle=critical_angle(remaining_energy(_REACHED)),
     )

@@ -1,9 +1,4 @@
-"""Results, discussion and conclusion of the source, recomputed.
-
-Section Results: contacts and forces on the grain in time, impulses and angles over height.
-
-Sections Discussion and Conclusion: energies of springs in series, equation (18), and angles.
-"""
+"""Results, discussion, conclusion of the source: impulses, angles over height, equation (18)."""
 
 from __future__ import annotations
 
@@ -29,11 +24,11 @@ _FLAT = 0.01  # what counts as no change of alpha, a hundredth
 
 def results_statements(printed: Printed) -> Iterator[Statement]:
     """Yield the rows of this part."""
-    one = run(Tower(height=1))
+    single = run(Tower(height=1))
     yield compare(
         "text-unit-of-time",
         printed=contact_time_on_fixed(1.0, 1e6, 2.0, 9.81),
-        found=contact_intervals(one)[0][1] * one.tower.contact_time,
+        found=contact_intervals(single)[0][1] * single.tower.contact_time,
     )
     yield _collapse()
     yield from _three_particles(printed)
@@ -48,8 +43,8 @@ def _collapse() -> Statement:
     for height in (2, 9):
         curves = []
         for stiffness in (1e5, 1e6, 1e7):
-            one = run(Tower(height=height, stiffness=stiffness))
-            force = np.interp(grid, one.time_over_t0, one.grain_force)
+            tower_run = run(Tower(height=height, stiffness=stiffness))
+            force = np.interp(grid, tower_run.time_over_t0, tower_run.grain_force)
             curves.append(force / run(Tower(height=1, stiffness=stiffness)).grain_force.max())
         off[height + 1] = [float(np.abs(b - a).max()) for a, b in pairwise(curves)]
     return claim("text-collapse", off=off)
@@ -108,12 +103,12 @@ def _runs(printed: Printed) -> Iterator[Statement]:
 
 def longest_chains(height: int, duration: float = 3.0) -> tuple[int, int]:
     """Return the longest chain of the grain, and the longest anywhere, within ``duration`` [t0]."""
-    one = run(Tower(height=height, stiffness=MEDIAN[0], speed=MEDIAN[1]), duration)
-    longest, length = 0, np.zeros(one.time.size, int)
-    for touching in (one.known_profiles.forces > 0).T:
+    tower_run = run(Tower(height=height, stiffness=MEDIAN[0], speed=MEDIAN[1]), duration)
+    longest, length = 0, np.zeros(tower_run.time.size, int)
+    for touching in (tower_run.known_profiles.forces > 0).T:
         length = np.where(touching, length + 1, 0)
         longest = max(longest, int(length.max()))
-    return int(one.contacts.max()), longest
+    return int(tower_run.contacts.max()), longest
 
 
 def _lengths(printed: Printed) -> Iterator[Statement]:
@@ -123,11 +118,11 @@ def _lengths(printed: Printed) -> Iterator[Statement]:
         "text-plateau",
         printed=printed,
         chains=chains,
-        told=[f"n = {n}: {grain}/{anywhere}" for n, (grain, anywhere) in chains.items()],
+        listing=[f"n = {n}: {grain}/{anywhere}" for n, (grain, anywhere) in chains.items()],
         later=[f"{length} within {span:g} t0" for span, length in later.items()],
     )
     runs = ratios()
-    tall = [[a for n, a in one.items() if n >= printed.longest_chain] for one in runs.values()]
+    tall = [[a for n, a in alpha.items() if n >= printed.longest_chain] for alpha in runs.values()]
     varies = max(max(alpha) - min(alpha) for alpha in tall)
     settled = {
         case: 1 + max((n for n in alpha if abs(alpha[n] - alpha[max(alpha)]) > _FLAT), default=0)
@@ -204,15 +199,15 @@ def _many_springs(printed: Printed) -> Iterator[Statement]:
     yield compare("text-u-n", found=[u / springs[0] for u in springs], n=n)
     yield compare("text-u-n-particles", found=[u / particles[0] for u in particles], n=n)
     law, stiffness, first, last = SOURCES["eq-18"], 100.0, 0.2, _HEIGHTS[-1]
-    found = [spring_energy(n, stiffness, stiffness * first) for n in _HEIGHTS]
+    energies = [spring_energy(n, stiffness, stiffness * first) for n in _HEIGHTS]
     yield compare(
         law,
-        found=found,
+        found=energies,
         n=n,
         k=stiffness,
         c_n=n * first,
         c_1=first,
-        times=law.corrected(n=last, k=stiffness, c_1=last * first) / found[-1],
+        times=law.corrected(n=last, k=stiffness, c_1=last * first) / energies[-1],
         last=last,
     )
     literal = law.printed(n=n, k=1.0, c_n=1.0 * n)
@@ -233,11 +228,11 @@ def _scaling(printed: Printed) -> Iterator[Statement]:
     end = printed.longest_chain
     heights = (1, 2, end, 2 * end)
     angles = [angle_from_impulse_ratio(incline.impulse_ratio(n)) for n in heights]
-    told: dict[str, Any] = {"heights": heights, "angles": angles}
-    yield claim("text-energy-scaling", **told)
+    scaling: dict[str, Any] = {"heights": heights, "angles": angles}
+    yield claim("text-energy-scaling", **scaling)
     impulses = [angle_from_impulse_ratio(ratios()[MEDIAN][n]) for n in (2, end)]
     yield compare(
-        "text-energy-agrees", printed=angles[2], found=impulses[1], impulses=impulses, **told
+        "text-energy-agrees", printed=angles[2], found=impulses[1], impulses=impulses, **scaling
     )
 
 

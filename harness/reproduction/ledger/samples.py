@@ -1,13 +1,8 @@
 """What the rows of the ledger share: random chains, one damped contact, tower runs.
 
-Random chains and rows with a fixed seed, made forwards: from compressions to centres.
-
-One damped contact by direct integration: when it ends, and how fast the grain leaves.
-
-The tower runs that the rows share, each made once.
-
-By the exact propagator, which has no step: what a row finds is the model, not an
-integrator. Towers are the source's (1 kg, 1 m, 9.81 m/s2) unless a row says otherwise.
+Chains and rows have a fixed seed, and are made forwards: from compressions to centres. Towers run
+by the exact propagator, which has no step: a row judges the model, not an integrator. They are the
+source's (1 kg, 1 m, 9.81 m/s2) unless a row says otherwise.
 """
 
 from __future__ import annotations
@@ -81,7 +76,7 @@ def touching_chains(count: int = 200, particles: tuple[int, ...] = ()) -> tuple[
 
 
 @dataclass(frozen=True, eq=False)
-class Row:
+class ParticleRow:
     """Particles of diameter 1 m anywhere in a row, with the compressions of the one solution."""
 
     centres: Floats  # (N,) [m]
@@ -99,18 +94,18 @@ class Row:
 
 
 @cache
-def rows(count: int = 500, closest: tuple[float, float] = (0.9, 1.1)) -> tuple[Row, ...]:
+def rows(count: int = 500, closest: tuple[float, float] = (0.9, 1.1)) -> tuple[ParticleRow, ...]:
     """Return ``count`` rows of 3 to 9 particles, neighbours between ``closest`` [m] apart."""
     random = generator()
     result = []
     for _ in range(count):
         apart = random.uniform(*closest, int(random.integers(2, 9)))
         centres = np.concatenate(([0.0], np.cumsum(apart)))
-        result.append(Row(centres, contact_forces(centres, 1.0, 1.0)))
+        result.append(ParticleRow(centres, contact_forces(centres, 1.0, 1.0)))
     return tuple(result)
 
 
-def off_from_sweeps(some: Sequence[Row]) -> float:
+def off_from_sweeps(some: Sequence[ParticleRow]) -> float:
     """Return how far the compressions by sweeps lie off those of ``some`` rows at most [m]."""
     return max(
         float(np.abs(forces.compressions(row.centres, 2 * RADIUS) - row.compressions).max())
@@ -119,7 +114,7 @@ def off_from_sweeps(some: Sequence[Row]) -> float:
 
 
 @dataclass(frozen=True)
-class Opening:
+class OpenPair:
     """Two neighbours that do not touch: their distance, and each with what presses it [m]."""
 
     distance: float
@@ -127,19 +122,19 @@ class Opening:
     beyond: tuple[float, float]  # distance of each to its other neighbour, infinite at an end
 
 
-def openings(some: Sequence[Row]) -> list[Opening]:
+def openings(some: Sequence[ParticleRow]) -> list[OpenPair]:
     """Return every pair of neighbours of ``some`` rows that are not in contact."""
-    found = []
+    pairs = []
     for row in some:
         apart = np.concatenate(([np.inf], row.distances, [np.inf]))
         for i in np.flatnonzero(row.compressions == 0):
             pressed = float(row.deformations[i]), float(row.deformations[i + 1])
             beyond = float(apart[i]), float(apart[i + 2])
-            found.append(Opening(float(row.distances[i]), pressed, beyond))
-    return found
+            pairs.append(OpenPair(float(row.distances[i]), pressed, beyond))
+    return pairs
 
 
-class Ended(NamedTuple):
+class ContactEnd(NamedTuple):
     """The end of a contact that began at speed 1."""
 
     time: float
@@ -148,7 +143,7 @@ class Ended(NamedTuple):
 
 def integrate(
     stiffness: float, mass: float, damping: float, end: Literal["parted", "released"] = "parted"
-) -> Ended:
+) -> ContactEnd:
     """Integrate m x'' + gamma x' + k x = 0 from touching at speed 1 m/s until the contact ends.
 
     It ends when the overlap is gone (``parted``, the attractive tail kept) or when
@@ -169,7 +164,7 @@ def integrate(
         rtol=1e-11,
         atol=1e-14 * period,
     )
-    return Ended(float(solution.t[-1]), -float(solution.y[1, -1]))
+    return ContactEnd(float(solution.t[-1]), -float(solution.y[1, -1]))
 
 
 SAMPLES = 2000
@@ -202,10 +197,10 @@ def impulses(law: Law = "deformable") -> tuple[ImpulseRow, ...]:
 
 def ratios(law: Law = "deformable") -> Ratios:
     """Return alpha by (stiffness, speed) and height."""
-    found: Ratios = {(k, v): {} for k in STIFFNESSES for v in SPEEDS}
+    by_run: Ratios = {(k, v): {} for k in STIFFNESSES for v in SPEEDS}
     for row in impulses(law):
-        found[row.stiffness, row.speed][row.height] = row.ratio
-    return found
+        by_run[row.stiffness, row.speed][row.height] = row.ratio
+    return by_run
 
 
 @cache
@@ -221,10 +216,10 @@ def heights_with_structure_window(law: Law) -> tuple[int, ...]:
     return tuple(row.height for row in rows if math.isfinite(row.window_s))
 
 
-def contact_intervals(one: TowerRun) -> list[tuple[float, float]]:
+def contact_intervals(tower_run: TowerRun) -> list[tuple[float, float]]:
     """Return when the grain touches anything [t0], from and to; cut off by the end of the run."""
-    first, *_, last = (float(time) for time in one.time_over_t0)
-    alone = [*grain_alone(one), (last, last)]
+    first, *_, last = (float(time) for time in tower_run.time_over_t0)
+    alone = [*grain_alone(tower_run), (last, last)]
     begins = [first, *(end for _, end in alone)]
     ends = [begin for begin, _ in alone]
     return [pair for pair in zip(begins, ends, strict=False) if pair[0] < pair[1]]

@@ -21,7 +21,7 @@ def test_events_of_three_particles(found):
     """By another solver, and against the numbers of the source's own law."""
     evidence, (statement, _) = found
     assert statement.status is ClaimStatus.REPRODUCED
-    told = schematics.event_times(evidence.shown[1])
+    told = schematics.event_times(evidence.by_height[1])
     assert told == pytest.approx([0.424, 0.607, 0.990, 1.573], abs=1e-3)
     rk4 = tower(Tower(height=2), solver="rk4", profiles=True)
     assert schematics.event_times(rk4) == pytest.approx(told, abs=2e-3)
@@ -52,7 +52,7 @@ def test_the_largest_force_is_that_of_all_heights(found):
     assert evidence.largest_force == pytest.approx(
         Tower().gravity + math.sqrt(Tower().gravity ** 2 + 1e6 * 4), rel=1e-5
     )
-    assert max(r.grain_force.max() for r in evidence.shown) == evidence.largest_force
+    assert max(r.grain_force.max() for r in evidence.by_height) == evidence.largest_force
 
 
 def test_the_base_is_felt_later_in_longer_chains(found):
@@ -79,7 +79,7 @@ def test_a_base_that_is_felt_in_20_particles_changes_the_verdict(found):
 
 
 def test_a_run_does_not_differ_from_itself(found):
-    run = found[0].shown[0]
+    run = found[0].by_height[0]
     assert schematics.largest_difference(run, run) == 0
     assert schematics.base_felt(run, run) == math.inf
 

@@ -4,19 +4,25 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from harness.reproduction.claims import SOURCES
-from harness.reproduction.ledger.samples import Opening, Row, openings, rows, touching_chains
+from harness.reproduction.ledger.samples import (
+    OpenPair,
+    ParticleRow,
+    openings,
+    rows,
+    touching_chains,
+)
 from harness.solvers.chain.forces import contact_forces
 
 
 def row_of(distances):
     centres = np.concatenate(([0.0], np.cumsum(distances)))
-    return Row(centres, contact_forces(centres, 1.0, 1.0))
+    return ParticleRow(centres, contact_forces(centres, 1.0, 1.0))
 
 
 def test_the_smaller_deformation_does_not_keep_the_inequality():
     """Particles 1 and 2 press, 3 stands open by 0.02 m and is closer to 2 than a diameter."""
     (pair,) = openings([row_of([0.9, 0.97])])
-    assert pair == Opening(pytest.approx(0.97), (pytest.approx(0.1), 0.0), (0.9, np.inf))
+    assert pair == OpenPair(pytest.approx(0.97), (pytest.approx(0.1), 0.0), (0.9, np.inf))
     assert pair.distance < 1 - min(pair.deformations)
     assert pair.distance > 1 - max(pair.deformations)
     assert pair.distance > pair.beyond[0]

@@ -8,7 +8,7 @@ import pytest
 from harness.cases.incline.system import Motion
 from harness.errors import EngineCrashError
 from harness.parameters.tower import Tower
-from harness.reproduction.movies.motions import PAIR, contact_changes, motions, row_motion
+from harness.reproduction.movies import PAIR, contact_changes, motions, row_motion
 from harness.solvers.chain.forces import compressions
 from tests.reproduction.doubles import FateEngine
 
@@ -134,7 +134,7 @@ def test_the_exaggeration_follows_the_deformation():
 def test_without_an_engine_or_with_a_dead_one_the_rest_is_there(found, monkeypatch):
     assert found.incline is None
     assert found.missing == "no engine"
-    monkeypatch.setattr("harness.reproduction.movies.motions.row_motion", lambda *_, **__: None)
+    monkeypatch.setattr("harness.reproduction.movies.row_motion", lambda *_, **__: None)
     left = motions(FateEngine([EngineCrashError("signal 11")] * 2))
     assert left.incline is None
     assert left.missing == "crashed: signal 11"
@@ -144,7 +144,7 @@ def test_without_an_engine_or_with_a_dead_one_the_rest_is_there(found, monkeypat
 def test_the_grain_is_trapped_below_and_moves_on_above(lammps_here, monkeypatch):  # noqa: ARG001
     from harness.engines.registry import open_engine
 
-    monkeypatch.setattr("harness.reproduction.movies.motions.row_motion", lambda *_, **__: None)
+    monkeypatch.setattr("harness.reproduction.movies.row_motion", lambda *_, **__: None)
     with open_engine() as engine:
         incline = motions(engine).incline
     below, above = incline.runs

@@ -12,18 +12,18 @@ from harness.observables.provenance import Provenance
 from harness.observables.reference import Trajectory
 from harness.parameters.tower import Tower
 from harness.report.film import FRAME_MS, gif
-from harness.reproduction.movies import films
-from harness.reproduction.movies.motions import (
+from harness.reproduction.movies import (
     INCLINE_COLUMNS,
     PAIR,
     ROW_COLUMNS,
     InclineMotion,
     Motions,
+    RowCollision,
+    films,
     row_dump,
     row_motion,
 )
-from harness.reproduction.movies.motions import motions as reproduced_motions
-from harness.reproduction.movies.scenes import RowCollision
+from harness.reproduction.movies import motions as reproduced_motions
 
 ENGINE = Provenance("lammps", "1 Jan 2030")
 

@@ -6,7 +6,7 @@ import pytest
 
 from harness.observables.provenance import Provenance
 from harness.reproduction.claims import Ledger, Source, compare, untestable
-from harness.reproduction.findings import Findings
+from harness.reproduction.findings import FindingTables
 from harness.reproduction.run import source_figures
 from harness.theory.chain import shock_from_restitution
 from harness.theory.incline import critical_angle
@@ -76,7 +76,7 @@ def findings():
             "uncertainty_deg": 1e-9,
         }
     )
-    return Findings(restitution(), heights(), mfix(), limits, critical_angle())
+    return FindingTables(restitution(), heights(), mfix(), limits, critical_angle())
 
 
 @pytest.fixture
