@@ -86,17 +86,17 @@ def jit(function: Function, **options: Any) -> Function:
     """
     config: Any = numba.config
     with _CHOOSING:
-        given = config.CACHE_DIR
+        chosen = config.CACHE_DIR
         try:
             # numba asks for the folder here and not again: other users of numba keep theirs
-            place = Path(given) if given else cache_place().path / KERNELS
+            place = Path(chosen) if chosen else cache_place().path / KERNELS
             stamp = _stamp(Path(function.__code__.co_filename).parent)
             config.CACHE_DIR = str(_kernel_folder(place, stamp))
             return cast(Function, _kept(numba.njit(cache=True, **options)(function)))
         except RuntimeError:  # nowhere can it be kept
             return cast(Function, numba.njit(**options)(function))
         finally:
-            config.CACHE_DIR = given
+            config.CACHE_DIR = chosen
 
 
 def _kept(dispatcher: Any) -> Any:

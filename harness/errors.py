@@ -32,10 +32,10 @@ class FullDiskError(HarnessError):
     exit_status = 4
 
 
-def cannot_write(what: str, error: OSError) -> HarnessError:
+def cannot_write(request: str, error: OSError) -> HarnessError:
     """Return the error of an option or file that cannot be written, and what the system says."""
     kind = FullDiskError if error.errno in FULL else RequestError
-    return kind(f"{what}: {error.strerror or error}")
+    return kind(f"{request}: {error.strerror or error}")
 
 
 class CombinationError(RequestError):

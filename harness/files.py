@@ -91,10 +91,10 @@ def record_segments(folder: Path, *names: str) -> None:
     ``names`` are written down as well, whether there are such segments or not.
     """
     unknown = {path.name for path in _own_segments()} - _recorded(folder)
-    found = {*names, *_mapped(unknown, os.fsencode(f"{MARK}={folder}"))}
-    if found:
+    segments = {*names, *_mapped(unknown, os.fsencode(f"{MARK}={folder}"))}
+    if segments:
         with (folder / RECORD).open("a", encoding="utf-8") as stream:
-            stream.writelines(f"{name}\n" for name in sorted(found))
+            stream.writelines(f"{name}\n" for name in sorted(segments))
 
 
 def remove_segments(folder: Path, *, mapped: bool = False) -> None:
@@ -104,10 +104,10 @@ def remove_segments(folder: Path, *, mapped: bool = False) -> None:
     allowed: of a process that was killed and is about to end.
     """
     names = {name for path in folder.rglob(RECORD) for name in _recorded(path.parent)}
-    left = [path for path in _own_segments() if path.name in names]
-    if left and not mapped and _mapped({path.name for path in left}):
+    removed = [path for path in _own_segments() if path.name in names]
+    if removed and not mapped and _mapped({path.name for path in removed}):
         raise BlockingIOError(f"{folder}: a process of it is still there")
-    for path in left:
+    for path in removed:
         path.unlink(missing_ok=True)
 
 
@@ -275,12 +275,12 @@ def sweep(parent: Path) -> None:
 
 def _replace(target: Path, aside: Path) -> None:
     """Put the new folder in the place of the old one, which goes aside."""
-    whole = aside / WHOLE
-    if whole.is_dir() and _exchange(whole, target):
+    new = aside / WHOLE
+    if new.is_dir() and _exchange(new, target):
         return
     (aside / OLD).mkdir(mode=0o700)
     target.rename(aside / OLD / target.name)
-    whole.rename(target)
+    new.rename(target)
 
 
 def _exchange(folder: Path, other: Path) -> bool:
@@ -335,9 +335,9 @@ def _handle(folder: Path) -> Iterator[int]:
     """Open a folder that this user alone may write; raise OSError for any other, or a link."""
     handle = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)
     try:
-        found = os.fstat(handle)
-        others_write = stat.S_IMODE(found.st_mode) & (stat.S_IWGRP | stat.S_IWOTH)
-        if found.st_uid != os.geteuid() or others_write:
+        state = os.fstat(handle)
+        others_write = stat.S_IMODE(state.st_mode) & (stat.S_IWGRP | stat.S_IWOTH)
+        if state.st_uid != os.geteuid() or others_write:
             raise PermissionError(f"{folder} is not this user's alone")
         yield handle
     finally:

@@ -75,7 +75,11 @@ def pytest_collection_modifyitems(
     parent = Verified.from_parent(session, name="dem-harness", nodeid="dem-harness")
     # what there is to check is known only after a run
     only_listed = config.option.collectonly
-    checks = [Whole.from_parent(parent, name="verification")] if only_listed else parent.collect()
+    checks = (
+        [UnlistedChecks.from_parent(parent, name="verification")]
+        if only_listed
+        else parent.collect()
+    )
     kept_items: list[pytest.Item | pytest.Collector] = [*checks]
     items += (item for item in kept_items if isinstance(item, pytest.Item))
     # collection is over: who counts what was collected has not seen these
@@ -112,7 +116,7 @@ class Verified(pytest.Collector):
         try:
             checks = verification(self.config).checks
         except CannotVerifyError as error:
-            yield Whole.from_parent(self, name="verification", error=error)
+            yield UnlistedChecks.from_parent(self, name="verification", error=error)
             return
         seen: Counter[str] = Counter()
         for check in checks:
@@ -130,7 +134,7 @@ class _Placed(pytest.Item):
         return self.config.rootpath / "dem-harness", None, f"dem-harness: {self.name}"
 
 
-class Whole(_Placed):
+class UnlistedChecks(_Placed):
     """Stands for all checks where there are none: not run yet, or not to be run."""
 
     def __init__(self, *, error: CannotVerifyError | None = None, **rest: Any) -> None:
@@ -207,7 +211,7 @@ def _run(config: pytest.Config) -> Verification:
     from harness.errors import HarnessError
     from harness.workflows.verification import Selection, verify_as_typed
 
-    asked = {
+    requested = {
         n: config.getoption(f"dem_harness_{n}") or config.getini(f"dem_harness_{n}") or None
         for n in OPTIONS
     }
@@ -215,9 +219,9 @@ def _run(config: pytest.Config) -> Verification:
         # warnings of a library below are not the user's, who may have made them errors
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            cases, only = asked.pop("cases"), asked.pop("only") or ""
+            cases, only = requested.pop("cases"), requested.pop("only") or ""
             chosen = Selection(cases, only, config.option.keyword)
-            return verify_as_typed(**asked, cases=chosen)
+            return verify_as_typed(**requested, cases=chosen)
     except HarnessError as error:
         raise CannotVerifyError(f"dem-harness: {error}") from None
 

@@ -70,7 +70,7 @@ def made_up():
             not_tested("away", Kind.REGRESSION, "no baseline"),
             finding("laws", 1.0, 2.0, "deg", "as they should"),
         ),
-        own={"slope": Findings("slope", headlines=[Row("angle", 10.2, 0.1, "deg", 10.2, "x")])},
+        solvers={"slope": Findings("slope", headlines=[Row("angle", 10.2, 0.1, "deg", 10.2, "x")])},
     )
 
 

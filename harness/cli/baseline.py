@@ -47,7 +47,9 @@ class BaselineOptions:
             )
             recording.status = compared.status
             recording.engine = (
-                compared.found.provenance.record() if compared.found.provenance else {}
+                compared.verification.provenance.record()
+                if compared.verification.provenance
+                else {}
             )
             recording.quantities = compared.checks
         return compared
@@ -94,7 +96,7 @@ def compare(
         print_json(compared.record())
     else:
         rows = [check.record() for check in compared.checks]
-        print_regression(rows, compared.found.baseline)
+        print_regression(rows, compared.verification.baseline)
     return compared.status
 
 

@@ -22,7 +22,7 @@ from harness.errors import RequestError
 
 if TYPE_CHECKING:
     from harness.store.history import HistoryQuery
-    from harness.workflows.history_search import Recorded
+    from harness.workflows.history_search import HistoryAnswer
 
 SHOWN = 30
 LONGEST = 56
@@ -50,7 +50,7 @@ class SearchOptions:
     limit: int | None = None
     """The newest so many. [default: 30 in the list, all elsewhere]"""
 
-    def find(self, limit: int | None) -> Recorded:
+    def find(self, limit: int | None) -> HistoryAnswer:
         """Return what the history holds; ``limit`` counts where none was given."""
         from harness.workflows import history as ask
 
@@ -117,7 +117,7 @@ def history(
     return 0
 
 
-def _print(runs: Recorded) -> None:
+def _print(runs: HistoryAnswer) -> None:
     """Print one line a row, newest last, as a log."""
     if not runs.rows:
         none = (

@@ -203,11 +203,11 @@ def _begin(command: str) -> Iterator[Finish]:
     from harness.files import history_place
     from harness.store.acceptance import commit
     from harness.store.entries import tell_stderr
-    from harness.store.history import History, Start
+    from harness.store.history import History, RunStart
 
     place = history_place()
     system = f"{platform.system()} {platform.machine()}, Python {platform.python_version()}"
-    start = Start(command, given_words(command), __version__, commit(), system)
+    start = RunStart(command, given_words(command), __version__, commit(), system)
     with contextlib.ExitStack() as stack:
         try:
             history = stack.enter_context(History(place.path))
@@ -224,9 +224,9 @@ def _begin(command: str) -> Iterator[Finish]:
 def _finish(history: History, run: int, recording: Recording, seconds: float, note: str) -> None:
     """Complete the run; a history that went away meanwhile must not cost its result."""
     from harness.store.entries import tell_stderr
-    from harness.store.history import End
+    from harness.store.history import RunEnd
 
-    end = End(
+    end = RunEnd(
         status=recording.status,
         seconds=seconds,
         engine=recording.engine.get("engine", ""),

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -72,7 +71,7 @@ def releases(
             names,
             level=asked.level,
             cases=asked.cases,
-            remember=lambda engine: nullcontext(cached(engine, entries, kept.fresh)),
+            remember=lambda engine: cached(engine, entries, kept.fresh),
             progress=recording.progress,
         )
         recording.status, recording.folder = comparison.status, output

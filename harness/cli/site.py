@@ -37,5 +37,5 @@ def site(*runs: Path, output: Path = DEFAULT, history: bool = False, json: Json 
     if json:
         print_json(built.record())
     else:
-        print_record(built.told())
+        print_record(built.summary())
     return 0

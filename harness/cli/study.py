@@ -132,12 +132,14 @@ def study(
 
 def _held(options: StudyOptions, where: ExecutorOptions) -> contextlib.AbstractContextManager[None]:
     """Return what holds the folder of SLURM's jobs: another study in it would take them for its."""
-    from harness.workflows.sweep_plan import Asked
+    from harness.workflows.sweep_plan import SweepRequest
     from harness.workflows.sweep_run import held_sweep
 
     if where.executor == "local" or options.output is None:
         return contextlib.nullcontext()
-    return held_sweep(_jobs(options.output), Asked(options.case, {}, {"study": options.level}))
+    return held_sweep(
+        _jobs(options.output), SweepRequest(options.case, {}, {"study": options.level})
+    )
 
 
 def _jobs(output: Path) -> Path:

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from harness.cli.recording import Recording
     from harness.engines.contract import Engine
     from harness.observables.reference import Points
-    from harness.workflows.sweep_plan import Asked, Plan
+    from harness.workflows.sweep_plan import SweepPlan, SweepRequest
     from harness.workflows.sweep_run import Row, Sweep
 
 FAILED = 3
@@ -74,14 +74,14 @@ class SweepOptions(IntegratorOptions):
     """Your measured points for the figure: a CSV table with columns named as in rows.csv, the
     first parameter of --over and the first --quantity; `uncertainty_UNIT` gives error bars."""
 
-    def asked(self) -> Asked:
+    def asked(self) -> SweepRequest:
         """Return what is to be run: of a case, or of a file with these options on top."""
         from harness.engines.typed import named_values
-        from harness.workflows.sweep_plan import Asked, asked_in, with_options
+        from harness.workflows.sweep_plan import SweepRequest, request_in, with_options
 
         target = self.target
         of_file = target.endswith(".toml")
-        base = asked_in(Path(target)) if of_file else Asked(target, {}, {})
+        base = request_in(Path(target)) if of_file else SweepRequest(target, {}, {})
         more = {
             "over": named_values(self.over or (), "--over"),
             "fixed": named_values(self.settings or (), "--set"),
@@ -90,13 +90,13 @@ class SweepOptions(IntegratorOptions):
         }
         return with_options(base, more.items())
 
-    def points(self, chosen: Plan) -> Points | None:
+    def points(self, chosen: SweepPlan) -> Points | None:
         """Return the measured points, if there are any; raise RequestError for a bad file."""
         from harness.workflows.sweep_columns import drawn_columns
 
         if self.reference is None:
             return None
-        if not chosen.asked.quantity:
+        if not chosen.request.quantity:
             raise RequestError(
                 f"--reference {self.reference}: --quantity must say what was measured there"
             )
@@ -155,7 +155,7 @@ def sweep(
     if options.mpirun is None and where.ranks > 1:
         options = replace(options, mpirun=_launcher(options, chosen.engines, where.ranks))
     counts: dict[str, int] = {}
-    with recorded("sweep", quiet=json) as recording, _folder(options, chosen.asked) as folder:
+    with recorded("sweep", quiet=json) as recording, _folder(options, chosen.request) as folder:
         table = PartialTable(folder / ROWS)
         if settings is None:
             found, unqualified = _run(options, chosen, counts, recording, table)
@@ -189,7 +189,7 @@ def _launcher(options: SweepOptions, engines: Sequence[str], ranks: int) -> str:
     return launcher_for(ranks, "")
 
 
-def _planned(options: SweepOptions) -> Plan:
+def _planned(options: SweepOptions) -> SweepPlan:
     """Return what is asked for; raise RequestError, which names the file where there is one."""
     from harness.workflows.sweep_plan import plan
 
@@ -201,7 +201,7 @@ def _planned(options: SweepOptions) -> Plan:
 
 def _run(
     options: SweepOptions,
-    chosen: Plan,
+    chosen: SweepPlan,
     counts: dict[str, int],
     recording: Recording,
     table: PartialTable,
@@ -231,7 +231,7 @@ def _run(
 
 def _run_on_cluster(
     options: SweepOptions,
-    chosen: Plan,
+    chosen: SweepPlan,
     settings: ExecutorOptions,
     folder: Path,
     recording: Recording,
@@ -286,7 +286,7 @@ class PartialTable:
 
 
 @contextlib.contextmanager
-def _folder(options: SweepOptions, asked: Asked) -> Iterator[Path]:
+def _folder(options: SweepOptions, asked: SweepRequest) -> Iterator[Path]:
     """Yield the folder of the sweep, held until the end of the block."""
     from harness.workflows.sweep_run import held_sweep
 

@@ -297,9 +297,9 @@ def engines_of(wanted: str | None) -> tuple[str, ...]:
     """Return the engines that are asked for; raise RequestError for one that is not known."""
     if wanted is None:
         return ()
-    from harness.workflows.engine_status import asked_engines
+    from harness.workflows.engine_status import selected_engines
 
-    return asked_engines(wanted).engines
+    return selected_engines(wanted).engines
 
 
 def _record(
@@ -374,7 +374,7 @@ def _key(asked: VerifyOptions, engine: EngineOptions) -> str | None:
         asked.level,
         cases=names,
         engine=engine.engine,
-        beside={
+        context={
             "baseline": against,
             "strict": asked.strict,
             "png": asked.png,

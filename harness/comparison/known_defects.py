@@ -115,9 +115,9 @@ class KnownDefect(Parameters):
     @property
     def note(self) -> str:
         """Return what a report says of it in a line."""
-        shown = f"; {self.script} shows it" if self.script else ""
+        pointer = f"; {self.script} shows it" if self.script else ""
         word = "known defect" if self.kind == "defect" else self.kind
-        return f"{word} {self.name}: {self.cause}; upstream: {self.upstream}{shown}"
+        return f"{word} {self.name}: {self.cause}; upstream: {self.upstream}{pointer}"
 
 
 def defect_of(check: Check) -> str:
@@ -125,7 +125,7 @@ def defect_of(check: Check) -> str:
     return check.cell.defect if check.cell is not None else ""
 
 
-def told_apart(
+def mark_known_defects(
     checks: Iterable[Check], defects: Sequence[KnownDefect], versions: Mapping[str, str]
 ) -> tuple[Check, ...]:
     """Return the checks, failures of the size that a defect predicts and cells without it marked.
@@ -163,27 +163,31 @@ def _marked(
     ended = [defect for defect in here if _failed_as_predicted(check, defect)]
     sized = [defect for defect in here if not defect.predicts.error]
     if ended:
-        here, expected, said, known = ended, None, "", True
+        here, expected, sentence, predicted = ended, None, "", True
     elif sized:
         value = replace(check, cell=replace(check.cell, invariance=""))
         beneath = [d for d in defects if check.cell.invariance and d.concerns(value, versions)]
         here = sized
-        expected, said = _size(check, sized, [d for d in beneath if not d.predicts.error])
-        known = expected is not None and expected.includes(check.value)
+        expected, sentence = _size(check, sized, [d for d in beneath if not d.predicts.error])
+        predicted = expected is not None and expected.includes(check.value)
     else:
         message = here[0].predicts.error
-        expected, said, known = None, f"{here[0].name} predicts a run that ends: {message}", False
+        expected, sentence, predicted = (
+            None,
+            f"{here[0].name} predicts a run that ends: {message}",
+            False,
+        )
     # what is undecided against the law is decided against a prediction that excludes the law
-    if undecided and not (known and expected and not expected.includes(check.expected)):
+    if undecided and not (predicted and expected and not expected.includes(check.expected)):
         return bare
-    note = "; ".join(filter(None, (*(defect.note for defect in here), said, check.note)))
+    note = "; ".join(filter(None, (*(defect.note for defect in here), sentence, check.note)))
     if holds:
-        if known or (sized and expected is None):
+        if predicted or (sized and expected is None):
             return bare
         note = f"no longer there: {note}"
         verdict = Verdict.FIXED
-    elif not known:
-        return replace(bare, note="; ".join(filter(None, (said, check.note))))
+    elif not predicted:
+        return replace(bare, note="; ".join(filter(None, (sentence, check.note))))
     else:
         verdict = Verdict.KNOWN_DEFECT
     # the first is named: the others stand in the note
@@ -263,11 +267,11 @@ def _marked_move(
     here = _of_runs(check, defects, versions)
     there = _of_runs(check, defects, {record.engine: record.engine_version})
     apart = [defect for defect in (*here, *there) if (defect in here) is not (defect in there)]
-    known = record.quantities.get(quantity)
-    if not apart or known is None:
+    recorded = record.quantities.get(quantity)
+    if not apart or recorded is None:
         return row
     there_is_none = math.isnan(row.value)
-    difference = (0.0 if there_is_none else row.value) - known.value
+    difference = (0.0 if there_is_none else row.value) - recorded.value
     width = UNRECORDED if there_is_none else 2.0 * row.tolerance
     try:
         size = check.predict.moved(merged(here), merged(there), width)  # type: ignore[union-attr]
@@ -276,10 +280,10 @@ def _marked_move(
     names = " and ".join(
         f"{defect.name} ({'here' if defect in here else 'there'})" for defect in apart
     )
-    said = f"{names} predict a difference of {size}, it is {difference:.6g}"
-    note = "; ".join(filter(None, (*(defect.note for defect in apart), said, row.note)))
+    sentence = f"{names} predict a difference of {size}, it is {difference:.6g}"
+    note = "; ".join(filter(None, (*(defect.note for defect in apart), sentence, row.note)))
     if not size.includes(difference):
-        return replace(row, note="; ".join(filter(None, (said, row.note))))
+        return replace(row, note="; ".join(filter(None, (sentence, row.note))))
     return replace(row, verdict=Verdict.KNOWN_DEFECT, note=note, triage="")
 
 

@@ -27,13 +27,13 @@ class Planned(NamedTuple):
 
 def missing_from(rows: Sequence[Check], planned: Iterable[Planned]) -> list[Planned]:
     """Return the planned checks that no row is of; a row is of one check, the longest name."""
-    left, missing = dict(enumerate(rows)), []
+    unassigned, missing = dict(enumerate(rows)), []
     for check in sorted(planned, key=lambda check: len(check.name), reverse=True):
-        at = next((i for i, row in left.items() if check.includes(row)), None)
+        at = next((i for i, row in unassigned.items() if check.includes(row)), None)
         if at is None:
             missing.append(check)
         else:
-            del left[at]
+            del unassigned[at]
     return missing
 
 
@@ -59,4 +59,7 @@ def judge_plan(name: str, rows: Sequence[Check], planned: Sequence[Planned]) -> 
     lost = "the plan of the level names it, and no run left it"
     kinds = [Kind.INVARIANCE if check.invariance else Kind.ANALYTIC for check in missing]
     names = [check.name for check in missing]
-    return [count, *(failed(*one, lost, Triage.MISSING) for one in zip(names, kinds, strict=True))]
+    return [
+        count,
+        *(failed(*named, lost, Triage.MISSING) for named in zip(names, kinds, strict=True)),
+    ]

@@ -57,7 +57,7 @@ class Override:
 
 
 @dataclass(frozen=True)
-class Allowed:
+class AllowedChanges:
     """The tolerances of cases, and the exceptions to them."""
 
     by_case: ByCase
@@ -104,7 +104,7 @@ class BaselineRecord:
         return replace(self, levels=(level,), platform=platform)
 
 
-class Made(TypedDict, total=False):
+class RecordOrigin(TypedDict, total=False):
     """Who made a case, as fields of it."""
 
     engine: Required[str]
@@ -125,16 +125,16 @@ def name_in_cell(cell: Cell) -> str:
     return record_name(cell.engine, cell.case, f"{cell.submodel} {cell.system}")
 
 
-def made_by(who: Provenance | None, solver: str = "", version: str = "") -> Made:
+def made_by(provenance: Provenance | None, solver: str = "", version: str = "") -> RecordOrigin:
     """Return who made a case: an engine, or a solver of this harness in its ``version``."""
-    if who is None:
+    if provenance is None:
         return {"engine": solver, "engine_version": f"dem-harness {version}"}
     return {
-        "engine": who.engine,
-        "engine_version": who.engine_version,
-        "how": who.how,
-        "script": who.script,
-        "script_sha256": who.script_sha256,
+        "engine": provenance.engine,
+        "engine_version": provenance.engine_version,
+        "how": provenance.how,
+        "script": provenance.script,
+        "script_sha256": provenance.script_sha256,
     }
 
 
@@ -143,17 +143,17 @@ DERIVED = 1e-12
 were seen. What anybody sets apart differs by more."""
 
 
-def changed_parameters(now: Mapping[str, Any], known: Mapping[str, Any]) -> list[str]:
+def changed_parameters(now: Mapping[str, Any], accepted: Mapping[str, Any]) -> list[str]:
     """Say which parameters differ; one that only one side knows is no difference of the case."""
-    found = []
-    for key, wanted in known.items():
+    lines = []
+    for key, wanted in accepted.items():
         if key not in now:
             continue
         if isinstance(wanted, Mapping) and isinstance(now[key], Mapping):
-            found += [f"{key} {text}" for text in changed_parameters(now[key], wanted)]
+            lines += [f"{key} {text}" for text in changed_parameters(now[key], wanted)]
         elif not _same(now[key], wanted):
-            found.append(f"{key} = {now[key]!r}, the baseline's is {wanted!r}")
-    return found
+            lines.append(f"{key} = {now[key]!r}, the baseline's is {wanted!r}")
+    return lines
 
 
 def _same(now: Any, wanted: Any) -> bool:
@@ -163,16 +163,16 @@ def _same(now: Any, wanted: Any) -> bool:
     return bool(now == wanted)
 
 
-def metadata_changes(case: BaselineRecord, known: BaselineRecord) -> list[str]:
+def metadata_changes(case: BaselineRecord, accepted: BaselineRecord) -> list[str]:
     """Say what differs between the two runs besides the case."""
-    said = []
-    if case.engine_version != known.engine_version:
-        said.append(f"baseline of {known.engine} {known.engine_version}")
-    if case.platform != known.platform:
-        said.append(f"baseline of {known.platform}")
-    if case.script_sha256 != known.script_sha256:
-        said.append(f"script {case.script} is not the baseline's")
-    return said
+    lines = []
+    if case.engine_version != accepted.engine_version:
+        lines.append(f"baseline of {accepted.engine} {accepted.engine_version}")
+    if case.platform != accepted.platform:
+        lines.append(f"baseline of {accepted.platform}")
+    if case.script_sha256 != accepted.script_sha256:
+        lines.append(f"script {case.script} is not the baseline's")
+    return lines
 
 
 INPUT = frozenset({"step_s"})
@@ -195,7 +195,7 @@ class Baseline:
 
     def of_level(self, level: str) -> list[BaselineRecord]:
         """Return the records that a level of ``verify`` makes, by name."""
-        return [one for name, one in sorted(self.records.items()) if level in one.levels]
+        return [record for name, record in sorted(self.records.items()) if level in record.levels]
 
 
 @dataclass(frozen=True)
@@ -229,7 +229,7 @@ class Regression:
 class _Rows:
     """Rows in order; those of numbers and of series by the family of their record."""
 
-    allowed: Allowed
+    allowed: AllowedChanges
     checks: list[Check] = field(default_factory=list)
     divergences: list[Comparison] = field(default_factory=list)
     families: list[Family] = field(default_factory=list)
@@ -253,18 +253,18 @@ def against_baseline(
     reason, and fails where nothing explains it. A record without a baseline is not tested.
     """
     records = {record.name: record for record in measured}
-    rows = _Rows(Allowed(tolerances, baseline.overrides))
+    rows = _Rows(AllowedChanges(tolerances, baseline.overrides))
     if not baseline.of_level(level):
         name, where = row_name(f"level {level}"), baseline.where or "any folder"
         reason_none = (
             f"no record of this level in {where}; `dem-harness baseline accept` writes them"
         )
         return Regression((not_tested(name, Kind.REGRESSION, reason_none),))
-    for known in baseline.of_level(level):
-        if known.name in records:
-            _compare(records[known.name], known, rows)
-        elif expected.covers(known):
-            rows.add(_missing(known, expected))
+    for accepted in baseline.of_level(level):
+        if accepted.name in records:
+            _compare(records[accepted.name], accepted, rows)
+        elif expected.covers(accepted):
+            rows.add(_missing(accepted, expected))
     for record in measured:
         if record.name not in baseline.records:
             reason_new = "it has no baseline; `dem-harness baseline accept` writes one"
@@ -277,11 +277,11 @@ def row_name(record: str, quantity: str = "") -> str:
     return f"baseline: {record}{f': {quantity}' if quantity else ''}"
 
 
-def _missing(known: BaselineRecord, expected: Expected) -> Check:
-    name, error = row_name(known.name), expected.errors.get(known.name)
+def _missing(accepted: BaselineRecord, expected: Expected) -> Check:
+    name, error = row_name(accepted.name), expected.errors.get(accepted.name)
     if error is not None:
         return failed(name, Kind.REGRESSION, f"{error.kind}: {error}", of_error(error))
-    reason = expected.reason(known)
+    reason = expected.reason(accepted)
     if reason:
         return not_tested(name, Kind.REGRESSION, reason)
     return failed(
@@ -319,29 +319,29 @@ def _explained(row: Check, cells: Mapping[str, list[Check]]) -> Check:
     return row
 
 
-def _compare(record: BaselineRecord, known: BaselineRecord, rows: _Rows) -> None:
+def _compare(record: BaselineRecord, accepted: BaselineRecord, rows: _Rows) -> None:
     """Add the rows of one record."""
-    changed = changed_parameters(record.parameters, known.parameters)
-    note = "; ".join([*changed, *metadata_changes(record, known)])
+    changed = changed_parameters(record.parameters, accepted.parameters)
+    note = "; ".join([*changed, *metadata_changes(record, accepted)])
     family = (record.engine, record.case, *record.family) if record.family else ()
     class_of_series = ""
-    if known.series is not None and not changed:
-        class_of_series = _series(record, known, note, rows)
+    if accepted.series is not None and not changed:
+        class_of_series = _series(record, accepted, note, rows)
         if class_of_series and family:
             rows.classes[family] = class_of_series
 
     def width(wanted: Row, _: Row) -> float:
-        return rows.allowed.of(record.case, known.name, wanted.name)[0].width(wanted.value)
+        return rows.allowed.of(record.case, accepted.name, wanted.name)[0].width(wanted.value)
 
-    for quantity, pair in compare(known.quantities, record.quantities, width).items():
+    for quantity, pair in compare(accepted.quantities, record.quantities, width).items():
         if pair.before is None:
             continue
-        name, wanted = row_name(known.name, quantity), pair.before
+        name, wanted = row_name(accepted.name, quantity), pair.before
         if pair.after is None:
             note_gone = "it is not measured any more"
             rows.add(failed(name, Kind.REGRESSION, note_gone, Triage.MISSING))
             continue
-        tolerance, exception = rows.allowed.of(record.case, known.name, quantity)
+        tolerance, exception = rows.allowed.of(record.case, accepted.name, quantity)
         remark = "; ".join(filter(None, (note, exception and f"override {exception!r}")))
         row = judge(
             name, Kind.REGRESSION, pair.after.value, wanted.value,
@@ -356,22 +356,22 @@ def _compare(record: BaselineRecord, known: BaselineRecord, rows: _Rows) -> None
         rows.add(row, family)
 
 
-def _series(record: BaselineRecord, known: BaselineRecord, note: str, rows: _Rows) -> str:
+def _series(record: BaselineRecord, accepted: BaselineRecord, note: str, rows: _Rows) -> str:
     """Add one row for the series of a record, its worst column; return the class of a failure."""
-    name = row_name(known.name, "series")
-    assert known.series is not None
-    width, _ = rows.allowed.of(record.case, known.name, "series")
+    name = row_name(accepted.name, "series")
+    assert accepted.series is not None
+    width, _ = rows.allowed.of(record.case, accepted.name, "series")
     if record.series is None:
         rows.add(failed(name, Kind.REGRESSION, "its series was not recorded", Triage.MISSING))
         return str(Triage.MISSING)
     try:
         columns = compare_series(
-            known.name, record.series, known.series, width.relative, width.absolute
+            accepted.name, record.series, accepted.series, width.relative, width.absolute
         )
     except RequestError as error:
         rows.add(failed(name, Kind.REGRESSION, str(error), Triage.MISSING))
         return str(Triage.MISSING)
-    now, then = (f"{one.engine} {one.engine_version}" for one in (record, known))
+    now, then = (f"{version.engine} {version.engine_version}" for version in (record, accepted))
     columns = [
         replace(c, run_label=f"this run, {now}", reference_label=f"baseline, {then}")
         for c in columns
@@ -404,11 +404,11 @@ def _over_band(column: Comparison) -> float:
 
 def earliest(diverged: Sequence[Comparison]) -> str:
     """Return the class of the column that left its band first, empty if none did."""
-    found = [d for d in (column.divergence for column in diverged) if d is not None]
-    if not found:
+    divergences = [d for d in (column.divergence for column in diverged) if d is not None]
+    if not divergences:
         return ""
-    first = min(found, key=lambda d: d.time)
-    return of_divergence(replace(first, stays=any(d.stays for d in found)))
+    first = min(divergences, key=lambda d: d.time)
+    return of_divergence(replace(first, stays=any(d.stays for d in divergences)))
 
 
 def _with_relatives(rows: _Rows) -> list[Check]:
@@ -417,10 +417,10 @@ def _with_relatives(rows: _Rows) -> list[Check]:
     A number that comes from many runs keeps no series, but one run of its family does: if that
     left its band, the number moved for the same cause.
     """
-    found = []
+    checks = []
     for check, family in zip(rows.checks, rows.families, strict=True):
-        beside = rows.classes.get(family, "")
-        if check.verdict is Verdict.FAIL and check.triage == Triage.OUT_OF_TOLERANCE and beside:
-            check = replace(check, triage=f"{beside} (series of the same family)")
-        found.append(check)
-    return found
+        of_series = rows.classes.get(family, "")
+        if check.verdict is Verdict.FAIL and check.triage == Triage.OUT_OF_TOLERANCE and of_series:
+            check = replace(check, triage=f"{of_series} (series of the same family)")
+        checks.append(check)
+    return checks

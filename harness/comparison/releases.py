@@ -16,7 +16,13 @@ from typing import TYPE_CHECKING, Any
 
 from harness.comparison.compare import Change, Pair, compare
 from harness.comparison.known_defects import defect_of
-from harness.comparison.regression import Allowed, BaselineRecord, ByCase, earliest, name_in_cell
+from harness.comparison.regression import (
+    AllowedChanges,
+    BaselineRecord,
+    ByCase,
+    earliest,
+    name_in_cell,
+)
 from harness.comparison.series import compare_series
 from harness.comparison.verdicts import RANK, Check, Kind, Verdict, published
 from harness.errors import RequestError
@@ -58,7 +64,7 @@ class CellRow:
 
 def cell_rows(checks: Sequence[Sequence[Check]]) -> list[CellRow]:
     """Return the cells that do not hold in every release; ``checks`` are those of each release."""
-    columns = [_by_place(one) for one in checks]
+    columns = [_by_place(of_release) for of_release in checks]
     rows = []
     for place in sorted({place for column in columns for place in column}):
         cells = [column.get(place, []) for column in columns]
@@ -72,11 +78,11 @@ def cell_rows(checks: Sequence[Sequence[Check]]) -> list[CellRow]:
 
 def untested(rows: Sequence[CellRow], release: int) -> dict[str, list[CellRow]]:
     """Return the cells that a release leaves untested, by the reason."""
-    found: dict[str, list[CellRow]] = {}
+    by_reason: dict[str, list[CellRow]] = {}
     for row in rows:
         if row.reasons[release]:
-            found.setdefault(row.reasons[release], []).append(row)
-    return found
+            by_reason.setdefault(row.reasons[release], []).append(row)
+    return by_reason
 
 
 def reasons_of_records(checks: Sequence[Check]) -> dict[str, str]:
@@ -91,25 +97,28 @@ def reasons_of_records(checks: Sequence[Check]) -> dict[str, str]:
 
 def defects_of(checks: Sequence[Sequence[Check]]) -> dict[str, list[int]]:
     """Return in how many cells of each release a known defect was found, by its name."""
-    found: list[set[tuple[str, Place]]] = [
+    by_release: list[set[tuple[str, Place]]] = [
         {
             (defect_of(check), place)
-            for place, cell in _by_place(one).items()
+            for place, cell in _by_place(of_release).items()
             for check in cell
             if check.verdict is Verdict.KNOWN_DEFECT
         }
-        for one in checks
+        for of_release in checks
     ]
-    names = sorted({name for one in found for name, _ in one})
-    return {name: [sum(1 for other, _ in one if other == name) for one in found] for name in names}
+    names = sorted({name for defects in by_release for name, _ in defects})
+    return {
+        name: [sum(1 for other, _ in defects if other == name) for defects in by_release]
+        for name in names
+    }
 
 
 def _by_place(checks: Sequence[Check]) -> dict[Place, list[Check]]:
-    found: dict[Place, list[Check]] = {}
+    by_place: dict[Place, list[Check]] = {}
     for check in checks:
         if check.cell is not None:
-            found.setdefault(check.cell.place[:3], []).append(check)
-    return found
+            by_place.setdefault(check.cell.place[:3], []).append(check)
+    return by_place
 
 
 def _worst(cell: Sequence[Check]) -> str:
@@ -150,13 +159,13 @@ class ReleaseChange(StrEnum):
     NOT_TESTED = "not tested"
 
 
-def parted(record: BaselineRecord, known: BaselineRecord, allowed: Allowed) -> str:
+def parted(record: BaselineRecord, reference: BaselineRecord, allowed: AllowedChanges) -> str:
     """Say when the series of a record that moved left that of the reference."""
-    if record.series is None or known.series is None:
+    if record.series is None or reference.series is None:
         return ""
-    width = allowed.of(record.case, known.name, "series")[0]
+    width = allowed.of(record.case, reference.name, "series")[0]
     try:
-        columns = compare_series(known.name, record.series, known.series, width.relative)
+        columns = compare_series(reference.name, record.series, reference.series, width.relative)
     except RequestError as error:
         return str(error)
     return earliest(columns)
@@ -270,7 +279,7 @@ class ReleaseMatrix(Shown):
         changes = [row.cells[column].change for row in self.rows]
         return {str(change): changes.count(change) for change in ReleaseChange if change in changes}
 
-    def told(self) -> dict[str, str]:
+    def summary(self) -> dict[str, str]:
         """Return what moved in each release, against which one."""
         counts = {
             column.title: column.error or ", ".join(f"{n} {c}" for c, n in self.counts(i).items())
@@ -340,8 +349,8 @@ class ReleaseMatrix(Shown):
             {**cell.record(), "release": release}
             for cell, release in zip(row.cells, releases, strict=True)
         ]
-        told = {name: value for name, value in vars(row).items() if name != "record"}
-        return {**told, "case": row.record, "cells": cells}
+        fields = {name: value for name, value in vars(row).items() if name != "record"}
+        return {**fields, "case": row.record, "cells": cells}
 
 
 def release_matrix(
@@ -356,26 +365,26 @@ def release_matrix(
 
     ``engine`` is its name as reports write it, ``cases`` what was asked for.
     """
-    allowed = Allowed(tolerances)
+    allowed = AllowedChanges(tolerances)
     reference = next((i for i, column in enumerate(columns) if column.records), 0)
     measured = [{record.name: record for record in column.records} for column in columns]
     rows = []
     for name in sorted({name for records in measured for name in records}):
-        known = measured[reference].get(name)
-        first = known or next(records[name] for records in measured if name in records)
+        of_reference = measured[reference].get(name)
+        first = of_reference or next(records[name] for records in measured if name in records)
 
         def width(wanted: Row, _: Row | None = None, of: BaselineRecord = first) -> float:
             return allowed.of(of.case, of.name, wanted.name)[0].width(wanted.value)
 
-        pairs = [_pairs(known, records.get(name), width) for records in measured]
+        pairs = [_pairs(of_reference, records.get(name), width) for records in measured]
         for quantity, wanted in first.quantities.items():
             cells = tuple(
                 _cell(column, name, of_release.get(quantity), column is columns[reference])
                 for column, of_release in zip(columns, pairs, strict=True)
             )
             cells = tuple(
-                replace(cell, note=parted(records[name], known, allowed))
-                if cell.change is ReleaseChange.MOVED and known
+                replace(cell, note=parted(records[name], of_reference, allowed))
+                if cell.change is ReleaseChange.MOVED and of_reference
                 else cell
                 for cell, records in zip(cells, measured, strict=True)
             )
@@ -385,11 +394,11 @@ def release_matrix(
 
 
 def _pairs(
-    known: BaselineRecord | None,
+    reference: BaselineRecord | None,
     record: BaselineRecord | None,
     width: Callable[[Row, Row], float],
 ) -> Mapping[str, Pair[Row]]:
-    before, after = (one.quantities if one else {} for one in (known, record))
+    before, after = (version.quantities if version else {} for version in (reference, record))
     return compare(before, after, width)
 
 

@@ -92,14 +92,14 @@ class RunDiff(Shown):
         """Return all rows as a table, those that stayed the same too."""
         return record_frame(self.rows)
 
-    def told(self) -> dict[str, str]:
+    def summary(self) -> dict[str, str]:
         """Return what became of the rows, and which runs they are of."""
         counts = [f"{self.count(change)} {change}" for change in RowChange if self.count(change)]
         return {
             "rows": ", ".join(counts),
             "before": f"{self.before.started}, {self.before.level}",
             "after": f"{self.after.started}, {self.after.level}",
-            "engine": self.after.engine.told if self.after.engine else "none",
+            "engine": self.after.engine.label if self.after.engine else "none",
         }
 
     def drawn(self) -> Figure:
@@ -148,7 +148,9 @@ class _Same:
 
 
 def _engines(run: Results) -> frozenset[str]:
-    return frozenset(told.engine for told in run.engines.declared) if run.engines else frozenset()
+    return (
+        frozenset(engine.engine for engine in run.engines.declared) if run.engines else frozenset()
+    )
 
 
 def _row(pair: Pair[Check], same: _Same) -> RowDiff:

@@ -83,7 +83,7 @@ def align(run: Samples, reference: Samples, same: float) -> Aligned:
     """
     first = max(run.time[0], reference.time[0])
     last = min(run.time[-1], reference.time[-1])
-    ours, theirs = (_distinct(one.time, first, last, same) for one in (run, reference))
+    ours, theirs = (_distinct(samples.time, first, last, same) for samples in (run, reference))
     if ours.size < 2 or theirs.size < 2:
         raise RequestError(
             f"time = {run.time[0]:.6g} to {run.time[-1]:.6g} s: shares fewer than two samples "
@@ -97,8 +97,8 @@ def align(run: Samples, reference: Samples, same: float) -> Aligned:
         return Aligned(run.time[rows], run.values[rows], reference.values[others], none)
     if ours.size >= theirs.size:
         return _onto(run, reference, theirs, same)
-    found = _onto(reference, run, ours, same)
-    return found._replace(value=found.reference, reference=found.value)
+    aligned = _onto(reference, run, ours, same)
+    return aligned._replace(value=aligned.reference, reference=aligned.value)
 
 
 def missing(run: Floats, reference: Floats, same: float, *, thinned: bool) -> str:
@@ -157,8 +157,8 @@ def _shared(time: Floats, other: Floats, same: float) -> tuple[Rows, Rows]:
     if other.size < 2:
         right = np.zeros_like(right)
     nearest = np.where(time - other[right - 1] < other[right] - time, right - 1, right)
-    found = np.abs(other[nearest] - time) <= same
-    return np.flatnonzero(found), np.asarray(nearest[found])
+    equal = np.abs(other[nearest] - time) <= same
+    return np.flatnonzero(equal), np.asarray(nearest[equal])
 
 
 def _onto(fine: Samples, coarse: Samples, rows: Rows, same: float) -> Aligned:
@@ -168,24 +168,24 @@ def _onto(fine: Samples, coarse: Samples, rows: Rows, same: float) -> Aligned:
     time = coarse.time[rows]
     values = np.full((time.size, fine.values.shape[1]), np.nan)
     error = np.zeros(fine.values.shape[1])
-    told = np.zeros(time.size, dtype=bool)
+    covered = np.zeros(time.size, dtype=bool)
     for piece in _pieces(fine, same):
-        at, known = fine.time[piece], fine.values[piece]
+        at, samples = fine.time[piece], fine.values[piece]
         inside = (time >= at[0]) & (time <= at[-1])
         if not inside.any():
             continue
-        told |= inside
-        if not np.isfinite(known).all():
-            values[inside] = np.column_stack([np.interp(time[inside], at, c) for c in known.T])
+        covered |= inside
+        if not np.isfinite(samples).all():
+            values[inside] = np.column_stack([np.interp(time[inside], at, c) for c in samples.T])
             continue
-        values[inside] = CubicSpline(at, known)(time[inside])
-        missed = CubicSpline(at[::2], known[::2])(at[1:-1:2]) - known[1:-1:2]
+        values[inside] = CubicSpline(at, samples)(time[inside])
+        missed = CubicSpline(at[::2], samples[::2])(at[1:-1:2]) - samples[1:-1:2]
         error = np.maximum(error, np.abs(missed).max(axis=0))
-    if told.sum() < 2:
+    if covered.sum() < 2:
         raise RequestError(
             f"time: too few samples between kinks ({fine.time.size} in all) to be interpolated"
         )
-    return Aligned(time[told], values[told], coarse.values[rows][told], error)
+    return Aligned(time[covered], values[covered], coarse.values[rows][covered], error)
 
 
 def _pieces(series: Samples, same: float) -> list[Rows]:
@@ -280,15 +280,15 @@ class Comparison:
 
     def record(self) -> dict[str, Any]:
         """Return it without the series as a JSON-ready mapping."""
-        found = self.divergence
+        divergence = self.divergence
         return {
             "case": self.case,
             "column": self.column,
             "largest_difference": self.largest,
             "band": self.band,
-            "divergence_time_s": found.time if found else None,
-            "from_first_step": found.from_first_step if found else None,
-            "stays": found.stays if found else None,
+            "divergence_time_s": divergence.time if divergence else None,
+            "from_first_step": divergence.from_first_step if divergence else None,
+            "stays": divergence.stays if divergence else None,
         }
 
 

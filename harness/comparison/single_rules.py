@@ -57,7 +57,7 @@ def _reproduced(row: Check, contact: Sequence[Check]) -> str:
     alone = {words: rule for words, rule in _rules() if _holds(row, rule)}
     if not alone:
         return NONE
-    full = [words for words, rule in alone.items() if all(_holds(one, rule) for one in contact)]
+    full = [words for words, rule in alone.items() if all(_holds(check, rule) for check in contact)]
     return (HOLDS if full else ALONE).format(", or under ".join(full or alone))
 
 

@@ -11,7 +11,7 @@ from harness.observables.row import Row
 
 
 @dataclass(frozen=True)
-class Point:
+class RunPoint:
     """A quantity as one run left it.
 
     ``series`` is what points of one quantity have in common. ``run`` names the run, or the release;
@@ -31,8 +31,8 @@ class Point:
 class Step:
     """A quantity that moved between two runs that follow one another."""
 
-    before: Point
-    after: Point
+    before: RunPoint
+    after: RunPoint
 
     @property
     def in_tolerances(self) -> float:
@@ -51,14 +51,14 @@ class Step:
         )
 
 
-def steps(points: Iterable[Point]) -> list[Step]:
+def steps(points: Iterable[RunPoint]) -> list[Step]:
     """Return where each series moved, in the order of the later points.
 
     ``points`` are in the order of their runs. A value moves where it changes by more than the
     tolerance of the later run, by more than round-off where none is known, or where its verdict
     changes.
     """
-    last: dict[Hashable, Point] = {}
+    last: dict[Hashable, RunPoint] = {}
     moves = []
     for point in points:
         before = last.get(point.series)
@@ -68,7 +68,7 @@ def steps(points: Iterable[Point]) -> list[Step]:
     return moves
 
 
-def _moved(before: Point, after: Point) -> bool:
+def _moved(before: RunPoint, after: RunPoint) -> bool:
     width = 0.0 if math.isnan(after.tolerance) else after.tolerance
     change = change_of(before.row.value, after.row.value, width)
     return change is Change.MOVED or before.verdict != after.verdict

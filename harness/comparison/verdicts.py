@@ -96,8 +96,8 @@ def adapter(kind: Any) -> TypeAdapter[Any]:
 def published(value: Any) -> dict[str, Any]:
     """Return a dataclass as a mapping of JSON values; what is not finite stays so."""
     kind: Any = type(value)
-    found: dict[str, Any] = adapter(kind).dump_python(value, mode="json")
-    return found
+    mapping: dict[str, Any] = adapter(kind).dump_python(value, mode="json")
+    return mapping
 
 
 class Kind(StrEnum):
@@ -171,8 +171,8 @@ class PredictedSize:
         return any(low <= value <= high for low, high in self.intervals)
 
     def __str__(self) -> str:
-        told = " or ".join(_interval(low, high) for low, high in self.intervals) or "no value"
-        return f"{told} ({self.why})" if self.why else told
+        text = " or ".join(_interval(low, high) for low, high in self.intervals) or "no value"
+        return f"{text} ({self.why})" if self.why else text
 
 
 def _interval(low: float, high: float) -> str:

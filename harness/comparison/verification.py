@@ -168,21 +168,21 @@ def read_published(record: Any) -> Results:
             "headlines": _headlines_of_schema_1(record),
             "engines": None,
         }
-    found: Results = adapter(Results).validate_python(record)
-    return found
+    results: Results = adapter(Results).validate_python(record)
+    return results
 
 
 def _headlines_of_schema_1(record: Mapping[str, Any]) -> list[dict[str, Any]]:
-    found, engine = record.get("extrapolated"), record.get("engine") or {}
-    if not isinstance(found, dict) or not isinstance(engine, dict):
+    extrapolated, engine = record.get("extrapolated"), record.get("engine") or {}
+    if not isinstance(extrapolated, dict) or not isinstance(engine, dict):
         return []
     return [
         {
             "name": "critical angle",
             "unit": "deg",
             "expected": record.get("closed_form_deg"),
-            "value": found.get("critical_angle_deg"),
-            "uncertainty": found.get("uncertainty_deg"),
+            "value": extrapolated.get("critical_angle_deg"),
+            "uncertainty": extrapolated.get("uncertainty_deg"),
             "who": engine.get("engine", ""),
         }
     ]
@@ -197,16 +197,17 @@ def json_schema() -> dict[str, Any]:
 class Verification(Shown):
     """The result of ``verify``.
 
-    ``main`` are the findings of each case in the main engine, ``own`` those of the harness's own
-    solvers, ``beside`` those of other engines, by engine and case. ``checks`` are all of them with
-    the rows against the baseline. ``untested_cases`` were asked for by name, and no engine tested
-    anything of them. ``status`` is the exit status: 3 where there are such or an engine died, 1
-    when a verdict failed, else 0. ``scripts`` are the exact inputs that ran, by name, ``logs`` the
-    engine's log of one run that finished for each script, by the same names; ``records`` what was
-    held against the baseline, ``divergences`` the series that left the band about their reference,
-    ``baseline`` where the accepted ones lie and ``baseline_sha256`` their digest. ``engines`` are
-    those held beside the main one. ``defects`` are the known ones that checks are marked with, each
-    with the script that shows it. With ``strict`` what is not tested counts as a failure.
+    ``main`` are the findings of each case in the main engine, ``solvers`` those of the harness's
+    own solvers, ``others`` those of other engines, by engine and case. ``checks`` are all of them
+    with the rows against the baseline. ``untested_cases`` were asked for by name, and no engine
+    tested anything of them. ``status`` is the exit status: 3 where there are such or an engine
+    died, 1 when a verdict failed, else 0. ``scripts`` are the exact inputs that ran, by name,
+    ``logs`` the engine's log of one run that finished for each script, by the same names;
+    ``records`` what was held against the baseline, ``divergences`` the series that left the band
+    about their reference, ``baseline`` where the accepted ones lie and ``baseline_sha256`` their
+    digest. ``engines`` are those held beside the main one. ``defects`` are the known ones that
+    checks are marked with, each with the script that shows it. With ``strict`` what is not tested
+    counts as a failure.
     """
 
     level: str
@@ -218,8 +219,8 @@ class Verification(Shown):
     provenance: Provenance | None
     checks: tuple[Check, ...]
     main: Mapping[str, Findings] = field(default_factory=dict)
-    own: Mapping[str, Findings] = field(default_factory=dict)
-    beside: Mapping[str, Mapping[str, Findings]] = field(default_factory=dict)
+    solvers: Mapping[str, Findings] = field(default_factory=dict)
+    others: Mapping[str, Mapping[str, Findings]] = field(default_factory=dict)
     engines: tuple[DeclaredEngine, ...] = ()
     scripts: Mapping[str, str] = field(default_factory=dict)
     engine_errors: tuple[str, ...] = ()
@@ -248,26 +249,26 @@ class Verification(Shown):
     def findings(self) -> Iterator[Findings]:
         """Yield the findings of the main engine, then those of own solvers, case by case."""
         yield from self.main.values()
-        yield from self.own.values()
+        yield from self.solvers.values()
 
     def of_case(self, case: str) -> dict[str, Findings]:
         """Return the findings of a case in the engines beside the main one, by engine."""
-        return {engine: found[case] for engine, found in self.beside.items() if case in found}
+        return {engine: by_case[case] for engine, by_case in self.others.items() if case in by_case}
 
     def frame(self) -> pd.DataFrame:
         """Return the checks as a table, one row each."""
         return record_frame(self.checks)
 
-    def told(self) -> dict[str, str]:
+    def summary(self) -> dict[str, str]:
         """Return the verdicts counted by kind, the headline, and who was verified."""
-        told = [
+        headlines = [
             f"{h.name}: {value_text(h.value, h.uncertainty, h.unit)}" for h in self.headlines[:1]
         ]
         return {
             "verdicts": counted(self.checks),
-            **({"headline": told[0]} if told else {}),
+            **({"headline": headlines[0]} if headlines else {}),
             "cases": f"{', '.join(self.cases)}; {self.level}",
-            "engine": self.provenance.told if self.provenance else "none",
+            "engine": self.provenance.label if self.provenance else "none",
         }
 
     def drawn(self) -> Figure:
@@ -277,7 +278,7 @@ class Verification(Shown):
     @property
     def results(self) -> Results:
         """Return everything but the series, as it is published."""
-        told: dict[str, Any] = {
+        computed: dict[str, Any] = {
             "engine": self.provenance,
             "divergences": tuple(
                 DivergenceRow(**divergence.record()) for divergence in self.divergences
@@ -289,7 +290,7 @@ class Verification(Shown):
             },
         }
         same = {f.name: getattr(self, f.name) for f in fields(Results) if hasattr(self, f.name)}
-        return Results(**{**same, **told})
+        return Results(**{**same, **computed})
 
     def record(self) -> dict[str, Any]:
         """Return the results with the keys of the cases as a JSON-ready mapping: results.json.
@@ -298,10 +299,10 @@ class Verification(Shown):
         one after the other.
         """
         record = published(self.results)
-        for found in self.findings():
-            record |= found.published
-        for found in (f for by_case in self.beside.values() for f in by_case.values()):
-            for name, rows in found.published.items():
+        for findings in self.findings():
+            record |= findings.published
+        for findings in (f for by_case in self.others.values() for f in by_case.values()):
+            for name, rows in findings.published.items():
                 record["engines"].setdefault(name, []).extend(rows)
         return record
 

@@ -67,7 +67,7 @@ class Provenance:
     integrator: str = ""
 
     @property
-    def told(self) -> str:
+    def label(self) -> str:
         """Return the engine with its version, and how it was run."""
         return ", ".join(filter(None, (f"{self.engine} {self.engine_version}".strip(), self.how)))
 

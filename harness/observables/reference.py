@@ -134,13 +134,13 @@ def _header(cells: Sequence[str], wanted: Iterable[str], where: str) -> list[str
     """Return the names of the columns, those that are wanted once each."""
     missing = [column for column in wanted if column not in cells]
     if missing:
-        found = ", ".join(cells)
+        names = ", ".join(cells)
         for separator, spelled in ((";", "semicolons"), ("\t", "tabs"), ("|", "bars")):
-            if separator in found:
+            if separator in names:
                 raise RequestError(
                     f"{where}: columns are separated by {spelled}, commas are expected"
                 )
-        raise RequestError(f"{where}: no column {' and '.join(missing)}; found {_short(found)}")
+        raise RequestError(f"{where}: no column {' and '.join(missing)}; found {_short(names)}")
     for column in wanted:
         if cells.count(column) > 1:
             raise RequestError(f"{where}: {cells.count(column)} columns {column}, must be one")
@@ -199,15 +199,15 @@ def contradiction(
     """
     if len(values) < FEWEST:
         return None
-    left = np.abs(np.diff(values, axis=0) - 0.5 * interval * (rates[1:] + rates[:-1]))
-    by_rates = interval * _around(np.diff(rates, 2, axis=0), len(left))
-    by_values = _around(np.diff(values, 3, axis=0), len(left))
+    residual = np.abs(np.diff(values, axis=0) - 0.5 * interval * (rates[1:] + rates[:-1]))
+    by_rates = interval * _around(np.diff(rates, 2, axis=0), len(residual))
+    by_values = _around(np.diff(values, 3, axis=0), len(residual))
     if late > 0.0:
-        by_rates += late * _around(np.diff(rates, axis=0), len(left))
-        by_values += late / interval * _around(np.diff(values, 2, axis=0), len(left))
+        by_rates += late * _around(np.diff(rates, axis=0), len(residual))
+        by_values += late / interval * _around(np.diff(values, 2, axis=0), len(residual))
     allowed = ROOM * np.minimum(by_rates, by_values)
     allowed += rounding + interval * float(np.finfo(float).eps) * np.abs(rates).max(initial=0.0)
-    wrong = np.argwhere(left > allowed)
+    wrong = np.argwhere(residual > allowed)
     return None if wrong.size == 0 else (int(wrong[0, 0]) + 1, int(wrong[0, 1]))
 
 

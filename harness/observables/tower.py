@@ -121,7 +121,7 @@ class TowerRun(Shown):
             columns[_column(observable)] = getattr(self, observable.name)
         return pd.DataFrame(columns).astype({"contacts": int})
 
-    def told(self) -> dict[str, str]:
+    def summary(self) -> dict[str, str]:
         """Return the largest force, the case, and who ran it."""
         case, step = self.tower, "no step" if self.step is None else f"a step of {self.step:.4g} s"
         return {
@@ -130,7 +130,7 @@ class TowerRun(Shown):
             "case": f"tower of height {case.height}, {case.law} law, "
             f"k = {power(case.each('stiffness')[0])} N/m, {case.speed:g} m/s",
             "length": f"{self.time_over_t0[-1]:.4g} t0, {self.time.size} samples",
-            "engine": self.provenance.told if self.provenance else f"{self.solver}, {step}",
+            "engine": self.provenance.label if self.provenance else f"{self.solver}, {step}",
         }
 
     def drawn(self) -> Figure:
@@ -141,7 +141,7 @@ class TowerRun(Shown):
         force, contacts = figure.subplots(2, 1, sharex=True)
         force.plot(self.time_over_t0, self.grain_force)
         contacts.step(self.time_over_t0, self.contacts, where="post")
-        label(force, "", "force on the grain (N)", self.told()["case"])
+        label(force, "", "force on the grain (N)", self.summary()["case"])
         label(contacts, "time (t0)", "contacts of the grain")
         return figure
 

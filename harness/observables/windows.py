@@ -29,9 +29,11 @@ def hermite(time: Floats, value: Floats, rate: Floats, at: float) -> float:
         return float(value[i])
     s = (at - float(time[i])) / width
     start, end = float(value[i]), float(value[i + 1])
-    left, right = width * float(rate[i]), width * float(rate[i + 1])
-    cubic = 2 * (start - end) + left + right
-    return start + s * (left + s * (3 * (end - start) - 2 * left - right + s * cubic))
+    slope_before, slope_after = width * float(rate[i]), width * float(rate[i + 1])
+    cubic = 2 * (start - end) + slope_before + slope_after
+    return start + s * (
+        slope_before + s * (3 * (end - start) - 2 * slope_before - slope_after + s * cubic)
+    )
 
 
 def grain_acceleration(run: TowerRun) -> Floats:
@@ -175,8 +177,8 @@ def _force_vanishes(run: TowerRun, i: int, contact: int = 0) -> float:
 
     The parabola through three rows, a straight line where there are but two.
     """
-    known = contact == 0 or run.profiles is not None
-    if run.step is None or i == 0 or not known:
+    has_forces = contact == 0 or run.profiles is not None
+    if run.step is None or i == 0 or not has_forces:
         return float(run.time[i + 1])
     force = run.profiles.forces[:, contact] if run.profiles else run.grain_force
     slope, bend = _slope(run.time, force, i), 0.0
@@ -278,15 +280,15 @@ def peak_force(run: TowerRun) -> float:
     peak = float(run.grain_force[i])
     if not 0 < i < run.time.size - 1:
         return peak
-    left, right = run.time[i - 1] - run.time[i], run.time[i + 1] - run.time[i]
-    if left == 0 or right == 0:
+    before, after = run.time[i - 1] - run.time[i], run.time[i + 1] - run.time[i]
+    if before == 0 or after == 0:
         return peak
-    down = (run.grain_force[i - 1] - peak) / left
-    up = (run.grain_force[i + 1] - peak) / right
-    curvature = (up - down) / (right - left)
+    down = (run.grain_force[i - 1] - peak) / before
+    up = (run.grain_force[i + 1] - peak) / after
+    curvature = (up - down) / (after - before)
     if curvature >= 0:
         return peak
-    slope = up - curvature * right
+    slope = up - curvature * after
     return peak - float(slope**2 / (4 * curvature))
 
 
@@ -324,16 +326,16 @@ def grain_alone(run: TowerRun) -> list[tuple[float, float]]:
 
 
 def summary(
-    run: TowerRun, window: Window = "turnaround", whole: TowerRun | None = None
+    run: TowerRun, window: Window = "turnaround", covering: TowerRun | None = None
 ) -> dict[str, Any]:
     """Return what ``dem-harness tower --json`` prints.
 
-    ``whole`` is a run of the same case that covers the window, where ``run`` does
+    ``covering`` is a run of the same case that covers the window, where ``run`` does
     not. ``turnaround_s`` is when grain and base are closest; ``window_s`` is when
     the window of ``impulse_Ns`` ends, for the turnaround window twice as late.
     """
-    tower, whole = run.tower, whole or run
-    end = window_end(whole, window)
+    tower, covering = run.tower, covering or run
+    end = window_end(covering, window)
     return {
         "law": tower.law,
         "solver": run.solver,
@@ -347,10 +349,10 @@ def summary(
         "duration_s": float(run.time[-1]),
         "window": window,
         "window_s": end,
-        "impulse_Ns": impulse_until(whole, end),
+        "impulse_Ns": impulse_until(covering, end),
         "peak_force_N": peak_force(run),
         "contact_time_s": tower.contact_time,
-        "turnaround_s": turnaround(whole),
+        "turnaround_s": turnaround(covering),
         "energy_drift": energy_drift(run),
         "contacts": [list(change) for change in contact_changes(run)],
         "final_velocity_m_per_s": [float(value) for value in run.final_velocity],

@@ -194,7 +194,7 @@ def headline(found: RunDiff) -> str:
 
 def _who(run: Results) -> str:
     engine = run.engine
-    name = engine.told if engine else "no engine"
+    name = engine.label if engine else "no engine"
     return f"{name} · {run.started[:16].replace('T', ' ')} · {run.level}"
 
 

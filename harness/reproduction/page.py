@@ -153,7 +153,7 @@ def _context(reproduction: Reproduction, root: str) -> dict[str, Any]:
         "provenance": [
             ("dem-harness", reproduction.harness_version),
             ("platform", reproduction.platform),
-            ("engine", engine.told),
+            ("engine", engine.label),
         ],
     }
 

@@ -15,7 +15,6 @@ from harness.cases.tower import figures as impulse
 from harness.cases.tower.figures import velocity_and_deformation
 from harness.cases.tower.impulse import impulse_angles
 from harness.engines.contract import Engine
-from harness.engines.registry import open_engine
 from harness.observables.provenance import Provenance
 from harness.observables.reference import PEYNEAU_ROUX, ReferencePoints, Trajectory
 from harness.parameters.tower import Tower
@@ -35,6 +34,7 @@ from harness.reproduction.ledger import in_order, statements
 from harness.reproduction.movies import Motions, motions
 from harness.reproduction.schematics import collapse, force_and_contacts, separated
 from harness.shown import Shown
+from harness.store.cache import EngineChoice, opened
 from harness.workflows.progress import Progress, silent
 
 if TYPE_CHECKING:
@@ -125,10 +125,10 @@ class Reproduction(Shown):
         """Return the ledger as a table, a row for each statement."""
         return self.ledger.frame()
 
-    def told(self) -> dict[str, str]:
+    def summary(self) -> dict[str, str]:
         """Return how many statements have each status, and who ran what it took."""
         counts = {str(status): str(self.ledger.count(status)) for status in ClaimStatus}
-        return {**counts, "engine": self.provenance.told}
+        return {**counts, "engine": self.provenance.label}
 
     def drawn(self) -> Figure:
         """Draw how many statements have each status."""
@@ -144,20 +144,21 @@ class Reproduction(Shown):
 
 def reproduce(
     *,
-    engine: Engine | None = None,
+    engine: EngineChoice = None,
+    fresh: bool = False,
     reference: ReferencePoints | None = None,
     progress: Progress = silent,
 ) -> Reproduction:
     """Recompute every equation, number and figure of the source and return what was found.
 
-    Without an engine, LAMMPS in-process is opened and closed again. ``reference`` are measured
-    angles [deg] against height, for what the source compares with others. Raise EngineError when
-    the engine fails: a reproduction with holes is none. Write the report with
-    :func:`harness.reproduction.page.write`.
+    ``engine`` is an open one, or a name; LAMMPS in-process unless given, its runs kept.
+    ``reference`` are measured angles [deg] against height, for what the source compares with
+    others. Raise EngineError when the engine fails: a reproduction with holes is none. Write the
+    report with :func:`harness.reproduction.page.write`.
     """
-    if engine is None:
-        with open_engine() as opened:
-            return reproduce(engine=opened, reference=reference, progress=progress)
+    if not isinstance(engine, Engine):
+        with opened(engine, fresh=fresh) as running:
+            return reproduce(engine=running, reference=reference, progress=progress)
     figures = source_figures(engine, progress, reference=reference)
     rows = statements(engine=engine, progress=progress)
     return Reproduction(

@@ -20,12 +20,11 @@ ROUND_OFF = 14
 class Shown(ABC):
     """A result that a notebook shows in a few lines, and that draws itself.
 
-    A subclass says what it is in ``told`` and draws itself in ``drawn``; as a dataclass it leaves
-    ``repr`` to this class.
+    A subclass has ``summary`` and ``drawn``; as a dataclass it leaves ``repr`` to this class.
     """
 
     @abstractmethod
-    def told(self) -> Mapping[str, str]:
+    def summary(self) -> Mapping[str, str]:
         """Return what the result says of itself, a line each: at most five."""
 
     @abstractmethod
@@ -41,13 +40,13 @@ class Shown(ABC):
 
     def __repr__(self) -> str:
         """Return the same lines for a terminal."""
-        return "\n".join(f"{name}: {text}" for name, text in self.told().items())
+        return "\n".join(f"{name}: {text}" for name, text in self.summary().items())
 
     def _repr_html_(self) -> str:
         rows = "".join(
             f"<tr><th scope='row' style='text-align:left'>{html.escape(name)}</th>"
             f"<td style='text-align:left'>{html.escape(text)}</td></tr>"
-            for name, text in self.told().items()
+            for name, text in self.summary().items()
         )
         return f"<table><tbody>{rows}</tbody></table>"
 

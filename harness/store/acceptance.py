@@ -77,32 +77,34 @@ def changes(measured: Sequence[BaselineRecord], baseline: Baseline) -> list[Reco
     """Return what accepting would change; records that were not measured stay as they are."""
     pending = []
     for record in sorted(measured, key=lambda record: record.name):
-        known = baseline.records.get(record.name)
-        if known is None:
+        accepted = baseline.records.get(record.name)
+        if accepted is None:
             lines = [f"{n} = {q.value!r} {q.unit}".rstrip() for n, q in record.quantities.items()]
             pending.append(RecordChange(record, ChangeKind.NEW, tuple(lines)))
             continue
-        merged = replace(record, levels=tuple(sorted({*record.levels, *known.levels})))
-        if not same_text(merged, known):
-            pending.append(RecordChange(merged, _kind(merged, known), tuple(_lines(merged, known))))
+        merged = replace(record, levels=tuple(sorted({*record.levels, *accepted.levels})))
+        if not same_text(merged, accepted):
+            pending.append(
+                RecordChange(merged, _kind(merged, accepted), tuple(_lines(merged, accepted)))
+            )
     return pending
 
 
-def _kind(record: BaselineRecord, known: BaselineRecord) -> ChangeKind:
+def _kind(record: BaselineRecord, accepted: BaselineRecord) -> ChangeKind:
     """Return whether a record would change in more than the last digits, or than metadata."""
-    pairs = _pairs(record, known)
+    pairs = _pairs(record, accepted)
     classes = {change for pair in pairs for change in _changes_of(pair)}
-    if record.parameters != known.parameters or _series_moved(record, known):
+    if record.parameters != accepted.parameters or _series_moved(record, accepted):
         return ChangeKind.CHANGED
     if classes - {Change.SAME, Change.ROUNDING}:
         return ChangeKind.CHANGED
-    same = Change.ROUNDING not in classes and same_series(record, known)
+    same = Change.ROUNDING not in classes and same_series(record, accepted)
     return ChangeKind.METADATA if same else ChangeKind.ROUND_OFF
 
 
-def _pairs(record: BaselineRecord, known: BaselineRecord) -> list[Pair[Row]]:
+def _pairs(record: BaselineRecord, accepted: BaselineRecord) -> list[Pair[Row]]:
     """Return the quantities of both, by name; nothing but round-off is tolerated."""
-    compared = compare(known.quantities, record.quantities, lambda *_: 0.0)
+    compared = compare(accepted.quantities, record.quantities, lambda *_: 0.0)
     return [pair for _, pair in sorted(compared.items())]
 
 
@@ -119,20 +121,20 @@ def _changes_of(pair: Pair[Row]) -> Iterator[StrEnum]:
         yield Change.ROUNDING if tiny else Change.MOVED
 
 
-def _series_moved(record: BaselineRecord, known: BaselineRecord) -> bool:
+def _series_moved(record: BaselineRecord, accepted: BaselineRecord) -> bool:
     """Return whether a series is another by more than round-off of its largest value."""
-    if record.series is None or known.series is None:
-        return record.series is not known.series
-    new, old = record.series.thinned(), known.series.thinned()
+    if record.series is None or accepted.series is None:
+        return record.series is not accepted.series
+    new, old = record.series.thinned(), accepted.series.thinned()
     if new.time.shape != old.time.shape or new.columns.keys() != old.columns.keys():
         return True
     pairs = [(new.time, old.time), *((new.columns[n], c) for n, c in old.columns.items())]
     return any(not np.all(np.abs(a - b) <= ROUND_OFF * np.max(np.abs(b))) for a, b in pairs)
 
 
-def _lines(record: BaselineRecord, known: BaselineRecord) -> list[str]:
-    lines = changed_parameters(record.parameters, known.parameters)
-    for pair in _pairs(record, known):
+def _lines(record: BaselineRecord, accepted: BaselineRecord) -> list[str]:
+    lines = changed_parameters(record.parameters, accepted.parameters)
+    for pair in _pairs(record, accepted):
         name, new, old = pair.row.name, pair.after, pair.before
         if new is None or old is None:
             lines.append(f"{name}: {pair.change if new else 'dropped'}")
@@ -141,10 +143,10 @@ def _lines(record: BaselineRecord, known: BaselineRecord) -> list[str]:
             lines.append(f"{name}: {old.value!r} -> {new.value!r} {new.unit} ({apart:+.2g})")
         elif new.uncertainty != old.uncertainty or new.unit != old.unit:
             lines.append(f"{name}: uncertainty {old.uncertainty:.3g} -> {new.uncertainty:.3g}")
-    if not same_series(record, known):
+    if not same_series(record, accepted):
         lines.append("series")
     for key in METADATA:
-        new_text, old_text = (_short(getattr(version, key)) for version in (record, known))
+        new_text, old_text = (_short(getattr(version, key)) for version in (record, accepted))
         if new_text != old_text:
             lines.append(f"{key}: {old_text} -> {new_text}")
     return lines or ["parameters that only one of them has"]
@@ -188,8 +190,8 @@ def write(accepted: Sequence[RecordChange], folder: Path) -> None:
 def _write_tables(engine: str, accepted: Sequence[BaselineRecord], folder: Path) -> None:
     """Write an engine's tables with what was accepted in place of what was there."""
     table = folder / f"{engine}{TABLE}"
-    known = read_tables(table) if table.is_file() else []
-    merged = {record.name: record for record in [*known, *accepted]}
+    kept = read_tables(table) if table.is_file() else []
+    merged = {record.name: record for record in [*kept, *accepted]}
     texts = table_texts(merged.values(), engine)
     for name in (engine + TABLE, engine + SERIES):
         if name in texts:

@@ -72,8 +72,8 @@ def read_overrides(path: Path) -> tuple[Override, ...]:
     try:
         record = tomllib.loads(bounded_text(path))
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        said = error.strerror if isinstance(error, OSError) else error
-        raise RequestError(f"--tolerances {path}: cannot be read: {said}") from None
+        reason = error.strerror if isinstance(error, OSError) else error
+        raise RequestError(f"--tolerances {path}: cannot be read: {reason}") from None
     tables = record.pop("override", {})
     if record or not isinstance(tables, dict):
         raise RequestError(f"--tolerances {path}: holds tables [override.NAME] and nothing else")
@@ -176,22 +176,22 @@ def table_texts(records: Iterable[BaselineRecord], engine: str) -> dict[str, str
     chosen = sorted(records, key=lambda record: (record.case, record.name))
     if not chosen:
         return {}
-    texts = {engine + TABLE: _csv_text(HEAD, (row for one in chosen for row in _rows(one)))}
-    with_series = [one for one in chosen if one.series is not None]
+    texts = {engine + TABLE: _csv_text(HEAD, (row for record in chosen for row in _rows(record)))}
+    with_series = [record for record in chosen if record.series is not None]
     if with_series:
-        rows = (row for one in with_series for row in _samples(one))
+        rows = (row for record in with_series for row in _samples(record))
         texts[engine + SERIES] = _csv_text(SERIES_HEAD, rows)
     return texts
 
 
-def same_text(one: BaselineRecord, other: BaselineRecord) -> bool:
+def same_text(first: BaselineRecord, second: BaselineRecord) -> bool:
     """Return whether two records of an engine would be written alike."""
-    return list(_rows(one)) == list(_rows(other)) and same_series(one, other)
+    return list(_rows(first)) == list(_rows(second)) and same_series(first, second)
 
 
-def same_series(one: BaselineRecord, other: BaselineRecord) -> bool:
+def same_series(first: BaselineRecord, second: BaselineRecord) -> bool:
     """Return whether the series of two records would be written alike."""
-    return list(_samples(one)) == list(_samples(other))
+    return list(_samples(first)) == list(_samples(second))
 
 
 def _csv_text(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
@@ -251,16 +251,16 @@ def read_tables(table: Path) -> list[BaselineRecord]:
 
     Raise RequestError, naming file and line, where one is damaged or they do not go together.
     """
-    engine, beside = table.name.removesuffix(TABLE), table.with_name(table.stem + SERIES)
+    engine, series_file = table.name.removesuffix(TABLE), table.with_name(table.stem + SERIES)
     records, samples = _read(table, HEAD, lambda lines: _records(lines, engine))
     series: Mapping[str, Series] = {}
-    if beside.exists() or any(samples.values()):
-        series = _read(beside, SERIES_HEAD, _series)
-    found = {name: count_of(one) for name, one in series.items()}
-    for name in sorted({*found, *(name for name, count in samples.items() if count)}):
-        if found.get(name, 0) != samples.get(name, 0):
-            why = f"{found.get(name, 0)} samples of {name}, the table has {samples.get(name, 0)}"
-            raise _damaged(beside, why)
+    if series_file.exists() or any(samples.values()):
+        series = _read(series_file, SERIES_HEAD, _series)
+    counts = {name: count_of(of_record) for name, of_record in series.items()}
+    for name in sorted({*counts, *(name for name, count in samples.items() if count)}):
+        if counts.get(name, 0) != samples.get(name, 0):
+            why = f"{counts.get(name, 0)} samples of {name}, the table has {samples.get(name, 0)}"
+            raise _damaged(series_file, why)
     return [replace(record, series=series.get(record.name)) for record in records]
 
 
@@ -301,29 +301,29 @@ def _lines(text: str, head: Sequence[str]) -> list[_Line]:
     reader = csv.reader(io.StringIO(text), strict=True)
     if next(reader, None) != list(head):
         raise ValueError(f"line 1: the head is not {','.join(head)}")
-    found = []
+    lines = []
     for cells in reader:
         if len(cells) != len(head):
             raise ValueError(f"line {reader.line_num}: {len(cells)} cells for {len(head)} columns")
-        found.append(_Line(reader.line_num, dict(zip(head, cells, strict=True))))
-    return found
+        lines.append(_Line(reader.line_num, dict(zip(head, cells, strict=True))))
+    return lines
 
 
 def _records(lines: list[_Line], engine: str) -> tuple[list[BaselineRecord], dict[str, int]]:
     """Return the records of a table, and how many samples the series of each has."""
-    found: dict[str, BaselineRecord] = {}
+    records: dict[str, BaselineRecord] = {}
     samples: dict[str, int] = {}
     for name, group in groupby(lines, lambda line: line.cells["record"]):
         first, *others = group
-        if name in found:
+        if name in records:
             raise _DamagedError(first, f"record {name} comes twice")
         shared = [cell for cell in HEAD if cell not in OF_QUANTITY]
         for line in others:
             if any(line.cells[cell] != first.cells[cell] for cell in shared):
                 raise _DamagedError(line, f"it is not of the record {name} above it")
-        found[name] = _record(first, [first, *others], engine)
+        records[name] = _record(first, [first, *others], engine)
         samples[name] = int(_number(first, "samples"))
-    return list(found.values()), samples
+    return list(records.values()), samples
 
 
 def _record(first: _Line, lines: list[_Line], engine: str) -> BaselineRecord:

@@ -27,8 +27,9 @@ from numpy.typing import NDArray
 from harness.engines import process
 from harness.engines.contract import Engine, Job
 from harness.engines.output import Output
+from harness.engines.registry import DEFAULT, open_engine
 from harness.errors import EngineError, NotKeptError
-from harness.files import KERNELS
+from harness.files import KERNELS, cache_place
 from harness.observables.provenance import Provenance
 from harness.store.entries import (
     ASIDE,
@@ -42,6 +43,34 @@ from harness.store.entries import (
     source_digest,
     versions,
 )
+
+EngineChoice = Engine | str | None
+"""An open engine, the name of one, or None for the usual one."""
+
+
+@contextlib.contextmanager
+def opened(
+    engine: EngineChoice = None, *, fresh: bool = False, options: Mapping[str, Any] | None = None
+) -> Iterator[Engine]:
+    """Yield an open engine as it is; one of a name is opened, its runs kept, and closed after use.
+
+    ``fresh`` runs again what was kept; ``options`` are those of
+    :func:`harness.engines.registry.open_engine`.
+    """
+    if isinstance(engine, Engine):
+        yield engine
+        return
+    with open_engine(engine or DEFAULT, options=options) as bare:
+        yield keeping(bare, fresh=fresh)
+
+
+def keeping(engine: Engine, *, fresh: bool = False) -> Engine:
+    """Return an open engine that keeps its runs; itself where the cache cannot be written."""
+    try:
+        return CachedEngine(engine, Entries(cache_place().path), fresh=fresh)
+    except OSError:
+        return engine
+
 
 FACTS = "facts"
 OUTPUT_ERRORS = (ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile, zlib.error)
@@ -85,10 +114,10 @@ def unpack_output(data: bytes) -> Output:
     with np.load(io.BytesIO(data), allow_pickle=False) as stored:
         arrays = {name: stored[name] for name in stored.files}
     facts: dict[str, Any] = json.loads(zlib.decompress(arrays[FACTS].tobytes()))
-    who = facts["provenance"]
+    origin = facts["provenance"]
     return Output(
         results=tuple((name, text) for name, text in facts["results"]),
-        provenance=Provenance(**{**who, "packages": tuple(who["packages"])}),
+        provenance=Provenance(**{**origin, "packages": tuple(origin["packages"])}),
         tables={
             table: {column: _array(arrays, place) for column, place in columns.items()}
             for table, columns in facts["tables"].items()
@@ -144,12 +173,12 @@ class CachedEngine(Engine):
     def run(self, jobs: Sequence[Job]) -> list[Output | EngineError]:
         """Return the outputs in order, those kept without running them."""
         self._engine.check(jobs)
-        who = self._engine.fingerprint()
-        if who is None and not self._runs:
+        fingerprint = self._engine.fingerprint()
+        if fingerprint is None and not self._runs:
             raise NotKeptError(f"{self._engine.title}: keeps no run")
-        if who is None:
+        if fingerprint is None:
             return self._counted(self._engine.run(jobs))
-        keys = [run_key(self._engine, job, who) for job in jobs]
+        keys = [run_key(self._engine, job, fingerprint) for job in jobs]
         results: dict[int, Output | EngineError] = {}
         for index, key in enumerate(keys):
             kept = None if self._fresh else self._kept(key)
@@ -158,8 +187,8 @@ class CachedEngine(Engine):
         missing = [index for index in range(len(jobs)) if index not in results]
         if missing and not self._runs:
             raise NotKeptError(f"{self._engine.title}: {len(missing)} runs are not kept")
-        made = self._counted(self._engine.run([jobs[i] for i in missing])) if missing else []
-        for index, output in zip(missing, made, strict=True):
+        outputs = self._counted(self._engine.run([jobs[i] for i in missing])) if missing else []
+        for index, output in zip(missing, outputs, strict=True):
             results[index] = output
             if isinstance(output, Output):
                 self._entries.put(keys[index], pack_output(output, jobs[index].template.name))
@@ -167,11 +196,13 @@ class CachedEngine(Engine):
 
     def kept(self, jobs: Sequence[Job]) -> dict[int, Output]:
         """Return the outputs that are kept, by the places of their jobs; nothing is run."""
-        who = self._engine.fingerprint()
-        if who is None or self._fresh:
+        fingerprint = self._engine.fingerprint()
+        if fingerprint is None or self._fresh:
             return {}
-        found = ((i, self._kept(run_key(self._engine, j, who))) for i, j in enumerate(jobs))
-        return {place: output for place, output in found if output is not None}
+        outputs = (
+            (i, self._kept(run_key(self._engine, j, fingerprint))) for i, j in enumerate(jobs)
+        )
+        return {place: output for place, output in outputs if output is not None}
 
     def of_kept(self) -> CachedEngine:
         """Return the engine as it reads what is kept, and raises NotKeptError for other runs."""
@@ -213,8 +244,8 @@ _PASSED_ON = frozenset(
 )
 
 
-def run_key(engine: Engine, job: Job, who: Mapping[str, Any]) -> str:
-    """Return the key of a run: job, engine ``who``, platform, and the source that reads it."""
+def run_key(engine: Engine, job: Job, fingerprint: Mapping[str, Any]) -> str:
+    """Return the key of a run: job, engine, platform, and the source that reads it."""
     template = job.template
     return key_of(
         {
@@ -224,7 +255,7 @@ def run_key(engine: Engine, job: Job, who: Mapping[str, Any]) -> str:
             "values": dict(job.values),
             "sampled": job.sampled,
             "script": engine.script_digest(job) or _source_of_scene(job),
-            "engine": dict(who),
+            "engine": dict(fingerprint),
             "machine": machine(),
             "packages": versions("numpy", "pandas"),
             "source": source_digest(*SOURCES),
@@ -276,14 +307,14 @@ def contents(folder: Path) -> list[Kept]:
     return entries
 
 
-def clear(folder: Path, found: Iterable[Kept]) -> list[Kept]:
+def clear(folder: Path, entries: Iterable[Kept]) -> list[Kept]:
     """Remove things of the cache in a folder, and folders that are empty then; return the gone."""
-    gone = [one for one in found if one.clear()]
+    gone = [entry for entry in entries if entry.clear()]
     if gone and not contents(folder):
         (folder / PRUNING).unlink(missing_ok=True)
         with contextlib.suppress(OSError):
             (folder / ASIDE).rmdir()
-    parents = {p for one in gone for p in one.path.parents if p.is_relative_to(folder)}
+    parents = {p for entry in gone for p in entry.path.parents if p.is_relative_to(folder)}
     for path in sorted(parents, reverse=True):
         with contextlib.suppress(OSError):
             path.rmdir()
@@ -294,11 +325,11 @@ def _results(folder: Path) -> Iterator[Kept]:
     for path in sorted(folder.glob("[0-9a-f][0-9a-f]/" + "[0-9a-f]" * 64)):
         with contextlib.suppress(OSError):
             state = path.stat()
-            sort, cases = _told(path)
+            sort, cases = _kind_and_cases(path)
             yield Kept(path, sort, state.st_size, state.st_mtime, cases)
 
 
-def _told(path: Path) -> tuple[Sort, tuple[str, ...]]:
+def _kind_and_cases(path: Path) -> tuple[Sort, tuple[str, ...]]:
     """Return what an entry is, and its cases; both kinds are zip files behind a head."""
     try:
         with zipfile.ZipFile(path) as archive:

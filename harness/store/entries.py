@@ -52,11 +52,11 @@ def key_of(facts: Mapping[str, Any]) -> str:
 
 def digest_of_files(files: Sequence[Path], root: Path) -> str:
     """Return one SHA-256 over the names below ``root`` and the contents of files."""
-    whole = hashlib.sha256()
+    digest = hashlib.sha256()
     for path in sorted(files):
         content = hashlib.sha256(path.read_bytes()).hexdigest()
-        whole.update(f"{content} {path.relative_to(root).as_posix()}\n".encode())
-    return whole.hexdigest()
+        digest.update(f"{content} {path.relative_to(root).as_posix()}\n".encode())
+    return digest.hexdigest()
 
 
 def digest_of_tree(root: Path) -> str:
@@ -241,7 +241,7 @@ class Entries:
         excess = sum(size for _, size, *_ in candidates) - self._limit * 9 // 10
         if excess <= self._limit // 10:
             return
-        for _, size, path, drop in sorted(candidates, key=lambda one: one[:3]):
+        for _, size, path, drop in sorted(candidates, key=lambda candidate: candidate[:3]):
             if excess <= 0:
                 return
             with contextlib.suppress(OSError):
@@ -282,27 +282,29 @@ def verification_key(
     cases: Sequence[str],
     engine: str,
     options: Mapping[str, Any] | None = None,
-    beside: Mapping[str, Any] | None = None,
+    context: Mapping[str, Any] | None = None,
     **more: str | None,
 ) -> str | None:
     """Return the key of a verification, or None where an engine cannot be told by its content.
 
-    ``options`` and ``more`` open the engine; ``beside`` is what else decides the
+    ``options`` and ``more`` open the engine; ``context`` is what else decides the
     verdicts, such as the digest of a baseline. Raise RequestError for a program that is
     not there.
     """
-    who = fingerprint_of(engine, chosen_options(engine, options={**(options or {}), **more}))
-    if who is None:
+    fingerprint = fingerprint_of(
+        engine, chosen_options(engine, options={**(options or {}), **more})
+    )
+    if fingerprint is None:
         return None
     return key_of(
         {
             "verification": level,
             "cases": list(cases),
-            "engine": dict(who),
+            "engine": dict(fingerprint),
             "machine": machine(),
             "packages": versions(*PACKAGES),
             "source": source_digest(),
-            "beside": dict(beside or {}),
+            "beside": dict(context or {}),
         }
     )
 

@@ -112,7 +112,7 @@ BUSY_SECONDS = 30.0
 
 
 @dataclass(frozen=True)
-class Start:
+class RunStart:
     """What is known of a run when it starts. ``options`` are the words after the command."""
 
     command: str
@@ -123,7 +123,7 @@ class Start:
 
 
 @dataclass(frozen=True)
-class End:
+class RunEnd:
     """What is known of a run when it ends; ``status`` is its exit status."""
 
     status: int
@@ -165,7 +165,7 @@ class History:
                 ) from None
             raise
 
-    def begin(self, start: Start) -> int:
+    def begin(self, start: RunStart) -> int:
         """Insert a run that starts now and return its number."""
         facts = {**vars(start), "options": shlex.join(start.options), "started": _now()}
         cursor = self._db.execute(
@@ -176,10 +176,10 @@ class History:
         assert cursor.lastrowid is not None
         return cursor.lastrowid
 
-    def finish(self, run: int, end: End, rows: Iterable[Row] = ()) -> None:
+    def finish(self, run: int, end: RunEnd, rows: Iterable[Row] = ()) -> None:
         """Complete a run with how it ended and what it measured, all or nothing."""
-        found = _distinct(rows)
-        verdicts = Counter(one["verdict"] for one in found)
+        distinct = _distinct(rows)
+        verdicts = Counter(row["verdict"] for row in distinct)
         facts = {
             **vars(end),
             "finished": _now(),
@@ -189,8 +189,8 @@ class History:
         columns = ", ".join(f"{name} = :{name}" for name in facts)
         with self._transaction():
             self._db.execute(f"UPDATE run SET {columns} WHERE id = :run", {**facts, "run": run})
-            for one in found:
-                self._add({**one, "run": run})
+            for row in distinct:
+                self._add({**row, "run": run})
 
     def rows(self, query: str, values: Iterable[Any] = ()) -> list[dict[str, Any]]:
         """Return the rows of a query, columns by name."""
@@ -260,11 +260,11 @@ def _write_ahead(db: sqlite3.Connection) -> None:
 def _distinct(rows: Iterable[Row]) -> list[dict[str, Any]]:
     """Return rows by column, a name that comes again with its number: none replaces another."""
     unjudged = {"kind": MEASURED, "tolerance": math.nan, "verdict": "", "triage": ""}
-    found = []
+    distinct = []
     for _, before, row in numbered(rows, lambda row: (row.name, _kind(row), row.unit)):
         name = f"{row.name} ({before + 1})" if before else row.name
-        found.append({**unjudged, **vars(row), "name": name})
-    return found
+        distinct.append({**unjudged, **vars(row), "name": name})
+    return distinct
 
 
 def _kind(row: Row) -> str:
@@ -359,12 +359,12 @@ def _of_run(question: HistoryQuery) -> tuple[list[str], list[Any]]:
 
 
 def _of_quantity(question: HistoryQuery) -> tuple[list[str], list[Any]]:
-    asked = {
+    conditions = {
         "quantity.name GLOB ?": question.get("quantity"),
         "verdict = ?": question.get("verdict"),
     }
-    given = {condition: value for condition, value in asked.items() if value is not None}
-    return list(given), list(given.values())
+    required = {condition: value for condition, value in conditions.items() if value is not None}
+    return list(required), list(required.values())
 
 
 def _where(conditions: list[str]) -> str:

@@ -41,8 +41,8 @@ def known_defects(path: Path | None = None) -> tuple[KnownDefect, ...]:
     try:
         record = tomllib.loads(path.read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        said = error.strerror if isinstance(error, OSError) else error
-        raise RequestError(f"known defects {path}: cannot be read: {said}") from None
+        reason = error.strerror if isinstance(error, OSError) else error
+        raise RequestError(f"known defects {path}: cannot be read: {reason}") from None
     tables = record.pop("defect", {})
     if record or not all(isinstance(table, dict) for table in tables.values()):
         raise RequestError(f"known defects {path}: holds tables [defect.NAME] and nothing else")
@@ -57,14 +57,14 @@ def known_defects(path: Path | None = None) -> tuple[KnownDefect, ...]:
 
 def with_further(path: Path | None) -> tuple[KnownDefect, ...]:
     """Return the committed defects and those of a file; RequestError for a name of both."""
-    known = known_defects()
+    committed = known_defects()
     if path is None:
-        return known
-    further, names = known_defects(path), {defect.name for defect in known}
+        return committed
+    further, names = known_defects(path), {defect.name for defect in committed}
     for defect in further:
         if defect.name in names:
             raise RequestError(
                 f"--known-defects {path}, [defect.{defect.name}]: is known already; "
                 "take another name"
             )
-    return (*known, *further)
+    return (*committed, *further)

@@ -42,22 +42,6 @@ _HOMES = {
 }
 """Where each function is. No function has the name of a module of this package."""
 
-_RUN_ENGINES = {
-    "compare_with_baseline",
-    "critical_angle",
-    "critical_angles",
-    "extrapolated_critical_angle",
-    "film",
-    "impulse_angles",
-    "impulse_table",
-    "releases",
-    "reproduce",
-    "run",
-    "tower",
-    "verify",
-}
-"""Those for which an engine is opened by its name, and its runs are kept."""
-
 if TYPE_CHECKING:
     from harness.cases.incline.angle import critical_angle as critical_angle
     from harness.cases.incline.angle import critical_angles as critical_angles
@@ -97,10 +81,6 @@ def __getattr__(name: str) -> Any:
     if name not in _HOMES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     value = getattr(import_module(_HOMES[name]), name)
-    if name in _RUN_ENGINES:
-        from harness.workflows.engine_status import opening
-
-        value = opening(value)
     globals()[name] = value
     return value
 

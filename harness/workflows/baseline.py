@@ -22,11 +22,11 @@ from harness.comparison.verification import (
     counted,
     read_published,
 )
-from harness.engines.contract import Engine
 from harness.errors import EngineError, RequestError
 from harness.shown import Shown, record_frame
 from harness.store.acceptance import RecordChange, changes, check_target, write
 from harness.store.baseline import bounded_text, checkout_baseline, committed
+from harness.store.cache import EngineChoice
 from harness.workflows.progress import Progress, silent
 from harness.workflows.verification import chosen_baseline, verify
 
@@ -40,18 +40,18 @@ if TYPE_CHECKING:
 class BaselineComparison(Shown):
     """A run against the baseline: the rows of kind regression, and what accepting would change."""
 
-    found: Verification
+    verification: Verification
     changes: tuple[RecordChange, ...]
 
     @property
     def checks(self) -> tuple[Check, ...]:
         """Return the rows against the baseline."""
-        return tuple(check for check in self.found.checks if check.kind is Kind.REGRESSION)
+        return tuple(check for check in self.verification.checks if check.kind is Kind.REGRESSION)
 
     @property
     def status(self) -> int:
         """Return the exit status: 3 when an engine died, 1 when a row failed, else 0."""
-        if self.found.engine_errors:
+        if self.verification.engine_errors:
             return 3
         return 1 if any(check.verdict == "fail" for check in self.checks) else 0
 
@@ -59,13 +59,15 @@ class BaselineComparison(Shown):
         """Return the rows against the baseline as a table."""
         return record_frame(self.checks)
 
-    def told(self) -> dict[str, str]:
+    def summary(self) -> dict[str, str]:
         """Return the verdicts, what accepting would change, and who ran."""
         return {
             "verdicts": counted(self.checks) or "none",
             "accepting would write": f"{len(self.changes)} records",
-            "baseline": self.found.baseline,
-            "engine": self.found.provenance.told if self.found.provenance else "none",
+            "baseline": self.verification.baseline,
+            "engine": self.verification.provenance.label
+            if self.verification.provenance
+            else "none",
         }
 
     def drawn(self) -> Figure:
@@ -75,13 +77,15 @@ class BaselineComparison(Shown):
     def record(self) -> dict[str, Any]:
         """Return everything but the series as a JSON-ready mapping."""
         return {
-            "baseline": self.found.baseline,
-            "level": self.found.level,
+            "baseline": self.verification.baseline,
+            "level": self.verification.level,
             "status": self.status,
-            "engine": self.found.provenance.record() if self.found.provenance else None,
-            "engine_errors": list(self.found.engine_errors),
+            "engine": self.verification.provenance.record()
+            if self.verification.provenance
+            else None,
+            "engine_errors": list(self.verification.engine_errors),
             "checks": [check.record() for check in self.checks],
-            "divergences": [series.record() for series in self.found.divergences],
+            "divergences": [series.record() for series in self.verification.divergences],
             "changes": [change.record() for change in self.changes],
         }
 
@@ -92,7 +96,8 @@ def compare_with_baseline(
     cases: str | Iterable[str] | None = None,
     baseline: Path | None = None,
     tolerances: Path | None = None,
-    engine: Engine | None = None,
+    engine: EngineChoice = None,
+    fresh: bool = False,
     progress: Progress = silent,
 ) -> BaselineComparison:
     """Run the cases of a level of ``verify`` and hold them against a baseline.
@@ -101,9 +106,11 @@ def compare_with_baseline(
     empty. Raise RequestError for a damaged file, which is named.
     """
     new = baseline is not None and not baseline.exists()
-    known = Baseline({}, str(baseline)) if new else chosen_baseline(baseline, tolerances)
-    verification = verify(level, cases=cases, engine=engine, progress=progress, baseline=known)
-    return BaselineComparison(verification, tuple(changes(verification.records, known)))
+    accepted = Baseline({}, str(baseline)) if new else chosen_baseline(baseline, tolerances)
+    verification = verify(
+        level, cases=cases, engine=engine, fresh=fresh, progress=progress, baseline=accepted
+    )
+    return BaselineComparison(verification, tuple(changes(verification.records, accepted)))
 
 
 def accept_baseline(compared: BaselineComparison, folder: Path | None = None) -> Path:
@@ -113,8 +120,8 @@ def accept_baseline(compared: BaselineComparison, folder: Path | None = None) ->
     the baseline of an installed package, which is not written, and EngineError
     after a run in which an engine died.
     """
-    if compared.found.engine_errors:
-        first = compared.found.engine_errors[0]
+    if compared.verification.engine_errors:
+        first = compared.verification.engine_errors[0]
         raise EngineError(f"baseline: nothing is accepted from a run that died: {first}")
     for record in (change.measured for change in compared.changes):
         if not record.quantities:

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import nullcontext
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -19,7 +18,7 @@ from harness.cases.registry import MAIN, all_cases, get_case
 from harness.comparison.verdicts import published
 from harness.engines.border import refuse_endless
 from harness.engines.contract import Engine
-from harness.engines.registry import DEFAULT, engine_class, engine_names, open_engine
+from harness.engines.registry import DEFAULT, engine_class, engine_names
 from harness.engines.traits import Traits
 from harness.errors import HarnessError, RequestError
 from harness.observables.row import Row
@@ -27,6 +26,7 @@ from harness.parameters.allowed import allowed_in, unit_in
 from harness.parameters.base import Parameters, nested
 from harness.report.sections import Section
 from harness.shown import Listing, Shown
+from harness.store.cache import EngineChoice, opened
 from harness.workflows.progress import Progress, silent
 from harness.workflows.verification import Open
 
@@ -90,7 +90,9 @@ def _info(case: Case[Any]) -> CaseInfo:
         solvers=case.solvers,
         presets=tuple(case.presets),
         by_default=case.name in MAIN,
-        derived={one.name: one.unit for more in case.derived() for one in more.quantities},
+        derived={
+            quantity.name: quantity.unit for more in case.derived() for quantity in more.quantities
+        },
         verify_seconds=dict(case.cost),
     )
 
@@ -130,10 +132,12 @@ def case_details(name: str) -> CaseDetails:
     """Return all that is known of a case; raise RequestError for a name that is not known."""
     case = get_case(name)
     info = _info(case)
-    usual = {key: one.default for key, one in info.parameters.items()}
+    usual = {key: parameter.default for key, parameter in info.parameters.items()}
     changed = {
         preset: {
-            key: one.default for key, one in parameters_in(values) if one.default != usual.get(key)
+            key: parameter.default
+            for key, parameter in parameters_in(values)
+            if parameter.default != usual.get(key)
         }
         for preset, values in case.presets.items()
     }
@@ -153,9 +157,9 @@ def case_details(name: str) -> CaseDetails:
             for preset, values in changed.items()
         },
         derived_parameters={
-            key: one
+            key: details
             for more in case.derived()
-            for key, one in _details(more).items()
+            for key, details in _details(more).items()
             if key not in info.parameters
         },
         refused_by={engine: reason for engine, reason in refused.items() if reason},
@@ -165,15 +169,15 @@ def case_details(name: str) -> CaseDetails:
 def _details(case: Case[Any]) -> dict[str, ParameterDetails]:
     allowed = dict(_allowed(case.parameters, ""))
     return {
-        key: ParameterDetails(**vars(one), allowed=allowed.get(key, ""))
-        for key, one in _parameters(case.parameters, default_of(case), "")
+        key: ParameterDetails(**vars(parameter), allowed=allowed.get(key, ""))
+        for key, parameter in _parameters(case.parameters, default_of(case), "")
     }
 
 
 def _allowed(kind: type[Parameters], prefix: str) -> Iterator[tuple[str, str]]:
     """Yield what the fields of a class of parameters, and of those in it, allow."""
-    for name, one in allowed_in(kind).items():
-        yield prefix + name, ", ".join(one.words) or one.range
+    for name, limits in allowed_in(kind).items():
+        yield prefix + name, ", ".join(limits.words) or limits.range
     for name, declared in kind.model_fields.items():
         inner = declared.annotation
         if isinstance(inner, type) and issubclass(inner, Parameters):
@@ -280,8 +284,8 @@ def _tree(settings: Iterable[tuple[str, str]]) -> Tree:
 
 def _preset(case: Case[Any], name: str) -> Parameters:
     if name not in case.presets:
-        known = ", ".join(case.presets) or "none"
-        raise RequestError(f"--set preset={name}: case {case.name!r} has the presets {known}")
+        presets = ", ".join(case.presets) or "none"
+        raise RequestError(f"--set preset={name}: case {case.name!r} has the presets {presets}")
     parameters: Parameters = case.presets[name]
     return parameters
 
@@ -313,8 +317,8 @@ def _value(kind: type[Parameters], name: str, text: Any) -> Any:
     if text == NONE and type(None) in _kinds(field.annotation):
         return None
     # a strict whole number is not read from a text
-    whole = field.annotation is int and text.strip().lstrip("+-").isdecimal()
-    return int(text) if whole else text
+    is_whole_number = field.annotation is int and text.strip().lstrip("+-").isdecimal()
+    return int(text) if is_whole_number else text
 
 
 def _kinds(annotation: Any) -> tuple[Any, ...]:
@@ -343,8 +347,8 @@ class RunResult(Shown):
     def record(self) -> dict[str, Any]:
         """Return it as a JSON-ready mapping; the profile, where there is one, by its columns."""
         rows = {name: _record(row) for name, row in self.quantities.items()}
-        found = {**vars(self), "parameters": dict(self.parameters), "quantities": rows}
-        return found if self.profile else {k: v for k, v in found.items() if k != "profile"}
+        fields = {**vars(self), "parameters": dict(self.parameters), "quantities": rows}
+        return fields if self.profile else {k: v for k, v in fields.items() if k != "profile"}
 
     def frame(self) -> pd.DataFrame:
         """Return the quantities as a table, one row each."""
@@ -353,10 +357,10 @@ class RunResult(Shown):
         rows = [{"quantity": name, **_record(row)} for name, row in self.quantities.items()]
         return pd.DataFrame(rows, columns=["quantity", *COLUMNS])
 
-    def told(self) -> dict[str, str]:
+    def summary(self) -> dict[str, str]:
         """Return the quantities beside their references, and who ran the case."""
-        found = {name: _told(one) for name, one in self.quantities.items()}
-        return {**found, "case": self.case, "engine": f"{self.engine} {self.engine_version}"}
+        lines = {name: _quantity_text(row) for name, row in self.quantities.items()}
+        return {**lines, "case": self.case, "engine": f"{self.engine} {self.engine_version}"}
 
     def drawn(self) -> Figure:
         """Draw how far each quantity is off its reference; those without one are named so."""
@@ -364,8 +368,8 @@ class RunResult(Shown):
 
         figure = Figure(figsize=(7.0, 1.3 + 0.4 * len(self.quantities)), layout="constrained")
         axes = figure.add_subplot()
-        for place, one in enumerate(self.quantities.values()):
-            off = one.difference / (abs(one.expected) or 1.0)
+        for place, row in enumerate(self.quantities.values()):
+            off = row.difference / (abs(row.expected) or 1.0)
             if math.isnan(off):
                 across = axes.get_yaxis_transform()
                 axes.text(0.5, place, "no reference", va="center", transform=across)
@@ -380,10 +384,11 @@ class RunResult(Shown):
 def run(
     case: str,
     settings: Mapping[str, str] | None = None,
-    engine: str | Engine | None = None,
+    engine: EngineChoice = None,
     *,
     quantities: str | Sequence[str] = (),
-    open_one: Open = open_engine,
+    open_one: Open | None = None,
+    fresh: bool = False,
     progress: Progress = silent,
     most_seconds: float = math.inf,
 ) -> RunResult:
@@ -394,9 +399,9 @@ def run(
     quantity names its unit. ``quantities`` are names of those to return; a derived one, such as
     ``critical_angle_deg``, takes several runs. ``engine`` is an open engine, or the name of an
     engine or of a solver of the case; the default engine unless given. ``open_one`` opens one by
-    its name. Raise RequestError for a name or value that is not allowed, for an engine that cannot
-    run the case, with the reason, and for what is expected to take more than ``most_seconds``;
-    EngineError for a run that failed.
+    its name; else runs are kept, and ``fresh`` makes them again. Raise RequestError for a name or
+    value that is not allowed, for an engine that cannot run the case, with the reason, and for what
+    is expected to take more than ``most_seconds``; EngineError for a run that failed.
     """
     wanted = [quantities] if isinstance(quantities, str) else list(quantities)
     chosen = get_case(case).measuring(wanted)
@@ -416,23 +421,23 @@ def run(
     if name in chosen.solvers and (engine is None or name not in engine_names()):
         begin(None, name)
         measured = chosen.solve(parameters, name)
-        who = (name, f"dem-harness {__version__}")
-        return _result(chosen, parameters, who, measured, NO_RULES, wanted)
+        solver = (name, f"dem-harness {__version__}")
+        return _result(chosen, parameters, solver, measured, NO_RULES, wanted)
     if name not in engine_names() and ":" not in name:
-        known = ", ".join([*engine_names(), *chosen.solvers])
-        raise RequestError(f"--engine {name!r} is not known: must be one of {known}")
-    with open_one(name) as opened:
-        begin(opened.traits)
-        return _in_engine(chosen, parameters, opened, wanted)
+        names = ", ".join([*engine_names(), *chosen.solvers])
+        raise RequestError(f"--engine {name!r} is not known: must be one of {names}")
+    with open_one(name) if open_one else opened(name, fresh=fresh) as running:
+        begin(running.traits)
+        return _in_engine(chosen, parameters, running, wanted)
 
 
 def film(
     case: str,
     settings: Mapping[str, str] | None = None,
-    engine: str | Engine | None = None,
+    engine: EngineChoice = None,
     *,
     frames: int = 120,
-    open_one: Open = open_engine,
+    fresh: bool = False,
 ) -> Film:
     """Run a case once and return the film of its motion, which a notebook shows.
 
@@ -443,13 +448,12 @@ def film(
 
     chosen = get_case(case)
     check_frames(frames, "film")
-    given = nullcontext(engine) if isinstance(engine, Engine) else open_one(engine or DEFAULT)
-    with given as opened:
-        made = chosen.film(opened, parameters_of(chosen, settings) if settings else None, frames)
-    if made is None:
-        have = [one.name for one in all_cases().values() if type(one).film is not Case.film]
+    with opened(engine, fresh=fresh) as running:
+        movie = chosen.film(running, parameters_of(chosen, settings) if settings else None, frames)
+    if movie is None:
+        have = [other.name for other in all_cases().values() if type(other).film is not Case.film]
         raise RequestError(f"film: case {case!r} has none; must be one of {', '.join(have)}")
-    return made
+    return movie
 
 
 def film_section(cases: Iterable[str], engine: Engine) -> Section:
@@ -458,18 +462,16 @@ def film_section(cases: Iterable[str], engine: Engine) -> Section:
     for name in cases:
         case = get_case(name)
         try:
-            made = case.film(engine) if engine.states(case.template) else None
+            movie = case.film(engine) if engine.states(case.template) else None
         except HarnessError as error:
             failures.append(f"The film of case {name} could not be made: {error}")
         else:
-            films += [made] if made is not None else []
+            films += [movie] if movie is not None else []
     return Section("Films", tuple(failures), films=tuple(films))
 
 
 def usual_engine(case: Case[Any]) -> str:
     """Return the default engine, or the first solver of a case that it cannot state."""
-    from harness.engines.registry import engine_class
-
     if case.solvers and not engine_class(DEFAULT).states(case.template):
         return case.solvers[0]
     return DEFAULT
@@ -490,7 +492,7 @@ def _in_engine(
 def _result(
     case: Case[Any],
     parameters: Parameters,
-    who: tuple[str, str],
+    engine: tuple[str, str],
     measured: Measured,
     traits: Traits,
     wanted: Sequence[str],
@@ -499,8 +501,8 @@ def _result(
     units = {quantity.name: quantity.unit for quantity in case.quantities}
     return RunResult(
         case=case.name,
-        engine=who[0],
-        engine_version=who[1],
+        engine=engine[0],
+        engine_version=engine[1],
         parameters=parameters.model_dump(mode="json", exclude=set(case.varied)),
         quantities={
             name: _quantity(name, measured.values[name], unit, references.get(name))
@@ -517,8 +519,8 @@ COLUMNS = ("value", "unit", "reference", "reference_kind", "difference")
 
 def _record(row: Row) -> dict[str, Any]:
     """Return a quantity as a JSON-ready mapping."""
-    told = (row.value, row.unit, row.expected, row.note, row.difference)
-    return dict(zip(COLUMNS, told, strict=True))
+    values = (row.value, row.unit, row.expected, row.note, row.difference)
+    return dict(zip(COLUMNS, values, strict=True))
 
 
 def _quantity(name: str, value: float, unit: str, reference: Reference | None) -> Row:
@@ -526,9 +528,9 @@ def _quantity(name: str, value: float, unit: str, reference: Reference | None) -
     return Row(name, value, math.nan, unit, expected.value, note=expected.kind)
 
 
-def _told(row: Row) -> str:
+def _quantity_text(row: Row) -> str:
     """Return a value with its unit, and what is expected."""
-    said = f"{row.value:.10g} {'' if row.unit == '1' else row.unit}".rstrip()
+    text = f"{row.value:.10g} {'' if row.unit == '1' else row.unit}".rstrip()
     if row.note == "none":
-        return said
-    return f"{said}; {row.expected:.10g} by {row.note}, {row.difference:+.2g} off"
+        return text
+    return f"{text}; {row.expected:.10g} by {row.note}, {row.difference:+.2g} off"

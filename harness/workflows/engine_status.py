@@ -3,11 +3,8 @@
 from __future__ import annotations
 
 import difflib
-import functools
-import inspect
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -16,7 +13,6 @@ from harness.cases.contract import Case
 from harness.cases.registry import built_in, get_case
 from harness.comparison.verdicts import Check, Kind, finding, not_tested
 from harness.comparison.verification import DeclaredEngine
-from harness.engines.contract import Engine
 from harness.engines.registry import (
     ALWAYS,
     DEFAULT,
@@ -27,11 +23,9 @@ from harness.engines.registry import (
 )
 from harness.engines.traits import Traits
 from harness.errors import EngineError, RequestError, cannot_write
-from harness.files import cache_place, held_folder
+from harness.files import held_folder
 from harness.observables.provenance import Provenance
 from harness.shown import Listing
-from harness.store.cache import CachedEngine
-from harness.store.entries import Entries
 from harness.workflows.progress import Progress, silent
 
 ALL = "all"
@@ -53,7 +47,7 @@ class EngineSelection:
         return self.everything or engine in self.named
 
 
-def asked_engines(wanted: str | Iterable[str]) -> EngineSelection:
+def selected_engines(wanted: str | Iterable[str]) -> EngineSelection:
     """Return the engines of ``all``, ``one`` or ``one,two``; none for no texts.
 
     Those that every comparison shows are always among them. Raise RequestError for a
@@ -61,22 +55,22 @@ def asked_engines(wanted: str | Iterable[str]) -> EngineSelection:
     """
     texts = [wanted] if isinstance(wanted, str) else list(wanted)
     names = [name.strip() for text in texts for name in text.split(",") if name.strip()]
-    known = engine_names()
+    available = engine_names()
     for name in names:
         if ":" in name:
             engine_class(name)  # module:Class, which raises where there is none
-        elif name not in (ALL, *known):
+        elif name not in (ALL, *available):
             raise RequestError(
                 f"--engines {name!r} is not known: must be {ALL}, or one or more of "
-                f"{', '.join(known)}"
+                f"{', '.join(available)}"
             )
     if not names:
         if texts:
             raise RequestError(f"--engines {','.join(texts)!r}: names no engine")
         return EngineSelection()
     everything = ALL in names
-    chosen = [name for name in known if everything or name in names or name in ALWAYS]
-    others = [name for name in dict.fromkeys(names) if name not in (ALL, *known)]
+    chosen = [name for name in available if everything or name in names or name in ALWAYS]
+    others = [name for name in dict.fromkeys(names) if name not in (ALL, *available)]
     return EngineSelection((*chosen, *others), frozenset(names) - {ALL}, everything)
 
 
@@ -85,13 +79,13 @@ NO_TRAITS = Traits(install_hint="", versions=(), integrator="", tails=(), effect
 
 
 def declared(
-    name: str, traits: Traits, who: Provenance | None = None, *, missing: str = ""
+    name: str, traits: Traits, provenance: Provenance | None = None, *, missing: str = ""
 ) -> DeclaredEngine:
     """Return what an engine declares, copied for the report, and who it is here."""
     return DeclaredEngine(
         engine=name,
-        version=who.engine_version if who else "",
-        how=who.how if who else "",
+        version=provenance.engine_version if provenance else "",
+        how=provenance.how if provenance else "",
         install_hint=traits.install_hint,
         versions=traits.versions,
         integrator=traits.integrator,
@@ -110,77 +104,13 @@ def untested(engine: str, cases: Iterable[Case[Any]], reason: str) -> list[Check
     return [not_tested(f"{engine}: {case.name}", Kind.CROSS_CODE, reason) for case in cases]
 
 
-def version_rows(name: str, traits: Traits, who: Provenance) -> list[Check]:
+def version_rows(name: str, traits: Traits, provenance: Provenance) -> list[Check]:
     """Return a finding where an engine's version is not one that it was tried with."""
-    if who.engine_version in traits.versions:
+    if provenance.engine_version in traits.versions:
         return []
     tried = ", ".join(traits.versions) or "none"
-    note = f"version {who.engine_version}: not one that it was tried with ({tried})"
+    note = f"version {provenance.engine_version}: not one that it was tried with ({tried})"
     return [finding(f"{name}: version", math.nan, math.nan, "", note)]
-
-
-TOLD = """
-    ``engine`` may be the name of an engine as well: it is opened for the call and closed again.
-    What it runs is kept in the cache of the command line and read from there; ``fresh=True`` runs
-    all of it again.
-    """
-
-
-@contextmanager
-def opened(
-    name: str = DEFAULT, *, fresh: bool = False, options: Mapping[str, Any] | None = None
-) -> Iterator[Engine]:
-    """Yield an engine by its name, keeping its runs where the cache can be written; close it.
-
-    ``options`` are those of :func:`harness.engines.registry.open_engine`.
-    """
-    with open_engine(name, options=options) as own, keeping(own, fresh=fresh) as engine:
-        yield engine
-
-
-@contextmanager
-def keeping(engine: Engine, *, fresh: bool = False) -> Iterator[Engine]:
-    """Yield an open engine that keeps its runs; itself where the cache cannot be written."""
-    try:
-        entries = Entries(cache_place().path)
-    except OSError:
-        yield engine
-        return
-    yield CachedEngine(engine, entries, fresh=fresh)
-
-
-def opening(verb: Callable[..., Any]) -> Callable[..., Any]:
-    """Return a verb that opens its engine by name and keeps its runs.
-
-    A verb with a solver of its own opens an engine only where one is named, as ``engine`` or as
-    ``solver``. One that opens engines itself is given the way to open them.
-    """
-    signature = inspect.signature(verb)
-    takes = signature.parameters
-    solves = "solver" in takes or any(one.kind is one.VAR_KEYWORD for one in takes.values())
-
-    @functools.wraps(verb)
-    def asked(*given: Any, fresh: bool = False, **named: Any) -> Any:
-        ways = {
-            "open_one": functools.partial(opened, fresh=fresh),
-            "remember": functools.partial(keeping, fresh=fresh),
-        }
-        named = {name: way for name, way in ways.items() if name in takes} | named
-        if named.get("engine") is None and named.get("solver") in engine_names():
-            named["engine"] = named.pop("solver")
-        bound = signature.bind_partial(*given, **named)
-        engine = bound.arguments.get("engine", named.get("engine"))
-        opens_itself = "remember" in takes or "settings" in takes or isinstance(engine, Engine)
-        if opens_itself or (engine is None and solves):
-            return verb(*given, **named)
-        with opened(engine or DEFAULT, fresh=fresh) as own:
-            if "engine" in takes:
-                bound.arguments["engine"] = own
-                return verb(*bound.args, **bound.kwargs)
-            return verb(*given, **{**named, "engine": own})
-
-    asked.__doc__ = f"{inspect.getdoc(verb)}\n\n{inspect.cleandoc(TOLD)}"
-    return asked
 
 
 NOT_RUN = "-"
@@ -199,14 +129,14 @@ class EngineStatus:
 
     def record(self) -> dict[str, Any]:
         """Return the status as a JSON-ready mapping."""
-        found, declares = self.provenance, self.traits
+        provenance, declares = self.provenance, self.traits
         return {
             "engine": self.engine,
             "how": self.how,
-            "available": found is not None,
-            "engine_version": found.engine_version if found else None,
-            "executable": found.executable if found else None,
-            "packages": list(found.packages) if found else [],
+            "available": provenance is not None,
+            "engine_version": provenance.engine_version if provenance else None,
+            "executable": provenance.executable if provenance else None,
+            "packages": list(provenance.packages) if provenance else [],
             "reason": self.reason,
             "install_hint": declares.install_hint,
             "lineage": declares.lineage,
@@ -230,23 +160,23 @@ def engines(
     engine's other way (``lmp``, ``launcher``). An engine of another package that cannot be
     imported is one line that says so.
     """
-    found: Listing[EngineStatus] = Listing()
+    statuses: Listing[EngineStatus] = Listing()
     names = engine_names()
-    given = {key: value for key, value in options.items() if value is not None}
+    extra = {key: value for key, value in options.items() if value is not None}
     for done, name in enumerate(names):
         progress("engines", done, len(names))
         program = {"program": programs[name]} if programs and name in programs else {}
         try:
             twin = engine_class(name).twin_options(**program)
         except RequestError as error:
-            found.append(EngineStatus(name, NOT_RUN, None, NO_TRAITS, str(error)))
+            statuses.append(EngineStatus(name, NOT_RUN, None, NO_TRAITS, str(error)))
             continue
-        found.append(_status(name, NOT_RUN, program))
+        statuses.append(_status(name, NOT_RUN, program))
         if twin is not None:
-            chosen = {**twin, **given} if name == DEFAULT else dict(twin)
-            found.append(_status(name, options.get("launcher") or "executable", chosen))
+            chosen = {**twin, **extra} if name == DEFAULT else dict(twin)
+            statuses.append(_status(name, options.get("launcher") or "executable", chosen))
     progress("engines", len(names), len(names))
-    return found
+    return statuses
 
 
 def _status(name: str, how: str, options: Mapping[str, Any]) -> EngineStatus:

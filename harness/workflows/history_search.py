@@ -34,7 +34,7 @@ BLOCK = 1000
 
 
 @dataclass(frozen=True, repr=False)
-class Recorded(Shown):
+class HistoryAnswer(Shown):
     """What the history holds on a question: runs, or quantities of runs, newest first.
 
     Each row is a JSON-ready mapping; in a row of ``quantities`` the columns of
@@ -54,10 +54,10 @@ class Recorded(Shown):
         """Return the rows as a table, as :func:`table` does."""
         return table(self.rows, quantities=self.quantities is not None)
 
-    def told(self) -> dict[str, str]:
+    def summary(self) -> dict[str, str]:
         """Return how much was found, and where."""
-        what = "runs" if self.quantities is None else "measurements"
-        return {what: str(len(self.rows)), "history": str(self.file)}
+        kind = "runs" if self.quantities is None else "measurements"
+        return {kind: str(len(self.rows)), "history": str(self.file)}
 
     def drawn(self, against: Against = "date") -> Figure:
         """Return the one quantity over date or release, or the rows that failed."""
@@ -110,7 +110,7 @@ def table(rows: Iterable[Mapping[str, Any]], *, quantities: bool) -> pd.DataFram
     return frame.astype(types)
 
 
-def history(file: Path | None = None, **wanted: Unpack[HistoryQuery]) -> Recorded:
+def history(file: Path | None = None, **wanted: Unpack[HistoryQuery]) -> HistoryAnswer:
     """Return the recorded runs that fit, or with ``quantity`` those quantities of them.
 
     :class:`~harness.store.history.HistoryQuery` says what may be asked. Nothing recorded yet
@@ -120,8 +120,8 @@ def history(file: Path | None = None, **wanted: Unpack[HistoryQuery]) -> Recorde
     with open_history(file, **wanted) as (path, rows):
         recorded = tuple(rows)
     if wanted.get("quantity") is None:
-        return Recorded(path, recorded)
-    return Recorded(path, quantities=recorded)
+        return HistoryAnswer(path, recorded)
+    return HistoryAnswer(path, quantities=recorded)
 
 
 @contextmanager
@@ -186,8 +186,8 @@ def _check_known(pattern: str, names: list[str]) -> None:
     words = pattern.strip("*").lower()
     near = [name for name in names if words and words in name.lower()]
     near += [n for n in difflib.get_close_matches(pattern, names, NEAR, 0.4) if n not in near]
-    shown = "; near it: " + ", ".join(repr(name) for name in near[:NEAR]) if near else ""
-    raise RequestError(f"--quantity {pattern!r}: no such quantity was recorded{shown}")
+    hint = "; near it: " + ", ".join(repr(name) for name in near[:NEAR]) if near else ""
+    raise RequestError(f"--quantity {pattern!r}: no such quantity was recorded{hint}")
 
 
 def _time(since: datetime | str | None) -> datetime | None:

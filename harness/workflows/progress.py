@@ -42,18 +42,18 @@ class LogLines:
 
     def __init__(self, title: str) -> None:
         self._title, self._begun = title, time.monotonic()
-        self._told: dict[str, float] = {}
+        self._last_line: dict[str, float] = {}
         self._lock = threading.Lock()
 
     def __call__(self, stage: str, done: int, total: int) -> None:
         """Print a line where a stage ends, and now and then while it goes on."""
         seconds = time.monotonic() - self._begun
         with self._lock:
-            last = self._told.setdefault(stage, seconds)
+            last = self._last_line.setdefault(stage, seconds)
             over = done >= total and last < math.inf
             if seconds < LOG_DELAY or not (over or seconds - last >= LOG_PAUSE):
                 return
-            self._told[stage] = math.inf if over else seconds
+            self._last_line[stage] = math.inf if over else seconds
         print(f"{self._title}: {stage}, {done} of {total}, {seconds:.0f} s", file=sys.stderr)
 
 
@@ -93,18 +93,18 @@ def progress_bars(title: str, *, quiet: bool = False) -> Iterator[Progress]:
     first = bars.add_task(title, total=None)
     stages: dict[str, object] = {}
 
-    def told(stage: str, done: int, total: int) -> None:
+    def update(stage: str, done: int, total: int) -> None:
         if stage not in stages:
             stages[stage] = bars.add_task(stage, total=total)
         # of many stages those that are over leave the terminal
-        shown = done < total or len(stages) <= MOST_BARS
-        bars.update(stages[stage], completed=done, total=total, visible=shown)  # type: ignore[arg-type]
+        visible = done < total or len(stages) <= MOST_BARS
+        bars.update(stages[stage], completed=done, total=total, visible=visible)  # type: ignore[arg-type]
 
     timer = threading.Timer(DELAY, bars.start)
     timer.daemon = True
     timer.start()
     try:
-        yield told
+        yield update
     finally:
         timer.cancel()
         timer.join()

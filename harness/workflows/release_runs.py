@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import contextlib
 from collections.abc import Callable, Iterable, Sequence
-from contextlib import AbstractContextManager
+from functools import partial
 from pathlib import Path
 from typing import Protocol, cast
 
@@ -14,11 +13,12 @@ from harness.comparison.verification import Verification
 from harness.engines.contract import Engine
 from harness.engines.registry import DEFAULT, engine_class
 from harness.errors import EngineError, RequestError
+from harness.store.cache import keeping
 from harness.workflows.progress import Progress, silent
 from harness.workflows.verification import checked_level, chosen_cases, here, verify
 
-Remember = Callable[[Engine], AbstractContextManager[Engine]]
-"""Takes an open engine and gives the one to use, as a context."""
+Remember = Callable[[Engine], Engine]
+"""Takes an open engine and returns the one to use."""
 
 
 class Releases(Protocol):
@@ -43,33 +43,35 @@ def releases(
     cases: str | Iterable[str] | None = None,
     engine: str = DEFAULT,
     folder: Path | None = None,
-    remember: Remember = contextlib.nullcontext,
+    remember: Remember | None = None,
+    fresh: bool = False,
     progress: Progress = silent,
 ) -> ReleaseMatrix:
     """Run the cases of a level of ``verify`` in each release of an engine and return the matrix.
 
-    ``names`` are releases, which are installed under the user's cache folder (or
-    ``folder``), or paths of executables. The first that runs is the reference. A release that
-    cannot be installed or run is a column that says so. ``remember`` may wrap each engine, so
-    that runs that are kept are not run again. Raise RequestError for a name that is neither, or
-    given twice, and for an engine without releases.
+    ``names`` are releases, which are installed under the user's cache folder (or ``folder``), or
+    paths of executables. The first that runs is the reference. A release that cannot be installed
+    or run is a column that says so. Runs are kept, unless ``remember`` wraps the engines otherwise;
+    ``fresh`` runs them again. Raise RequestError for a name that is neither, or given twice, and
+    for an engine without releases.
     """
     checked_level(level)
     chosen = chosen_cases(cases)
     opens = _releases_of(engine)
     _check(names, opens)
+    keep = remember or partial(keeping, fresh=fresh)
     columns, title = [], engine.upper()
     for number, name in enumerate(names):
         progress("releases", number, len(names))
 
-        def told(stage: str, done: int, total: int, name: str = name) -> None:
+        def report(stage: str, done: int, total: int, name: str = name) -> None:
             progress(f"{name}: {stage}", done, total)
 
         try:
-            with opens.release(name, folder) as own, remember(own) as opened:
-                title = own.title
+            with opens.release(name, folder) as installed:
+                title = installed.title
                 verification = verify(
-                    level, cases=cases, engine=opened, progress=told, baseline=False
+                    level, cases=cases, engine=keep(installed), progress=report, baseline=False
                 )
         except EngineError as error:
             columns.append(Column(name, None, error=f"{error.kind}: {error}"))
@@ -77,8 +79,8 @@ def releases(
             columns.append(_column(name, verification))
     progress("releases", len(names), len(names))
     tolerances = {case.name: case.regression for case in chosen}
-    asked = cases if isinstance(cases, str) else ",".join(cases or ())
-    return release_matrix(level, here(), columns, tolerances, title, asked)
+    requested = cases if isinstance(cases, str) else ",".join(cases or ())
+    return release_matrix(level, here(), columns, tolerances, title, requested)
 
 
 def _releases_of(engine: str) -> Releases:

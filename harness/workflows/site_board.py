@@ -56,7 +56,7 @@ class Board:
 
 
 @dataclass(frozen=True)
-class Run:
+class SiteRun:
     """A run of the site: its name, results, and the address of its page."""
 
     name: str
@@ -65,7 +65,7 @@ class Run:
 
 
 @dataclass(frozen=True)
-class Entry:
+class DefectEntry:
     """A known defect as its page shows it: its name, and facts by name."""
 
     name: str
@@ -84,7 +84,7 @@ class DefectPage:
     address: str
     title: str
     paragraphs: tuple[str, ...]
-    entries: tuple[Entry, ...]
+    entries: tuple[DefectEntry, ...]
     seen: Board | None
     upstream: tuple[str, ...]
     commands: tuple[str, ...]
@@ -111,7 +111,7 @@ def counted(verdicts: Iterable[str], address: str = "") -> Cell:
 # ---- codes
 
 
-def codes(runs: Sequence[Run]) -> Board:
+def codes(runs: Sequence[SiteRun]) -> Board:
     """Return the state of every code in every run."""
     versions: dict[str, str] = {}
     states: dict[str, dict[str, list[str]]] = {}
@@ -120,8 +120,8 @@ def codes(runs: Sequence[Run]) -> Board:
         declared = run.results.engines.declared if run.results.engines else ()
         if engine is not None:
             versions.setdefault(engine.engine, engine.engine_version)
-        for one in declared:
-            versions.setdefault(one.engine, one.version)
+        for other in declared:
+            versions.setdefault(other.engine, other.version)
         main = engine.engine if engine else ""
         for check in run.results.checks:
             code = _code(check, main, versions)
@@ -142,14 +142,14 @@ def codes(runs: Sequence[Run]) -> Board:
     )
 
 
-def _code(check: Check, main: str, known: Mapping[str, str]) -> str:
+def _code(check: Check, main: str, versions: Mapping[str, str]) -> str:
     """Return the code that a row is of: of its cell, else that its name begins with."""
     if check.cell is not None:
         return check.cell.engine
     first, _, rest = check.name.partition(": ")
     if first == "baseline":
         first = rest.partition("/")[0]
-    if first in known:
+    if first in versions:
         return first
     return first if first in ("theory", "exact", "rk4") else main or first
 
@@ -163,7 +163,9 @@ def cases(reports: Path) -> Board | None:
     rows: list[tuple[Cell, ...]] = []
     for case, changes in _by_case(reports / RELEASES).items():
         at = f"reports/{RELEASES}/report.html"
-        rows.append((text_state(case), *(_moved(changes.get(one, ()), at) for one in releases)))
+        rows.append(
+            (text_state(case), *(_moved(changes.get(release, ()), at) for release in releases))
+        )
     folder = reports / CONTACTS
     if folder.is_dir():
         at = f"reports/{CONTACTS}/report.html"
@@ -171,11 +173,11 @@ def cases(reports: Path) -> Board | None:
         bad = next((t for h, t in parts.items() if h.startswith("Cells of the matrix")), [])
         totals = _cells(folder)
         for case, total in totals.items():
-            own = [row for row in bad if row["case"] == case]
+            failing = [row for row in bad if row["case"] == case]
             cells = []
             for release in releases:
-                verdicts = [row.get(release, "") for row in own]
-                held = ["pass"] * (total - len(own))
+                verdicts = [row.get(release, "") for row in failing]
+                held = ["pass"] * (total - len(failing))
                 cells.append(counted([*filter(None, verdicts), *held], at))
             rows.append((text_state(case), *cells))
     if not rows:
@@ -249,18 +251,18 @@ def releases(reports: Path) -> Board | None:
     names = list(dict.fromkeys([*_names(reports / RELEASES), *_names(reports / CONTACTS)]))
     if not names:
         return None
-    main, contacts = (_by_release(reports / one) for one in (RELEASES, CONTACTS))
+    main, contacts = (_by_release(reports / folder) for folder in (RELEASES, CONTACTS))
     defects = known_cells(reports)
     upstream = _upstream(reports)
     rows = []
     for name in names:
         cells = {defect: counts[name] for defect, counts in defects.items() if counts.get(name)}
-        known = f"{len(cells)} in {sum(cells.values())} cells"
+        text = f"{len(cells)} in {sum(cells.values())} cells"
         rows.append(
             (
                 text_state(name),
                 text_state(main.get(name) or contacts.get(name, "")),
-                text_state(known, f"{DEFECTS}/index.html", "known defect") if cells else (),
+                text_state(text, f"{DEFECTS}/index.html", "known defect") if cells else (),
                 _upstream_state([row for row in upstream if row["release"] == name]),
             )
         )
@@ -306,7 +308,7 @@ def defect_pages(defects: Sequence[KnownDefect], reports: Path | None) -> list[D
         by_script.setdefault(defect.script or defect.name, []).append(defect)
     cells = known_cells(reports) if reports else {}
     upstream = _upstream(reports) if reports else []
-    return [_page(own, reports, cells, upstream) for own in by_script.values()]
+    return [_page(of_script, reports, cells, upstream) for of_script in by_script.values()]
 
 
 def _page(
@@ -317,16 +319,16 @@ def _page(
 ) -> DefectPage:
     first = defects[0]
     folder = first.script.rpartition("/")[0].rpartition("/")[2] or first.name
-    names = {one.name for one in defects}
+    names = {defect.name for defect in defects}
     script = script_of(first)
     file = first.script.rpartition("/")[2]
     test = reports / "defects" / folder / "test.yaml" if reports else None
-    newest = [name for one in names for name in cells.get(one, ())]
+    newest = [name for defect in names for name in cells.get(defect, ())]
     return DefectPage(
         f"{DEFECTS}/{folder}/index.html",
         folder,
         tuple(_paragraphs(script)),
-        tuple(Entry(one.name, tuple(_facts(one))) for one in defects),
+        tuple(DefectEntry(defect.name, tuple(_facts(defect))) for defect in defects),
         _seen(names, cells),
         tuple(dict.fromkeys(row["test"] for row in upstream if row["known_defect"] in names)),
         tuple(_commands(first, script, max(newest, default=""))),
@@ -340,12 +342,12 @@ def _seen(names: set[str], cells: Mapping[str, Mapping[str, int]]) -> Board | No
     """Return in how many cells of each release defects were found; None where in none."""
     heads = list(dict.fromkeys(release for counts in cells.values() for release in counts))
     heads.sort()
-    own = {name: cells[name] for name in sorted(names) if name in cells}
-    if not own:
+    by_defect = {name: cells[name] for name in sorted(names) if name in cells}
+    if not by_defect:
         return None
     rows = tuple(
         (text_state(name), *(text_state(str(counts.get(head, "none"))) for head in heads))
-        for name, counts in own.items()
+        for name, counts in by_defect.items()
     )
     sentence = "Cells of the matrix of contacts in which each release of LAMMPS has it."
     return Board("seen", "Where it was seen", sentence, ("defect", *heads), rows)
@@ -386,10 +388,10 @@ def predicted(prediction: Prediction) -> str:
     """Return in words what a cause makes of a run."""
     parts = {"law": "the law with", "rules": "the rule", "scheme": "steps with"}
     departures = []
-    for name, what in parts.items():
+    for name, label in parts.items():
         values: Mapping[str, object] = getattr(prediction, name)
         words = (key if value is True else f"{key} = {value}" for key, value in values.items())
-        departures += [f"{what} {', '.join(words)}"] if values else []
+        departures += [f"{label} {', '.join(words)}"] if values else []
     if departures:
         return f"what the contact law leaves, integrated with the defect: {'; '.join(departures)}"
     if prediction.error:

@@ -10,14 +10,14 @@ from itertools import groupby
 from pathlib import Path
 from typing import Any
 
-from harness.comparison.steps import Point, Step, steps
+from harness.comparison.steps import RunPoint, Step, steps
 from harness.comparison.verdicts import Check, Kind
 from harness.observables.row import Row, numbered
 from harness.report.gallery import Picture, picture
 from harness.report.page import Shown, figures
 from harness.shown import number
 from harness.workflows import history as recorded_history
-from harness.workflows.site_board import CONTACTS, RELEASES, Board, Run, read_table, text_state
+from harness.workflows.site_board import CONTACTS, RELEASES, Board, SiteRun, read_table, text_state
 
 MOST_FIGURES = 6
 """Quantities whose history is drawn, of those that moved last."""
@@ -69,13 +69,13 @@ def release_parts(reports: Path | None) -> Iterator[HistoryPart]:
             yield HistoryPart(place, title, sentence + _counted(moves), tuple(_boards(moves)))
 
 
-def _of_release(row: dict[str, str]) -> Point:
+def _of_release(row: dict[str, str]) -> RunPoint:
     name = f"{row['case'].partition('/')[2]}: {row['quantity']}"
     value = Row(name, float(row["value"]), math.nan, row["unit"])
-    return Point((row["case"], row["quantity"]), row["release"], value, float(row["tolerance"]))
+    return RunPoint((row["case"], row["quantity"]), row["release"], value, float(row["tolerance"]))
 
 
-def run_parts(runs: Sequence[Run], *, history: bool) -> Iterator[HistoryPart]:
+def run_parts(runs: Sequence[SiteRun], *, history: bool) -> Iterator[HistoryPart]:
     """Yield what moved over the runs of a site, with ``history`` over those of this machine too."""
     rows = [row for run in runs for row in _rows_of(run)]
     if history:
@@ -96,7 +96,7 @@ def run_parts(runs: Sequence[Run], *, history: bool) -> Iterator[HistoryPart]:
     yield HistoryPart("runs", "From run to run", sentence, tuple(_boards(moves)), drawn)
 
 
-def _rows_of(run: Run) -> Iterator[dict[str, Any]]:
+def _rows_of(run: SiteRun) -> Iterator[dict[str, Any]]:
     """Yield the rows of a run with the columns of the history."""
     results = run.results
     engine = results.engine
@@ -113,8 +113,8 @@ def _rows_of(run: Run) -> Iterator[dict[str, Any]]:
     }
     # names as the history has them
     for (name, kind, _), before, check in numbered(results.checks, _name_of):
-        own = {"name": f"{name} ({before + 1})" if before else name, "kind": str(kind)}
-        yield {**common, **check.record(), **own, "verdict": str(check.verdict)}
+        identity = {"name": f"{name} ({before + 1})" if before else name, "kind": str(kind)}
+        yield {**common, **check.record(), **identity, "verdict": str(check.verdict)}
 
 
 def _name_of(check: Check) -> tuple[str, Kind, str]:
@@ -123,7 +123,7 @@ def _name_of(check: Check) -> tuple[str, Kind, str]:
 
 def _recorded(row: dict[str, Any]) -> dict[str, Any]:
     """Return a row of the history as one of a run of the site."""
-    level = next((one for one in LEVELS if f"--{one}" in row["options"].split()), "default")
+    level = next((name for name in LEVELS if f"--{name}" in row["options"].split()), "default")
     label = f"run {row['run']}, {row['started'][:16].replace('T', ' ')}"
     numbers = ("value", "uncertainty", "expected", "tolerance")
     return {
@@ -134,7 +134,7 @@ def _recorded(row: dict[str, Any]) -> dict[str, Any]:
     }
 
 
-def _point(row: dict[str, Any]) -> Point:
+def _point(row: dict[str, Any]) -> RunPoint:
     value = Row(row["name"], row["value"], row["uncertainty"], row["unit"], row["expected"])
     facts = (
         ("release", row["engine_version"]),
@@ -144,8 +144,8 @@ def _point(row: dict[str, Any]) -> Point:
         ("platform", row["platform"]),
     )
     series = tuple(row[name] for name in SAME_RUN)
-    known = tuple((name, text) for name, text in facts if text)
-    return Point(series, row["label"], value, row["tolerance"], row["verdict"], known)
+    named_facts = tuple((name, text) for name, text in facts if text)
+    return RunPoint(series, row["label"], value, row["tolerance"], row["verdict"], named_facts)
 
 
 def _counted(moves: Sequence[Step]) -> str:
@@ -163,12 +163,14 @@ def _boards(moves: Iterable[Step]) -> Iterator[Board]:
     for n, ((before, after, reasons), group) in enumerate(
         groupby(sorted(moves, key=ends), ends), 1
     ):
-        own = sorted(group, key=lambda step: -abs(step.in_tolerances))
+        of_step = sorted(group, key=lambda step: -abs(step.in_tolerances))
         caption = "; ".join(reasons)
-        if len(own) > MOST_STEPS:
-            caption += f"{'; ' * bool(caption)}the {MOST_STEPS} that moved farthest of {len(own)}"
-        label = f"{before} → {after}: {len(own)} moved"
-        rows = tuple(map(_row, own[:MOST_STEPS]))
+        if len(of_step) > MOST_STEPS:
+            caption += (
+                f"{'; ' * bool(caption)}the {MOST_STEPS} that moved farthest of {len(of_step)}"
+            )
+        label = f"{before} → {after}: {len(of_step)} moved"
+        rows = tuple(map(_row, of_step[:MOST_STEPS]))
         yield Board(f"step-{n}", label, f"{caption}." if caption else "", HEAD, rows)
 
 
@@ -189,11 +191,11 @@ def _drawn(moves: Sequence[Step], rows: Sequence[dict[str, Any]]) -> Iterator[Pi
     from harness.report.figures import quantity_history
 
     series = list(dict.fromkeys(step.after.series for step in reversed(moves)))[:MOST_FIGURES]
-    for n, one in enumerate(series, 1):
-        own = [row for row in rows if tuple(row[name] for name in SAME_RUN) == one]
-        if sum(math.isfinite(row["value"]) for row in own) > 1:
-            name = str(own[0]["name"])
-            frame = pd.DataFrame(own)
+    for n, key in enumerate(series, 1):
+        of_series = [row for row in rows if tuple(row[name] for name in SAME_RUN) == key]
+        if sum(math.isfinite(row["value"]) for row in of_series) > 1:
+            name = str(of_series[0]["name"])
+            frame = pd.DataFrame(of_series)
             frame["started"] = pd.to_datetime(frame["started"], utc=True, format="ISO8601")
             draw = partial(quantity_history, frame, "date")
             yield picture(

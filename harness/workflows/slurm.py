@@ -46,7 +46,7 @@ from harness.workflows.sweep_run import Local, Ran, Work
 
 
 @dataclass(frozen=True)
-class Order:
+class JobOrder:
     """What a job runs: some parameters of a case, how the engine is opened, where it tells."""
 
     case: str
@@ -55,11 +55,11 @@ class Order:
     parameters: Mapping[str, Parameters]
     cache: Path | None
     fresh: bool
-    told: Path
+    file: Path
     quantities: tuple[str, ...] = ()
 
 
-def run_order(order: Order) -> None:
+def run_order(order: JobOrder) -> None:
     """Run what a job was ordered, on its node, and tell of each run as it is over."""
     entries = Entries(order.cache) if order.cache else None
 
@@ -70,19 +70,19 @@ def run_order(order: Order) -> None:
     names = list(order.parameters)
     case = get_case(order.case).measuring(order.quantities)
     work = Work(case, order.engine, list(order.parameters.values()))
-    with order.told.open("a", encoding="utf-8") as file:
+    with order.file.open("a", encoding="utf-8") as file:
 
-        def tell(name: str, told: Mapping[str, Any]) -> None:
-            file.write(json.dumps({"run": name, **told}) + "\n")
+        def tell(name: str, outcome: Mapping[str, Any]) -> None:
+            file.write(json.dumps({"run": name, **outcome}) + "\n")
             file.flush()
 
-        left = set(names)
+        remaining = set(names)
         try:
             for place, ran in Local(open_one, entries, order.fresh)(work):
-                left.discard(names[place])
+                remaining.discard(names[place])
                 tell(names[place], _line(ran))
         except EngineError as error:  # the engine itself: it is not here, or died as a whole
-            for name in left:
+            for name in remaining:
                 tell(name, _line(error))
 
 
@@ -101,19 +101,19 @@ def _line(ran: Ran) -> dict[str, Any]:
     }
 
 
-def told_of(told: Mapping[str, Any]) -> Ran:
+def outcome_of(line: Mapping[str, Any]) -> Ran:
     """Return the outcome that a line of a job tells."""
-    if "error" in told:
-        return (RequestError if told["refused"] else EngineCrashError)(told["error"])
-    who = Provenance(told["engine"], told["engine_version"], how="SLURM")
-    if "undecided" in told:
-        error = EngineUndecidedError(told["undecided"], told["values"])
-        error.provenance, error.seconds, error.ranks = who, told["seconds"], told["ranks"]
+    if "error" in line:
+        return (RequestError if line["refused"] else EngineCrashError)(line["error"])
+    provenance = Provenance(line["engine"], line["engine_version"], how="SLURM")
+    if "undecided" in line:
+        error = EngineUndecidedError(line["undecided"], line["values"])
+        error.provenance, error.seconds, error.ranks = provenance, line["seconds"], line["ranks"]
         return error
-    return Measured(told["values"], who, told["seconds"], told["ranks"])
+    return Measured(line["values"], provenance, line["seconds"], line["ranks"])
 
 
-def submit(orders: Sequence[Order], group: Path, settings: ExecutorOptions) -> list[str]:
+def submit(orders: Sequence[JobOrder], group: Path, settings: ExecutorOptions) -> list[str]:
     """Submit a job for each order, as one array; raise RequestError where sbatch refuses."""
     import submitit
     from submitit.core.utils import FailedJobError
@@ -141,8 +141,8 @@ def last_line(group: Path, job: str) -> str:
     """Return the last line that a job printed, in brackets; not those of submitit about itself."""
     for log in logs_of(group, job):
         lines = log.read_text(encoding="utf-8", errors="replace").split("\n")
-        said = [line.strip() for line in lines if line.strip() and not SUBMITIT.search(line)]
-        return f" (its last line: {said[-1][:160]})" if said else ""
+        printed = [line.strip() for line in lines if line.strip() and not SUBMITIT.search(line)]
+        return f" (its last line: {printed[-1][:160]})" if printed else ""
     return ""
 
 
@@ -167,7 +167,7 @@ GAIN = 0.5
 SETTLE_SECONDS = 5.0
 """After the end of a job, for its last lines to be seen on another machine."""
 
-TOLD, SUBMITTED = "told", "submitted.jsonl"
+OUTCOMES, SUBMITTED = "outcomes", "submitted.jsonl"
 
 
 @dataclass(frozen=True)
@@ -190,30 +190,30 @@ class Slurm:
         Raise RequestError where SLURM is not here or refuses the jobs.
         """
         check_slurm()
-        known = dict(self.local.known(work))
-        left = {i: p for i, p in enumerate(work.parameters) if i not in known}
-        if not left:
-            return iter(known.items())
-        self._check(work, left)
+        kept = dict(self.local.lookup(work))
+        to_run = {i: p for i, p in enumerate(work.parameters) if i not in kept}
+        if not to_run:
+            return iter(kept.items())
+        self._check(work, to_run)
         opening = {} if work.solves else dict(self.opening(work.engine))
         facts: dict[str, Any] = {"case": work.case.name, "engine": work.engine, "opening": opening}
         facts["quantities"] = _quantities(work)
         if not work.solves:
             facts["who"] = fingerprint_of(work.engine, chosen_options(work.engine, **opening))
         waiting = _Waiting(self._group(facts), self.tell)
-        waiting.again = partial(self._again, work, opening, waiting)
-        for place, parameters in left.items():
+        waiting.resubmit = partial(self._resubmit, work, opening, waiting)
+        for place, parameters in to_run.items():
             name = key_of(parameters.model_dump(mode="json"))
             waiting.places.setdefault(name, []).append(place)
             waiting.runs[name] = parameters
-        known |= dict(waiting.told(errors=False))
+        kept |= dict(waiting.unread(errors=False))
         waiting.attach()
         missing = [name for name in waiting.places if name not in waiting.covered()]
         waiting.marks |= self._marks(work, waiting.runs)
         if missing:
             chosen = {name: waiting.runs[name] for name in missing}
             waiting.jobs |= self._submitted(work, opening, chosen, waiting.group)
-        return itertools.chain(known.items(), waiting.outcomes())
+        return itertools.chain(kept.items(), waiting.outcomes())
 
     def check(self, work: Work) -> None:
         """Raise RequestError for work that cannot be run so; nothing is submitted."""
@@ -222,8 +222,8 @@ class Slurm:
         check_launcher(*self._launching(work))
         costs = self._costs(work, dict(enumerate(work.parameters)))
         if not all(self._fits(seconds) for seconds in costs.values()):
-            known = dict(self.local.known(work))
-            self._check(work, {i: p for i, p in enumerate(work.parameters) if i not in known})
+            kept = dict(self.local.lookup(work))
+            self._check(work, {i: p for i, p in enumerate(work.parameters) if i not in kept})
 
     def _launching(self, work: Work) -> tuple[str | None, str, int]:
         """Return launcher, what srun's --mpi must be, and the ranks of a run."""
@@ -238,28 +238,31 @@ class Slurm:
         rules = None if work.solves else engine_class(work.engine).traits
         solver = work.engine if work.solves else ""
         speed = max(1.0, GAIN * self.settings.ranks)
-        return {i: work.case.seconds(one, rules, solver) / speed for i, one in runs.items()}
+        return {
+            i: work.case.seconds(parameters, rules, solver) / speed
+            for i, parameters in runs.items()
+        }
 
     def _fits(self, seconds: float, margin: float = MARGIN) -> bool:
         return margin * seconds <= 60.0 * self.settings.minutes
 
-    def _check(self, work: Work, left: Mapping[int, Parameters]) -> None:
+    def _check(self, work: Work, to_run: Mapping[int, Parameters]) -> None:
         """Raise RequestError for a run that fits no job and cannot go on in another."""
-        costs = self._costs(work, left)
-        for place in sorted(left, key=lambda i: -costs[i]):
+        costs = self._costs(work, to_run)
+        for place in sorted(to_run, key=lambda i: -costs[i]):
             if self._fits(costs[place]):
                 return
             seconds, margin = costs[place], MARGIN
-            if self._resumes(work, left[place]):
+            if self._resumes(work, to_run[place]):
                 rules = engine_class(work.engine).traits
-                seconds = work.case.part_seconds(left[place], rules)
+                seconds = work.case.part_seconds(to_run[place], rules)
                 seconds, margin = seconds / max(1.0, GAIN * self.settings.ranks), PART_MARGIN
                 if self._fits(seconds, margin):
                     continue
             part = " between two restart files" if margin == PART_MARGIN else ""
             least = math.ceil(margin * seconds / 60.0)
             raise RequestError(
-                f"--time {self.settings.minutes:g}: the run {label(work, left[place])} of case "
+                f"--time {self.settings.minutes:g}: the run {label(work, to_run[place])} of case "
                 f"{work.case.name!r} is expected to take {in_words(seconds)}{part}, {margin:g} "
                 f"times that must fit a job: --time {least} at least, or more --ranks"
             )
@@ -275,9 +278,12 @@ class Slurm:
         if work.solves:
             return {}
         with self.local.open_one(work.engine) as engine:
-            return {name: engine.resumed_at(work.case.job(one)) for name, one in runs.items()}
+            return {
+                name: engine.resumed_at(work.case.job(parameters))
+                for name, parameters in runs.items()
+            }
 
-    def _again(
+    def _resubmit(
         self, work: Work, opening: dict[str, Any], waiting: _Waiting, names: Sequence[str], *,
         ended_some: bool,
     ) -> bool:  # fmt: skip
@@ -310,7 +316,7 @@ class Slurm:
         fresh = time.time_ns() if self.local.fresh else 0
         digest = key_of({**facts, "source": source_digest(), "fresh": fresh})
         group = (self.folder / "slurm" / digest[:16]).absolute()
-        (group / TOLD).mkdir(parents=True, exist_ok=True)
+        (group / OUTCOMES).mkdir(parents=True, exist_ok=True)
         return group
 
     def _submitted(
@@ -320,29 +326,29 @@ class Slurm:
         chunks = self._chunks(work, chosen)
         stamp = time.time_ns()
         orders = [
-            Order(
+            JobOrder(
                 work.case.name,
                 work.engine,
                 opening,
                 {name: chosen[name] for name in chunk},
                 self.cache.absolute() if self.cache else None,
                 self.local.fresh,
-                group / TOLD / f"{stamp}-{number}.jsonl",
+                group / OUTCOMES / f"{stamp}-{number}.jsonl",
                 _quantities(work),
             )
             for number, chunk in enumerate(chunks)
         ]
-        found: dict[str, list[str]] = {}
+        submitted: dict[str, list[str]] = {}
         for first in range(0, len(orders), MOST_JOBS):
             some = orders[first : first + MOST_JOBS]
             for job, order in zip(submit(some, group, self.settings), some, strict=True):
-                found[job] = list(order.parameters)
+                submitted[job] = list(order.parameters)
             with (group / SUBMITTED).open("a", encoding="utf-8") as file:
-                for job in list(found)[first:]:
-                    file.write(json.dumps({"job": job, "runs": found[job]}) + "\n")
-        ids = sorted({job.partition("_")[0] for job in found})
-        self.tell(f"{len(found)} jobs are submitted to SLURM ({', '.join(ids)})")
-        return found
+                for job in list(submitted)[first:]:
+                    file.write(json.dumps({"job": job, "runs": submitted[job]}) + "\n")
+        ids = sorted({job.partition("_")[0] for job in submitted})
+        self.tell(f"{len(submitted)} jobs are submitted to SLURM ({', '.join(ids)})")
+        return submitted
 
 
 def _quantities(work: Work) -> tuple[str, ...]:
@@ -354,13 +360,13 @@ def label(work: Work, parameters: Parameters) -> str:
     default = default_of(work.case) if len(work.parameters) == 1 else None
     others = work.parameters if default is None else [default]
     columns = [{name: info.default for name, info in parameters_in(other)} for other in others]
-    own = {
+    values = {
         name: info.default
         for name, info in parameters_in(parameters)
         if name not in work.case.varied
     }
-    apart = [name for name in own if any(column.get(name) != own[name] for column in columns)]
-    return ", ".join(f"{name} = {own[name]}" for name in apart) or "with its default values"
+    apart = [name for name in values if any(column.get(name) != values[name] for column in columns)]
+    return ", ".join(f"{name} = {values[name]}" for name in apart) or "with its default values"
 
 
 @dataclass
@@ -375,7 +381,7 @@ class _Waiting:
     reasons: set[str] = field(default_factory=set)
     runs: dict[str, Parameters] = field(default_factory=dict)
     marks: dict[str, float] = field(default_factory=dict)
-    again: Callable[..., bool] = lambda *_, **__: False
+    resubmit: Callable[..., bool] = lambda *_, **__: False
 
     def attach(self) -> None:
         """Take up the jobs of an earlier process that are still in the queue."""
@@ -383,33 +389,33 @@ class _Waiting:
         lines = file.read_text(encoding="utf-8").splitlines() if file.is_file() else []
         live = queued() if lines else {}
         for line in lines:
-            told = json.loads(line)
-            if live is None or told["job"] in live:
-                self.jobs[told["job"]] = told["runs"]
+            submitted = json.loads(line)
+            if live is None or submitted["job"] in live:
+                self.jobs[submitted["job"]] = submitted["runs"]
 
     def covered(self) -> set[str]:
         """Return the names of the runs in jobs."""
         return {name for names in self.jobs.values() for name in names}
 
-    def told(self, *, errors: bool = True) -> Iterator[tuple[int, Ran]]:
+    def unread(self, *, errors: bool = True) -> Iterator[tuple[int, Ran]]:
         """Yield what the jobs wrote since the last look."""
-        for path in sorted((self.group / TOLD).glob("*.jsonl")):
+        for path in sorted((self.group / OUTCOMES).glob("*.jsonl")):
             with path.open("rb") as file:
                 file.seek(self.read.get(path, 0))
                 for line in file:
                     if not line.endswith(b"\n"):
                         break  # it is being written, or its writer was killed
                     self.read[path] = self.read.get(path, 0) + len(line)
-                    told = json.loads(line)
-                    if told["run"] in self.places and (errors or "error" not in told):
-                        ran = told_of(told)
-                        yield from ((place, ran) for place in self.places.pop(told["run"]))
+                    outcome = json.loads(line)
+                    if outcome["run"] in self.places and (errors or "error" not in outcome):
+                        ran = outcome_of(outcome)
+                        yield from ((place, ran) for place in self.places.pop(outcome["run"]))
 
     def outcomes(self) -> Iterator[tuple[int, Ran]]:
         """Yield the outcomes until every run is told of or its job is over."""
         pause = LOOK_SECONDS[0]
         while self.places and self.jobs:
-            yield from self.told()
+            yield from self.unread()
             live = queued()
             self._tell_of_waits(live or {})
             for job in [job for job in self.jobs if live is not None and job not in live]:
@@ -429,13 +435,13 @@ class _Waiting:
         """Yield the last that a job told, and what became of the runs that it did not get to."""
         until = time.monotonic() + SETTLE_SECONDS
         while any(name in self.places for name in names) and time.monotonic() < until:
-            yield from self.told()
+            yield from self.unread()
             time.sleep(LOOK_SECONDS[0])
         lost = [name for name in names if name in self.places]
         if lost:
             end, started = end_of(job), bool(logs_of(self.group, job))
             cancelled = end == "CANCELLED" or not started
-            if not cancelled and self.again(lost, ended_some=len(lost) < len(names)):
+            if not cancelled and self.resubmit(lost, ended_some=len(lost) < len(names)):
                 self.tell(f"SLURM's job {job} ended ({end or 'not known how'}): its rest goes on")
                 return
             how = f"ended before it: {end or 'not known how'}{last_line(self.group, job)}"

@@ -85,10 +85,10 @@ class ExecutorOptions:
         named = self.further.get("time", self.time)
         return float(named) if isinstance(named, int) else math.inf
 
-    def parameters(self, known: Sequence[str]) -> dict[str, Any]:
-        """Return them as submitit takes them; ``known`` are the names that it has."""
-        named = {name: value for name, value in self.further.items() if name in known}
-        beyond = {name: value for name, value in self.further.items() if name not in known}
+    def parameters(self, valid: Sequence[str]) -> dict[str, Any]:
+        """Return them as submitit takes them; ``valid`` are the names that it has."""
+        named = {name: value for name, value in self.further.items() if name in valid}
+        beyond = {name: value for name, value in self.further.items() if name not in valid}
         nodes = int(named.get("nodes", 1))
         return {
             "job_name": "dem-harness",
@@ -122,7 +122,7 @@ def check_launcher(launcher: str | None, mpi: str, ranks: int) -> None:
             f"(here it would be {usual or 'none'}): "
             f"--mpirun {launcher_for(ranks, mpi)!r}, or leave --mpirun out"
         )
-    if mpi not in (_said(["srun", "--mpi=list"]) or mpi):
+    if mpi not in (_output_of(["srun", "--mpi=list"]) or mpi):
         raise RequestError(
             f"--mpirun {launcher!r}: this SLURM has no MPI plugin {mpi} (srun --mpi=list), which "
             "ranks of this program need; give another one"
@@ -131,7 +131,9 @@ def check_launcher(launcher: str | None, mpi: str, ranks: int) -> None:
 
 def _usual_mpi() -> str:
     """Return what srun's --mpi is unless it is given."""
-    match = re.search(r"^MpiDefault\s*=\s*(\S+)", _said(["scontrol", "show", "config"]) or "", re.M)
+    match = re.search(
+        r"^MpiDefault\s*=\s*(\S+)", _output_of(["scontrol", "show", "config"]) or "", re.M
+    )
     return match[1] if match else ""
 
 
@@ -153,23 +155,25 @@ def queued() -> dict[str, str] | None:
     The reason of one that runs is ``None`` in SLURM's words.
     """
     user = getpass.getuser()
-    said = _said(["squeue", "--noheader", "--array", "--format=%i %r", f"--user={user}"])
-    if said is None:
+    output = _output_of(["squeue", "--noheader", "--array", "--format=%i %r", f"--user={user}"])
+    if output is None:
         return None
-    return {line.partition(" ")[0]: line.partition(" ")[2] for line in said.splitlines()}
+    return {line.partition(" ")[0]: line.partition(" ")[2] for line in output.splitlines()}
 
 
 def end_of(job: str) -> str:
     """Return how a job ended in SLURM's word, as ``TIMEOUT`` or ``CANCELLED``; empty: not known."""
-    told = _said(["scontrol", "--oneliner", "show", "job", job]) or ""
-    match = re.search(r"JobState=(\w+)", told)
+    output = _output_of(["scontrol", "--oneliner", "show", "job", job]) or ""
+    match = re.search(r"JobState=(\w+)", output)
     if match:
         return match[1]
-    accounted = _said(["sacct", "--noheader", "--allocations", "--format=State", f"--jobs={job}"])
+    accounted = _output_of(
+        ["sacct", "--noheader", "--allocations", "--format=State", f"--jobs={job}"]
+    )
     return next(iter((accounted or "").split()), "")
 
 
-def _said(words: Sequence[str]) -> str | None:
+def _output_of(words: Sequence[str]) -> str | None:
     """Return what a command of SLURM prints; None where it fails or gives no answer."""
     try:
         done = subprocess.run(

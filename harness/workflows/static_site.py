@@ -19,7 +19,7 @@ from harness.store.baseline import checkout_baseline
 from harness.store.known_defects import known_defects
 from harness.workflows import site_board as board
 from harness.workflows.baseline import FILE, read_results
-from harness.workflows.site_board import Board, DefectPage, Run, text_state
+from harness.workflows.site_board import Board, DefectPage, SiteRun, text_state
 from harness.workflows.site_history import release_parts, run_parts
 
 if TYPE_CHECKING:
@@ -56,7 +56,7 @@ class BuiltSite(Shown):
     files: int
     unlinked: tuple[tuple[str, str], ...]
 
-    def told(self) -> dict[str, str]:
+    def summary(self) -> dict[str, str]:
         """Return where it starts, and how much it holds."""
         counts = {"pages": len(self.pages), "other files": self.files}
         counts |= {"links to what is not committed": len(self.unlinked)}
@@ -103,14 +103,14 @@ def site(
     folders = _run_folders(runs)
     if reports is None and not folders and not history:
         raise RequestError("RUN: no reports are committed here; name folders of `verify --output`")
-    shown = [
-        Run(name, read_results(folder), f"{RUNS}/{name}/report.html")
+    site_runs = [
+        SiteRun(name, read_results(folder), f"{RUNS}/{name}/report.html")
         for name, folder in folders.items()
     ]
     if reports and (reports / board.MAIN / FILE).is_file():
         main = read_results(reports / board.MAIN)
-        shown.insert(0, Run("Main job", main, f"reports/{board.MAIN}/report.html"))
-    built = _filled(project or output, reports, shown, history=history)
+        site_runs.insert(0, SiteRun("Main job", main, f"reports/{board.MAIN}/report.html"))
+    built = _filled(project or output, reports, site_runs, history=history)
     for name, folder in folders.items():
         built.add_folder(folder, f"{RUNS}/{name}")
     _write(built, output)
@@ -124,11 +124,11 @@ def check_folder(folder: Path) -> None:
         raise RequestError(f"--output {folder}: is a file; name a folder")
     try:
         text = (folder / LIST).read_text("utf-8")
-        own = {LIST, *json.loads(text)["files"]}
+        written = {LIST, *json.loads(text)["files"]}
     except (OSError, ValueError, KeyError, TypeError):
-        own = set()
+        written = set()
     held = (path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file())
-    foreign = next((name for name in held if name not in own), None)
+    foreign = next((name for name in held if name not in written), None)
     if foreign is not None:
         raise RequestError(
             f"--output {folder}: holds {foreign}, which no site wrote; name a new folder"
@@ -150,13 +150,15 @@ def _run_folders(runs: Sequence[Path]) -> dict[str, Path]:
     return folders
 
 
-def _filled(root: Path, reports: Path | None, shown: Sequence[Run], *, history: bool) -> Site:
+def _filled(
+    root: Path, reports: Path | None, site_runs: Sequence[SiteRun], *, history: bool
+) -> Site:
     """Return the site with its own pages and the committed ones."""
     defects = board.defect_pages(known_defects(), reports)
     committed = {title: file for title, file in COMMITTED if reports and (root / file).is_file()}
     pages = {title: _address(file) for title, file in committed.items()}
     pages = {"Start": START, **pages, "Defects": DEFECTS, "History": HISTORY}
-    parts = [*release_parts(reports), *run_parts(shown, history=history)]
+    parts = [*release_parts(reports), *run_parts(site_runs, history=history)]
     texts = {
         f"history/{picture.name}.svg": picture.svg for part in parts for picture in part.pictures
     }
@@ -168,14 +170,14 @@ def _filled(root: Path, reports: Path | None, shown: Sequence[Run], *, history: 
         *pages.values(),
         *texts,
         *(defect.address for defect in defects),
-        *(one.address for one in shown),
+        *(run.address for run in site_runs),
     }
     scripts = {
         f"{defect.address.rpartition('/')[0]}/{defect.file}": defect.address for defect in defects
     }
     named = {entry.name: page.address for page in defects for entry in page.entries}
     built = Site(root, tuple(pages.items()), planned, scripts, texts, named)
-    built.add_template(START, "board.html.j2", **_start(shown, reports, defects))
+    built.add_template(START, "board.html.j2", **_start(site_runs, reports, defects))
     built.add_template(HISTORY, "history.html.j2", parts_of_history=parts)
     for page in defects:
         built.add_template(page.address, "defect.html.j2", defect=page, index=DEFECTS)
@@ -194,20 +196,20 @@ def _address(file: str) -> str:
 
 
 def _start(
-    shown: Sequence[Run], reports: Path | None, defects: Sequence[DefectPage]
+    site_runs: Sequence[SiteRun], reports: Path | None, defects: Sequence[DefectPage]
 ) -> dict[str, Any]:
     """Return what the start page shows."""
-    verdicts = {check.verdict for run in shown for check in run.results.checks}
-    fails = Verdict.FAIL in verdicts or any(run.results.status for run in shown)
+    verdicts = {check.verdict for run in site_runs for check in run.results.checks}
+    fails = Verdict.FAIL in verdicts or any(run.results.status for run in site_runs)
     apart = verdicts & {Verdict.KNOWN_DEFECT, Verdict.NOT_TESTED}
     sentences = []
-    for run in shown:
+    for run in site_runs:
         results = run.results
-        engine = results.engine.told if results.engine else "no engine"
+        engine = results.engine.label if results.engine else "no engine"
         words = headline(results.checks, results.untested_cases)
         sentences.append((f"{run.name}: {words}", f"{engine}, {results.started[:10]}"))
     boards = [
-        board.codes(shown) if shown else None,
+        board.codes(site_runs) if site_runs else None,
         board.cases(reports) if reports else None,
         board.releases(reports) if reports else None,
         _defects(defects),
@@ -215,8 +217,8 @@ def _start(
     return {
         "title": "DEM codes against theory: what holds",
         "outcome": "fail" if fails else "apart" if apart else "",
-        "runs": [(run.address, *words) for run, words in zip(shown, sentences, strict=True)],
-        "boards": [one for one in boards if one is not None],
+        "runs": [(run.address, *words) for run, words in zip(site_runs, sentences, strict=True)],
+        "boards": [board_of_page for board_of_page in boards if board_of_page is not None],
     }
 
 

@@ -36,12 +36,12 @@ from harness.observables.provenance import Provenance
 from harness.observables.reference import ReferencePoints
 from harness.parameters.base import Parameters
 from harness.shown import Shown
+from harness.store.cache import opened
 from harness.store.entries import Entries
 from harness.workflows.case_runs import usual_engine
-from harness.workflows.engine_status import opened
 from harness.workflows.progress import Progress, silent
 from harness.workflows.sweep_columns import parameter_columns, quantity_key
-from harness.workflows.sweep_plan import Asked, Plan, Point
+from harness.workflows.sweep_plan import SweepPlan, SweepPoint, SweepRequest
 from harness.workflows.sweep_run import (
     DONE,
     FAILED,
@@ -87,40 +87,42 @@ class EarlierRuns:
         """Return how many of some runs are there."""
         return sum(_key(engine, ranks, run) in self.rows for run in runs)
 
-    def beside(self, executor: Executor, ranks: int) -> Executor:
+    def or_run(self, executor: Executor, ranks: int) -> Executor:
         """Return what takes runs from the file where they are there, and else runs them."""
 
         def run(work: Work) -> Iterator[tuple[int, Ran]]:
             missing = []
-            for place, one in enumerate(work.parameters):
-                found = self.rows.get(_key(work.engine, ranks, one))
-                if found is None:
+            for place, parameters in enumerate(work.parameters):
+                kept = self.rows.get(_key(work.engine, ranks, parameters))
+                if kept is None:
                     missing.append(place)
                 else:
-                    yield place, found
+                    yield place, kept
             if missing:
-                for place, ran in _made(executor, work, missing):
+                for place, ran in _run_missing(executor, work, missing):
                     yield place, ran
 
         return run
 
 
-def _made(executor: Executor, work: Work, places: Sequence[int]) -> Iterator[tuple[int, Ran]]:
+def _run_missing(
+    executor: Executor, work: Work, places: Sequence[int]
+) -> Iterator[tuple[int, Ran]]:
     """Yield runs that are made; where some were known, an engine that is not here fails the rest.
 
     Where none was, it is raised.
     """
-    left = replace(work, parameters=[work.parameters[place] for place in places])
-    told: set[int] = set()
+    rest = replace(work, parameters=[work.parameters[place] for place in places])
+    yielded: set[int] = set()
     try:
-        for place, ran in executor(left):
-            told.add(places[place])
+        for place, ran in executor(rest):
+            yielded.add(places[place])
             yield places[place], ran
     except (EngineMissingError, RequestError) as error:
         if len(places) == len(work.parameters):
             raise
         failed: HarnessError = error
-        yield from ((place, failed) for place in places if place not in told)
+        yield from ((place, failed) for place in places if place not in yielded)
 
 
 def script_digest(case: Case[Any], engine: str) -> str:
@@ -136,8 +138,8 @@ def script_digest(case: Case[Any], engine: str) -> str:
     return hashlib.sha256(repr(sorted(texts.items())).encode()).hexdigest()[:12]
 
 
-def read_runs(path: Path, case: Case[Any], one: Parameters) -> EarlierRuns:
-    """Return the runs of a case in a file; ``one`` is an example of its parameters.
+def read_runs(path: Path, case: Case[Any], example: Parameters) -> EarlierRuns:
+    """Return the runs of a case in a file; ``example`` is an example of its parameters.
 
     Raise RequestError in a line for a file that cannot be read, has no such columns, or a value
     that is no number.
@@ -145,28 +147,28 @@ def read_runs(path: Path, case: Case[Any], one: Parameters) -> EarlierRuns:
     where = f"--runs {path}"
     rows = csv.DictReader(io.StringIO(_text(path, where)))
     try:
-        parameters = tuple(parameter_columns(one))
+        parameters = tuple(parameter_columns(example))
         quantities = {quantity.name: quantity_key(quantity) for quantity in case.quantities}
         _check_columns(rows.fieldnames or (), (*OF_A_RUN, *parameters, *quantities.values()), where)
         scripts: dict[str, str] = {}
         runs: dict[Key, Measured | EngineUndecidedError] = {}
         results: dict[Key, tuple[str, Measured]] = {}
         for number, row in enumerate(rows, start=2):
-            told = f"{where}, row {number}"
+            place = f"{where}, row {number}"
             if None in row or None in row.values():
-                raise RequestError(f"{told}: has not as many values as there are columns")
+                raise RequestError(f"{place}: has not as many values as there are columns")
             if row["status"] not in (DONE, UNDECIDED):
                 continue
-            _check_script(row, case, scripts, told)
+            _check_script(row, case, scripts, place)
             key = tuple(_plain(row[name]) for name in ("engine", "ranks", *parameters))
-            values = {name: _number(row, column, told) for name, column in quantities.items()}
+            values = {name: _number(row, column, place) for name, column in quantities.items()}
             kept = {name: value for name, value in values.items() if value is not None}
-            who = Provenance(row["engine"], row["engine_version"])
-            ranks = int(_number(row, "ranks", told) or 1)
-            ran = Measured(kept, who, _number(row, "wall_time_s", told) or 0.0, ranks)
+            provenance = Provenance(row["engine"], row["engine_version"])
+            ranks = int(_number(row, "ranks", place) or 1)
+            ran = Measured(kept, provenance, _number(row, "wall_time_s", place) or 0.0, ranks)
             result = row["status"], ran
             if results.setdefault(key, result) != result:
-                raise RequestError(f"{told}: the run of another row with another result")
+                raise RequestError(f"{place}: the run of another row with another result")
             runs[key] = ran if row["status"] == DONE else _undecided(ran, row)
     except csv.Error as error:
         raise RequestError(f"{where}: is no table ({error})") from None
@@ -195,12 +197,12 @@ def _check_columns(names: Sequence[str], wanted: Sequence[str], where: str) -> N
     missing = [name for name in wanted if name not in names]
     further = [name for name in names if name not in {*wanted, *FURTHER}]
     if missing or further:
-        what = f"no column {missing[0]}" if missing else f"an unknown column {further[0]}"
-        raise RequestError(f"{where}: {what}; must be the runs.csv of a study by this version")
+        problem = f"no column {missing[0]}" if missing else f"an unknown column {further[0]}"
+        raise RequestError(f"{where}: {problem}; must be the runs.csv of a study by this version")
 
 
 def _check_script(
-    row: Mapping[str, str], case: Case[Any], scripts: dict[str, str], told: str
+    row: Mapping[str, str], case: Case[Any], scripts: dict[str, str], place: str
 ) -> None:
     """Raise RequestError for a run by another script than the engine's own now."""
     engine = row["engine"]
@@ -208,12 +210,12 @@ def _check_script(
         scripts[engine] = script_digest(case, engine)
     if row["script"] != scripts[engine]:
         raise RequestError(
-            f"{told}: script = {row['script'][:20]!r}: was made by another script of {case.name}; "
+            f"{place}: script = {row['script'][:20]!r}: was made by another script of {case.name}; "
             f"this version's is {scripts[engine]!r}"
         )
 
 
-def _number(row: Mapping[str, str], column: str, told: str) -> float | None:
+def _number(row: Mapping[str, str], column: str, place: str) -> float | None:
     text = row[column]
     if not text:
         return None
@@ -222,7 +224,7 @@ def _number(row: Mapping[str, str], column: str, told: str) -> float | None:
     except ValueError:
         value = math.nan
     if not math.isfinite(value):
-        raise RequestError(f"{told}: {column} = {text[:40]!r} must be a finite number")
+        raise RequestError(f"{place}: {column} = {text[:40]!r} must be a finite number")
     return value
 
 
@@ -288,9 +290,9 @@ class StudyResult(Shown):
         """Return the rows of results as a table."""
         return as_frame(self.conclusion.rows)
 
-    def told(self) -> dict[str, str]:
+    def summary(self) -> dict[str, str]:
         """Return the verdict and how many runs it rests on."""
-        runs = ", ".join(f"{self.count(one)} {one}" for one in (DONE, UNDECIDED, FAILED))
+        runs = ", ".join(f"{self.count(status)} {status}" for status in (DONE, UNDECIDED, FAILED))
         return {"verdict": " ".join(self.conclusion.verdict), "runs": runs, "level": self.level}
 
     def drawn(self) -> Figure:
@@ -306,7 +308,9 @@ def study_of(name: str) -> tuple[Case[Any], CaseStudy]:
     case = get_case(name)
     case_study = case.study()
     if case_study is None:
-        having = ", ".join(n for n, one in all_cases().items() if one.study() is not None)
+        having = ", ".join(
+            n for n, parameters in all_cases().items() if parameters.study() is not None
+        )
         raise RequestError(f"case {name!r} has no study: must be one of {having}")
     return case, case_study
 
@@ -316,10 +320,10 @@ def planned(name: str, level: Level) -> tuple[int, float]:
 
     Raise RequestError for a case without a study.
     """
-    case, asked = study_of(name)
+    case, case_study = study_of(name)
     rules = engine_class(usual_engine(case)).traits
-    runs = {(one, arm.ranks) for arm in asked.arms(level) for one in arm.parameters}
-    return len(runs), sum(case.seconds(one, rules) for one, _ in runs)
+    runs = {(other, arm.ranks) for arm in case_study.arms(level) for other in arm.parameters}
+    return len(runs), sum(case.seconds(parameters, rules) for parameters, _ in runs)
 
 
 def cost_of(name: str, level: Level, engine_of: EngineOf, earlier: Path | None = None) -> StudyCost:
@@ -328,17 +332,17 @@ def cost_of(name: str, level: Level, engine_of: EngineOf, earlier: Path | None =
     Raise RequestError for a case without a study and for a bad file, EngineError where an engine
     is to be measured and is not here.
     """
-    case, asked = study_of(name)
+    case, case_study = study_of(name)
     if earlier is None:
-        return asked.cost(level, engine_of)
-    read_runs(earlier, case, asked.arms(level)[0].parameters[0])  # raises for a bad file
+        return case_study.cost(level, engine_of)
+    read_runs(earlier, case, case_study.arms(level)[0].parameters[0])  # raises for a bad file
     import pandas as pd
 
     frame = pd.read_csv(earlier)
     runs = frame[frame["status"] == DONE].to_dict("records")
     if not runs:
         raise RequestError(f"--runs {earlier}: has no run that is done")
-    return asked.cost(level, engine_of, [{str(key): row[key] for key in row} for row in runs])
+    return case_study.cost(level, engine_of, [{str(key): row[key] for key in row} for row in runs])
 
 
 def study(
@@ -360,35 +364,43 @@ def study(
     out. Raise RequestError for a case without a study and for a bad file, EngineError where the
     engine is not here.
     """
-    case, asked = study_of(name)
+    case, case_study = study_of(name)
     place = cache_place().path
     options = {"limits": str(RUN_SECONDS), "restarts": str(place / RESTARTS)}
     local = Local(partial(opened, options=options), Entries(place))
     chosen = executor_of or (lambda _: local)
-    arms, engine = asked.arms(level), usual_engine(case)
-    known = earlier and read_runs(earlier, case, arms[0].parameters[0])
+    arms, engine = case_study.arms(level), usual_engine(case)
+    kept = earlier and read_runs(earlier, case, arms[0].parameters[0])
     rows: dict[str, Sequence[Row]] = {}
     missing: dict[str, str] = {}
     taken = 0
     if executor_of is not None:
-        _check_all(case, engine, arms, executor_of, least_ranks, known or EarlierRuns({}))
+        _check_all(case, engine, arms, executor_of, least_ranks, kept or EarlierRuns({}))
     for ranks in sorted({max(arm.ranks, least_ranks) for arm in arms}):
         some = [arm for arm in arms if max(arm.ranks, least_ranks) == ranks]
         try:
             run = chosen(ranks)
-            if known:
-                run = known.beside(run, ranks)
-                taken += sum(known.count(engine, ranks, arm.parameters) for arm in some)
+            if kept:
+                run = kept.or_run(run, ranks)
+                taken += sum(kept.count(engine, ranks, arm.parameters) for arm in some)
             rows |= _rows_of(case, engine, some, run, ranks, progress)
         except (EngineMissingError, RequestError) as error:
             if ranks == least_ranks:
                 raise
             missing |= {arm.name: " ".join(str(error).split()) for arm in some}
             rows |= {arm.name: () for arm in some}
-    runs = [{"arm": arm, **row} for arm, found in rows.items() for row in found]
-    found = asked.conclude(rows, points)
+    runs = [{"arm": arm, **row} for arm, arm_rows in rows.items() for row in arm_rows]
+    conclusion = case_study.conclude(rows, points)
     return StudyResult(
-        case.name, asked.title, asked.question, level, engine, tuple(runs), found, missing, taken
+        case.name,
+        case_study.title,
+        case_study.question,
+        level,
+        engine,
+        tuple(runs),
+        conclusion,
+        missing,
+        taken,
     )
 
 
@@ -398,14 +410,18 @@ def _check_all(
     arms: Sequence[Arm],
     executor_of: ExecutorOf,
     least_ranks: int,
-    known: EarlierRuns,
+    kept: EarlierRuns,
 ) -> None:
     """Raise RequestError for runs that an executor cannot make, before any is begun."""
     runs: dict[int, list[Parameters]] = {}
     for arm in arms:
         ranks = max(arm.ranks, least_ranks)
-        left = [one for one in arm.parameters if not known.count(engine, ranks, [one])]
-        runs.setdefault(ranks, []).extend(left)
+        missing = [
+            parameters
+            for parameters in arm.parameters
+            if not kept.count(engine, ranks, [parameters])
+        ]
+        runs.setdefault(ranks, []).extend(missing)
     for ranks, some in runs.items():
         try:
             run = executor_of(ranks)
@@ -424,12 +440,12 @@ def _rows_of(
     progress: Progress,
 ) -> dict[str, Sequence[Row]]:
     """Return the rows of arms that are run together; what two of them share is run once."""
-    points = [Point({}, one) for arm in arms for one in arm.parameters]
-    plan = Plan(Asked(case.name, {}, {}), case, (engine,), tuple(points))
-    made = iter(run_plan(plan, run, progress).rows)
+    points = [SweepPoint({}, parameters) for arm in arms for parameters in arm.parameters]
+    plan = SweepPlan(SweepRequest(case.name, {}, {}), case, (engine,), tuple(points))
+    new_rows = iter(run_plan(plan, run, progress).rows)
     how = {"ranks": ranks, "script": script_digest(case, engine)}
-    found = [{**how, **next(made)} for arm in arms for _ in arm.parameters]
-    for row in found:
+    of_arms = [{**how, **next(new_rows)} for arm in arms for _ in arm.parameters]
+    for row in of_arms:
         row["ranks"] = row["ranks"] or ranks  # what was asked for, of a run that did not end
-    rest = iter(found)
+    rest = iter(of_arms)
     return {arm.name: [next(rest) for _ in arm.parameters] for arm in arms}

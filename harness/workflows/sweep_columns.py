@@ -10,7 +10,7 @@ from harness.engines.registry import engine_class, engine_names
 from harness.observables.provenance import Observable
 from harness.parameters.base import Parameters
 from harness.workflows.case_runs import PRESET, parameters_in
-from harness.workflows.sweep_plan import Plan, Point, names_in
+from harness.workflows.sweep_plan import SweepPlan, SweepPoint, names_in
 
 
 def parameter_columns(parameters: Parameters, without: Sequence[str] = ()) -> dict[str, Any]:
@@ -18,26 +18,26 @@ def parameter_columns(parameters: Parameters, without: Sequence[str] = ()) -> di
 
     Those of the names ``without`` are left out.
     """
-    found: dict[str, Any] = {}
+    columns: dict[str, Any] = {}
     for name, info in parameters_in(parameters):
         if name in without:
             continue
         value = info.default
         plain = isinstance(value, (bool, int, float, str)) or value is None
-        found[column_of(name, info.unit)] = value if plain else json.dumps(value)
-    return found
+        columns[column_of(name, info.unit)] = value if plain else json.dumps(value)
+    return columns
 
 
-def swept_columns(point: Point, names: Mapping[str, str]) -> tuple[str, ...]:
+def swept_columns(point: SweepPoint, names: Mapping[str, str]) -> tuple[str, ...]:
     """Return the columns of swept parameters; a nested one that is swept whole by its name."""
     units = {name: info.unit for name, info in parameters_in(point.parameters)}
-    found: list[str] = []
+    columns: list[str] = []
     for name in names:
         if name in units or name == PRESET:
-            found.append(column_of(name, units.get(name, "")))
+            columns.append(column_of(name, units.get(name, "")))
         else:  # an object by its name
-            found += [column_of(n, u) for n, u in units.items() if n == f"{name}.name"] or [name]
-    return tuple(found)
+            columns += [column_of(n, u) for n, u in units.items() if n == f"{name}.name"] or [name]
+    return tuple(columns)
 
 
 def engine_title(name: str) -> str:
@@ -47,14 +47,14 @@ def engine_title(name: str) -> str:
     return engine_class(name).traits.title or name.upper()
 
 
-def drawn_columns(chosen: Plan) -> tuple[str, str, str]:
+def drawn_columns(chosen: SweepPlan) -> tuple[str, str, str]:
     """Return the columns of a sweep's figure: the first that is swept, and what is asked for.
 
     The third is that of the uncertainty of what is asked for.
     """
-    over = swept_columns(chosen.points[0], chosen.asked.over)
+    over = swept_columns(chosen.points[0], chosen.request.over)
     units = {quantity.name: quantity.unit for quantity in chosen.case.quantities}
-    name = names_in(chosen.asked.quantity)[0]
+    name = names_in(chosen.request.quantity)[0]
     unit = units[name]
     return over[0], column_of(name, unit), column_of("uncertainty", unit)
 

@@ -67,18 +67,18 @@ def flat(tree: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
 
 def _range(name: str, item: str) -> list[str]:
     parts = [part.strip() for part in item.split(":")]
-    said = f"--over {name}={item}"
+    option = f"--over {name}={item}"
     count = re.fullmatch(r"(log)?(\d{1,9})", parts[-1], re.ASCII)
     try:
         first, last = (float(part) for part in parts[:-1])
     except ValueError:
-        raise RequestError(f"{said}: must be {GRAMMAR}") from None
+        raise RequestError(f"{option}: must be {GRAMMAR}") from None
     if count is None or not (math.isfinite(first) and math.isfinite(last)):
-        raise RequestError(f"{said}: must be {GRAMMAR}")
+        raise RequestError(f"{option}: must be {GRAMMAR}")
     if not 2 <= int(count[2]) <= MOST_VALUES:
-        raise RequestError(f"{said}: a range has from 2 to {MOST_VALUES} values")
+        raise RequestError(f"{option}: a range has from 2 to {MOST_VALUES} values")
     if count[1] and not (first > 0.0 and last > 0.0):
-        raise RequestError(f"{said}: the ends of a range in the logarithm must be greater than 0")
+        raise RequestError(f"{option}: the ends of a range in the logarithm must be greater than 0")
     numbers = (np.geomspace if count[1] else np.linspace)(first, last, int(count[2]))
     return [f"{number:.{DIGITS}g}" for number in numbers]
 
@@ -91,7 +91,7 @@ KEYS = ("case", "engines", "quantity", "set", "over")
 
 
 @dataclass(frozen=True)
-class Asked:
+class SweepRequest:
     """A sweep as it is asked for, texts as on the command line.
 
     ``quantity`` are the names of those that are to be measured and shown; the first is drawn.
@@ -105,7 +105,7 @@ class Asked:
 
 
 @dataclass(frozen=True)
-class Point:
+class SweepPoint:
     """One combination: the values that were swept, as text, and all parameters."""
 
     swept: Mapping[str, str]
@@ -122,16 +122,16 @@ class RefusedPoint:
 
 
 @dataclass(frozen=True)
-class Plan:
+class SweepPlan:
     """All that a sweep runs, checked: the points, each in every engine or solver.
 
     ``refused`` are combinations that are not run, by their places among all.
     """
 
-    asked: Asked
+    request: SweepRequest
     case: Case[Any]
     engines: tuple[str, ...]
-    points: tuple[Point, ...]
+    points: tuple[SweepPoint, ...]
     refused: Mapping[int, RefusedPoint] = field(default_factory=dict)
 
     def solves(self, engine: str) -> bool:
@@ -147,7 +147,7 @@ class Plan:
         """Return what all runs are expected to take on one core [s], kept ones among them."""
         return sum(self._seconds(engine, point) for engine in self.engines for point in self.points)
 
-    def _seconds(self, engine: str, point: Point) -> float:
+    def _seconds(self, engine: str, point: SweepPoint) -> float:
         rules = None if self.solves(engine) else engine_class(engine).traits
         try:
             return self.case.seconds(point.parameters, rules, engine if rules is None else "")
@@ -155,14 +155,14 @@ class Plan:
             return 0.0
 
 
-def asked_in(file: Path) -> Asked:
+def request_in(file: Path) -> SweepRequest:
     """Return the sweep of a TOML file; raise RequestError for one that is not sound.
 
     ``case`` is a name, ``engines`` and ``quantity`` may be left out, ``[set]`` and ``[over]`` are
     tables of parameters.
     """
     try:
-        return _asked(file, tomllib.loads(bounded_text(file, LARGEST_FILE)))
+        return _request(file, tomllib.loads(bounded_text(file, LARGEST_FILE)))
     except OSError as error:
         raise RequestError(f"{file}: {error.strerror or error}") from None
     except RecursionError:
@@ -173,39 +173,41 @@ def asked_in(file: Path) -> Asked:
         raise RequestError(f"{file}: is not TOML ({str(error)[:200]})") from None
 
 
-def _asked(file: Path, found: Mapping[str, Any]) -> Asked:
+def _request(file: Path, contents: Mapping[str, Any]) -> SweepRequest:
     """Return the sweep of the contents of a file."""
-    for key, value in found.items():
+    for key, value in contents.items():
         if key not in KEYS:
             raise RequestError(f"{file}: {key!r} is not known: must be one of {', '.join(KEYS)}")
         if isinstance(value, Mapping) != (key in ("set", "over")):
             raise RequestError(f"{file}: {key}: must be {_form(key)}")
-    if not isinstance(found.get("case"), str):
+    if not isinstance(contents.get("case"), str):
         raise RequestError(f"{file}: case: must be given, the name of a case")
-    over, fixed = (flat(found.get(key, {})) for key in ("over", "set"))
-    return Asked(
-        found["case"],
+    over, fixed = (flat(contents.get(key, {})) for key in ("over", "set"))
+    return SweepRequest(
+        contents["case"],
         {name: as_text(values) for name, values in over.items()},
         {name: as_text(value) for name, value in fixed.items()},
-        as_text(found.get("engines", "")),
-        as_text(found.get("quantity", "")),
+        as_text(contents.get("engines", "")),
+        as_text(contents.get("quantity", "")),
     )
 
 
-def plan(asked: Asked) -> Plan:
+def plan(request: SweepRequest) -> SweepPlan:
     """Return the runs of a sweep; nothing is run.
 
     Values that are not allowed together are a point that is refused; raise RequestError for a name
     or a value that is not allowed by itself, and where every point is refused.
     """
-    case = get_case(asked.case).measuring(names_in(asked.quantity))
-    if not asked.over:
+    case = get_case(request.case).measuring(names_in(request.quantity))
+    if not request.over:
         raise RequestError("--over: must be given, a parameter with its values: NAME=VALUES")
-    for name in asked.over:
-        if name in asked.fixed:
-            raise RequestError(f"--over {name}: is set by --set {name}={asked.fixed[name]} already")
-    values = {name: values_of(name, text) for name, text in asked.over.items()}
-    engines = _engines(case, asked.engines)
+    for name in request.over:
+        if name in request.fixed:
+            raise RequestError(
+                f"--over {name}: is set by --set {name}={request.fixed[name]} already"
+            )
+    values = {name: values_of(name, text) for name, text in request.over.items()}
+    engines = _engines(case, request.engines)
     runs = math.prod(len(some) for some in values.values()) * len(engines)
     if runs > MOST_VALUES:
         raise RequestError(f"--over: {runs} runs are asked for: must be at most {MOST_VALUES}")
@@ -213,14 +215,14 @@ def plan(asked: Asked) -> Plan:
     for place, combination in enumerate(itertools.product(*values.values())):
         swept = dict(zip(values, combination, strict=True))
         try:
-            points.append(Point(swept, _parameters(case, asked.fixed, swept)))
+            points.append(SweepPoint(swept, _parameters(case, request.fixed, swept)))
         except CombinationError as error:
-            refused[place] = RefusedPoint(swept, {**asked.fixed, **swept}, str(error))
+            refused[place] = RefusedPoint(swept, {**request.fixed, **swept}, str(error))
     if not points:
         where = ", ".join(f"{name}={value}" for name, value in refused[0].swept.items())
         every = f" (so are all {len(refused)} points)" if len(refused) > 1 else ""
         raise RequestError(f"--over {where}: {refused[0].reason}{every}")
-    return Plan(asked, case, engines, tuple(points), refused)
+    return SweepPlan(request, case, engines, tuple(points), refused)
 
 
 def _parameters(case: Case[Any], fixed: Mapping[str, str], swept: Mapping[str, str]) -> Parameters:
@@ -249,12 +251,12 @@ def _engines(case: Case[Any], text: str) -> tuple[str, ...]:
     names = names_in(text)
     if text and not names:
         raise RequestError(f"--engines {text!r}: names no engine")
-    known = [*engine_names(), *case.solvers]
+    available = [*engine_names(), *case.solvers]
     for name in names:
         if ":" in name:
             engine_class(name)  # module:Class, which raises where there is none
-        elif name not in (ALL, *known):
-            must = f"{ALL}, or one or more of {', '.join(known)}"
+        elif name not in (ALL, *available):
+            must = f"{ALL}, or one or more of {', '.join(available)}"
             raise RequestError(f"--engines {name!r} is not known: must be {must}")
     if ALL in names:
         stating = [name for name in engine_names() if engine_class(name).states(case.template)]
@@ -271,10 +273,10 @@ def _form(key: str) -> str:
     return f"a table [{key}]" if key in ("set", "over") else "a text or a list of texts"
 
 
-def with_options(base: Asked, given: Iterable[tuple[str, Any]]) -> Asked:
+def with_options(base: SweepRequest, changes: Iterable[tuple[str, Any]]) -> SweepRequest:
     """Return a sweep with what the command line gives besides, which wins over the file."""
     changed: dict[str, Any] = dict(vars(base))
-    for key, value in given:
+    for key, value in changes:
         old = changed[key]
         changed[key] = {**old, **value} if isinstance(old, Mapping) else value or old
-    return Asked(**changed)
+    return SweepRequest(**changed)

@@ -17,19 +17,21 @@ from harness.parameters.base import Parameters
 from harness.report.sweep_figures import DENSE, ReferenceLine, is_logarithmic
 from harness.workflows.case_runs import NO_RULES, parameters_of
 from harness.workflows.sweep_columns import engine_title, parameter_columns, quantity_key
-from harness.workflows.sweep_plan import Plan, Point
+from harness.workflows.sweep_plan import SweepPlan, SweepPoint
 
 
-def reference_lines(chosen: Plan, column: str, over: Sequence[str]) -> tuple[ReferenceLine, ...]:
+def reference_lines(
+    chosen: SweepPlan, column: str, over: Sequence[str]
+) -> tuple[ReferenceLine, ...]:
     """Return the lines of the quantity in a column, over the first of the columns ``over``.
 
     One for each value of the second and each engine where they differ, between the points too
     where a reference costs little; none where a case knows no reference.
     """
     name = next(q.name for q in chosen.case.quantities if quantity_key(q) == column)
-    rest = list(chosen.asked.over)[2:]
+    rest = list(chosen.request.over)[2:]
     first = chosen.points[0].swept
-    drawn = [p for p in chosen.points if all(p.swept[one] == first[one] for one in rest)]
+    drawn = [p for p in chosen.points if all(p.swept[other] == first[other] for other in rest)]
     engines: dict[ReferenceLine, list[str]] = {}
     for engine in chosen.engines:
         rules = NO_RULES if chosen.solves(engine) else engine_class(engine).traits
@@ -47,54 +49,60 @@ def reference_lines(chosen: Plan, column: str, over: Sequence[str]) -> tuple[Ref
     for line in lines:
         groups.setdefault(replace(line, second=None), []).append(line)
     return tuple(
-        one
+        line
         for merged, some in groups.items()
-        for one in ([merged] if len(some) == seconds else some)
+        for line in ([merged] if len(some) == seconds else some)
     )
 
 
-def _by_second(points: Sequence[Point], over: Sequence[str]) -> list[tuple[Any, list[Point]]]:
+def _by_second(
+    points: Sequence[SweepPoint], over: Sequence[str]
+) -> list[tuple[Any, list[SweepPoint]]]:
     """Return each value of the second parameter, None without one, and its points."""
-    groups: dict[Any, list[Point]] = {}
+    groups: dict[Any, list[SweepPoint]] = {}
     for point in points:
         second = None if len(over) < 2 else _value(point, over[1])
         groups.setdefault(second, []).append(point)
     return list(groups.items())
 
 
-def _value(point: Point, column: str) -> Any:
+def _value(point: SweepPoint, column: str) -> Any:
     return parameter_columns(point.parameters).get(column, point.swept.get(column))
 
 
 def _line(
-    chosen: Plan, name: str, across: str, points: Sequence[Point], rules: Traits
+    chosen: SweepPlan, name: str, across: str, points: Sequence[SweepPoint], rules: Traits
 ) -> ReferenceLine | None:
     x: list[Any] = [_value(point, across) for point in points]
-    found = _references(chosen.case, name, [p.parameters for p in points], rules)
-    known = [reference for reference in found if reference is not None]
-    if not known:
+    references = _references(chosen.case, name, [p.parameters for p in points], rules)
+    present = [reference for reference in references if reference is not None]
+    if not present:
         return None
-    kind = "integrated" if any(one.kind == "integrated" for one in known) else "closed form"
-    cheap = all(one.kind == "closed form" or one.quick for one in known)
-    numbers = all(isinstance(one, (int, float)) and not isinstance(one, bool) for one in x)
+    kind = (
+        "integrated"
+        if any(reference.kind == "integrated" for reference in present)
+        else "closed form"
+    )
+    cheap = all(ref.kind == "closed form" or ref.quick for ref in present)
+    numbers = all(isinstance(at, (int, float)) and not isinstance(at, bool) for at in x)
     if cheap and numbers and len(set(x)) > 1:
         between = np.geomspace if is_logarithmic(x) else np.linspace
-        many = [float(f"{one:.12g}") for one in between(min(x), max(x), DENSE)]
+        many = [float(f"{at:.12g}") for at in between(min(x), max(x), DENSE)]
         with suppress(HarnessError):  # whole numbers, or values that a case refuses
-            x, found = many, _dense(chosen, name, points[0], many, rules)
-    there = [place for place, one in enumerate(found) if one is not None]
+            x, references = many, _dense(chosen, name, points[0], many, rules)
+    there = [place for place, ref in enumerate(references) if ref is not None]
     # to 12 digits: round-off makes no other line
-    y = tuple(float(f"{one.value:.12g}") for one in found if one is not None)
+    y = tuple(float(f"{ref.value:.12g}") for ref in references if ref is not None)
     return ReferenceLine(kind, tuple(x[place] for place in there), y)
 
 
 def _dense(
-    chosen: Plan, name: str, point: Point, x: Sequence[float], rules: Traits
+    chosen: SweepPlan, name: str, point: SweepPoint, x: Sequence[float], rules: Traits
 ) -> list[Reference | None]:
     swept: Mapping[str, str] = point.swept
-    first = next(iter(chosen.asked.over))
-    settings = {**chosen.asked.fixed, **swept}
-    parameters = [parameters_of(chosen.case, {**settings, first: repr(one)}) for one in x]
+    first = next(iter(chosen.request.over))
+    settings = {**chosen.request.fixed, **swept}
+    parameters = [parameters_of(chosen.case, {**settings, first: repr(at)}) for at in x]
     return _references(chosen.case, name, parameters, rules)
 
 
@@ -102,10 +110,10 @@ def _references(
     case: Case[Any], name: str, parameters: Sequence[Parameters], rules: Traits
 ) -> list[Reference | None]:
     """Return what is expected at each; None where that is not known."""
-    found: list[Reference | None] = []
-    for one in parameters:
+    references: list[Reference | None] = []
+    for values in parameters:
         try:
-            found.append(case.references(one, rules).get(name))
+            references.append(case.references(values, rules).get(name))
         except HarnessError:
-            found.append(None)
-    return found
+            references.append(None)
+    return references

@@ -36,7 +36,7 @@ from harness.files import cache_place, check_writable, held_folder, lock_file
 from harness.observables.provenance import Provenance
 from harness.parameters.base import Parameters
 from harness.shown import Shown
-from harness.store.cache import CachedEngine
+from harness.store.cache import CachedEngine, opened
 from harness.store.entries import (
     ROOT,
     Entries,
@@ -47,7 +47,6 @@ from harness.store.entries import (
     versions,
 )
 from harness.workflows.case_runs import PRESET, parameters_in
-from harness.workflows.engine_status import opened
 from harness.workflows.progress import Progress, silent
 from harness.workflows.sweep_columns import (
     column_of,
@@ -58,10 +57,10 @@ from harness.workflows.sweep_columns import (
 )
 from harness.workflows.sweep_plan import (
     ALL,
-    Asked,
-    Plan,
-    Point,
     RefusedPoint,
+    SweepPlan,
+    SweepPoint,
+    SweepRequest,
     as_text,
     names_in,
     plan,
@@ -80,7 +79,7 @@ LOCK, REQUEST = ".lock", "sweep.json"
 
 
 @contextlib.contextmanager
-def held_sweep(folder: Path, asked: Asked) -> Iterator[None]:
+def held_sweep(folder: Path, request: SweepRequest) -> Iterator[None]:
     """Hold a folder for a sweep; the kernel lets go of it when the process ends, however it does.
 
     Raise RequestError for a folder that another process sweeps in, that holds another sweep or
@@ -102,7 +101,7 @@ def held_sweep(folder: Path, asked: Asked) -> Iterator[None]:
             fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
             raise RequestError(f"--output {folder}: another sweep runs in it") from None
-        _check_same(folder, json.dumps(vars(asked), indent=2) + "\n")
+        _check_same(folder, json.dumps(vars(request), indent=2) + "\n")
         yield
 
 
@@ -171,19 +170,19 @@ class Local:
             return
         with self.open_one(work.engine) as engine:
             if work.case.varied:
-                one = partial(measured, work.case, engine=engine)
-                yield from parallel_each(one, work.parameters, cores())
+                run_parameters = partial(measured, work.case, engine=engine)
+                yield from parallel_each(run_parameters, work.parameters, cores())
                 return
             for first in range(0, len(work.parameters), CHUNK):
                 yield from _in_engine(work, engine, range(first, first + CHUNK))
 
-    def known(self, work: Work) -> Iterator[tuple[int, Ran]]:
+    def lookup(self, work: Work) -> Iterator[tuple[int, Ran]]:
         """Yield what is kept and what is refused; nothing is run."""
         if work.solves:
             for place, parameters in enumerate(work.parameters):
-                found = self._kept(work, self._key(work, parameters))
-                if found is not None:
-                    yield place, found
+                outcome = self._kept(work, self._key(work, parameters))
+                if outcome is not None:
+                    yield place, outcome
             return
         with self.open_one(work.engine) as engine:
             if work.case.varied:
@@ -205,10 +204,10 @@ class Local:
         kept = self._kept(work, key)
         if kept is not None:
             return kept
-        found = solved(work.case, parameters, work.engine)
-        if isinstance(found, Measured) and self.entries is not None:
-            self.entries.put(key, json.dumps(dict(found.values)).encode())
-        return found
+        outcome = solved(work.case, parameters, work.engine)
+        if isinstance(outcome, Measured) and self.entries is not None:
+            self.entries.put(key, json.dumps(dict(outcome.values)).encode())
+        return outcome
 
     def _key(self, work: Work, parameters: Parameters) -> str:
         """Return the key of what a solver finds: all of the source decides it."""
@@ -234,10 +233,10 @@ class Local:
 def solved(case: Case[Any], parameters: Parameters, solver: str) -> Ran:
     """Return what a solver of a case finds, or the error that it raises."""
     try:
-        found = case.solve(parameters, solver)
+        result = case.solve(parameters, solver)
     except HarnessError as error:
         return error
-    return Measured(found.values, version_of_solver(solver), found.seconds, 1)
+    return Measured(result.values, version_of_solver(solver), result.seconds, 1)
 
 
 def version_of_solver(solver: str) -> Provenance:
@@ -333,7 +332,7 @@ class Sweep(Shown):
     quantities: tuple[str, ...]
     quantity: str = ""
     missing: Mapping[str, str] = field(default_factory=dict)
-    plan: Plan | None = field(default=None, compare=False)
+    plan: SweepPlan | None = field(default=None, compare=False)
 
     @property
     def selected(self) -> tuple[str, ...]:
@@ -349,7 +348,11 @@ class Sweep(Shown):
         return {
             "case": self.case,
             "over": list(self.over),
-            **{one.replace(" ", "_"): self.count(one) for one in STATUSES if one != PENDING},
+            **{
+                status.replace(" ", "_"): self.count(status)
+                for status in STATUSES
+                if status != PENDING
+            },
             "missing_engines": dict(self.missing),
             "rows": [dict(row) for row in self.rows],
         }
@@ -358,7 +361,7 @@ class Sweep(Shown):
         """Return the rows as a table; what a run does not have is NaN."""
         return as_frame(self.rows)
 
-    def told(self) -> dict[str, str]:
+    def summary(self) -> dict[str, str]:
         """Return how many runs there are, over what, and in which engines."""
         counts = ((self.count(status), status) for status in STATUSES)
         return {
@@ -403,8 +406,8 @@ class Sweep(Shown):
         return get_case(self.case).figures(frame[frame["status"] == DONE])
 
     def _column(self, quantity: str) -> str:
-        own = (name for name in self.quantities if name.startswith(f"{quantity}_"))
-        return quantity if quantity in self.quantities else next(own, quantity)
+        matching = (name for name in self.quantities if name.startswith(f"{quantity}_"))
+        return quantity if quantity in self.quantities else next(matching, quantity)
 
     def _repr_html_(self) -> str:
         """Return the table for a notebook, shortened in the middle."""
@@ -448,8 +451,8 @@ def sweep(
     """
     texts = {name: as_text(values) for name, values in over.items()}
     values = {name: as_text(value) for name, value in (fixed or {}).items()}
-    asked = Asked(case, texts, values, as_text(engines), as_text(quantities) or quantity)
-    return run_plan(plan(asked), executor, progress)
+    request = SweepRequest(case, texts, values, as_text(engines), as_text(quantities) or quantity)
+    return run_plan(plan(request), executor, progress)
 
 
 Partial = Callable[[Callable[[], Sequence[Row]]], None]
@@ -457,7 +460,7 @@ Partial = Callable[[Callable[[], Sequence[Row]]], None]
 
 
 def run_plan(
-    chosen: Plan,
+    chosen: SweepPlan,
     executor: Executor | None = None,
     progress: Progress = silent,
     partial: Partial | None = None,
@@ -481,30 +484,30 @@ def run_plan(
     # a cluster is given all of it before any is waited for
     streams = [_stream(run, work) for work in works]
     for engine, stream in zip(chosen.engines, streams, strict=True):
-        own = ran[engine]
+        of_engine = ran[engine]
         progress(engine, 0, len(parameters))
         try:
             for place, outcome in stream:
-                own[place] = outcome
-                progress(engine, len(own), len(parameters))
+                of_engine[place] = outcome
+                progress(engine, len(of_engine), len(parameters))
                 if partial is not None:
                     partial(rows)
         except EngineMissingError as error:
-            if ALL not in chosen.asked.engines.split(","):
+            if ALL not in chosen.request.engines.split(","):
                 raise
             missing[engine] = str(error)
         except EngineError as error:  # the engine died as a whole
-            ran[engine] = {place: own.get(place, error) for place in range(len(parameters))}
-    over = swept_columns(chosen.points[0], chosen.asked.over)
+            ran[engine] = {place: of_engine.get(place, error) for place in range(len(parameters))}
+    over = swept_columns(chosen.points[0], chosen.request.over)
     quantities = tuple(quantity_key(quantity) for quantity in chosen.case.quantities)
     return Sweep(
-        chosen.case.name, tuple(rows()), over, quantities, chosen.asked.quantity, missing, chosen
+        chosen.case.name, tuple(rows()), over, quantities, chosen.request.quantity, missing, chosen
     )
 
 
-def _rows(chosen: Plan, engine: str, ran: Mapping[int, Ran]) -> list[Row]:
+def _rows(chosen: SweepPlan, engine: str, ran: Mapping[int, Ran]) -> list[Row]:
     """Return a row for each point, in the order in which they were asked for."""
-    rows = [_row(chosen, engine, one, ran.get(i)) for i, one in enumerate(chosen.points)]
+    rows = [_row(chosen, engine, point, ran.get(i)) for i, point in enumerate(chosen.points)]
     for place, refused in sorted(chosen.refused.items()):
         rows.insert(place, _refused_row(chosen, engine, refused))
     return rows
@@ -523,7 +526,7 @@ def _raising(error: EngineError) -> Iterator[tuple[int, Ran]]:
     yield
 
 
-def _row(chosen: Plan, engine: str, point: Point, ran: Ran | None) -> Row:
+def _row(chosen: SweepPlan, engine: str, point: SweepPoint, ran: Ran | None) -> Row:
     ended = ran if isinstance(ran, Measured | EngineUndecidedError) else None
     values: Mapping[str, float] = ended.values if ended else {}
     provenance = ended.provenance if ended else None
@@ -551,7 +554,7 @@ def _status(ran: Ran | None) -> str:
     return NOT_TESTED if isinstance(ran, RequestError) else FAILED
 
 
-def _refused_row(chosen: Plan, engine: str, refused: RefusedPoint) -> Row:
+def _refused_row(chosen: SweepPlan, engine: str, refused: RefusedPoint) -> Row:
     """Return the row of values that are not allowed together: those that are known, and why."""
     same = [p for p in chosen.points if p.swept.get(PRESET) == refused.swept.get(PRESET)]
     example = (same or chosen.points)[0]
@@ -563,8 +566,8 @@ def _refused_row(chosen: Plan, engine: str, refused: RefusedPoint) -> Row:
         parameter = f"{name}.name" if f"{name}.name" in units else name
         row[column_of(parameter, units.get(parameter, ""))] = _plain_value(text)
     if not same:  # of another preset
-        known = {column_of(name, units.get(name, "")) for name in refused.settings}
-        row |= {column_of(n, u): None for n, u in units.items() if column_of(n, u) not in known}
+        columns = {column_of(name, units.get(name, "")) for name in refused.settings}
+        row |= {column_of(n, u): None for n, u in units.items() if column_of(n, u) not in columns}
     return {**row, "status": REFUSED, "reason": " ".join(refused.reason.split())}
 
 

@@ -25,7 +25,12 @@ from harness import __version__
 from harness.cases.contract import LEVELS, Case, LevelName, Study, failed_part
 from harness.cases.qualification import announce, qualify
 from harness.cases.registry import all_cases, cases_named, get_case, names_in
-from harness.comparison.known_defects import KnownDefect, defect_of, moved_by_defects, told_apart
+from harness.comparison.known_defects import (
+    KnownDefect,
+    defect_of,
+    mark_known_defects,
+    moved_by_defects,
+)
 from harness.comparison.plan import judge_plan
 from harness.comparison.regression import (
     Baseline,
@@ -48,13 +53,14 @@ from harness.errors import EngineError, EngineMissingError, RequestError
 from harness.observables.provenance import Provenance
 from harness.report.sections import Section
 from harness.store.baseline import committed, read_baseline
+from harness.store.cache import EngineChoice, opened
 from harness.store.entries import tell_stderr
 from harness.store.known_defects import script_of, with_further
 from harness.workflows.engine_status import (
     NO_TRAITS,
     EngineSelection,
-    asked_engines,
     declared,
+    selected_engines,
     untested,
     version_rows,
 )
@@ -106,12 +112,14 @@ class Selection:
         only = self.pattern(level)
         if not only:
             return chosen_cases(self.cases)
-        found = self._matching(only, level)
-        found = found or [case for case in self._searched if self.cases and not case.lists_rows]
-        if not found:
+        matching = self._matching(only, level)
+        matching = matching or [
+            case for case in self._searched if self.cases and not case.lists_rows
+        ]
+        if not matching:
             names = {name for case in self._searched for name in case.selectable(level)}
             raise nothing_matches(only, names)
-        return found
+        return matching
 
     @property
     def _searched(self) -> list[Case[Any]]:
@@ -131,25 +139,25 @@ class Selection:
 def nothing_matches(only: str, names: Iterable[str]) -> RequestError:
     """Return the error of a pattern that matches none of the names, with those that are near."""
     plain = only.strip("*?").casefold()
-    known = {name.casefold(): name for name in names}
-    parts = [name for name in known if plain and plain in name] or get_close_matches(
-        plain, known, n=5, cutoff=0.4
+    by_lowercase = {name.casefold(): name for name in names}
+    parts = [name for name in by_lowercase if plain and plain in name] or get_close_matches(
+        plain, by_lowercase, n=5, cutoff=0.4
     )
-    near = ", ".join(repr(known[name]) for name in sorted(parts, key=len)[:5])
+    near = ", ".join(repr(by_lowercase[name]) for name in sorted(parts, key=len)[:5])
     return RequestError(
         f"--only {only!r}: matches no case, submodel, system or check of this level"
         + (f"; near it: {near}" if near else "")
     )
 
 
-def chosen_baseline(given: Path | Baseline | None, tolerances: Path | None = None) -> Baseline:
+def chosen_baseline(source: Path | Baseline | None, tolerances: Path | None = None) -> Baseline:
     """Return the baseline of a folder, or the committed one; empty where there is none.
 
     ``tolerances`` is a file of overrides, the committed one unless given.
     """
-    if isinstance(given, Baseline):
-        return given
-    where = given or committed()
+    if isinstance(source, Baseline):
+        return source
+    where = source or committed()
     if where is None:
         return Baseline({}, "none")
     return read_baseline(where, tolerances)
@@ -161,7 +169,7 @@ def here() -> str:
 
 
 @dataclass(frozen=True)
-class Measured:
+class MeasuredRecords:
     """What a verification measured at a level in its main engine and the own solvers.
 
     ``engine`` is the name that the main engine's records have. ``broken`` says why a part ended
@@ -195,7 +203,7 @@ class Measured:
 
 
 def baseline_rows(
-    measured: Measured, baseline: Baseline, beside: Iterable[BaselineRecord]
+    measured: MeasuredRecords, baseline: Baseline, beside: Iterable[BaselineRecord]
 ) -> Regression:
     """Return the rows of a verification against the baseline.
 
@@ -203,20 +211,20 @@ def baseline_rows(
     """
     names = {record.name for record in measured.records}
     solvers = {solver for case in measured.cases for solver in case.solvers}
-    own = {record.engine for record in measured.records}
+    engines = {record.engine for record in measured.records}
     expected = Expected(
-        engines={measured.engine, *solvers, *own},
+        engines={measured.engine, *solvers, *engines},
         cases={case.name for case in measured.cases},
         errors=measured.errors,
         reason=measured.reason,
     )
-    known = [
+    also_recorded = [
         record.at(measured.level, here())
         for record in beside
         if record.name in baseline.records and record.name not in names
     ]
     return against_baseline(
-        [*measured.records, *known],
+        [*measured.records, *also_recorded],
         baseline,
         measured.level,
         expected,
@@ -225,7 +233,7 @@ def baseline_rows(
 
 
 @dataclass
-class Beside:
+class OtherEngines:
     """What engines beside the main one left.
 
     ``checks`` are all rows in order, those of the findings among them; ``errors`` tell what
@@ -242,48 +250,55 @@ class Beside:
     @property
     def records(self) -> list[BaselineRecord]:
         """Return the records of all engines."""
-        found = (one for by_case in self.findings.values() for one in by_case.values())
-        return [record for one in found for record in one.records]
+        findings = (
+            case_findings
+            for by_case in self.findings.values()
+            for case_findings in by_case.values()
+        )
+        return [record for case_findings in findings for record in case_findings.records]
 
     def qualified(self, name: str) -> bool:
         """Return whether an engine's results were used."""
-        return any(one.engine == name and one.summary == "qualified" for one in self.declared)
+        return any(
+            declaration.engine == name and declaration.summary == "qualified"
+            for declaration in self.declared
+        )
 
 
 @dataclass(frozen=True)
-class EnginesBeside:
+class OtherEngineRuns:
     """One comparison of engines, which take their turns, so that their costs can be told apart.
 
     ``main`` is an engine that is open already: it takes the place of the one of its name, and is
     not closed.
     """
 
-    asked: EngineSelection
+    selection: EngineSelection
     cases: Sequence[Case[Any]]
     study: Study
     main: Engine | None
-    found: Beside = field(default_factory=Beside)
+    result: OtherEngines = field(default_factory=OtherEngines)
     steps: dict[str, float] = field(default_factory=dict)
     """That a case took in the engines so far, by its name: what the next is expected to take."""
 
-    def run(self) -> Beside:
+    def run(self) -> OtherEngines:
         """Run the engines, add what was recorded with missing ones, and hold all together."""
-        if not self.asked.engines:
-            return self.found
-        for name in self.asked.engines:
-            self._one(name)
+        if not self.selection.engines:
+            return self.result
+        for name in self.selection.engines:
+            self._run_engine(name)
         self._recorded()
         for case in self.cases:
             self._across(case)
-        return self.found
+        return self.result
 
-    def _one(self, name: str) -> None:
+    def _run_engine(self, name: str) -> None:
         """Run one engine, and keep what became of it."""
         traits = NO_TRAITS
         with ExitStack() as stack:
             try:
                 traits = engine_class(name).traits
-                engine, who = self._opened(name, stack)
+                engine, provenance = self._opened(name, stack)
             except (EngineMissingError, RequestError) as error:
                 reason = traits.missing(str(error))
                 rows = untested(name, [*self._qualifying, *self._judging], reason)
@@ -292,8 +307,8 @@ class EnginesBeside:
                 rows = [failed_part(f"{name}: identification", error, kind=Kind.ANALYTIC)]
                 self._without(name, traits, rows[0].note, rows)
             else:
-                self.found.kinds[engine.name] = engine_class(name)
-                self._keep(name, self._engine(engine, who))
+                self.result.kinds[engine.name] = engine_class(name)
+                self._keep(name, self._engine(engine, provenance))
 
     def _opened(self, name: str, stack: ExitStack) -> tuple[Engine, Provenance]:
         if self.main is not None and self.main.name == name:
@@ -304,23 +319,23 @@ class EnginesBeside:
 
     def _without(self, name: str, traits: Traits, reason: str, rows: list[Check]) -> None:
         """Keep the rows of an engine that cannot be run, and its error if it was named."""
-        self.found.declared.append(declared(name, traits, missing=reason))
-        self.found.checks += rows
-        if name in self.asked.named:
-            self.found.errors.append(f"{name}: {reason}")
+        self.result.declared.append(declared(name, traits, missing=reason))
+        self.result.checks += rows
+        if name in self.selection.named:
+            self.result.errors.append(f"{name}: {reason}")
 
     def _keep(self, name: str, rows: list[Check]) -> None:
         """Keep the rows of an engine that ran, and how it died if it was named."""
-        self.found.checks += rows
-        if name in self.asked.named:
+        self.result.checks += rows
+        if name in self.selection.named:
             died = [f"{name}: {row.note}" for row in rows if row.engine_died]
-            self.found.errors += dict.fromkeys(died)
+            self.result.errors += dict.fromkeys(died)
 
     def _engine(self, engine: Engine, provenance: Provenance) -> list[Check]:
         """Return the rows of an engine: version, qualification, then case by case."""
         name, stages = engine.name, 1 + len(self._judging)
         self.study.progress(f"engine {name}", 0, stages)
-        told = declared(name, engine.traits, provenance)
+        declaration = declared(name, engine.traits, provenance)
         checks = version_rows(name, engine.traits, provenance)
         read = getattr(engine, "read", 0)
         failures, rows = self._qualification(engine)
@@ -328,7 +343,7 @@ class EnginesBeside:
         kept = getattr(engine, "read", 0) > read
         seconds_per_step = 0.0 if kept else engine.pace.seconds_per_step
         checks += rows
-        self.found.declared.append(replace(told, unqualified=failures))
+        self.result.declared.append(replace(declaration, unqualified=failures))
         self.study.progress(f"engine {name}", 1, stages)
         if failures:
             self.study.progress(f"engine {name}", stages, stages)
@@ -346,48 +361,50 @@ class EnginesBeside:
     def _qualification(self, engine: Engine) -> tuple[str, list[Check]]:
         """Return why an engine does not qualify, or nothing, and the rows of its qualification."""
         try:
-            found = qualify(engine, self._qualifying, self.study, tell_stderr)
+            qualification = qualify(engine, self._qualifying, self.study, tell_stderr)
         except Exception as error:
             row = failed_part(f"{engine.name}: qualification", error, kind=Kind.ANALYTIC)
             return row.note, [row]
-        self.found.findings.setdefault(engine.name, {}).update(found.findings)
-        return found.reason, list(found.checks)
+        self.result.findings.setdefault(engine.name, {}).update(qualification.findings)
+        return qualification.reason, list(qualification.checks)
 
     def _case(self, case: Case[Any], engine: Engine) -> list[Check]:
         """Return the rows of a case in an engine; one that raises is one failed row."""
         if not engine.states(case.template):
             return untested(engine.name, [case], f"it has no template {case.template.name!r}")
         try:
-            found = case.verify(engine, replace(self.study, role="other"))
-            found.checks[:] = [row for row in found.checks if self.study.keeps(row, case.name)]
+            findings = case.verify(engine, replace(self.study, role="other"))
+            findings.checks[:] = [
+                row for row in findings.checks if self.study.keeps(row, case.name)
+            ]
         except Exception as error:
             return [failed_part(f"{engine.name}: {case.name}", error)]
-        self.found.findings.setdefault(engine.name, {})[case.name] = found
-        return found.checks
+        self.result.findings.setdefault(engine.name, {})[case.name] = findings
+        return findings.checks
 
     def _recorded(self) -> None:
         """Add what was recorded elsewhere with engines that were asked for and are not used."""
-        wanted = filter(self.asked.wants, self.asked.engines)
-        missing = frozenset(name for name in wanted if not self.found.qualified(name))
+        wanted = filter(self.selection.wants, self.selection.engines)
+        missing = frozenset(name for name in wanted if not self.result.qualified(name))
         study = replace(self.study, missing=missing)
         for case in self.cases:
             try:
                 recorded = case.recorded(study)
             except Exception as error:
-                self.found.checks.append(failed_part(f"{case.name}: recorded results", error))
+                self.result.checks.append(failed_part(f"{case.name}: recorded results", error))
                 continue
-            for name, found in recorded.items():
-                self.found.findings.setdefault(name, {})[case.name] = found
-                self.found.checks += found.checks
+            for name, findings in recorded.items():
+                self.result.findings.setdefault(name, {})[case.name] = findings
+                self.result.checks += findings.checks
 
     def _across(self, case: Case[Any]) -> None:
-        beside = {
-            name: by[case.name] for name, by in self.found.findings.items() if case.name in by
+        by_engine = {
+            name: by[case.name] for name, by in self.result.findings.items() if case.name in by
         }
         try:
-            self.found.checks += case.across(beside)
+            self.result.checks += case.across(by_engine)
         except Exception as error:
-            self.found.checks.append(failed_part(f"{case.name}: engines against another", error))
+            self.result.checks.append(failed_part(f"{case.name}: engines against another", error))
 
     @property
     def _qualifying(self) -> list[Case[Any]]:
@@ -418,13 +435,13 @@ class MainRun:
     engine: Engine | None = None
     provenance: Provenance | None = None
     main: dict[str, Findings] = field(default_factory=dict)
-    own: dict[str, Findings] = field(default_factory=dict)
+    solvers: dict[str, Findings] = field(default_factory=dict)
     checks: list[Check] = field(default_factory=list)
     broken: dict[str, str] = field(default_factory=dict)
     raised: set[str] = field(default_factory=set)
 
     @property
-    def who(self) -> str:
+    def engine_name(self) -> str:
         """Return the name of the main engine, whose baseline it is, also where it is missing."""
         if self.provenance is not None:
             return self.provenance.engine
@@ -433,20 +450,20 @@ class MainRun:
     @property
     def findings(self) -> list[Findings]:
         """Return what the main engine left, then own solvers."""
-        return [*self.main.values(), *self.own.values()]
+        return [*self.main.values(), *self.solvers.values()]
 
     @property
     def divergences(self) -> list[Comparison]:
         """Return the series that left the band about their reference."""
         return [series for finding in self.findings for series in finding.divergences]
 
-    def open(self, given: Engine | None, stack: ExitStack) -> None:
+    def open(self, engine: EngineChoice, fresh: bool, stack: ExitStack) -> None:
         """Identify the main engine; one that is not here is a failed row, and the rest goes on."""
         try:
-            self.engine = given or stack.enter_context(open_engine())
+            self.engine = stack.enter_context(opened(engine, fresh=fresh))
             self.provenance = self.engine.identify()
         except Exception as error:
-            row = failed_part(f"engine {self.who}", error)
+            row = failed_part(f"engine {self.engine_name}", error)
             self.checks.append(row)
             self.broken |= {case.name: row.note for case in self.cases}
 
@@ -463,21 +480,21 @@ class MainRun:
                     self.checks += untested(self.engine.name, [case], why)
                     self.broken[case.name] = f"{self.engine.name}: {why}"
         parts += [(case, "", partial(case.verify_own, self.study)) for case in self.cases]
-        found = parallel_map(self._found_or_failed, parts, SIDE_BY_SIDE)
-        for (case, engine, _), outcome in zip(parts, found, strict=True):
+        outcomes = parallel_map(self._found_or_failed, parts, SIDE_BY_SIDE)
+        for (case, engine, _), outcome in zip(parts, outcomes, strict=True):
             self._keep(case, engine, outcome)
 
     def _found_or_failed(self, part: Part) -> Findings | Check:
         """Run a case and tell when it begins and ends; one that raises is one failed row."""
         case, engine, run = part
-        who = engine or "own solvers"
-        self.study.progress(f"{case.name}, {who}", 0, 1)
+        runner = engine or "own solvers"
+        self.study.progress(f"{case.name}, {runner}", 0, 1)
         try:
             return run()
         except Exception as error:
-            return failed_part(f"{case.name}: {who}", error)
+            return failed_part(f"{case.name}: {runner}", error)
         finally:
-            self.study.progress(f"{case.name}, {who}", 1, 1)
+            self.study.progress(f"{case.name}, {runner}", 1, 1)
 
     def _keep(self, case: Case[Any], engine: str, outcome: Findings | Check) -> None:
         if isinstance(outcome, Check):
@@ -485,7 +502,7 @@ class MainRun:
             self.raised.add(case.name)
             self.broken[case.name] = f"its part ended early: {outcome.note}"
             return
-        (self.main if engine else self.own)[case.name] = outcome
+        (self.main if engine else self.solvers)[case.name] = outcome
         outcome.checks[:] = [row for row in outcome.checks if self.study.keeps(row, case.name)]
         self.checks += outcome.checks
         died = next((check.note for check in outcome.checks if check.engine_died), "")
@@ -497,42 +514,44 @@ class MainRun:
                 name = f"{case.name}: rows of level {self.study.level}, {engine}"
                 self.checks += judge_plan(name, outcome.checks, planned)
 
-    def scripts(self, beside: Beside) -> dict[str, str]:
+    def scripts(self, others: OtherEngines) -> dict[str, str]:
         """Return the inputs that ran, by name."""
-        found: dict[str, str] = {}
+        templates_by_name: dict[str, str] = {}
         if self.engine is not None:
-            found |= self.engine.inputs([get_case(name).template for name in self.main])
-        for name, by_case in beside.findings.items():
-            if name in beside.kinds:
+            templates_by_name |= self.engine.inputs([get_case(name).template for name in self.main])
+        for name, by_case in others.findings.items():
+            if name in others.kinds:
                 templates = [get_case(case).template for case in by_case]
                 # one that fails to render left its row
                 with suppress(EngineError):
-                    found |= beside.kinds[name].inputs(templates)
-        return found
+                    templates_by_name |= others.kinds[name].inputs(templates)
+        return templates_by_name
 
 
 Open = Callable[[str], AbstractContextManager[Engine]]
 """Opens an engine by its name, to be closed after use."""
 
 
-def verify(
+def verify(  # noqa: PLR0913 - keywords of a public function
     level: str = "default",
     *,
     cases: str | Iterable[str] | Selection | None = None,
-    engine: Engine | None = None,
+    engine: EngineChoice = None,
     engines: str | Iterable[str] = (),
-    open_one: Open = open_engine,
+    open_one: Open | None = None,
+    fresh: bool = False,
     baseline: Path | Baseline | Literal[False] | None = None,
     progress: Progress = silent,
     strict: bool = False,
 ) -> Verification:
     """Hold an engine against theory, other codes and the baseline, case by case.
 
-    ``level`` is ``quick``, ``default`` or ``full``. ``cases`` are names, groups or ``all``, or
-    a :class:`Selection` of what is in them: those that run by default unless given. ``engine``
-    is an open one, the default one unless given; ``engines`` are held beside it, opened by
-    ``open_one``: names, or ``all``. ``baseline`` is read, in a folder, the committed one for
-    None, none for False. With ``strict`` not tested fails.
+    ``level`` is ``quick``, ``default`` or ``full``. ``cases`` are names, groups or ``all``, or a
+    :class:`Selection` of what is in them: those that run by default unless given. ``engine`` is an
+    open one or a name, the default one unless given; ``engines`` are compared with it, opened by
+    ``open_one``: names, or ``all``. Runs of engines that are opened here are kept; ``fresh`` runs
+    them again. ``baseline`` is read, in a folder, the committed one for None, none for False. With
+    ``strict`` not tested fails.
 
     An engine that fails leaves rows that say so and status 3, as does a case asked for by name or
     group of which no engine tested anything; a case that raises is a failed row; the rest goes on.
@@ -542,23 +561,28 @@ def verify(
         cases = ",".join(cases)
     wanted = cases if isinstance(cases, Selection) else Selection(cases)
     checked = checked_level(level)
-    chosen, only, asked = wanted.chosen(checked), wanted.pattern(checked), asked_engines(engines)
-    study = Study(checked, progress, open_one, cases=tuple(chosen), only=only)
-    known = None if baseline is False else chosen_baseline(baseline)
+    chosen, only, selection = (
+        wanted.chosen(checked),
+        wanted.pattern(checked),
+        selected_engines(engines),
+    )
+    opens = open_one or partial(opened, fresh=fresh)
+    study = Study(checked, progress, opens, cases=tuple(chosen), only=only)
+    accepted = None if baseline is False else chosen_baseline(baseline)
     defects = with_further(wanted.defects)
     begun, clock = datetime.now(UTC).isoformat(timespec="seconds"), time.monotonic()
-    with ExitStack() as own:
+    with ExitStack() as stack:
         run = MainRun(chosen, study)
-        run.open(engine, own)
+        run.open(engine, fresh, stack)
         run.cases_side_by_side()
-        beside = EnginesBeside(asked, chosen, study, run.engine).run()
-        scripts, logs = run.scripts(beside), run.engine.logs() if run.engine else {}
-    measured = Measured(study.level, run.who, chosen, run.findings, run.broken)
-    if only and not run.checks and not beside.checks:
+        others = OtherEngineRuns(selection, chosen, study, run.engine).run()
+        scripts, logs = run.scripts(others), run.engine.logs() if run.engine else {}
+    measured = MeasuredRecords(study.level, run.engine_name, chosen, run.findings, run.broken)
+    if only and not run.checks and not others.checks:
         raise nothing_matches(
             only, {row.name for finding in run.findings for row in finding.checks}
         )
-    checks, regression = _told(measured, known, beside, run, defects)
+    checks, regression = _with_known_defects(measured, accepted, others, run, defects)
     return Verification(
         level=study.level,
         cases=tuple(case.name for case in chosen),
@@ -569,26 +593,26 @@ def verify(
         provenance=run.provenance,
         checks=(*checks, *regression.checks),
         main=run.main,
-        own=run.own,
-        beside=beside.findings,
-        engines=tuple(beside.declared),
+        solvers=run.solvers,
+        others=others.findings,
+        engines=tuple(others.declared),
         scripts=scripts,
-        engine_errors=(*_died(checks[: len(run.checks)]), *beside.errors),
-        untested_cases=_untested_cases(chosen, wanted.cases, run, beside),
+        engine_errors=(*_died(checks[: len(run.checks)]), *others.errors),
+        untested_cases=_untested_cases(chosen, wanted.cases, run, others),
         records=tuple(measured.records),
         divergences=(*run.divergences, *regression.divergences),
-        baseline=known.where if known else "",
-        baseline_sha256=known.digest if known else "",
+        baseline=accepted.where if accepted else "",
+        baseline_sha256=accepted.digest if accepted else "",
         logs=logs,
         strict=strict,
-        defects=_found(defects, checks),
+        defects=_marked_defects(defects, checks),
     )
 
 
-def _told(
-    measured: Measured,
-    known: Baseline | None,
-    beside: Beside,
+def _with_known_defects(
+    measured: MeasuredRecords,
+    accepted: Baseline | None,
+    others: OtherEngines,
     run: MainRun,
     defects: Sequence[KnownDefect],
 ) -> tuple[tuple[Check, ...], Regression]:
@@ -596,18 +620,20 @@ def _told(
 
     What the checks of a cell explain, or the defects of one release predict, is no failure.
     """
-    raw, versions = (*run.checks, *beside.checks), _versions(run, beside)
-    checks = with_single_rules(told_apart(raw, defects, versions), raw)
-    if known is None:
+    raw, versions = (*run.checks, *others.checks), _versions(run, others)
+    checks = with_single_rules(mark_known_defects(raw, defects, versions), raw)
+    if accepted is None:
         return checks, Regression()
     if run.study.only:  # what was left out is no row that is missing
-        made = {record.name for record in measured.records} | set(measured.errors)
-        records = {name: one for name, one in known.records.items() if name in made}
-        known = replace(known, records=records)
-    found = baseline_rows(measured, known, beside.records)
-    rows = explained_by_cells(found.checks, checks)
-    moved = moved_by_defects(rows, raw, known.records, defects, versions)
-    return checks, replace(found, checks=moved)
+        measured_names = {record.name for record in measured.records} | set(measured.errors)
+        records = {
+            name: record for name, record in accepted.records.items() if name in measured_names
+        }
+        accepted = replace(accepted, records=records)
+    regression = baseline_rows(measured, accepted, others.records)
+    rows = explained_by_cells(regression.checks, checks)
+    moved = moved_by_defects(rows, raw, accepted.records, defects, versions)
+    return checks, replace(regression, checks=moved)
 
 
 def _died(checks: Sequence[Check]) -> list[str]:
@@ -615,7 +641,10 @@ def _died(checks: Sequence[Check]) -> list[str]:
 
 
 def _untested_cases(
-    chosen: Sequence[Case[Any]], wanted: str | Iterable[str] | None, run: MainRun, beside: Beside
+    chosen: Sequence[Case[Any]],
+    wanted: str | Iterable[str] | None,
+    run: MainRun,
+    others: OtherEngines,
 ) -> tuple[str, ...]:
     """Return the cases asked for by name or group of which no engine has a judged row.
 
@@ -624,13 +653,13 @@ def _untested_cases(
     names = () if wanted is None else wanted.split(",") if isinstance(wanted, str) else wanted
     if not names or "all" in {name.strip() for name in names}:
         return ()
-    by_engine = (run.main, *beside.findings.values())
+    by_engine = (run.main, *others.findings.values())
     rows = {case.name: [c for by in by_engine if case.name in by for c in by[case.name].checks]
             for case in chosen if case.name not in run.raised}  # fmt: skip
     return tuple(name for name, checks in rows.items() if not any(c.judged for c in checks))
 
 
-def _found(
+def _marked_defects(
     defects: Sequence[KnownDefect], checks: Sequence[Check]
 ) -> tuple[tuple[KnownDefect, str], ...]:
     """Return the known defects that checks are marked with, each with its script."""
@@ -638,11 +667,11 @@ def _found(
     return tuple((defect, script_of(defect)) for defect in defects if defect.name in named)
 
 
-def _versions(run: MainRun, beside: Beside) -> dict[str, str]:
+def _versions(run: MainRun, others: OtherEngines) -> dict[str, str]:
     """Return the versions of the engines that ran, by name."""
-    found = {one.engine: one.version for one in beside.declared if one.version}
+    versions = {engine.engine: engine.version for engine in others.declared if engine.version}
     main = run.provenance
-    return {**found, **({main.engine: main.engine_version} if main else {})}
+    return {**versions, **({main.engine: main.engine_version} if main else {})}
 
 
 def verify_as_typed(
@@ -654,44 +683,46 @@ def verify_as_typed(
     mpirun: str | None = None,
     level: str | None = None,
     cases: str | Selection | None = None,
-    **own: str | None,
+    **options: str | None,
 ) -> Verification:
     """Verify an engine by its name; the words are those of ``dem-harness verify``, at level quick.
 
-    ``own`` are further options of the main engine. Nothing is kept. Raise RequestError for what is
+    ``options`` are further ones of the main engine. Nothing is kept. Raise RequestError for what is
     not known or does not go together, EngineMissingError for an engine that is not here.
     """
     programs = named_values(program or (), "--program")
     settings = engine_settings(engine_option or ())
     main = engine or DEFAULT
-    check_names(programs, settings, (main, *asked_engines(engines or ()).engines), "--engines")
+    check_names(programs, settings, (main, *selected_engines(engines or ()).engines), "--engines")
     check_launcher(mpirun)
 
-    def opened(name: str, **more: str | None) -> Engine:
+    def uncached(name: str, **more: str | None) -> Engine:
         return open_engine(name, programs=programs, options=settings.get(name), **more)
 
-    with opened(main, launcher=mpirun, **own) as it:
+    with uncached(main, launcher=mpirun, **options) as it:
         return verify(
             level or "quick",
             cases=cases,
             engine=it,
             engines=engines or (),
-            open_one=opened,
+            open_one=uncached,
         )
 
 
-def sections(found: Verification) -> list[Section]:
+def sections(verification: Verification) -> list[Section]:
     """Return what the cases make of their findings, in the order they were verified.
 
     Those by which engines qualify come first. A case that raises is a section that says so: the
     report is written all the same.
     """
-    made: list[Section] = []
-    for name in sorted(found.cases, key=lambda name: not get_case(name).qualifies):
-        own = found.own.get(name, Findings(name))
+    result: list[Section] = []
+    for name in sorted(verification.cases, key=lambda name: not get_case(name).qualifies):
+        solvers = verification.solvers.get(name, Findings(name))
         try:
-            made += get_case(name).sections(found.main.get(name), own, found.of_case(name))
+            result += get_case(name).sections(
+                verification.main.get(name), solvers, verification.of_case(name)
+            )
         except Exception as error:
-            told = f"The sections of this case could not be made: {type(error).__name__}: {error}"
-            made.append(Section(name, (told,)))
-    return made
+            text = f"The sections of this case could not be made: {type(error).__name__}: {error}"
+            result.append(Section(name, (text,)))
+    return result

@@ -13,7 +13,7 @@ import sys
 import pytest
 
 from harness.comparison.verdicts import Kind, Tolerance, judge
-from harness.store.history import End, History, Start
+from harness.store.history import History, RunEnd, RunStart
 
 pytestmark = pytest.mark.benchmark
 
@@ -62,12 +62,12 @@ def long_history(tmp_path_factory):
         judge(f"incline: check {n}", Kind.ANALYTIC, 10.2, 10.2, width, uncertainty=1e-4)
         for n in range(QUANTITIES)
     ]
-    end = End(0, 12.0, "lammps", "22 Jul 2025 - Update 4", "in-process", folder="/runs/1")
+    end = RunEnd(0, 12.0, "lammps", "22 Jul 2025 - Update 4", "in-process", folder="/runs/1")
     with History(path) as history:
         # as fast as a disk allows: durability is not what is measured here
         history.rows("PRAGMA synchronous = OFF")
         for _ in range(RUNS):
-            start = Start("verify", ["--quick"], "0.1.0", "abc", "Linux")
+            start = RunStart("verify", ["--quick"], "0.1.0", "abc", "Linux")
             history.finish(history.begin(start), end, found)
     return path
 

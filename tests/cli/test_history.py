@@ -12,7 +12,7 @@ import pytest
 
 from harness.comparison.verdicts import Kind, Tolerance, judge
 from harness.observables.row import Row
-from harness.store.history import End, History, Start
+from harness.store.history import History, RunEnd, RunStart
 from harness.workflows.history_search import VERDICTS
 
 WIDTH = Tolerance("deg", 3e-4, 0.0, "that of a test")
@@ -24,13 +24,13 @@ def file(home):
     path = home / "history.sqlite"
     with History(path) as history:
         for n, release in enumerate(("2 Aug 2023", "22 Jul 2025 - Update 4", "22 Jul 2025")):
-            run = history.begin(Start("verify", ["--quick"], "0.1.0", "", "Linux"))
+            run = history.begin(RunStart("verify", ["--quick"], "0.1.0", "", "Linux"))
             angle = judge("angle", Kind.ANALYTIC, 10.2, 10.2, WIDTH, uncertainty=1e-4)
             angle = replace(angle, value=10.2 + n)
             other = Row("ratio", 0.6, math.nan, "")
-            end = End(0, 9.0, "lammps", release, "in-process", cached=n == 2, folder="/r")
+            end = RunEnd(0, 9.0, "lammps", release, "in-process", cached=n == 2, folder="/r")
             history.finish(run, end, [angle, other])
-        history.begin(Start("impulse", [], "0.1.0", "", "Linux"))
+        history.begin(RunStart("impulse", [], "0.1.0", "", "Linux"))
     return path
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from harness.observables.row import Row
-from harness.store.history import End, History, Start
+from harness.store.history import History, RunEnd, RunStart
 
 SHORT, LONG = 2000, 40_000
 MORE = 16 * 1024**2
@@ -21,9 +21,9 @@ a block of rows and SQLite's sorting, which have a bound of their own."""
 
 def _measured(path, rows):
     with History(path) as history:
-        run = history.begin(Start("verify", ["--quick"], "0.1.0", "", "Linux"))
+        run = history.begin(RunStart("verify", ["--quick"], "0.1.0", "", "Linux"))
         some = (Row(f"incline: check {n}", 10.2 + n, 1e-4, "deg") for n in range(rows))
-        history.finish(run, End(0, 9.0, "lammps", "22 Jul 2025", "in-process"), some)
+        history.finish(run, RunEnd(0, 9.0, "lammps", "22 Jul 2025", "in-process"), some)
 
 
 PROGRAM = """

@@ -5,7 +5,7 @@ import json
 import pytest
 
 from harness.cases.layers.extents import EXTENTS, Box, Extent
-from harness.workflows.sweep_plan import Asked
+from harness.workflows.sweep_plan import SweepRequest
 from harness.workflows.sweep_run import held_sweep
 from tests.slurm_here import slurm  # noqa: F401
 
@@ -18,7 +18,7 @@ TINY = Extent({1: Box(6, 3, 20.0, 2)}, (100.0,), Box(6, 3, 20.0, 2))
 def test_a_tiny_study_runs_there_and_its_folder_is_held(command, monkeypatch, tmp_path):
     monkeypatch.setitem(EXTENTS, "quick", TINY)
     words = ["study", "layers", "--quick", "--executor", "slurm", "--output", "mine"]
-    with held_sweep(tmp_path / "mine-jobs", Asked("layers", {}, {"study": "quick"})):
+    with held_sweep(tmp_path / "mine-jobs", SweepRequest("layers", {}, {"study": "quick"})):
         assert "another sweep runs in it" in command(*words, status=2).err
     done = command(*words, "--json")
     assert (

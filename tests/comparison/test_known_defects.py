@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from harness.comparison.known_defects import KnownDefect, Prediction, told_apart
+from harness.comparison.known_defects import KnownDefect, Prediction, mark_known_defects
 from harness.comparison.verdicts import (
     Cell,
     Kind,
@@ -43,7 +43,7 @@ def check(value, submodel="old spring", system="wall", case="slide", engine="cod
 
 
 def verdict(row, version="2 Aug 2023 - Update 3"):
-    (found,) = told_apart([row], [DEFECT], {"code": version})
+    (found,) = mark_known_defects([row], [DEFECT], {"code": version})
     return found.verdict
 
 
@@ -84,10 +84,10 @@ def test_a_failure_elsewhere_stays_one(elsewhere):
 
 def test_another_size_than_the_cause_predicts_is_a_failure_that_names_all_three():
     for value in (58.7, 1.5, -2.0, float("nan")):
-        (row,) = told_apart([check(value)], [DEFECT], {"code": "2 Aug 2023"})
+        (row,) = mark_known_defects([check(value)], [DEFECT], {"code": "2 Aug 2023"})
         assert row.verdict is Verdict.FAIL
         assert row.cell.defect == ""
-    (row,) = told_apart([check(58.7)], [DEFECT], {"code": "2 Aug 2023"})
+    (row,) = mark_known_defects([check(58.7)], [DEFECT], {"code": "2 Aug 2023"})
     said = "no-friction predicts 2 +- 0.1, the law asks for 1, the engine left 58.7"
     assert said in row.note
 
@@ -95,7 +95,7 @@ def test_another_size_than_the_cause_predicts_is_a_failure_that_names_all_three(
 def test_a_row_that_the_defect_does_not_touch_fails_as_a_failure_and_holds_as_a_pass():
     untouched = DEFECT.replace(predicts=Prediction(rules={"factor": 1.0}))
     for value, expected in ((2.0, Verdict.FAIL), (1.0, Verdict.PASS)):
-        (row,) = told_apart([check(value)], [untouched], {"code": "2 Aug 2023"})
+        (row,) = mark_known_defects([check(value)], [untouched], {"code": "2 Aug 2023"})
         assert row.verdict is expected
 
 
@@ -105,7 +105,7 @@ def test_a_row_of_which_no_size_can_be_computed_is_not_excused():
 
     for predict in (None, cannot):
         row = replace(check(2.0), predict=predict)
-        (row,) = told_apart([row], [DEFECT], {"code": "2 Aug 2023"})
+        (row,) = mark_known_defects([row], [DEFECT], {"code": "2 Aug 2023"})
         assert row.verdict is Verdict.FAIL
         assert "cannot be computed" in row.note
 
@@ -118,7 +118,7 @@ def test_two_defects_of_a_cell_predict_one_size_together():
     other = DEFECT.replace(name="stiff", predicts=Prediction(law={"k": 3.0}))
     for value, expected in ((6.0, Verdict.KNOWN_DEFECT), (2.0, Verdict.FAIL), (3.0, Verdict.FAIL)):
         row = replace(check(value), predict=product)
-        (row,) = told_apart([row], [DEFECT, other], {"code": "2 Aug 2023"})
+        (row,) = mark_known_defects([row], [DEFECT, other], {"code": "2 Aug 2023"})
         assert row.verdict is expected
         assert "no-friction and stiff predict" in row.note
 
@@ -136,7 +136,7 @@ def test_a_defect_of_the_values_lies_beneath_one_of_an_invariance():
         name="forgets", invariances=("restarted",), predicts=Prediction(scheme={"restart": "lost"})
     )
     for known, under in (([forgets], None), ([DEFECT, forgets], DEFECT.predicts)):
-        (found,) = told_apart([row], known, {"code": "2 Aug 2023"})
+        (found,) = mark_known_defects([row], known, {"code": "2 Aug 2023"})
         assert (found.verdict, found.cell.defect) == (Verdict.KNOWN_DEFECT, "forgets")
         assert seen.pop() == (forgets.predicts, under)
 
@@ -161,7 +161,7 @@ def test_a_cell_that_holds_where_it_is_listed_is_fixed_and_never_a_pass():
 
 
 def test_a_row_that_holds_beside_one_that_fails_is_not_fixed():
-    found = told_apart([check(1.0), check(2.0)], [DEFECT], {"code": "2 Aug 2023"})
+    found = mark_known_defects([check(1.0), check(2.0)], [DEFECT], {"code": "2 Aug 2023"})
     assert [one.verdict for one in found] == [Verdict.PASS, Verdict.KNOWN_DEFECT]
 
 
@@ -175,25 +175,29 @@ def test_a_defect_of_values_explains_no_invariance_and_one_of_an_invariance_no_v
         (check(2.0), forgets, Verdict.FAIL),
         (check(1.0), forgets, Verdict.PASS),
     ):
-        (found,) = told_apart([row], [defect], {"code": "2 Aug 2023"})
+        (found,) = mark_known_defects([row], [defect], {"code": "2 Aug 2023"})
         assert found.verdict is expected
 
 
 def test_the_note_names_cause_and_upstream_and_an_engine_that_died_of_it_is_no_error():
     row = failed_run("row", Kind.ANALYTIC, EngineCrashError("it died"))
     row = replace(row, cell=Cell("slide", "old spring", "wall", "code"))
-    (other,) = told_apart([row], [DEFECT], {"code": "2 Aug 2023"})
+    (other,) = mark_known_defects([row], [DEFECT], {"code": "2 Aug 2023"})
     assert (other.verdict, other.engine_died) == (Verdict.FAIL, True)
     elsewhere = DEFECT.replace(predicts=Prediction(error="it hung"))
-    (other,) = told_apart([row], [elsewhere], {"code": "2 Aug 2023"})
+    (other,) = mark_known_defects([row], [elsewhere], {"code": "2 Aug 2023"})
     assert (other.verdict, other.engine_died) == (Verdict.FAIL, True)
     dies = DEFECT.replace(name="dies", predicts=Prediction(error="it died"))
-    (named,) = told_apart([row], [DEFECT, dies], {"code": "2 Aug 2023"})
+    (named,) = mark_known_defects([row], [DEFECT, dies], {"code": "2 Aug 2023"})
     assert (named.verdict, named.cell.defect) == (Verdict.KNOWN_DEFECT, "dies")
-    assert told_apart([check(1.0)], [dies], {"code": "2 Aug 2023"})[0].verdict is Verdict.FIXED
-    assert told_apart([check(2.0)], [dies], {"code": "2 Aug 2023"})[0].verdict is Verdict.FAIL
+    assert (
+        mark_known_defects([check(1.0)], [dies], {"code": "2 Aug 2023"})[0].verdict is Verdict.FIXED
+    )
+    assert (
+        mark_known_defects([check(2.0)], [dies], {"code": "2 Aug 2023"})[0].verdict is Verdict.FAIL
+    )
     dies = DEFECT.replace(predicts=dies.predicts)
-    (found,) = told_apart([row], [dies], {"code": "2 Aug 2023"})
+    (found,) = mark_known_defects([row], [dies], {"code": "2 Aug 2023"})
     assert found.verdict is Verdict.KNOWN_DEFECT
     assert not found.engine_died
     for words in ("no-friction", "contact radius", "issue 1", "it died"):
@@ -202,7 +206,7 @@ def test_the_note_names_cause_and_upstream_and_an_engine_that_died_of_it_is_no_e
 
 def test_a_limitation_that_the_manual_states_is_named_as_one():
     stated = DEFECT.replace(kind="documented limitation")
-    (found,) = told_apart([check(2.0)], [stated], {"code": "2 Aug 2023"})
+    (found,) = mark_known_defects([check(2.0)], [stated], {"code": "2 Aug 2023"})
     assert found.verdict is Verdict.KNOWN_DEFECT
     assert found.note.startswith("documented limitation no-friction: ")
 

@@ -6,7 +6,7 @@ import pytest
 
 from harness.comparison.regression import (
     UNSTATED,
-    Allowed,
+    AllowedChanges,
     Baseline,
     BaselineRecord,
     Expected,
@@ -210,12 +210,15 @@ def test_override_decides_by_name():
     assert check.verdict is Verdict.PASS
     assert check.note == "override 'soft'"
     assert check.why == wide.reason
-    assert Allowed(TOLERANCES, (override,)).of("incline", PATH.name, "critical_angle_deg")[1] == ""
+    assert (
+        AllowedChanges(TOLERANCES, (override,)).of("incline", PATH.name, "critical_angle_deg")[1]
+        == ""
+    )
 
 
 def test_a_case_that_states_no_tolerance_has_that_of_round_off():
-    assert Allowed(TOLERANCES).of("other", "x/y", "z") == (UNSTATED, "")
-    assert Allowed(TOLERANCES).of("incline", PATH.name, "series") == (UNSTATED, "")
+    assert AllowedChanges(TOLERANCES).of("other", "x/y", "z") == (UNSTATED, "")
+    assert AllowedChanges(TOLERANCES).of("incline", PATH.name, "series") == (UNSTATED, "")
 
 
 CELL = Cell("oblique", "mindlin", "wall", "lammps")

@@ -8,7 +8,7 @@ from harness.cases.contact.motion import followed
 from harness.cases.contact.verification import verify_trials
 from harness.cases.contract import Study
 from harness.cases.registry import get_case
-from harness.comparison.known_defects import told_apart
+from harness.comparison.known_defects import mark_known_defects
 from harness.comparison.single_rules import with_single_rules
 from harness.comparison.verdicts import Verdict
 from harness.engines.output import Output
@@ -40,7 +40,7 @@ def noted(case, submodel, system, seconds=60.0, **planted):
     trials = [one for one in every if (one.submodel, one.system) == (submodel, system)]
     assert trials
     raw = verify_trials(engine.case, engine, Study("quick"), trials).checks
-    rows = with_single_rules(told_apart(raw, [], {}), raw, seconds)
+    rows = with_single_rules(mark_known_defects(raw, [], {}), raw, seconds)
     return rows, {row.note for row in rows if row.verdict is Verdict.FAIL}
 
 
@@ -93,6 +93,6 @@ def test_a_rule_that_other_quantities_contradict_is_not_said_to_hold():
     other = next(row for row in raw if row.predict is not None and row is not failing[0])
     moved = replace(other, value=other.value + 1e3 * other.tolerance)
     changed = [moved if row is other else row for row in raw]
-    rows = with_single_rules(told_apart(changed, [], {}), changed)
+    rows = with_single_rules(mark_known_defects(changed, [], {}), changed)
     first = next(row for row in rows if row.name == failing[0].name)
     assert first.note.startswith("this value alone holds under wall_lever = height")

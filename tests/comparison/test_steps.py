@@ -4,13 +4,13 @@ import math
 
 import pytest
 
-from harness.comparison.steps import Point, steps
+from harness.comparison.steps import RunPoint, steps
 from harness.observables.row import Row
 
 
 def point(run, value, *, tolerance=1e-3, verdict="pass", series="angle", release="1"):
     row = Row(series, value, 0.0, "deg")
-    return Point(series, run, row, tolerance, verdict, (("release", release), ("commit", "a")))
+    return RunPoint(series, run, row, tolerance, verdict, (("release", release), ("commit", "a")))
 
 
 def test_a_value_that_stays_within_its_tolerance_makes_no_step():

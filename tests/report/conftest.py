@@ -48,7 +48,7 @@ def verification():
             finding("laws differ", 1.0, 2.0, "deg", "as they should"),
         ),
         main={"slope": Findings("slope", "toy", headlines=[told])},
-        own={"slope": Findings("slope", published={"slope_rows": [1, 2]})},
+        solvers={"slope": Findings("slope", published={"slope_rows": [1, 2]})},
         scripts={"slope.in": "run 0\n"},
         engine_errors=("out of time: 5 s",),
         logs={"slope.in": "# toy -in slope.in\nTotal wall time: 0:00:01\n"},

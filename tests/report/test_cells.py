@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 
-from harness.comparison.known_defects import KnownDefect, told_apart
+from harness.comparison.known_defects import KnownDefect, mark_known_defects
 from harness.comparison.verdicts import (
     Cell,
     Kind,
@@ -202,7 +202,7 @@ def test_a_known_defect_stands_on_the_page_with_its_cause_and_its_script(found, 
     error = EngineNaNError("the toy wrote nothing; that is finite")
     died = failed_run("slide, wall: spring-force, toy", Kind.ANALYTIC, error)
     died = replace(died, cell=ROWS[2].cell)
-    (died,) = told_apart([died], [DEFECT], {"toy": "1 Jan 2030"})
+    (died,) = mark_known_defects([died], [DEFECT], {"toy": "1 Jan 2030"})
     assert died.verdict is Verdict.KNOWN_DEFECT
     known = replace(found, checks=(died, ROWS[0]), defects=((DEFECT, script),))
     write(known, tmp_path / "run", [Section("All", cells=CELLS[:2])])

@@ -23,7 +23,7 @@ from harness.parameters.tower import Tower
 from harness.reproduction.claims import SOURCES, Ledger, untestable
 from harness.reproduction.run import Reproduction
 from harness.workflows.baseline import BaselineComparison
-from harness.workflows.history_search import Recorded
+from harness.workflows.history_search import HistoryAnswer
 from harness.workflows.sweep_run import Sweep
 
 PACKAGES = Provenance("toy", "1 Jan 2030", tuple(f"PACKAGE-{n}" for n in range(200)), how="made up")
@@ -72,7 +72,7 @@ def history(quantity):
         **run, "name": "angle", "kind": "analytic", "unit": "deg", "value": 10.2,
         "uncertainty": 0.1, "expected": 10.3, "tolerance": 0.2, "verdict": "pass", "triage": "",
     }  # fmt: skip
-    return Recorded("history.sqlite", (run,), (row,) if quantity else None)
+    return HistoryAnswer("history.sqlite", (run,), (row,) if quantity else None)
 
 
 def reproduction():

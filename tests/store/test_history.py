@@ -13,7 +13,7 @@ from harness.comparison.verdicts import Kind, Tolerance, judge
 from harness.errors import RequestError
 from harness.observables.row import Row
 from harness.store import history as history_query
-from harness.store.history import MIGRATIONS, VERSION, End, History, HistoryQuery, Start
+from harness.store.history import MIGRATIONS, VERSION, History, HistoryQuery, RunEnd, RunStart
 
 KEPT = (
     "name",
@@ -26,8 +26,8 @@ KEPT = (
     "verdict",
     "triage",
 )
-START = Start("verify", ["--quick"], "0.1.0", "abc", "Linux")
-END = End(1, 2.5, "lammps", "22 Jul 2025 - Update 4", "in-process", folder="/runs/1")
+START = RunStart("verify", ["--quick"], "0.1.0", "abc", "Linux")
+END = RunEnd(1, 2.5, "lammps", "22 Jul 2025 - Update 4", "in-process", folder="/runs/1")
 WIDTH = Tolerance("deg", 3e-4, 0.0, "that of a test")
 ANGLE = judge("angle", Kind.ANALYTIC, 10.2, 10.3, WIDTH, uncertainty=1e-4, triage="late")
 RATIO = Row("ratio", 0.6, math.nan, "")

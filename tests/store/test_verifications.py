@@ -76,7 +76,7 @@ def test_everything_that_decides_the_verdicts_changes_the_key(told, monkeypatch)
         key(cases=["one"]),
         key(engine="other"),
         key(program="/mine"),
-        key(beside={"baseline": "1"}),
+        key(context={"baseline": "1"}),
     ]
     told["toy"] = {"files": ["another library"]}
     found.append(key())

@@ -8,7 +8,7 @@ import pytest
 from harness.comparison.verdicts import Kind, Tolerance, judge
 from harness.errors import RequestError
 from harness.observables.row import Row
-from harness.store.history import End, History, Start
+from harness.store.history import History, RunEnd, RunStart
 from harness.workflows import history
 
 OLD, NEW = "2 Aug 2023 - Update 3", "22 Jul 2025 - Update 4"
@@ -28,13 +28,13 @@ def file(tmp_path):
     with History(path) as opened:
 
         def run(command, end, *quantities):
-            number = opened.begin(Start(command, ["--x", "a b"], "0.1.0", "", "Linux"))
+            number = opened.begin(RunStart(command, ["--x", "a b"], "0.1.0", "", "Linux"))
             if end is not None:
                 opened.finish(number, end, quantities)
 
-        run("verify", End(0, 9.0, "lammps", OLD, "in-process"), _angle(10.2, "pass"))
-        run("tower", End(0, 0.1, "rk4", "0.1.0", "solver"), Row("ratio", 0.6, nan, ""))
-        run("verify", End(1, 9.5, "lammps", NEW, "executable"), _angle(10.3, "fail"))
+        run("verify", RunEnd(0, 9.0, "lammps", OLD, "in-process"), _angle(10.2, "pass"))
+        run("tower", RunEnd(0, 0.1, "rk4", "0.1.0", "solver"), Row("ratio", 0.6, nan, ""))
+        run("verify", RunEnd(1, 9.5, "lammps", NEW, "executable"), _angle(10.3, "fail"))
         run("verify", None)
     return path
 

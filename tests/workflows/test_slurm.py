@@ -7,9 +7,9 @@ from harness.cases.layers.system import Layers
 from harness.engines.lammps.engine import Lammps
 from harness.errors import EngineUndecidedError, RequestError
 from harness.workflows import slurm, slurm_queue
-from harness.workflows.slurm import MARGIN, SUBMITIT, Slurm, _line, last_line, told_of
+from harness.workflows.slurm import MARGIN, SUBMITIT, Slurm, _line, last_line, outcome_of
 from harness.workflows.slurm_queue import ExecutorOptions, check_launcher
-from harness.workflows.sweep_plan import Asked, plan
+from harness.workflows.sweep_plan import SweepRequest, plan
 from harness.workflows.sweep_run import Local, Work, run_plan
 from tests.workflows import fakes
 
@@ -86,7 +86,7 @@ def test_a_run_that_fits_no_job_is_refused_with_what_to_set(tmp_path):
 def test_nothing_is_submitted_where_a_later_engine_is_refused(tmp_path, monkeypatch):
     monkeypatch.setattr(fakes.Line, "seconds", lambda *_: 1e6 if _[2] is None else 1.0)
     monkeypatch.setattr(slurm, "submit", lambda *_: pytest.fail("submitted"))
-    chosen = plan(Asked("line", {"slope": "1,2"}, {}, "toy,pencil"))
+    chosen = plan(SweepRequest("line", {"slope": "1,2"}, {}, "toy,pencil"))
     settings = ExecutorOptions(executor="slurm")
     with pytest.raises(RequestError, match=r"the run slope = 1\.0 of case 'line'"):
         run_plan(chosen, Slurm(tmp_path, settings, Local()))
@@ -136,7 +136,7 @@ def test_the_wheel_is_known_by_the_script_that_it_installs(tmp_path):
 def test_an_undecided_run_comes_back_from_a_job_with_what_it_measured():
     error = EngineUndecidedError("undecided: it never stopped", {"mean_speed": 0.25})
     error.provenance, error.seconds, error.ranks = fakes.Toy().identify(), 3.0, 2
-    back = told_of(_line(error))
+    back = outcome_of(_line(error))
     assert isinstance(back, EngineUndecidedError)
     assert (str(back), back.values, back.seconds, back.ranks) == (
         str(error), {"mean_speed": 0.25}, 3.0, 2,
@@ -149,7 +149,7 @@ class Queue:
     def __init__(self, monkeypatch, tmp_path, end):
         self.group = tmp_path
         (tmp_path / "jobs").mkdir()
-        (tmp_path / slurm.TOLD).mkdir()
+        (tmp_path / slurm.OUTCOMES).mkdir()
         monkeypatch.setattr(slurm, "queued", dict)
         monkeypatch.setattr(slurm, "end_of", lambda _: end)
         monkeypatch.setattr(slurm, "SETTLE_SECONDS", 0.0)

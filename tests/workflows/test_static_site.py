@@ -11,7 +11,7 @@ import pytest
 
 from harness.comparison.verdicts import Kind, Tolerance, judge
 from harness.errors import RequestError
-from harness.store.history import End, History, Start
+from harness.store.history import History, RunEnd, RunStart
 from harness.store.known_defects import known_defects
 from harness.workflows import site
 from tests.published_run import RUN
@@ -177,9 +177,9 @@ def test_what_this_machine_has_recorded_is_looked_through(nothing_committed, tmp
     width = Tolerance("deg", 0.1, 0.0, "why")
     with History(tmp_path / "home" / "history.sqlite") as history:
         for number, value in enumerate((10.2, 10.2, 10.5), 1):
-            run = history.begin(Start("verify", ["--quick"], str(number), "commit", "here"))
+            run = history.begin(RunStart("verify", ["--quick"], str(number), "commit", "here"))
             rows = [judge("angle", Kind.ANALYTIC, value, 10.2, width)]
-            history.finish(run, End(0, 1.0, engine="toy"), rows)
+            history.finish(run, RunEnd(0, 1.0, engine="toy"), rows)
     built = site(tmp_path / "site", history=True, project=nothing_committed)
     page = (built.folder / "history" / "index.html").read_text()
     assert "1 move." in page

@@ -20,7 +20,14 @@ from harness.store.cache import CachedEngine
 from harness.store.entries import Entries
 from harness.workflows import sweep
 from harness.workflows.sweep_columns import column_of, drawn_columns
-from harness.workflows.sweep_plan import Asked, as_text, asked_in, plan, values_of, with_options
+from harness.workflows.sweep_plan import (
+    SweepRequest,
+    as_text,
+    plan,
+    request_in,
+    values_of,
+    with_options,
+)
 from harness.workflows.sweep_run import Local, held_sweep, run_plan
 from tests.workflows import fakes
 
@@ -98,7 +105,7 @@ def test_every_combination_is_a_flat_row_in_every_engine():
 
 def test_measured_points_stand_beside_what_was_swept():
     over = {"end.x": "3:5:2", "slope": "1,2"}
-    assert drawn_columns(plan(Asked("line", over, {}, "toy", "y"))) == (
+    assert drawn_columns(plan(SweepRequest("line", over, {}, "toy", "y"))) == (
         "end.x_m",
         "y_m",
         "uncertainty_m",
@@ -256,8 +263,10 @@ def test_a_file_says_what_is_swept_and_options_change_it(tmp_path):
         '[over]\nslope = [1, 2]\nend.x = "1:2:2"\n',
         encoding="utf-8",
     )
-    asked = asked_in(file)
-    assert asked == Asked("line", {"slope": "1,2", "end.x": "1:2:2"}, {"count": "2"}, "toy,other")
+    asked = request_in(file)
+    assert asked == SweepRequest(
+        "line", {"slope": "1,2", "end.x": "1:2:2"}, {"count": "2"}, "toy,other"
+    )
     changed = with_options(asked, {"over": {"slope": "5"}, "engines": "", "fixed": {}}.items())
     assert changed.over == {"slope": "5", "end.x": "1:2:2"}
     assert changed.engines == "toy,other"
@@ -281,18 +290,21 @@ def test_a_bad_file_is_named(tmp_path, text, said):
     file = tmp_path / "s.toml"
     file.write_text(text, encoding="utf-8")
     with pytest.raises(RequestError, match=said) as caught:
-        asked_in(file)
+        request_in(file)
     assert str(file) in str(caught.value)
 
 
 def test_a_device_that_does_not_end_is_refused(tmp_path):
     (tmp_path / "s.toml").symlink_to("/dev/zero")
     with pytest.raises(RequestError, match=r"s.toml: is longer than 1000000 bytes"):
-        asked_in(tmp_path / "s.toml")
+        request_in(tmp_path / "s.toml")
 
 
 def test_two_sweeps_in_one_folder_are_refused(tmp_path):
-    asked, other = Asked("line", {"slope": "1"}, {}), Asked("line", {"slope": "2"}, {})
+    asked, other = (
+        SweepRequest("line", {"slope": "1"}, {}),
+        SweepRequest("line", {"slope": "2"}, {}),
+    )
     with (
         held_sweep(tmp_path / "a", asked),
         pytest.raises(RequestError, match="another sweep runs in it"),
@@ -373,7 +385,7 @@ def test_a_corner_that_is_refused_is_a_row_and_the_others_run():
     assert last["end.x_m"] == 4
     assert list(last) == list(found.rows[0])
     assert found.record()["refused"] == 1
-    assert "1 refused" in found.told()["runs"]
+    assert "1 refused" in found.summary()["runs"]
 
 
 @pytest.mark.usefixtures("strict")
@@ -412,7 +424,7 @@ def test_a_sweep_that_runs_has_its_table_with_what_is_pending(tmp_path):
         table(rows)
         seen.append(list(pd.read_csv(file)["status"]))
 
-    chosen = plan(Asked("line", {"slope": "1:3:3"}, {}, "toy,pencil"))
+    chosen = plan(SweepRequest("line", {"slope": "1:3:3"}, {}, "toy,pencil"))
     run_plan(chosen, Local(), partial=partial)
     assert seen[0].count("pending") == 5
     assert seen[-1] == ["done"] * 6

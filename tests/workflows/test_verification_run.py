@@ -11,7 +11,7 @@ from harness.errors import EngineCrashError, RequestError
 from harness.report.ci import short_markdown
 from harness.report.plain import finite
 from harness.workflows import sections, verify
-from harness.workflows.engine_status import EngineSelection, asked_engines
+from harness.workflows.engine_status import EngineSelection, selected_engines
 from tests.workflows import fakes
 
 pytestmark = pytest.mark.usefixtures("registered")
@@ -240,7 +240,7 @@ def test_the_main_engine_stands_beside_the_others_without_being_opened_again():
 
     found = verified(engines="toy,other", open_one=open_one)
     assert opened == ["other"]
-    assert set(found.beside) == {"toy", "other"}
+    assert set(found.others) == {"toy", "other"}
 
 
 def test_what_engines_publish_stands_under_engines():
@@ -269,20 +269,20 @@ def test_a_run_is_published_and_read_back():
 
 
 def test_names_of_engines():
-    everything = asked_engines("all")
+    everything = selected_engines("all")
     assert everything.engines == tuple(engine_registry.ENGINES)
     assert everything.wants("toy")
     assert everything.named == frozenset()
-    assert asked_engines(["wrong, toy"]).engines == ("toy", "wrong")
-    assert asked_engines(()) == EngineSelection()
-    tried = asked_engines("tests.workflows.fakes:Toy")
+    assert selected_engines(["wrong, toy"]).engines == ("toy", "wrong")
+    assert selected_engines(()) == EngineSelection()
+    tried = selected_engines("tests.workflows.fakes:Toy")
     assert tried.engines == ("tests.workflows.fakes:Toy",)
 
 
 def test_what_was_recorded_stands_in_for_an_engine_that_is_asked_for_and_missing():
     found = verified("kept", engines="missing")
     assert row(found, "missing (recorded): y").verdict is Verdict.PASS
-    assert "missing (recorded)" in found.beside
+    assert "missing (recorded)" in found.others
     assert not rows(verified("kept", engines="other"), "recorded")
 
 

@@ -32,7 +32,6 @@ import itertools
 import math
 import threading
 from collections.abc import Callable, Sequence
-from contextlib import nullcontext
 from dataclasses import dataclass, field
 from functools import partial
 from itertools import groupby, pairwise
@@ -63,11 +62,11 @@ from harness.cases.incline.system import (
 from harness.comparison.convergence import Limit, limit
 from harness.engines.contract import Engine
 from harness.engines.process import cores, parallel_map
-from harness.engines.registry import open_engine
 from harness.errors import EngineError, EngineOutputError, RequestError
 from harness.observables.provenance import Provenance
 from harness.parameters.law import PLASTIC
 from harness.shown import Shown, power, value_text
+from harness.store.cache import EngineChoice, opened
 from harness.theory.incline import critical_angle as closed_form_angle
 
 if TYPE_CHECKING:
@@ -175,7 +174,7 @@ class CriticalAngle(Shown):
 
         return pd.DataFrame([vars(s) for s in self.samples]).sort_values("angle_deg")
 
-    def told(self) -> dict[str, str]:
+    def summary(self) -> dict[str, str]:
         """Return the angle, the case and who measured it."""
         case = self.case
         return {
@@ -183,7 +182,7 @@ class CriticalAngle(Shown):
             "case": f"incline, {case.contact.name} contact, k = {power(case.stiffness)} N/m, "
             f"{case.steps_per_contact:g} steps per contact time",
             "method": f"{self.method}, {len(self.samples)} runs",
-            "engine": self.provenance.told,
+            "engine": self.provenance.label,
             **({"note": self.note} if self.note else {}),
         }
 
@@ -474,7 +473,7 @@ class ExtrapolatedAngle(Shown):
         """Return its uncertainty [deg]."""
         return self.rigid.uncertainty
 
-    def told(self) -> dict[str, str]:
+    def summary(self) -> dict[str, str]:
         """Return the angle, the contact, the ladder and who climbed it."""
         first, stiffnesses = self.angles[0], [*self.at_stiffness]
         return {
@@ -484,7 +483,7 @@ class ExtrapolatedAngle(Shown):
             "ladder": f"{len(self.angles)} angles, k = {power(min(stiffnesses))} to "
             f"{power(max(stiffnesses))} N/m",
             "closed form": f"{closed_form_angle():.5f} deg (no rebound)",
-            "engine": first.provenance.told,
+            "engine": first.provenance.label,
         }
 
     def drawn(self) -> Figure:
@@ -577,14 +576,15 @@ TIME_PER_WELL = 40.0
 """[sqrt(d/g)] Least time limit of steady motion for each well."""
 
 
-def critical_angle(
+def critical_angle(  # noqa: PLR0913 - keywords of a public function
     case: Incline | None = None,
     *,
     method: Method = "passage",
     tolerance_deg: float | None = None,
     phases: int = PHASES,
     wells: int | None = None,
-    engine: Engine | None = None,
+    engine: EngineChoice = None,
+    fresh: bool = False,
     progress: Progress = silent,
     run: Runner = run_inclines,
 ) -> CriticalAngle:
@@ -595,20 +595,21 @@ def critical_angle(
     ``steady`` (smallest angle that keeps moving, the source's definition);
     ``phases`` is how many starts within a step the passage is averaged over; ``wells`` are to be
     passed in steady motion: those of the case unless given, 100 or more at coarse steps.
-    Without an engine, LAMMPS in-process is opened and closed again. ``progress`` is called with
-    the runs done and those expected. ``run`` runs cases of another kind. Raise EngineError when
+    ``engine`` is an open one, or the name of one that is opened and whose runs are kept; LAMMPS
+    in-process unless given. ``fresh`` runs again what was kept. ``progress`` is called with the
+    runs done and those expected. ``run`` runs cases of another kind. Raise EngineError when
     the engine fails, RequestError for a contact that rebounds too much for a passage.
     """
     case = case or Incline()
     if method == "passage":
         check_passage(case)
     tolerance = TOLERANCES_DEG[method] if tolerance_deg is None else tolerance_deg
-    with nullcontext(engine) if engine is not None else open_engine() as opened:
+    with opened(engine, fresh=fresh) as running:
         if method == "steady":
-            measure = _counted(run, opened, method, STEADY_RUNS, progress)
+            measure = _counted(run, running, method, STEADY_RUNS, progress)
             asked = passing(case, wells)
             return critical_angle_by_steady_motion(measure, asked, tolerance_deg=tolerance)
-        measure = _counted(run, opened, method, RUNS_BY_PASSAGE, progress)
+        measure = _counted(run, running, method, RUNS_BY_PASSAGE, progress)
         return critical_angle_by_passage(measure, case, tolerance_deg=tolerance, phases=phases)
 
 
@@ -655,16 +656,18 @@ def passing(case: Incline, wells: int | None) -> Incline:
 
 def critical_angles(
     cases: Sequence[Incline],
-    engine: Engine,
+    engine: EngineChoice,
     *,
+    fresh: bool = False,
     method: Method = "passage",
     phases: int = PHASES,
     stage: str = "critical angles",
     progress: Progress = silent,
 ) -> list[CriticalAngle | EngineError]:
     """Return the critical angle [deg] of each case, side by side; errors in place."""
-    measure = partial(critical_angle_or_error, method=method, phases=phases, engine=engine)
-    return side_by_side(measure, cases, stage, progress)
+    with opened(engine, fresh=fresh) as running:
+        measure = partial(critical_angle_or_error, method=method, phases=phases, engine=running)
+        return side_by_side(measure, cases, stage, progress)
 
 
 def side_by_side(
@@ -689,7 +692,8 @@ def extrapolated_critical_angle(
     case: Incline | None = None,
     *,
     ladder: Ladder | None = None,
-    engine: Engine | None = None,
+    engine: EngineChoice = None,
+    fresh: bool = False,
     stage: str = "extrapolation",
     progress: Progress = silent,
 ) -> ExtrapolatedAngle:
@@ -702,6 +706,5 @@ def extrapolated_critical_angle(
     case = case or Incline(contact=PLASTIC)
     rungs = (ladder or Ladder()).cases(case)
     check_passage(*rungs)
-    with nullcontext(engine) if engine is not None else open_engine() as opened:
-        angles = critical_angles(rungs, opened, stage=stage, progress=progress)
+    angles = critical_angles(rungs, engine, fresh=fresh, stage=stage, progress=progress)
     return extrapolate(complete(angles))

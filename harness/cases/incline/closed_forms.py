@@ -80,7 +80,7 @@ class Theory(Shown):
         """Return the fields as a table of one row."""
         return record_frame([self])
 
-    def told(self) -> dict[str, str]:
+    def summary(self) -> dict[str, str]:
         """Return the angle and its shock; of a restitution rigid spheres and both readings."""
         reading = f", reading: {self.reading}" if self.reading else ""
         if self.restitution is not None:

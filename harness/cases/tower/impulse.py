@@ -10,11 +10,12 @@ from typing import TYPE_CHECKING, NamedTuple, TypedDict, Unpack, get_args
 import pandas as pd
 
 from harness.cases.contract import Progress, silent
-from harness.cases.tower.run import chosen_solver, covering, towers
+from harness.cases.tower.run import SOLVERS, chosen_solver, covering, towers
 from harness.errors import RequestError
 from harness.observables.tower import TowerRun
 from harness.observables.windows import ImpulseRow, Window, impulse_until, window_end
 from harness.parameters.tower import LAWS, Law, Tower
+from harness.store.cache import EngineChoice, opened
 from harness.theory import incline
 from harness.theory.chain import Reading, shock_from_impulse_ratio
 from harness.theory.incline import critical_angle
@@ -53,7 +54,8 @@ def impulse_table(
     *,
     solver: str | None = None,
     case: Tower | None = None,
-    engine: Engine | None = None,
+    engine: EngineChoice = None,
+    fresh: bool = False,
     progress: Progress = silent,
     **over: Unpack[TableOptions],
 ) -> list[ImpulseRow]:
@@ -68,6 +70,10 @@ def impulse_table(
     the heights of one law, stiffness and speed together. ``progress`` is called for each tower.
     """
     name = "exact" if solver is None and engine is None else chosen_solver(solver, engine)
+    if name not in SOLVERS and not isinstance(engine, Engine):
+        with opened(engine or name, fresh=fresh) as running:
+            return impulse_table(case=case, engine=running, progress=progress, **over)
+    assert not isinstance(engine, str)
     windows = over.get("windows", ("turnaround",))
     over["heights"] = wanted = tuple(over.get("heights", HEIGHTS))
     profiles = "structure" in windows  # its end is a contact's, which the grain does not feel
@@ -135,7 +141,8 @@ def impulse_angles(
     reading: Reading = "lost",
     case: Tower | None = None,
     solver: str | None = None,
-    engine: Engine | None = None,
+    engine: EngineChoice = None,
+    fresh: bool = False,
     progress: Progress = silent,
     **over: Unpack[TableOptions],
 ) -> pd.DataFrame:
@@ -146,7 +153,9 @@ def impulse_angles(
     Window, impulse, ratio and angles are NaN where the window does not exist.
     """
     common, name = case or Tower(), chosen_solver(solver, engine)
-    rows = impulse_table(case=common, solver=name, engine=engine, progress=progress, **over)
+    rows = impulse_table(
+        case=common, solver=name, engine=engine, fresh=fresh, progress=progress, **over
+    )
     return pd.DataFrame([_record(row, common, reading) for row in rows])
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import nullcontext
 from functools import partial
 from typing import TypedDict, Unpack
 
@@ -20,7 +19,7 @@ from harness.comparison.regression import BaselineRecord, made_by
 from harness.comparison.series import Comparison, Series
 from harness.engines.contract import Engine, Output
 from harness.engines.output import SERIES
-from harness.engines.registry import ENGINES, open_engine
+from harness.engines.registry import engine_names
 from harness.engines.traits import Traits
 from harness.errors import EngineError, EngineOutputError, RequestError
 from harness.observables.provenance import Provenance
@@ -29,6 +28,7 @@ from harness.observables.row import Row, by_name
 from harness.observables.tower import Floats, Profiles, TowerRun
 from harness.observables.windows import SEARCH, Window, impulse, peak_force, touch_time, window_end
 from harness.parameters.tower import Property, Tower
+from harness.store.cache import EngineChoice, opened
 
 ROUNDINGS = 4
 """A contact pressed in by fewer roundings of a position cannot be told from an open one."""
@@ -287,7 +287,8 @@ class Options(TypedDict, total=False):
     steps_per_contact: float | None
     samples: int | None
     profiles: bool
-    engine: Engine | None
+    engine: EngineChoice
+    fresh: bool
     progress: Progress
 
 
@@ -300,8 +301,9 @@ Solver = Callable[[Tower, float, float | None, int | None, bool, Told], TowerRun
 def tower(case: Tower, **options: Unpack[Options]) -> TowerRun:
     """Run ``case`` for ``duration`` [t0] with a solver of :data:`SOLVERS`, or in an engine.
 
-    ``engine`` runs it where it is given; the name of an engine for ``solver`` opens that one and
-    closes it again; else RK4 does. ``steps_per_contact`` counts steps in pi sqrt(m/k), for solvers
+    ``engine`` runs it where it is given, open or by its name, as does the name of an engine for
+    ``solver``; else RK4 does. An engine of a name is opened, its runs are kept, and ``fresh`` runs
+    again what was kept. ``steps_per_contact`` counts steps in pi sqrt(m/k), for solvers
     with a step. ``samples`` is how many to keep, about 1000 per t0 if not given; with
     ``profiles`` all particles are kept, not only the grain. ``progress`` is called as solvers of
     this package go on. Raise RequestError for what cannot be, a solver that is not the given
@@ -311,7 +313,7 @@ def tower(case: Tower, **options: Unpack[Options]) -> TowerRun:
     return run
 
 
-def towers(
+def towers(  # noqa: PLR0913 - keywords of a public function
     cases: Sequence[Tower],
     *,
     solver: str | None = None,
@@ -319,7 +321,8 @@ def towers(
     steps_per_contact: float | None = None,
     samples: int | None = None,
     profiles: bool = False,
-    engine: Engine | None = None,
+    engine: EngineChoice = None,
+    fresh: bool = False,
     progress: Progress = silent,
 ) -> Iterator[TowerRun]:
     """Yield the runs of ``cases``, as :func:`tower` makes one: in an engine they are one batch."""
@@ -331,9 +334,9 @@ def towers(
             told = partial(progress, f"tower of height {case.height}, {case.law} law")
             yield SOLVERS[name](case, seconds, steps_per_contact, samples, profiles, told)
         return
-    with nullcontext(engine) if engine is not None else open_engine(name) as opened:
+    with opened(engine or name, fresh=fresh) as running:
         runs = run_towers(
-            opened,
+            running,
             cases,
             duration,
             steps_per_contact=steps_per_contact,
@@ -343,23 +346,24 @@ def towers(
     yield from map(whole, runs)
 
 
-def chosen_solver(solver: str | None, engine: Engine | None) -> str:
+def chosen_solver(solver: str | None, engine: EngineChoice) -> str:
     """Return the name of the solver or engine that runs a tower.
 
     Raise RequestError for one that is not known, and for a solver beside an engine of another
     name: neither may replace the other in silence.
     """
     if engine is not None:
-        if solver not in (None, engine.name):
+        name = engine if isinstance(engine, str) else engine.name
+        if solver not in (None, name):
             raise RequestError(
-                f"solver = {solver!r}: contradicts the engine that is given, {engine.name!r}"
+                f"solver = {solver!r}: contradicts the engine that is given, {name!r}"
             )
-        return engine.name
+        return name
     if solver is None or solver in SOLVERS:
         return solver or DEFAULT_SOLVER
-    if solver not in ENGINES:
-        known = ", ".join((*SOLVERS, *ENGINES))
-        raise RequestError(f"solver = {solver!r}: must be one of {known}")
+    if solver not in engine_names():
+        allowed = ", ".join((*SOLVERS, *engine_names()))
+        raise RequestError(f"solver = {solver!r}: must be one of {allowed}")
     return solver
 
 

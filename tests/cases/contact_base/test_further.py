@@ -7,7 +7,7 @@ from harness.cases.contact.submodels import TURNING
 from harness.cases.contact.verification import verify_trials
 from harness.cases.contract import Study
 from harness.cases.registry import get_case
-from harness.comparison.known_defects import told_apart
+from harness.comparison.known_defects import mark_known_defects
 from harness.comparison.verdicts import Verdict
 from harness.engines.lammps.engine import Lammps
 from harness.store.known_defects import known_defects
@@ -22,7 +22,7 @@ def lammps():
 
 
 def told(lammps, checks):
-    return told_apart(checks, known_defects(), {"lammps": lammps.identify().engine_version})
+    return mark_known_defects(checks, known_defects(), {"lammps": lammps.identify().engine_version})
 
 
 @pytest.mark.parametrize(

@@ -17,7 +17,7 @@ from harness.cases.contact.submodels import PULLS_LITTLE
 from harness.cases.contact.verification import verify_trials
 from harness.cases.contract import Study
 from harness.cases.registry import get_case
-from harness.comparison.known_defects import told_apart
+from harness.comparison.known_defects import mark_known_defects
 from harness.comparison.verdicts import Kind, Verdict
 from harness.comparison.verification import Findings
 from harness.engines.lammps.engine import Lammps
@@ -103,7 +103,7 @@ def test_the_limit_of_a_small_step_is_the_law(lammps, name, submodels):
     assert {c.cell.submodel for c in limits} == set(submodels)
     assert [c.verdict for c in limits if c.verdict is not Verdict.PASS] == []
     version = {"lammps": lammps.identify().engine_version}
-    told = told_apart(invariances, known_defects(), version)
+    told = mark_known_defects(invariances, known_defects(), version)
     assert [c.name for c in told if c.verdict is Verdict.FAIL] == []
     for check in limits:
         assert check.tolerance <= max(1e-4, 1e-6 * abs(check.expected))
@@ -142,7 +142,7 @@ def test_defects_are_found_by_name_in_the_release_that_has_them(lammps):
         .verify(lammps, Study("quick"))
         .checks,
     ]
-    told = told_apart(found, known_defects(), {"lammps": version})
+    told = mark_known_defects(found, known_defects(), {"lammps": version})
     limits, invariances = (
         {c.note.partition(":")[0] for c in some if c.verdict is Verdict.KNOWN_DEFECT}
         for some in parted(told)
@@ -244,7 +244,9 @@ def test_mdr_holds_in_every_system_and_is_magnified_at_a_wall(lammps, system):
     told = [check.note for check in limits if not check.cell]
     assert bool(told) == (system == "wall")
     assert all("wall_force = magnified" in note for note in told)
-    broken = told_apart(invariances, known_defects(), {"lammps": lammps.identify().engine_version})
+    broken = mark_known_defects(
+        invariances, known_defects(), {"lammps": lammps.identify().engine_version}
+    )
     assert Verdict.FAIL not in {check.verdict for check in broken}
 
 
@@ -266,7 +268,7 @@ def test_a_radius_that_grows_is_a_step_late_on_another_rank_which_is_known(lammp
     case = few(get_case("head-on"), ("mdr, yield",), ("two spheres",))
     checks = [check for check in invariances(case, lammps, Study("full")) if check.cell]
     versions = {"lammps": lammps.identify().engine_version}
-    told = told_apart(checks, known_defects(), versions)
+    told = mark_known_defects(checks, known_defects(), versions)
     found = {check.cell.invariance: check for check in told}
     assert found["continued with a setup"].verdict is Verdict.PASS
     if found["2 ranks"].verdict is Verdict.NOT_TESTED:
@@ -282,7 +284,7 @@ def test_the_adhesion_of_mdr_fades_with_the_step_which_is_known(lammps):
     checks = verify_trials(case, lammps, Study("default"), case.trials("default")).checks
     assert {check.verdict for check in checks} == {Verdict.FAIL}
     versions = {"lammps": lammps.identify().engine_version}
-    told = told_apart(checks, known_defects(), versions)
+    told = mark_known_defects(checks, known_defects(), versions)
     assert {check.verdict for check in told} == {Verdict.KNOWN_DEFECT}
     assert all("mdr-adhesion-fades" in check.note for check in told)
 
@@ -293,7 +295,7 @@ def test_the_dashpots_of_mdr_are_those_of_wall_and_pair_interchanged_which_is_kn
     checks = verify_trials(case, lammps, Study("default"), trials).checks
     checks = [check for check in checks if check.cell]
     versions = {"lammps": lammps.identify().engine_version}
-    told = told_apart(checks, known_defects(), versions)
+    told = mark_known_defects(checks, known_defects(), versions)
     assert {check.verdict for check in told} == {Verdict.KNOWN_DEFECT}
     assert all("mdr-damping-interchanged" in check.note for check in told)
     # eta_0 of the restitution that is found, in the limit of Hertz's overlaps: twice, and half

@@ -7,7 +7,7 @@ import pytest
 from harness.cases.contact.verification import verify_trials
 from harness.cases.contract import Study
 from harness.cases.registry import all_cases, get_case
-from harness.comparison.known_defects import told_apart
+from harness.comparison.known_defects import mark_known_defects
 from harness.comparison.verdicts import Kind, Verdict
 from harness.engines.registry import DEFAULT, engine_class, engine_names
 from harness.errors import EngineMissingError, RequestError
@@ -123,7 +123,7 @@ def test_no_row_fails_at_quick_in_any_engine_and_uncertainties_cover_what_is_lef
                     continue
                 for case in contacts:
                     found = case.verify(engine, Study("quick"))
-                    rows += told_apart(found.checks, known_defects(), versions)
+                    rows += mark_known_defects(found.checks, known_defects(), versions)
         except EngineMissingError:
             continue
     rows = [one for one in rows if one.kind in (Kind.ANALYTIC, Kind.CROSS_CODE)]

@@ -14,7 +14,7 @@ from harness.cases.contact.submodels import Trial
 from harness.cases.contact.transformations import EQUAL, chosen
 from harness.cases.contract import Study
 from harness.cases.registry import all_cases, get_case
-from harness.comparison.known_defects import told_apart
+from harness.comparison.known_defects import mark_known_defects
 from harness.comparison.verdicts import Kind, Verdict
 from harness.engines.lammps.engine import DEFAULTS, SORTED, Lammps, variations
 from harness.engines.output import SERIES
@@ -129,7 +129,7 @@ def test_springs_that_turn_round_are_found_on_one_rank_with_defaults_and_by_a_so
     assert failed(found) == {DEFAULTS, SORTED}
     versions = {"lammps": lammps.identify().engine_version}
     both = [found[name] for name in (DEFAULTS, SORTED)]
-    for told in told_apart(both, known_defects(), versions):
+    for told in mark_known_defects(both, known_defects(), versions):
         assert (told.verdict, told.cell.defect) == (
             Verdict.KNOWN_DEFECT,
             "rolling-turned-round-by-defaults",
@@ -141,7 +141,7 @@ def test_springs_that_turn_round_are_found_on_one_rank_with_defaults_and_by_a_so
     assert failed(rows(lammps, case)) == set()
     # of another size, it is no known defect
     wrong = replace(found[SORTED], value=1.0)
-    (told,) = told_apart([wrong], known_defects(), versions)
+    (told,) = mark_known_defects([wrong], known_defects(), versions)
     assert told.verdict is Verdict.FAIL
 
 
@@ -306,7 +306,7 @@ def test_a_radius_that_grows_is_late_over_a_periodic_boundary_which_is_known(lam
     late = found["over a periodic boundary"]
     assert late.value > 100.0 * late.tolerance
     versions = {"lammps": lammps.identify().engine_version}
-    (told,) = told_apart([late], known_defects(), versions)
+    (told,) = mark_known_defects([late], known_defects(), versions)
     assert "mdr-radius-late-on-ghosts" in told.note
 
 
@@ -324,12 +324,12 @@ def test_the_shortest_level_carries_one_pair_with_friction_and_one_that_rolls(la
     assert set(carried) == {"mindlin", "rolling sds, mindlin"}
     assert carried["mindlin"].verdict is Verdict.PASS
     rolling = carried["rolling sds, mindlin"]
-    (told,) = told_apart([rolling], known_defects(), versions)
+    (told,) = mark_known_defects([rolling], known_defects(), versions)
     assert told.verdict is Verdict.KNOWN_DEFECT
     assert told.cell.defect == "rolling-turned-round-by-defaults"
     # twice the force of friction, of the normal force
     turned = replace(rolling, value=2.0 * 0.2)
-    assert told_apart([turned], known_defects(), versions)[0].verdict is Verdict.FAIL
+    assert mark_known_defects([turned], known_defects(), versions)[0].verdict is Verdict.FAIL
 
 
 def test_a_spring_of_shear_that_an_order_turns_round_is_seen_at_the_shortest_level(lammps):
@@ -415,7 +415,7 @@ def test_every_case_and_submodel_is_invariant_but_for_known_defects():
         if not release_of("29 Aug 2024") <= release_of(version) <= release_of("22 Jul 2025 - 9"):
             pytest.skip(f"LAMMPS {version} may have other defects")
         found = [row for case in cases for row in invariances(case, engine, Study("full"))]
-    told = told_apart(found, known_defects(), {"lammps": version})
+    told = mark_known_defects(found, known_defects(), {"lammps": version})
     unexpected = (Verdict.FAIL, Verdict.FIXED)
     assert [(row.name, row.verdict) for row in told if row.verdict in unexpected] == []
     assert sum(row.verdict is Verdict.PASS for row in told) > 2900
@@ -429,7 +429,7 @@ def test_ranks_change_no_bit_of_any_case_and_submodel_but_for_known_defects(lmp)
         if not release_of("29 Aug 2024") <= release_of(version) <= release_of("22 Jul 2025 - 9"):
             pytest.skip(f"LAMMPS {version} may have other defects")
         found = invariance._all_over_ranks(cases, engine, Study("full"))
-    told = told_apart(found, known_defects(), {"lammps": version})
+    told = mark_known_defects(found, known_defects(), {"lammps": version})
     unexpected = (Verdict.FAIL, Verdict.FIXED)
     assert [(row.name, row.verdict) for row in told if row.verdict in unexpected] == []
     for ranks in ("2 ranks", "4 ranks"):

@@ -10,7 +10,7 @@ from harness.cases.contact.predictions import BOUNDS, as_the_defect_makes_it
 from harness.cases.contact.verification import verify_trials
 from harness.cases.contract import Study
 from harness.cases.registry import get_case
-from harness.comparison.known_defects import KnownDefect, Prediction, told_apart
+from harness.comparison.known_defects import KnownDefect, Prediction, mark_known_defects
 from harness.comparison.verdicts import Verdict
 from harness.engines.lammps.engine import Lammps
 from harness.errors import RequestError
@@ -160,7 +160,7 @@ def test_the_size_of_lost_friction_is_known_another_a_failure_and_none_is_fixed(
     def verdict(value, one: KnownDefect = defect):
         holds = abs(value - row.expected) <= row.tolerance
         as_if = replace(row, value=value, verdict=Verdict.PASS if holds else Verdict.FAIL)
-        return told_apart([as_if], [one], versions)[0].verdict
+        return mark_known_defects([as_if], [one], versions)[0].verdict
 
     assert verdict(row.value) is Verdict.KNOWN_DEFECT
     assert abs(row.value - row.expected) > 100.0 * row.tolerance
@@ -181,5 +181,5 @@ def test_a_row_beside_it_that_the_defect_does_not_touch_fails_as_a_failure(rows)
     (row,) = (check for check in checks if check.name.endswith("normal_restitution"))
     assert row.verdict is Verdict.PASS
     wrong = replace(row, value=row.value + 0.01, verdict=Verdict.FAIL)
-    (found,) = told_apart([wrong], known_defects(), versions)
+    (found,) = mark_known_defects([wrong], known_defects(), versions)
     assert found.verdict is Verdict.FAIL

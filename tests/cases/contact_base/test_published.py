@@ -83,7 +83,7 @@ def test_partial_slip_is_the_computed_curve_and_coulombs_beyond(restitution):
     )
     assert np.all(np.diff(found.angles) > 0.0)
     assert found.angles[0] >= ANGLES[0]
-    assert ("no dashpot" in found.told) == (restitution < 1.0)
+    assert ("no dashpot" in found.label) == (restitution < 1.0)
 
 
 @pytest.mark.parametrize(

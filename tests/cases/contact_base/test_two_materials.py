@@ -20,7 +20,7 @@ from harness.cases.contact.submodels import TWO_MATERIALS
 from harness.cases.contact.verification import verify_trials
 from harness.cases.contract import Study
 from harness.cases.registry import get_case
-from harness.comparison.known_defects import told_apart
+from harness.comparison.known_defects import mark_known_defects
 from harness.comparison.verdicts import Verdict
 from harness.engines.lammps.engine import Lammps
 from harness.engines.registry import engine_class
@@ -161,7 +161,7 @@ def rows(engine, name, submodel, system):
     case, trial = trial_of(name, submodel, system)
     found = verify_trials(case, engine, Study("quick"), [trial]).checks
     versions = {"lammps": engine.identify().engine_version}
-    return [row for row in told_apart(found, known_defects(), versions) if row.tolerance]
+    return [row for row in mark_known_defects(found, known_defects(), versions) if row.tolerance]
 
 
 @pytest.mark.live

@@ -19,8 +19,8 @@ from harness.store.cache import CachedEngine
 from harness.store.entries import Entries
 from harness.theory.incline import critical_angle as closed_form
 from harness.workflows import run, sweep
-from harness.workflows.slurm import Order, run_order, told_of
-from harness.workflows.sweep_plan import Asked, asked_in, plan
+from harness.workflows.slurm import JobOrder, outcome_of, run_order
+from harness.workflows.sweep_plan import SweepRequest, plan, request_in
 from harness.workflows.sweep_run import Local, Work, measured
 
 ANGLE = "critical_angle_deg"
@@ -78,7 +78,7 @@ def test_rigid_spheres_are_a_solver_and_what_is_expected():
 @pytest.mark.parametrize("name", ["angle", "phase"])
 def test_what_is_searched_over_can_be_neither_swept_nor_set(name):
     with pytest.raises(RequestError, match=f"over {name}=.*{name}: {ANGLE} is searched for over"):
-        plan(Asked("incline", {name: "0.1,0.2"}, {}, "reference", ANGLE))
+        plan(SweepRequest("incline", {name: "0.1,0.2"}, {}, "reference", ANGLE))
     with pytest.raises(RequestError, match=f"set: {name}: {ANGLE} is searched for"):
         run("columns", {name: "0.1"}, "reference", quantities=ANGLE)
 
@@ -92,7 +92,7 @@ def test_what_is_searched_over_can_be_neither_swept_nor_set(name):
 )
 def test_other_quantities_are_refused_with_those_that_there_are(quantity, said):
     with pytest.raises(RequestError, match=said):
-        plan(Asked("incline", {"stiffness": "1e5"}, {}, "", quantity))
+        plan(SweepRequest("incline", {"stiffness": "1e5"}, {}, "", quantity))
     with pytest.raises(RequestError, match=said):
         run("incline", quantities=quantity.split(","))
 
@@ -157,13 +157,13 @@ def test_a_job_of_a_cluster_measures_the_quantity(tmp_path):
     parameters = get_case("incline").measuring([ANGLE]).presets["plastic"]
     soft = parameters.replace(stiffness=1e4, starts=2)
     told = tmp_path / "told.jsonl"
-    run_order(Order("incline", "reference", {}, {"a": soft}, None, False, told, (ANGLE,)))
+    run_order(JobOrder("incline", "reference", {}, {"a": soft}, None, False, told, (ANGLE,)))
     (line,) = map(json.loads, told.read_text().splitlines())
     expected = critical_angle(
         Incline(contact=PLASTIC, steps_per_contact=100.0, stiffness=1e4),
         phases=2, engine=Reference(),
     )  # fmt: skip
-    assert told_of(line).values[ANGLE] == expected.value_deg
+    assert outcome_of(line).values[ANGLE] == expected.value_deg
 
 
 def test_a_search_costs_its_runs():
@@ -181,6 +181,6 @@ def test_a_file_may_ask_for_it(tmp_path):
     file.write_text(
         'case = "incline"\nquantity = ["critical_angle_deg", "monotone"]\n[over]\nstiffness = 1e4\n'
     )
-    chosen = plan(asked_in(file))
+    chosen = plan(request_in(file))
     assert {one.name for one in chosen.case.quantities} >= {ANGLE, "monotone"}
-    assert chosen.asked.quantity == "critical_angle_deg,monotone"
+    assert chosen.request.quantity == "critical_angle_deg,monotone"

@@ -19,7 +19,7 @@ from harness.errors import (
     RequestError,
 )
 from harness.observables.provenance import Provenance
-from harness.workflows.sweep_plan import Asked, plan
+from harness.workflows.sweep_plan import SweepRequest, plan
 
 TINY = Layers(
     layers=1, length=6, width=3, stiffness_over_weight=100.0, rate=1.0, flow_time=10.0, rise=0.2
@@ -93,7 +93,7 @@ def test_an_undecided_descent_keeps_its_flow():
 
 def test_a_corner_that_is_too_soft_is_a_row_of_a_sweep():
     stiff = {"layers": "1,8", "stiffness_over_weight": "100,1000"}
-    chosen = plan(Asked("layers", stiff, {"width": "4"}))
+    chosen = plan(SweepRequest("layers", stiff, {"width": "4"}))
     assert [one.swept for one in chosen.points] == [
         {"layers": "1", "stiffness_over_weight": "100"},
         {"layers": "1", "stiffness_over_weight": "1000"},

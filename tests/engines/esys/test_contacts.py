@@ -10,7 +10,7 @@ import harness
 from harness.cases.contact.verification import verify_trials
 from harness.cases.contract import Study
 from harness.cases.registry import get_case
-from harness.comparison.known_defects import told_apart
+from harness.comparison.known_defects import mark_known_defects
 from harness.comparison.verdicts import Verdict
 from harness.engines.esys.engine import CONTACTS, RANKS, environment, find_launcher
 from harness.engines.traits import stating
@@ -72,7 +72,9 @@ def test_esys_holds_against_the_law_under_its_rules(esys, name, submodel, system
 )
 def test_defects_of_elastic_contacts_are_found_by_name(esys, submodel, defect):
     found = found_in(esys, "head-on", submodel, "two spheres")
-    told = told_apart(found.checks, known_defects(), {"esys": esys.identify().engine_version})
+    told = mark_known_defects(
+        found.checks, known_defects(), {"esys": esys.identify().engine_version}
+    )
     known = [check for check in told if check.verdict is Verdict.KNOWN_DEFECT]
     assert {check.note.partition(":")[0] for check in known} == {f"known defect {defect}"}
     assert Verdict.FAIL not in {check.verdict for check in told}
