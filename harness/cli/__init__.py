@@ -93,21 +93,21 @@ def _status() -> int:
             return 0 if any(word.startswith("-") for word in words) else 2
         return int(status)
     except HarnessError as error:
-        return _told(with_options(str(error), words), error.exit_status)
+        return _print_error(with_options(str(error), words), error.exit_status)
     except BrokenPipeError:
         return 0  # the reader of our output has seen enough
     except KeyboardInterrupt:
         return interrupted_status()
     except CycloptsError as error:
-        return _told(usage_message(error), 2)
+        return _print_error(usage_message(error), 2)
     except SystemExit as ending:
         if isinstance(ending.__context__, BrokenPipeError):
             return 0  # as rich ends then
-        return _told(f"internal error: a library ended the process ({ending})", INTERNAL)
+        return _print_error(f"internal error: a library ended the process ({ending})", INTERNAL)
     except Exception as error:  # whatever it is, it is told in a line
         if os.environ.get(TRACEBACK):
             raise
-        return _told(_internal(error), INTERNAL)
+        return _print_error(_internal(error), INTERNAL)
 
 
 def _internal(error: Exception) -> str:
@@ -127,7 +127,7 @@ def _internal(error: Exception) -> str:
     return f"internal error: {name}\nthis is a bug; {TRACEBACK}=1 shows where it is"
 
 
-def _told(message: str, status: int) -> int:
+def _print_error(message: str, status: int) -> int:
     """Print an error on stderr, and with --json as an object on stdout; return the status."""
     from harness.report.plain import printable, shortened
 
@@ -154,7 +154,7 @@ def _flushed(status: int) -> int:
         if status == INTERNAL:
             return status  # the command met it, and told it
         full = error.errno in FULL  # the same words, whenever what was printed is written out
-        return _told(_internal(error) if full else f"stdout: {error.strerror}", INTERNAL)
+        return _print_error(_internal(error) if full else f"stdout: {error.strerror}", INTERNAL)
     return status
 
 

@@ -72,7 +72,7 @@ class AcceptOptions(BaselineOptions):
 
 
 def compare(
-    asked: CompareOptions = CompareOptions(),
+    choice: CompareOptions = CompareOptions(),
     engine: EngineOptions = EngineOptions(),
     *,
     json: Json = False,
@@ -89,9 +89,9 @@ def compare(
     """
     from harness.cli.verify import print_regression
 
-    check_source(asked.baseline, "--baseline", folder=True)
-    check_source(asked.tolerances, "--tolerances")
-    compared = asked.run(engine, asked.tolerances, json)
+    check_source(choice.baseline, "--baseline", folder=True)
+    check_source(choice.tolerances, "--tolerances")
+    compared = choice.run(engine, choice.tolerances, json)
     if json:
         print_json(compared.record())
     else:
@@ -101,7 +101,7 @@ def compare(
 
 
 def accept(
-    asked: AcceptOptions = AcceptOptions(),
+    choice: AcceptOptions = AcceptOptions(),
     engine: EngineOptions = EngineOptions(),
     *,
     json: Json = False,
@@ -117,11 +117,11 @@ def accept(
     """
     from harness.workflows.baseline import accept_baseline, where_to_accept
 
-    target = where_to_accept(asked.baseline)
-    compared = asked.run(engine, None, json)
+    target = where_to_accept(choice.baseline)
+    compared = choice.run(engine, None, json)
     if not json:
         _print_changes(compared)
-    written = bool(compared.changes) and (asked.yes or (not json and _agreed(compared, target)))
+    written = bool(compared.changes) and (choice.yes or (not json and _agreed(compared, target)))
     if written:
         accept_baseline(compared, target)
     if json:

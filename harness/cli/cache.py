@@ -30,7 +30,7 @@ class CacheCommandOptions:
     case: Name = None
     """Only results of a case that `dem-harness cases` lists."""
 
-    def fitting(self, found: list[Kept]) -> list[Kept]:
+    def fitting(self, entries: list[Kept]) -> list[Kept]:
         """Return what fits the options; raise RequestError for an age that is none."""
         from harness.cases.registry import get_case
 
@@ -38,14 +38,14 @@ class CacheCommandOptions:
             raise RequestError(f"--older-than {self.older_than}: must be 0 days or more")
         if self.case is not None:
             template = get_case(self.case).template.name
-            found = [one for one in found if {self.case, template} & set(one.cases)]
+            entries = [entry for entry in entries if {self.case, template} & set(entry.cases)]
         if self.older_than is not None:
             newest = time.time() - DAY * self.older_than
-            found = [one for one in found if one.used <= newest]
-        return found
+            entries = [entry for entry in entries if entry.used <= newest]
+        return entries
 
 
-def cache(asked: CacheCommandOptions = CacheCommandOptions(), *, json: Json = False) -> int:
+def cache(choice: CacheCommandOptions = CacheCommandOptions(), *, json: Json = False) -> int:
     """Say what is kept: path, size and cases of the cache; or clear it, by age or case.
 
     Besides results the cache holds environments of `releases` and compiled kernels. What is
@@ -59,39 +59,41 @@ def cache(asked: CacheCommandOptions = CacheCommandOptions(), *, json: Json = Fa
     from harness.files import cache_place
     from harness.store.cache import clear, contents
 
-    folder = cache_place(asked.cache).path
-    entries = asked.fitting(contents(folder))
+    folder = cache_place(choice.cache).path
+    entries = choice.fitting(contents(folder))
     record: dict[str, Any] = {"cache": str(folder), **_sums(entries)}
-    if asked.clear:
+    if choice.clear:
         gone = clear(folder, entries)
         record = {"cache": str(folder), "cleared": _sums(gone), **_sums(contents(folder))}
     if json:
         print_json(record)
         return 0
-    print(f"{folder}: {_said(record)}")
+    print(f"{folder}: {_size_text(record)}")
     for sort, part in record["sorts"].items():
-        print(f"  {sort}: {_said(part)}")
+        print(f"  {sort}: {_size_text(part)}")
     for case, part in record["cases"].items():
-        print(f"  of case {case}: {_said(part)}")
-    if asked.clear:
-        print(f"cleared: {_said(record['cleared'])}")
+        print(f"  of case {case}: {_size_text(part)}")
+    if choice.clear:
+        print(f"cleared: {_size_text(record['cleared'])}")
     return 0
 
 
 def _sums(entries: list[Kept]) -> dict[str, Any]:
     """Return how many things there are and their size, in all, by sort and by case."""
-    sorts = sorted({one.sort for one in entries})
-    cases = sorted({case for one in entries for case in one.cases})
+    sorts = sorted({entry.sort for entry in entries})
+    cases = sorted({case for entry in entries for case in entry.cases})
     return {
         **_sum(entries),
-        "sorts": {sort: _sum([one for one in entries if one.sort == sort]) for sort in sorts},
-        "cases": {case: _sum([one for one in entries if case in one.cases]) for case in cases},
+        "sorts": {sort: _sum([entry for entry in entries if entry.sort == sort]) for sort in sorts},
+        "cases": {
+            case: _sum([entry for entry in entries if case in entry.cases]) for case in cases
+        },
     }
 
 
 def _sum(entries: list[Kept]) -> dict[str, int]:
-    return {"count": len(entries), "size_bytes": sum(one.size for one in entries)}
+    return {"count": len(entries), "size_bytes": sum(entry.size for entry in entries)}
 
 
-def _said(part: dict[str, Any]) -> str:
+def _size_text(part: dict[str, Any]) -> str:
     return f"{part['count']} kept, {part['size_bytes'] / 1e6:.1f} MB"

@@ -33,11 +33,11 @@ def cases(name: str | None = None, /, *, json: Json = False) -> int:
 
     for fault in faults():
         tell_stderr(fault)
-    found = [case.record() for case in (ask() if name is None else [case_details(name)])]
+    records = [case.record() for case in (ask() if name is None else [case_details(name)])]
     if json:
-        print_json({"cases": found})
+        print_json({"cases": records})
         return 0
-    for case in found:
+    for case in records:
         print_wrapped(f"{case['name']} ({case['group']}): {case['summary']}")
         if case["verify_seconds"]:
             print_wrapped(f"verify: {_cost(case)}", indent=4)
@@ -67,14 +67,14 @@ def _print_details(case: Mapping[str, Any]) -> None:
         "their own parameters": [("name", "default", "unit", "allowed", "meaning")],
         "engines": [("name", "", "")],
     }
-    parameters, presets, quantities, derived, own, engines = tables.values()
-    for table, key in ((parameters, "parameters"), (own, "derived_parameters")):
-        for name, one in case[key].items():
-            default = "-" if one["default"] is None else _short(one["default"])
-            table.append((name, default, one["unit"], one["allowed"], one["description"]))
-    for name, one in case["preset_details"].items():
-        values = ", ".join(f"{key}={_short(value)}" for key, value in one["values"].items())
-        presets.append((name, one["source"] or "this package", values or "the defaults"))
+    parameters, presets, quantities, derived, derived_parameters, engines = tables.values()
+    for table, key in ((parameters, "parameters"), (derived_parameters, "derived_parameters")):
+        for name, entry in case[key].items():
+            default = "-" if entry["default"] is None else _short(entry["default"])
+            table.append((name, default, entry["unit"], entry["allowed"], entry["description"]))
+    for name, entry in case["preset_details"].items():
+        values = ", ".join(f"{key}={_short(value)}" for key, value in entry["values"].items())
+        presets.append((name, entry["source"] or "this package", values or "the defaults"))
     quantities += [(n, unit, case["meanings"][n]) for n, unit in case["quantities"].items()]
     derived += [(n, unit, case["meanings"][n]) for n, unit in case["derived"].items()]
     engines += _engines(case)

@@ -56,7 +56,7 @@ def options(title: str = "Options") -> Callable[[type[Class]], type[Class]]:
             plain, *more = get_args(Annotated[hints[name], ""])
             # in place of strings: an inherited one would be looked up in the heir's module
             kind.__annotations__[name] = Annotated[
-                plain, Parameter(group=panel(title)), *(one for one in more if one)
+                plain, Parameter(group=panel(title)), *(extra for extra in more if extra)
             ]
         return Parameter(name="*")(dataclass(frozen=True, kw_only=True)(kind))
 
@@ -98,8 +98,8 @@ def with_options(message: str, words: Sequence[str]) -> str:
     """Return an error of a parameter with the option's name, where that is on the command line."""
     name, equals, rest = message.partition(" = ")
     option = f"--{name.replace('_', '-')}"
-    given = any(word.partition("=")[0] == option for word in words)
-    return f"{option} {rest}" if equals and given else message
+    is_typed = any(word.partition("=")[0] == option for word in words)
+    return f"{option} {rest}" if equals and is_typed else message
 
 
 def usage_message(error: CycloptsError) -> str:

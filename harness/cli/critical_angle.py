@@ -37,7 +37,7 @@ class RouteOptions(CostOptions):
     wells: int | None = None
     """Wells to pass in steady motion. [default: 10, below 20 steps per contact 100]"""
 
-    def check(self, system: SystemOptions) -> None:
+    def check(self, system: InclineOptions) -> None:
         """Raise RequestError for a tolerance out of range and options that exclude one another."""
         if self.tolerance is not None and not 1e-9 <= self.tolerance <= 1.0:
             raise RequestError(
@@ -46,12 +46,12 @@ class RouteOptions(CostOptions):
         steady = self.method == "steady"
         if self.wells is not None and not steady:
             raise RequestError(f"--wells {self.wells}: goes with --method steady only")
-        given = {
+        step_options = {
             "--method steady": steady or None,
             "--steps-per-contact": system.steps_per_contact,
             "--engine-step": system.engine_step,
         }
-        for name, value in given.items():
+        for name, value in step_options.items():
             if self.extrapolate and value is not None:
                 text = f"{name} cannot go with --extrapolate, which runs a ladder of steps"
                 raise RequestError(text)
@@ -94,7 +94,7 @@ class RouteOptions(CostOptions):
 
 
 @options()
-class SystemOptions:
+class InclineOptions:
     """Stiffness, step and system."""
 
     stiffness: Annotated[float, Parameter(group=panel("Contact"))] = 1e6
@@ -115,13 +115,13 @@ class SystemOptions:
         """Return the incline; raise RequestError for values that are not allowed."""
         from harness.cases.incline.system import Incline
 
-        given = {"steps_per_contact": self._steps(engine, contact), "density": self.density}
+        optional = {"steps_per_contact": self._steps(engine, contact), "density": self.density}
         return Incline(
             contact=contact,
             stiffness=self.stiffness,
             diameter=self.diameter,
             gravity=self.gravity,
-            **{name: value for name, value in given.items() if value is not None},
+            **{name: value for name, value in optional.items() if value is not None},
         )
 
     def _steps(self, engine: str, contact: Contact) -> float | None:
@@ -191,15 +191,15 @@ class AngleFilmOptions(FilmOptions):
         from harness.cases.incline.film import MOST_ANGLES
 
         try:
-            found = [float(word) for word in self.film_angles.split(",")]
+            angles = [float(word) for word in self.film_angles.split(",")]
         except ValueError:
-            found = []
-        if not 1 <= len(found) <= MOST_ANGLES or not all(0.0 <= one <= 30.0 for one in found):
+            angles = []
+        if not 1 <= len(angles) <= MOST_ANGLES or not all(0.0 <= angle <= 30.0 for angle in angles):
             raise RequestError(
                 f"--film-angles {self.film_angles}: must be one to {MOST_ANGLES} numbers from 0 "
                 "to 30 deg with commas between"
             )
-        return found
+        return angles
 
     def film_of(self, case: Incline, engine: Engine, record: Mapping[str, Any]) -> Film | None:
         """Return the film of a case, None where none is asked for."""
@@ -207,15 +207,15 @@ class AngleFilmOptions(FilmOptions):
             return None
         from harness.cases.incline.film import angles_beside, incline_film
 
-        beside = record["critical_angle_deg"], record["uncertainty_deg"]
-        angles = self.angles() or angles_beside(*beside)
+        measured = record["critical_angle_deg"], record["uncertainty_deg"]
+        angles = self.angles() or angles_beside(*measured)
         return incline_film(engine, [case.replace(angle=angle) for angle in angles], self.pictures)
 
 
 def critical_angle(
     route: RouteOptions = RouteOptions(),
     contact: ContactOptions = ContactOptions(),
-    system: SystemOptions = SystemOptions(),
+    system: InclineOptions = InclineOptions(),
     engine: EngineOptions = EngineOptions(),
     film: AngleFilmOptions = AngleFilmOptions(),
     *,

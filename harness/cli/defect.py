@@ -87,23 +87,23 @@ def _write_test(name: str, lmp: str | None, output: Path | None, *, json: bool) 
 
 def _list(defects: tuple[KnownDefect, ...], *, json: bool) -> int:
     if json:
-        print_json({"defects": [_record(one) for one in defects]})
+        print_json({"defects": [_record(entry) for entry in defects]})
         return 0
-    for one in defects:
-        print_wrapped(f"{one.name} ({one.engine}): {one.cause}")
+    for entry in defects:
+        print_wrapped(f"{entry.name} ({entry.engine}): {entry.cause}")
     return 0
 
 
-def _record(found: KnownDefect) -> dict[str, Any]:
+def _record(fields: KnownDefect) -> dict[str, Any]:
     return {
-        "name": found.name,
-        "engine": found.engine,
-        "kind": found.kind,
-        "since": found.since or "as long as is known",
-        "until": found.until or "today",
-        "cause": found.cause,
-        "upstream": found.upstream,
-        "predicts": found.predicts.model_dump(exclude_defaults=True),
-        "cases": ", ".join(found.cases),
-        "submodels": ", ".join(found.submodels),
+        "name": fields.name,
+        "engine": fields.engine,
+        "kind": fields.kind,
+        "since": fields.since or "as long as is known",
+        "until": fields.until or "today",
+        "cause": fields.cause,
+        "upstream": fields.upstream,
+        "predicts": fields.predicts.model_dump(exclude_defaults=True),
+        "cases": ", ".join(fields.cases),
+        "submodels": ", ".join(fields.submodels),
     }

@@ -62,7 +62,7 @@ def diff(before: Path, after: Path, /, *, output: Folder = None, json: Json = Fa
     return difference.status
 
 
-def _print(found: RunDiff) -> None:
+def _print(difference: RunDiff) -> None:
     """Print what is not the same beside the checks, the rows that moved, and the counts."""
     from rich.table import Table
     from rich.text import Text
@@ -71,26 +71,26 @@ def _print(found: RunDiff) -> None:
     from harness.comparison.run_diff import RowChange
 
     printer = Printer()
-    for other in found.metadata:
+    for other in difference.metadata:
         digits = 12 if other.name.endswith("sha256") else None
         printer.line(f"{other.name}: {other.before[:digits]} -> {other.after[:digits]}")
-    moved = [row for row in found.rows if row.change is not RowChange.SAME]
-    shown = [r for r in moved if r.worsens or r.change in (RowChange.WORSE, RowChange.BETTER)]
-    shown += [row for row in moved if row not in shown][:SHOWN]
+    moved = [row for row in difference.rows if row.change is not RowChange.SAME]
+    listed = [r for r in moved if r.worsens or r.change in (RowChange.WORSE, RowChange.BETTER)]
+    listed += [row for row in moved if row not in listed][:SHOWN]
     table = Table("check", width=printer.width, show_lines=True)
     for name in ("before, after", "moved by"):
         table.add_column(name, justify="right", no_wrap=True)
-    for row in shown:
+    for row in listed:
         style = "bold red" if row.worsens else ""
-        table.add_row(Text(_what(row), style, overflow="fold"), _ends(row), _moved(row))
-    if shown:
+        table.add_row(Text(_verdict_text(row), style, overflow="fold"), _ends(row), _moved(row))
+    if listed:
         printer.table(table)
-    if len(moved) > len(shown):
-        printer.line(f"and {len(moved) - len(shown)} more; --json has all")
-    printer.line(", ".join(f"{found.count(change)} {change}" for change in RowChange))
+    if len(moved) > len(listed):
+        printer.line(f"and {len(moved) - len(listed)} more; --json has all")
+    printer.line(", ".join(f"{difference.count(change)} {change}" for change in RowChange))
 
 
-def _what(row: RowDiff) -> str:
+def _verdict_text(row: RowDiff) -> str:
     """Return what became of a row, its name and kind, and its verdicts."""
     ends = (str(end.verdict) if end else "none" for end in (row.before, row.after))
     verdict = " -> ".join(dict.fromkeys(ends))

@@ -97,15 +97,15 @@ class ProgramOptions(CacheOptions, WhereOptions):
             "integrator": integrator,
         }
 
-    def check_names(self, asked: Iterable[str], option: str = "--engine") -> None:
+    def check_names(self, engines: Iterable[str], option: str = "--engine") -> None:
         """Raise RequestError for a program or option whose engine is not asked for.
 
-        ``asked`` are the engines that will run, ``option`` is how one is asked for.
+        ``engines`` are the engines that will run, ``option`` is how one is asked for.
         """
         from harness.engines import typed
 
         settings = typed.engine_settings(self.engine_option or ())
-        typed.check_names(self.programs, settings, asked, option)
+        typed.check_names(self.programs, settings, engines, option)
 
     @contextlib.contextmanager
     def open(self, name: str, integrator: str | None = None) -> Iterator[Engine]:
@@ -134,14 +134,17 @@ def with_restarts(options: Chosen, engines: Iterable[str], seconds: float = math
     place = cache_place(options.cache).path.absolute() / RESTARTS
     if options.fresh:  # these are runs of their own
         place /= f"fresh-{time_ns()}"
-    given, known = list(options.engine_option or ()), engine_settings(options.engine_option or ())
+    settings, typed = (
+        list(options.engine_option or ()),
+        engine_settings(options.engine_option or ()),
+    )
     more = {"restarts": str(place), "limits": f"{seconds:g}" if math.isfinite(seconds) else None}
     for name in engines:
         taken = options_of(name)
         for key, value in more.items():
-            if key in taken and value is not None and key not in known.get(name, {}):
-                given.append(f"{name}.{key}={value}")
-    return replace(options, engine_option=given)
+            if key in taken and value is not None and key not in typed.get(name, {}):
+                settings.append(f"{name}.{key}={value}")
+    return replace(options, engine_option=settings)
 
 
 @options("Engine")
@@ -162,7 +165,7 @@ class CostOptions:
     force: bool = False
     """Run also what is expected to take longer than the limit."""
 
-    def agree(self, seconds: float, what: str, most: float | None = None, *instead: str) -> None:
+    def agree(self, seconds: float, work: str, most: float | None = None, *instead: str) -> None:
         """State a long run's expected time; raise RequestError above ``most`` unless forced.
 
         That is the limit of engines unless given [s]; ``instead`` is what could be asked for.
@@ -171,9 +174,9 @@ class CostOptions:
         from harness.store.entries import tell_stderr
 
         if not self.force:
-            refuse_endless(seconds, what, most, *instead)
+            refuse_endless(seconds, work, most, *instead)
         if seconds > STATED_SECONDS:
-            tell_stderr(f"{what}: an estimated {in_words(seconds)} on one core")
+            tell_stderr(f"{work}: an estimated {in_words(seconds)} on one core")
 
 
 @options("Engine")
@@ -224,7 +227,7 @@ class SolverOptions(ProgramOptions):
     in-process."""
 
     @property
-    def own(self) -> str | None:
+    def own_solver(self) -> str | None:
         """Return the solver of the harness that is asked for, None for an engine."""
         return self.solver if self.solver in OWN else None
 
@@ -240,7 +243,7 @@ class SolverOptions(ProgramOptions):
             if value is not None and self.solver != "lammps":
                 raise RequestError(f"{name} {value!r}: goes with --solver lammps only")
         self.check_names({self.solver} - set(OWN), "--solver")
-        if self.own:
+        if self.own_solver:
             yield None
             return
         try:
@@ -259,15 +262,17 @@ class SolverOptions(ProgramOptions):
         return {"engine": self.solver, "engine_version": __version__, "how": "solver"}
 
 
-def completed(record: Mapping[str, Any], engine: Engine | None, told: Recording) -> dict[str, Any]:
+def completed(
+    record: Mapping[str, Any], engine: Engine | None, recording: Recording
+) -> dict[str, Any]:
     """Return a record with whether its engine qualifies, and how many runs were made or kept.
 
     An engine that does not qualify sets the status to 3. Nothing is added for a solver of the
     harness. Ask after the result, which raises RequestError for a wrong request at once; kept
     runs are not repeated.
     """
-    full = {**record, **qualification(engine, told), **runs_made(engine)}
-    told.engine = full
+    full = {**record, **qualification(engine, recording), **runs_made(engine)}
+    recording.engine = full
     return full
 
 
@@ -285,7 +290,7 @@ def answer(
     return 0
 
 
-def qualification(engine: Engine | None, told: Recording) -> dict[str, Any]:
+def qualification(engine: Engine | None, recording: Recording) -> dict[str, Any]:
     """Qualify an engine and return what a record says of it; one that fails sets the status to 3.
 
     Nothing of those that others are held against.
@@ -296,11 +301,11 @@ def qualification(engine: Engine | None, told: Recording) -> dict[str, Any]:
 
     if engine is None or engine.name in ALWAYS:
         return {}
-    told.progress(f"qualification of {engine.name}", 0, 1)
+    recording.progress(f"qualification of {engine.name}", 0, 1)
     try:
         reason = qualify(engine, tell=tell_stderr).reason
     except EngineError as error:
         reason = str(error)
     if reason:
-        told.status = HarnessError.exit_status
+        recording.status = HarnessError.exit_status
     return {"qualified": not reason, "qualification_failures": reason}

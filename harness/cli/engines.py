@@ -32,11 +32,11 @@ def engines(where: WhereOptions = WhereOptions(), *, json: Json = False) -> int:
     lines = []
     for status in statuses:
         provenance = status.provenance
-        said = (
+        cells = (
             ("missing", status.reason)
             if provenance is None
             else (provenance.engine_version, provenance.executable)
         )
-        lines.append((status.engine, status.how, *said))
+        lines.append((status.engine, status.how, *cells))
     print_columns(lines)
     return 0

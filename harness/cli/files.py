@@ -42,8 +42,8 @@ def print_json_rows(head: Mapping[str, Any], name: str, rows: Iterable[Mapping[s
     end = ""
     print(before, end="")
     for row in rows:
-        one = json_text(row).rstrip("\n").replace("\n", "\n    ")
-        print(f"{end and ','}\n    {one}", end="")
+        lines = json_text(row).rstrip("\n").replace("\n", "\n    ")
+        print(f"{end and ','}\n    {lines}", end="")
         end = "\n  "
     print(f"{end}]{after}")
 
@@ -62,11 +62,11 @@ def closed_pipe_allowed() -> Iterator[None]:
 
 def print_record(record: Mapping[str, Any]) -> None:
     """Print a flat record as aligned lines, one a key; tables and long lists are left to JSON."""
-    shown = {key: value for key, value in record.items() if _is_short(value)}
+    short = {key: value for key, value in record.items() if _is_short(value)}
     print_columns(
         [
             (key, f"{value:.8g}" if isinstance(value, float) else str(value))
-            for key, value in shown.items()
+            for key, value in short.items()
         ]
     )
 
@@ -159,8 +159,8 @@ def check_target(path: Path | None, option: str, suffixes: tuple[str, ...] = ())
     if suffixes and path.suffix.lower() not in suffixes:
         raise RequestError(f"{option} {path}: must end in {', '.join(suffixes)}")
     if path.exists() and not path.is_file():
-        what = "a folder" if path.is_dir() else "a device, which a new file would replace"
-        raise RequestError(f"{option} {path}: is {what}")
+        kind = "a folder" if path.is_dir() else "a device, which a new file would replace"
+        raise RequestError(f"{option} {path}: is {kind}")
     if not path.parent.is_dir():
         raise RequestError(f"{option} {path}: there is no folder {path.parent}")
 
@@ -180,7 +180,7 @@ def check_source(path: Path | None, option: str, *, folder: bool = False) -> Non
 
 
 @contextlib.contextmanager
-def output_folder(given: Path | None, kind: str = "") -> Iterator[Path]:
+def output_folder(named: Path | None, kind: str = "") -> Iterator[Path]:
     """Yield the folder of a report: the one given, or one for now that no other run takes.
 
     ``kind`` ends the name of the second.
@@ -191,30 +191,32 @@ def output_folder(given: Path | None, kind: str = "") -> Iterator[Path]:
     """
     from harness.files import check_folder
 
-    if given is not None:
-        check_folder(given)
-        yield given
+    if named is not None:
+        check_folder(named)
+        yield named
         return
-    folder, made = _new_folder(Path("reports") / "runs", f"{datetime.now():%Y-%m-%d-%H%M%S}{kind}")
+    folder, parents = _new_folder(
+        Path("reports") / "runs", f"{datetime.now():%Y-%m-%d-%H%M%S}{kind}"
+    )
     try:
         yield folder
     finally:
         # only what is empty goes
         with contextlib.suppress(OSError):
-            for path in (folder, *made):
+            for path in (folder, *parents):
                 path.rmdir()
 
 
 def _new_folder(parent: Path, name: str) -> tuple[Path, list[Path]]:
     """Return a new folder of this name or a numbered one, and the parents made for it."""
-    made = [path for path in (parent, *parent.parents) if not path.exists()]
+    parents = [path for path in (parent, *parent.parents) if not path.exists()]
     try:
         parent.mkdir(parents=True, exist_ok=True)
         for number in itertools.count(1):
             folder = parent / (name if number == 1 else f"{name}-{number}")
             with contextlib.suppress(FileExistsError):
                 folder.mkdir()
-                return folder, made
+                return folder, parents
     except OSError as error:
         raise RequestError(
             f"--output {parent / name}: cannot be made ({error.strerror}); name another folder"

@@ -65,7 +65,7 @@ class SearchOptions:
 
 
 @options("Draw and export")
-class FileOptions:
+class ExportOptions:
     """Where what was found is drawn and written."""
 
     plot: File = None
@@ -78,7 +78,7 @@ class FileOptions:
 
 def history(
     search: SearchOptions = SearchOptions(),
-    files: FileOptions = FileOptions(),
+    files: ExportOptions = ExportOptions(),
     *,
     json: Json = False,
 ) -> int:

@@ -42,7 +42,7 @@ MOST_ESTIMATED = 20
 
 
 @options()
-class TableOptions(CostOptions):
+class ImpulseOptions(CostOptions):
     """The rows of the table, and how an impulse ratio becomes an angle."""
 
     heights: str = "1-19"
@@ -76,15 +76,15 @@ class TableOptions(CostOptions):
         """Return what the table runs over; raise RequestError for lists that cannot be read."""
         from harness.observables.windows import WINDOWS
 
-        found: Over = {"heights": _heights(self.heights)}
+        ranges: Over = {"heights": _heights(self.heights)}
         if self.stiffness:
-            found["stiffnesses"] = _numbers(self.stiffness, "--stiffness")
+            ranges["stiffnesses"] = _numbers(self.stiffness, "--stiffness")
         if self.speed:
-            found["speeds"] = _numbers(self.speed, "--speed")
+            ranges["speeds"] = _numbers(self.speed, "--speed")
         if self.law != "both":
-            found["laws"] = (self.law,)
-        found["windows"] = WINDOWS if self.window == "all" else (self.window,)
-        return found
+            ranges["laws"] = (self.law,)
+        ranges["windows"] = WINDOWS if self.window == "all" else (self.window,)
+        return ranges
 
     def check_cost(self, solver: str | None, engine: Engine | None) -> None:
         """State what a table costs; raise RequestError for one too long, unless it is forced."""
@@ -101,12 +101,12 @@ class TableOptions(CostOptions):
             for group in families(self.case(), **over)
             for case in group
         )
-        what = f"the table (--heights {self.heights})"
-        self.agree(seconds * len(every) / len(some), what, None if rules else OWN_SECONDS)
+        work = f"the table (--heights {self.heights})"
+        self.agree(seconds * len(every) / len(some), work, None if rules else OWN_SECONDS)
 
 
 @options()
-class FileOptions:
+class FigureOptions:
     """Files that are read and written."""
 
     reference: File = None
@@ -134,7 +134,7 @@ class FileOptions:
         return read_reference(self.reference)
 
     def write(
-        self, found: pd.DataFrame, points: ReferencePoints | None, reading: Reading, solver: str
+        self, frame: pd.DataFrame, points: ReferencePoints | None, reading: Reading, solver: str
     ) -> None:
         """Write the table and the figure, where they are asked for."""
 
@@ -143,20 +143,20 @@ class FileOptions:
             from harness.observables.reference import PEYNEAU_ROUX
 
             return critical_angle_against_height(
-                found, readings=(reading,), solver=solver, published=PEYNEAU_ROUX, reference=points
+                frame, readings=(reading,), solver=solver, published=PEYNEAU_ROUX, reference=points
             )
 
         writers: dict[tuple[str, Path], Writer] = {}
         if self.csv is not None:
-            writers["--csv", self.csv] = lambda path: write_csv(found, path)
+            writers["--csv", self.csv] = lambda path: write_csv(frame, path)
         if self.figure is not None:
             writers["--figure", self.figure] = save_figure(draw, self.figure.suffix)
         write_all(writers)
 
 
 def impulse(
-    table: TableOptions = TableOptions(),
-    files: FileOptions = FileOptions(),
+    table: ImpulseOptions = ImpulseOptions(),
+    files: FigureOptions = FigureOptions(),
     solver: SolverOptions = SolverOptions(),
     *,
     json: Json = False,
@@ -177,10 +177,10 @@ def impulse(
 
     points, name, case = files.points(), solver.solver, table.case()
     with recorded("impulse", quiet=json) as recording, solver.run() as engine:
-        table.check_cost(solver.own, engine)
+        table.check_cost(solver.own_solver, engine)
         frame = impulse_angles(
             case=case,
-            solver=solver.own,
+            solver=solver.own_solver,
             reading=table.reading,
             engine=engine,
             progress=recording.progress,
@@ -268,5 +268,5 @@ def _table(runs: Sequence[tuple[Any, pd.DataFrame]]) -> Table:
 def _cells(run: pd.DataFrame) -> Iterable[str]:
     """Yield impulse ratio and angle of each height; - where the window does not exist."""
     for ratio, angle in zip(run["impulse_ratio"], run["critical_angle_deg"], strict=True):
-        told = "-" if angle != angle else format(angle, "6.3f")
-        yield "-" if ratio != ratio else f"{ratio:.4f}  {told}"
+        degrees = "-" if angle != angle else format(angle, "6.3f")
+        yield "-" if ratio != ratio else f"{ratio:.4f}  {degrees}"

@@ -35,6 +35,6 @@ def inputs(*, folder: Path = Path("inputs"), check: bool = False, json: Json = F
     elif not check:
         print("\n".join(written))
     else:
-        print("\n".join(f"{folder / name}: {what}" for name, what in outdated.items())
+        print("\n".join(f"{folder / name}: {difference}" for name, difference in outdated.items())
               or f"{folder}: every script is what would be written")  # fmt: skip
     return 1 if outdated else 0

@@ -68,9 +68,9 @@ def angle_quantities(record: Mapping[str, Any]) -> list[Row]:
 def case_quantities(cases: Iterable[BaselineRecord]) -> list[Row]:
     """Return what cases of the baseline measured, named as their rows are."""
     return [
-        replace(own, name=f"{case.name}: {name}")
+        replace(quantity, name=f"{case.name}: {name}")
         for case in cases
-        for name, own in case.quantities.items()
+        for name, quantity in case.quantities.items()
     ]
 
 
@@ -92,9 +92,9 @@ def tower_quantities(record: Mapping[str, Any]) -> list[Row]:
     ]
 
 
-def run_quantities(record: Mapping[str, Any], given: Mapping[str, Any]) -> list[Row]:
-    """Return the quantities of ``run`` beside their references; ``given`` are values set."""
-    values = "".join(f", {name} = {value}" for name, value in sorted(given.items()))
+def run_quantities(record: Mapping[str, Any], settings: Mapping[str, Any]) -> list[Row]:
+    """Return the quantities of ``run`` beside their references; ``settings`` are values set."""
+    values = "".join(f", {name} = {value}" for name, value in sorted(settings.items()))
     return [
         Row(
             f"{record['case']}: {name}: {record['engine']}{values}",
@@ -171,29 +171,29 @@ def recorded(command: str, *, quiet: bool = False) -> Iterator[Recording]:
     from harness.cli import interrupted_status
     from harness.workflows import progress_bars
 
-    told, clock = Recording(), time.monotonic()
+    recording, clock = Recording(), time.monotonic()
     with _begin(command) as finish:
         try:
-            with progress_bars(command, quiet=quiet) as told.progress:
-                yield told
+            with progress_bars(command, quiet=quiet) as recording.progress:
+                yield recording
         except HarnessError as error:
-            told.status = error.exit_status
-            finish(told, time.monotonic() - clock, str(error))
+            recording.status = error.exit_status
+            finish(recording, time.monotonic() - clock, str(error))
             raise
         except KeyboardInterrupt:
-            told.status = interrupted_status()
-            finish(told, time.monotonic() - clock, "interrupted")
+            recording.status = interrupted_status()
+            finish(recording, time.monotonic() - clock, "interrupted")
             raise
         # of an exception that nobody foresaw the run stays unfinished
-        finish(told, time.monotonic() - clock, "")
+        finish(recording, time.monotonic() - clock, "")
 
 
 def verdicts(checks: Sequence[Mapping[str, Any]]) -> list[Check]:
     """Return the checks of a verification's record as rows."""
     from harness.comparison.verdicts import Check, adapter
 
-    found: list[Check] = adapter(list[Check]).validate_python(checks)
-    return found
+    rows: list[Check] = adapter(list[Check]).validate_python(checks)
+    return rows
 
 
 @contextlib.contextmanager
@@ -245,6 +245,6 @@ def _finish(history: History, run: int, recording: Recording, seconds: float, no
 def given_words(command: str) -> list[str]:
     """Return the words after the command as text, as the shell handed them over."""
     words = sys.argv[1:]
-    given = words[words.index(command) + 1 :] if command in words else []
+    words_after = words[words.index(command) + 1 :] if command in words else []
     # what is not UTF-8 on the command line cannot be stored as it is
-    return [word.encode("utf-8", "backslashreplace").decode() for word in given]
+    return [word.encode("utf-8", "backslashreplace").decode() for word in words_after]

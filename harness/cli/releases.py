@@ -34,7 +34,7 @@ class ReleasesOptions:
 def releases(
     names: list[str],
     /,
-    asked: ReleasesOptions = ReleasesOptions(),
+    choice: ReleasesOptions = ReleasesOptions(),
     kept: CacheOptions = CacheOptions(),
     *,
     json: Json = False,
@@ -62,15 +62,15 @@ def releases(
     from harness.files import check_folder
     from harness.workflows import releases as compare
 
-    output = asked.output
+    output = choice.output
     if output is not None:
         check_folder(output)
     entries = kept.entries()
     with recorded("releases", quiet=json) as recording:
         comparison = compare(
             names,
-            level=asked.level,
-            cases=asked.cases,
+            level=choice.level,
+            cases=choice.cases,
             remember=lambda engine: cached(engine, entries, kept.fresh),
             progress=recording.progress,
         )

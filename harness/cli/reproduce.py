@@ -46,7 +46,7 @@ class ReproduceOptions:
 
 
 def reproduce(
-    asked: ReproduceOptions = ReproduceOptions(),
+    choice: ReproduceOptions = ReproduceOptions(),
     engine: EngineOptions = EngineOptions(),
     *,
     json: Json = False,
@@ -64,21 +64,21 @@ def reproduce(
     """
     from harness.reproduction.claims import ledger_differences
 
-    points = asked.points()
+    points = choice.points()
     differences: list[str] = []
-    if asked.check:
-        folder = asked.output or COMMITTED
+    if choice.check:
+        folder = choice.output or COMMITTED
         committed = _committed(folder)
         reproduction = _reproduced(engine, points, None, json)
         differences = ledger_differences(committed, reproduction.ledger.frame())
-    elif asked.output is not None:
-        folder = asked.output
+    elif choice.output is not None:
+        folder = choice.output
         reproduction = _reproduced(engine, points, folder, json)
     else:
         with output_folder(None, "-reproduction") as folder:
             reproduction = _reproduced(engine, points, folder, json)
     record = {**_counts(reproduction.ledger), "folder": str(folder)}
-    if asked.check:
+    if choice.check:
         record["differences"] = differences
     if json:
         print_json(record)
@@ -98,13 +98,13 @@ def _reproduced(
     if folder is not None:
         check_folder(folder)
     with recorded("reproduce", quiet=quiet) as recording, engine.run() as opened:
-        found = reproduce_with(engine=opened, reference=points, progress=recording.progress)
-        recording.engine, recording.folder = found.provenance.record(), folder
+        reproduction = reproduce_with(engine=opened, reference=points, progress=recording.progress)
+        recording.engine, recording.folder = reproduction.provenance.record(), folder
         if folder is not None:
             recording.progress("figures, movies and report", 0, 1)
-            write(found, folder)
+            write(reproduction, folder)
             recording.progress("figures, movies and report", 1, 1)
-    return found
+    return reproduction
 
 
 def _committed(folder: Path) -> pd.DataFrame:

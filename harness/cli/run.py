@@ -41,12 +41,12 @@ class CaseOptions(CostOptions):
         if type(get_case(case)).profile is Case.profile:
             raise RequestError(f"--profile {self.profile}: case {case!r} has no profile")
 
-    def write_profile(self, found: RunResult) -> None:
+    def write_profile(self, result: RunResult) -> None:
         """Write the profile, if one is asked for."""
         if self.profile is not None:
             import pandas as pd
 
-            frame = pd.DataFrame(dict(found.profile))
+            frame = pd.DataFrame(dict(result.profile))
             write_all({("--profile", self.profile): partial(write_csv, frame)})
 
     quantity: Annotated[str, Parameter(metavar="NAMES")] = ""
@@ -66,7 +66,7 @@ class RunnerOptions(IntegratorOptions):
 def run(
     case: str,
     /,
-    asked: CaseOptions = CaseOptions(),
+    choice: CaseOptions = CaseOptions(),
     runner: RunnerOptions = RunnerOptions(),
     *,
     json: Json = False,
@@ -90,8 +90,8 @@ def run(
     from harness.workflows import run as run_case
     from harness.workflows.sweep_plan import names_in
 
-    values = named_values(asked.settings or (), "--set")
-    asked.check_profile(case)
+    values = named_values(choice.settings or (), "--set")
+    choice.check_profile(case)
     runner.check_names([runner.engine or "lammps"])
     more: dict[str, Any] = {}
 
@@ -106,14 +106,14 @@ def run(
             case,
             values,
             runner.engine,
-            quantities=names_in(asked.quantity),
+            quantities=names_in(choice.quantity),
             open_one=open_one,
             progress=recording.progress,
-            most_seconds=math.inf if asked.force else MOST_SECONDS,
+            most_seconds=math.inf if choice.force else MOST_SECONDS,
         )
         record = {**result.record(), **more}
         recording.engine, recording.quantities = record, run_quantities(record, values)
-        asked.write_profile(result)
+        choice.write_profile(result)
     return answer(record, result.engine, json, _print)
 
 
@@ -122,8 +122,8 @@ def _print(record: Mapping[str, Any]) -> None:
     from harness.cases.registry import get_case
 
     print(f"{record['case']} in {record['engine']} {record['engine_version']}")
-    given = (f"{name} = {_short(value)}" for name, value in _flat(record["parameters"]))
-    print_wrapped(", ".join(given), indent=2)
+    parameters = (f"{name} = {_short(value)}" for name, value in _flat(record["parameters"]))
+    print_wrapped(", ".join(parameters), indent=2)
     width = max((len(name) for name in record["quantities"]), default=0)
     for name, quantity in record["quantities"].items():
         unit = "" if quantity["unit"] == "1" else quantity["unit"]
@@ -134,7 +134,7 @@ def _print(record: Mapping[str, Any]) -> None:
                 f"difference {quantity['difference']:.2g}"
             )
         print_wrapped(line)
-    more = [q.name for one in get_case(record["case"]).derived() for q in one.quantities]
+    more = [q.name for derived in get_case(record["case"]).derived() for q in derived.quantities]
     if more and not record["quantities"].keys() & set(more):
         print_wrapped(f"by --quantity, of several runs: {', '.join(more)}", indent=2)
 

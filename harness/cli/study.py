@@ -68,7 +68,7 @@ class StudyOptions(CostOptions, ProgramOptions):
 def study(
     case: str,
     /,
-    asked: StudyOptions = StudyOptions(),
+    choice: StudyOptions = StudyOptions(),
     where: Executors = ExecutorOptions(),
     *,
     json: Json = False,
@@ -94,7 +94,7 @@ def study(
     from harness.workflows.case_runs import usual_engine
     from harness.workflows.study_run import planned, study_of
 
-    options = replace(asked, case=case)
+    options = replace(choice, case=case)
     found_case, question = study_of(case)
     engine, level = usual_engine(found_case), options.level
     if options.cost:
@@ -103,9 +103,9 @@ def study(
     points = read_reference(options.reference) if options.reference else None
     executor_of = _executors(engine, options, where)
     runs, seconds = planned(case, level)
-    what = f"the {runs} runs of study {case} (level {level}, what is kept counted as well)"
+    work = f"the {runs} runs of study {case} (level {level}, what is kept counted as well)"
     most = MOST_SECONDS if where.executor == "local" else math.inf  # a cluster has its own limits
-    options.agree(seconds, what, most, "--quick, --executor slurm")
+    options.agree(seconds, work, most, "--quick, --executor slurm")
     with (
         output_folder(options.output, "-study") as folder,
         _held(options, where),
@@ -188,8 +188,8 @@ def _executors(
         if settings is None or options.output is None:
             return local
         cache = cache_place(options.cache).path if entries is not None else None
-        asked = replace(settings, ranks=max(settings.ranks, ranks))
-        return Slurm(_jobs(options.output), asked, local, chosen.opening, cache)
+        of_job = replace(settings, ranks=max(settings.ranks, ranks))
+        return Slurm(_jobs(options.output), of_job, local, chosen.opening, cache)
 
     return executor
 

@@ -74,7 +74,7 @@ class SweepOptions(IntegratorOptions):
     """Your measured points for the figure: a CSV table with columns named as in rows.csv, the
     first parameter of --over and the first --quantity; `uncertainty_UNIT` gives error bars."""
 
-    def asked(self) -> SweepRequest:
+    def request(self) -> SweepRequest:
         """Return what is to be run: of a case, or of a file with these options on top."""
         from harness.engines.typed import named_values
         from harness.workflows.sweep_plan import SweepRequest, request_in, with_options
@@ -106,8 +106,8 @@ class SweepOptions(IntegratorOptions):
         """Return an error with the file that it is of, and the file's words for its tables."""
         if not self.target.endswith(".toml") or error.startswith(self.target):
             return error
-        for table, given in (("set", self.settings), ("over", self.over)):
-            if not given:
+        for table, option in (("set", self.settings), ("over", self.over)):
+            if not option:
                 error = re.sub(rf"^--{table}:? ", f"[{table}] ", error)
         return f"{self.target}: {error}"
 
@@ -158,20 +158,20 @@ def sweep(
     with recorded("sweep", quiet=json) as recording, _folder(options, chosen.request) as folder:
         table = PartialTable(folder / ROWS)
         if settings is None:
-            found, unqualified = _run(options, chosen, counts, recording, table)
+            result, unqualified = _run(options, chosen, counts, recording, table)
         else:
-            found = _run_on_cluster(options, chosen, settings, folder, recording, table)
+            result = _run_on_cluster(options, chosen, settings, folder, recording, table)
             unqualified = {}
         recording.folder, recording.status = (
             folder,
-            FAILED if found.count("failed") else recording.status,
+            FAILED if result.count("failed") else recording.status,
         )
-        notes = _written(folder, found, points)
+        notes = _written(folder, result, points)
     notes += [f"engine {n!r} did not qualify: {reason}" for n, reason in unqualified.items()]
     if json:
-        print_json({**found.record(), **counts, "output": str(folder), "notes": notes})
+        print_json({**result.record(), **counts, "output": str(folder), "notes": notes})
     else:
-        _print(found, notes)
+        _print(result, notes)
     return recording.status
 
 
@@ -194,7 +194,7 @@ def _planned(options: SweepOptions) -> SweepPlan:
     from harness.workflows.sweep_plan import plan
 
     try:
-        return plan(options.asked())
+        return plan(options.request())
     except RequestError as error:
         raise RequestError(options.named(str(error))) from None
 
@@ -216,10 +216,12 @@ def _run(
     def open_one(name: str) -> Iterator[Engine]:
         with options.open(name, options.integrator) as engine:
             yield engine
-            made = runs_made(engine)
-            for key, value in made.items():
+            counted = runs_made(engine)
+            for key, value in counted.items():
                 counts[key] = counts.get(key, 0) + value
-            if made and not any(made.values()):  # it states none of them: nothing to qualify for
+            if counted and not any(
+                counted.values()
+            ):  # it states none of them: nothing to qualify for
                 return
             reason = qualification(engine, recording).get("qualification_failures")
             if reason:
@@ -286,25 +288,25 @@ class PartialTable:
 
 
 @contextlib.contextmanager
-def _folder(options: SweepOptions, asked: SweepRequest) -> Iterator[Path]:
+def _folder(options: SweepOptions, request: SweepRequest) -> Iterator[Path]:
     """Yield the folder of the sweep, held until the end of the block."""
     from harness.workflows.sweep_run import held_sweep
 
-    own = (
+    place = (
         contextlib.nullcontext(options.output) if options.output else output_folder(None, "-sweep")
     )
-    with own as folder, held_sweep(folder, asked):
+    with place as folder, held_sweep(folder, request):
         yield folder
 
 
-def _written(folder: Path, found: Sweep, points: Points | None) -> list[str]:
+def _written(folder: Path, result: Sweep, points: Points | None) -> list[str]:
     """Write table and figure, all whole; return notes on what is not written, and why."""
     from functools import partial
     from importlib.util import find_spec
 
-    frame = found.frame()
+    frame = result.frame()
     notes: list[str] = []
-    figure = found.figure(points=points)
+    figure = result.figure(points=points)
     files: dict[tuple[str, Path], Writer] = {("table", folder / ROWS): partial(write_csv, frame)}
     if find_spec("pyarrow") is None:
         hint = "pyarrow is not installed: pip install 'dem-harness[parquet]'"
@@ -316,26 +318,26 @@ def _written(folder: Path, found: Sweep, points: Points | None) -> list[str]:
     else:
         for suffix in (".svg", ".png"):
             files["figure", folder / f"figure{suffix}"] = save_figure(lambda: figure, suffix)
-            for name, own in found.own_figures().items():
-                files["figure", folder / f"{name}{suffix}"] = save_figure(own, suffix)
+            for name, draw in result.own_figures().items():
+                files["figure", folder / f"{name}{suffix}"] = save_figure(draw, suffix)
     write_all(files)
     return notes
 
 
-def _print(found: Sweep, notes: list[str]) -> None:
+def _print(result: Sweep, notes: list[str]) -> None:
     """Print what was swept and measured, a line a run, and what went wrong."""
     from harness.store.entries import tell_stderr
 
-    frame = found.frame()
-    measured = [name for name in found.selected if name in frame and frame[name].notna().any()]
-    shown = frame[["engine", *found.over, *measured, "status"]]
-    print_frame(shown.head(MOST_SHOWN), 7)
-    if len(shown) > MOST_SHOWN:
-        print(f"... {len(shown) - MOST_SHOWN} more in rows.csv")
+    frame = result.frame()
+    measured = [name for name in result.selected if name in frame and frame[name].notna().any()]
+    columns = frame[["engine", *result.over, *measured, "status"]]
+    print_frame(columns.head(MOST_SHOWN), 7)
+    if len(columns) > MOST_SHOWN:
+        print(f"... {len(columns) - MOST_SHOWN} more in rows.csv")
     reasons = frame.loc[frame["reason"] != "", "reason"].value_counts()
     for reason, count in reasons.items():
         tell_stderr(f"{count} of {len(frame)} runs: {one_line(str(reason))}")
-    for engine, reason in found.missing.items():
+    for engine, reason in result.missing.items():
         tell_stderr(f"engine {engine!r} is left out: {one_line(reason)}")
     for note in notes:
         tell_stderr(note)

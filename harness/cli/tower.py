@@ -23,7 +23,7 @@ MOST_SHOWN = 20
 
 
 @options()
-class SystemOptions:
+class TowerOptions:
     """The tower and the grain."""
 
     height: int = 1
@@ -73,12 +73,12 @@ class RunOptions(CostOptions):
             duration=self.duration,
             steps_per_contact=self.steps_per_contact,
         )
-        what = f"--height {case.height} --duration {self.duration:g}, {solver or 'engine'}"
-        self.agree(seconds, f"the tower ({what})", None if engine else OWN_SECONDS)
+        work = f"--height {case.height} --duration {self.duration:g}, {solver or 'engine'}"
+        self.agree(seconds, f"the tower ({work})", None if engine else OWN_SECONDS)
 
 
 def tower(
-    system: SystemOptions = SystemOptions(),
+    system: TowerOptions = TowerOptions(),
     run: RunOptions = RunOptions(),
     solver: SolverOptions = SolverOptions(),
     film: FilmOptions = FilmOptions(),
@@ -106,18 +106,18 @@ def tower(
     film.check()
     case, window = system.tower(), run.window
     with recorded("tower", quiet=json) as recording, solver.run() as engine:
-        run.check_cost(case, solver.own, engine)
+        run.check_cost(case, solver.own_solver, engine)
         tower_run = run_tower(
             case,
-            solver=solver.own,
+            solver=solver.own_solver,
             duration=run.duration,
             steps_per_contact=run.steps_per_contact,
             profiles=film.film is not None,
             engine=engine,
             progress=recording.progress,
         )
-        whole = covering(tower_run, window, engine, recording.progress)
-        record = completed(summary(tower_run, window, whole), engine, recording)
+        covering_run = covering(tower_run, window, engine, recording.progress)
+        record = completed(summary(tower_run, window, covering_run), engine, recording)
         recording.engine = {**solver.own_record, **record}
         recording.quantities = tower_quantities(record)
     if run.series is not None:
@@ -142,8 +142,8 @@ def _print(record: Mapping[str, Any]) -> None:
     table.add_column(overflow="fold")
     for name, value in record.items():
         if isinstance(value, list):
-            shown = " ".join(_short(item) for item in value[:MOST_SHOWN])
-            value = shown + (f" ... ({len(value)} in all)" if len(value) > MOST_SHOWN else "")
+            text = " ".join(_short(item) for item in value[:MOST_SHOWN])
+            value = text + (f" ... ({len(value)} in all)" if len(value) > MOST_SHOWN else "")
         table.add_row(name, value if isinstance(value, str) else _short(value))
     Console(markup=False).print(table)
 

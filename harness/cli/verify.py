@@ -98,8 +98,8 @@ class Printer:
             break_long_words=wrap,
             break_on_hyphens=False,
         )
-        for one in lines:
-            self._console.print(one, style=style, soft_wrap=True)
+        for line in lines:
+            self._console.print(line, style=style, soft_wrap=True)
 
     def table(self, table: Table) -> None:
         """Print a table, which has a width of its own."""
@@ -111,7 +111,7 @@ class Printer:
             verdict = check["verdict"]
             kind = "" if check["kind"] == verdict else f" ({check['kind']})"
             self.line(f"{verdict}: {check['name']}{kind}", COLOURS[verdict])
-            for text in _said(check, folder):
+            for text in _details(check, folder):
                 self.line(text, indent=4)
         if len(checks) > most:
             self.line(f"and {len(checks) - most} more: --verbose prints all")
@@ -139,12 +139,12 @@ class Printer:
             parts.append(f"{reported} reported" if reported else "")
             self.line(f"{kind}: {', '.join(filter(None, parts))}")
 
-    def headlines(self, told: Sequence[Record]) -> None:
+    def headlines(self, headlines: Sequence[Record]) -> None:
         """Print what was expected and measured, as summary.md has it."""
         from harness.observables.row import Row
         from harness.report.text import headline_lines
 
-        for text in headline_lines([Row(**one) for one in told]):
+        for text in headline_lines([Row(**headline) for headline in headlines]):
             self.line(text, "bold")
 
     def outcome(self, record: Record) -> None:
@@ -173,7 +173,7 @@ class Printer:
             self.line("Nothing was judged", "yellow")
 
 
-def _said(check: Record, folder: Path | None) -> Iterator[str]:
+def _details(check: Record, folder: Path | None) -> Iterator[str]:
     """Yield what is known of a check, a line each: the numbers, the class, the note, the log."""
     value, expected, unit = check["value"], check["expected"], check["unit"]
     if not math.isnan(value):
@@ -254,7 +254,7 @@ class VerifyOptions:
 
 
 def verify(
-    asked: VerifyOptions = VerifyOptions(),
+    choice: VerifyOptions = VerifyOptions(),
     engine: EngineOptions = EngineOptions(),
     *,
     json: Json = False,
@@ -275,11 +275,11 @@ def verify(
     """
     from harness.cli.recording import recorded, verdicts
 
-    asked.check()
-    beside = engines_of(asked.engines)
-    engine.check_names((engine.engine, *beside), "--engines")
-    with output_folder(asked.output) as folder, recorded("verify", quiet=json) as recording:
-        record = _record(asked, engine, folder, recording.progress)
+    choice.check()
+    others = engines_of(choice.engines)
+    engine.check_names((engine.engine, *others), "--engines")
+    with output_folder(choice.output) as folder, recorded("verify", quiet=json) as recording:
+        record = _record(choice, engine, folder, recording.progress)
         recording.cached = record["cached"]
         recording.status, recording.folder = record["status"], folder
         recording.engine, recording.quantities = record["engine"] or {}, verdicts(record["checks"])
@@ -287,7 +287,7 @@ def verify(
         if json:
             print_json({**record, "folder": str(folder)})
         else:
-            print_verification(record, folder, verbose=asked.verbose)
+            print_verification(record, folder, verbose=choice.verbose)
     for error in record["engine_errors"] if record["status"] == 3 else ():
         print(f"dem-harness: {error}", file=sys.stderr)
     return int(record["status"])
@@ -303,30 +303,30 @@ def engines_of(wanted: str | None) -> tuple[str, ...]:
 
 
 def _record(
-    asked: VerifyOptions, engine: EngineOptions, folder: Path, progress: Progress
+    choice: VerifyOptions, engine: EngineOptions, folder: Path, progress: Progress
 ) -> dict[str, Any]:
     """Return the record of a kept verification or of a new one, its report in the folder."""
     from harness.store.entries import pack_verification
 
     entries = engine.entries()
-    key = _key(asked, engine) if entries else None
+    key = _key(choice, engine) if entries else None
     record = None if engine.fresh else _kept(entries, key, folder)
     if record is None:
-        _say_cost(asked, engine.fresh)
-        record = _measured(asked, engine, folder, progress)
+        _say_cost(choice, engine.fresh)
+        record = _measured(choice, engine, folder, progress)
         if entries is not None and key is not None and not record["engine_errors"]:
             entries.put(key, pack_verification(folder, record))
     return record
 
 
-def _say_cost(asked: VerifyOptions, fresh: bool) -> None:
+def _say_cost(choice: VerifyOptions, fresh: bool) -> None:
     """Say on stderr which cases are run, and what the same request took when it was last run."""
     from harness.cli.recording import given_words
     from harness.store.entries import tell_stderr
     from harness.workflows import history
     from harness.workflows.verification import Selection, checked_level
 
-    cases = Selection(asked.cases, asked.only).chosen(checked_level(asked.level))
+    cases = Selection(choice.cases, choice.only).chosen(checked_level(choice.level))
     same = _what_counts(given_words("verify"))
     took = [
         row["seconds"]
@@ -336,50 +336,50 @@ def _say_cost(asked: VerifyOptions, fresh: bool) -> None:
         and row["status"] in ("0", "1", 0, 1)
         and _what_counts(shlex.split(row["options"])) == same
     ]
-    known = f"took {took[0]:.0f} s when last run" if took else "no earlier run tells what it takes"
+    last = f"took {took[0]:.0f} s when last run" if took else "no earlier run tells what it takes"
     kept = "" if fresh else "; runs that are kept are not made again"
-    cost = {case.name: case.cost.get(asked.level) for case in cases}
+    cost = {case.name: case.cost.get(choice.level) for case in cases}
     each = ", ".join(n if s is None else f"{n} {s:.0f} s" for n, s in cost.items())
     # of what a pattern leaves out nobody knows the part
-    whole = cases and not asked.only and None not in cost.values()
-    total = f"; {sum(filter(None, cost.values())):.0f} s of CPU time in all" if whole else ""
-    what = f"level {asked.level}, {len(cases)} cases ({each}{total})"
-    tell_stderr(f"verify, {what}: {known}{kept}")
+    complete = cases and not choice.only and None not in cost.values()
+    total = f"; {sum(filter(None, cost.values())):.0f} s of CPU time in all" if complete else ""
+    request = f"level {choice.level}, {len(cases)} cases ({each}{total})"
+    tell_stderr(f"verify, {request}: {last}{kept}")
 
 
 def _what_counts(words: Sequence[str]) -> list[str]:
     """Return the words of a command but for where its report goes and how it is printed."""
-    left = list(words)
-    while "--output" in left:
-        place = left.index("--output")
-        del left[place : place + 2]
-    return [one for one in left if one not in ("--json", "--verbose", "--fresh")
-            and not one.startswith("--output=")]  # fmt: skip
+    kept = list(words)
+    while "--output" in kept:
+        place = kept.index("--output")
+        del kept[place : place + 2]
+    return [word for word in kept if word not in ("--json", "--verbose", "--fresh")
+            and not word.startswith("--output=")]  # fmt: skip
 
 
-def _key(asked: VerifyOptions, engine: EngineOptions) -> str | None:
+def _key(choice: VerifyOptions, engine: EngineOptions) -> str | None:
     """Return the key of a verification; None with other engines, not all of which have a digest."""
     from harness.store.baseline import digest
     from harness.store.entries import digest_of_files, verification_key
     from harness.store.known_defects import with_further
     from harness.workflows.verification import Selection, checked_level
 
-    if asked.engines is not None:
+    if choice.engines is not None:
         return None
-    further = asked.known_defects
+    further = choice.known_defects
     with_further(further)  # a bad file is refused, whatever is kept
-    names = Selection(asked.cases, asked.only).names(checked_level(asked.level))
-    against = {} if asked.no_baseline else digest(asked.baseline, asked.tolerances)
+    names = Selection(choice.cases, choice.only).names(checked_level(choice.level))
+    against = {} if choice.no_baseline else digest(choice.baseline, choice.tolerances)
     return verification_key(
-        asked.level,
+        choice.level,
         cases=names,
         engine=engine.engine,
         context={
             "baseline": against,
-            "strict": asked.strict,
-            "png": asked.png,
-            **({"film": True} if asked.film else {}),
-            "only": asked.only,
+            "strict": choice.strict,
+            "png": choice.png,
+            **({"film": True} if choice.film else {}),
+            "only": choice.only,
             "further_defects": further and digest_of_files([further], further.parent),
         },
         **engine.opening(engine.engine, engine.integrator),
@@ -404,7 +404,7 @@ def _kept(entries: Entries | None, key: str | None, folder: Path) -> dict[str, A
 
 
 def _measured(
-    asked: VerifyOptions, engine: EngineOptions, folder: Path, progress: Progress
+    choice: VerifyOptions, engine: EngineOptions, folder: Path, progress: Progress
 ) -> dict[str, Any]:
     """Verify, write the report and return the record."""
     from harness.cli.engine_options import runs_made
@@ -413,23 +413,23 @@ def _measured(
     from harness.workflows import verify as verify_with
     from harness.workflows.verification import Selection, chosen_baseline
 
-    known = not asked.no_baseline and chosen_baseline(asked.baseline, asked.tolerances)
+    accepted = not choice.no_baseline and chosen_baseline(choice.baseline, choice.tolerances)
     with engine.open(engine.engine, engine.integrator) as opened:
         if engine.lmp or engine.mpirun or engine.program:
             opened.identify()  # a program that was named and is another ends the command at once
         verification = verify_with(
-            asked.level,
-            cases=Selection(asked.cases, asked.only, defects=asked.known_defects),
+            choice.level,
+            cases=Selection(choice.cases, choice.only, defects=choice.known_defects),
             engine=opened,
-            engines=asked.engines or (),
+            engines=choice.engines or (),
             open_one=engine.without_launcher().open,
-            baseline=known,
+            baseline=accepted,
             progress=progress,
-            strict=asked.strict,
+            strict=choice.strict,
         )
         progress("figures and report", 0, 1)
         record = verification.record()
-        films = [film_section(verification.cases, opened)] if asked.film else []
-        write(verification, folder, [*sections(verification), *films], png=asked.png)
+        films = [film_section(verification.cases, opened)] if choice.film else []
+        write(verification, folder, [*sections(verification), *films], png=choice.png)
         progress("figures and report", 1, 1)
         return {**record, "cached": False, **runs_made(opened)}

@@ -67,11 +67,11 @@ def test_runs_on_other_ranks_or_with_another_step_are_other_runs(file):
     one = Layers(layers=1, stiffness_over_weight=300.0, length=24, width=12, first_angle=17.0)
     known, made = read_runs(file, CASE, one), Counted()
     for ranks, some in ((1, one), (2, one), (3, one), (1, one.replace(steps_per_contact=16.0))):
-        ((place, ran),) = known.beside(made(ranks), ranks)(Work(CASE, "lammps", [some]))
+        ((place, ran),) = known.or_run(made(ranks), ranks)(Work(CASE, "lammps", [some]))
         assert place == 0
         assert ran.values["stop_angle_deg"] == angle(some, ranks)
     assert [ranks for ranks, _ in made.made] == [3, 1]
-    ((_, other),) = known.beside(made(1), 1)(Work(CASE, "liggghts", [one]))
+    ((_, other),) = known.or_run(made(1), 1)(Work(CASE, "liggghts", [one]))
     assert other.provenance.engine == "liggghts"
 
 
@@ -79,7 +79,7 @@ def test_the_places_of_runs_that_are_made_are_theirs(file):
     runs = [Layers(layers=1, stiffness_over_weight=300.0, length=24, width=12, first_angle=17.0,
                    seed=seed) for seed in (9, 1, 8, 2, 3)]  # fmt: skip
     made = Counted()
-    known = read_runs(file, CASE, runs[0]).beside(made(1), 1)
+    known = read_runs(file, CASE, runs[0]).or_run(made(1), 1)
     found = dict(known(Work(CASE, "lammps", runs)))
     assert [one.seed for _, one in made.made] == [9, 2]
     assert isinstance(found.pop(3), EngineOutputError)

@@ -144,12 +144,12 @@ def test_a_search_that_was_cut_goes_on_with_the_runs_that_it_made(tmp_path):
     with pytest.raises(KeyboardInterrupt):
         measured(case, parameters, CachedEngine(cut, entries))
     work = Work(case, "reference", [parameters])
-    assert list(Local(lambda _: CachedEngine(Counting(), entries)).known(work)) == []
+    assert list(Local(lambda _: CachedEngine(Counting(), entries)).lookup(work)) == []
     found = measured(case, parameters, CachedEngine(rest, entries))
     assert found.values == expected.values
     assert 0 < rest.count < whole.count
     again = Counting()
-    ((_, known),) = Local(lambda _: CachedEngine(again, entries)).known(work)
+    ((_, known),) = Local(lambda _: CachedEngine(again, entries)).lookup(work)
     assert (known.values, again.count) == (expected.values, 0)
 
 
