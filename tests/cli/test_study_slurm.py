@@ -4,14 +4,14 @@ import json
 
 import pytest
 
-from harness.cases.layers.extents import EXTENTS, Box, Extent
+from harness.cases.layers.extents import EXTENTS, BoxExtent, Extent
 from harness.workflows.sweep_plan import SweepRequest
 from harness.workflows.sweep_run import held_sweep
 from tests.slurm_here import slurm  # noqa: F401
 
 pytestmark = [pytest.mark.slow, pytest.mark.live, pytest.mark.usefixtures("slurm")]
 
-TINY = Extent({1: Box(6, 3, 20.0, 2)}, (100.0,), Box(6, 3, 20.0, 2))
+TINY = Extent({1: BoxExtent(6, 3, 20.0, 2)}, (100.0,), BoxExtent(6, 3, 20.0, 2))
 
 
 @pytest.mark.usefixtures("lammps_here")

@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 from harness.cases.contract import Measured
-from harness.cases.layers.extents import EXTENTS, START, Box, Extent
+from harness.cases.layers.extents import EXTENTS, START, BoxExtent, Extent
 from harness.cases.layers.study import LayersStudy
 from harness.cases.layers.system import Layers
 from harness.engines.registry import chosen_options
@@ -125,7 +125,7 @@ def test_the_folder_has_page_rows_and_figures_and_is_not_written_over(found, tmp
 @pytest.mark.live
 @pytest.mark.slow
 def test_in_lammps_every_arm_of_a_tiny_study_has_angles(monkeypatch, lammps_here):  # noqa: ARG001
-    tiny = {h: Box(6, 3, 20.0, 2) for h in (1, 2)}
+    tiny = {h: BoxExtent(6, 3, 20.0, 2) for h in (1, 2)}
     monkeypatch.setitem(EXTENTS, "quick", Extent(tiny, (100.0, 300.0), tiny[1], (0.5,), (START,)))
     found = study("layers", "quick")
     assert found.count("done") == len(found.runs) == 4 * 2 + 3 * 2 + 2

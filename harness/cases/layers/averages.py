@@ -83,19 +83,19 @@ def mean_of(values: Sequence[float]) -> Mean:
     return Mean(float(data.mean()), half, count, scatter, count - 1.0)
 
 
-def difference_of(one: Mapping[int, float], other: Mapping[int, float]) -> Mean:
-    """Return the mean of ``one`` minus ``other``, paired by the seeds that both have."""
-    return mean_of([one[seed] - other[seed] for seed in sorted(set(one) & set(other))])
+def paired_difference(first: Mapping[int, float], second: Mapping[int, float]) -> Mean:
+    """Return the mean of ``first`` minus ``second``, paired by the seeds that both have."""
+    return mean_of([first[seed] - second[seed] for seed in sorted(set(first) & set(second))])
 
 
-def welch(one: Mean, other: Mean) -> Mean:
+def welch(first: Mean, second: Mean) -> Mean:
     """Return the difference of the means of independent samples, with Welch's interval."""
-    parts = [mean.scatter**2 / mean.count for mean in (one, other)]
-    variance, count = sum(parts), min(one.count, other.count)
-    value = one.value - other.value
+    parts = [mean.scatter**2 / mean.count for mean in (first, second)]
+    variance, count = sum(parts), min(first.count, second.count)
+    value = first.value - second.value
     if not variance > 0.0:  # no scatter at all, or none that is known
         return Mean(value, variance, count)
-    below = sum(part**2 / mean.freedom for part, mean in zip(parts, (one, other), strict=True))
+    below = sum(part**2 / mean.freedom for part, mean in zip(parts, (first, second), strict=True))
     return Mean(value, _quantile(variance**2 / below) * math.sqrt(variance), count)
 
 
@@ -105,8 +105,8 @@ def with_scatter_of(mean: Mean, smaller: Mean) -> Mean:
     A larger box averages over more grains and scatters less; of a handful of seeds the scatter is
     hardly known.
     """
-    own = mean.scatter if mean.count > 1 else 0.0
-    if mean.count >= FEW or smaller.count <= mean.count or own > smaller.scatter:
+    scatter = mean.scatter if mean.count > 1 else 0.0
+    if mean.count >= FEW or smaller.count <= mean.count or scatter > smaller.scatter:
         return mean
     half = _quantile(smaller.freedom) * smaller.scatter / math.sqrt(mean.count)
     return Mean(mean.value, half, mean.count, smaller.scatter, smaller.freedom)
@@ -127,7 +127,7 @@ class Model:
 
 
 @dataclass(frozen=True)
-class Limit:
+class ModelLimit:
     """The value at x = 0 of several models; those that the means do not reject count."""
 
     models: tuple[Model, ...]
@@ -140,7 +140,7 @@ class Limit:
     @property
     def mean(self) -> Mean:
         """Return the middle of the intervals of the models that count, and half their range."""
-        return covering([one.limit for one in self.kept])
+        return covering([model.limit for model in self.kept])
 
 
 def covering(means: Sequence[Mean]) -> Mean:
@@ -149,14 +149,14 @@ def covering(means: Sequence[Mean]) -> Mean:
     return Mean(0.5 * (low + high), 0.5 * (high - low), min(mean.count for mean in means))
 
 
-def limit_of(means: Mapping[float, Mean], powers: Sequence[float]) -> Limit:
+def limit_of(means: Mapping[float, Mean], powers: Sequence[float]) -> ModelLimit:
     """Return the limit at x = 0 of means by x, by lines in x to each power.
 
     Raise RequestError for fewer than three: two would always lie on a line.
     """
     if len(means) < 3:
         raise RequestError(f"an extrapolation needs three values, {len(means)} are there")
-    return Limit(tuple(_model(means, power) for power in powers))
+    return ModelLimit(tuple(_model(means, power) for power in powers))
 
 
 def _model(means: Mapping[float, Mean], power: float) -> Model:
@@ -196,8 +196,8 @@ def fit_over_thickness(means: Mapping[int, Mean]) -> Fit:
         raise RequestError(f"layers: a fit needs five thicknesses, {len(means)} are there")
     layers = np.array(sorted(means), dtype=float)
     listed = [means[int(h)] for h in layers]
-    values = np.array([one.value for one in listed])
-    errors = np.maximum([one.half_width / 1.96 for one in listed], 1e-4)
+    values = np.array([mean.value for mean in listed])
+    errors = np.maximum([mean.half_width / 1.96 for mean in listed], 1e-4)
     start = (values.min(), np.ptp(values), 0.7)
     try:
         best, covariance = curve_fit(
@@ -207,6 +207,6 @@ def fit_over_thickness(means: Mapping[int, Mean]) -> Fit:
     except RuntimeError:
         raise RequestError("layers: no law limit + amplitude h^-exponent fits") from None
     half = _quantile(len(layers) - 3) * np.sqrt(np.diag(covariance))
-    least = min(one.count for one in listed)
-    limit, amplitude, exponent = (float(one) for one in best)
+    least = min(mean.count for mean in listed)
+    limit, amplitude, exponent = (float(value) for value in best)
     return Fit(Mean(limit, float(half[0]), least), amplitude, Mean(exponent, float(half[2]), least))

@@ -45,7 +45,7 @@ EXPLAINED = (
 )
 
 
-def flow_section(who: str, profile: Profile, film: Film | None = None) -> Section:
+def flow_section(engine: str, profile: Profile, film: Film | None = None) -> Section:
     """Return the section with the profile of a flow in an engine, and the film of one."""
     drawing = Drawing(
         "layers-profile",
@@ -53,25 +53,25 @@ def flow_section(who: str, profile: Profile, film: Film | None = None) -> Sectio
         "Mean speed of the grains and solid fraction, in slices of a quarter of a diameter, four "
         "layers at 16 deg. Each grain counts whole in the slice of its centre, so that the "
         "fraction rises and falls with the layers and may exceed that of a packing.",
-        lambda: profile_drawn(who, profile),
+        lambda: profile_drawn(engine, profile),
     )
     films = () if film is None else (film,)
     return Section(TITLE, (EXPLAINED,), drawings=(drawing,), films=films)
 
 
-def profile_drawn(who: str, profile: Profile) -> Figure:
+def profile_drawn(engine: str, profile: Profile) -> Figure:
     """Draw speed and solid fraction of the slices over their height."""
     from matplotlib.figure import Figure
 
     from harness.report.style import COLOURS
 
     figure = Figure(figsize=(7.0, 3.6), layout="constrained")
-    left, right = figure.subplots(1, 2, sharey=True)
-    left.plot(profile.speed, profile.height, "o-", color=COLOURS[0])
-    left.set(xlabel="mean speed (sqrt(g d))", ylabel="height above the base (d)")
-    right.plot(profile.solid_fraction, profile.height, "s-", color=COLOURS[1])
-    right.set(xlabel="solid fraction, grains by their centres")
-    figure.suptitle(f"Four layers at 16 deg, {who}")
+    speeds, fractions = figure.subplots(1, 2, sharey=True)
+    speeds.plot(profile.speed, profile.height, "o-", color=COLOURS[0])
+    speeds.set(xlabel="mean speed (sqrt(g d))", ylabel="height above the base (d)")
+    fractions.plot(profile.solid_fraction, profile.height, "s-", color=COLOURS[1])
+    fractions.set(xlabel="solid fraction, grains by their centres")
+    figure.suptitle(f"Four layers at 16 deg, {engine}")
     return figure
 
 
@@ -144,13 +144,13 @@ class LayersCase(Case[Layers]):
         """
         from harness.theory.incline import critical_angle
 
-        one = parameters.grains == 1 and parameters.base == "ordered" and parameters.width == 1
-        if not one:
+        single = parameters.grains == 1 and parameters.base == "ordered" and parameters.width == 1
+        if not single:
             return {}
-        found = {"start_angle_deg": Reference(STATIC_DEG, "closed form")}
+        references = {"start_angle_deg": Reference(STATIC_DEG, "closed form")}
         if parameters.contact.zeta >= PLASTIC.zeta:
-            found["stop_angle_deg"] = Reference(critical_angle(), "closed form")
-        return found
+            references["stop_angle_deg"] = Reference(critical_angle(), "closed form")
+        return references
 
     def seconds(self, parameters: Layers, rules: Traits | None, solver: str = "") -> float:
         """Return what a descent is expected to take [s], good to a factor of three."""
@@ -166,11 +166,11 @@ class LayersCase(Case[Layers]):
 
     def plans(self, level: LevelName, traits: Traits) -> Sequence[Plan[Layers]]:
         """Return the single grain, lowered; beyond level quick raised as well."""
-        found = [Plan("one grain on a row stops", SINGLE, {"stop_angle_deg": STOP})]
+        plans = [Plan("one grain on a row stops", SINGLE, {"stop_angle_deg": STOP})]
         if level != "quick":
             start = {"start_angle_deg": START}
-            found.append(Plan("one grain on a row starts", RAISED, start))
-        return found
+            plans.append(Plan("one grain on a row starts", RAISED, start))
+        return plans
 
     def verify(self, engine: Engine, study: Study) -> Findings:
         """Judge the single grain, and run a small flow for its profile."""

@@ -14,13 +14,13 @@ from harness.cases.layers.averages import (
     BOX_POWERS,
     MARGIN_DEG,
     RATE_POWERS,
-    Limit,
     Mean,
+    ModelLimit,
     Word,
     covering,
-    difference_of,
     limit_of,
     mean_of,
+    paired_difference,
     welch,
     with_scatter_of,
 )
@@ -60,7 +60,7 @@ COLUMNS = (*SYSTEM, "rise_deg", "ranks")
 
 
 @dataclass(frozen=True)
-class Change:
+class AngleChange:
     """A change, the mean angle with it, and the difference that it makes [deg].
 
     ``paired`` by seed or of independent samples; ``independent`` is that difference by Welch's
@@ -96,7 +96,7 @@ class Compared:
 
     reference: Sequence[Row]
     arms: Mapping[str, Sequence[Row]]
-    changes: tuple[Change, ...]
+    changes: tuple[AngleChange, ...]
     definitions: tuple[OwnRuns, ...]
     starts: tuple[OwnRuns, ...]
 
@@ -110,12 +110,12 @@ class Compared:
         """Return the mean angle by the length of the box [d], rising, of arms of that alone."""
         return _means_of_boxes(_boxes(self.reference, self.arms))
 
-    def box_limit(self) -> Limit | None:
+    def box_limit(self) -> ModelLimit | None:
         """Return the limit in an endless box; None of fewer than three boxes."""
         inverse = {1.0 / length: mean for length, mean in self.boxes.items()}
         return limit_of(inverse, BOX_POWERS) if len(inverse) > 2 else None
 
-    def rate_limits(self) -> Iterator[tuple[Row, Limit]]:
+    def rate_limits(self) -> Iterator[tuple[Row, ModelLimit]]:
         """Yield a row of each box with three rates or more, and the limit of a slow descent."""
         for base in _boxes(self.reference, self.arms):
             rates = {
@@ -123,9 +123,9 @@ class Compared:
                 for rows in (base, *self.arms.values())
                 if rows is base or changed_in(rows, base) == {"rate_deg"}
             }
-            known = {rate: mean for rate, mean in rates.items() if mean.count > 1}
-            if len(known) > 2:
-                yield base[0], limit_of(known, RATE_POWERS)
+            means = {rate: mean for rate, mean in rates.items() if mean.count > 1}
+            if len(means) > 2:
+                yield base[0], limit_of(means, RATE_POWERS)
 
 
 def layers_label(number: int) -> str:
@@ -143,11 +143,7 @@ def seeds_of(rows: Sequence[Row], quantity: str = STOP) -> dict[int, float]:
 
     A run that stands in several arms counts once.
     """
-    runs = {
-        (row["seed"], row["ranks"]): row[quantity]
-        for row in rows
-        if row.get(quantity) is not None
-    }  # fmt: skip
+    runs = {(r["seed"], r["ranks"]): r[quantity] for r in rows if r.get(quantity) is not None}
     seeds: dict[int, list[float]] = {}
     for (seed, _), value in sorted(runs.items()):
         seeds.setdefault(seed, []).append(value)
@@ -185,7 +181,7 @@ def _compared(
     some: Mapping[str, Sequence[Row]],
     arms: Mapping[str, Sequence[Row]],
 ) -> Compared:
-    known = {
+    comparable = {
         name: rows if "ranks" in changed_in(rows, reference) else same_system(rows, arms)
         for name, rows in some.items()
         if seeds_of(rows) and changed_in(rows, reference) != {"rise_deg"}
@@ -193,8 +189,8 @@ def _compared(
     raised = [rows for rows in some.values() if seeds_of(rows, START)]
     return Compared(
         reference,
-        known,
-        (*_changes(reference, known), *_box_changes(reference, known)),
+        comparable,
+        (*_changes(reference, comparable), *_box_changes(reference, comparable)),
         tuple(_definitions(reference)),
         tuple(_starts(raised)),
     )
@@ -233,7 +229,7 @@ def _means_of_boxes(boxes: Sequence[Sequence[Row]]) -> dict[float, Mean]:
 
 def _box_changes(
     reference: Sequence[Row], arms: Mapping[str, Sequence[Row]]
-) -> Iterator[Change]:  # fmt: skip
+) -> Iterator[AngleChange]:  # fmt: skip
     """Yield each box against the next smaller one."""
     boxes = {rows[0]["length_d"]: rows[0] for rows in _boxes(reference, arms)}
     means = _means_of_boxes(_boxes(reference, arms))
@@ -241,12 +237,12 @@ def _box_changes(
         difference = welch(means[large], means[small])
         name = f"{box_of(boxes[large])} for {box_of(boxes[small])} d"
         place = place_of_row(reference[0])
-        yield Change(name, place, "box", means[large], difference, difference, paired=False)
+        yield AngleChange(name, place, "box", means[large], difference, difference, paired=False)
 
 
 def _changes(
     reference: Sequence[Row], arms: Mapping[str, Sequence[Row]]
-) -> Iterator[Change]:  # fmt: skip
+) -> Iterator[AngleChange]:  # fmt: skip
     """Yield each arm against the runs that it differs from in the fewest columns."""
     boxes = _boxes(reference, arms)
     for name, rows in arms.items():
@@ -257,21 +253,21 @@ def _changes(
         if changed == {"ranks"}:  # runs on other ranks are not among those without the change
             base = [row for row in base if row["ranks"] != rows[0]["ranks"]]
         kind: Kind = "system" if changed & PHYSICAL else "protocol"
-        other, own = seeds_of(rows), seeds_of(base)
-        means = mean_of([*other.values()]), mean_of([*own.values()])
+        angles, without = seeds_of(rows), seeds_of(base)
+        means = mean_of([*angles.values()]), mean_of([*without.values()])
         independent = welch(*means)
         paired = not changed & {*BOX, "base"}
-        difference = difference_of(other, own) if paired else independent
+        difference = paired_difference(angles, without) if paired else independent
         words = f"{name.partition(', ')[0].partition(' in the ')[0]}, {box_of(base[0])} d"
         place = place_of_row(reference[0])
-        yield Change(words, place, kind, means[0], difference, independent, paired)
+        yield AngleChange(words, place, kind, means[0], difference, independent, paired)
 
 
 def _definitions(reference: Sequence[Row]) -> Iterator[OwnRuns]:
     stop = seeds_of(reference)
     for name, quantity in DEFINITIONS.items():
         other = seeds_of(reference, quantity)
-        difference = difference_of(other, stop)
+        difference = paired_difference(other, stop)
         if difference.count > 1:
             yield OwnRuns(name, mean_of([*other.values()]), difference)
 
@@ -280,7 +276,7 @@ def _starts(raised: Sequence[Sequence[Row]]) -> Iterator[OwnRuns]:
     for rows in raised:
         start, stop = seeds_of(rows, START), seeds_of(rows)
         words = f"{box_of(rows[0])} d, {rows[0]['rise_deg']:g} deg in each sqrt(d/g)"
-        yield OwnRuns(words, mean_of([*start.values()]), difference_of(start, stop))
+        yield OwnRuns(words, mean_of([*start.values()]), paired_difference(start, stop))
 
 
 def box_of(row: Row) -> str:
@@ -300,15 +296,15 @@ def softness_elsewhere(
         for rows in some.arms.values():
             changed = changed_in(rows, some.reference)
             if changed and changed <= BOX | {"rate_deg"}:
-                one = rows[0]
-                key = one["layers"], one["length_d"], one["width_d"], one["rate_deg"]
-                angles.setdefault(key, {})[one["stiffness_over_weight"]] = seeds_of(rows)
+                row = rows[0]
+                key = row["layers"], row["length_d"], row["width_d"], row["rate_deg"]
+                angles.setdefault(key, {})[row["stiffness_over_weight"]] = seeds_of(rows)
     differences = {
-        key: difference_of(by_stiffness[min(by_stiffness)], by_stiffness[max(by_stiffness)])
+        key: paired_difference(by_stiffness[min(by_stiffness)], by_stiffness[max(by_stiffness)])
         for key, by_stiffness in sorted(angles.items())
         if len(by_stiffness) > 1
     }
-    return {key: one for key, one in differences.items() if one.count > 1}
+    return {key: mean for key, mean in differences.items() if mean.count > 1}
 
 
 def softness_in_an_endless_box(places: Sequence[Compared]) -> dict[int, Mean]:
@@ -316,11 +312,11 @@ def softness_in_an_endless_box(places: Sequence[Compared]) -> dict[int, Mean]:
 
     The interval covers those of each model that neither rejects.
     """
-    limits: dict[int, dict[float, Limit]] = {}
+    limits: dict[int, dict[float, ModelLimit]] = {}
     for some in places:
-        limit, one = some.box_limit(), some.reference[0]
+        limit, row = some.box_limit(), some.reference[0]
         if limit is not None:
-            limits.setdefault(one["layers"], {})[one["stiffness_over_weight"]] = limit
+            limits.setdefault(row["layers"], {})[row["stiffness_over_weight"]] = limit
     return {
         h: _difference_of_limits(of[min(of)], of[max(of)])
         for h, of in sorted(limits.items())
@@ -328,26 +324,26 @@ def softness_in_an_endless_box(places: Sequence[Compared]) -> dict[int, Mean]:
     }
 
 
-def _difference_of_limits(soft: Limit, stiff: Limit) -> Mean:
+def _difference_of_limits(soft: ModelLimit, stiff: ModelLimit) -> Mean:
     pairs = list(zip(soft.models, stiff.models, strict=True))
     kept = [pair for pair in pairs if pair[0] in soft.kept and pair[1] in stiff.kept] or pairs
     return covering(
         [
             Mean(
-                one.limit.value - other.limit.value,
-                (one.limit.half_width**2 + other.limit.half_width**2) ** 0.5,
-                min(one.limit.count, other.limit.count),
+                first.limit.value - second.limit.value,
+                (first.limit.half_width**2 + second.limit.half_width**2) ** 0.5,
+                min(first.limit.count, second.limit.count),
             )
-            for one, other in kept
+            for first, second in kept
         ]
     )
 
 
-def signed(one: Mean) -> str:
+def signed(mean: Mean) -> str:
     """Return a difference with its sign and the half width of its interval."""
-    return f"{one.value:+.2f} ± {one.half_width:.2f}"
+    return f"{mean.value:+.2f} ± {mean.half_width:.2f}"
 
 
-def interval(one: Mean) -> str:
+def interval(mean: Mean) -> str:
     """Return a mean with the half width of its interval."""
-    return f"{one.value:.2f} ± {one.half_width:.2f}"
+    return f"{mean.value:.2f} ± {mean.half_width:.2f}"

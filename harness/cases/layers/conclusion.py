@@ -13,15 +13,15 @@ from harness.cases.layers.averages import (
     Fit,
     Mean,
     Word,
-    difference_of,
     fit_over_thickness,
     mean_of,
+    paired_difference,
     welch,
 )
 from harness.cases.layers.changes import (
     START,
     STOP,
-    Change,
+    AngleChange,
     Compared,
     Kind,
     compared,
@@ -40,7 +40,7 @@ Key = tuple[float, int]
 
 
 @dataclass(frozen=True)
-class Found:
+class StudyAngles:
     """Angles [deg] by stiffness and thickness, each by seed, and what follows."""
 
     angles: Mapping[Key, Mapping[int, float]]
@@ -72,11 +72,12 @@ class Found:
         soft, stiff = self.stiffnesses[0], self.stiffnesses[-1]
         shared = set(self.layers(soft)) & set(self.layers(stiff))
         return {
-            h: difference_of(self.angles[soft, h], self.angles[stiff, h]) for h in sorted(shared)
+            h: paired_difference(self.angles[soft, h], self.angles[stiff, h])
+            for h in sorted(shared)
         }
 
 
-def read_arms(arms: Mapping[str, Sequence[Row]]) -> Found:
+def read_arms(arms: Mapping[str, Sequence[Row]]) -> StudyAngles:
     """Return the angles over the thickness, each of all runs of its system, and the fits."""
     angles = {
         (some[0]["stiffness_over_weight"], some[0]["layers"]): seeds
@@ -91,7 +92,7 @@ def read_arms(arms: Mapping[str, Sequence[Row]]) -> Found:
             fits[stiffness] = fit_over_thickness({h: m for h, m in means.items() if m.count > 1})
         except RequestError:
             continue  # the section says that there is no fit
-    return Found(angles, arms, fits)
+    return StudyAngles(angles, arms, fits)
 
 
 def grouped(rows: Sequence[Row]) -> dict[tuple[object, ...], list[Row]]:
@@ -103,58 +104,58 @@ def grouped(rows: Sequence[Row]) -> dict[tuple[object, ...], list[Row]]:
     return groups
 
 
-def rows_of(found: Found) -> tuple[Row, ...]:
+def rows_of(results: StudyAngles) -> tuple[Row, ...]:
     """Return a row of results for each arm, of the thickness for each place."""
     return tuple(
-        _row(name, some, same_system(some, found.arms) if name == THICKNESS else some)
-        for name, rows in found.arms.items()
+        _row(name, some, same_system(some, results.arms) if name == THICKNESS else some)
+        for name, rows in results.arms.items()
         for some in grouped(rows).values()
     )
 
 
 def _row(arm: str, some: Sequence[Row], system: Sequence[Row]) -> Row:
-    one = some[0]
+    first = some[0]
     stop = mean_of([*seeds_of(system).values()])
     start = mean_of([*seeds_of(some, START).values()])
     return {
         "arm": arm,
-        "layers": one["layers"],
-        "stiffness_over_weight": one["stiffness_over_weight"],
-        "restitution": one["contact.restitution"] or 0.0,
+        "layers": first["layers"],
+        "stiffness_over_weight": first["stiffness_over_weight"],
+        "restitution": first["contact.restitution"] or 0.0,
         "stop_angle_deg": stop.value,
         # one grain has one well: its angle is known to the rate
-        "uncertainty_deg": one["rate_deg"] if arm == LIMIT else stop.half_width,
-        "grains": grains_in(one),
+        "uncertainty_deg": first["rate_deg"] if arm == LIMIT else stop.half_width,
+        "grains": grains_in(first),
         "seeds": stop.count,
         "scatter_deg": stop.scatter,
         "undecided": sum(row[STOP] is None for row in some),
         "start_angle_deg": start.value if start.count else None,
         "start_uncertainty_deg": start.half_width if start.count else None,
-        "length_d": one["length_d"],
-        "width_d": one["width_d"],
-        "rate_deg_per_d": one["rate_deg"],
-        "steps_per_contact": one["steps_per_contact"],
-        "base": one["base"],
-        "ranks": one["ranks"],
+        "length_d": first["length_d"],
+        "width_d": first["width_d"],
+        "rate_deg_per_d": first["rate_deg"],
+        "steps_per_contact": first["steps_per_contact"],
+        "base": first["base"],
+        "ranks": first["ranks"],
     }
 
 
-def verdict_of(found: Found) -> tuple[str, ...]:
+def verdict_of(results: StudyAngles) -> tuple[str, ...]:
     """Return what the runs say, in sentences."""
     return (
-        *_of_thickness(found), *_of_softness(found), *_of_changes(found), *_of_own_runs(found),
-        *_of_boxes(found), *_of_undecided(found.arms),
+        *_of_thickness(results), *_of_softness(results), *_of_changes(results),
+        *_of_own_runs(results), *_of_boxes(results), *_of_undecided(results.arms),
     )  # fmt: skip
 
 
-def _of_thickness(found: Found) -> list[str]:
-    if not found.angles:
+def _of_thickness(results: StudyAngles) -> list[str]:
+    if not results.angles:
         return ["No run stopped: there is no angle."]
-    stiff = found.stiffnesses[-1]
-    layers = found.layers(stiff)
+    stiff = results.stiffnesses[-1]
+    layers = results.layers(stiff)
     if len(layers) < 2:
         return ["One thickness only: nothing is said of the fall."]
-    means = {h: found.mean(stiff, h) for h in layers}
+    means = {h: results.mean(stiff, h) for h in layers}
     listed = ", ".join(f"{interval(means[h])} at {h}" for h in layers)
     fall = welch(means[layers[0]], means[layers[-1]])
     falls = all(welch(means[a], means[b]).low > 0.0 for a, b in pairwise(layers))
@@ -166,17 +167,17 @@ def _of_thickness(found: Found) -> list[str]:
     ]
 
 
-def _of_softness(found: Found) -> list[str]:
-    differences = found.softness()
+def _of_softness(results: StudyAngles) -> list[str]:
+    differences = results.softness()
     if not differences:
         return ["One stiffness only: nothing is said of softness."]
-    soft, stiff = found.stiffnesses[0], found.stiffnesses[-1]
+    soft, stiff = results.stiffnesses[0], results.stiffnesses[-1]
     listed = "; ".join(
-        f"{layers_label(h)}: {signed(one)} deg, {one.word}" for h, one in differences.items()
+        f"{layers_label(h)}: {signed(mean)} deg, {mean.word}" for h, mean in differences.items()
     )
     largest = max(abs(difference.value) for difference in differences.values())
     first, last = min(differences), max(differences)
-    falls = {k: welch(found.mean(k, first), found.mean(k, last)) for k in (soft, stiff)}
+    falls = {k: welch(results.mean(k, first), results.mean(k, last)) for k in (soft, stiff)}
     overall = _overall({difference.word for difference in differences.values()})
     return [
         f"Softness, {soft:g} against {stiff:g} weights ({stiff / soft:.0f} times): {listed}.",
@@ -202,8 +203,8 @@ SUBJECTS: Mapping[Kind, str] = {
 }
 
 
-def _of_changes(found: Found) -> list[str]:
-    changes = [change for place in found.places for change in place.changes]
+def _of_changes(results: StudyAngles) -> list[str]:
+    changes = [change for place in results.places for change in place.changes]
     sentences = []
     for kind, subject in SUBJECTS.items():
         some = [change for change in changes if change.kind == kind]
@@ -212,7 +213,7 @@ def _of_changes(found: Found) -> list[str]:
     return sentences
 
 
-def _counted(some: Sequence[Change]) -> str:
+def _counted(some: Sequence[AngleChange]) -> str:
     words = Counter(change.word for change in some)
     numbers = (
         f"{words['the same']} the same, {words['differs']} differ, {words['undecided']} undecided"
@@ -228,9 +229,9 @@ def _counted(some: Sequence[Change]) -> str:
     )  # fmt: skip
 
 
-def _of_own_runs(found: Found) -> list[str]:
+def _of_own_runs(results: StudyAngles) -> list[str]:
     sentences = []
-    definitions = [definition for place in found.places for definition in place.definitions]
+    definitions = [definition for place in results.places for definition in place.definitions]
     if definitions:
         same = sum(definition.difference.word == "the same" for definition in definitions)
         largest = max(abs(definition.difference.value) for definition in definitions)
@@ -240,24 +241,24 @@ def _of_own_runs(found: Found) -> list[str]:
         )
     starts = [f"{place.place}, {start.name}: {signed(start.difference)} deg "
               f"({start.difference.count} seeds, {start.difference.word})"
-              for place in found.places for start in place.starts]  # fmt: skip
+              for place in results.places for start in place.starts]  # fmt: skip
     if starts:
         sentences.append(f"Hysteresis, start minus stop of the same runs: {'; '.join(starts)}.")
     return sentences
 
 
-def _of_boxes(found: Found) -> list[str]:
-    limits = {place.place: place.box_limit() for place in found.places}
+def _of_boxes(results: StudyAngles) -> list[str]:
+    limits = {place.place: place.box_limit() for place in results.places}
     listed = "; ".join(f"{name}: {interval(limit.mean)}" for name, limit in limits.items() if limit)
     if not listed:
         return []
     sentences = [
         f"In an endless box, by each model that the boxes do not reject: {listed} deg."
     ]  # fmt: skip
-    endless = softness_in_an_endless_box(found.places)
+    endless = softness_in_an_endless_box(results.places)
     if endless:
         differences = "; ".join(
-            f"{layers_label(h)}: {signed(one)} deg, {one.word}" for h, one in endless.items()
+            f"{layers_label(h)}: {signed(mean)} deg, {mean.word}" for h, mean in endless.items()
         )
         sentences.append(f"Softness in an endless box: {differences}.")
     return sentences

@@ -35,7 +35,7 @@ class Changed(NamedTuple):
     layers: int
     stiffest: bool
     seeds: int
-    what: str = ""
+    change: str = ""
     factor: float = 1.0
 
     @property
@@ -43,10 +43,10 @@ class Changed(NamedTuple):
         """Return what is changed, in words."""
         name = (LARGEST if self.factor > 2.0 else LARGE if self.factor > 1.0 else SMALL)[0]
         box = "" if self.factor == 1.0 else name
-        return " in the ".join(filter(None, (self.what, box)))
+        return " in the ".join(filter(None, (self.change, box)))
 
 
-class Box(NamedTuple):
+class BoxExtent(NamedTuple):
     """Of a thickness: the box [d], the first angle [deg], some 3 deg above the stop, the seeds.
 
     ``softest`` are those of the softest contact where they are others; 0: the same.
@@ -60,10 +60,10 @@ class Box(NamedTuple):
 
 
 BOXES = {
-    1: Box(36, 18, 17.0, 7),
-    2: Box(20, 10, 14.0, 8, 14),
-    4: Box(24, 12, 12.0, 12),
-    8: Box(18, 9, 11.0, 5, 8),
+    1: BoxExtent(36, 18, 17.0, 7),
+    2: BoxExtent(20, 10, 14.0, 8, 14),
+    4: BoxExtent(24, 12, 12.0, 12),
+    8: BoxExtent(18, 9, 11.0, 5, 8),
 }
 """Seeds were added until Student's t over them, t s/sqrt(n), was below 0.3 deg at each stiffness: a
 rule that looks at the interval, not at the angle, and leaves the interval a little too narrow,
@@ -76,7 +76,7 @@ be too small. These still are: the angle falls further in larger ones, and the r
 in an endless one."""
 
 WIDER = {
-    layers: Box(32, 16, first_angle, 12)
+    layers: BoxExtent(32, 16, first_angle, 12)
     for layers, first_angle in {1: 17.0, 2: 14.0, 4: 12.0, 8: 11.0, 12: 10.0, 20: 9.0}.items()
 }
 """Of level full: equal boxes, as a law over the thickness is that of one box."""
@@ -155,9 +155,9 @@ for."""
 class Extent:
     """How much of the study a level runs."""
 
-    boxes: Mapping[int, Box]
+    boxes: Mapping[int, BoxExtent]
     stiffnesses: tuple[float, ...]
-    compared: Box
+    compared: BoxExtent
     restitutions: tuple[float, ...] = (0.5,)
     changes: tuple[tuple[str, Mapping[str, Any]], ...] = ()
     thicker: tuple[Changed, ...] = ()
@@ -165,15 +165,15 @@ class Extent:
 
 EXTENTS: Mapping[Level, Extent] = {
     "quick": Extent(
-        {1: Box(12, 6, 17.0, 5), 2: Box(10, 5, 14.0, 5), 4: Box(8, 4, 12.0, 5)},
-        (300.0, 3e4), Box(12, 6, 17.0, 5), (), (HALF_THE_RATE, WIDE, START),
+        {1: BoxExtent(12, 6, 17.0, 5), 2: BoxExtent(10, 5, 14.0, 5), 4: BoxExtent(8, 4, 12.0, 5)},
+        (300.0, 3e4), BoxExtent(12, 6, 17.0, 5), (), (HALF_THE_RATE, WIDE, START),
     ),
     "default": Extent(
-        BOXES, (300.0, 3e4), Box(24, 12, 17.0, 8), (0.5,),
+        BOXES, (300.0, 3e4), BoxExtent(24, 12, 17.0, 8), (0.5,),
         (HALF_THE_RATE, SMALL, LARGE, STEP, START), THICKER,
     ),
     "full": Extent(
-        WIDER, (1e3, 1e4, 1e5, 1e6), Box(48, 24, 17.0, 12), (0.3, 0.5, 0.7),
+        WIDER, (1e3, 1e4, 1e5, 1e6), BoxExtent(48, 24, 17.0, 12), (0.3, 0.5, 0.7),
         (TWICE, HALF_THE_RATE, QUARTER, SMALL, MIDDLE, LARGEST, STEP, START),
         THICKER,
     ),
@@ -232,13 +232,13 @@ def speed_of(engine: Engine, side: int, repeats: int = REPEATS) -> Speed:
 
     Raise the first EngineError, EngineOutputError where the log tells of no time.
     """
-    case, found = probe(side), []
+    case, speeds = probe(side), []
     for _ in range(repeats):
         (output,) = engine.run([job_of(case)])
         if isinstance(output, EngineError):
             raise output
-        found.append(loop_speed(output, case.grains))
-    return min(found, key=lambda one: one.seconds)
+        speeds.append(loop_speed(output, case.grains))
+    return min(speeds, key=lambda speed: speed.seconds)
 
 
 def loop_speed(output: Output, grains: int) -> Speed:
@@ -250,9 +250,9 @@ def loop_speed(output: Output, grains: int) -> Speed:
     return Speed(grains, int(ranks), float(time) / int(steps) / grains)
 
 
-def efficiency(one: Speed, two: Speed) -> float:
+def efficiency(least: Speed, two: Speed) -> float:
     """Return the efficiency of two ranks, from the cost on one and on two."""
-    return one.seconds / (2.0 * two.seconds)
+    return least.seconds / (2.0 * two.seconds)
 
 
 def serial_part(efficiency_of_two: float) -> float:
@@ -289,13 +289,13 @@ def best_ranks(durations: Sequence[float], cores: int, share: float) -> tuple[in
 def durations_of(arms: Iterable[Arm], speeds: Sequence[Speed]) -> list[float]:
     """Return what each different run of some arms is expected to take on one rank [s]."""
     runs = dict.fromkeys(
-        (one, arm.ranks) for arm in arms for one in arm.parameters if isinstance(one, Layers)
+        (run, arm.ranks) for arm in arms for run in arm.parameters if isinstance(run, Layers)
     )
     sizes = np.log([s.grains for s in speeds])
     costs = [s.seconds for s in speeds]
     return [
-        steps_of(one) * one.grains * float(np.interp(np.log(one.grains), sizes, costs))
-        for one, _ in runs
+        steps_of(run) * run.grains * float(np.interp(np.log(run.grains), sizes, costs))
+        for run, _ in runs
     ]
 
 
@@ -315,17 +315,17 @@ def study_cost(
     return _cost(arms, speeds[1], speeds[2])
 
 
-def core_seconds(found: Mapping[str, Sequence[Row]]) -> tuple[int, float]:
+def core_seconds(arms: Mapping[str, Sequence[Row]]) -> tuple[int, float]:
     """Return how many different runs tell of their time, and the core time [s] of them all."""
     runs = {
         repr([row[name] for name in row if name != "arm"]): row["wall_time_s"] * row["ranks"]
-        for row in chain.from_iterable(found.values())
+        for row in chain.from_iterable(arms.values())
         if row.get("wall_time_s") and row.get("steps")
     }
     return len(runs), sum(runs.values())
 
 
-def cost_seen(arms: Sequence[Arm], found: Mapping[str, Sequence[Row]]) -> StudyCost | None:
+def cost_seen(arms: Sequence[Arm], rows_of_arms: Mapping[str, Sequence[Row]]) -> StudyCost | None:
     """Return what some arms cost by the wall times of runs that were made; None without any.
 
     Of runs of one size on one rank the least counts: whatever else the machine did only slowed them
@@ -333,27 +333,27 @@ def cost_seen(arms: Sequence[Arm], found: Mapping[str, Sequence[Row]]) -> StudyC
     what two ranks gain.
     """
     least: dict[int, Speed] = {}
-    for row in chain.from_iterable(found.values()):
+    for row in chain.from_iterable(rows_of_arms.values()):
         if row.get("wall_time_s") and row.get("steps") and row["ranks"] == 1:
             grains = grains_in(row)
-            one = Speed(grains, 1, row["wall_time_s"] / row["steps"] / grains)
-            least[grains] = min(one, least.get(grains, one), key=lambda speed: speed.seconds)
+            speed = Speed(grains, 1, row["wall_time_s"] / row["steps"] / grains)
+            least[grains] = min(speed, least.get(grains, speed), key=lambda speed: speed.seconds)
     return _cost(arms, [least[grains] for grains in sorted(least)], ()) if least else None
 
 
 def _cost(arms: Sequence[Arm], ones: Sequence[Speed], twos: Sequence[Speed]) -> StudyCost:
     """Return what arms cost by speeds on one rank and on two, those of rising sizes."""
     split = {two.grains: two for two in twos}
-    together = [efficiency(one, split[one.grains]) for one in ones if one.grains in split]
+    together = [efficiency(speed, split[speed.grains]) for speed in ones if speed.grains in split]
     measured = [
         {
-            "grains": one.grains,
-            "microseconds_per_grain_and_step": 1e6 * one.seconds,
-            "efficiency_of_2_ranks": efficiency(one, split[one.grains])
-            if one.grains in split
+            "grains": speed.grains,
+            "microseconds_per_grain_and_step": 1e6 * speed.seconds,
+            "efficiency_of_2_ranks": efficiency(speed, split[speed.grains])
+            if speed.grains in split
             else None,
         }
-        for one in ones
+        for speed in ones
     ]
     durations = durations_of(arms, ones)
     return StudyCost(tuple(measured), tuple(_rows(durations, [0.5, *together][-1])), MODEL)
@@ -395,10 +395,10 @@ def arms_of(level: Level) -> list[Arm]:
     compared = tuple(_seeds(extent.compared, COMPARED, softest))
     arms.append(Arm(REFERENCE, compared))
     for name, change in extent.changes:
-        arms.append(Arm(name, tuple(one.replace(**change) for one in compared)))
+        arms.append(Arm(name, tuple(run.replace(**change) for run in compared)))
     for value in extent.restitutions:
         contact = {"name": f"e = {value:g}, clipped", "restitution": value}
-        changed = tuple(one.replace(contact=contact) for one in compared)
+        changed = tuple(run.replace(contact=contact) for run in compared)
         arms.append(Arm(f"restitution {value:g}", changed))
     if level != "quick":
         arms.append(Arm(SPLIT, compared, RANKS))
@@ -420,7 +420,7 @@ def _at_more_layers(some: Changed, extent: Extent) -> Arm:
     """Return the arm of another rate, box, base or two ranks at more layers than one."""
     stiffness = (max if some.stiffest else min)(extent.stiffnesses)
     box = extent.boxes[some.layers]
-    change = {**CHANGES[some.what]} if some.what else {}
+    change = {**CHANGES[some.change]} if some.change else {}
     if some.factor != 1.0:
         change["length"] = round(some.factor * box.length)
         change["width"] = round(some.factor * box.width)
@@ -428,7 +428,7 @@ def _at_more_layers(some: Changed, extent: Extent) -> Arm:
     return Arm(
         some.name + place_of(some.layers, stiffness),
         tuple(run.replace(**change) for run in runs),
-        RANKS if some.what == SPLIT else 1,
+        RANKS if some.change == SPLIT else 1,
     )
 
 
@@ -437,7 +437,7 @@ def place_of(layers: int, stiffness: float) -> str:
     return f", {layers} layers at {stiffness:g} weights"
 
 
-def _seeds(box: Box, layers: int, stiffness: float, seeds: int = 0) -> Iterable[Layers]:
+def _seeds(box: BoxExtent, layers: int, stiffness: float, seeds: int = 0) -> Iterable[Layers]:
     for seed in range(1, (seeds or box.seeds) + 1):
         yield Layers(
             layers=layers,

@@ -13,7 +13,7 @@ from matplotlib.collections import EllipseCollection
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from harness.cases.layers.averages import REJECTED, Limit, Mean, mean_of
+from harness.cases.layers.averages import REJECTED, Mean, ModelLimit, mean_of
 from harness.cases.layers.changes import (
     STOP,
     TEST,
@@ -25,7 +25,7 @@ from harness.cases.layers.changes import (
     signed,
     softness_elsewhere,
 )
-from harness.cases.layers.conclusion import Found, grouped
+from harness.cases.layers.conclusion import StudyAngles, grouped
 from harness.cases.layers.extents import (
     LIMIT,
     SINGLE_CRITICAL_DEG,
@@ -45,26 +45,26 @@ from harness.report.style import BLACK, COLOURS, MARKERS, ORANGE, RED, SKY, lege
 from harness.report.style import Figure as ShownFigure
 from harness.theory.incline import critical_angle
 
-ASIDE = 0.04
+POINT_SHIFT = 0.04
 """Of a thickness, by which the points of two stiffnesses are set apart so that both are seen."""
 
-BESIDE = 7e-4
+LIMIT_SHIFT = 7e-4
 """[1/d] between the limits of places, left of zero, so that all are seen."""
 
 
-def angle_over_thickness(found: Found, points: ReferencePoints | None) -> ShownFigure:
+def angle_over_thickness(results: StudyAngles, points: ReferencePoints | None) -> ShownFigure:
     """Draw means with intervals and fits, the paper's readings, single grain, bulk, a user's."""
     figure = ShownFigure(figsize=(7.4, 5.6), layout="constrained")
     axes = figure.add_subplot()
-    last = max(h for _, h in found.angles)
+    last = max(h for _, h in results.angles)
     fine = np.geomspace(1.0, 1.5 * last, 60)
-    for number, stiffness in enumerate(found.stiffnesses):
+    for number, stiffness in enumerate(results.stiffnesses):
         look: dict[str, Any] = {"color": COLOURS[1 + number % 4]}
-        layers = found.layers(stiffness)
-        means = [found.mean(stiffness, h) for h in layers]
-        beside = 1.0 + ASIDE * (number - (len(found.stiffnesses) - 1) / 2)
+        layers = results.layers(stiffness)
+        means = [results.mean(stiffness, h) for h in layers]
+        shift = 1.0 + POINT_SHIFT * (number - (len(results.stiffnesses) - 1) / 2)
         axes.errorbar(
-            [h * beside for h in layers],
+            [h * shift for h in layers],
             [mean.value for mean in means],
             [mean.half_width for mean in means],
             marker=MARKERS[number % 6],
@@ -73,7 +73,7 @@ def angle_over_thickness(found: Found, points: ReferencePoints | None) -> ShownF
             label=f"layers, k d/(m g) = {stiffness:g}",
             **look,
         )
-        fit = found.fits.get(stiffness)
+        fit = results.fits.get(stiffness)
         if fit is not None:
             law = rf"${fit.limit.value:.2f} + {fit.amplitude:.2f}\,h^{{-{fit.exponent.value:.2f}}}$"
             name = f"fit at {stiffness:g}: {law}"
@@ -83,7 +83,7 @@ def angle_over_thickness(found: Found, points: ReferencePoints | None) -> ShownF
     for (reading, words), (style, colour) in zip(
         READINGS.items(), (("--", ORANGE), (":", SKY)), strict=True
     ):
-        angles = [one[reading] for one in expected]
+        angles = [of_height[reading] for of_height in expected]
         name = f"the paper, n deformable particles, {words}"
         axes.plot(heights, angles, style, marker=".", color=colour, label=name)
     axes.axhline(critical_angle(), color=BLACK, lw=0.9, ls="-.",
@@ -120,24 +120,24 @@ def angle_over_box(places: Sequence[Compared]) -> ShownFigure:
             fine = np.linspace(0.0, max(values), 50)
             for model in limit.kept:
                 axes.plot(fine, model.curve(fine), lw=0.8, alpha=0.7, **look)
-            aside = BESIDE * (1 + number)
+            aside = LIMIT_SHIFT * (1 + number)
             mean = limit.mean
             axes.errorbar(-aside, mean.value, mean.half_width, capsize=3, lw=1.6, **look)
     axes.set(xlabel="1 / length of the box (1/d)", ylabel="angle of stop (deg)")
-    axes.set_xlim(left=-BESIDE * (len(places) + 2))
+    axes.set_xlim(left=-LIMIT_SHIFT * (len(places) + 2))
     axes.axvline(0.0, color="0.6", lw=0.7)
     legend_below(figure, 2)
     return figure
 
 
-def sections_of(found: Found, points: ReferencePoints | None) -> tuple[Section, ...]:
+def sections_of(results: StudyAngles, points: ReferencePoints | None) -> tuple[Section, ...]:
     """Return the sections; those without runs are left out."""
     sections = []
-    if found.angles:
-        sections += [_thickness(found, points), _softness(found)]
-    if found.places:
-        sections += [_changes(found.places), _boxes(found.places), _own_runs(found.places)]
-    return (*sections, *_limit(found), *_cost(found))
+    if results.angles:
+        sections += [_thickness(results, points), _softness(results)]
+    if results.places:
+        sections += [_changes(results.places), _boxes(results.places), _own_runs(results.places)]
+    return (*sections, *_limit(results), *_cost(results))
 
 
 STOPPING = (
@@ -149,21 +149,21 @@ STOPPING = (
 )
 
 
-def _thickness(found: Found, points: ReferencePoints | None) -> Section:
+def _thickness(results: StudyAngles, points: ReferencePoints | None) -> Section:
     def draw() -> Figure:
 
-        return angle_over_thickness(found, points)
+        return angle_over_thickness(results, points)
 
     rows = []
-    for some in grouped(found.arms[THICKNESS]).values():
-        one, system = some[0], same_system(some, found.arms)
+    for some in grouped(results.arms[THICKNESS]).values():
+        row, system = some[0], same_system(some, results.arms)
         stop = mean_of([*seeds_of(system).values()])
         runs = {(row["seed"], row["ranks"]) for row in system if row[STOP] is not None}
         rows.append(
             (
-                str(one["layers"]),
-                f"{one['stiffness_over_weight']:g}",
-                f"{one['length_d']} x {one['width_d']}",
+                str(row["layers"]),
+                f"{row['stiffness_over_weight']:g}",
+                f"{row['length_d']} x {row['width_d']}",
                 f"{stop.value:.2f}",
                 f"{stop.half_width:.2f}",
                 f"{stop.scatter:.2f}",
@@ -183,8 +183,9 @@ def _thickness(found: Found, points: ReferencePoints | None) -> Section:
     fits = [
         f"k d/(m g) = {stiffness:g}: theta(h) = theta_inf + A h^(-1/nu) gives theta_inf = "
         f"{interval(fit.limit)} deg, 1/nu = {interval(fit.exponent)}, A = {fit.amplitude:.2f} deg, "
-        f"of {found.layers(stiffness)[0]} to {found.layers(stiffness)[-1]} layers in equal boxes."
-        for stiffness, fit in sorted(found.fits.items())
+        f"of {min(results.layers(stiffness))} to {max(results.layers(stiffness))} layers in equal "
+        "boxes."
+        for stiffness, fit in sorted(results.fits.items())
     ]
     if not fits:
         fits = [
@@ -204,15 +205,15 @@ def _thickness(found: Found, points: ReferencePoints | None) -> Section:
         "the critical angle of the single grain, and the bulk.",
         draw,
     )
-    text = STOPPING.format(between=_between_ranks(found))
+    text = STOPPING.format(between=_between_ranks(results))
     return Section("Thickness", (text,), (*fits, bulk), (table,), (drawing,))
 
 
-def _between_ranks(found: Found) -> str:
+def _between_ranks(results: StudyAngles) -> str:
     """Return the standard deviation of runs on one base, of pairs on different ranks."""
     squares = []
-    for some in grouped(found.arms[THICKNESS]).values():
-        system = same_system(some, found.arms)
+    for some in grouped(results.arms[THICKNESS]).values():
+        system = same_system(some, results.arms)
         counts = sorted({row["ranks"] for row in system})
         by_rank = [seeds_of([r for r in system if r["ranks"] == n]) for n in counts]
         if len(by_rank) == 2:
@@ -228,21 +229,21 @@ def _first(row: tuple[str, ...]) -> tuple[float, float]:
     return float(row[0]), float(row[1])
 
 
-def _softness(found: Found) -> Section:
+def _softness(results: StudyAngles) -> Section:
     rows = [
-        (str(h), f"{one.value:+.3f}", f"{one.half_width:.3f}", str(one.count), one.word)
-        for h, one in found.softness().items()
+        (str(h), f"{mean.value:+.3f}", f"{mean.half_width:.3f}", str(mean.count), mean.word)
+        for h, mean in results.softness().items()
     ]
-    soft, stiff = found.stiffnesses[0], found.stiffnesses[-1]
+    soft, stiff = results.stiffnesses[0], results.stiffnesses[-1]
     head = ("layers", "difference (deg)", "95 % interval (± deg)", "pairs", "by the test")
     caption = f"Angle of stop at {soft:g} minus that at {stiff:g} weights, paired by seed."
     tables = [Table("Softness", caption, head, tuple(rows), _NUMBERS)]
-    elsewhere = softness_elsewhere(found.places)
+    elsewhere = softness_elsewhere(results.places)
     if elsewhere:
         more = [
-            (str(h), f"{length} x {width}", f"{rate:g}", f"{one.value:+.3f}",
-             f"{one.half_width:.3f}", str(one.count), one.word)
-            for (h, length, width, rate), one in elsewhere.items()
+            (str(h), f"{length} x {width}", f"{rate:g}", f"{mean.value:+.3f}",
+             f"{mean.half_width:.3f}", str(mean.count), mean.word)
+            for (h, length, width, rate), mean in elsewhere.items()
         ]  # fmt: skip
         elsewhere_head = ("layers", "box (d)", "rate (deg per d)", *head[1:])
         tables.append(
@@ -299,12 +300,12 @@ def _of_changes(place: Compared) -> Table:
     ]
     head = ("change", "seeds", "angle (deg)", "difference (deg)", "95 % interval (± deg)",
             "test", "by the test")  # fmt: skip
-    one = place.reference[0]
+    row = place.reference[0]
     stop = mean_of([*seeds_of(place.reference).values()])
     return Table(
         f"One change at a time, {place.place}",
-        f"{place.place[:1].upper()}{place.place[1:]}, in a box of {box_of(one)} d, "
-        f"{one['rate_deg']:g} deg per diameter, {one['steps_per_contact']:g} steps per contact, "
+        f"{place.place[:1].upper()}{place.place[1:]}, in a box of {box_of(row)} d, "
+        f"{row['rate_deg']:g} deg per diameter, {row['steps_per_contact']:g} steps per contact, "
         f"disordered base: {interval(stop)} deg, {stop.count} seeds.",
         head,
         tuple(rows),
@@ -356,10 +357,10 @@ def _boxes(places: Sequence[Compared]) -> Section:
     )
 
 
-def _of_limit(words: str, values: str, limit: Limit) -> list[tuple[str, ...]]:
-    what = "1/length" if "endless" in words else "rate"
+def _of_limit(words: str, values: str, limit: ModelLimit) -> list[tuple[str, ...]]:
+    variable = "1/length" if "endless" in words else "rate"
     lines = [
-        (words, values, f"{what}^{model.power:g}", f"{model.limit.value:.2f}",
+        (words, values, f"{variable}^{model.power:g}", f"{model.limit.value:.2f}",
          f"{model.limit.half_width:.2f}", f"{model.chance:.3f}",
          "yes" if model in limit.kept else "no")
         for model in limit.models
@@ -377,8 +378,8 @@ def _own_runs(places: Sequence[Compared]) -> Section:
     definitions = [(place, definition) for place in places for definition in place.definitions]
     tables = [
         Table(label, caption, head,
-              tuple(_of_own(place.place, one.name, one.mean, one.difference)
-                    for place, one in some), numbers)
+              tuple(_of_own(place.place, quantity.name, quantity.mean, quantity.difference)
+                    for place, quantity in some), numbers)
         for label, caption, some in (
             ("Hysteresis", "Angle of start, and that minus the stop of the same run.", starts),
             ("Other definitions of the arrest", "And what they differ by.", definitions),
@@ -398,8 +399,8 @@ def _of_own(place: str, name: str, mean: Mean, difference: Mean) -> tuple[str, .
             f"{difference.half_width:.3f}", difference.word)  # fmt: skip
 
 
-def _limit(found: Found) -> Sequence[Section]:
-    rows = [row for row in found.arms.get(LIMIT, ()) if row[STOP] is not None]
+def _limit(results: StudyAngles) -> Sequence[Section]:
+    rows = [row for row in results.arms.get(LIMIT, ()) if row[STOP] is not None]
     if not rows:
         return ()
     items = tuple(
@@ -407,27 +408,27 @@ def _limit(found: Found) -> Sequence[Section]:
         f"{row[STOP] + row['rate_deg']:.4f} deg"
         for row in rows
     )
-    one, (value, error) = rows[0], SINGLE_CRITICAL_DEG
+    row, (value, error) = rows[0], SINGLE_CRITICAL_DEG
     text = (
         "One layer on the ordered row with a single grain is the incline. With a plastic contact "
         "it must stop once the angle is below the critical one, at the next well: the rate is how "
         f"well that is resolved. At the stiffness and step of these runs, "
-        f"{one['stiffness_over_weight']:g} weights and {one['steps_per_contact']:g} steps per "
+        f"{row['stiffness_over_weight']:g} weights and {row['steps_per_contact']:g} steps per "
         f"contact, the critical angle is {value:.3f} ± {error:.3f} deg (the reference DEM); of "
         f"rigid spheres it is {critical_angle():.4f} deg."
     )
     return (Section("The limit of a single grain", (text,), items),)
 
 
-def _cost(found: Found) -> Sequence[Section]:
-    cost = cost_seen(arms_of("full"), found.arms)
+def _cost(results: StudyAngles) -> Sequence[Section]:
+    cost = cost_seen(arms_of("full"), results.arms)
     if cost is None:
         return ()
     measured = "; ".join(
-        f"{one['microseconds_per_grain_and_step']:.2f} us at {one['grains']:,}"
-        for one in cost.measured
+        f"{size['microseconds_per_grain_and_step']:.2f} us at {size['grains']:,}"
+        for size in cost.measured
     )
-    count, seconds = core_seconds(found.arms)
+    count, seconds = core_seconds(results.arms)
     items = (
         f"The {count} different runs of this page took {seconds / 3600.0:.1f} core hours.",
         f"A grain and step, by the grains of a run: {measured}.",
@@ -480,7 +481,7 @@ def film_job() -> Job:
     return job_of(FILMED, round(FRAME / FILMED.step))
 
 
-class Flow(Scene):
+class FlowScene(Scene):
     """Places and speeds of all particles, frame by frame, and how a frame looks.
 
     ``time`` (M,) in sqrt(d/g) from the end of the preparation; x, y, z, vx (M, N) in d and
@@ -489,7 +490,7 @@ class Flow(Scene):
 
     height = 560
 
-    def __init__(self, output: Output, who: str) -> None:
+    def __init__(self, output: Output, engine: str) -> None:
         table = output.table(("step", "x_m", "z_m"), name=SERIES)
         time = np.asarray(table["step"]) * FILMED.step - PREPARED
         kept = np.flatnonzero(time >= 0.0)[:MOST_FRAMES]
@@ -499,7 +500,7 @@ class Flow(Scene):
         self.width: Floats = 2.0 * np.asarray(table["radius_m"])[0]
         self.fixed = np.ptp(np.asarray(table["x_m"]), axis=0) == 0.0
         self.title, self.frames = f"{FILMED.layers} layers until they stop", self.time.size
-        self._who = who
+        self._who = engine
         super().__init__()
 
     @property
@@ -561,12 +562,12 @@ class Flow(Scene):
         self._cursor.set_data([self.time[frame]], [self.speed[frame]])
 
 
-def film_of(output: Output, who: str) -> Film:
+def film_of(output: Output, engine: str) -> Film:
     """Return the film of a run of :func:`film_job`; its still is a frame of the full flow."""
     angle, rate = FILMED.first_angle, FILMED.rate
-    return Flow(output, who).film(
+    return FlowScene(output, engine).film(
         "layers-flow",
         f"{FILMED.layers} layers in a box of {FILMED.length} d by {FILMED.width} d, seen from the "
-        f"side, by {who}: at {angle:g} deg for {FILMED.flow_time:g} sqrt(d/g), then lowered by "
+        f"side, by {engine}: at {angle:g} deg for {FILMED.flow_time:g} sqrt(d/g), then lowered by "
         f"{rate:g} deg for each diameter that the grains move. Grey: the base.",
     )

@@ -38,5 +38,5 @@ class LayersStudy(CaseStudy):
         """Return angles with intervals, the verdict on softness, figures and tables."""
         from harness.cases.layers.report import sections_of
 
-        found = read_arms(arms)
-        return Conclusion(rows_of(found), verdict_of(found), TEST, sections_of(found, points))
+        results = read_arms(arms)
+        return Conclusion(rows_of(results), verdict_of(results), TEST, sections_of(results, points))

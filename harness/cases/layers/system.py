@@ -262,16 +262,16 @@ def read(case: Layers, output: Output) -> Mapping[str, float]:
             f"a grain fell through the base: roughness = {case.roughness:g} d is too much for "
             f"seed = {case.seed}"
         )
-    declared = [one.name for one in QUANTITIES]
-    found = {name: output.number(name) for name in declared if output.has(name)}
+    declared = [quantity.name for quantity in QUANTITIES]
+    values = {name: output.number(name) for name in declared if output.has(name)}
     if verdict != STOPPED:
         if output.has("profile"):
-            found["solid_fraction"] = profile_in(output).middle_fraction
-        raise EngineUndecidedError(f"undecided: {_why(case, verdict, output)}", found)
-    missing = [name for name in declared if name not in (*found, *OPTIONAL, "solid_fraction")]
+            values["solid_fraction"] = profile_in(output).middle_fraction
+        raise EngineUndecidedError(f"undecided: {_why(case, verdict, output)}", values)
+    missing = [name for name in declared if name not in (*values, *OPTIONAL, "solid_fraction")]
     if missing:
         raise EngineOutputError(f"{output.who} left an incomplete result ({missing[0]!r})")
-    return {**found, "solid_fraction": profile_in(output).middle_fraction}
+    return {**values, "solid_fraction": profile_in(output).middle_fraction}
 
 
 def _why(case: Layers, verdict: str, output: Output) -> str:
@@ -309,12 +309,14 @@ def restart_steps(case: Layers) -> int:
 
 def values_of(case: Packing) -> dict[str, Value]:
     """Return what a script is told of a descent, or of a flow at one angle."""
-    told = contact_values(case.contact)
-    own = {name: getattr(case, name) for name in type(case).model_fields if name != "contact"}
-    return {**own, **{name: told[name] for name in DISSIPATION}}
+    contact = contact_values(case.contact)
+    values = {name: getattr(case, name) for name in type(case).model_fields if name != "contact"}
+    return {**values, **{name: contact[name] for name in DISSIPATION}}
 
 
-CONTACT_ALLOWED = {name: one for name, one in contact_allowed().items() if name in DISSIPATION}
+CONTACT_ALLOWED = {
+    name: allowed for name, allowed in contact_allowed().items() if name in DISSIPATION
+}
 
 TEMPLATE = Template(
     name=NAME,

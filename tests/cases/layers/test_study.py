@@ -17,10 +17,10 @@ from harness.cases.layers.averages import (
     BOX_POWERS,
     Mean,
     covering,
-    difference_of,
     fit_over_thickness,
     limit_of,
     mean_of,
+    paired_difference,
     welch,
     with_scatter_of,
 )
@@ -139,7 +139,7 @@ def test_independent_differences_are_those_of_welch(one, other):
 
 def test_pairing_takes_the_seeds_that_both_have():
     one, other = {1: 9.0, 2: 9.5, 3: 8.0}, {2: 9.0, 3: 7.6, 4: 1.0}
-    difference = difference_of(one, other)
+    difference = paired_difference(one, other)
     assert (difference.value, difference.count) == (pytest.approx(0.45), 2)
     scipys = stats.ttest_rel([9.5, 8.0], [9.0, 7.6]).confidence_interval(0.95)
     assert (difference.low, difference.high) == pytest.approx((scipys.low, scipys.high))
@@ -175,7 +175,7 @@ def test_a_change_of_a_known_size_differs_and_noise_does_not(paired):
             one, other = (rng.normal(0.0, scatter, 8) + base for _ in range(2))
             if paired:
                 seeds = [dict(enumerate(x)) for x in (one + shift, other)]
-                yield difference_of(*seeds).word
+                yield paired_difference(*seeds).word
             else:
                 yield welch(mean_of(one + shift), mean_of(other)).word
 
