@@ -589,3 +589,92 @@ def twisting_spin(
     if time <= stands:
         return start - slowing * (time - slips)
     return swings(time - stands, (limit - c * last) / k, last)[1]
+
+
+# ---- a sphere let go on an incline, held or slowed down by rolling resistance
+#
+# Forces act at r from the centre, with q = r phi:
+#
+#     m x'' = m p - T,   2/5 m q'' = T - f,   T = k (x - q) + c (x' - q'),
+#     f = k_r q + c_r q', at most the limit mu_r N.
+#
+# It is linear until f reaches the limit, and linear with f = mu_r N from there on: at rest where
+# tan(angle) < mu_r, at q = m p / k_r, x = q + m p / k; else accelerated by
+# 5/7 (p - mu_r g cos(angle)) in the mean.
+
+PLACES = 4000
+"""In the time at which forces are held against their limits."""
+
+
+def on_an_incline(
+    times: Iterable[float],
+    pull: float,
+    mass: float,
+    tangential: tuple[float, float],
+    rolling: tuple[float, float],
+    limits: tuple[float, float],
+) -> list[Array] | None:
+    """Return x [m], x' [m/s], q [m] and q' [m/s] of a sphere let go at rest, at times [s].
+
+    ``pull`` is gravity along the incline [m/s2], both springs stiffness [N/m] and dashpot [kg/s];
+    ``limits`` of their forces [N]. None where the contact slides, and where the torque falls below
+    its limit again.
+    """
+    from scipy.linalg import expm
+    from scipy.optimize import brentq
+
+    (k, c), (kr, cr), times = tangential, rolling, [*times]
+    w = math.sqrt(k / mass)
+    slip = np.array([k / w, c, -k / w, -c, 0.0])  # T, of (w x, x', w q, q', 1)
+    resists = np.array([0.0, 0.0, kr / w, cr, 0.0])
+    constant = np.array([0.0, 0.0, 0.0, 0.0, limits[1]])
+
+    def rates(turning: Array) -> Array:
+        """Return the matrix of the motion under a torque over r, linear in the state."""
+        matrix = np.zeros((5, 5))
+        matrix[0, 1] = matrix[2, 3] = w
+        matrix[1] = -slip / mass
+        matrix[1, 4] = pull
+        matrix[3] = (slip - turning) / (0.4 * mass)
+        return matrix
+
+    def states(matrix: Array, first: Array, span: float) -> Array:
+        step, path = expm(matrix * span / PLACES), [first]
+        for _ in range(PLACES):
+            path.append(step @ path[-1])
+        return np.array(path)
+
+    held, start, end = rates(resists), np.array([0.0, 0.0, 0.0, 0.0, 1.0]), max(times)
+    path = states(held, start, end)
+    beyond = np.flatnonzero(path @ resists > limits[1])
+    rolls = end
+    if beyond.size:
+        place = end / PLACES
+        low = place * (int(beyond[0]) - 1)
+        rolls = float(
+            brentq(
+                lambda t: float(resists @ expm(held * t) @ start) - limits[1],
+                low,
+                low + place,
+                xtol=1e-16 * end,
+                rtol=1e-15,
+            )
+        )
+        path = path[: int(beyond[0])]
+    elif np.abs(path @ resists).max() > limits[1]:
+        return None
+    turned = expm(held * rolls) @ start
+    onward = rates(constant)
+    if rolls < end:
+        after = states(onward, turned, end - rolls)
+        rising = after @ (kr * np.array([0, 0, 0, 1.0, 0]) + cr * onward[3])
+        if rising.min() < -1e-9 * np.abs(rising).max():
+            return None
+        path = np.concatenate([path, after])
+    if np.abs(path @ slip).max() > limits[0]:
+        return None
+    scales = np.array([1.0 / w, 1.0, 1.0 / w, 1.0])
+    reached = [
+        expm(held * t) @ start if t <= rolls else expm(onward * (t - rolls)) @ turned for t in times
+    ]
+    return [state[:4] * scales for state in reached]
