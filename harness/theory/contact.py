@@ -678,3 +678,57 @@ def on_an_incline(
         expm(held * t) @ start if t <= rolls else expm(onward * (t - rolls)) @ turned for t in times
     ]
     return [state[:4] * scales for state in reached]
+
+
+# ---- a sphere that a fluid drags, and heat through a contact
+#
+# m u' = m g - gamma u, from rest; LAMMPS's fix viscous. Heat: C_i T_i' = -+ G (T_1 - T_2), G = 2 k
+# a through a circle of radius a between two half-spaces of conductivity k (Carslaw and Jaeger,
+# Conduction of Heat in Solids (1959), section 8.2), or h pi a^2.
+
+
+def dragged(times: float) -> tuple[float, float]:
+    """Return speed over the terminal one m g / gamma, and the way over that and m / gamma.
+
+    ``times`` m / gamma after it was let go.
+    """
+    return -math.expm1(-times), times + math.expm1(-times)
+
+
+def conductance(model: Literal["radius", "area"], coefficient: float, a: float) -> float:
+    """Return G [W/K] of a contact of radius ``a`` [m]: 2 k a, or h pi a^2 (W/m/K, W/m2/K)."""
+    return 2.0 * coefficient * a if model == "radius" else coefficient * math.pi * a * a
+
+
+def cooling_rate(conductance: float, capacities: Iterable[float]) -> float:
+    """Return at which rate [1/s] a difference in temperature decays, between bodies of J/K.
+
+    One that is not among them is kept at its temperature.
+    """
+    return conductance * sum(1.0 / capacity for capacity in capacities)
+
+
+# ---- a contact on a wall that oscillates
+#
+# In the frame of the wall, of acceleration a cos(w t) from rest on, a linear contact is
+# y'' + 2 d y' + W^2 y = -a cos(w t), y the displacement from rest: along the normal W^2 = k / m,
+# 2 d = eta / m, along the surface 7/2 of them, y the slip.
+
+
+def driven(
+    times: Array, frequency: float, decay: float, acceleration: float, drive: float
+) -> tuple[Array, Array]:
+    """Return y [m] and y' [m/s] at times [s], each (M,): W and d, a [m/s2] and w [rad/s].
+
+    From rest; w may not be W without damping.
+    """
+    transfer = -acceleration / (frequency**2 - drive**2 + 2j * decay * drive)
+    root = cmath.sqrt(decay**2 - frequency**2)
+    own = (-decay + root, -decay - root)
+    # y = Re(transfer e^(i w t)) + c_1 e^(s_1 t) + c_2 e^(s_2 t) with y(0) = y'(0) = 0
+    y, speed = -transfer.real, -(1j * drive * transfer).real
+    first = (speed - own[1] * y) / (own[0] - own[1])
+    rates = np.array([1j * drive, *own])
+    parts = np.array([transfer, first, y - first])
+    waves = np.exp(np.outer(np.asarray(times, dtype=float), rates))
+    return (waves @ parts).real, (waves @ (rates * parts)).real
