@@ -589,3 +589,146 @@ def twisting_spin(
     if time <= stands:
         return start - slowing * (time - slips)
     return swings(time - stands, (limit - c * last) / k, last)[1]
+
+
+# ---- a sphere let go on an incline, held or slowed down by rolling resistance
+#
+# Forces act at r from the centre, with q = r phi:
+#
+#     m x'' = m p - T,   2/5 m q'' = T - f,   T = k (x - q) + c (x' - q'),
+#     f = k_r q + c_r q', at most the limit mu_r N.
+#
+# It is linear until f reaches the limit, and linear with f = mu_r N from there on: at rest where
+# tan(angle) < mu_r, at q = m p / k_r, x = q + m p / k; else accelerated by
+# 5/7 (p - mu_r g cos(angle)) in the mean.
+
+PLACES = 4000
+"""In the time at which forces are held against their limits."""
+
+
+def on_an_incline(
+    times: Iterable[float],
+    pull: float,
+    mass: float,
+    tangential: tuple[float, float],
+    rolling: tuple[float, float],
+    limits: tuple[float, float],
+) -> list[Array] | None:
+    """Return x [m], x' [m/s], q [m] and q' [m/s] of a sphere let go at rest, at times [s].
+
+    ``pull`` is gravity along the incline [m/s2], both springs stiffness [N/m] and dashpot [kg/s];
+    ``limits`` of their forces [N]. None where the contact slides, and where the torque falls below
+    its limit again.
+    """
+    from scipy.linalg import expm
+    from scipy.optimize import brentq
+
+    (k, c), (kr, cr), times = tangential, rolling, [*times]
+    w = math.sqrt(k / mass)
+    slip = np.array([k / w, c, -k / w, -c, 0.0])  # T, of (w x, x', w q, q', 1)
+    resists = np.array([0.0, 0.0, kr / w, cr, 0.0])
+    constant = np.array([0.0, 0.0, 0.0, 0.0, limits[1]])
+
+    def rates(turning: Array) -> Array:
+        """Return the matrix of the motion under a torque over r, linear in the state."""
+        matrix = np.zeros((5, 5))
+        matrix[0, 1] = matrix[2, 3] = w
+        matrix[1] = -slip / mass
+        matrix[1, 4] = pull
+        matrix[3] = (slip - turning) / (0.4 * mass)
+        return matrix
+
+    def states(matrix: Array, first: Array, span: float) -> Array:
+        step, path = expm(matrix * span / PLACES), [first]
+        for _ in range(PLACES):
+            path.append(step @ path[-1])
+        return np.array(path)
+
+    held, start, end = rates(resists), np.array([0.0, 0.0, 0.0, 0.0, 1.0]), max(times)
+    path = states(held, start, end)
+    beyond = np.flatnonzero(path @ resists > limits[1])
+    rolls = end
+    if beyond.size:
+        place = end / PLACES
+        low = place * (int(beyond[0]) - 1)
+        rolls = float(
+            brentq(
+                lambda t: float(resists @ expm(held * t) @ start) - limits[1],
+                low,
+                low + place,
+                xtol=1e-16 * end,
+                rtol=1e-15,
+            )
+        )
+        path = path[: int(beyond[0])]
+    elif np.abs(path @ resists).max() > limits[1]:
+        return None
+    turned = expm(held * rolls) @ start
+    onward = rates(constant)
+    if rolls < end:
+        after = states(onward, turned, end - rolls)
+        rising = after @ (kr * np.array([0, 0, 0, 1.0, 0]) + cr * onward[3])
+        if rising.min() < -1e-9 * np.abs(rising).max():
+            return None
+        path = np.concatenate([path, after])
+    if np.abs(path @ slip).max() > limits[0]:
+        return None
+    scales = np.array([1.0 / w, 1.0, 1.0 / w, 1.0])
+    reached = [
+        expm(held * t) @ start if t <= rolls else expm(onward * (t - rolls)) @ turned for t in times
+    ]
+    return [state[:4] * scales for state in reached]
+
+
+# ---- a sphere that a fluid drags, and heat through a contact
+#
+# m u' = m g - gamma u, from rest; LAMMPS's fix viscous. Heat: C_i T_i' = -+ G (T_1 - T_2), G = 2 k
+# a through a circle of radius a between two half-spaces of conductivity k (Carslaw and Jaeger,
+# Conduction of Heat in Solids (1959), section 8.2), or h pi a^2.
+
+
+def dragged(times: float) -> tuple[float, float]:
+    """Return speed over the terminal one m g / gamma, and the way over that and m / gamma.
+
+    ``times`` m / gamma after it was let go.
+    """
+    return -math.expm1(-times), times + math.expm1(-times)
+
+
+def conductance(model: Literal["radius", "area"], coefficient: float, a: float) -> float:
+    """Return G [W/K] of a contact of radius ``a`` [m]: 2 k a, or h pi a^2 (W/m/K, W/m2/K)."""
+    return 2.0 * coefficient * a if model == "radius" else coefficient * math.pi * a * a
+
+
+def cooling_rate(conductance: float, capacities: Iterable[float]) -> float:
+    """Return at which rate [1/s] a difference in temperature decays, between bodies of J/K.
+
+    One that is not among them is kept at its temperature.
+    """
+    return conductance * sum(1.0 / capacity for capacity in capacities)
+
+
+# ---- a contact on a wall that oscillates
+#
+# In the frame of the wall, of acceleration a cos(w t) from rest on, a linear contact is
+# y'' + 2 d y' + W^2 y = -a cos(w t), y the displacement from rest: along the normal W^2 = k / m,
+# 2 d = eta / m, along the surface 7/2 of them, y the slip.
+
+
+def driven(
+    times: Array, frequency: float, decay: float, acceleration: float, drive: float
+) -> tuple[Array, Array]:
+    """Return y [m] and y' [m/s] at times [s], each (M,): W and d, a [m/s2] and w [rad/s].
+
+    From rest; w may not be W without damping.
+    """
+    transfer = -acceleration / (frequency**2 - drive**2 + 2j * decay * drive)
+    root = cmath.sqrt(decay**2 - frequency**2)
+    own = (-decay + root, -decay - root)
+    # y = Re(transfer e^(i w t)) + c_1 e^(s_1 t) + c_2 e^(s_2 t) with y(0) = y'(0) = 0
+    y, speed = -transfer.real, -(1j * drive * transfer).real
+    first = (speed - own[1] * y) / (own[0] - own[1])
+    rates = np.array([1j * drive, *own])
+    parts = np.array([transfer, first, y - first])
+    waves = np.exp(np.outer(np.asarray(times, dtype=float), rates))
+    return (waves @ parts).real, (waves @ (rates * parts)).real

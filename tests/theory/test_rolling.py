@@ -67,6 +67,37 @@ def test_rolling_resistance_slows_a_rolling_sphere():
     assert slowed == pytest.approx(expected, rel=1e-6)
 
 
+ROLLS = STIFF.replace(
+    rolling="sds", rolling_stiffness=1e5, rolling_damping=10.0, rolling_friction=0.05
+)
+
+
+@pytest.mark.parametrize("angle", [0.0175, 0.07])
+def test_rolling_resistance_holds_a_sphere_on_an_incline_or_slows_it_down(angle):
+    end = 2e-2
+    path = on_the_floor(ROLLS, time=end, angle=angle)
+    load, damping = MASS * G * math.cos(angle), contact.damping_ratio(0.5)
+    eta = 2.0 * damping * math.sqrt(STIFF.normal_stiffness * MASS) * STIFF.tangential_damping
+    told = ((STIFF.tangential_stiffness, eta), (1e5, 10.0), (0.3 * load, 0.05 * load))
+    states = contact.on_an_incline((0.5 * end, end), G * math.sin(angle), MASS, *told)
+    for i, (x, u, _, rim) in enumerate(states, 1):
+        assert path.positions[i, 0, 0] == pytest.approx(x, rel=1e-9)
+        assert path.velocities[i, 0, 0] == pytest.approx(u, rel=1e-7, abs=1e-12)
+        assert RADIUS * path.omegas[i, 0, 1] == pytest.approx(rim, rel=1e-7, abs=1e-12)
+
+
+def test_a_sphere_on_an_incline_ends_where_the_springs_hold_it_or_rolls_at_a_constant_rate():
+    springs = ((1e4, 30.0), (2e4, 30.0))
+    (rests,) = contact.on_an_incline((1.0,), 0.2, 0.01, *springs, (1.0, 4.1e-3))
+    assert rests == pytest.approx([0.002 / 1e4 + 0.002 / 2e4, 0.0, 0.002 / 2e4, 0.0], abs=1e-15)
+    one, two = contact.on_an_incline((1.0, 2.0), 0.2, 0.01, *springs, (1.0, 1e-3))
+    rate = 5.0 / 7.0 * (0.2 - 1e-3 / 0.01)
+    assert (two - one)[[1, 3]] == pytest.approx([rate, rate], rel=1e-9)
+    # it slides; it is held again after it rolled
+    assert contact.on_an_incline((1.0,), 0.2, 0.01, *springs, (1e-3, 1e-3)) is None
+    assert contact.on_an_incline((1.0,), 0.2, 0.01, *springs, (1.0, 2.1e-3)) is None
+
+
 def test_twisting_resistance_slows_a_sphere_that_turns_on_its_spot():
     law = STIFF.replace(
         twisting="sds", twisting_stiffness=100.0, twisting_damping=0.0, twisting_friction=1e-3

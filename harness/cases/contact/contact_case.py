@@ -97,6 +97,9 @@ class ContactCase(Case[P]):
     """What the presets change of the default parameters, by name; the first is the default."""
     invariant: ClassVar[Sequence[Submodel]] = ()
     """Those whose invariances every level checks, in some systems: each in one case is enough."""
+    has_invariances: ClassVar[bool] = True
+    """Whether any level checks them: not of laws that go through them elsewhere, nor of a script
+    that says more than its scene."""
     over_ranks: ClassVar[Sequence[str]] = ()
     """Names of those that the default level runs on MPI ranks: one of each kind of memory."""
     by_defaults: ClassVar[Sequence[str]] = ()

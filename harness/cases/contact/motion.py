@@ -43,13 +43,18 @@ COLUMNS = {
 """Columns of an engine's samples, each (M, N)."""
 
 
+TEMPERATURE = "temperature_K"
+
 FORCES = ("force", "torque")
 """Which a code may not tell: NaN."""
 
 
 @dataclass(frozen=True)
 class Motion:
-    """Samples: ``time`` [s] (M,), the rest (M, N, 3) in SI units, N bodies in order."""
+    """Samples: ``time`` [s] (M,), the rest (M, N, 3) in SI units, N bodies in order.
+
+    ``temperature`` [K] (M, N), of a run that leaves it.
+    """
 
     time: Array
     position: Array
@@ -57,6 +62,7 @@ class Motion:
     omega: Array
     force: Array
     torque: Array
+    temperature: Array | None = None
 
     @property
     def tells_forces(self) -> bool:
@@ -81,7 +87,7 @@ def motion_of(output: Output, scene: ContactScene) -> Motion:
     parts = {part: np.stack([table[n] for n in names], axis=2) for part, names in told.items()}
     for part in set(FORCES) - set(told):
         parts[part] = np.full_like(parts["position"], np.nan)
-    return Motion(time=table["step"] * scene.step, **parts)
+    return Motion(table["step"] * scene.step, temperature=left.get(TEMPERATURE), **parts)
 
 
 def crossing(time: Array, value: Array, rate: Array, number: int = 0) -> float:
@@ -403,7 +409,7 @@ def _segments(scene: ContactScene) -> Iterator[tuple[str, Value]]:
         yield from ((f"{name}_in_{number}", v) for name, v in zip(MOVED, moved, strict=True))
 
 
-def _default(bodies: int, segments: int = 0) -> dict[str, Value]:
+def default_values(bodies: int, segments: int = 0) -> dict[str, Value]:
     """Return the values of the scripts as they stand: an oblique impact of 1 m/s at 45 degrees."""
     law = ContactLaw(
         damping="velocity", damping_coefficient=10.0, tangential="linear_history", friction=0.3
@@ -440,10 +446,10 @@ TEMPLATE = Template(
     name="contacts",
     neutral=NEUTRAL,
     variants={
-        "plane": _default(bodies=1),
-        "pair": _default(bodies=2),
-        "prescribed-plane": _default(bodies=1, segments=1),
-        "prescribed-pair": _default(bodies=2, segments=1),
+        "plane": default_values(bodies=1),
+        "pair": default_values(bodies=2),
+        "prescribed-plane": default_values(bodies=1, segments=1),
+        "prescribed-pair": default_values(bodies=2, segments=1),
     },
     notes={
         "plane": "a sphere and horizontal planes.",

@@ -347,12 +347,17 @@ def twisting_spring(parameters: ContactSystem, overlap: float) -> tuple[float, f
     """Return stiffness [N m] and dashpot [N m s] of twisting; Marshall's k_t, eta_t by a^2 / 2."""
     if parameters.twisting != "marshall":
         return parameters.twisting_stiffness or 0.0, parameters.twisting_damping or 0.0
-    a = _contact_radius(parameters, overlap)
-    k = parameters.tangential_stiffness
-    if k is None:
-        k = 8.0 * reduced_shear_modulus(parameters) * a
+    a, k = _contact_radius(parameters, overlap), tangential_stiffness(parameters, overlap)
     eta = (parameters.tangential_damping or 0.0) * dashpots(parameters, overlap)
     return 0.5 * k * a * a, 0.5 * eta * a * a
+
+
+def tangential_stiffness(parameters: ContactSystem, overlap: float) -> float:
+    """Return k_t at an overlap [N/m]: 8 G* a of a material, a the contact radius."""
+    k = parameters.tangential_stiffness
+    if k is None and parameters.materials is not None:
+        k = 8.0 * reduced_shear_modulus(parameters) * _contact_radius(parameters, overlap)
+    return k or 0.0
 
 
 def _contact_radius(parameters: ContactSystem, overlap: float) -> float:

@@ -364,6 +364,8 @@ class Ways:
 
 def chosen(case: ContactCase[Any], level: LevelName) -> Iterator[Trial]:
     """Yield the trials of a case whose invariances a level goes through."""
+    if not case.has_invariances:
+        return
     systems = {one.name: _systems(one, level) for one in case.invariant}
     for trial in case.trials("full"):  # the shortest level has not all systems of a submodel
         here = trial.system in systems.get(trial.submodel, ())

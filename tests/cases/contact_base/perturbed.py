@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from harness.cases.contact.contact_case import ContactCase
-from harness.cases.contact.motion import COLUMNS, followed, rules_of
+from harness.cases.contact.motion import COLUMNS, TEMPLATE, followed, rules_of
 from harness.cases.contact.verification import verify_trials
 from harness.cases.contract import Study
 from harness.cases.registry import built_in, get_case
@@ -19,8 +19,9 @@ from harness.parameters.submodels import COEFFICIENTS
 
 
 def contact_cases():
+    """Return the contact cases whose scene is all of their script: it can be integrated."""
     cases = (get_case(name) for name in built_in())
-    return [case for case in cases if isinstance(case, ContactCase)]
+    return [case for case in cases if isinstance(case, ContactCase) and case.template == TEMPLATE]
 
 
 def series_of(motion, scene):

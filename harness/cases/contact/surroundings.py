@@ -1,0 +1,94 @@
+"""Contacts in surroundings that a scene does not hold: drag, heat, walls that move or are curved.
+
+Scripts are told of them beside the scene. What is expected follows from closed forms, or from the
+integration of a scene that has the same motion.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import ClassVar
+
+from harness.cases.contact.contact_case import ContactCase, P
+from harness.cases.contact.limits import Climbed, Tried
+from harness.cases.contact.motion import default_values, values_of
+from harness.cases.contact.parameters import ContactSystem
+from harness.cases.contract import Reference
+from harness.engines.contract import Job, Template, Value
+from harness.parameters.rules import Rules
+from harness.parameters.scene import ContactScene
+from harness.report.sections import Line, Plot
+
+NONE: dict[str, Value] = {
+    **{"wall": "plane", "wall_radius": 1.0},
+    **{"moves": "none", "amplitude": 0.0, "period": 1.0, "wall_speed": 0.0},
+    **{"drag": 0.0, "units": "si"},
+    **{"heat": "none", "conductance": 0.0, "heat_capacity": 1.0},
+    **dict.fromkeys(("temperature_1", "temperature_2", "wall_temperature"), 0.0),
+}
+"""Of a contact at a plane at rest, in nothing."""
+
+TEMPLATE = Template(
+    name="surroundings",
+    variants={
+        "plane": {**default_values(bodies=1), **NONE},
+        "pair": {**default_values(bodies=2), **NONE},
+    },
+    notes={
+        "plane": "a sphere at a wall that may move or be curved, with drag, with heat.",
+        "pair": "two spheres, with drag, with heat.",
+    },
+)
+
+
+class SurroundedCase(ContactCase[P]):
+    """A case with a script that says more than its scene."""
+
+    template: ClassVar[Template] = TEMPLATE
+    has_invariances = False
+
+    def told(self, parameters: P) -> Mapping[str, Value]:
+        """Return what scripts are told of beside the scene, by the names in :data:`NONE`."""
+        return {}
+
+    def set_up(self, parameters: P) -> ContactScene:
+        """Return the scene that scripts begin with."""
+        return self.scene(parameters)
+
+    def job(self, parameters: P) -> Job:
+        """Return the job of one run."""
+        scene = self.set_up(parameters)
+        values = values_of(scene, parameters.interface)
+        variant = "plane" if len(scene.bodies) == 1 else "pair"
+        return Job(TEMPLATE, {**values, **self.told(parameters)}, variant, sampled=True)
+
+
+class ClosedFormCase(SurroundedCase[P]):
+    """A case whose quantities are all known exactly, and whose scene does not move as it does."""
+
+    def expected(self, parameters: P, rules: Rules) -> Mapping[str, Reference]:
+        """Return the closed forms: no rule of a contact changes them."""
+        exact = self.closed_forms(parameters)
+        return {name: Reference(value, "closed form") for name, value in exact.items()}
+
+    def plot(self, one: Tried, who: str) -> Plot:
+        """Return the samples of the run with the finest step."""
+        x_name, y_name = self.axes(one.finest)
+        curves = self.curves(one.finest, one.motion) if isinstance(one, Climbed) else {}
+        lines = tuple(
+            Line(f"{name}, {who}" if name else who, x, y, marked=True)
+            for name, (x, y) in curves.items()
+        )
+        title = f"{y_name.partition(' (')[0]} over {x_name.partition(' (')[0]}"
+        text = "Samples of the run with the finest step; the closed form is that of the quantities."
+        group = one.trial.system
+        return Plot(title[:1].upper() + title[1:], text, x_name, y_name, lines, group=group)
+
+
+def refused(parameters: ContactSystem, **allowed: tuple[str, ...]) -> None:
+    """Raise ValueError for a part of a law that a case does not take, by its name."""
+    for name, words in allowed.items():
+        value = getattr(parameters, name)
+        if value not in words:
+            must = ", ".join(words)
+            raise ValueError(f"{name} = {value!r}: must be one of {must} in this case")

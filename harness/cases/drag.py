@@ -1,0 +1,103 @@
+"""A sphere falls in a fluid that drags it, up to its terminal velocity: LAMMPS's fix viscous."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import ClassVar
+
+from pydantic import Field
+
+from harness.cases.contact.limits import Scan
+from harness.cases.contact.motion import Array, Motion
+from harness.cases.contact.parameters import ContactSystem, Duration, Gravity, counted, meets
+from harness.cases.contact.submodels import HOOKE, Told, named
+from harness.cases.contact.surroundings import ClosedFormCase
+from harness.engines.contract import Value
+from harness.parameters.scene import ContactScene
+from harness.theory.contact import dragged
+
+SAMPLES = 4
+
+
+class Drag(ContactSystem):
+    """A fall from rest, far from any wall; in SI units. A contact time is here m / drag."""
+
+    drag: float = Field(0.1, ge=1e-12, le=1e12, description="[kg/s] force over velocity")
+    gravity: Gravity = Field(9.81, description="[m/s2] downward")
+    duration: Duration = Field(2.0, description="[-] in times m / drag")
+
+    def check(self) -> None:
+        """Raise ValueError for values that have no meaning together."""
+        meets(self, "wall")
+
+    @property
+    def relaxation(self) -> float:
+        """Return m / drag [s]."""
+        return self.mass / self.drag
+
+    @property
+    def terminal(self) -> float:
+        """Return the terminal velocity m g / drag [m/s]."""
+        return self.gravity * self.relaxation
+
+
+class DragCase(ClosedFormCase[Drag]):
+    """A falling sphere reaches its terminal velocity in a viscous fluid."""
+
+    name = "drag"
+    submodels = named({"viscous": HOOKE})
+    systems: ClassVar[Told] = {"in a fluid": {"duration": 2.0}, "terminal": {"duration": 15.0}}
+    every_level = ("terminal",)
+    sets: ClassVar[Told] = {"falls": HOOKE}
+    powers = (1.0, 2.0, 3.0)  # dragged by the velocity of half a step before
+    scan = Scan("speed_over_terminal", "duration", (0.5, 1.0, 2.0, 3.0), (("viscous",),))
+
+    def scene(self, parameters: Drag) -> ContactScene:
+        """Return the sphere alone."""
+        n = parameters.steps_per_contact
+        counted(parameters, parameters.duration * n)
+        every = max(1, round(parameters.duration * n / SAMPLES))
+        first, *_ = parameters.bodies(0.0, (0.0, 0.0, 0.0))
+        return ContactScene(
+            (first,),
+            (),
+            parameters.law,
+            step=parameters.duration * parameters.relaxation / SAMPLES / every,
+            steps=SAMPLES * every,
+            every=every,
+            gravity=(0.0, 0.0, -parameters.gravity),
+        )
+
+    def told(self, parameters: Drag) -> Mapping[str, Value]:
+        """Return the drag."""
+        return {"drag": parameters.drag}
+
+    def observed(self, parameters: Drag, motion: Motion) -> Mapping[str, float]:
+        """Return the speed halfway and at the end, and the way."""
+        fall = -motion.velocity[:, 0, 2] / parameters.terminal
+        way = float(motion.position[0, 0, 2] - motion.position[-1, 0, 2])
+        return {
+            "halfway_speed_over_terminal": float(fall[len(fall) // 2]),
+            "speed_over_terminal": float(fall[-1]),
+            "fall_ratio": way / parameters.terminal / float(motion.time[-1]),
+        }
+
+    def closed_forms(self, parameters: Drag) -> Mapping[str, float]:
+        """Return the exponential approach."""
+        (halfway, _), (speed, way) = map(dragged, (t * parameters.duration for t in (0.5, 1.0)))
+        return {
+            "halfway_speed_over_terminal": halfway,
+            "speed_over_terminal": speed,
+            "fall_ratio": way / parameters.duration,
+        }
+
+    def axes(self, parameters: Drag) -> tuple[str, str]:
+        """Return what is drawn: the speed."""
+        return "time (ms)", "speed of the fall (m/s)"
+
+    def curves(self, parameters: Drag, motion: Motion) -> Mapping[str, tuple[Array, Array]]:
+        """Return the speed over the time."""
+        return {"": (1e3 * motion.time, -motion.velocity[:, 0, 2])}
+
+
+CASE = DragCase()

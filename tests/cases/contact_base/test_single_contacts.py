@@ -1,0 +1,114 @@
+"""Cases of single contacts beyond impacts: what they refuse, and planted faults that turn them."""
+
+import pytest
+
+from harness.cases.contact.verification import verify_trials
+from harness.cases.contract import Study
+from harness.cases.registry import get_case
+from harness.comparison.verdicts import Verdict
+from harness.engines.lammps.engine import Lammps
+from harness.errors import RequestError
+from harness.parameters.rules import Rules
+from harness.workflows.case_runs import run
+from tests.cases.contact_base.perturbed import Planted, rows_of
+
+
+@pytest.mark.parametrize(
+    ("name", "settings", "message"),
+    [
+        ("incline-rest", {"rolling": "none"}, r"rolling = 'none': must be sds in this case"),
+        ("incline-rest", {"rolling_friction": "0"}, r"rolling_friction = 0\.0: must be greater"),
+        ("collision", {"partner": "wall"}, r"partner = 'wall': must be one of sphere in this case"),
+        ("collision", {"partner_share": "11"}, r"partner_share = '11': must be .*equal to 10"),
+        ("collision", {"partner_radius": "1e5"}, r"partner_radius = .*: must be"),
+        ("heat", {"conductance": "0"}, r"conductance = '0' .*: must be greater than 0"),
+        ("heat", {"partner_temperature": "400"}, r"partner_temperature = 400\.0 K: must not be"),
+        ("heat", {"normal": "jkr"}, r"normal = 'jkr': must be one of hooke, hertz in this case"),
+        ("heat", {"overlap": "1"}, r"overlap = 1\.0 m: must be between"),
+        ("heat", {"partner": "frozen"}, r"partner = 'frozen': must be one of wall, sphere"),
+        ("drag", {"drag": "0"}, r"drag = '0' kg/s: must be greater than or equal to 1e-12"),
+        ("drag", {"partner": "sphere"}, r"partner = 'sphere': must be one of wall in this case"),
+        ("drag", {"duration": "1e9"}, r"duration = 1000000000\.0: must be at most"),
+        ("moving-wall", {"moves": "up"}, r"moves = 'up': must be 'shear', 'along' or 'across'"),
+        ("moving-wall", {"moves": "across", "normal": "hertz"}, r"normal = 'hertz': must be a lin"),
+        (
+            "moving-wall",
+            {"moves": "along", "acceleration": "1e3"},
+            r"acceleration = 1000\.0: must be",
+        ),
+        ("incline-rest", {"angle": "90"}, r"angle = '90' deg: must be .*less than 90"),
+    ],
+)
+def test_values_without_a_meaning_are_refused(name, settings, message):
+    with pytest.raises(RequestError, match=message):
+        run(name, settings)
+
+
+@pytest.mark.parametrize(
+    ("name", "system", "coefficient"),
+    [
+        ("incline-rest", "wall, rests", "rolling_stiffness"),
+        ("incline-rest", "wall, rests", "rolling_damping"),
+        ("incline-rest", "wall, rolls", "rolling_friction"),
+        ("incline-rest", "wall, rests", "tangential_stiffness"),
+        ("collision", "size ratio 100", "normal_stiffness"),
+        ("collision", "size ratio 100", "friction"),
+    ],
+)
+def test_a_percent_of_a_coefficient_turns_a_row(name, system, coefficient):
+    case = get_case(name)
+    trial = next(one for one in case.trials("default") if one.system == system)
+    rows = rows_of(case, trial, coefficient, "quick")
+    assert Verdict.FAIL in {row.verdict for row in rows}
+    exact = rows_of(case, trial, coefficient, "quick", factor=1.0)
+    assert {row.verdict for row in exact} == {Verdict.PASS}
+
+
+@pytest.mark.parametrize("fault", ["partner_density", "partner_radius", "partner_share"])
+def test_another_partner_or_frame_is_seen(fault):
+    """What is relative stays in every frame; masses and sizes are those that were asked for."""
+    case = get_case("collision")
+    systems = {one.system: one.parameters for one in case.trials("default", case.submodels[:1])}
+    name = "size ratio 10" if fault == "partner_radius" else "unequal densities"
+    parameters = systems[name]
+    changed = parameters.replace(**{fault: 1.01 * getattr(parameters, fault)})
+    before, after = (
+        case.expected(one, Rules())["tangential_ratio"].value for one in (parameters, changed)
+    )
+    assert (abs(after - before) < 1e-12) == (fault == "partner_share")
+    if fault != "partner_share":
+        assert abs(after - before) > 1e-5
+
+
+@pytest.fixture(scope="module")
+def lammps():
+    with Lammps(workers=1) as engine:
+        yield engine
+
+
+def verdicts(engine, case, system):
+    """Return the verdicts of the first trial of a system at the shortest level."""
+    trial = next(one for one in case.trials("default") if one.system == system)
+    rows = verify_trials(case, engine, Study("quick"), [trial]).checks
+    return {row.verdict for row in rows if row.judged}
+
+
+@pytest.mark.live
+@pytest.mark.usefixtures("lammps_here")
+@pytest.mark.parametrize(
+    ("name", "system", "faults"),
+    [
+        ("drag", "in a fluid", ("drag", "gravity_z", "mass_1")),
+        ("heat", "two spheres", ("conductance", "heat_capacity", "temperature_2", "mass_2")),
+        ("heat", "wall", ("wall_temperature", "temperature_1")),
+        ("moving-wall", "shear", ("wall_speed", "friction")),
+        ("moving-wall", "along", ("amplitude", "period", "youngs_modulus")),
+        ("moving-wall", "across", ("amplitude", "period", "normal_stiffness")),
+    ],
+)
+def test_what_lammps_is_told_wrongly_turns_a_row(lammps, name, system, faults):
+    case = get_case(name)
+    assert verdicts(lammps, case, system) == {Verdict.PASS}
+    for fault in faults:
+        planted = Planted(lammps, fault, 1.01)
+        assert Verdict.FAIL in verdicts(planted, case, system), fault
