@@ -511,8 +511,9 @@ class Spheres:
             state, radius = body.state, body.shape.radius
             velocity, spin = state.vel, state.angVel
             if body.dynamic:
-                velocity += half * (O.forces.f(body.id) / state.mass + self.gravity)
-                spin += half / state.inertia[0] * O.forces.t(body.id)
+                # no +=: Yade gives the vectors of its state themselves
+                velocity = velocity + half * (O.forces.f(body.id) / state.mass + self.gravity)
+                spin = spin + half / state.inertia[0] * O.forces.t(body.id)
             states.append((state.mass, radius, tuple(state.pos), tuple(velocity), tuple(spin)))
         return states
 
