@@ -22,7 +22,10 @@ friction      0.3    0.2    0.4    0.2       0.2
 from __future__ import annotations
 
 import math
+import os
 from dataclasses import dataclass
+
+from harness.errors import RequestError
 
 RAYLEIGH = 0.2
 """Of the time in which a Rayleigh wave goes round half a sphere, the longest step."""
@@ -90,4 +93,18 @@ def check_step(step_size: float, longest: float) -> None:
         raise ValueError(
             f"step_size = {step_size:g} s: must be at most {longest:.4g}, "
             f"{RAYLEIGH:g} of the Rayleigh time and 1/{STEPS_IN_IMPACT:g} of an impact"
+        )
+
+
+GRAIN_BYTES = 2000
+"""Memory of a grain with its contacts, at least: LAMMPS took as much."""
+
+
+def check_memory(grains: int) -> None:
+    """Raise RequestError for more grains than the memory of this machine holds."""
+    memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    if grains * GRAIN_BYTES > memory:
+        raise RequestError(
+            f"{grains} grains: would take {grains * GRAIN_BYTES / 1e9:.3g} GB of memory; must be "
+            f"at most {memory // GRAIN_BYTES} on this machine"
         )
