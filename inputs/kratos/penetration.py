@@ -249,14 +249,17 @@ def grains_of(p):
     """
     if p.bed == "file":
         return data_file(p.places)
-    pitch = 2 * p.radius * p.spacing
-    sites = [
-        (i, j, k) for k in range(p.layers) for j in range(p.across) for i in range(p.along)
-    ]
+    rows = range(p.layers), range(p.across), range(p.along)
+    return scattered(p, [(i, j, k) for k in rows[0] for j in rows[1] for i in rows[2]])
+
+
+def scattered(p, sites):
+    """Return places near the sites of a lattice, three whole numbers each [m]."""
+    diameter = 2 * p.radius
     return [
         [
-            pitch * (number + 0.5) + 2 * p.radius * p.scatter * (fraction(site, p.seed, s) - 0.5)
-            for number, s in zip(site, (0.5, 1.7, 2.9))
+            diameter * (p.spacing * (n + 0.5) + p.scatter * (fraction(site, p.seed, s) - 0.5))
+            for n, s in zip(site, (0.5, 1.7, 2.9))
         ]
         for site in sites
     ]
@@ -289,6 +292,24 @@ def plane(place, normal, size):
         c, s = (2 * size * f(turn * math.pi / 3) for f in (math.cos, math.sin))
         corners.append([place[i] + c * first[i] + s * second[i] for i in range(3)])
     return corners
+
+
+def ring(count, low, high):
+    """Return the triangles of a ring of trapezia between two circles, each (radius, height).
+
+    Of polygons of the circles' areas; a corner at angle 0.
+    """
+    stretch = math.sqrt(2 * math.pi / count / math.sin(2 * math.pi / count))
+    angles = [2 * math.pi * (i % count) / count for i in range(count + 1)]
+    edges = [
+        [(r * stretch * math.cos(a), r * stretch * math.sin(a), z) for a in angles]
+        for r, z in (low, high)
+    ]
+    faces = []
+    for i in range(count):
+        (a, b), (c, d) = (edge[i : i + 2] for edge in edges)
+        faces += [[a, b, d], [a, d, c]]
+    return faces
 
 
 def cross(a, b):
@@ -468,17 +489,44 @@ class Spheres:
 
     def wall(self, material, place, normal, size):
         """Add a wall: a triangle in the plane through a place, of an inscribed radius."""
-        self.triangle(material, plane(place, normal, size))
+        return self.triangles(material, [plane(place, normal, size)])
 
-    def triangle(self, material, corners):
-        """Add a triangle, a rigid face of three nodes of its own, and return it."""
-        part, self.faces = self.parts[2], self.faces + 1
-        nodes = [3 * self.faces + i for i in range(3)]
-        for node, corner in zip(nodes, corners):
-            part.CreateNewNode(node, *corner)
-        return part.CreateNewCondition(
-            "RigidFace3D3N", self.faces, nodes, self.materials[material]
-        )
+    def triangles(self, material, faces):
+        """Add triangles, rigid faces of three nodes of their own; return these: the wall."""
+        part, wall = self.parts[2], []
+        for corners in faces:
+            self.faces += 1
+            numbers = [3 * self.faces + i for i in range(3)]
+            wall += [part.CreateNewNode(n, *corner) for n, corner in zip(numbers, corners)]
+            part.CreateNewCondition(
+                "RigidFace3D3N", self.faces, numbers, self.materials[material]
+            )
+        return wall
+
+    def remove_wall(self, wall):
+        """Take a wall away: far from all."""
+        for node in wall:
+            node.X0, node.X = node.X0 + AWAY, node.X + AWAY
+        self.until_search = 0
+
+    def lift(self, wall):
+        """Return the force of a wall on the spheres, upward [N], of the last step."""
+        return -sum(node.GetSolutionStepValue(variable("CONTACT_FORCES_Z")) for node in wall)
+
+    def remove_below(self, height):
+        """Take spheres away whose centres are below a height."""
+        below = [node for node in self.nodes if node.Z < height]
+        if below:
+            low, high = (Kratos.Array3([x, x, z]) for x, z in ((-AWAY, -AWAY), (AWAY, height)))
+            destroyer = DEM.ParticleCreatorDestructor()
+            destroyer.MarkParticlesForErasingGivenBoundingBox(self.parts[0], low, high)
+            destroyer.DestroyMarkedParticles(self.parts[0])
+            self.strategy.RebuildListOfDiscontinuumSphericParticles()
+            gone = {node.Id for node in below}
+            kept = [i for i, node in enumerate(self.nodes) if node.Id not in gone]
+            for name in ("nodes", "radii", "masses"):
+                setattr(self, name, [getattr(self, name)[i] for i in kept])
+            self.until_search = 0
 
     def start(self):
         """Let Kratos take a first look at what was added."""
@@ -552,6 +600,10 @@ class Spheres:
             spin = node.GetSolutionStepValue(Kratos.ANGULAR_VELOCITY)
             states.append((mass, radius, (node.X, node.Y, node.Z), tuple(velocity), tuple(spin)))
         return states
+
+
+AWAY = 1e3
+"""[m]: farther than anything."""
 
 
 def run(p):

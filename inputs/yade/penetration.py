@@ -256,14 +256,17 @@ def grains_of(p):
     """
     if p.bed == "file":
         return data_file(p.places)
-    pitch = 2 * p.radius * p.spacing
-    sites = [
-        (i, j, k) for k in range(p.layers) for j in range(p.across) for i in range(p.along)
-    ]
+    rows = range(p.layers), range(p.across), range(p.along)
+    return scattered(p, [(i, j, k) for k in rows[0] for j in rows[1] for i in rows[2]])
+
+
+def scattered(p, sites):
+    """Return places near the sites of a lattice, three whole numbers each [m]."""
+    diameter = 2 * p.radius
     return [
         [
-            pitch * (number + 0.5) + 2 * p.radius * p.scatter * (fraction(site, p.seed, s) - 0.5)
-            for number, s in zip(site, (0.5, 1.7, 2.9))
+            diameter * (p.spacing * (n + 0.5) + p.scatter * (fraction(site, p.seed, s) - 0.5))
+            for n, s in zip(site, (0.5, 1.7, 2.9))
         ]
         for site in sites
     ]
@@ -296,6 +299,24 @@ def plane(place, normal, size):
         c, s = (2 * size * f(turn * math.pi / 3) for f in (math.cos, math.sin))
         corners.append([place[i] + c * first[i] + s * second[i] for i in range(3)])
     return corners
+
+
+def ring(count, low, high):
+    """Return the triangles of a ring of trapezia between two circles, each (radius, height).
+
+    Of polygons of the circles' areas; a corner at angle 0.
+    """
+    stretch = math.sqrt(2 * math.pi / count / math.sin(2 * math.pi / count))
+    angles = [2 * math.pi * (i % count) / count for i in range(count + 1)]
+    edges = [
+        [(r * stretch * math.cos(a), r * stretch * math.sin(a), z) for a in angles]
+        for r, z in (low, high)
+    ]
+    faces = []
+    for i in range(count):
+        (a, b), (c, d) = (edge[i : i + 2] for edge in edges)
+        faces += [[a, b, d], [a, d, c]]
+    return faces
 
 
 def cross(a, b):
@@ -421,6 +442,8 @@ COLUMNS = "time_s,z_m,vz_m_per_s,kinetic_J,potential_J"
 class Spheres:
     """Spheres between walls of triangles in Yade; numbers are those of ``add``, places in m.
 
+    Where two triangles meet, Yade counts the edge of each as one more contact.
+
     A step computes the forces at x, v standing half a step behind, then moves v and x.
     """
 
@@ -451,13 +474,27 @@ class Spheres:
 
     def wall(self, material, place, normal, size):
         """Add a wall: a triangle in the plane through a place, of an inscribed radius."""
-        self.triangle(material, plane(place, normal, size))
+        return self.triangles(material, [plane(place, normal, size)])
 
-    def triangle(self, material, corners):
-        """Add a triangle and return its body."""
-        facet = utils.facet(corners, material=self.materials[material], fixed=True)
-        O.bodies.append(facet)
-        return facet
+    def triangles(self, material, faces):
+        """Add triangles, of three corners each, and return the wall that they are."""
+        made = [utils.facet(f, material=self.materials[material], fixed=True) for f in faces]
+        return O.bodies.append(made)
+
+    def remove_wall(self, wall):
+        """Take a wall away."""
+        for number in wall:
+            O.bodies.erase(number)
+
+    def lift(self, wall):
+        """Return the force of a wall on the spheres, upward [N], of the last step."""
+        return -sum(O.forces.f(number)[2] for number in wall)
+
+    def remove_below(self, height):
+        """Take spheres away whose centres are below a height."""
+        for body in [body for body in self.bodies if body.state.pos[2] < height]:
+            O.bodies.erase(body.id)
+            self.bodies.remove(body)
 
     def start(self):
         """Give Yade the engines of a step; velocities at the contact are those of its point.
