@@ -7,35 +7,24 @@ pair stated. Beds of other seeds part, so means over seeds are compared, not mot
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
-from itertools import combinations
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 from pydantic import Field, model_validator
 
-from harness.cases.bulk.equivalence import FEWEST, Sample, equivalence, interval
+from harness.cases.bulk.materials import PACKED, Sphere, check_step
 from harness.cases.bulk.places import PUBLISHED, PUBLISHED_BOX, Box, data_file, read_places
-from harness.cases.contract import Case, LevelName, Study, Words
-from harness.comparison.plan import Planned
-from harness.comparison.verdicts import Check, Kind, Tolerance, failed_run, judge, not_tested
-from harness.comparison.verification import Findings
+from harness.cases.bulk.seeds import BulkCase, Curve, Runs
+from harness.comparison.verdicts import Check, Kind, Tolerance, judge
 from harness.engines.border import engine_seconds
-from harness.engines.contract import Engine, Job, Output, Template, Value
+from harness.engines.contract import Job, Output, Template, Value
 from harness.engines.traits import Traits
-from harness.errors import (
-    CombinationError,
-    EngineError,
-    EngineLostAtomsError,
-    EngineOutputError,
-)
+from harness.errors import CombinationError, EngineLostAtomsError, EngineOutputError
 from harness.parameters.allowed import allowed_in
 from harness.parameters.base import Parameters
-from harness.report.sections import Section
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
     from numpy.typing import NDArray
 
     from harness.engines.output import Table
@@ -48,16 +37,6 @@ SAMPLES = 600
 
 FINAL = 0.1
 """Share of the time after the release over which the final height is averaged."""
-
-RAYLEIGH = 0.2
-"""Of the time in which a Rayleigh wave goes round half a sphere, the longest step."""
-
-STEPS_IN_IMPACT = 20.0
-"""Fewest steps of a Hertz impact."""
-
-PACKED = 4.0
-"""Cost of a particle and step in a bed with friction, by that of a grain on a row: LAMMPS took
-0.4 us."""
 
 
 class Penetration(Parameters):
@@ -131,11 +110,7 @@ class Penetration(Parameters):
                 f"offset = {self.offset:g} m: the sphere is in a wall; must be within "
                 f"{0.5 * self.box.length - self.steel_radius:.4g}"
             )
-        if self.step_size > self.longest_step:
-            raise ValueError(
-                f"step_size = {self.step_size:g} s: must be at most {self.longest_step:.4g}, "
-                f"{RAYLEIGH:g} of the Rayleigh time and 1/{STEPS_IN_IMPACT:g} of an impact"
-            )
+        check_step(self.step_size, self.longest_step)
         return self
 
     @property
@@ -171,36 +146,35 @@ class Penetration(Parameters):
         return len(self.bed) if self.places else self.along * self.across * self.layers
 
     @property
+    def grain(self) -> Sphere:
+        """Return a grain of the bed."""
+        return Sphere(self.radius, self.density, self.youngs_modulus, self.poisson_ratio)
+
+    @property
+    def steel(self) -> Sphere:
+        """Return the sphere."""
+        young = self.steel_youngs_modulus
+        return Sphere(self.steel_radius, self.steel_density, young, self.poisson_ratio)
+
+    @property
     def longest_step(self) -> float:
         """Return the longest step [s] by Rayleigh waves and by the shortest impact.
 
-        Impact of a grain on a fixed wall of its modulus with steel at the sphere's speed:
-        2.8683 (m^2/(R E*^2 v))^(1/5) (Hertz; Johnson, Contact Mechanics, 11.24); between grains
-        it is longer.
+        That of a grain on a fixed wall of steel at the sphere's speed: between grains it is longer.
         """
-        shortest = math.inf
-        nu = self.poisson_ratio
-        for r, rho, young in (
-            (self.radius, self.density, self.youngs_modulus),
-            (self.steel_radius, self.steel_density, self.steel_youngs_modulus),
-        ):
-            wave = math.pi * r * math.sqrt(2.0 * rho * (1.0 + nu) / young)
-            shortest = min(shortest, RAYLEIGH * wave / (0.1631 * nu + 0.8766))
-        both = self.youngs_modulus + self.steel_youngs_modulus
-        modulus = self.youngs_modulus * self.steel_youngs_modulus / both / (1.0 - nu**2)
         speed = math.hypot(self.speed, math.sqrt(2.0 * self.gravity * self.start_height))
-        impact = (self.mass**2 / (self.radius * modulus**2 * speed)) ** 0.2
-        return float(min(shortest, 2.8683 * impact / STEPS_IN_IMPACT))
+        impact = self.grain.impact_step(self.steel_youngs_modulus, speed)
+        return min(self.grain.rayleigh_step, self.steel.rayleigh_step, impact)
 
     @property
     def mass(self) -> float:
         """Return the mass of a grain [kg]."""
-        return self.density * 4.0 / 3.0 * math.pi * self.radius**3
+        return self.grain.mass
 
     @property
     def steel_mass(self) -> float:
         """Return the mass of the sphere [kg]."""
-        return self.steel_density * 4.0 / 3.0 * math.pi * self.steel_radius**3
+        return self.steel.mass
 
     @property
     def impact_energy(self) -> float:
@@ -225,7 +199,7 @@ class Penetration(Parameters):
     @property
     def solid_volume(self) -> float:
         """Return the volume of all grains [m3]."""
-        return self.grains * 4.0 / 3.0 * math.pi * self.radius**3
+        return self.grains * self.grain.volume
 
     @property
     def floor_area(self) -> float:
@@ -269,14 +243,10 @@ def largest_elastic_energy(p: Penetration) -> float:
     """Return a bound of the elastic energy of the bed at rest [J].
 
     Each of six contacts of a grain, counted half, bears the weight of a whole column, as only the
-    lowest do. F = 4/3 E* sqrt(R*) overlap^(3/2), E* = E/(2 (1 -
-    nu^2)), R* = r/2; a contact holds 2/5 F overlap.
+    lowest do.
     """
     column = p.grains * (2.0 * p.radius) ** 2 / p.floor_area if p.places else p.layers
-    weight = column * p.mass * p.gravity
-    stiffness = 2.0 / 3.0 * p.youngs_modulus / (1.0 - p.poisson_ratio**2) * math.sqrt(p.radius / 2)
-    overlap = (weight / stiffness) ** (2.0 / 3.0)
-    return float(3.0 * p.grains * 0.4 * weight * overlap)
+    return 3.0 * p.grains * p.grain.elastic_energy(column * p.mass * p.gravity)
 
 
 def height_quantities(p: Penetration, table: Table, released: float) -> dict[str, float]:
@@ -307,20 +277,6 @@ def height_quantities(p: Penetration, table: Table, released: float) -> dict[str
     }
 
 
-SEEDS: Mapping[LevelName, int] = {"quick": 5, "default": 24, "full": 48}
-"""Beds of a level."""
-
-EQUIVALENT = ("final_depth_m", "bed_solid_fraction", "bed_coordination")
-"""Quantities that codes are held against one another in; the others are shown."""
-
-MARGIN = Tolerance(
-    "",
-    0.0,
-    0.05,
-    "stated before any run: codes are equivalent where the 90 % interval of the ratio of their "
-    "means is within 5 % of 1, two one-sided tests of 5 %",
-)
-
 AT_REST = Tolerance(
     "", 0.01, 0.0, "a bed that moves gives the sphere 1 % of its own energy at most"
 )
@@ -332,28 +288,21 @@ def no_gain(p: Penetration) -> Tolerance:
     return Tolerance("", bound, 0.0, "a bound of the elastic energy of the bed under its weight")
 
 
-JUDGED = ("no energy is gained", "the bed is at rest at the release")
-
-
-@dataclass(frozen=True)
-class Impacts:
-    """The impacts of an engine: quantities of each seed, and times [s] and heights [m]."""
-
-    engine: str
-    rows: tuple[Mapping[str, float], ...]
-    heights: tuple[tuple[NDArray[np.float64], NDArray[np.float64]], ...]
-
-    def sample(self, quantity: str) -> Sample:
-        """Return the values of a quantity over the seeds."""
-        return Sample(self.engine, tuple(row[quantity] for row in self.rows))
-
-
-class PenetrationCase(Case[Penetration]):
+class PenetrationCase(BulkCase[Penetration]):
     """A steel sphere falls on a bed of small spheres: depth, deceleration, energy."""
 
     name = NAME
-    group = "bulk"
     template = TEMPLATE
+    seeds = {"quick": 5, "default": 24, "full": 48}  # noqa: RUF012
+    judged = ("no energy is gained", "the bed is at rest at the release")
+    equivalent = ("final_depth_m", "bed_solid_fraction", "bed_coordination")
+    drawn = (
+        Curve(
+            "penetration-heights",
+            "time after the release (ms)",
+            "height of the sphere's centre (mm)",
+        ),
+    )
 
     def source_of(self, preset: str) -> str:
         """Return where the materials were published."""
@@ -416,108 +365,20 @@ class PenetrationCase(Case[Penetration]):
         steps = parameters.settle_steps + parameters.steps
         return PACKED * engine_seconds(steps, parameters.grains, rules)
 
-    def planned(self, level: LevelName, engine: Engine) -> Sequence[Planned]:
-        """Return the checks of an engine; the comparison of engines names its own."""
-        return [Planned(f"{NAME}: {engine.name}: {check}") for check in JUDGED]
+    def curves(
+        self, p: Penetration, output: Output
+    ) -> Sequence[tuple[NDArray[np.float64], NDArray[np.float64]]]:
+        """Return time [ms] and height of the sphere [mm]."""
+        table = output.table(COLUMNS)
+        return ((1e3 * table["time_s"], 1e3 * table["z_m"]),)
 
-    def verify(self, engine: Engine, study: Study) -> Findings:
-        """Run the beds of a level and judge the energy; the worst seed decides."""
-        findings = Findings(self.name, engine.name)
-        beds = [Penetration(seed=seed) for seed in range(1, SEEDS[study.level] + 1)]
-        names = [f"{NAME}: {engine.name}: {check}" for check in JUDGED]
-        if reason := engine.refuses(self.job(beds[0])):
-            findings.checks += [not_tested(name, Kind.ANALYTIC, reason) for name in names]
-            return findings
-        rows, heights = [], []
-        for bed, output in zip(beds, engine.run([self.job(bed) for bed in beds]), strict=True):
-            try:
-                if isinstance(output, EngineError):
-                    raise output
-                rows.append(self.measured(bed, output, engine.traits).values)
-                table = output.table(COLUMNS)
-                heights.append((table["time_s"], table["z_m"]))
-            except EngineError as error:
-                name = f"{NAME}: {engine.name}: seed {bed.seed}"
-                findings.checks.append(failed_run(name, Kind.ANALYTIC, error))
-        if not rows:
-            return findings
-        findings.evidence = Impacts(engine.title, tuple(rows), tuple(heights))
-        findings.checks += judged(names, findings.evidence, beds[0])
-        return findings
-
-    def across(self, beside: Mapping[str, Findings]) -> Sequence[Check]:
-        """Hold every two engines against one another by their means over the seeds."""
-        return list(compared([f.evidence for f in beside.values() if f.evidence is not None]))
-
-    def sections(
-        self, main: Findings | None, own: Findings, beside: Mapping[str, Findings]
-    ) -> Sequence[Section]:
-        """Return the heights over time and the means over the seeds."""
-        every = [f.evidence for f in (main, *beside.values()) if f is not None and f.evidence]
-        found = list({one.engine: one for one in every}.values())
-        if not found:
-            return ()
-        words = Words(__file__)
-        table = words.table("Impacts", list(_means(found)), numeric=range(1, len(found) + 1))
-        table = replace(table, head=("quantity", *(one.engine for one in found)))
-        seeds = len(found[0].rows)
-        drawing = words.drawing("penetration-heights", lambda: drawn(found), seeds=seeds)
-        return (words.section("penetration", tables=(table,), drawings=(drawing,)),)
-
-
-def judged(names: Sequence[str], impacts: Impacts, p: Penetration) -> list[Check]:
-    """Return the rows of an engine: energy gained and bed at rest, of the worst seed."""
-    gain, moves = (
-        max(impacts.sample(name).values) for name in ("energy_gain_ratio", "bed_kinetic_ratio")
-    )
-    return [
-        judge(names[0], Kind.ANALYTIC, gain, 0.0, no_gain(p)),
-        judge(names[1], Kind.ANALYTIC, moves, 0.0, AT_REST),
-    ]
-
-
-def compared(engines: Sequence[Impacts]) -> Iterator[Check]:
-    """Yield the rows that hold every two engines against one another."""
-    for one, other in combinations(engines, 2):
-        for quantity in EQUIVALENT:
-            name = f"{NAME}: {one.engine} against {other.engine}: {quantity}"
-            first, second = one.sample(quantity), other.sample(quantity)
-            if min(len(first.values), len(second.values)) < FEWEST:
-                yield not_tested(name, Kind.CROSS_CODE, f"fewer than {FEWEST} seeds gave a value")
-            else:
-                yield equivalence(name, first, second, MARGIN)
-
-
-def _means(engines: Sequence[Impacts]) -> Iterator[tuple[str, ...]]:
-    """Yield the rows of the table: a quantity, its mean and interval in each engine."""
-    for quantity in PenetrationCase.quantities:
-        cells = []
-        for one in engines:
-            sample = one.sample(quantity.name)
-            text = f"{sample.mean:.4g}"
-            if len(sample.values) >= FEWEST:
-                low, high = interval(sample.values, confidence=0.95)
-                text += f" ({low:.4g} to {high:.4g})"
-            cells.append(text)
-        unit = quantity.unit if quantity.unit != "1" else "-"
-        yield f"{quantity.name} ({unit})", *cells
-
-
-def drawn(engines: Sequence[Impacts]) -> Figure:
-    """Draw the sphere's height over time: every seed, a colour for each engine."""
-    from matplotlib.figure import Figure
-
-    from harness.report.style import COLOURS
-
-    figure = Figure(figsize=(7.0, 3.6), layout="constrained")
-    axes = figure.subplots()
-    for number, one in enumerate(engines):
-        for seed, (t, z) in enumerate(one.heights):
-            label = one.engine if seed == 0 else None
-            axes.plot(1e3 * t, 1e3 * z, color=COLOURS[number], lw=0.9, alpha=0.7, label=label)
-    axes.set(xlabel="time after the release (ms)", ylabel="height of the sphere's centre (mm)")
-    axes.legend(title="code; a line for each bed")
-    return figure
+    def judge(self, names: Sequence[str], runs: Runs, p: Penetration) -> list[Check]:
+        """Return energy gained and bed at rest, of the worst seed."""
+        gain, moves = runs.worst("energy_gain_ratio"), runs.worst("bed_kinetic_ratio")
+        return [
+            judge(names[0], Kind.ANALYTIC, gain, 0.0, no_gain(p)),
+            judge(names[1], Kind.ANALYTIC, moves, 0.0, AT_REST),
+        ]
 
 
 CASE = PenetrationCase()

@@ -15,6 +15,7 @@ from harness.cases.incline import runs as inclines
 from harness.cases.incline import system
 from harness.cases.incline.system import Incline, Motion, margin
 from harness.cases.penetration import TEMPLATE as PENETRATION
+from harness.cases.silo import TEMPLATE as SILO
 from harness.cases.tower import run as towers
 from harness.cases.tower import system as tower_system
 from harness.cases.tower.system import timing_of
@@ -94,7 +95,9 @@ def test_the_committed_inputs_are_what_is_generated(code, inputs):
     folder = inputs / code
     paths = (path for path in folder.rglob("*") if path.is_file())
     committed = {f"{code}/{path.relative_to(folder)}": path.read_text("utf-8") for path in paths}
-    assert committed == engine_class(code).inputs([*TEMPLATES, contacts.TEMPLATE, PENETRATION])
+    assert committed == engine_class(code).inputs(
+        [*TEMPLATES, contacts.TEMPLATE, PENETRATION, SILO]
+    )
 
 
 @pytest.mark.parametrize("template", TEMPLATES, ids=lambda template: template.name)

@@ -237,8 +237,11 @@ class Liggghts(LammpsLanguage):
         return Provenance("liggghts", version[1], (), self.program, "executable")
 
     def command(self, folder: Path, tasks: Sequence[Task]) -> list[str]:  # noqa: ARG002
-        """Return the words that run ``batch.in``."""
-        return [self.program, "-in", "batch.in", "-log", "none", "-screen", "none"]
+        """Return the words that run ``batch.in``.
+
+        Its screen is a file: without one it dies as it reads triangles, which it tells there.
+        """
+        return [self.program, "-in", "batch.in", "-log", "none", "-screen", "screen.txt"]
 
     def environment(self, folder: Path) -> Mapping[str, str]:
         """Return the environment of a process.

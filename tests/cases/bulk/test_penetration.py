@@ -7,17 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from harness.cases.bulk.seeds import Runs
 from harness.cases.contract import Study
-from harness.cases.penetration import (
-    CASE,
-    JUDGED,
-    Impacts,
-    Penetration,
-    compared,
-    judged,
-    largest_elastic_energy,
-    values_of,
-)
+from harness.cases.penetration import CASE, Penetration, largest_elastic_energy, values_of
 from harness.comparison.verdicts import Verdict
 from harness.engines.contract import Job
 from harness.engines.lammps.engine import Lammps
@@ -136,7 +128,7 @@ def impacts(engine="LAMMPS", **changes):
     p = Penetration()
     row = dict(CASE.read(p, output(p, series(p)), TRAITS))
     rows = tuple({**row, **changes, "seed": seed} for seed in range(5))
-    return Impacts(engine, rows, ())
+    return Runs(engine, rows)
 
 
 @pytest.mark.parametrize(
@@ -149,24 +141,26 @@ def impacts(engine="LAMMPS", **changes):
     ],
 )
 def test_a_planted_fault_turns_its_check(fault, verdicts):
-    rows = judged(JUDGED, impacts(**fault), Penetration())
+    rows = CASE.judge(CASE.judged, impacts(**fault), Penetration())
     assert [row.verdict for row in rows] == verdicts
 
 
 def test_the_worst_seed_decides():
     one = impacts()
     rows = (*one.rows[:4], {**one.rows[4], "energy_gain_ratio": 0.06})
-    assert judged(JUDGED, replace(one, rows=rows), Penetration())[0].verdict is Verdict.FAIL
+    assert (
+        CASE.judge(CASE.judged, replace(one, rows=rows), Penetration())[0].verdict is Verdict.FAIL
+    )
 
 
 def test_codes_that_part_fail_in_the_quantity_that_parts():
     same = impacts()
     other = impacts("LIGGGHTS", final_depth_m=1.1 * same.rows[0]["final_depth_m"])
-    found = {row.name.rpartition(": ")[2]: row.verdict for row in compared([same, other])}
+    found = {row.name.rpartition(": ")[2]: row.verdict for row in CASE.compared([same, other])}
     assert found.pop("final_depth_m") is Verdict.FAIL
     assert set(found.values()) == {Verdict.PASS}
     few = replace(other, rows=other.rows[:3])
-    assert {row.verdict for row in compared([same, few])} == {Verdict.NOT_TESTED}
+    assert {row.verdict for row in CASE.compared([same, few])} == {Verdict.NOT_TESTED}
 
 
 @pytest.fixture(scope="module")

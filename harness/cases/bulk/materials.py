@@ -1,0 +1,110 @@
+"""The materials of Dosta and others (2024), and what they allow a step to be.
+
+Each pair is stated, as LAMMPS mixes the tangential stiffness wrongly: for one Poisson's ratio
+E12 = 2 E1 E2/(E1 + E2) gives E* and G* of the pair, as 1/E* = (1 - nu^2)(1/E1 + 1/E2).
+
+======================  =====  =====  ======
+of one                  M1     M2     steel
+======================  =====  =====  ======
+Young's modulus (GPa)   1      0.5    210
+Poisson's ratio         0.2    0.2    0.2
+density (kg/m3)         2500   2000   7200
+======================  =====  =====  ======
+
+============  =====  =====  =====  ========  ========
+of a pair     M1-M1  M1-M2  M2-M2  M1-steel  M2-steel
+============  =====  =====  =====  ========  ========
+restitution   0.5    0.45   0.4    0.4       0.4
+friction      0.3    0.2    0.4    0.2       0.2
+============  =====  =====  =====  ========  ========
+"""
+
+from __future__ import annotations
+
+import math
+import os
+from dataclasses import dataclass
+
+from harness.errors import RequestError
+
+RAYLEIGH = 0.2
+"""Of the time in which a Rayleigh wave goes round half a sphere, the longest step."""
+
+STEPS_IN_IMPACT = 20.0
+"""Fewest steps of a Hertz impact."""
+
+PACKED = 4.0
+"""Cost of a particle and step in a bed with friction, by that of a grain on a row: LAMMPS took
+0.4 us."""
+
+
+@dataclass(frozen=True)
+class Sphere:
+    """Spheres of one kind; ``radius`` [m], ``density`` [kg/m3], ``youngs_modulus`` [Pa]."""
+
+    radius: float
+    density: float
+    youngs_modulus: float
+    poisson_ratio: float
+
+    @property
+    def volume(self) -> float:
+        """Return the volume [m3]."""
+        return 4.0 / 3.0 * math.pi * self.radius**3
+
+    @property
+    def mass(self) -> float:
+        """Return the mass [kg]."""
+        return self.density * self.volume
+
+    @property
+    def rayleigh_step(self) -> float:
+        """Return :data:`RAYLEIGH` of the time of a Rayleigh wave [s].
+
+        pi r sqrt(rho/G)/(0.1631 nu + 0.8766) is that time.
+        """
+        nu = self.poisson_ratio
+        wave = math.pi * self.radius * math.sqrt(2.0 * self.density * (1.0 + nu))
+        return RAYLEIGH * wave / math.sqrt(self.youngs_modulus) / (0.1631 * nu + 0.8766)
+
+    def impact_step(self, wall_modulus: float, speed: float) -> float:
+        """Return a part of the time of an impact on a wall of the same Poisson's ratio [s].
+
+        2.8683 (m^2/(R E*^2 v))^(1/5) is that time (Hertz; Johnson, Contact Mechanics, 11.24).
+        """
+        both = self.youngs_modulus + wall_modulus
+        modulus = self.youngs_modulus * wall_modulus / both / (1.0 - self.poisson_ratio**2)
+        impact = (self.mass**2 / (self.radius * modulus**2 * speed)) ** 0.2
+        return float(2.8683 * impact / STEPS_IN_IMPACT)
+
+    def elastic_energy(self, load: float) -> float:
+        """Return what the contact of two such spheres holds under a load [N], in J.
+
+        F = 4/3 E* sqrt(R*) overlap^(3/2), E* = E/(2 (1 - nu^2)), R* = r/2; it holds 2/5 F overlap.
+        """
+        stiffness = 2.0 / 3.0 * self.youngs_modulus / (1.0 - self.poisson_ratio**2)
+        overlap = (load / (stiffness * math.sqrt(self.radius / 2.0))) ** (2.0 / 3.0)
+        return float(0.4 * load * overlap)
+
+
+def check_step(step_size: float, longest: float) -> None:
+    """Raise ValueError for a step [s] that is longer than the longest."""
+    if step_size > longest:
+        raise ValueError(
+            f"step_size = {step_size:g} s: must be at most {longest:.4g}, "
+            f"{RAYLEIGH:g} of the Rayleigh time and 1/{STEPS_IN_IMPACT:g} of an impact"
+        )
+
+
+GRAIN_BYTES = 2000
+"""Memory of a grain with its contacts, at least: LAMMPS took as much."""
+
+
+def check_memory(grains: int) -> None:
+    """Raise RequestError for more grains than the memory of this machine holds."""
+    memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    if grains * GRAIN_BYTES > memory:
+        raise RequestError(
+            f"{grains} grains: would take {grains * GRAIN_BYTES / 1e9:.3g} GB of memory; must be "
+            f"at most {memory // GRAIN_BYTES} on this machine"
+        )

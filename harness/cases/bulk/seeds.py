@@ -1,0 +1,206 @@
+"""Bulk cases: the same system from many seeds, means over them, engines against one another.
+
+Bulk is chaotic: motions of one seed part between codes, so that means over seeds are compared.
+"""
+
+from __future__ import annotations
+
+import sys
+from abc import abstractmethod
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import combinations
+from typing import TYPE_CHECKING, ClassVar, TypeVar
+
+import numpy as np
+
+from harness.cases.bulk.equivalence import FEWEST, Sample, equivalence, interval
+from harness.cases.contract import Case, LevelName, Study, Words
+from harness.comparison.plan import Planned
+from harness.comparison.verdicts import Check, Kind, Tolerance, failed_run, not_tested
+from harness.comparison.verification import Findings
+from harness.engines.contract import Engine, Output
+from harness.errors import EngineError, EngineUndecidedError
+from harness.parameters.base import Parameters
+from harness.report.sections import Section
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+    from numpy.typing import NDArray
+
+    Floats = NDArray[np.float64]
+
+import numpy as np
+
+P = TypeVar("P", bound=Parameters)
+
+MARGIN = Tolerance(
+    "",
+    0.0,
+    0.05,
+    "stated before any run: codes are equivalent where the 90 % interval of the ratio of their "
+    "means is within 5 % of 1, two one-sided tests of 5 %",
+)
+
+
+@dataclass(frozen=True)
+class Curve:
+    """What a figure shows of each run: the name of its file, and its axes."""
+
+    figure: str
+    x: str
+    y: str
+
+
+@dataclass(frozen=True)
+class Runs:
+    """The runs of an engine: quantities of each seed, and its curves, each (x, y).
+
+    ``undecided`` runs ended without the event that they wait for, and have no row.
+    """
+
+    engine: str
+    rows: tuple[Mapping[str, float], ...]
+    curves: tuple[tuple[tuple[Floats, Floats], ...], ...] = ()
+    undecided: int = 0
+
+    def sample(self, quantity: str) -> Sample:
+        """Return the values of a quantity over the seeds."""
+        return Sample(self.engine, tuple(row[quantity] for row in self.rows))
+
+    def worst(self, quantity: str) -> float:
+        """Return the largest value over the seeds; NaN where one is."""
+        return float(np.max(self.sample(quantity).values))
+
+
+class BulkCase(Case[P]):
+    """A system of many grains, run from several seeds (parameter ``seed``)."""
+
+    group = "bulk"
+    seeds: ClassVar[Mapping[LevelName, int]]
+    """Runs of a level."""
+    judged: ClassVar[tuple[str, ...]]
+    """Checks of an engine, in the order of :meth:`judge`."""
+    equivalent: ClassVar[tuple[str, ...]]
+    """Quantities that codes are held against one another in; the others are shown."""
+    drawn: ClassVar[tuple[Curve, ...]]
+
+    @abstractmethod
+    def judge(self, names: Sequence[str], runs: Runs, p: P) -> list[Check]:
+        """Return the rows of an engine, by the names of :attr:`judged`; the worst seed decides."""
+
+    @abstractmethod
+    def curves(self, p: P, output: Output) -> Sequence[tuple[Floats, Floats]]:
+        """Return x and y of each of :attr:`drawn`, in its units."""
+
+    def names(self, engine: Engine) -> list[str]:
+        """Return the names of the rows of an engine."""
+        return [f"{self.name}: {engine.name}: {check}" for check in self.judged]
+
+    def planned(self, level: LevelName, engine: Engine) -> Sequence[Planned]:
+        """Return the checks of an engine; the comparison of engines names its own."""
+        return [Planned(name) for name in self.names(engine)]
+
+    def verify(self, engine: Engine, study: Study) -> Findings:
+        """Run the seeds of a level and judge them; one without its event has no row."""
+        findings = Findings(self.name, engine.name)
+        p = self.default
+        trials = [p.replace(seed=seed) for seed in range(1, self.seeds[study.level] + 1)]
+        names = self.names(engine)
+        if reason := engine.refuses(self.job(trials[0])):
+            findings.checks += [not_tested(name, Kind.ANALYTIC, reason) for name in names]
+            return findings
+        rows, curves, undecided = [], [], []
+        for seed, (trial, output) in enumerate(
+            zip(trials, engine.run([self.job(trial) for trial in trials]), strict=True), 1
+        ):
+            try:
+                if isinstance(output, EngineError):
+                    raise output
+                rows.append(self.measured(trial, output, engine.traits).values)
+                curves.append(tuple(self.curves(trial, output)))
+            except EngineUndecidedError as error:
+                undecided.append(f"seed {seed}: {error}")
+            except EngineError as error:
+                name = f"{self.name}: {engine.name}: seed {seed}"
+                findings.checks.append(failed_run(name, Kind.ANALYTIC, error))
+        if not rows:
+            if undecided:
+                findings.checks += [not_tested(n, Kind.ANALYTIC, undecided[0]) for n in names]
+            return findings
+        findings.evidence = Runs(engine.title, tuple(rows), tuple(curves), len(undecided))
+        findings.checks += self.judge(names, findings.evidence, p)
+        return findings
+
+    def across(self, beside: Mapping[str, Findings]) -> Sequence[Check]:
+        """Hold every two engines against one another by their means over the seeds."""
+        return list(self.compared([f.evidence for f in beside.values() if f.evidence is not None]))
+
+    def compared(self, engines: Sequence[Runs]) -> Iterator[Check]:
+        """Yield the rows that hold every two engines against one another."""
+        for one, other in combinations(engines, 2):
+            for quantity in self.equivalent:
+                name = f"{self.name}: {one.engine} against {other.engine}: {quantity}"
+                first, second = one.sample(quantity), other.sample(quantity)
+                if min(len(first.values), len(second.values)) < FEWEST:
+                    few = f"fewer than {FEWEST} seeds gave a value"
+                    yield not_tested(name, Kind.CROSS_CODE, few)
+                else:
+                    yield equivalence(name, first, second, MARGIN)
+
+    def sections(
+        self,
+        main: Findings | None,
+        own: Findings,
+        beside: Mapping[str, Findings],
+    ) -> Sequence[Section]:
+        """Return the curves of all runs and the means over the seeds."""
+        every = [f.evidence for f in (main, *beside.values()) if f is not None and f.evidence]
+        found = list({one.engine: one for one in every}.values())
+        if not found:
+            return ()
+        words = Words(str(sys.modules[type(self).__module__].__file__))
+        table = words.table("Means", list(self._means(found)), numeric=range(1, len(found) + 1))
+        table = replace(table, head=("quantity", *(one.engine for one in found)))
+        seeds = len(found[0].rows)
+        drawings = tuple(
+            words.drawing(
+                curve.figure,
+                lambda place=place, curve=curve: draw(found, place, curve),  # type: ignore[misc]
+                seeds=seeds,
+            )
+            for place, curve in enumerate(self.drawn)
+        )
+        return (words.section(self.name, tables=(table,), drawings=drawings),)
+
+    def _means(self, engines: Sequence[Runs]) -> Iterator[tuple[str, ...]]:
+        """Yield the rows of the table: a quantity, its mean and interval in each engine."""
+        for quantity in self.quantities:
+            cells = []
+            for one in engines:
+                sample = one.sample(quantity.name)
+                text = f"{sample.mean:.4g}"
+                if len(sample.values) >= FEWEST:
+                    low, high = interval(sample.values, confidence=0.95)
+                    text += f" ({low:.4g} to {high:.4g})"
+                cells.append(text)
+            unit = quantity.unit if quantity.unit != "1" else "-"
+            yield f"{quantity.name} ({unit})", *cells
+
+
+def draw(engines: Sequence[Runs], place: int, curve: Curve) -> Figure:
+    """Draw a curve of every seed, a colour for each engine."""
+    from matplotlib.figure import Figure
+
+    from harness.report.style import COLOURS
+
+    figure = Figure(figsize=(7.0, 3.6), layout="constrained")
+    axes = figure.subplots()
+    for number, one in enumerate(engines):
+        for seed, curves in enumerate(one.curves):
+            x, y = curves[place]
+            label = one.engine if seed == 0 else None
+            axes.plot(x, y, color=COLOURS[number], lw=0.9, alpha=0.7, label=label)
+    axes.set(xlabel=curve.x, ylabel=curve.y)
+    axes.legend(title="code; a line for each seed")
+    return figure

@@ -1,0 +1,353 @@
+"""A silo with a hopper runs empty, as a case: discharge rate, loads at rest, energy.
+
+The process of Dosta and others, Comput. Phys. Commun. 296, 109066 (2024), smaller and softer. Its
+rate is held against Beverloo's law, the load of the bed at rest against Janssen's.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+from pydantic import Field, model_validator
+from scipy.optimize import brentq
+from scipy.stats import binomtest
+
+from harness.cases.bulk.materials import PACKED, Sphere, check_memory, check_step
+from harness.cases.bulk.seeds import BulkCase, Curve, Runs
+from harness.comparison.verdicts import Check, Kind, Tolerance, finding, judge
+from harness.engines.border import engine_seconds
+from harness.engines.contract import Job, Output, Template, Value
+from harness.engines.traits import Traits
+from harness.errors import EngineLostAtomsError, EngineUndecidedError
+from harness.parameters.allowed import allowed_in
+from harness.parameters.base import Parameters
+from harness.theory.bulk import (
+    BEVERLOO_FACTOR,
+    BEVERLOO_MARGIN,
+    beverloo_scale,
+    janssen_share,
+)
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from harness.engines.output import Table
+
+    Floats = NDArray[np.float64]
+
+NAME = "silo"
+COLUMNS = ("time_s", "remaining", "astray", "kinetic_J", "potential_J")
+
+SAMPLES = 500
+"""Rows of the series."""
+
+STEADY = 0.1, 0.6
+"""Shares of the grains that have left between which the discharge is steady: after its beginning,
+and while the bed is higher than the cone."""
+
+STRESS_RATIO = 0.5
+"""K of Janssen's formula; 0.3 to 1 is usual. It is 1 - sin phi (Jaky) for an angle of 30 deg."""
+
+
+class Silo(Parameters):
+    """A cylinder on a cone, of steel, filled with grains; its orifice is opened."""
+
+    layers: int = Field(20, ge=1, le=10000, description="[-] grains of the first lattice along z")
+    spacing: float = Field(1.2, gt=1.0, le=3.0, description="[-] of the lattice, in diameters")
+    scatter: float = Field(
+        0.19, ge=0.0, le=1.0, description="[-] range of the first places, in diameters"
+    )
+    seed: int = Field(1, ge=1, le=10000, description="[-] of the first places")
+    radius: float = Field(2e-3, gt=0.0, description="[m] of a grain")
+    density: float = Field(2500.0, gt=0.0, description="[kg/m3] of the grains")
+    youngs_modulus: float = Field(1e6, gt=0.0, description="[Pa] of the grains")
+    poisson_ratio: float = Field(0.2, ge=0.0, lt=0.5, description="[-] of grains and steel")
+    restitution: float = Field(0.5, gt=0.05, le=1.0, description="[-] between grains")
+    friction: float = Field(0.3, ge=0.0, le=2.0, description="[-] between grains")
+    steel_youngs_modulus: float = Field(2.1e8, gt=0.0, description="[Pa] of the walls")
+    steel_restitution: float = Field(0.4, gt=0.05, le=1.0, description="[-] on walls")
+    steel_friction: float = Field(0.2, ge=0.0, le=2.0, description="[-] on walls")
+    silo_radius: float = Field(0.024, gt=0.0, le=10.0, description="[m] of the cylinder")
+    orifice_radius: float = Field(0.012, gt=0.0, le=10.0, description="[m] of the orifice")
+    cone_height: float = Field(0.012, gt=0.0, le=10.0, description="[m] from orifice to cylinder")
+    gravity: float = Field(9.81, gt=0.0, description="[m/s2] downward")
+    settle_time: float = Field(0.2, ge=0.0, description="[s] before the opening")
+    duration: float = Field(1.0, gt=0.0, description="[s] after the opening")
+    step_size: float = Field(4e-5, gt=0.0, description="[s] time step")
+
+    @model_validator(mode="after")
+    def _holds(self) -> Silo:
+        if self.scatter > self.spacing - 1.0:
+            raise ValueError(
+                f"scatter = {self.scatter:g}: grains overlap at the start; must be at most "
+                f"spacing - 1 = {self.spacing - 1.0:.4g}"
+            )
+        if self.orifice_radius >= self.silo_radius:
+            raise ValueError(
+                f"orifice_radius = {self.orifice_radius:g} m: must be less than silo_radius = "
+                f"{self.silo_radius:g} m"
+            )
+        if self.in_layer == 0:
+            raise ValueError(
+                f"silo_radius = {self.silo_radius:g} m: no grain of radius = {self.radius:g} m "
+                "finds room; must be some diameters"
+            )
+        check_step(self.step_size, self.longest_step)
+        return self
+
+    @property
+    def grain(self) -> Sphere:
+        """Return a grain."""
+        return Sphere(self.radius, self.density, self.youngs_modulus, self.poisson_ratio)
+
+    @property
+    def pitch(self) -> float:
+        """Return the distance of the lattice's sites [m]."""
+        return 2.0 * self.radius * self.spacing
+
+    @property
+    def in_layer(self) -> int:
+        """Return the sites of a layer: (i + 1/2, j + 1/2) pitches, wherever a grain finds room."""
+        reach = self.silo_radius - self.radius * (1.0 + math.sqrt(2.0) * self.scatter)
+        most = max(0, math.ceil(reach / self.pitch))
+        x = self.pitch * (np.arange(-most, most) + 0.5)
+        return int((x[:, None] ** 2 + x**2 <= reach**2).sum()) if reach > 0.0 else 0
+
+    @property
+    def grains(self) -> int:
+        """Return how many grains there are."""
+        return self.layers * self.in_layer
+
+    @property
+    def weight(self) -> float:
+        """Return the weight of all grains [N]."""
+        return self.grains * self.grain.mass * self.gravity
+
+    @property
+    def longest_step(self) -> float:
+        """Return the longest step [s] by Rayleigh waves and by the impact of the highest grain."""
+        fall = self.layers * self.pitch + self.cone_height
+        speed = math.sqrt(2.0 * self.gravity * fall)
+        impact = self.grain.impact_step(self.steel_youngs_modulus, speed)
+        return min(self.grain.rayleigh_step, impact)
+
+    @property
+    def every(self) -> int:
+        """Return the steps between two rows of the series."""
+        return max(1, math.ceil(self.duration / self.step_size / SAMPLES))
+
+    @property
+    def settle_steps(self) -> int:
+        """Return the steps before the opening, a multiple of :attr:`every`."""
+        return self.every * math.ceil(self.settle_time / self.step_size / self.every - 1e-9)
+
+    @property
+    def steps(self) -> int:
+        """Return the steps after the opening, a multiple of :attr:`every`."""
+        return self.every * math.ceil(self.duration / self.step_size / self.every - 1e-9)
+
+    def volume(self, height: float) -> float:
+        """Return the volume within the walls up to a height over the orifice [m3]."""
+        return self._moment(height, 0)
+
+    def surface(self, mean_height: float) -> float:
+        """Return the height of a level bed over the orifice [m] whose grains have a mean height."""
+
+        def off(height: float) -> float:
+            return self._moment(height, 1) / self._moment(height, 0) - mean_height
+
+        return float(brentq(off, 1e-3 * mean_height, 10.0 * mean_height + self.cone_height))
+
+    def _moment(self, height: float, power: int) -> float:
+        """Return the integral of z^power over the volume within the walls up to a height."""
+        low = min(height, self.cone_height)
+        slope = (self.silo_radius - self.orifice_radius) / self.cone_height
+        radius = np.polynomial.Polynomial([self.orifice_radius, slope])
+        z = np.polynomial.Polynomial([0.0, 1.0]) ** power
+        cone = (radius**2 * z).integ()(low)
+        shaft = z.integ()(height) - z.integ()(low)
+        return math.pi * float(cone + self.silo_radius**2 * shaft)
+
+
+def values_of(p: Silo) -> dict[str, Value]:
+    """Return the values of a script."""
+    derived = {"settle_time", "duration"}
+    values: dict[str, Value] = {n: v for n, v in dict(p).items() if n not in derived}
+    more = {"settle_steps": p.settle_steps, "steps": p.steps, "series_every": p.every}
+    return {**values, **more, "damping": "coeff_restitution"}
+
+
+TEMPLATE = Template(NAME, {"": values_of(Silo())}, allowed=allowed_in(Silo))
+
+
+def largest_elastic_energy(p: Silo) -> float:
+    """Return a bound of the elastic energy of the bed at rest [J].
+
+    Each of six contacts of a grain, counted half, bears the weight of a whole column, as only the
+    lowest do.
+    """
+    column = p.weight * (2.0 * p.radius) ** 2 / (math.pi * p.silo_radius**2)
+    return 3.0 * p.grains * p.grain.elastic_energy(column)
+
+
+def discharge(p: Silo, table: Table) -> dict[str, float]:
+    """Return rate and times of a series.
+
+    The rate is the slope of a straight line through the number that remains, while the share that
+    has left is between the two of :data:`STEADY`. Raise EngineUndecidedError where grains stay.
+    """
+    after = table["time_s"] > 0.0
+    t, remaining = (table[name][after] for name in ("time_s", "remaining"))
+    gone = 1.0 - remaining / p.grains
+    first, last = STEADY
+    if gone[-1] < last:
+        stopped = t[remaining == remaining[-1]][0]
+        if t[-1] - stopped < 0.1 * p.duration:
+            raise EngineUndecidedError(
+                f"undecided: {remaining[-1]:.0f} grains of {p.grains} remain and still run out at "
+                f"the end; duration = {p.duration:g} s is too short",
+                {},
+            )
+        raise EngineUndecidedError(
+            f"undecided: arching: {remaining[-1]:.0f} grains of {p.grains} remain, none has left "
+            f"since {stopped:.3g} s; orifice_radius = {p.orifice_radius:g} m is "
+            f"{p.orifice_radius / p.radius:.3g} radii of a grain",
+            {},
+        )
+    steady = (gone >= first) & (gone <= last)
+    slope = np.polyfit(t[steady], remaining[steady], 1)[0]
+    return {
+        "discharge_rate_per_s": float(-slope),
+        "discharge_rate_kg_per_s": float(-slope) * p.grain.mass,
+        "half_time_s": float(t[gone >= 0.5][0]),
+        "passed_ratio": float(gone[-1]),
+    }
+
+
+def largest_gain(energy: Floats) -> float:
+    """Return by how much an energy rises above what it was before, at most."""
+    return float((energy - np.minimum.accumulate(energy)).max())
+
+
+AT_REST = Tolerance("", 0.01, 0.0, "a bed that moves adds 1 % to the energy of the flow at most")
+
+
+class SiloCase(BulkCase[Silo]):
+    """A silo with a hopper runs empty: discharge rate, loads at rest, energy."""
+
+    name = NAME
+    template = TEMPLATE
+    seeds = {"quick": 5, "default": 12, "full": 24}  # noqa: RUF012
+    judged = ("no energy is gained", "the bed is at rest at the opening", "arching", "Beverloo")
+    equivalent = ("discharge_rate_per_s", "bed_solid_fraction", "bed_coordination")
+    drawn = (Curve("silo-discharge", "time after the opening (s)", "grains that remain"),)
+
+    def source_of(self, preset: str) -> str:
+        """Return where the materials were published."""
+        return "Dosta and others 2024 (moduli a thousand times smaller, a quarter of the size)"
+
+    @property
+    def presets(self) -> Mapping[str, Silo]:
+        """Return twelve hundred soft grains."""
+        return {"small": Silo()}
+
+    def job(self, parameters: Silo) -> Job:
+        """Return the job of one discharge; raise RequestError for more grains than memory holds."""
+        check_memory(parameters.grains)
+        return Job(TEMPLATE, values_of(parameters), sampled=True)
+
+    def read(self, parameters: Silo, output: Output, traits: Traits) -> Mapping[str, float]:
+        """Return rate, energies, state and loads of the bed.
+
+        Raise EngineLostAtomsError where a grain passed a wall, EngineUndecidedError for an arch.
+        """
+        p = parameters
+        output.check_numbers({"grains": p.grains, "steps": p.settle_steps + p.steps})
+        table = output.table(COLUMNS)
+        if table["astray"].any():
+            t = table["time_s"][table["astray"] != 0.0][0]
+            raise EngineLostAtomsError(
+                f"{output.who}: a grain is beyond the walls at {t:.3g} s: they leave a hole, or "
+                f"step_size = {p.step_size:g} s is too long, youngs_modulus = "
+                f"{p.youngs_modulus:g} Pa too soft"
+            )
+        surface = p.surface(output.number("mean_height_m"))
+        solid = p.grains * p.grain.volume / p.volume(surface)
+        found = discharge(p, table)
+        scale = beverloo_scale(2.0 * p.orifice_radius, 2.0 * p.radius, p.density * solid, p.gravity)
+        energy = np.concatenate(
+            [[output.number("released_J")], table["kinetic_J"] + table["potential_J"]]
+        )
+        above = p.weight * output.number("mean_height_m")
+        steady = slice(*np.searchsorted(-table["remaining"], [-(1 - s) * p.grains for s in STEADY]))
+        flowing = table["kinetic_J"][steady].mean()
+        loads = [output.number(f"{wall}_N") / p.weight for wall in ("shaft", "cone", "floor")]
+        height = max(surface - p.cone_height, 0.0)
+        work = p.grains * p.settle_steps + p.every * table["remaining"].sum()
+        return {
+            **found,
+            "beverloo_factor": found["discharge_rate_kg_per_s"] / scale if scale else math.nan,
+            "energy_gain_ratio": largest_gain(energy) / above,
+            "bed_kinetic_ratio": output.number("bed_kinetic_J") / flowing,
+            "bed_height_m": surface,
+            "bed_solid_fraction": solid,
+            "bed_coordination": output.number("coordination"),
+            "shaft_load_ratio": loads[0],
+            "walls_load_ratio": sum(loads),
+            "janssen_load_ratio": janssen_share(
+                height, p.silo_radius, p.steel_friction, STRESS_RATIO
+            )
+            * (1.0 - p.volume(p.cone_height) / p.volume(surface) if height else 0.0),
+            "microseconds_per_particle_step": 1e6 * output.seconds / work,
+        }
+
+    def seconds(self, parameters: Silo, rules: Traits | None, solver: str = "") -> float:
+        """Return what a discharge is expected to take [s], good to a factor of three."""
+        if rules is None:
+            return 0.0
+        steps = parameters.settle_steps + parameters.steps // 2
+        return PACKED * engine_seconds(steps, parameters.grains, rules)
+
+    def curves(self, p: Silo, output: Output) -> Sequence[tuple[Floats, Floats]]:
+        """Return time [s] and the number that remains."""
+        table = output.table(COLUMNS)
+        return ((table["time_s"], table["remaining"]),)
+
+    def judge(self, names: Sequence[str], runs: Runs, p: Silo) -> list[Check]:
+        """Return energy gained and bed at rest, of the worst seed; arches and Beverloo as seen."""
+        gain, moves = runs.worst("energy_gain_ratio"), runs.worst("bed_kinetic_ratio")
+        above = p.weight * 0.5 * runs.sample("bed_height_m").mean
+        bound = Tolerance(
+            "",
+            largest_elastic_energy(p) / above,
+            0.0,
+            "a bound of the elastic energy of the bed under its weight",
+        )
+        return [
+            judge(names[0], Kind.ANALYTIC, gain, 0.0, bound),
+            judge(names[1], Kind.ANALYTIC, moves, 0.0, AT_REST),
+            arching(names[2], runs.undecided, runs.undecided + len(runs.rows)),
+            finding(
+                names[3],
+                runs.sample("beverloo_factor").mean,
+                BEVERLOO_FACTOR,
+                "",
+                f"C of Beverloo's law with k = {BEVERLOO_MARGIN:g}; 0.55 to 0.65 was measured in "
+                "silos much wider than their orifice and hundreds of grains across",
+            ),
+        ]
+
+
+def arching(name: str, arched: int, runs: int) -> Check:
+    """Return the share of runs that did not run empty, with its 95 % interval (Wilson)."""
+    share = binomtest(arched, runs).proportion_ci(0.95, method="wilson")
+    note = f"{arched} of {runs} seeds; 95 % interval {share.low:.3f} to {share.high:.3f}"
+    ratio = arched / runs
+    half = max(share.high - ratio, ratio - share.low)
+    return finding(name, ratio, 0.0, "", note, uncertainty=float(half))
+
+
+CASE = SiloCase()
