@@ -33,6 +33,48 @@ from harness.solvers.chain.motion import (
     write_sample,
 )
 
+ORDER = 22
+REACH = 1.5  # of a segment, in 1 / highest frequency: 1.5^23/23! = 4e-19
+_HALVINGS = 60
+
+
+class ModalState(NamedTuple):
+    """The motion between two changes of contact: the contact set, its forces and its modes.
+
+    A mode has its shape in coordinates ``sqrt(m) u`` in a column of ``shapes``, the frequency 0 if
+    it is rigid or of a fixed particle, and the rows of ``amplitudes``: coordinate and its rate now,
+    acceleration of gravity, and equilibrium, which a rigid one does not use.
+    """
+
+    closed: Flags  # (n,)
+    factor: Floats  # (3, n)
+    overlap: Floats  # (n,) [m]
+    force: Floats  # (n,) [N]
+    shapes: Floats  # (N, N)
+    frequency: Floats  # (N,) [rad/s]
+    first: Floats  # (N,) first particle of the run of each mode
+    amplitudes: Floats  # (4, N)
+    series: Floats  # (n, ORDER + 1)
+    x: Floats  # (N,) [m] where the search for the next change stands
+    w: Floats  # (N,) [m/s]
+    y: Floats  # (N,) [m] at a sample
+    z: Floats  # (N,) [m/s]
+    counts: Counts  # rows of the record, samples, changes in no time
+    time: Floats  # (1,) [s] of the last change
+
+
+def modal_state(chain: Chain, closed: Flags) -> ModalState:
+    """Return the arrays of a chain at its start, with the contacts (n,) that are ``closed``."""
+    u, v = chain.displacement, chain.velocity
+    particles, n = u.size, u.size - 1
+    return ModalState(
+        closed, np.zeros((3, n)), np.zeros(n), np.zeros(n),
+        np.zeros((particles, particles)), np.zeros(particles), np.zeros(particles),
+        np.zeros((4, particles)), np.zeros((n, ORDER + 1)),
+        u.copy(), v.copy(), u.copy(), v.copy(), np.zeros(3, np.int64), np.zeros(1),
+    )  # fmt: skip
+
+
 # ---- modes: the motion of a chain whose contacts stay, in closed form
 #
 # Each run of closed contacts swings by itself, M u'' = M g - K u. With the eigenvectors of
@@ -41,15 +83,9 @@ from harness.solvers.chain.motion import (
 
 
 @compiled
-def decompose(
-    chain: Chain, closed: Flags, factor: Floats, shapes: Floats, frequency: Floats, first: Floats
-) -> float:
-    """Find the modes of the contact set; return the highest frequency [rad/s].
-
-    ``shapes`` (N, N) takes the mode j of each run in column j, in coordinates
-    ``sqrt(m) u``; ``frequency`` (N,) [rad/s], 0 for rigid modes and for a fixed
-    particle, and ``first`` (N,) the first particle of the run of each mode.
-    """
+def decompose(chain: Chain, state: ModalState) -> float:
+    """Find the modes of the factorised contact set; return the highest frequency [rad/s]."""
+    closed, shapes, frequency = state.closed, state.shapes, state.frequency
     particles = chain.displacement.size
     shapes[:] = 0.0
     highest = 0.0
@@ -59,11 +95,11 @@ def decompose(
         while end < particles and closed[end - 1]:
             end += 1
         mobile = end - begin - (1 if chain.mobility[end - 1] == 0 else 0)
-        first[begin:end] = begin
+        state.first[begin:end] = begin
         frequency[begin:end] = 0.0
         if mobile:
             free = mobile == end - begin
-            _run_modes(chain, factor, begin, mobile, free, shapes, frequency)
+            _run_modes(chain, state.factor, begin, mobile, free, shapes, frequency)
             highest = max(highest, frequency[begin + mobile - 1])
         begin = end
     return highest
@@ -112,15 +148,10 @@ def _dynamical_matrix(factor: Floats, begin: int, mobile: int, free: bool, root:
 
 
 @compiled
-def project(
-    chain: Chain, closed: Flags, shapes: Floats, frequency: Floats, first: Floats,
-    amplitudes: Floats,
-) -> None:  # fmt: skip
-    """Set the ``amplitudes`` (4, N) of the modes from the state of ``chain``.
-
-    Rows: coordinate and its rate now, acceleration of gravity, and equilibrium;
-    of rigid modes the equilibrium is not used.
-    """
+def project(chain: Chain, state: ModalState) -> None:
+    """Set the amplitudes of the modes from the state of ``chain``."""
+    closed, shapes, frequency = state.closed, state.shapes, state.frequency
+    first, amplitudes = state.first, state.amplitudes
     particles = chain.displacement.size
     u, v = chain.displacement, chain.velocity
     last = u[particles - 1] if chain.mobility[particles - 1] == 0 else 0.0
@@ -149,11 +180,10 @@ def _origin(closed: Flags, begin: int, last: float) -> float:
 
 
 @compiled
-def state_at(
-    chain: Chain, closed: Flags, shapes: Floats, frequency: Floats,
-    amplitudes: Floats, time: float, u: Floats, v: Floats,
-) -> None:  # fmt: skip
-    """Set ``u`` and ``v`` (N,) at ``time`` [s] after the amplitudes were taken."""
+def state_at(chain: Chain, state: ModalState, time: float, u: Floats, v: Floats) -> None:
+    """Set ``u`` and ``v`` (N,) at ``time`` [s] after the last change of contacts."""
+    closed, shapes, frequency = state.closed, state.shapes, state.frequency
+    amplitudes = state.amplitudes
     particles = u.size
     last = chain.displacement[particles - 1] if chain.mobility[particles - 1] == 0 else 0.0
     y, rate = np.empty(particles), np.empty(particles)
@@ -185,11 +215,6 @@ def state_at(
         u[particles - 1], v[particles - 1] = last, 0.0
 
 
-ORDER = 22
-REACH = 1.5  # of a segment, in 1 / highest frequency: 1.5^23/23! = 4e-19
-_HALVINGS = 60
-
-
 # ---- the first change of contacts: the first root of polynomials
 #
 # Within a time of about 1 / highest frequency the Taylor series of every contact force and every
@@ -200,16 +225,14 @@ _HALVINGS = 60
 
 
 @compiled
-def taylor_of_contacts(
-    chain: Chain, closed: Flags, factor: Floats, u: Floats, v: Floats, reach: float,
-    series: Floats,
-) -> None:  # fmt: skip
-    """Set the Taylor coefficients of every contact, in units of ``reach`` [s].
+def taylor_of_contacts(chain: Chain, state: ModalState, reach: float) -> None:
+    """Set the Taylor coefficients ``state.series`` [m] of every contact, in units of ``reach`` [s].
 
-    ``series`` (n, ORDER + 1) [m]: of a closed contact its force times
-    ``diagonal``, of an open one its gap; both vanish where the contact changes.
-    From the force of derivative m follows derivative m + 2 of the displacement.
+    Of a closed contact those of its force times ``diagonal``, of an open one of its gap; both
+    vanish where the contact changes. From the force of derivative m follows derivative m + 2 of
+    the displacement.
     """
+    closed, series, u, v = state.closed, state.series, state.x, state.w
     particles = u.size
     n = particles - 1
     even, odd = u.copy(), v * reach
@@ -218,16 +241,16 @@ def taylor_of_contacts(
         now = even if order % 2 == 0 else odd
         for i in range(n):
             overlap[i] = now[i] - now[i + 1]
-        substitute(overlap, factor, force)
+        substitute(overlap, state.factor, force)
         for i in range(n):
             if closed[i]:
                 series[i, order] = chain.diagonal[i] * force[i]
             else:
                 gap = -overlap[i]
                 if i > 0:
-                    gap += chain.beside[i - 1] * force[i - 1]
+                    gap += chain.coupling[i - 1] * force[i - 1]
                 if i < n - 1:
-                    gap += chain.beside[i] * force[i + 1]
+                    gap += chain.coupling[i] * force[i + 1]
                 series[i, order] = gap
         scale = reach * reach / ((order + 1) * (order + 2))
         for i in range(particles):
@@ -294,48 +317,16 @@ def _bernstein(coefficients: Floats, shift: float, until: float) -> Floats:
 
 
 @compiled
-def _halve(now: Floats, left: Floats) -> None:
-    """Split at the middle (de Casteljau): ``left`` takes the first half, ``now`` the second."""
+def _halve(now: Floats, half: Floats) -> None:
+    """Split at the middle (de Casteljau): ``half`` takes the first half, ``now`` the second."""
     degree = now.size - 1
     for level in range(degree + 1):
-        left[level] = now[0]
+        half[level] = now[0]
         for k in range(degree - level):
             now[k] = 0.5 * (now[k] + now[k + 1])
 
 
 # ---- the propagator, from change to change
-
-
-class Motion(NamedTuple):
-    """Arrays of the motion between two changes: the contact set, its forces and its modes."""
-
-    closed: Flags  # (n,)
-    factor: Floats  # (3, n)
-    overlap: Floats  # (n,) [m]
-    force: Floats  # (n,) [N]
-    shapes: Floats  # (N, N)
-    frequency: Floats  # (N,) [rad/s]
-    first: Floats  # (N,)
-    amplitudes: Floats  # (4, N)
-    series: Floats  # (n, ORDER + 1)
-    x: Floats  # (N,) [m] where the search for the next change stands
-    w: Floats  # (N,) [m/s]
-    y: Floats  # (N,) [m] at a sample
-    z: Floats  # (N,) [m/s]
-    counts: Counts  # rows of the record, samples, changes in no time
-    time: Floats  # (1,) [s] of the last change
-
-
-def motion_of(chain: Chain, closed: Flags) -> Motion:
-    """Return the arrays of a chain at its start, with the contacts (n,) that are ``closed``."""
-    u, v = chain.displacement, chain.velocity
-    particles, n = u.size, u.size - 1
-    return Motion(
-        closed, np.zeros((3, n)), np.zeros(n), np.zeros(n),
-        np.zeros((particles, particles)), np.zeros(particles), np.zeros(particles),
-        np.zeros((4, particles)), np.zeros((n, ORDER + 1)),
-        u.copy(), v.copy(), u.copy(), v.copy(), np.zeros(3, np.int64), np.zeros(1),
-    )  # fmt: skip
 
 
 # a contact changes when its force or gap is this far below 0, as a part of the
@@ -366,7 +357,7 @@ def run(
     There are ``samples`` at equal distances (1000 per t0 if not given), one at
     each change of contacts and one whenever the distance of grain and base turns. ``progress`` is
     called with the samples done and all of them. Raise RequestError for a duration or a number of
-    particles that cannot be, and where it cannot be told which contacts touch.
+    particles out of range, and where rounding leaves open which contacts touch.
     """
     if not (math.isfinite(duration) and duration > 0):
         raise RequestError(f"duration = {duration} s: must be finite and greater than 0")
@@ -380,8 +371,8 @@ def run(
     record, rows = propagate(chain, blank, duration, wanted, progress)
     if rows < 0:
         raise RequestError(
-            f"duration = {duration:.6g} s: which contacts of {tower.particles} particles touch "
-            "cannot be told to rounding before that; a shorter run, or rk4, can be"
+            f"duration = {duration:.6g} s: which of {tower.particles} particles touch is below "
+            "rounding before that: take a shorter run, or rk4"
         )
     order = np.argsort(record.rows[:rows, 0], kind="stable")
     sorted_record = Record(*(part[order] if part.shape[0] else part for part in record))
@@ -395,29 +386,29 @@ def propagate(
     samples: int,
     progress: Progress = lambda *_: None,
 ) -> tuple[Record, int]:
-    """Advance ``chain`` in place; return the record and its rows, -1 if contacts do not settle."""
+    """Advance ``chain`` in place; return the record and its rows, -1 if no contact set is found."""
     u, v = chain.displacement, chain.velocity
-    particles, motion = u.size, motion_of(chain, u[:-1] - u[1:] > _SLACK * chain.length)
+    particles, state = u.size, modal_state(chain, u[:-1] - u[1:] > _SLACK * chain.length)
     changes, changed = math.ceil(CUBES / particles**3), 0
     while changed >= 0:
-        record, changed = shielded(_advance, chain, motion, record, duration, samples, changes)
-        progress(int(motion.counts[1]), samples)
+        record, changed = shielded(_advance, chain, state, record, duration, samples, changes)
+        progress(int(state.counts[1]), samples)
     if changed == _UNSETTLED:
         return record, -1
     progress(samples, samples)
-    return _sampled(chain, motion, record, duration, u, v), int(motion.counts[0])
+    return _sampled(chain, state, record, duration, u, v), int(state.counts[0])
 
 
 @compiled
 def _advance(
-    chain: Chain, motion: Motion, record: Record, duration: float, samples: int, changes: int
+    chain: Chain, state: ModalState, record: Record, duration: float, samples: int, changes: int
 ) -> tuple[Record, int]:
     """Go through so many changes of contact; return the last contact that changed, -1 at the end.
 
     ``_UNSETTLED`` where contacts do not settle.
     """
     u, v = chain.displacement, chain.velocity
-    closed, overlap, force, n = motion.closed, motion.overlap, motion.force, u.size - 1
+    closed, overlap, force, n = state.closed, state.overlap, state.force, u.size - 1
     changed = 0
     for _ in range(changes):
         for i in range(n):
@@ -425,33 +416,31 @@ def _advance(
         slack = _SLACK * max(chain.length, np.max(np.abs(u)))
         # stricter than what the search allows: the new set is not at its own edge
         settled = solve(
-            overlap, chain.diagonal, chain.beside, closed, motion.factor, force, 0.25 * slack
+            overlap, chain.diagonal, chain.coupling, closed, state.factor, force, 0.25 * slack
         )
-        if settled < 0 or motion.counts[2] > 4 * n + 16:
+        if settled < 0 or state.counts[2] > 4 * n + 16:
             return record, _UNSETTLED
-        highest = decompose(
-            chain, closed, motion.factor, motion.shapes, motion.frequency, motion.first
-        )
-        project(chain, closed, motion.shapes, motion.frequency, motion.first, motion.amplitudes)
-        record, time = with_room(record, motion.counts[0]), motion.time[0]
-        write_sample(record, motion.counts[0], time, chain, u, v, overlap, force)
-        motion.counts[0] += 1
+        highest = decompose(chain, state)
+        project(chain, state)
+        record, time = with_room(record, state.counts[0]), state.time[0]
+        write_sample(record, state.counts[0], time, chain, u, v, overlap, force)
+        state.counts[0] += 1
         record, local, changed = _until_change(
-            chain, motion, record, time, duration, samples, slack, highest
+            chain, state, record, time, duration, samples, slack, highest
         )
-        u[:], v[:] = motion.x, motion.w
-        motion.time[0] = time + local
+        u[:], v[:] = state.x, state.w
+        state.time[0] = time + local
         if changed < 0:
             break
         # many changes in no time, to rounding, would never end
-        motion.counts[2] = motion.counts[2] + 1 if local * highest < 1e-9 else 0
+        state.counts[2] = state.counts[2] + 1 if local * highest < 1e-9 else 0
         closed[changed] = not closed[changed]
     return record, changed
 
 
 @compiled
 def _until_change(
-    chain: Chain, motion: Motion, record: Record, time: float,
+    chain: Chain, state: ModalState, record: Record, time: float,
     duration: float, samples: int, slack: float, highest: float,
 ) -> tuple[Record, float, int]:  # fmt: skip
     """Move on from ``time`` [s] to the next change of contacts or the end, writing samples.
@@ -459,84 +448,77 @@ def _until_change(
     Return the record, how long it took [s] and the contact that changes, -1 at the end.
     ``highest`` is the highest frequency [rad/s], 0 where nothing touches.
     """
-    x, w, y, z, n = motion.x, motion.w, motion.y, motion.z, motion.closed.size
+    x, w, y, z, n = state.x, state.w, state.y, state.z, state.closed.size
     x[:], w[:] = chain.displacement, chain.velocity
     local, changed, ended = 0.0, -1, False
     while changed < 0 and not ended:
         reach = duration - time - local
         if highest > 0:
             reach = min(reach, REACH / highest)
-        changed, root = _next_change(chain, motion, reach, slack)
+        changed, root = _next_change(chain, state, reach, slack)
         until = local + reach * root
         ended = changed < 0 and time + until >= duration * (1 - 1e-14)
         if ended:
             until = duration - time
         before = w[0] - w[n]
-        _state_at(chain, motion, until, x, w)
+        state_at(chain, state, until, x, w)
         if before * (w[0] - w[n]) < 0:
-            at = _turn(chain, motion, local, until)
-            record = _sampled(chain, motion, record, time + at, y, z)
-        sample = motion.counts[1]
+            at = _turn(chain, state, local, until)
+            record = _sampled(chain, state, record, time + at, y, z)
+        sample = state.counts[1]
         while (sample + 1) * duration / samples < time + until and sample + 1 < samples:
             sample += 1
             at = sample * duration / samples - time
-            _state_at(chain, motion, at, y, z)
-            record = _sampled(chain, motion, record, time + at, y, z)
-        motion.counts[1] = sample
+            state_at(chain, state, at, y, z)
+            record = _sampled(chain, state, record, time + at, y, z)
+        state.counts[1] = sample
         local = until
     return record, local, changed
 
 
 @compiled
 def _sampled(
-    chain: Chain, motion: Motion, record: Record, time: float, u: Floats, v: Floats
+    chain: Chain, state: ModalState, record: Record, time: float, u: Floats, v: Floats
 ) -> Record:
     """Return the record with a sample of the state ``u`` and ``v`` (N,)."""
-    row = motion.counts[0]
+    row = state.counts[0]
     record = with_room(record, row)
-    for i in range(motion.overlap.size):
-        motion.overlap[i] = u[i] - u[i + 1]
-    substitute(motion.overlap, motion.factor, motion.force)
-    write_sample(record, row, time, chain, u, v, motion.overlap, motion.force)
-    motion.counts[0] = row + 1
+    for i in range(state.overlap.size):
+        state.overlap[i] = u[i] - u[i + 1]
+    substitute(state.overlap, state.factor, state.force)
+    write_sample(record, row, time, chain, u, v, state.overlap, state.force)
+    state.counts[0] = row + 1
     return record
 
 
 @compiled
-def _state_at(chain: Chain, motion: Motion, time: float, u: Floats, v: Floats) -> None:
-    """Set ``u`` and ``v`` (N,) at ``time`` [s] after the last change of contacts."""
-    state_at(chain, motion.closed, motion.shapes, motion.frequency, motion.amplitudes, time, u, v)
-
-
-@compiled
-def _next_change(chain: Chain, motion: Motion, reach: float, slack: float) -> tuple[int, float]:
+def _next_change(chain: Chain, state: ModalState, reach: float, slack: float) -> tuple[int, float]:
     """Return the contact that changes first within ``reach`` [s] and when, as a part of it.
 
     Return -1 and 1 if none does.
     """
-    series = motion.series
-    taylor_of_contacts(chain, motion.closed, motion.factor, motion.x, motion.w, reach, series)
+    taylor_of_contacts(chain, state, reach)
     changed, root = -1, 1.0
-    for i in range(motion.closed.size):
-        place = first_root(series[i], slack, root)
+    for i in range(state.closed.size):
+        place = first_root(state.series[i], slack, root)
         if place < root:
             changed, root = i, place
     return changed, root
 
 
 @compiled
-def _turn(chain: Chain, motion: Motion, low: float, high: float) -> float:
+def _turn(chain: Chain, state: ModalState, low: float, high: float) -> float:
     """Return when, between ``low`` and ``high`` [s], the distance of grain and base turns.
 
-    Leaves the state then in ``motion.y`` and ``motion.z``.
+    Leaves the state then in ``state.y`` and ``state.z``.
     """
-    y, z, n = motion.y, motion.z, motion.closed.size
-    _state_at(chain, motion, low, y, z)
+    y, z, n = state.y, state.z, state.closed.size
+    state_at(chain, state, low, y, z)
     sign = 1.0 if z[0] - z[n] > 0 else -1.0
     middle = low
     for _ in range(60):
         middle = 0.5 * (low + high)
-        _state_at(chain, motion, middle, y, z)
+        state_at(chain, state, middle, y, z)
         if sign * (z[0] - z[n]) > 0:
             low = middle
         else:

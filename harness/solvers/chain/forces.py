@@ -45,7 +45,7 @@ def compressions(positions: ArrayLike, diameter: float) -> Floats:
     """Return the partial compression of every contact (N-1,) [m], 0 where open.
 
     ``positions`` are the centres (N,) [m] of equal spheres, ascending. Raise
-    RequestError for positions that cannot be.
+    RequestError for positions that do not ascend.
     """
     d = float(checked_positive("diameter", "m", diameter, 1)[0])
     x = checked_positions(positions, d)
@@ -68,7 +68,7 @@ def chains(x: Floats, diameter: float) -> list[tuple[int, int]]:
 
 @dataclass
 class _Sweep:
-    """What is known of each contact: closed, open, or between ``low`` and ``high`` [m]."""
+    """Each contact, closed, open, or with bounds ``low`` and ``high`` on its compression [m]."""
 
     x: Floats
     diameter: float
@@ -84,8 +84,10 @@ class _Sweep:
         self.high = [max(value, 0.0) for value in self.overlap]
         self.closed = [False] * len(self.overlap)
         self.closest_first = [int(i) for i in np.argsort(-overlap, kind="stable")]
-        # what lies below the rounding of the overlaps is nothing
-        self.nothing = 4 * np.finfo(float).eps * max(self.diameter, abs(self.x[0]), abs(self.x[-1]))
+        # a compression below the rounding of the overlaps counts as 0
+        self.rounding = (
+            4 * np.finfo(float).eps * max(self.diameter, abs(self.x[0]), abs(self.x[-1]))
+        )
 
     @property
     def undecided(self) -> bool:
@@ -96,22 +98,22 @@ class _Sweep:
         """Sharpen the bounds of contact ``i``, and close or open it if they suffice."""
         if self.closed[i] or self.high[i] == 0:
             return
-        left_low, left_high, left = self._pressed_from(i, -1)
-        right_low, right_high, right = self._pressed_from(i, +1)
-        give = 1 - 0.5 * left / (left + 1) - 0.5 * right / (right + 1)
+        left_low, left_high, before = self._compression_next_to(i, -1)
+        right_low, right_high, after = self._compression_next_to(i, +1)
+        give = 1 - 0.5 * before / (before + 1) - 0.5 * after / (after + 1)
         least = (self.overlap[i] - (left_high + right_high) / 2) / give
         most = (self.overlap[i] - (left_low + right_low) / 2) / give
         self.low[i] = max(self.low[i], least)
         self.high[i] = min(self.high[i], most)
-        if self.high[i] <= self.nothing:
+        if self.high[i] <= self.rounding:
             self.high[i] = 0.0
         elif self.low[i] > 0:
             self.closed[i] = True
 
-    def _pressed_from(self, i: int, side: int) -> tuple[float, float, int]:
-        """Return bounds on the compression next to ``i`` on a side, were ``i`` open, and ...
+    def _compression_next_to(self, i: int, side: int) -> tuple[float, float, int]:
+        """Return bounds on the compression next to ``i`` on a side, were ``i`` open, and L.
 
-        the number of contacts L of the known chain there. Inside the chain the
+        L is the number of contacts of the known chain there. Inside the chain the
         compression next to ``i`` falls by ``(-1)^(L-1) / (L+1)`` times the one at
         its far end, whose bounds are known.
         """
@@ -157,7 +159,7 @@ class _Sweep:
 
 @compiled
 def closed_contacts(
-    overlap: Floats, diagonal: Floats, beside: Floats, closed: NDArray[np.bool_]
+    overlap: Floats, diagonal: Floats, coupling: Floats, closed: NDArray[np.bool_]
 ) -> None:
     """Set ``closed`` (n,) to the contacts that carry a force under ``overlap`` (n,) [m]."""
     n = overlap.size
@@ -168,9 +170,9 @@ def closed_contacts(
         if size + (size - start[i - 1]) + 3 > y.size:
             y, f = np.append(y, np.zeros(y.size)), np.append(f, np.zeros(f.size))
         begin = start[i - 1] if i > 0 else 0
-        before = beside[i - 1] if i > 0 else 0.0
+        before = coupling[i - 1] if i > 0 else 0.0
         start[i] = size
-        size += _next_response(y, f, begin, size, overlap[i], diagonal[i], before, beside[i])
+        size += _next_response(y, f, begin, size, overlap[i], diagonal[i], before, coupling[i])
     start[n] = size
     force = 0.0
     for i in range(n - 1, -1, -1):
@@ -181,7 +183,7 @@ def closed_contacts(
 @compiled
 def _next_response(
     y: Floats, f: Floats, begin: int, end: int,
-    overlap: float, diagonal: float, before: float, beside: float,
+    overlap: float, diagonal: float, before: float, coupling: float,
 ) -> int:  # fmt: skip
     """Write the break points of ``g_i`` at ``end`` from those of ``g_(i-1)``; return how many.
 
@@ -200,14 +202,14 @@ def _next_response(
         at, total = y[k], reached
         k += 1
     y[end], f[end] = 0.0, at + (overlap - total) / slope
-    if beside == 0:
+    if coupling == 0:
         return 1
     count = 1
     for p in range(min(k, end) - 1, begin, -1):
-        y[end + count] = (overlap - diagonal * y[p] - before * f[p]) / beside
+        y[end + count] = (overlap - diagonal * y[p] - before * f[p]) / coupling
         f[end + count] = y[p]
         count += 1
-    y[end + count], f[end + count] = (overlap - lowest) / beside, 0.0
+    y[end + count], f[end + count] = (overlap - lowest) / coupling, 0.0
     return count + 1
 
 
@@ -237,7 +239,7 @@ _PATIENCE = 10
 
 
 @compiled
-def factorise(closed: Flags, diagonal: Floats, beside: Floats, factor: Floats) -> int:
+def factorise(closed: Flags, diagonal: Floats, coupling: Floats, factor: Floats) -> int:
     """Factorise A on the closed contacts; return the longest run of them.
 
     ``factor`` (3, n) takes the inverse pivots, and what the forward and the
@@ -248,11 +250,11 @@ def factorise(closed: Flags, diagonal: Floats, beside: Floats, factor: Floats) -
         if closed[i]:
             run += 1
             longest = max(longest, run)
-            carried = beside[i - 1] * factor[0, i - 1] if run > 1 else 0.0
-            before = beside[i - 1] if run > 1 else 0.0
+            carried = coupling[i - 1] * factor[0, i - 1] if run > 1 else 0.0
+            before = coupling[i - 1] if run > 1 else 0.0
             factor[0, i] = 1 / (diagonal[i] - before * carried)
             factor[1, i] = carried
-            factor[2, i] = beside[i] * factor[0, i]
+            factor[2, i] = coupling[i] * factor[0, i]
         else:
             run = 0
             factor[0, i] = factor[1, i] = factor[2, i] = 0.0
@@ -275,7 +277,7 @@ def substitute(overlap: Floats, factor: Floats, force: Floats) -> None:
 
 @compiled
 def flip_wrong(
-    overlap: Floats, diagonal: Floats, beside: Floats,
+    overlap: Floats, diagonal: Floats, coupling: Floats,
     force: Floats, closed: Flags, tolerance: float,
 ) -> int:  # fmt: skip
     """Flip the contacts that pull, or are open and overlap, by more than ``tolerance`` [m].
@@ -290,9 +292,9 @@ def flip_wrong(
         else:
             slack = -overlap[i]
             if i > 0:
-                slack += beside[i - 1] * force[i - 1]
+                slack += coupling[i - 1] * force[i - 1]
             if i < n - 1:
-                slack += beside[i] * force[i + 1]
+                slack += coupling[i] * force[i + 1]
         if slack < -tolerance:
             closed[i] = not closed[i]
             wrong += 1
@@ -301,7 +303,7 @@ def flip_wrong(
 
 @compiled
 def solve(
-    overlap: Floats, diagonal: Floats, beside: Floats,
+    overlap: Floats, diagonal: Floats, coupling: Floats,
     closed: Flags, factor: Floats, force: Floats, tolerance: float,
 ) -> int:  # fmt: skip
     """Find ``closed`` and ``force`` (n,) [N] from the set that ``closed`` holds on entry.
@@ -312,18 +314,18 @@ def solve(
     """
     fewest, patience = overlap.size + 1, _PATIENCE
     while patience >= 0:
-        longest = factorise(closed, diagonal, beside, factor)
+        longest = factorise(closed, diagonal, coupling, factor)
         substitute(overlap, factor, force)
-        wrong = flip_wrong(overlap, diagonal, beside, force, closed, tolerance)
+        wrong = flip_wrong(overlap, diagonal, coupling, force, closed, tolerance)
         if wrong == 0:
             return longest
         patience = _PATIENCE if wrong < fewest else patience - 1
         fewest = min(fewest, wrong)
-    closed_contacts(overlap, diagonal, beside, closed)
-    longest = factorise(closed, diagonal, beside, factor)
+    closed_contacts(overlap, diagonal, coupling, closed)
+    longest = factorise(closed, diagonal, coupling, factor)
     substitute(overlap, factor, force)
     allowed = tolerance * overlap.size
-    wrong = flip_wrong(overlap, diagonal, beside, force, closed.copy(), allowed)
+    wrong = flip_wrong(overlap, diagonal, coupling, force, closed.copy(), allowed)
     return -1 if wrong else longest
 
 
@@ -334,7 +336,7 @@ def contact_forces(
 
     ``positions`` (N,) [m] ascend; ``diameter`` [m] and ``stiffness`` [N/m] are
     one value or one for each particle. ``force / stiffness`` is the partial
-    compression. Raise RequestError for input that cannot be.
+    compression. Raise RequestError for input out of range.
     """
     particles = np.size(np.asarray(positions))
     d = checked_positive("diameter", "m", diameter, max(particles, 2))
@@ -345,10 +347,10 @@ def contact_forces(
     return forces_of_overlaps(overlap, *compliance(k, deformable))
 
 
-def forces_of_overlaps(overlap: Floats, diagonal: Floats, beside: Floats) -> Floats:
+def forces_of_overlaps(overlap: Floats, diagonal: Floats, coupling: Floats) -> Floats:
     """Return the force of every contact (n,) [N] from the overlaps (n,) [m], without warm start.
 
-    ``diagonal`` and ``beside`` (n,) [m/N] are those of
+    ``diagonal`` and ``coupling`` (n,) [m/N] are those of
     :func:`harness.solvers.chain.motion.compliance`.
     """
     if not np.isfinite(overlap).all():
@@ -356,7 +358,7 @@ def forces_of_overlaps(overlap: Floats, diagonal: Floats, beside: Floats) -> Flo
     closed, force = overlap > 0, np.empty_like(overlap)
     tolerance = 1e-15 * float(np.abs(overlap).max())
     factor = np.empty((3, overlap.size))
-    if solve(overlap, diagonal, beside, closed, factor, force, tolerance) < 0:
+    if solve(overlap, diagonal, coupling, closed, factor, force, tolerance) < 0:
         raise RequestError(f"overlaps = {overlap.tolist()} m: no contact set fits them")
     return np.maximum(force, 0.0)
 
@@ -370,7 +372,13 @@ def forces_of_overlaps(overlap: Floats, diagonal: Floats, beside: Floats) -> Flo
 
 @compiled
 def factorise_from_both_ends(
-    closed: Flags, diagonal: Floats, beside: Floats, low: int, n: int, pivot: Floats, carry: Floats
+    closed: Flags,
+    diagonal: Floats,
+    coupling: Floats,
+    low: int,
+    n: int,
+    pivot: Floats,
+    carry: Floats,
 ) -> None:
     """Factorise the closed contacts of a block from both ends to its contact n // 2.
 
@@ -379,16 +387,16 @@ def factorise_from_both_ends(
     """
     middle, last = low + n // 2, low + n - 1
     for i in range(low, middle):
-        into = beside[i - 1] * carry[i - 1] if i > low else 0.0
+        into = coupling[i - 1] * carry[i - 1] if i > low else 0.0
         pivot[i] = 1 / (diagonal[i] - into) if closed[i] else 0.0
-        carry[i] = beside[i] * pivot[i]
+        carry[i] = coupling[i] * pivot[i]
     for i in range(last, middle, -1):
-        into = beside[i] * carry[i + 1] if i < last else 0.0
+        into = coupling[i] * carry[i + 1] if i < last else 0.0
         pivot[i] = 1 / (diagonal[i] - into) if closed[i] else 0.0
-        carry[i] = beside[i - 1] * pivot[i]
-    left = beside[middle - 1] * carry[middle - 1] if middle > low else 0.0
-    right = beside[middle] * carry[middle + 1] if middle < last else 0.0
-    pivot[middle] = 1 / (diagonal[middle] - left - right) if closed[middle] else 0.0
+        carry[i] = coupling[i - 1] * pivot[i]
+    before = coupling[middle - 1] * carry[middle - 1] if middle > low else 0.0
+    after = coupling[middle] * carry[middle + 1] if middle < last else 0.0
+    pivot[middle] = 1 / (diagonal[middle] - before - after) if closed[middle] else 0.0
     carry[middle] = 0.0
 
 
@@ -403,29 +411,29 @@ def substitute_from_both_ends(
     pivot, carry = pivot[low : low + n], carry[low : low + n]
     middle = n // 2
     ends = n - 1 - middle  # contacts right of the middle, as many as left of it or one less
-    left, right = overlap[0], overlap[n - 1]
-    force[1], force[n] = left, right
+    lower, upper = overlap[0], overlap[n - 1]
+    force[1], force[n] = lower, upper
     for i in range(1, ends):
         j = n - 1 - i
-        left = overlap[i] - carry[i - 1] * left
-        right = overlap[j] - carry[j + 1] * right
-        force[i + 1], force[j + 1] = left, right
+        lower = overlap[i] - carry[i - 1] * lower
+        upper = overlap[j] - carry[j + 1] * upper
+        force[i + 1], force[j + 1] = lower, upper
     for i in range(max(ends, 1), middle):
-        left = overlap[i] - carry[i - 1] * left
-        force[i + 1] = left
+        lower = overlap[i] - carry[i - 1] * lower
+        force[i + 1] = lower
     centre = overlap[middle]
     if middle > 0:
         centre -= carry[middle - 1] * force[middle]
     if middle < n - 1:
         centre -= carry[middle + 1] * force[middle + 2]
     centre *= pivot[middle]
-    force[middle + 1] = left = right = centre
+    force[middle + 1] = lower = upper = centre
     for i in range(middle - 1, ends - 1, -1):
-        left = pivot[i] * force[i + 1] - carry[i] * left
-        force[i + 1] = left
+        lower = pivot[i] * force[i + 1] - carry[i] * lower
+        force[i + 1] = lower
     for k in range(min(ends, middle)):
         i = ends - 1 - k
         j = n - ends + k
-        left = pivot[i] * force[i + 1] - carry[i] * left
-        right = pivot[j] * force[j + 1] - carry[j] * right
-        force[i + 1], force[j + 1] = left, right
+        lower = pivot[i] * force[i + 1] - carry[i] * lower
+        upper = pivot[j] * force[j + 1] - carry[j] * upper
+        force[i + 1], force[j + 1] = lower, upper

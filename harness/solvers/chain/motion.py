@@ -41,18 +41,18 @@ class Chain(NamedTuple):
     that overlaps are ``displacement[i] - displacement[i+1]`` and lose no digits
     however long or stiff the chain is.
 
-    Both laws are ``diagonal[i] f[i] + beside[i-1] f[i-1] + beside[i] f[i+1] =
+    Both laws are ``diagonal[i] f[i] + coupling[i-1] f[i-1] + coupling[i] f[i+1] =
     overlap[i]`` at the closed contacts. A particle that is pressed by f on one
     side and h on the other is shortened by (f + h)/k, half of it on each side;
-    this gives ``diagonal = (1/k[i] + 1/k[i+1])/2`` and ``beside = 1/(2 k[i+1])``.
-    The overlap law has ``beside = 0``.
+    this gives ``diagonal = (1/k[i] + 1/k[i+1])/2`` and ``coupling = 1/(2 k[i+1])``.
+    The overlap law has ``coupling = 0``.
     """
 
     mass: Floats  # (N,) [kg]
     mobility: Floats  # (N,) [1/kg] 1/mass, 0 for a fixed particle
     stiffness: Floats  # (N,) [N/m]
     diagonal: Floats  # (n,) [m/N]
-    beside: Floats  # (n,) [m/N] coupling of contact i with contact i+1; the last is 0
+    coupling: Floats  # (n,) [m/N] coupling of contact i with contact i+1; the last is 0
     gravity: Floats  # (N,) [m/s2] 0 for a fixed particle
     displacement: Floats  # (N,) [m] at the start
     velocity: Floats  # (N,) [m/s] at the start
@@ -67,43 +67,43 @@ def assemble(tower: Tower) -> Chain:
     if tower.base == "fixed":
         mobility[-1] = gravity[-1] = 0.0
     deformable = tower.law == "deformable"
-    diagonal, beside = compliance(stiffness, deformable)
-    overlap = _overlap_at_start(tower, mass, diagonal, beside)
+    diagonal, coupling = compliance(stiffness, deformable)
+    overlap = _overlap_at_start(tower, mass, diagonal, coupling)
     velocity = np.zeros(tower.particles)
     velocity[0] = tower.speed
     period = float(np.sqrt(mass.max() / stiffness.min()))
     length = max(tower.speed * period, tower.gravity * period**2, float(np.abs(overlap).max()))
     displacement = np.concatenate(([0.0], -np.cumsum(overlap)))
     return Chain(
-        mass, mobility, stiffness, diagonal, beside, gravity, displacement, velocity, length,
+        mass, mobility, stiffness, diagonal, coupling, gravity, displacement, velocity, length,
         deformable,
     )  # fmt: skip
 
 
 def compliance(stiffness: Floats, deformable: bool) -> tuple[Floats, Floats]:
-    """Return ``diagonal`` and ``beside`` (n,) [m/N] from the stiffness of the particles (N,)."""
+    """Return ``diagonal`` and ``coupling`` (n,) [m/N] from the stiffness of the particles (N,)."""
     diagonal = 0.5 / stiffness[:-1] + 0.5 / stiffness[1:]
-    beside = np.zeros_like(diagonal)
+    coupling = np.zeros_like(diagonal)
     if deformable:
-        beside[:-1] = 0.5 / stiffness[1:-1]
-    return diagonal, beside
+        coupling[:-1] = 0.5 / stiffness[1:-1]
+    return diagonal, coupling
 
 
-def _overlap_at_start(tower: Tower, mass: Floats, diagonal: Floats, beside: Floats) -> Floats:
+def _overlap_at_start(tower: Tower, mass: Floats, diagonal: Floats, coupling: Floats) -> Floats:
     """Return the overlaps (n,) [m]: none, those of the weight, or the gaps."""
     if tower.start == "gapped":
         return np.full(tower.height, -tower.gap)
     if tower.start == "preloaded":
         weight = tower.gravity * (np.cumsum(mass[:-1]) - mass[0])
-        return overlap_of_forces(weight, diagonal, beside)
+        return overlap_of_forces(weight, diagonal, coupling)
     return np.zeros(tower.height)
 
 
-def overlap_of_forces(force: Floats, diagonal: Floats, beside: Floats) -> Floats:
+def overlap_of_forces(force: Floats, diagonal: Floats, coupling: Floats) -> Floats:
     """Return the overlaps (n,) [m] at which all contacts touch and carry ``force`` (n,) [N]."""
     overlap = diagonal * force
-    overlap[:-1] += beside[:-1] * force[1:]
-    overlap[1:] += beside[:-1] * force[:-1]
+    overlap[:-1] += coupling[:-1] * force[1:]
+    overlap[1:] += coupling[:-1] * force[:-1]
     return overlap
 
 
@@ -129,7 +129,7 @@ def _alike(chain: Chain, i: int) -> bool:
     same = chain.mobility[i] == chain.mobility[i - 1] and chain.gravity[i] == chain.gravity[i - 1]
     if i < chain.diagonal.size:
         same = same and chain.diagonal[i] == chain.diagonal[i - 1]
-        same = same and chain.beside[i] == chain.beside[i - 1]
+        same = same and chain.coupling[i] == chain.coupling[i - 1]
     return bool(same)
 
 
@@ -186,7 +186,7 @@ def partial_compressions(positions: Floats, radius: float) -> Floats:
     return result
 
 
-# ---- positions and properties that users give
+# ---- input of users
 
 
 def checked_positions(positions: ArrayLike, reach: Floats | float) -> Floats:
@@ -247,7 +247,7 @@ def highest_frequency(tower: Tower, longest_chain: int | None = None) -> float:
     if tower.law == "overlap":
         contact = [0.0, *(2 / (1 / a + 1 / b) for a, b in pairwise(stiffness)), 0.0]
         rows = zip(pairwise(contact), mass, strict=True)
-        return math.sqrt(max(2 * (left + right) / m for (left, right), m in rows))
+        return math.sqrt(max(2 * (before + after) / m for (before, after), m in rows))
     length = tower.height if longest_chain is None else min(longest_chain, tower.height)
     softest = 2 * math.sin(math.pi / (2 * (length + 1))) ** 2
     return math.sqrt(4 * max(stiffness) / (min(mass) * softest))
@@ -258,7 +258,7 @@ def largest_step(tower: Tower, longest_chain: int | None = None) -> float:
     return RK4_IMAGINARY_LIMIT / highest_frequency(tower, longest_chain)
 
 
-def chosen_step(
+def select_step(
     tower: Tower,
     step: float | None = None,
     steps_per_contact: float | None = None,
@@ -266,7 +266,7 @@ def chosen_step(
 ) -> float:
     """Return the step [s]: as given, or 4000 per contact time pi sqrt(m/k).
 
-    Without a request it is at most half the largest stable one. Raise
+    The default is at most half the largest stable one. Raise
     RequestError, naming the bound, for a step that is not positive or not stable.
     """
     bound = largest_step(tower, longest_chain)
@@ -298,17 +298,17 @@ def _chain(tower: Tower, longest_chain: int | None) -> str:
 
 
 Counts = NDArray[np.int64]
-"""What a run counts as it goes."""
+"""Counters of a run."""
 
 _WIDTH = len(COLUMNS)
 _SAMPLES_PER_CONTACT = 1000
 
 
-# ---- the record of a run: a row of numbers for each sample, and whole profiles if asked for
+# ---- the record of a run: a row of numbers for each sample, and profiles on request
 
 
 class Record(NamedTuple):
-    """Samples of a run; the three profiles have no rows unless asked for."""
+    """Samples of a run; the three profiles have no rows unless requested."""
 
     rows: Floats  # (M, columns) in the order of harness.observables.tower.COLUMNS
     displacements: Floats  # (M or 0, N) [m]
@@ -456,9 +456,9 @@ def in_slices(
     advance: Advance, record: Record, plan: Plan, seconds: float, progress: Progress
 ) -> tuple[Record, int]:
     """Do all steps, each of about ``seconds``; return the record and its rows, or a failure."""
-    many, done, rows = max(1, int(SLICE_SECONDS / seconds)), 0, 0
+    in_slice, done, rows = max(1, int(SLICE_SECONDS / seconds)), 0, 0
     while done <= plan.steps and rows >= 0:
-        last = min(done + many, plan.steps + 1)
+        last = min(done + in_slice, plan.steps + 1)
         record, rows = shielded(advance, record, done, last)
         done = last
         progress(min(done, plan.steps), plan.steps)
@@ -466,13 +466,13 @@ def in_slices(
 
 
 def rk4_step_seconds(law: Law, particles: int) -> float:
-    """Return what a step is expected to take [s]."""
+    """Return the expected time of a step [s]."""
     once, each = STEP_SECONDS[law]
     return once + each * particles
 
 
 def exact_seconds(particles: int, contact_times: float, samples: float) -> float:
-    """Return what the exact solver is expected to take [s], to an order of magnitude."""
+    """Return the expected time of the exact solver [s], to an order of magnitude."""
     each, pair = SAMPLE_SECONDS
     touching = min(particles, FRONT * contact_times + 2.0)
     return samples * (each * particles + pair * touching**2)

@@ -28,11 +28,11 @@ from harness.solvers.chain.motion import (
     as_run,
     assemble,
     blank_record,
-    chosen_step,
     compiled,
     equal_run,
     in_slices,
     rk4_step_seconds,
+    select_step,
     wanted_samples,
     with_room,
     write_sample,
@@ -52,19 +52,11 @@ def forces(overlap: Floats, diagonal: Floats, force: Floats) -> None:
         force[i] = max(overlap[i], 0.0) / diagonal[i]
 
 
-def compressions(positions: Floats, diameter: float) -> Floats:
-    """Return the overlaps of equal spheres where positive, else 0 (n,) [m].
-
-    ``positions`` are the centres (N,) [m], ascending.
-    """
-    return np.maximum(diameter - np.diff(positions), 0.0)
-
-
 _BLOCK = 512
 _HALO = 4
 
 
-def begin_overlap(chain: Chain, plan: Plan) -> Advance:
+def overlap_kernel(chain: Chain, plan: Plan) -> Advance:
     """Return what advances ``chain`` in place, from one step to another.
 
     Samples: every so many steps, at the end, and whenever the number of
@@ -185,17 +177,16 @@ def run(
 ) -> TowerRun:
     """Run ``tower`` for ``duration`` [s] and return about ``samples`` samples.
 
-    ``step`` [s] or ``steps_per_contact`` (steps in pi sqrt(m/k)); without them
-    the step is chosen (:func:`harness.solvers.chain.motion.chosen_step`) and made to
-    divide the duration. By default 1000 samples per t0, or every step. A
-    ``longest_chain`` says how many contacts will touch in a row at most, which
-    allows a larger step for long deformable chains; the run stops if it is not
-    true. ``progress`` is called with the steps done and all of them. Raise RequestError for a step
-    or duration that cannot be.
+    ``step`` [s] or ``steps_per_contact`` (steps in pi sqrt(m/k)); without them the step is that of
+    :func:`harness.solvers.chain.motion.select_step`; it is made to divide the duration. By default
+    1000 samples per t0, or every step. ``longest_chain`` bounds the number of contacts that touch
+    in a row, which allows a larger step for long deformable chains; the run stops if more touch.
+    ``progress`` is called with the steps done and all of them. Raise RequestError for a step or
+    duration out of range.
     """
     if longest_chain is not None and longest_chain < 1:
         raise RequestError(f"longest_chain = {longest_chain}: must be at least 1")
-    steps = step_count(duration, chosen_step(tower, step, steps_per_contact, longest_chain))
+    steps = step_count(duration, select_step(tower, step, steps_per_contact, longest_chain))
     wanted = wanted_samples(samples, duration / tower.contact_time)
     h = duration / steps
     every = max(1, steps // wanted)
@@ -218,13 +209,13 @@ def step_count(duration: float, h: float) -> int:
 
 
 def _stopped(touching: int, limit: int, step: float) -> RequestError:
-    """Return why a run stopped: a chain beyond the limit, or contacts that cannot be found."""
+    """Return the error of a chain beyond the limit, or of contacts without a solution."""
     if touching > limit:
         return RequestError(
             f"longest_chain = {limit}: {touching} contacts touch in a row, "
             f"for which a step of {step:.6g} s may be unstable"
         )
-    return RequestError(f"step = {step:.6g} s: the contacts could not be found, values overflow")
+    return RequestError(f"step = {step:.6g} s: no contact set fits, the values overflow")
 
 
 def integrate(
@@ -233,12 +224,12 @@ def integrate(
     """Advance ``chain`` in place under its law; return the record and its rows.
 
     Negative rows say why the deformable law stopped
-    (:func:`harness.solvers.chain.rk4_deformable.begin_deformable`).
+    (:func:`harness.solvers.chain.rk4_deformable.short_row_kernel`).
     """
     law: Law = "deformable" if chain.deformable else "overlap"
-    kernel = begin_overlap
+    kernel = overlap_kernel
     if chain.deformable:
         long = chain.mass.size >= 2 * BLOCK
-        kernel = rk4_deformable.begin if long else rk4_deformable.begin_deformable
+        kernel = rk4_deformable.long_row_kernel if long else rk4_deformable.short_row_kernel
     seconds = rk4_step_seconds(law, chain.mass.size)
     return in_slices(kernel(chain, plan), record, plan, seconds, progress)

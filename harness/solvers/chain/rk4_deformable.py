@@ -2,7 +2,8 @@
 
 Each stage solves the contact set of the stage before, factorised once and kept, and checks it; only
 when it is wrong the contact set is looked for anew. A short row is taken as a whole, with the least
-to do about a step; a long one block by block (:func:`begin_deformable`, :func:`begin`).
+overhead of a step (:func:`short_row_kernel`); a long one block by block
+(:func:`long_row_kernel`).
 """
 
 from __future__ import annotations
@@ -95,11 +96,11 @@ def in_free_flight(
 
 @compiled
 def count_wrong(
-    overlap: Floats, beside: Floats, pivot: Floats, at: int, low: int, n: int, force: Floats,
+    overlap: Floats, coupling: Floats, pivot: Floats, at: int, low: int, n: int, force: Floats,
     tolerance: float,
 ) -> int:  # fmt: skip
     """Return how many contacts pull, or are open and overlap, by more than ``tolerance`` [m]."""
-    couple, inverse = beside[at : at + n], pivot[low : low + n]
+    couple, inverse = coupling[at : at + n], pivot[low : low + n]
     gap = couple[0] * force[2] - overlap[0]
     wrong = int(
         (gap if inverse[0] == 0 else force[1])
@@ -124,11 +125,11 @@ def update_contact_set(
     """
     row = slice(low, low + n)
     longest = solve(
-        overlap[:n], chain.diagonal[row], chain.beside[row], contacts.closed[row], factor[:, :n],
+        overlap[:n], chain.diagonal[row], chain.coupling[row], contacts.closed[row], factor[:, :n],
         force[1 : n + 1], tolerance,
     )  # fmt: skip
     factorise_from_both_ends(
-        contacts.closed, chain.diagonal, chain.beside, low, n, contacts.pivot, contacts.carry
+        contacts.closed, chain.diagonal, chain.coupling, low, n, contacts.pivot, contacts.carry
     )
     return longest
 
@@ -219,16 +220,16 @@ def stays_open(
 ) -> bool:  # fmt: skip
     """Return whether ``contact`` is open in all stages, to ``tolerance`` [m].
 
-    ``before`` and ``after`` (STAGES,) [N] are the forces of the contacts beside it.
+    ``before`` and ``after`` (STAGES,) [N] are the forces of its neighbours.
     """
     i, j = contact, contact + 1
-    mobility, gravity, beside = chain.mobility, chain.gravity, chain.beside
+    mobility, gravity, coupling = chain.mobility, chain.gravity, chain.coupling
     a = b = 0.0
     for stage in range(STAGES):
         shift, lift = stage_shift(stage, step)
         overlap = (u[i] - u[j]) + shift * (v[i] - v[j])
         overlap += lift * (a if stage < STAGES - 1 else b)
-        if beside[i - 1] * before[stage] + beside[i] * after[stage] - overlap < -tolerance:
+        if coupling[i - 1] * before[stage] + coupling[i] * after[stage] - overlap < -tolerance:
             return False
         pressed = before[stage] * mobility[i] + gravity[i]
         pressed -= gravity[j] - after[stage] * mobility[j]
@@ -239,10 +240,10 @@ def stays_open(
     return True
 
 
-# ---- short rows, as a whole
+# ---- short rows as one block
 
 
-def begin_deformable(chain: Chain, plan: Plan) -> Advance:
+def short_row_kernel(chain: Chain, plan: Plan) -> Advance:
     """Return what advances ``chain`` in place, from one step to another.
 
     Samples: every so many steps, at the end, and whenever the number of
@@ -253,7 +254,7 @@ def begin_deformable(chain: Chain, plan: Plan) -> Advance:
     n = chain.diagonal.size
     contacts = ContactSet(np.zeros(n, np.bool_), np.zeros(n), np.zeros(n))
     # all open: the first stage finds the set, and holds a preloaded row to its longest chain
-    factorise_from_both_ends(contacts.closed, chain.diagonal, chain.beside, 0, n, *contacts[1:])
+    factorise_from_both_ends(contacts.closed, chain.diagonal, chain.coupling, 0, n, *contacts[1:])
     counts = np.array([0, -1])
 
     def advance(record: Record, first: int, last: int) -> tuple[Record, int]:
@@ -272,7 +273,7 @@ def _advance_deformable(
     ``counts`` are the rows of the record and the contacts in the grain's chain so far.
     """
     u, v, gravity, step = chain.displacement, chain.velocity, chain.gravity, plan.step
-    mobility, diagonal, beside = chain.mobility, chain.diagonal, chain.beside
+    mobility, diagonal, coupling = chain.mobility, chain.diagonal, chain.coupling
     tolerance = 1e-14 * chain.length
     n = diagonal.size
     a, b, c, d = np.zeros(n + 1), np.zeros(n + 1), np.zeros(n + 1), np.zeros(n + 1)
@@ -285,7 +286,7 @@ def _advance_deformable(
             lift = 0.0 if stage < 2 else 0.5 * step * shift
             set_overlaps(u, v, a if stage < 3 else b, 0, n, shift, lift, overlap)
             substitute_from_both_ends(overlap, pivot, carry, 0, n, force)
-            if count_wrong(overlap, beside, pivot, 0, 0, n, force, tolerance):
+            if count_wrong(overlap, coupling, pivot, 0, 0, n, force, tolerance):
                 most = update_contact_set(
                     chain, contact_set, 0, n, overlap, factor, force, tolerance
                 )
@@ -319,7 +320,7 @@ def _advance_deformable(
 
 
 class _Row(NamedTuple):
-    """What a step needs to know and keeps of N particles and n contacts."""
+    """State of N particles and n contacts in a step."""
 
     u: Floats  # (N,) [m]
     v: Floats  # (N,) [m/s]
@@ -347,7 +348,7 @@ class _Room(NamedTuple):
 
 
 class _Limits(NamedTuple):
-    """What a step is held to; the equal particles are those of ``equal_run``."""
+    """Bounds of a step; the equal particles are those of ``equal_run``."""
 
     step: float  # [s]
     tolerance: float  # [m] by which a gap may be negative
@@ -356,24 +357,18 @@ class _Limits(NamedTuple):
     equal_to: int
 
 
-def begin(chain: Chain, plan: Plan) -> Advance:
-    """Return what advances ``chain`` in place, as :func:`begin_deformable`."""
+def long_row_kernel(chain: Chain, plan: Plan) -> Advance:
+    """Return what advances ``chain`` in place, as :func:`short_row_kernel`."""
     particles, contacts = chain.mass.size, chain.diagonal.size
-    state, factors, sample = (
-        np.empty((2, particles)),
-        np.empty((2, contacts)),
-        np.empty((2, contacts)),
-    )
     no_cuts = np.zeros(max(1, particles // BLOCK), np.int64)
     row = _Row(
-        chain.displacement, chain.velocity, state[0], state[1],
-        ContactSet(np.zeros(contacts, np.bool_), factors[0], factors[1]), no_cuts,
-        sample[0], sample[1],
+        chain.displacement, chain.velocity, *np.empty((2, particles)),
+        ContactSet(np.zeros(contacts, np.bool_), *np.empty((2, contacts))), no_cuts,
+        *np.empty((2, contacts)),
     )  # fmt: skip
-    stages, edges = np.empty((4, particles)), np.zeros((3, STAGES))
     room = _Room(
-        np.empty(contacts), np.empty(contacts + 2), stages[0], stages[1], stages[2], stages[3],
-        np.empty((3, contacts)), edges[0], edges[1], edges[2],
+        np.empty(contacts), np.empty(contacts + 2), *np.empty((4, particles)),
+        np.empty((3, contacts)), *np.zeros((3, STAGES)),
     )  # fmt: skip
     limits = _Limits(plan.step, 1e-14 * chain.length, plan.longest, *equal_run(chain))
     counts = np.array([0, -1])
@@ -430,7 +425,7 @@ def _advance_row(
 
     One stage alone leaves its overlaps and forces in ``row``. ``renewed`` says that
     the first block has no factors yet. Return a negative number as
-    :func:`harness.solvers.chain.rk4_deformable.begin_deformable` does.
+    :func:`short_row_kernel` does.
     """
     particles = row.u.size
     low, window, touching = 0, 0, 0
@@ -442,7 +437,7 @@ def _advance_row(
         if moved or renewed:
             room.a[: n + 1] = 0.0
             factorise_from_both_ends(
-                row.contacts.closed, chain.diagonal, chain.beside, low, n,
+                row.contacts.closed, chain.diagonal, chain.coupling, low, n,
                 row.contacts.pivot, row.contacts.carry,
             )  # fmt: skip
         renewed = moved
@@ -474,7 +469,7 @@ def _advance_block(
     """Do so many ``stages`` in the block of n contacts from ``low`` on; return as the row does."""
     within = low >= limits.equal_from and low + n < limits.equal_to
     at = limits.equal_from if within else low
-    mobility, gravity, beside, force = chain.mobility, chain.gravity, chain.beside, room.force
+    mobility, gravity, coupling, force = chain.mobility, chain.gravity, chain.coupling, room.force
     contacts, here, properties = row.contacts, slice(low, low + n + 1), slice(at, at + n + 1)
     force[0] = force[n + 1] = 0.0
     touching = 0
@@ -489,7 +484,7 @@ def _advance_block(
         a = room.a if stage < STAGES - 1 else room.b
         set_overlaps(row.u, row.v, a, low, n, shift, lift, room.overlap)
         substitute_from_both_ends(room.overlap, contacts.pivot, contacts.carry, low, n, force)
-        if count_wrong(room.overlap, beside, contacts.pivot, at, low, n, force, limits.tolerance):
+        if count_wrong(room.overlap, coupling, contacts.pivot, at, low, n, force, limits.tolerance):
             longest = update_contact_set(
                 chain, contacts, low, n, room.overlap, room.factor, force, limits.tolerance
             )  # fmt: skip

@@ -75,7 +75,7 @@ def test_no_contact_pulls_and_deformations_add_up(case):
     chain = assemble(case)
     overlaps = -np.diff(run.profiles.displacements, axis=1)
     for state, expected in zip(overlaps, force, strict=True):
-        found = forces_of_overlaps(state, chain.diagonal, chain.beside)
+        found = forces_of_overlaps(state, chain.diagonal, chain.coupling)
         assert found == pytest.approx(expected, abs=1e-10 * peak)
 
 

@@ -72,9 +72,9 @@ def test_static_tower(law, height):
     case = Tower(height=height, law=law)
     chain = assemble(case)
     overlap = closed_forms.static_overlaps(height, 1.0, 9.81, 1e6, law == "deformable")
-    force = forces_of_overlaps(overlap, chain.diagonal, chain.beside)
+    force = forces_of_overlaps(overlap, chain.diagonal, chain.coupling)
     assert force == pytest.approx(tower.static_forces(height, 1.0, 9.81), rel=1e-10)
-    assert overlap_of_forces(force, chain.diagonal, chain.beside) == pytest.approx(overlap)
+    assert overlap_of_forces(force, chain.diagonal, chain.coupling) == pytest.approx(overlap)
     chain.displacement[:-1] = np.cumsum(overlap[::-1])[::-1]
     chain.velocity[:] = 0.0
     chain.displacement[-1] = 0.0

@@ -25,7 +25,7 @@ def stepped(chain, step, steps):
     """Return displacements and velocities after RK4, each force from a cold start."""
 
     def acceleration(u):
-        force = forces_of_overlaps(u[:-1] - u[1:], chain.diagonal, chain.beside)
+        force = forces_of_overlaps(u[:-1] - u[1:], chain.diagonal, chain.coupling)
         push = np.concatenate(([0.0], force))
         return (push - np.concatenate((force, [0.0]))) * chain.mobility + chain.gravity
 
@@ -96,11 +96,11 @@ def test_blocks_sample_what_the_whole_row_does(start, seed):
     rng = np.random.default_rng(seed)
     case = unequal(particles, rng)
     records = []
-    for kernel in (rk4_deformable, rk4_deformable):
+    for kernel in (rk4_deformable.long_row_kernel, rk4_deformable.short_row_kernel):
         chain = assemble(case)
         start_row(chain, start, np.random.default_rng(seed))
         blank = blank_record(8, particles, True)
-        record, rows = kernel.begin(chain, Plan(step, steps, 50, particles))(blank, 0, steps + 1)
+        record, rows = kernel(chain, Plan(step, steps, 50, particles))(blank, 0, steps + 1)
         records.append([part[:rows] for part in record])
     for blocks, whole in zip(*records, strict=True):
         assert blocks.shape == whole.shape
@@ -119,7 +119,7 @@ def test_two_particles_meet_where_nothing_touched(gravity):
     chain.displacement[at] += gap - 1e-4
     chain.velocity[at : at + 2] = 0.5, -0.5
     start, thrown = chain.displacement.copy(), chain.velocity.copy()
-    advance = rk4_deformable.begin(chain, Plan(step, steps, 50, 2))
+    advance = rk4_deformable.long_row_kernel(chain, Plan(step, steps, 50, 2))
     record, rows = advance(blank_record(8, 3 * BLOCK, True), 0, steps + 1)
     pressed = record.forces[:rows] > 0
     assert pressed.sum(axis=1).tolist() == [0, 1, 1, 1, 1, 0, 0]  # from 0.1 ms for pi sqrt(m/2k)

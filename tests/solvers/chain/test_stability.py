@@ -8,7 +8,7 @@ import pytest
 from harness.errors import RequestError
 from harness.parameters.tower import Tower
 from harness.solvers.chain import motion, rk4
-from harness.solvers.chain.exact import decompose
+from harness.solvers.chain.exact import decompose, modal_state
 from harness.solvers.chain.forces import factorise
 from harness.solvers.chain.motion import assemble
 
@@ -27,12 +27,9 @@ def test_stability_bound_holds_and_is_close(law, base, height):
     )
     for case in (equal, unequal):
         chain = assemble(case)
-        closed, factor = np.ones(height, bool), np.zeros((3, height))
-        factorise(closed, chain.diagonal, chain.beside, factor)
-        size = height + 1
-        highest = decompose(
-            chain, closed, factor, np.zeros((size, size)), np.zeros(size), np.zeros(size)
-        )
+        state = modal_state(chain, np.ones(height, bool))
+        factorise(state.closed, chain.diagonal, chain.coupling, state.factor)
+        highest = decompose(chain, state)
         bound = motion.highest_frequency(case)
         assert highest <= bound * (1 + 1e-12)
         if case is equal and height == 40:
