@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 
 import harness
-from harness.cases.contact import impact, motion
-from harness.cases.contact.invariance import invariances
+from harness.cases.contact import impact, invariance, motion
 from harness.cases.contact.limits import KINKED, STEPS
 from harness.cases.contact.submodels import PULLS_LITTLE
 from harness.cases.contact.verification import verify_trials
@@ -264,9 +263,11 @@ def test_what_mdr_yields_and_its_bulk_answers_hold_to_a_millionth(lammps):
     assert all(check.tolerance <= 1e-6 * max(1.0, check.expected) for check in judged)
 
 
-def test_a_radius_that_grows_is_a_step_late_on_another_rank_which_is_known(lammps):
+def test_a_radius_that_grows_is_a_step_late_on_another_rank_which_is_known(lammps, monkeypatch):
+    # four on fewer cores wait for one another: level full of the slow tests has them
+    monkeypatch.setattr(invariance, "_most_ranks", lambda *_: 2)
     case = few(get_case("head-on"), ("mdr, yield",), ("two spheres",))
-    checks = [check for check in invariances(case, lammps, Study("full")) if check.cell]
+    checks = [check for check in invariance.invariances(case, lammps, Study("full")) if check.cell]
     versions = {"lammps": lammps.identify().engine_version}
     told = mark_known_defects(checks, known_defects(), versions)
     found = {check.cell.invariance: check for check in told}
