@@ -27,8 +27,9 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing, contextmanager, suppress
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from itertools import product
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 from unittest import SkipTest
 
 import numpy as np
@@ -67,7 +68,7 @@ from harness.errors import (
     RequestError,
 )
 from harness.observables.windows import impulse
-from harness.parameters.law import Contact
+from harness.parameters.law import Contact, EffectiveMass, Tail
 from harness.parameters.rules import Rules
 from harness.parameters.tower import Tower
 from harness.solvers.chain import exact
@@ -134,9 +135,13 @@ class Subject:
     def contact(self) -> Contact:
         """Return a damped contact that the engine states, overdamped where it can."""
         traits = self.engine.traits
-        tail, mass = traits.tails[-1], traits.effective_masses[0]
-        zeta = min(5.0 if tail == "clipped" else 0.5, 0.5 * traits.most_damping)
-        return Contact(damping_ratio=zeta, tail=tail, effective_mass=mass)
+        contacts = (
+            Contact(damping_ratio=zeta, tail=tail, effective_mass=mass)
+            for zeta, tail in product((5.0, 0.5), get_args(Tail)[::-1])
+            for mass in get_args(EffectiveMass)
+            if zeta < 1.0 or tail == "clipped"
+        )
+        return next(contact for contact in contacts if not traits.refuses_contact(contact))
 
     def drop(self, **values: Any) -> Drop:
         """Return a drop that the engine states, for some tens of samples."""
@@ -223,9 +228,11 @@ def its_traits_are_sound(subject: Subject) -> None:
     traits = subject.engine.traits
     require(traits.install_hint, "traits.install_hint is empty: how to get it")
     require(traits.versions, "traits.versions is empty: those that were tried")
-    require(traits.tails and traits.effective_masses, "traits name no tail or effective mass")
-    known = ("", *INTEGRATORS)
-    require(traits.integrator in known, f"traits.integrator = {traits.integrator!r}")
+    for name, known in (("tail", Tail), ("effective_mass", EffectiveMass)):
+        stated = traits.frictionless.states.get(name, ())
+        require(stated, f"traits.frictionless states no {name}")
+        require({*stated} <= {*get_args(known)}, f"traits.frictionless: {name} = {stated!r}")
+    require(traits.integrator in ("", *INTEGRATORS), f"traits.integrator = {traits.integrator!r}")
     for model in traits.contact_models:
         Rules(**model.rules)
 
@@ -261,12 +268,8 @@ def it_refuses_what_it_cannot_state(subject: Subject) -> None:
     unknown = Template("no-such-case-of-any-package", {"": {}})
     jobs = [Job(unknown, {})]
     good = drop_job(subject.drop())
-    rules = (
-        ("tail", engine.traits.tails, ("attractive", "clipped")),
-        ("effective_mass", engine.traits.effective_masses, ("full", "half")),
-    )
-    for name, stated, known in rules:
-        left = set(known) - set(stated)
+    for name, known in (("tail", Tail), ("effective_mass", EffectiveMass)):
+        left = {*get_args(known)} - {*engine.traits.frictionless.states[name]}
         jobs += [replace(good, values={**good.values, name: word}) for word in sorted(left)]
     require(not engine.states(unknown), "states says that it has a template that nobody wrote")
     require(engine.refuses(good) == "", f"it refuses a plain drop: {engine.refuses(good)}")
