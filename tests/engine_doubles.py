@@ -3,7 +3,39 @@
 from dataclasses import replace
 
 from harness.engines.reference import Reference
+from harness.engines.traits import FRICTIONLESS, ContactModel
 from harness.errors import EngineCrashError, EngineError
+from harness.parameters.law import contact_of
+
+
+def frictionless(needs=None, **states):
+    """Return a contact without friction that takes these words alone."""
+    known = {name: (word,) for name, word in states.items()}
+    return ContactModel("contact", FRICTIONLESS | known, needs=needs)
+
+
+def least_restitution(least):
+    """Return a contact without friction that takes restitutions from one on."""
+
+    def needs(values):
+        return (
+            ""
+            if values.get("restitution", 1.0) >= least
+            else f"takes restitutions from {least:g} on"
+        )
+
+    return frictionless(needs)
+
+
+def most_damping(most, **states):
+    """Return a contact without friction that takes damping ratios up to one."""
+
+    def needs(values):
+        weak = "damping" not in values or contact_of(values).zeta <= most
+        return "" if weak else f"takes damping ratios up to {most:g}"
+
+    return frictionless(needs, **states)
+
 
 TRAITS = replace(Reference.traits, install_hint="apt install it", title="")
 
@@ -34,7 +66,7 @@ class Twin(Reference):
 
 class Clamped(Twin):
     name = "clamped"
-    traits = replace(TRAITS, tails=("clipped",))
+    traits = replace(TRAITS, frictionless=frictionless(tail="clipped"))
 
 
 class Half(Twin):
@@ -42,7 +74,9 @@ class Half(Twin):
 
     name = "half"
     traits = replace(
-        TRAITS, tails=("attractive",), effective_masses=("half",), integrator="mfix-euler"
+        TRAITS,
+        frictionless=frictionless(tail="attractive", effective_mass="half"),
+        integrator="mfix-euler",
     )
 
 

@@ -13,7 +13,7 @@ import pytest
 from harness.errors import EngineCrashError
 from harness.observables.provenance import Provenance
 from harness.testing import CHECKS, EngineCheckError, check_engine, engine_checks
-from tests.engine_doubles import Half, Twin
+from tests.engine_doubles import Half, Twin, frictionless
 
 
 class Fault(Twin):
@@ -171,14 +171,14 @@ class Agreeable(Fault):
 class Clipping(Fault):
     """It says that it clips, and runs what it is told not to state."""
 
-    traits = replace(Twin.traits, tails=("clipped",))
+    traits = replace(Twin.traits, frictionless=frictionless(tail="clipped"))
 
     def refuses(self, job):
         return "" if self.states(job.template) else super().refuses(job)
 
 
 class Wordy(Fault):
-    traits = replace(Twin.traits, tails=("clipped",))
+    traits = replace(Twin.traits, frictionless=frictionless(tail="clipped"))
 
     def refuses(self, job):
         reason = super().refuses(job)
@@ -227,7 +227,7 @@ class Steeper(Fault):
 class Clinging(Fault):
     """It keeps the tail, and says that it clips."""
 
-    traits = replace(Twin.traits, tails=("clipped",))
+    traits = replace(Twin.traits, frictionless=frictionless(tail="clipped"))
 
     def __init__(self):
         super().__init__(lambda values: {**values, "tail": "attractive"})

@@ -22,7 +22,7 @@ from harness import __version__
 from harness.engines.contract import Engine, Job
 from harness.engines.output import SERIES, Output, Table
 from harness.engines.process import cores, parallel_map
-from harness.engines.traits import Traits
+from harness.engines.traits import FRICTIONLESS, ContactModel, Traits
 from harness.errors import EngineError, RequestError
 from harness.observables.provenance import Provenance
 from harness.observables.reference import Trajectory
@@ -186,7 +186,7 @@ class Reference(Engine):
         install_hint="comes with the harness",
         versions=(__version__,),
         integrator=DEFAULT_INTEGRATOR,
-        laws=("overlap", "deformable"),
+        frictionless=ContactModel("contact", FRICTIONLESS | {"law": ("overlap", "deformable")}),
         microseconds_per_step=0.05,
         title="reference DEM",
     )

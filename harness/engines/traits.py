@@ -16,7 +16,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from harness.parameters.law import Contact, EffectiveMass, Spring, Tail
+    from harness.parameters.law import Contact, Spring
 
 
 ContactValues = Mapping[str, str | int | float]
@@ -87,6 +87,8 @@ class ContactModel:
         """
         if name == PLANES and self.states[name] == (0,):
             return "takes two spheres, and no wall"
+        if name == "effective_mass" and self.states[name] == ("half",):
+            return f"takes {name} = half, not {values[name]}: {HALF} states it"
         if MIXED in values and not (name or self.mixes):
             return "gets one material for both bodies here (materials_as = stated)"
         return self.needs(values) if self.needs and not name else ""
@@ -102,10 +104,9 @@ def never_attracts(values: ContactValues) -> str:
 def stating(models: Sequence[ContactModel], values: ContactValues) -> tuple[ContactModel, str]:
     """Return the first model that states a job's contact and nothing, or the closest and why not.
 
-    Of models that are equally close each says why not. Without models, or for a job without such
-    a contact, an empty model that states all.
+    Of models that are equally close each says why not. Without models an empty one that states all.
     """
-    if not models or any(name not in values for name in LAW):
+    if not models:
         return ContactModel(""), ""
     closest: list[tuple[ContactModel, str]] = []
     best = -1
@@ -144,16 +145,27 @@ HALF = "--set contact.effective_mass=half (of critical-angle --half-mass)"
 """Options that state half the mass."""
 
 
+FRICTIONLESS: States = {
+    "tail": ("attractive", "clipped"),
+    "effective_mass": ("full", "half"),
+    "law": ("overlap",),
+}
+"""Of contacts without friction, linear spring and dashpot, unless a code takes less: the rule for
+the attractive tail, the effective mass against a fixed sphere, the law of several in a row."""
+
+CLIPPED_ALONE = ContactModel("contact", FRICTIONLESS | {"tail": ("clipped",)})
+"""Of a code whose contacts never attract."""
+
+
 @dataclass(frozen=True)
 class Traits:
     """The rules of an engine.
 
     ``integrator`` is the reference DEM's name for the engine's own scheme, or
-    empty where it has none. ``effective_masses`` are those against a fixed sphere that it
-    can be told; ``restitution_floor`` the least nominal restitution that
-    it takes, ``most_damping`` its largest damping ratio. ``digits`` are those of its
-    output. ``laws`` are those of several particles in a row. ``force_from_velocity`` says that
-    its forces are changes of velocity over a step, which round as such.
+    empty where it has none. ``frictionless`` is what it states of the contacts without friction,
+    ``contact_models`` of those with it. ``digits`` are those of its output.
+    ``force_from_velocity`` says that its forces are changes of velocity over a step, which round
+    as such.
     ``microseconds_per_step`` is the cost of a step of ten particles, as the table of engines in
     ``reports/example`` has it, rounded up; 0 where runs have no step. ``lineage`` is the engine it
     grew out of: such a one is a regression partner, not independent evidence. ``install_hint``
@@ -164,12 +176,8 @@ class Traits:
     install_hint: str
     versions: tuple[str, ...]
     integrator: str
-    tails: tuple[Tail, ...] = ("attractive", "clipped")
-    effective_masses: tuple[EffectiveMass, ...] = ("full", "half")
-    laws: tuple[str, ...] = ("overlap",)
+    frictionless: ContactModel = ContactModel("contact", FRICTIONLESS)
     spring: Spring = "linear"
-    restitution_floor: float = 0.0
-    most_damping: float = 100.0
     digits: int = 15
     force_from_velocity: bool = False
     microseconds_per_step: float = 1.0
@@ -192,23 +200,8 @@ class Traits:
 
         Values by their names in scripts; one that a job does not have excludes nothing.
         """
-        rules: tuple[tuple[str, tuple[str, ...], str], ...] = (
-            ("tail", self.tails, "its contacts always have the {} tail"),
-            ("effective_mass", self.effective_masses, "its effective mass on a fixed sphere is {}"),
-            ("law", self.laws, "it has the {} law only"),
-        )
-        for name, known, text in rules:
-            if name in values and values[name] not in known:
-                told = f"{text.format(known[0])} ({name} = {values[name]!r})"
-                return f"{told}; {HALF} states it" if known[0] == "half" else told
-        nominal = values.get("restitution") if values.get("damping") == "restitution" else None
-        if nominal is not None and nominal < self.restitution_floor:
-            return f"its restitution is at least {self.restitution_floor:g}"
-        if values.get("damping") == "ratio" and values["damping_ratio"] > self.most_damping:
-            return f"its damping ratio is at most {self.most_damping:g}"
-        if nominal == 0.0 and self.most_damping < 1.0:
-            return f"its damping ratio is at most {self.most_damping:g}"
-        return stating(self.contact_models, values)[1]
+        rubs = all(name in values for name in LAW)
+        return stating(self.contact_models if rubs else (self.frictionless,), values)[1]
 
     def refuses_contact(self, contact: Contact) -> str:
         """Return why the engine cannot state a contact, or nothing where it can."""
@@ -219,5 +212,5 @@ class Traits:
     @property
     def fixed_values(self) -> dict[str, str]:
         """Return the values that the rules leave no choice in: scripts need none of them."""
-        rules = {"tail": self.tails, "effective_mass": self.effective_masses, "law": self.laws}
-        return {name: known[0] for name, known in rules.items() if len(known) == 1}
+        states = self.frictionless.states
+        return {name: str(known[0]) for name, known in states.items() if len(known) == 1}

@@ -76,6 +76,11 @@ class Contact(Parameters):
         return self.restitution if self.damping_ratio is None else None
 
     @property
+    def mass_text(self) -> str:
+        """Return the effective mass against a fixed sphere, as reports write it."""
+        return "m" if self.effective_mass == "full" else "m/2"
+
+    @property
     def zeta(self) -> float:
         """Return the damping ratio: |ln e| / sqrt(pi^2 + ln^2 e), 1 for e = 0 (critical)."""
         if self.damping_ratio is not None:

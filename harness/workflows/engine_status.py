@@ -21,7 +21,7 @@ from harness.engines.registry import (
     input_files,
     open_engine,
 )
-from harness.engines.traits import Traits
+from harness.engines.traits import ContactModel, Traits
 from harness.errors import EngineError, RequestError, cannot_write
 from harness.files import held_folder
 from harness.observables.provenance import Provenance
@@ -74,7 +74,12 @@ def selected_engines(wanted: str | Iterable[str]) -> EngineSelection:
     return EngineSelection((*chosen, *others), frozenset(names) - {ALL}, everything)
 
 
-NO_TRAITS = Traits(install_hint="", versions=(), integrator="", tails=(), effective_masses=())
+NO_TRAITS = Traits(
+    install_hint="",
+    versions=(),
+    integrator="",
+    frictionless=ContactModel("", {"tail": (), "effective_mass": ()}),
+)
 """Of an engine whose class cannot be imported."""
 
 
@@ -89,8 +94,8 @@ def declared(
         install_hint=traits.install_hint,
         versions=traits.versions,
         integrator=traits.integrator,
-        tails=tuple(traits.tails),
-        effective_masses=tuple(traits.effective_masses),
+        tails=tuple(map(str, traits.frictionless.states["tail"])),
+        effective_masses=tuple(map(str, traits.frictionless.states["effective_mass"])),
         spring=traits.spring,
         digits=traits.digits,
         lineage=traits.lineage,
@@ -140,8 +145,8 @@ class EngineStatus:
             "reason": self.reason,
             "install_hint": declares.install_hint,
             "lineage": declares.lineage,
-            "tails": list(declares.tails),
-            "effective_masses": list(declares.effective_masses),
+            "tails": list(declares.frictionless.states["tail"]),
+            "effective_masses": list(declares.frictionless.states["effective_mass"]),
             "spring": declares.spring,
             "integrator": declares.integrator,
             "digits": declares.digits,

@@ -30,7 +30,7 @@ class Mutant(Engine):
     def __init__(self, inner, kept, values=None, output=None):
         """Take the engine to record, where outputs are kept, and changes of values and output."""
         self.inner, self.kept, self.acted = inner, kept, False
-        self.traits = replace(Lammps.traits, laws=inner.traits.laws)
+        self.traits = replace(Lammps.traits, frictionless=inner.traits.frictionless)
         self.change_values = values or (lambda job: job.values)
         self.change_output = output or (lambda _, output: output)
 

@@ -27,7 +27,7 @@ from harness.workflows.verification import MainRun
 from tests.cases import mutations
 from tests.cases.mutations import Mutant
 from tests.cases.tower.row_engine import RowEngine
-from tests.engine_doubles import Twin
+from tests.engine_doubles import Twin, frictionless, least_restitution, most_damping
 
 QUICK = Study("quick")
 KEPT = {}
@@ -235,14 +235,14 @@ def test_other_values_than_were_asked_for_show(case, target, fault, change):
     "rules",
     [
         {},
-        {"tails": ("clipped",)},
-        {"effective_masses": ("half",)},
+        {"frictionless": frictionless(tail="clipped")},
+        {"frictionless": frictionless(effective_mass="half")},
         {"integrator": ""},
         {"digits": 6},
-        {"restitution_floor": 1e-3},
-        {"most_damping": 0.9},
+        {"frictionless": least_restitution(1e-3)},
+        {"frictionless": most_damping(0.9)},
     ],
-    ids=str,
+    ids=["plain", "clipped", "half", "no scheme", "6 digits", "e >= 1e-3", "zeta <= 0.9"],
 )
 @pytest.mark.parametrize("case", ALIKE, ids=lambda case: case.name)
 def test_each_row_of_the_plan_is_expected_whatever_an_engine_refuses(case, rules):

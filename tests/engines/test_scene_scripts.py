@@ -154,7 +154,7 @@ def test_a_job_sets_all_data_to_the_last_digit(code, contact):
 @pytest.mark.parametrize(
     ("values", "reason"),
     [
-        ({"law": "deformable"}, r"it has the overlap law only \(law = 'deformable'\)"),
+        ({"law": "deformable"}, "takes law = overlap, not deformable"),
         ({"angle": 1.0}, r"template 'tower' has no value 'angle' \(angle = 1\.0\)"),
         ({"rolling": 0.1}, r"template 'tower' has no value 'rolling' \(rolling = 0\.1\)"),
     ],

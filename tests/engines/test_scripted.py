@@ -12,7 +12,7 @@ from harness.engines.contract import Job, Template
 from harness.engines.output import Output
 from harness.engines.process import Limits
 from harness.engines.programs import ScriptedEngine, fresh_folder
-from harness.engines.traits import Traits
+from harness.engines.traits import CLIPPED_ALONE, Traits
 from harness.errors import (
     EngineCrashError,
     EngineMissingError,
@@ -70,7 +70,13 @@ class Toy(ScriptedEngine):
     name = "toy"
     extension = "py"
     unused_values = frozenset({"colour"})
-    traits = Traits("pip install toy", ("3",), "velocity-verlet", tails=("clipped",), title="Toy")
+    traits = Traits(
+        "pip install toy",
+        ("3",),
+        "velocity-verlet",
+        frictionless=CLIPPED_ALONE,
+        title="Toy",
+    )
     switches: ClassVar = {"record": "yes", "everyone": "yes"}
     folders = ()
 
@@ -184,9 +190,9 @@ def test_results_of_a_process_that_ends_badly_do_not_count():
     [
         ({"colour": "red"}, ""),
         ({"tail": "clipped"}, ""),
-        ({"tail": "attractive"}, "its contacts always have the clipped tail"),
+        ({"tail": "attractive"}, "takes tail = clipped, not attractive"),
         ({"law": "overlap"}, ""),
-        ({"law": "deformable"}, "it has the overlap law only"),
+        ({"law": "deformable"}, "takes law = overlap, not deformable"),
         ({"weight": 2.0}, r"its script ball.py has no variable 'weight' (weight = 2.0)"),
         ({"effective_mass": "full"}, "no variable 'effective_mass'"),
     ],

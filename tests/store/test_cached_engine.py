@@ -16,6 +16,7 @@ from harness.observables.provenance import Provenance
 from harness.parameters.tower import Tower
 from harness.store.cache import CachedEngine
 from harness.store.entries import Entries
+from tests.engine_doubles import frictionless
 
 WHO = {"engine": "synthetic", "files": ["1"]}
 
@@ -212,8 +213,8 @@ def test_an_entry_that_is_no_run_is_dropped_and_run_again(engine, tmp_path, payl
 def test_a_job_that_is_refused_is_refused_whatever_is_kept(engine, entries):
     cached = CachedEngine(engine, entries)
     inclines(cached)
-    engine.traits = replace(engine.traits, tails=("clipped",))
-    with pytest.raises(RequestError, match="always have the clipped tail"):
+    engine.traits = replace(engine.traits, frictionless=frictionless(tail="clipped"))
+    with pytest.raises(RequestError, match="takes tail = clipped, not attractive"):
         inclines(cached)
 
 

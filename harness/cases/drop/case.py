@@ -13,7 +13,7 @@ import sys
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, get_args
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -45,6 +45,7 @@ from harness.parameters.law import (
     SOURCE,
     Contact,
     Spring,
+    Tail,
     contact_allowed,
     contact_of,
     contact_values,
@@ -366,21 +367,21 @@ def drop_tests(traits: Traits) -> Iterator[DropTest]:
 
 
 def _contacts(traits: Traits) -> Iterator[Contact]:
-    for tail in traits.tails:
-        for mass in traits.effective_masses:
-            contact = Contact(
-                name=f"e = {HALF:g}, {tail}, m_eff {mass}",
-                restitution=HALF,
-                damping_ratio=None,
-                tail=tail,
-                effective_mass=mass,
-            )
-            yield from (c for c in (contact,) if not traits.refuses_contact(c))
-    mass = traits.effective_masses[0]
-    for named in (SOURCE, SOURCE.replace(name="source, clipped", tail="clipped"), PLASTIC):
-        contact = named.replace(effective_mass=mass)
-        if not traits.refuses_contact(contact):
-            yield contact
+    masses: Sequence[Any] = traits.frictionless.states["effective_mass"]
+    contacts = [
+        Contact(
+            name=f"e = {HALF:g}, {tail}, m_eff {mass}",
+            restitution=HALF,
+            damping_ratio=None,
+            tail=tail,
+            effective_mass=mass,
+        )
+        for tail in get_args(Tail)
+        for mass in masses
+    ]
+    named = (SOURCE, SOURCE.replace(name="source, clipped", tail="clipped"), PLASTIC)
+    contacts += [contact.replace(effective_mass=masses[0]) for contact in named]
+    yield from (contact for contact in contacts if not traits.refuses_contact(contact))
 
 
 def _any_contact(traits: Traits) -> Contact:

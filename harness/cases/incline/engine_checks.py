@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from functools import partial
 from itertools import combinations
 from typing import Any
@@ -39,7 +39,7 @@ from harness.engines.reference import Reference
 from harness.engines.traits import Traits
 from harness.errors import EngineError
 from harness.observables.row import Row
-from harness.parameters.law import PLASTIC, SOURCE, Contact
+from harness.parameters.law import PLASTIC, SOURCE, Contact, EffectiveMass, Spring, Tail
 from harness.theory.chain import SHOCK_WITHOUT_REBOUND
 from harness.theory.incline import critical_angle as closed_form
 from harness.theory.incline import passage_margin_slope
@@ -48,29 +48,6 @@ OWN = "reference"
 """The harness's own DEM, that the others are held against."""
 
 PLASTIC_ROLE, SOURCE_ROLE = PLASTIC.name, SOURCE.name
-
-
-@dataclass(frozen=True)
-class Rules:
-    """The class of a contact law. Results are comparable only within a class."""
-
-    tail: str
-    effective_mass: str
-    spring: str
-
-    @property
-    def text(self) -> str:
-        """Return the class in words."""
-        return f"{self.tail} tail, m_eff {self._mass}, {self.spring} spring"
-
-    @property
-    def short(self) -> str:
-        """Return the class for a table."""
-        return f"{self.tail}, {self._mass}, {self.spring}"
-
-    @property
-    def _mass(self) -> str:
-        return "m" if self.effective_mass == "full" else "m/2"
 
 
 @dataclass(frozen=True)
@@ -84,10 +61,6 @@ class Stated:
     contact: Contact
     refused: str = ""
 
-    def rules(self, traits: Traits) -> Rules:
-        """Return the class of its law in an engine."""
-        return Rules(self.contact.tail, self.contact.effective_mass, traits.spring)
-
 
 def contacts_of(traits: Traits) -> list[Stated]:
     """Return the plastic and the source's contact for an engine, in its effective mass.
@@ -100,7 +73,7 @@ def contacts_of(traits: Traits) -> list[Stated]:
 
 
 def _stated(traits: Traits, role: str, contact: Contact) -> Stated:
-    if "full" not in traits.effective_masses:
+    if "full" not in traits.frictionless.states["effective_mass"]:
         contact = contact.replace(effective_mass="half", name=f"{contact.name}, m_eff m/2")
     return Stated(role, contact, traits.refuses_contact(contact))
 
@@ -118,15 +91,16 @@ class EngineAngle(Row):
 
     The closed form is ``expected``, and the reference DEM has the engine's rules.
 
-    ``role`` is the contact that ``contact`` stands for in the engine, ``plastic`` or ``source``.
+    ``role`` is the contact that ``contact`` stands for in the engine, ``plastic`` or ``source``,
+    with its ``spring``.
     ``reference_deg`` is NaN where the reference DEM has no such rules;
     ``microseconds_per_step`` is the cost, NaN where none was measured. ``lineage`` is the
     engine that it grew out of. A ``recorded`` angle was measured elsewhere.
     """
 
     role: str
-    contact: str
-    rules: Rules
+    contact: Contact
+    spring: Spring
     stiffness: float  # [N/m]
     steps_per_contact: float
     integrator: str
@@ -134,6 +108,16 @@ class EngineAngle(Row):
     microseconds_per_step: float = math.nan
     lineage: str = ""
     recorded: bool = False
+
+    @property
+    def rules(self) -> tuple[Tail, EffectiveMass, Spring]:
+        """Return the class of the law: results are comparable only within one."""
+        return self.contact.tail, self.contact.effective_mass, self.spring
+
+    @property
+    def rules_text(self) -> str:
+        """Return the class in words."""
+        return f"{self.contact.tail} tail, m_eff {self.contact.mass_text}, {self.spring} spring"
 
     @property
     def off_reference_deg(self) -> float:
@@ -153,8 +137,10 @@ class EngineAngle(Row):
         """Return the angle as a flat JSON-ready mapping."""
         return {
             "engine": self.who,
-            "contact": self.contact,
-            **asdict(self.rules),
+            "contact": self.contact.name,
+            "tail": self.contact.tail,
+            "effective_mass": self.contact.effective_mass,
+            "spring": self.spring,
             "stiffness_N_per_m": self.stiffness,
             "steps_per_contact": self.steps_per_contact,
             "critical_angle_deg": self.value,
@@ -181,7 +167,7 @@ def across_engines(angles: Sequence[EngineAngle]) -> list[Check]:
             a for a in live if a.role == role and (a.stiffness, a.steps_per_contact) == STATED
         ]
         for one, other in combinations(stated, 2):
-            if _one_class(one, other) and one.rules.tail == "attractive":
+            if _one_class(one, other) and one.contact.tail == "attractive":
                 rows.append(_agree(one, other))
             elif one.who == base and one.rules != other.rules:
                 rows.append(_apart(other, one))
@@ -195,7 +181,7 @@ def _one_class(one: EngineAngle, other: EngineAngle) -> bool:
 def _agree(one: EngineAngle, other: EngineAngle) -> Check:
     partners = {one.lineage.lower(), other.lineage.lower()} & {one.who, other.who}
     return judge(
-        f"engines: {other.who} against {one.who}, {other.contact} contact, unclamped",
+        f"engines: {other.who} against {one.who}, {other.contact.name} contact, unclamped",
         Kind.CROSS_CODE,
         other.value,
         one.value,
@@ -207,11 +193,12 @@ def _agree(one: EngineAngle, other: EngineAngle) -> Check:
 
 def _apart(beside: EngineAngle, base: EngineAngle) -> Check:
     return finding(
-        f"engines: {beside.who}, {beside.contact} contact, less {base.who}, {base.contact}",
+        f"engines: {beside.who}, {beside.contact.name} contact, "
+        f"less {base.who}, {base.contact.name}",
         beside.value - base.value,
         beside.reference_deg - base.reference_deg,
         "deg",
-        f"two classes ({beside.rules.text} against {base.rules.text}); expected is what the "
+        f"two classes ({beside.rules_text} against {base.rules_text}); expected is what the "
         "reference DEM makes of the two rules",
         beside.uncertainty + base.uncertainty,
     )
@@ -275,8 +262,8 @@ def _cell(
         closed_form(),
         engine.name,
         role=stated.role,
-        contact=case.contact.name,
-        rules=stated.rules(traits),
+        contact=case.contact,
+        spring=traits.spring,
         stiffness=case.stiffness,
         steps_per_contact=case.steps_per_contact,
         integrator=traits.integrator,
@@ -309,7 +296,7 @@ def _against_theory(
         )
     own = "not the limit of the closed form, but a class of its own"
     soft = f"below {STIFF:g} N/m the bias of the stiffness is not small"
-    why = f"{shown.rules.text}; {soft if of_theory else own}"
+    why = f"{shown.rules_text}; {soft if of_theory else own}"
     note = "; ".join(filter(None, (why, phases, lineage_note(traits))))
     return finding(name, shown.value, shown.expected, "deg", note, shown.uncertainty)
 

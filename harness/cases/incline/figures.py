@@ -292,13 +292,13 @@ def _comparable(angles: Sequence[EngineAngle]) -> list[EngineAngle]:
         if a.stiffness == first.stiffness
         and (a.recorded or a.steps_per_contact == first.steps_per_contact)
     ]
-    contacts = list(dict.fromkeys(a.contact for a in chosen))
-    return sorted(chosen, key=lambda a: contacts.index(a.contact))
+    contacts = list(dict.fromkeys(a.contact.name for a in chosen))
+    return sorted(chosen, key=lambda a: contacts.index(a.contact.name))
 
 
 def _rows(axes: Axes, angles: Sequence[EngineAngle]) -> None:
     for row, angle in enumerate(angles):
-        colour, marker = LOOKS[angle.rules.tail]
+        colour, marker = LOOKS[angle.contact.tail]
         if not math.isnan(angle.reference_deg):
             axes.plot(
                 angle.reference_deg,
@@ -320,7 +320,7 @@ def _rows(axes: Axes, angles: Sequence[EngineAngle]) -> None:
             ms=5,
             capsize=3,
             zorder=3,
-            label=f"engine, {angle.rules.tail} tail",
+            label=f"engine, {angle.contact.tail} tail",
         )
 
 
@@ -342,4 +342,4 @@ def _beyond(axes: Axes, angles: Sequence[EngineAngle], closed_form: float, span:
 
 def _row_name(angle: EngineAngle) -> str:
     steps = f", {angle.steps_per_contact:.3g} steps" if angle.recorded else ""
-    return f"{angle.who}: {angle.contact}{steps}"
+    return f"{angle.who}: {angle.contact.name}{steps}"

@@ -106,14 +106,14 @@ def engine_table(angles: Sequence[EngineAngle]) -> Table:
     rows = [
         (
             angle.who,
-            angle.contact,
+            angle.contact.name,
             f"{angle.stiffness:.3g}",
             f"{angle.steps_per_contact:.3g}",
             f"{angle.value:.5f} ± {angle.uncertainty:.1g}",
             _signed(angle.difference),
             "" if angle.who == OWN else _signed(angle.off_reference_deg),
             _number(angle.microseconds_per_step, ".2g"),
-            angle.rules.short,
+            f"{angle.contact.tail}, {angle.contact.mass_text}, {angle.spring}",
             angle.evidence,
         )
         for angle in angles

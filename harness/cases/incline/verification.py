@@ -51,7 +51,7 @@ from harness.cases.incline.checks import (
     scales,
     two_ways,
 )
-from harness.cases.incline.engine_checks import OWN, SOURCE_ROLE, EngineAngle, Rules, reference_for
+from harness.cases.incline.engine_checks import OWN, SOURCE_ROLE, EngineAngle, reference_for
 from harness.cases.incline.levels import (
     COARSE_WELLS,
     EXTRAPOLATED,
@@ -494,8 +494,8 @@ def _recorded_angle(
         EngineAngle(
             **{**vars(row), "expected": closed_form()},
             role=SOURCE_ROLE,
-            contact="source, m_eff m/2",
-            rules=Rules(case.contact.tail, case.contact.effective_mass, "linear"),
+            contact=case.contact.replace(name="source, m_eff m/2"),
+            spring="linear",
             stiffness=stiffness,
             steps_per_contact=case.steps_per_contact,
             integrator=EULER,

@@ -37,6 +37,7 @@ from harness.engines.programs import (
 )
 from harness.engines.scripts import Datum, Task
 from harness.engines.traits import (
+    CLIPPED_ALONE,
     PLANES,
     RESISTANCES,
     ContactModel,
@@ -149,7 +150,7 @@ class Esys(ScriptedEngine):
         versions=("2.3.4",),
         integrator="mfix-euler",
         microseconds_per_step=32.0,
-        tails=("clipped",),
+        frictionless=CLIPPED_ALONE,
         spring="Hertz",
         force_from_velocity=True,
         title="ESyS-Particle",

@@ -26,6 +26,7 @@ from harness.engines.programs import (
 )
 from harness.engines.scripts import Task
 from harness.engines.traits import (
+    CLIPPED_ALONE,
     DASHPOTS,
     RESISTANCES,
     ContactModel,
@@ -128,8 +129,7 @@ class Kratos(ScriptedEngine):
         versions=RELEASES,
         integrator=REFERENCE["Velocity_Verlet"],
         microseconds_per_step=10.0,
-        tails=("clipped",),
-        effective_masses=("full", "half"),
+        frictionless=CLIPPED_ALONE,
         digits=15,
         title="Kratos",
         contact_models=CONTACTS,

@@ -32,7 +32,7 @@ from harness.engines.output import Output
 from harness.engines.process import Limits, cores, first_words, way_of_death
 from harness.engines.programs import find_program, launcher_of, launcher_words
 from harness.engines.scripts import Task
-from harness.engines.traits import ContactModel, Traits
+from harness.engines.traits import FRICTIONLESS, ContactModel, Traits
 from harness.errors import EngineError, EngineMissingError, RequestError
 from harness.files import processes_with_room
 from harness.observables.provenance import Provenance, release_of
@@ -190,7 +190,7 @@ class Lammps(LammpsLanguage):
             "22 Jul 2025 - Update 4",
         ),
         integrator="velocity-verlet",
-        laws=("overlap", "deformable"),
+        frictionless=ContactModel("contact", FRICTIONLESS | {"law": ("overlap", "deformable")}),
         # the manual of pair_style granular: torques act at the contact, those of gran/* at r
         contact_models=(
             ContactModel("granular", {"interface": ("current",)}, rules=GRANULAR, mixes=True),

@@ -29,7 +29,15 @@ import numpy as np
 from harness.engines.mfix.output import Frame, particle, row_of
 from harness.engines.mfix.system import FIRST_STEP, Scheme
 from harness.engines.output import Table
-from harness.engines.traits import DASHPOTS, ContactModel, ContactValues, States, Traits, takes
+from harness.engines.traits import (
+    DASHPOTS,
+    FRICTIONLESS,
+    ContactModel,
+    ContactValues,
+    States,
+    Traits,
+    takes,
+)
 from harness.errors import EngineNaNError, EngineOutputError, RequestError
 from harness.parameters.law import Contact
 
@@ -367,6 +375,16 @@ CONTACT = Contact(
 )
 """The source's contact as MFiX has it: m_eff = m/2 also against a fixed sphere, not clipped."""
 
+
+def _weakly_damped(values: ContactValues) -> str:
+    """Return why a dashpot cannot be stated, or nothing where it can."""
+    if values.get("damping") == "restitution" and float(values["restitution"]) < 1e-20:
+        return "takes a restitution of at least 1e-20"
+    if values.get("damping") == "ratio" and float(values["damping_ratio"]) > CONTACT.zeta:
+        return f"takes a damping ratio of at most {CONTACT.zeta:g}"
+    return ""
+
+
 OBTAIN = (
     "build it (mfix.netl.doe.gov, MFiX 21.3.2, batch solver, cmake -DVERSION=21.3.2) "
     "and give --program mfix=PATH"
@@ -377,10 +395,11 @@ TRAITS = Traits(
     versions=("21.3.2",),
     integrator="mfix-euler",
     microseconds_per_step=32.0,
-    tails=("attractive",),
-    effective_masses=("half",),
-    restitution_floor=1e-20,
-    most_damping=CONTACT.zeta,
+    frictionless=ContactModel(
+        "contact",
+        FRICTIONLESS | {"tail": ("attractive",), "effective_mass": ("half",)},
+        needs=_weakly_damped,
+    ),
     digits=7,
     contact_models=CONTACTS,
     # velocities first, by the forces at the start of a step

@@ -23,6 +23,7 @@ from harness.engines.programs import (
 )
 from harness.engines.scripts import Task
 from harness.engines.traits import (
+    CLIPPED_ALONE,
     DASHPOTS,
     PLANES,
     ContactModel,
@@ -138,7 +139,7 @@ class Yade(ScriptedEngine):
         versions=("2023.02a",),
         integrator="mfix-euler",
         microseconds_per_step=5.0,
-        tails=("clipped",),
+        frictionless=CLIPPED_ALONE,
         title="Yade",
         contact_models=CONTACTS,
         caveats=(

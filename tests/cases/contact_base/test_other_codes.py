@@ -175,4 +175,3 @@ def test_of_several_models_the_one_that_states_a_contact_is_taken_and_the_closes
     assert stating(models, {**law, "tangential_damping": 1.0})[1] == (
         "its springs has half of the damping along it"
     )
-    assert stating(models, {"damping": "restitution"})[1] == ""

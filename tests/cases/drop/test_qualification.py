@@ -15,7 +15,7 @@ from harness.engines.registry import open_engine
 from harness.errors import EngineCrashError, EngineTimeoutError
 from harness.observables.reference import Trajectory
 from harness.parameters.law import Contact
-from tests.engine_doubles import Twin
+from tests.engine_doubles import Twin, frictionless, most_damping
 
 
 class Trapped(Reference):
@@ -143,7 +143,10 @@ def test_a_spring_of_another_law_is_caught(declared, real):
 
 def test_a_damping_that_is_declared_half_is_held_against_half():
     class Half(Trapped):
-        traits = replace(Reference.traits, effective_masses=("half",), most_damping=0.999)
+        traits = replace(
+            Reference.traits,
+            frictionless=most_damping(0.999, effective_mass="half"),
+        )
 
     assert qualify(Half()).holds
     assert "restitution head-on" in failed(Half(case=half))
@@ -151,12 +154,12 @@ def test_a_damping_that_is_declared_half_is_held_against_half():
 
 def test_what_cannot_be_stated_is_not_tested_and_says_why():
     class Clamped(Reference):
-        traits = replace(Reference.traits, tails=("clipped",))
+        traits = replace(Reference.traits, frictionless=frictionless(tail="clipped"))
 
     found = qualify(Clamped())
     (row,) = [c for c in found.checks if c.verdict is Verdict.NOT_TESTED]
     assert "source contact" in row.name
-    assert "clipped tail" in row.note
+    assert "tail = clipped" in row.note
     assert found.holds
 
 

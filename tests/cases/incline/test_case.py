@@ -17,7 +17,7 @@ from harness.cases.incline.angle import (
 from harness.cases.incline.case import CASE
 from harness.cases.incline.checks import TITLE
 from harness.cases.incline.closed_forms import closed_forms, rebound
-from harness.cases.incline.engine_checks import EngineAngle, Rules
+from harness.cases.incline.engine_checks import EngineAngle
 from harness.cases.incline.figures import angles_of_engines
 from harness.cases.incline.report import contacts_explained, engine_table
 from harness.cases.incline.runs import measured
@@ -160,8 +160,8 @@ def angle(engine, tail, value, **others):
     known = {"role": "plastic", "reference_deg": value - 1e-4, "microseconds_per_step": 4.9}
     fields = {**known, **others}
     return EngineAngle(
-        "critical angle", value, 3e-4, "deg", 10.2, engine, contact="plastic",
-        rules=Rules(tail, "full", "linear"), stiffness=1e6,
+        "critical angle", value, 3e-4, "deg", 10.2, engine,
+        contact=PLASTIC.replace(tail=tail), spring="linear", stiffness=1e6,
         steps_per_contact=100.0, integrator="velocity-verlet", **fields,
     )  # fmt: skip
 

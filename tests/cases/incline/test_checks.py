@@ -68,8 +68,8 @@ def test_a_contact_that_the_engine_does_not_have_is_not_tested():
     found = CASE.verify(Clamped(), Study("quick"))
     assert not failed(found.checks)
     untested = {c.name: c.note for c in found.checks if c.verdict is Verdict.NOT_TESTED}
-    assert "clipped tail" in untested["incline: steady against passage, source contact"]
-    assert "clipped tail" in untested["incline: source contact, passage at 10.2 deg"]
+    assert "tail = clipped" in untested["incline: steady against passage, source contact"]
+    assert "tail = clipped" in untested["incline: source contact, passage at 10.2 deg"]
     assert found.evidence.extrapolated is not None
 
 

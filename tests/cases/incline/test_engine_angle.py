@@ -2,9 +2,8 @@ import math
 
 import pytest
 
-from harness.cases.incline.engine_checks import EngineAngle, Rules
-
-RULES = Rules("clipped", "half", "linear")
+from harness.cases.incline.engine_checks import EngineAngle
+from harness.parameters.law import PLASTIC, SOURCE
 
 
 def angle(**changes):
@@ -13,8 +12,8 @@ def angle(**changes):
         "unit": "deg",
         "who": "yade",
         "role": "plastic",
-        "contact": "plastic",
-        "rules": RULES,
+        "contact": PLASTIC.replace(effective_mass="half"),
+        "spring": "linear",
         "stiffness": 1e6,
         "steps_per_contact": 100.0,
         "value": 10.25,
@@ -26,8 +25,9 @@ def angle(**changes):
 
 
 def test_a_class_is_said_in_words():
-    assert RULES.text == "clipped tail, m_eff m/2, linear spring"
-    assert Rules("attractive", "full", "Hertz").text == "attractive tail, m_eff m, Hertz spring"
+    assert angle().rules_text == "clipped tail, m_eff m/2, linear spring"
+    hertz = angle(contact=SOURCE, spring="Hertz")
+    assert hertz.rules_text == "attractive tail, m_eff m, Hertz spring"
 
 
 def test_differences_are_in_full_and_missing_ones_are_nan():

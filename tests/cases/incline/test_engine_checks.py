@@ -20,7 +20,7 @@ from harness.cases.incline.system import Incline
 from harness.comparison.verdicts import Kind, Verdict
 from harness.engines.reference import Reference
 from harness.parameters.law import CLIPPED, PLASTIC
-from tests.engine_doubles import TRAITS, Clamped, Crashing, Half, Twin
+from tests.engine_doubles import TRAITS, Clamped, Crashing, Half, Twin, frictionless
 
 
 @pytest.fixture(scope="module")
@@ -59,7 +59,7 @@ def test_the_same_code_is_on_the_curve_of_the_reference_dem_to_the_last_bit(foun
 
 def test_an_engine_in_another_scheme_than_it_declares_is_off_the_curve():
     class Other(Clamped):
-        traits = replace(TRAITS, integrator="mfix-euler", tails=("clipped",))
+        traits = replace(TRAITS, integrator="mfix-euler", frictionless=frictionless(tail="clipped"))
 
         def __init__(self):
             super().__init__()
@@ -75,8 +75,8 @@ def test_an_engine_in_another_scheme_than_it_declares_is_off_the_curve():
 def test_what_an_engine_cannot_state_is_not_tested_with_the_reason(found):
     refused = row(found, "half: critical angle, plastic")
     assert refused.verdict is Verdict.NOT_TESTED
-    assert "attractive tail" in refused.note
-    assert "clipped tail" in row(found, "clamped: critical angle, source contact").note
+    assert "tail = attractive" in refused.note
+    assert "tail = clipped" in row(found, "clamped: critical angle, source contact").note
     assert row(found, "clamped: critical angle, source, clipped").verdict is Verdict.FINDING
 
 
@@ -176,7 +176,7 @@ def test_the_reference_dem_follows_the_scheme_and_there_is_none_for_one_without(
     assert reference_for(replace(TRAITS, integrator="")) is None
 
     class Own(Twin):
-        traits = replace(TRAITS, integrator="", tails=("clipped",))
+        traits = replace(TRAITS, integrator="", frictionless=frictionless(tail="clipped"))
 
     found = {"twin": CASE.verify(Own(), Study("quick", role="other"))}
     assert row(found, "critical angle against", "plastic").verdict is Verdict.NOT_TESTED

@@ -68,7 +68,7 @@ def test_solvers_and_parameters_that_are_not_there_are_refused():
         CASE.solve(TowerRunParameters(), "euler")
     with pytest.raises(RequestError, match="duration = 1"):
         TowerRunParameters(duration=1.0)
-    with pytest.raises(RequestError, match="it has the overlap law only"):
+    with pytest.raises(RequestError, match="takes law = overlap, not deformable"):
         CASE.measure(TowerRunParameters(law="deformable"), RowEngine())
 
 
@@ -145,7 +145,7 @@ def test_the_main_engine_is_held_law_by_law(main):
     assert "tower: row, deformable law" in names
     refused = next(check for check in main.checks if check.name == "tower: row, deformable law")
     assert refused.verdict is Verdict.NOT_TESTED
-    assert "overlap law only" in refused.note
+    assert "law = overlap, not deformable" in refused.note
     assert main.untested == {"row/*-deformable-*": refused.note}
     assert {check.verdict for check in main.checks if check is not refused} == {Verdict.PASS}
     assert len(main.checks) == 1 + 3 * 3 + 1 + 1 + 3

@@ -13,6 +13,7 @@ from harness.engines.esys.engine import Esys
 from harness.engines.process import Limits
 from harness.errors import EngineError, EngineInputError, EngineMissingError, EngineTimeoutError
 from harness.parameters.law import PLASTIC, Contact
+from tests.engine_doubles import frictionless
 
 pytestmark = pytest.mark.live
 
@@ -43,7 +44,7 @@ IMPORTS = "from esys.lsm import GravityPrms, "
 class Naive(Esys):
     """The drops of one check, as a user would state them who does not know the trap."""
 
-    traits = replace(Esys.traits, spring="linear", tails=("attractive",))
+    traits = replace(Esys.traits, spring="linear", frictionless=frictionless(tail="attractive"))
     check_name = before = after = ""
 
     @classmethod

@@ -32,6 +32,7 @@ from harness.errors import (
 )
 from harness.parameters.law import CLIPPED, PLASTIC, SOURCE
 from harness.parameters.tower import Tower
+from tests.engine_doubles import frictionless
 
 GOOD = Drop(
     contact=CONTACT.replace(restitution=0.5), speed=1.0, steps_per_contact=100.0, duration=1.0
@@ -105,7 +106,9 @@ def halved(jobs):
 class SaysFull(Mfix):
     """MFiX by one who takes the effective mass for the whole mass, as its manual reads."""
 
-    traits = replace(Mfix.traits, effective_masses=("full",))
+    traits = replace(
+        Mfix.traits, frictionless=frictionless(tail="attractive", effective_mass="full")
+    )
 
     def check(self, jobs):
         """Refuse nothing."""
@@ -136,11 +139,11 @@ def test_half_the_mass_that_is_not_declared_fails_by_its_restitution(naive, stan
 @pytest.mark.parametrize(
     ("contact", "said"),
     [
-        (CONTACT.replace(restitution=0.0), "its restitution is at least 1e-20"),
-        (CONTACT.replace(restitution=1e-25), "its restitution is at least 1e-20"),
-        (PLASTIC.replace(tail="attractive", effective_mass="half"), "damping ratio is at most"),
-        (SOURCE, r"effective mass on a fixed sphere is half .*--set contact.effective_mass=half"),
-        (CLIPPED.replace(effective_mass="half"), "always have the attractive tail"),
+        (CONTACT.replace(restitution=0.0), "a restitution of at least 1e-20"),
+        (CONTACT.replace(restitution=1e-25), "a restitution of at least 1e-20"),
+        (PLASTIC.replace(tail="attractive", effective_mass="half"), "damping ratio of at most"),
+        (SOURCE, "effective_mass = half, not full: --set contact.effective_mass=half"),
+        (CLIPPED.replace(effective_mass="half"), "takes tail = attractive, not clipped"),
     ],
     ids=["e = 0", "e = 1e-25", "overdamped", "full mass", "clipped"],
 )
@@ -352,7 +355,7 @@ def test_more_files_than_is_sensible_are_refused(stand_in):
 @pytest.mark.parametrize(
     ("case", "said"),
     [
-        (Tower(height=1, law="deformable"), "it has the overlap law only"),
+        (Tower(height=1, law="deformable"), "takes law = overlap, not deformable"),
         (Tower(height=1, law="overlap", mass=(1.0, 2.0)), "must be one number each"),
     ],
 )

@@ -13,6 +13,7 @@ from harness.engines.yade.engine import Yade
 from harness.errors import EngineCrashError, EngineError, EngineInputError
 from harness.parameters.law import PLASTIC, SOURCE
 from harness.theory.contact import restitution_clipped
+from tests.engine_doubles import most_damping
 
 pytestmark = pytest.mark.live
 
@@ -33,7 +34,9 @@ BY_MODULUS = "young=2 * p.stiffness / p.diameter, poisson=0.3, en=p.damping, et=
 class Naive(Yade):
     """Yade with its own formulas for the contact, or its own damping of the motion."""
 
-    traits = replace(Yade.traits, most_damping=1.0)  # above, there is no restitution to give it
+    traits = replace(
+        Yade.traits, frictionless=most_damping(1.0, tail="clipped")
+    )  # above, there is no restitution to give it
     told: tuple[str, str]
 
     @classmethod
