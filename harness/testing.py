@@ -122,14 +122,14 @@ class Subject:
                 process.join()
                 return f"the first run did not return within {self.seconds:g} s"
             try:
-                said = str(ours.recv())
+                answer = str(ours.recv())
             except EOFError:
                 process.join()
                 number = signal_of(process.exitcode or 0)
                 how = number.name if number else f"exit status {process.exitcode}"
                 return f"the process of the first run died: {how}"
         process.join(self.seconds)
-        return said
+        return answer
 
     @cached_property
     def contact(self) -> Contact:
@@ -150,11 +150,14 @@ class Subject:
 
     def outputs(self, jobs: Sequence[Job]) -> list[Output]:
         """Return the outputs of jobs that must all succeed."""
-        found = self.engine.run(jobs)
-        require(len(found) == len(jobs), f"run returned {len(found)} outcomes for {len(jobs)} jobs")
-        for outcome in found:
+        outcomes = self.engine.run(jobs)
+        require(
+            len(outcomes) == len(jobs),
+            f"run returned {len(outcomes)} outcomes for {len(jobs)} jobs",
+        )
+        for outcome in outcomes:
             require(isinstance(outcome, Output), f"a good run failed: {outcome}")
-        return [outcome for outcome in found if isinstance(outcome, Output)]
+        return [outcome for outcome in outcomes if isinstance(outcome, Output)]
 
     def close(self) -> None:
         """Close what was opened."""
@@ -215,10 +218,10 @@ def it_says_who_it_is(subject: Subject) -> None:
         f"opened again it is {other}, not {provenance.engine_version}",
     )
     (output,) = subject.outputs([drop_job(subject.drop())])
-    made = output.provenance
+    first = output.provenance
     require(
-        (made.engine, made.engine_version) == (provenance.engine, provenance.engine_version),
-        f"an output is of {made.engine} {made.engine_version}, identify says "
+        (first.engine, first.engine_version) == (provenance.engine, provenance.engine_version),
+        f"an output is of {first.engine} {first.engine_version}, identify says "
         f"{provenance.engine} {provenance.engine_version}",
     )
 
@@ -243,14 +246,14 @@ def its_fingerprint_may_be_cached_under(subject: Subject) -> None:
     Without a fingerprint nothing is cached, and nothing is required.
     """
     engine = subject.engine
-    found = engine.fingerprint()
-    if found is None:
+    fingerprint = engine.fingerprint()
+    if fingerprint is None:
         raise SkipTest("no fingerprint: nothing is cached")
     try:
-        text = json.dumps(found, sort_keys=True)
+        text = json.dumps(fingerprint, sort_keys=True)
     except (TypeError, ValueError) as error:
         raise EngineCheckError(f"its fingerprint is not ready for JSON: {error}") from None
-    require(found, "its fingerprint is empty: any change of the program would go unseen")
+    require(fingerprint, "its fingerprint is empty: any change of the program would go unseen")
     with subject.open() as again:
         other = json.dumps(again.fingerprint(), sort_keys=True)
     require(other == text, f"opened again its fingerprint is another: {other[:200]}")
@@ -269,13 +272,15 @@ def it_refuses_what_it_cannot_state(subject: Subject) -> None:
     jobs = [Job(unknown, {})]
     good = drop_job(subject.drop())
     for name, known in (("tail", Tail), ("effective_mass", EffectiveMass)):
-        left = {*get_args(known)} - {*engine.traits.frictionless.states[name]}
-        jobs += [replace(good, values={**good.values, name: word}) for word in sorted(left)]
+        unstated = {*get_args(known)} - {*engine.traits.frictionless.states[name]}
+        jobs += [replace(good, values={**good.values, name: word}) for word in sorted(unstated)]
     require(not engine.states(unknown), "states says that it has a template that nobody wrote")
     require(engine.refuses(good) == "", f"it refuses a plain drop: {engine.refuses(good)}")
     for job in jobs:
         reason = engine.refuses(job)
-        require(reason, f"it does not refuse {job.template.name!r} with {_told(job, good)}")
+        require(
+            reason, f"it does not refuse {job.template.name!r} with {_changed_values(job, good)}"
+        )
         require("\n" not in reason, f"a reason has more than one line: {reason!r}")
         try:
             engine.run([good, job])
@@ -285,7 +290,7 @@ def it_refuses_what_it_cannot_state(subject: Subject) -> None:
             raise EngineCheckError(f"run does not refuse what refuses does: {reason}")
 
 
-def _told(job: Job, good: Job) -> str:
+def _changed_values(job: Job, good: Job) -> str:
     changed = {n: v for n, v in job.values.items() if good.values.get(n) != v}
     return ", ".join(f"{name} = {value!r}" for name, value in changed.items()) or "no values"
 
@@ -318,10 +323,12 @@ def outcomes_are_in_order(subject: Subject) -> None:
     jobs = [drop_job(case) for case in cases]
     for case, output in zip(cases, subject.outputs(jobs), strict=True):
         _sideways(case, output)
-    found = dict(subject.engine.outcomes(jobs))
-    require(sorted(found) == list(range(len(jobs))), f"outcomes yields the places {sorted(found)}")
+    by_place = dict(subject.engine.outcomes(jobs))
+    require(
+        sorted(by_place) == list(range(len(jobs))), f"outcomes yields the places {sorted(by_place)}"
+    )
     for place, case in enumerate(cases):
-        outcome = found[place]
+        outcome = by_place[place]
         if isinstance(outcome, EngineError):
             raise EngineCheckError(f"a good run failed: {outcome}")
         _sideways(case, outcome)
@@ -343,8 +350,8 @@ def a_batch_is_its_runs(subject: Subject) -> None:
         _same(alone, together, ROUNDING, "a run in a batch")
 
 
-def _same(output: Output, other: Output, width: float, what: str) -> None:
-    require(output.tables.keys() == other.tables.keys(), f"{what} leaves other tables")
+def _same(output: Output, other: Output, width: float, label: str) -> None:
+    require(output.tables.keys() == other.tables.keys(), f"{label} leaves other tables")
     for name, table in output.tables.items():
         for column, values in table.items():
             others = other.tables[name].get(column)
@@ -352,7 +359,7 @@ def _same(output: Output, other: Output, width: float, what: str) -> None:
             if same and others is not None and np.size(values):
                 most = width * float(np.nanmax(np.abs(values)))
                 same = np.allclose(values, others, rtol=0.0, atol=most, equal_nan=True)
-            require(same, f"{what} leaves another column {column!r} of table {name!r}")
+            require(same, f"{label} leaves another column {column!r} of table {name!r}")
 
 
 def values_are_numbers(subject: Subject) -> None:
@@ -396,8 +403,8 @@ def units_are_those_of_a_free_flight(subject: Subject) -> None:
 
 def it_qualifies_by_drops(subject: Subject) -> None:
     """Require restitution, free fall, rest, onset and angular momentum on one fixed sphere."""
-    found = qualify(subject.engine, [all_cases()["drop"]])
-    require(found.holds, found.reason)
+    qualification = qualify(subject.engine, [all_cases()["drop"]])
+    require(qualification.holds, qualification.reason)
 
 
 def an_incline_stops_and_slides(subject: Subject) -> None:
@@ -412,13 +419,13 @@ def an_incline_stops_and_slides(subject: Subject) -> None:
         _require_stated(engine, incline_job(case, "passage"), INCLINE)
     traits = engine.traits
     theirs = run_inclines(Reference(traits.integrator, spring=traits.spring), cases, "passage")
-    for own, other in zip(run_inclines(engine, cases, "passage"), theirs, strict=True):
-        if isinstance(own, EngineError) or isinstance(other, EngineError):
-            raise EngineCheckError(f"the run of an incline failed: {own}")
-        angle = f"at {own.case.angle:g} deg"
-        wanted = Motion.TRAPPED if own.case.angle < 10.0 else Motion.MOVES_ON
-        require(own.motion is wanted, f"{angle} the grain is {own.motion}, must be {wanted}")
-        apart = own.margin - other.margin
+    for run, expected in zip(run_inclines(engine, cases, "passage"), theirs, strict=True):
+        if isinstance(run, EngineError) or isinstance(expected, EngineError):
+            raise EngineCheckError(f"the run of an incline failed: {run}")
+        angle = f"at {run.case.angle:g} deg"
+        wanted = Motion.TRAPPED if run.case.angle < 10.0 else Motion.MOVES_ON
+        require(run.motion is wanted, f"{angle} the grain is {run.motion}, must be {wanted}")
+        apart = run.margin - expected.margin
         require(abs(apart) < 1e-4, f"{angle} its margin is {apart:.2g} m g d off the reference DEM")
 
 
@@ -434,11 +441,11 @@ def a_tower_is_the_exact_one(subject: Subject) -> None:
         "peak force": (run.grain_force.max(), truth.grain_force.max()),
         "impulse": (impulse(run), impulse(truth)),
     }
-    for name, (own, wanted) in pairs.items():
+    for name, (measured, wanted) in pairs.items():
         # of first order in the step: omega h is 1.6e-3
         require(
-            abs(own / wanted - 1.0) < 2e-3,
-            f"the {name} on a tower of two is {own:.6g}, must be {wanted:.6g}",
+            abs(measured / wanted - 1.0) < 2e-3,
+            f"the {name} on a tower of two is {measured:.6g}, must be {wanted:.6g}",
         )
 
 
