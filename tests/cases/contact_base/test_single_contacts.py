@@ -36,6 +36,13 @@ from tests.cases.contact_base.perturbed import Planted, rows_of
             {"moves": "along", "acceleration": "1e3"},
             r"acceleration = 1000\.0: must be",
         ),
+        (
+            "curved-wall",
+            {"wall": "rim", "normal": "hertz"},
+            r"normal = 'hertz': must be one of hooke",
+        ),
+        ("curved-wall", {"wall_radius": "0.01"}, r"wall_radius = 0\.01 m: must be at least 0\.011"),
+        ("curved-wall", {"angle": "80"}, r"angle = '80' deg: must be .*equal to 60"),
         ("incline-rest", {"angle": "90"}, r"angle = '90' deg: must be .*less than 90"),
     ],
 )
@@ -104,6 +111,9 @@ def verdicts(engine, case, system):
         ("moving-wall", "shear", ("wall_speed", "friction")),
         ("moving-wall", "along", ("amplitude", "period", "youngs_modulus")),
         ("moving-wall", "across", ("amplitude", "period", "normal_stiffness")),
+        ("curved-wall", "bowl", ("wall_radius", "youngs_modulus", "gravity_z")),
+        ("curved-wall", "cylinder", ("wall_radius", "youngs_modulus")),
+        ("curved-wall", "rim", ("radius_1", "tangential_stiffness")),
     ],
 )
 def test_what_lammps_is_told_wrongly_turns_a_row(lammps, name, system, faults):
