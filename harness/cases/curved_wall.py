@@ -49,7 +49,9 @@ class CurvedWall(Resting):
                 "a tenth more than the sphere's, to be round it"
             )
         hertzian = ("hooke", "hertz") if self.wall != "rim" else ("hooke",)
-        constant = ("none", "velocity", "mass_velocity", "coeff_restitution", "viscoelastic")
+        constant: tuple[str, ...] = (
+            *("none", "velocity", "mass_velocity", "coeff_restitution", "viscoelastic"),
+        )
         if self.wall == "cylinder" and self.normal == "hertz":
             constant = ("none", "velocity", "mass_velocity")
         refused(self, normal=hertzian, damping=constant, rolling=("none",), twisting=("none",))

@@ -122,3 +122,19 @@ def test_what_lammps_is_told_wrongly_turns_a_row(lammps, name, system, faults):
     for fault in faults:
         planted = Planted(lammps, fault, 1.01)
         assert Verdict.FAIL in verdicts(planted, case, system), fault
+
+
+@pytest.mark.live
+@pytest.mark.usefixtures("lammps_here")
+@pytest.mark.parametrize("system", ["wall", "unequal spheres"])
+def test_in_units_lj_no_bit_of_a_ratio_is_another(lammps, system):
+    case, si = get_case("lj-units"), get_case("oblique")
+    for trial in case.trials("default"):
+        if trial.system == system:
+            parameters = trial.parameters.replace(steps_per_contact=200)
+            there, here = lammps.run([case.job(parameters), si.job(parameters)])
+            ratios = case.read(parameters, there, lammps.traits)
+            assert ratios == si.read(parameters, here, lammps.traits), trial.submodel
+    wrong = Planted(lammps, "youngs_modulus", 1.01)
+    (turned,) = wrong.run([case.job(parameters)])
+    assert case.read(parameters, turned, lammps.traits) != ratios
