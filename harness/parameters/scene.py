@@ -17,7 +17,8 @@ class Body:
     """A sphere: radius [m], mass [kg], centre [m], velocity [m/s], angular velocity [rad/s].
 
     A frozen one neither moves nor turns by forces; its velocities stay as they are, and as a
-    partner in contact its mass is infinite.
+    partner in contact its mass is infinite. It may be hollow, with the others inside: a spherical
+    wall, of negative radius.
     """
 
     radius: float
@@ -28,8 +29,11 @@ class Body:
     frozen: bool = False
 
     def __post_init__(self) -> None:
-        for name in ("radius", "mass"):
-            value = getattr(self, name)
+        hollow = self.frozen and self.radius < 0.0
+        for name, value in (
+            ("radius", abs(self.radius) if hollow else self.radius),
+            ("mass", self.mass),
+        ):
             if not (math.isfinite(value) and value > 0.0):
                 raise RequestError(f"{name} = {value!r}: must be a finite number greater than 0")
         for name in ("position", "velocity", "omega"):

@@ -153,9 +153,13 @@ class ContactCase(Case[P]):
         """Return the job of one run."""
         return job_of(self.scene(parameters), parameters.interface, parameters.materials_as)
 
+    def motion(self, parameters: P, output: Output) -> Motion:
+        """Return the samples of a run; raise EngineOutputError where some are missing."""
+        return motion_of(output, self.scene(parameters))
+
     def read(self, parameters: P, output: Output, traits: Traits) -> Mapping[str, float]:
         """Return the quantities of a run; raise EngineOutputError for one that is cut."""
-        motion = motion_of(output, self.scene(parameters))
+        motion = self.motion(parameters, output)
         quantities = self.observed(parameters, motion)
         if motion.tells_forces:
             return quantities

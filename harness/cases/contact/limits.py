@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from harness.cases.contact.motion import Array, Motion, followed, motion_of, rules_of
+from harness.cases.contact.motion import Array, Motion, followed, rules_of
 from harness.cases.contact.parameters import SMOOTH
 from harness.cases.contact.submodels import PLAIN, Trial
 from harness.cases.contract import LevelName, Reference
@@ -306,7 +306,7 @@ def measured_scan(case: ContactCase[Any], engine: Engine) -> tuple[Scanned, ...]
         runs = outputs[number * size : (number + 1) * size]
         for place, (parameters, output) in enumerate(zip(rows, runs, strict=True)):
             if not isinstance(output, EngineError):
-                motion = motion_of(output, case.scene(parameters))
+                motion = case.motion(parameters, output)
                 values[place] = _value(case, parameters, motion)
         rules = rules_of(case.job(rows[0]), engine.traits)
         found.append(Scanned(family, name, values, curve(case, rows, rules)))

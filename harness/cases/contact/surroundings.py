@@ -11,10 +11,10 @@ from typing import ClassVar
 
 from harness.cases.contact.contact_case import ContactCase, P
 from harness.cases.contact.limits import Climbed, Tried
-from harness.cases.contact.motion import default_values, values_of
+from harness.cases.contact.motion import Motion, default_values, motion_of, values_of
 from harness.cases.contact.parameters import ContactSystem
 from harness.cases.contract import Reference
-from harness.engines.contract import Job, Template, Value
+from harness.engines.contract import Job, Output, Template, Value
 from harness.parameters.rules import Rules
 from harness.parameters.scene import ContactScene
 from harness.report.sections import Line, Plot
@@ -54,6 +54,10 @@ class SurroundedCase(ContactCase[P]):
     def set_up(self, parameters: P) -> ContactScene:
         """Return the scene that scripts begin with."""
         return self.scene(parameters)
+
+    def motion(self, parameters: P, output: Output) -> Motion:
+        """Return the samples of a run; raise EngineOutputError where some are missing."""
+        return motion_of(output, self.set_up(parameters))
 
     def job(self, parameters: P) -> Job:
         """Return the job of one run."""

@@ -24,7 +24,7 @@ from harness.cases.contact.limits import (
     unresolved,
     width_of,
 )
-from harness.cases.contact.motion import followed, jumps_at_the_end, motion_of, powers_of, rules_of
+from harness.cases.contact.motion import followed, jumps_at_the_end, powers_of, rules_of
 from harness.cases.contact.predictions import PredictedValue
 from harness.cases.contact.submodels import Trial
 from harness.cases.contract import LevelName, Study
@@ -180,7 +180,7 @@ def _climbed(
         if isinstance(output, EngineError):
             return output
         try:
-            motion = motion_of(output, case.scene(parameters))
+            motion = case.motion(parameters, output)
         except EngineError as error:
             return error
         rungs.append(case.observed(parameters, motion))

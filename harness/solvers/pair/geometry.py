@@ -118,7 +118,8 @@ def vector(y: Floats, at: int) -> Vector:
 def normal_and_gap(y: Floats, system: System, contact: int) -> tuple[Vector, float, float]:
     """Return the normal, the overlap [m] by the positions and the distance of the centres [m].
 
-    At a wall: infinite, for a sphere on a plane does not turn the normal.
+    At a wall: infinite, for a sphere on a plane does not turn the normal. Within a hollow sphere
+    it is negative, as its radius is: the normal points to its centre.
     """
     i, j = system.contacts[contact].first, system.contacts[contact].second
     place = vector(y, BODY * i)
@@ -130,7 +131,7 @@ def normal_and_gap(y: Floats, system: System, contact: int) -> tuple[Vector, flo
         height = dot(plus(place, -1.0, (point[0], point[1], point[2])), n)
         return n, system.bodies[i].radius - height, float("inf")
     apart = plus(place, -1.0, vector(y, BODY * j))
-    distance = length(apart)
+    distance = math.copysign(length(apart), system.bodies[j].radius)
     overlap = system.bodies[i].radius + system.bodies[j].radius - distance
     return scaled(1.0 / distance, apart), overlap, distance
 
@@ -280,13 +281,14 @@ def _time_to(y: Floats, system: System, contact: int) -> float:
     gravity = gravity - system.bodies[j]["gravity"]
     reach = system.bodies[i]["radius"] + system.bodies[j]["radius"]
     distance = float(np.sqrt(apart @ apart))
+    outside = math.copysign(1.0, reach)  # within a hollow sphere the distance grows up to it
     return _first_fall(
         [
-            0.25 * gravity @ gravity,
-            gravity @ velocity,
-            velocity @ velocity + gravity @ apart,
-            2.0 * float(velocity @ apart),
-            (distance - reach) * (distance + reach),
+            outside * 0.25 * gravity @ gravity,
+            outside * gravity @ velocity,
+            outside * (velocity @ velocity + gravity @ apart),
+            outside * 2.0 * float(velocity @ apart),
+            outside * (distance - reach) * (distance + reach),
         ]
     )
 

@@ -315,7 +315,7 @@ def state_scales(y: Floats, system: System, modes: Integers) -> Floats:
         at = BODY * b
         result[at : at + 3] = overlap
         result[at + 3 : at + 6] = speed
-        result[at + 6 : at + 9] = speed / system.bodies[b].radius
+        result[at + 6 : at + 9] = speed / abs(system.bodies[b].radius)
     return result
 
 

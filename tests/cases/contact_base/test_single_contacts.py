@@ -36,6 +36,13 @@ from tests.cases.contact_base.perturbed import Planted, rows_of
             {"moves": "along", "acceleration": "1e3"},
             r"acceleration = 1000\.0: must be",
         ),
+        (
+            "curved-wall",
+            {"wall": "rim", "normal": "hertz"},
+            r"normal = 'hertz': must be one of hooke",
+        ),
+        ("curved-wall", {"wall_radius": "0.01"}, r"wall_radius = 0\.01 m: must be at least 0\.011"),
+        ("curved-wall", {"angle": "80"}, r"angle = '80' deg: must be .*equal to 60"),
         ("incline-rest", {"angle": "90"}, r"angle = '90' deg: must be .*less than 90"),
     ],
 )
@@ -104,6 +111,9 @@ def verdicts(engine, case, system):
         ("moving-wall", "shear", ("wall_speed", "friction")),
         ("moving-wall", "along", ("amplitude", "period", "youngs_modulus")),
         ("moving-wall", "across", ("amplitude", "period", "normal_stiffness")),
+        ("curved-wall", "bowl", ("wall_radius", "youngs_modulus", "gravity_z")),
+        ("curved-wall", "cylinder", ("wall_radius", "youngs_modulus")),
+        ("curved-wall", "rim", ("radius_1", "tangential_stiffness")),
     ],
 )
 def test_what_lammps_is_told_wrongly_turns_a_row(lammps, name, system, faults):
@@ -112,3 +122,19 @@ def test_what_lammps_is_told_wrongly_turns_a_row(lammps, name, system, faults):
     for fault in faults:
         planted = Planted(lammps, fault, 1.01)
         assert Verdict.FAIL in verdicts(planted, case, system), fault
+
+
+@pytest.mark.live
+@pytest.mark.usefixtures("lammps_here")
+@pytest.mark.parametrize("system", ["wall", "unequal spheres"])
+def test_in_units_lj_no_bit_of_a_ratio_is_another(lammps, system):
+    case, si = get_case("lj-units"), get_case("oblique")
+    for trial in case.trials("default"):
+        if trial.system == system:
+            parameters = trial.parameters.replace(steps_per_contact=200)
+            there, here = lammps.run([case.job(parameters), si.job(parameters)])
+            ratios = case.read(parameters, there, lammps.traits)
+            assert ratios == si.read(parameters, here, lammps.traits), trial.submodel
+    wrong = Planted(lammps, "youngs_modulus", 1.01)
+    (turned,) = wrong.run([case.job(parameters)])
+    assert case.read(parameters, turned, lammps.traits) != ratios
