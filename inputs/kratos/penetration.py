@@ -515,7 +515,7 @@ class Spheres:
 
     def remove_below(self, height):
         """Take spheres away whose centres are below a height."""
-        below = [node for node in self.nodes if node.Z < height]
+        below = [node for node in self.nodes if height > node.Z]
         if below:
             low, high = (Kratos.Array3([x, x, z]) for x, z in ((-AWAY, -AWAY), (AWAY, height)))
             destroyer = DEM.ParticleCreatorDestructor()
