@@ -1,0 +1,61 @@
+"""How well two kinds of grains are mixed, and how steep their surface is, from their places."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    Floats = NDArray[np.float64]
+
+
+def lacey_index(cells: NDArray[np.int64], chosen: NDArray[np.bool_]) -> float:
+    """Return the mixing index of Lacey: 0 where kinds are apart, 1 where they are at random.
+
+    ``cells`` (N,) is the number of the cell that each grain is in, ``chosen`` (N,) whether it is
+    of one kind. With n_i grains in a cell, p_i of them chosen, and p of all, the variance is
+    S = sum n_i (p_i - p)^2 / N, p (1 - p) where kinds are apart. Of kinds that are dealt out at
+    random it is p (1 - p) (K - 1)/(N - 1), K the number of cells. The index is the share of the
+    way from the one to the other: Lacey, J. Appl. Chem. 4, 257 (1954), for cells of any content.
+    NaN where all grains are of one kind, or each is in a cell of its own.
+    """
+    _, place = np.unique(cells, return_inverse=True)
+    content = np.bincount(place).astype(np.float64)
+    share = np.bincount(place, weights=chosen) / content
+    total, p = len(cells), float(np.mean(chosen))
+    apart = p * (1.0 - p)
+    at_random = apart * (len(content) - 1) / (total - 1)
+    if apart == 0.0 or len(content) == total:
+        return math.nan
+    variance = float((content * (share - p) ** 2).sum() / total)
+    return (apart - variance) / (apart - at_random)
+
+
+def cells_of(x: Floats, z: Floats, edge: float) -> NDArray[np.int64]:
+    """Return the number of the square cell, of an edge [m], that each grain is in, (N,)."""
+    column, row = (np.floor(one / edge).astype(np.int64) for one in (x, z))
+    return np.asarray(column * 100_003 + row)
+
+
+def surface_angle(x: Floats, z: Floats, radius: Floats, half_width: float, step: float) -> float:
+    """Return the angle of the surface [deg], positive where it falls along +x.
+
+    By a straight line through the highest points of the grains (N,) in columns of width ``step``
+    between -``half_width`` and ``half_width`` [m]. NaN where fewer than three columns hold grains.
+    """
+    number = round(2.0 * half_width / step)
+    edges = np.linspace(-half_width, half_width, number + 1)
+    column = np.digitize(x, edges) - 1
+    inside = (column >= 0) & (column < number)
+    top = np.full(number, -np.inf)
+    np.maximum.at(top, column[inside], (z + radius)[inside])
+    middle = 0.5 * (edges[1:] + edges[:-1])
+    there = np.isfinite(top)
+    if there.sum() < 3:
+        return math.nan
+    slope = np.polyfit(middle[there], top[there], 1)[0]
+    return -math.degrees(math.atan(slope))

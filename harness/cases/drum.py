@@ -1,0 +1,327 @@
+"""Grains of two sizes in a rotating drum, as a case: mixing, angle of the surface.
+
+The process of Dosta and others, Comput. Phys. Commun. 296, 109066 (2024), smaller and softer, at
+the same Froude number and filling. Places are read of all codes alike, and evaluated here.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from harness.cases.bulk.materials import PACKED, Sphere, check_memory, check_step
+from harness.cases.bulk.mixing import cells_of, lacey_index, surface_angle
+from harness.cases.bulk.seeds import BulkCase, Curve, Runs
+from harness.comparison.verdicts import Check, Kind, Tolerance, judge
+from harness.engines.border import engine_seconds
+from harness.engines.contract import Job, Output, Template, Value
+from harness.engines.traits import Traits
+from harness.errors import EngineLostAtomsError
+from harness.parameters.allowed import allowed_in
+from harness.parameters.base import Parameters
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from harness.engines.output import Table
+
+    Floats = NDArray[np.float64]
+
+NAME = "drum"
+COLUMNS = ("step", "x_m", "y_m", "z_m")
+
+FRAMES = 100
+"""Rows of the series: places of all grains, the large ones first."""
+
+STEADY = 1.0 / 3.0
+"""Share of the turn after which the surface is that of a drum that turns."""
+
+LAST = 1.0 / 6.0
+"""Share of the turn over which the mixing index is averaged, up to the end."""
+
+
+class Drum(Parameters):
+    """A drum of steel about the y axis: large grains below small ones, then it turns."""
+
+    large_layers: int = Field(
+        1, ge=-1000, le=1000, description="[-] layers of large grains above the axis"
+    )
+    small_layers: int = Field(4, ge=1, le=1000, description="[-] layers of small grains above them")
+    spacing: float = Field(1.2, gt=1.0, le=3.0, description="[-] of the lattices, in diameters")
+    scatter: float = Field(
+        0.19, ge=0.0, le=1.0, description="[-] range of the first places, in diameters"
+    )
+    seed: int = Field(1, ge=1, le=10000, description="[-] of the first places")
+    large_radius: float = Field(2e-3, gt=0.0, description="[m] of a large grain")
+    large_density: float = Field(2000.0, gt=0.0, description="[kg/m3] of large grains")
+    large_youngs_modulus: float = Field(1.25e5, gt=0.0, description="[Pa] of large grains")
+    large_restitution: float = Field(0.4, gt=0.05, le=1.0, description="[-] between large grains")
+    large_friction: float = Field(0.4, ge=0.0, le=2.0, description="[-] between large grains")
+    small_radius: float = Field(1e-3, gt=0.0, description="[m] of a small grain")
+    small_density: float = Field(2500.0, gt=0.0, description="[kg/m3] of small grains")
+    small_youngs_modulus: float = Field(2.5e5, gt=0.0, description="[Pa] of small grains")
+    small_restitution: float = Field(0.5, gt=0.05, le=1.0, description="[-] between small grains")
+    small_friction: float = Field(0.3, ge=0.0, le=2.0, description="[-] between small grains")
+    mixed_restitution: float = Field(0.45, gt=0.05, le=1.0, description="[-] of large on small")
+    mixed_friction: float = Field(0.2, ge=0.0, le=2.0, description="[-] of large on small")
+    steel_youngs_modulus: float = Field(5.25e7, gt=0.0, description="[Pa] of the drum")
+    steel_restitution: float = Field(0.4, gt=0.05, le=1.0, description="[-] on the drum")
+    steel_friction: float = Field(0.2, ge=0.0, le=2.0, description="[-] on the drum")
+    poisson_ratio: float = Field(0.2, ge=0.0, lt=0.5, description="[-] of all")
+    drum_radius: float = Field(0.024, gt=0.0, le=10.0, description="[m] of the drum")
+    drum_length: float = Field(0.02, gt=0.0, le=10.0, description="[m] of the drum")
+    speed: float = Field(4.08, gt=0.0, le=1e3, description="[rad/s] of the drum")
+    turn: float = Field(180.0, gt=0.0, le=1e6, description="[deg] by which the drum turns")
+    cell: float = Field(8e-3, gt=0.0, description="[m] edge of the cells of the mixing index")
+    gravity: float = Field(9.81, gt=0.0, description="[m/s2] downward")
+    settle_time: float = Field(0.2, ge=0.0, description="[s] before the drum turns")
+    step_size: float = Field(3.5e-5, gt=0.0, description="[s] time step")
+
+    @model_validator(mode="after")
+    def _holds(self) -> Drum:
+        if self.scatter > self.spacing - 1.0:
+            raise ValueError(
+                f"scatter = {self.scatter:g}: grains overlap at the start; must be at most "
+                f"spacing - 1 = {self.spacing - 1.0:.4g}"
+            )
+        for kind, number in (("large", self.large_grains), ("small", self.small_grains)):
+            if number == 0:
+                raise ValueError(
+                    f"{kind}_layers = {getattr(self, f'{kind}_layers')}: no {kind} grain finds "
+                    "room in the drum"
+                )
+        check_step(self.step_size, self.longest_step)
+        return self
+
+    @property
+    def large(self) -> Sphere:
+        """Return a large grain."""
+        young = self.large_youngs_modulus
+        return Sphere(self.large_radius, self.large_density, young, self.poisson_ratio)
+
+    @property
+    def small(self) -> Sphere:
+        """Return a small grain."""
+        young = self.small_youngs_modulus
+        return Sphere(self.small_radius, self.small_density, young, self.poisson_ratio)
+
+    @property
+    def split(self) -> float:
+        """Return the height at which small grains begin [m]."""
+        return 2.0 * self.large_layers * self.large_radius * self.spacing
+
+    @property
+    def large_grains(self) -> int:
+        """Return how many large grains there are: in the drum, below the split."""
+        low, high = -self.drum_radius, self.split - self.large_radius * (1.0 + self.scatter)
+        return self._sites(self.large_radius, low, high)
+
+    @property
+    def small_grains(self) -> int:
+        """Return how many small grains there are: so many layers above the split."""
+        low = self.split + self.small_radius * (1.0 + self.scatter)
+        high = low + 2.0 * self.small_layers * self.small_radius * self.spacing
+        return self._sites(self.small_radius, low, high)
+
+    def _sites(self, radius: float, low: float, high: float) -> int:
+        """Return how many sites (i + 1/2) pitches have room in the drum between two heights."""
+        pitch = 2.0 * radius * self.spacing
+        reach = self.drum_radius - radius * (1.0 + math.sqrt(2.0) * self.scatter)
+        along = 0.5 * self.drum_length - radius * (1.0 + self.scatter)
+        most = max(1, math.ceil(max(reach, along) / pitch) + 1)
+        site = pitch * (np.arange(-most, most) + 0.5)
+        z = site[(site >= low) & (site <= high)]
+        across = (site[:, None] ** 2 + z**2 <= reach**2).sum() if reach > 0.0 else 0
+        return int(across * (np.abs(site) <= along).sum())
+
+    @property
+    def grains(self) -> int:
+        """Return how many grains there are."""
+        return self.large_grains + self.small_grains
+
+    @property
+    def radii(self) -> Floats:
+        """Return the radius of each grain [m], large ones first, (N,)."""
+        return np.repeat([self.large_radius, self.small_radius],
+                         [self.large_grains, self.small_grains])  # fmt: skip
+
+    @property
+    def fill(self) -> float:
+        """Return the share of the drum that the grains fill, 0.6 of what they take up solid."""
+        solid = self.large_grains * self.large.volume + self.small_grains * self.small.volume
+        return solid / 0.6 / (math.pi * self.drum_radius**2 * self.drum_length)
+
+    @property
+    def longest_step(self) -> float:
+        """Return the longest step [s] by Rayleigh waves and by impacts after a fall in the drum."""
+        speed = math.sqrt(2.0 * self.gravity * 2.0 * self.drum_radius)
+        steel = self.steel_youngs_modulus
+        return min(
+            *(kind.rayleigh_step for kind in (self.large, self.small)),
+            *(kind.impact_step(steel, speed) for kind in (self.large, self.small)),
+        )
+
+    @property
+    def duration(self) -> float:
+        """Return how long the drum turns [s]."""
+        return math.radians(self.turn) / self.speed
+
+    @property
+    def every(self) -> int:
+        """Return the steps between two rows of the series."""
+        return max(1, round(self.duration / self.step_size / FRAMES))
+
+    @property
+    def settle_steps(self) -> int:
+        """Return the steps before the drum turns, a multiple of :attr:`every`."""
+        return self.every * math.ceil(self.settle_time / self.step_size / self.every - 1e-9)
+
+    @property
+    def steps(self) -> int:
+        """Return the steps in which it turns, a multiple of :attr:`every`."""
+        return self.every * math.ceil(self.duration / self.step_size / self.every - 1e-9)
+
+
+def values_of(p: Drum) -> dict[str, Value]:
+    """Return the values of a script."""
+    derived = {"settle_time", "turn", "cell"}
+    values: dict[str, Value] = {n: v for n, v in dict(p).items() if n not in derived}
+    more = {"settle_steps": p.settle_steps, "steps": p.steps, "series_every": p.every}
+    return {**values, **more, "damping": "coeff_restitution"}
+
+
+TEMPLATE = Template(NAME, {"": values_of(Drum())}, allowed=allowed_in(Drum))
+
+
+def check_walls(p: Drum, table: Table, who: str) -> None:
+    """Raise EngineLostAtomsError for a grain whose centre is beyond a wall.
+
+    Curved walls may be a polygon of the circle's area, whose corners are farther out.
+    """
+    x, y, z = (table[name] for name in COLUMNS[1:])
+    beyond = (np.hypot(x, z) > 1.01 * p.drum_radius) | (np.abs(y) > 0.5 * p.drum_length)
+    if beyond.any():
+        frame = int(np.flatnonzero(beyond.any(axis=1))[0])
+        raise EngineLostAtomsError(
+            f"{who}: a grain is beyond the walls after {turned(p, table)[frame]:.4g} deg: they "
+            f"leave a hole, or step_size = {p.step_size:g} s is too long"
+        )
+
+
+def turned(p: Drum, table: Table) -> Floats:
+    """Return by how much the drum has turned [deg], (M,)."""
+    steps = table["step"] - p.settle_steps
+    return np.asarray(np.degrees(p.speed * p.step_size * steps))
+
+
+def mixing(p: Drum, table: Table) -> Floats:
+    """Return the mixing index by number of small grains over time, (M,)."""
+    small = p.radii < 0.5 * (p.large_radius + p.small_radius)
+    frames = zip(table["x_m"], table["z_m"], strict=True)
+    return np.array([lacey_index(cells_of(x, z, p.cell), small) for x, z in frames])
+
+
+def angles(p: Drum, table: Table) -> Floats:
+    """Return the angle of the surface [deg] over time, (M,): in the middle half of the drum."""
+    frames = zip(table["x_m"], table["z_m"], strict=True)
+    half, step = 0.5 * p.drum_radius, 2.0 * p.large_radius
+    return np.array([surface_angle(x, z, p.radii, half, step) for x, z in frames])
+
+
+def quadrant_shares(p: Drum, table: Table) -> dict[str, float]:
+    """Return the share of each kind in two opposite quadrants at the end.
+
+    Where grains rise, x < 0 < z, and where they arrive, z < 0 < x.
+    """
+    x, z = table["x_m"][-1], table["z_m"][-1]
+    large = np.arange(p.grains) < p.large_grains
+    places = {"rising": (x < 0.0) & (z > 0.0), "falling": (x > 0.0) & (z < 0.0)}
+    return {
+        f"{kind}_{name}_ratio": float(place[which].mean())
+        for name, place in places.items()
+        for kind, which in (("large", large), ("small", ~large))
+    }
+
+
+AT_REST = Tolerance(
+    "", 0.01, 0.0, "a bed that moves adds 1 % to the energy of one that turns with the drum at most"
+)
+
+
+class DrumCase(BulkCase[Drum]):
+    """Grains of two sizes in a rotating drum: mixing, angle of the surface."""
+
+    name = NAME
+    template = TEMPLATE
+    seeds = {"quick": 5, "default": 12, "full": 24}  # noqa: RUF012
+    judged = ("the bed is at rest before the drum turns",)
+    equivalent = ("mixing_index", "surface_angle_deg")
+    drawn = (
+        Curve("drum-mixing", "turned (deg)", "mixing index of Lacey"),
+        Curve("drum-angle", "turned (deg)", "angle of the surface (deg)"),
+    )
+
+    def source_of(self, preset: str) -> str:
+        """Return where materials and process were published."""
+        return "Dosta and others 2024 (moduli four thousand times smaller, a quarter of the size)"
+
+    @property
+    def presets(self) -> Mapping[str, Drum]:
+        """Return seven hundred soft grains."""
+        return {"small": Drum()}
+
+    def job(self, parameters: Drum) -> Job:
+        """Return the job of one drum; raise RequestError for more grains than memory holds."""
+        check_memory(parameters.grains)
+        return Job(TEMPLATE, values_of(parameters), sampled=True)
+
+    def read(self, parameters: Drum, output: Output, traits: Traits) -> Mapping[str, float]:
+        """Return mixing, angle of the surface, state of the bed.
+
+        Raise EngineLostAtomsError where a grain passed a wall.
+        """
+        p = parameters
+        known = {"large": p.large_grains, "small": p.small_grains}
+        output.check_numbers({**known, "steps": p.settle_steps + p.steps})
+        table = output.table(COLUMNS)
+        check_walls(p, table, output.who)
+        angle = turned(p, table)
+        late, last = (angle >= share * p.turn for share in (STEADY, 1.0 - LAST))
+        index = mixing(p, table)
+        masses = [kind.mass for kind in (p.large, p.small)]
+        mass = p.large_grains * masses[0] + p.small_grains * masses[1]
+        work = p.grains * (p.settle_steps + p.steps)
+        return {
+            "mixing_index": float(index[last].mean()),
+            "first_mixing_index": float(index[0]),
+            "surface_angle_deg": float(angles(p, table)[late].mean()),
+            **quadrant_shares(p, table),
+            "bed_kinetic_ratio": output.number("bed_kinetic_J")
+            / (0.5 * mass * (p.speed * p.drum_radius) ** 2),
+            "microseconds_per_particle_step": 1e6 * output.seconds / work,
+        }
+
+    def seconds(self, parameters: Drum, rules: Traits | None, solver: str = "") -> float:
+        """Return what a run is expected to take [s], good to a factor of three."""
+        if rules is None:
+            return 0.0
+        steps = parameters.settle_steps + parameters.steps
+        return PACKED * engine_seconds(steps, parameters.grains, rules)
+
+    def curves(self, p: Drum, output: Output) -> Sequence[tuple[Floats, Floats]]:
+        """Return mixing index and angle of the surface [deg] over the turn [deg]."""
+        table = output.table(COLUMNS)
+        angle = turned(p, table)
+        return (angle, mixing(p, table)), (angle, angles(p, table))
+
+    def judge(self, names: Sequence[str], runs: Runs, p: Drum) -> list[Check]:
+        """Return whether the bed is at rest, of the worst seed."""
+        moves = runs.worst("bed_kinetic_ratio")
+        return [judge(names[0], Kind.ANALYTIC, moves, 0.0, AT_REST)]
+
+
+CASE = DrumCase()
