@@ -435,7 +435,7 @@ COLUMNS = "time_s,z_m,vz_m_per_s,kinetic_J,potential_J"
 class Spheres:
     """Spheres between walls of triangles in Kratos; numbers are those of ``add``, places in m."""
 
-    REACH = 0.4
+    REACH = 0.8
     """Radii of the smallest sphere within which contacts are searched for beforehand."""
 
     def __init__(self, p, materials, pairs):
@@ -515,7 +515,7 @@ class Spheres:
 
     def remove_below(self, height):
         """Take spheres away whose centres are below a height."""
-        below = [node for node in self.nodes if node.Z < height]
+        below = [node for node in self.nodes if height > node.Z]
         if below:
             low, high = (Kratos.Array3([x, x, z]) for x, z in ((-AWAY, -AWAY), (AWAY, height)))
             destroyer = DEM.ParticleCreatorDestructor()
@@ -573,16 +573,14 @@ class Spheres:
     def steps_to_search(self):
         """Return after how many steps the next search but this one comes.
 
-        What a search finds is right until a pair that it left out has closed in by the reach: in
-        the steps to the next one a sphere shall move by a quarter of it.
+        What a search finds is right until a pair that it left out has closed in by the reach. The
+        fastest shall move by 0.3 of it: what it hits is at most twice as fast, and 0.3 + 0.6 < 1.
         """
-        fastest = max(
-            sum(v * v for v in node.GetSolutionStepValue(Kratos.VELOCITY)) for node in self.nodes
-        )
-        if not math.isfinite(fastest):
+        speeds = [math.hypot(*node.GetSolutionStepValue(Kratos.VELOCITY)) for node in self.nodes]
+        fastest = max([math.sqrt(2 * self.p.gravity * self.reach), *speeds])
+        if not all(map(math.isfinite, speeds)):
             sys.exit("a velocity is not a number")
-        way = math.sqrt(fastest) * self.p.step_size
-        return max(1, int(0.25 * self.reach / way)) if 50 * way > 0.25 * self.reach else 50
+        return min(50, max(1, int(0.3 * self.reach / fastest / self.p.step_size)))
 
     def release(self, number, velocity):
         """Let a sphere that was held go, with a velocity."""

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, ClassVar, TypeVar
 import numpy as np
 
 from harness.cases.bulk.equivalence import FEWEST, Sample, equivalence, interval
+from harness.cases.bulk.rules import differing, law_of
 from harness.cases.contract import Case, LevelName, Study, Words
 from harness.comparison.plan import Planned
 from harness.comparison.verdicts import Check, Kind, Tolerance, failed_run, not_tested
@@ -56,13 +57,15 @@ class Curve:
 class Runs:
     """The runs of an engine: quantities of each seed, and its curves, each (x, y).
 
-    ``undecided`` runs ended without the event that they wait for, and have no row.
+    ``undecided`` runs ended without the event that they wait for, and have no row. ``law`` says by
+    which rules the engine follows the law.
     """
 
     engine: str
     rows: tuple[Mapping[str, float], ...]
     curves: tuple[tuple[tuple[Floats, Floats], ...], ...] = ()
     undecided: int = 0
+    law: str = ""
 
     def sample(self, quantity: str) -> Sample:
         """Return the values of a quantity over the seeds."""
@@ -107,7 +110,7 @@ class BulkCase(Case[P]):
         p = self.default
         trials = [p.replace(seed=seed) for seed in range(1, self.seeds[study.level] + 1)]
         names = self.names(engine)
-        if reason := engine.refuses(self.job(trials[0])):
+        if reason := engine.refuses(self.job(trials[0])) or too_slow(engine, study.level):
             findings.checks += [not_tested(name, Kind.ANALYTIC, reason) for name in names]
             return findings
         rows, curves, undecided = [], [], []
@@ -128,7 +131,9 @@ class BulkCase(Case[P]):
             if undecided:
                 findings.checks += [not_tested(n, Kind.ANALYTIC, undecided[0]) for n in names]
             return findings
-        findings.evidence = Runs(engine.title, tuple(rows), tuple(curves), len(undecided))
+        findings.evidence = Runs(
+            engine.title, tuple(rows), tuple(curves), len(undecided), law_of(engine.traits)
+        )
         findings.checks += self.judge(names, findings.evidence, p)
         return findings
 
@@ -146,7 +151,8 @@ class BulkCase(Case[P]):
                     few = f"fewer than {FEWEST} seeds gave a value"
                     yield not_tested(name, Kind.CROSS_CODE, few)
                 else:
-                    yield equivalence(name, first, second, MARGIN)
+                    check = equivalence(name, first, second, MARGIN)
+                    yield differing(check, one.engine, one.law, other.engine, other.law)
 
     def sections(
         self,
@@ -186,6 +192,21 @@ class BulkCase(Case[P]):
                 cells.append(text)
             unit = quantity.unit if quantity.unit != "1" else "-"
             yield f"{quantity.name} ({unit})", *cells
+
+
+QUICK = 3.0
+"""[us] for a step of ten particles: slower engines are not run at level quick."""
+
+
+def too_slow(engine: Engine, level: LevelName) -> str:
+    """Return why an engine is not run at a level, or nothing where it is."""
+    cost = engine.traits.microseconds_per_step
+    if level != "quick" or cost <= QUICK:
+        return ""
+    return (
+        f"it takes {cost:g} us for a step of ten particles, beyond the {QUICK:g} us of level "
+        "quick, which is to end within minutes; level default runs it"
+    )
 
 
 def draw(engines: Sequence[Runs], place: int, curve: Curve) -> Figure:
