@@ -18,8 +18,15 @@ from pydantic import Field, model_validator
 from harness.cases.bulk.equivalence import FEWEST, Sample, equivalence, interval
 from harness.cases.bulk.places import PUBLISHED, PUBLISHED_BOX, Box, data_file, read_places
 from harness.cases.contract import Case, LevelName, Study, Words
-from harness.comparison.plan import Planned
-from harness.comparison.verdicts import Check, Kind, Tolerance, failed_run, judge, not_tested
+from harness.comparison.verdicts import (
+    Check,
+    Kind,
+    Planned,
+    Tolerance,
+    failed_run,
+    judge,
+    not_tested,
+)
 from harness.comparison.verification import Findings
 from harness.engines.border import engine_seconds
 from harness.engines.contract import Engine, Job, Output, Template, Value

@@ -58,7 +58,6 @@ def _cost(case: Mapping[str, Any]) -> str:
 
 
 def _print_details(case: Mapping[str, Any]) -> None:
-    """Print parameters, presets, quantities and engines of a case, a table each."""
     tables: dict[str, list[tuple[str, ...]]] = {
         "parameters, by --set NAME=VALUE": [("name", "default", "unit", "allowed", "meaning")],
         "presets, by --set preset=NAME": [("name", "source", "values")],
@@ -85,7 +84,6 @@ def _print_details(case: Mapping[str, Any]) -> None:
 
 
 def _engines(case: Mapping[str, Any]) -> Iterator[tuple[str, str, str]]:
-    """Yield who runs a case, and why the others cannot."""
     for name in case["engines"]:
         reason = case["refused_by"].get(name, "")
         yield name, "not by default" if reason else "runs it", reason

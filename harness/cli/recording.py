@@ -137,7 +137,6 @@ def _step(record: Mapping[str, Any]) -> str:
 
 
 def _others(record: Mapping[str, Any], defaults: Mapping[str, Any]) -> str:
-    """Return what is not the default, as ``, gravity_m_per_s2 = 1.62``."""
     changed = {
         key: record[key] for key, usual in defaults.items() if record.get(key, usual) != usual
     }

@@ -90,7 +90,6 @@ def reproduce(
 def _reproduced(
     engine: EngineOptions, points: ReferencePoints | None, folder: Path | None, quiet: bool
 ) -> Reproduction:
-    """Recompute the source and write the report, where a folder is given for it."""
     from harness.cli.recording import recorded
     from harness.reproduction.page import check_folder, write
     from harness.reproduction.run import reproduce as reproduce_with

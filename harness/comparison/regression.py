@@ -320,7 +320,6 @@ def _explained(row: Check, cells: Mapping[str, list[Check]]) -> Check:
 
 
 def _compare(record: BaselineRecord, accepted: BaselineRecord, rows: _Rows) -> None:
-    """Add the rows of one record."""
     changed = changed_parameters(record.parameters, accepted.parameters)
     note = "; ".join([*changed, *metadata_changes(record, accepted)])
     family = (record.engine, record.case, *record.family) if record.family else ()

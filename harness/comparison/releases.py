@@ -129,7 +129,6 @@ def _worst(cell: Sequence[Check]) -> str:
 
 
 def _reason(cell: Sequence[Check]) -> str:
-    """Return why a cell was not tested: what its values say, or its invariances without them."""
     if _worst(cell) != Verdict.NOT_TESTED:
         return ""
     rows = [check for check in cell if check.verdict is Verdict.NOT_TESTED]
@@ -403,7 +402,6 @@ def _pairs(
 
 
 def _cell(column: Column, name: str, pair: Pair[Row] | None, reference: bool) -> ReleaseCell:
-    """Return what a release says of a quantity of the record of a name."""
     if pair is None or pair.after is None:
         before = pair.before if pair else None
         if error := column.error or column.errors.get(name, ""):

@@ -154,7 +154,6 @@ def _engines(run: Results) -> frozenset[str]:
 
 
 def _row(pair: Pair[Check], same: _Same) -> RowDiff:
-    """Return what became of a check, and whether that is worse."""
     before, after = pair.before, pair.after
     change, worsens = RowChange.SAME, False
     if before is None or after is None:

@@ -162,7 +162,6 @@ def _shared(time: Floats, other: Floats, same: float) -> tuple[Rows, Rows]:
 
 
 def _onto(fine: Samples, coarse: Samples, rows: Rows, same: float) -> Aligned:
-    """Return ``fine`` at the times of the ``rows`` of ``coarse``."""
     from scipy.interpolate import CubicSpline  # listing cases must not wait for it
 
     time = coarse.time[rows]
@@ -189,7 +188,6 @@ def _onto(fine: Samples, coarse: Samples, rows: Rows, same: float) -> Aligned:
 
 
 def _pieces(series: Samples, same: float) -> list[Rows]:
-    """Return the distinct rows of each smooth piece that is long enough."""
     rows = distinct(series.time, same)
     if series.pieces is None:
         parts = [rows]

@@ -266,15 +266,11 @@ def read_tables(table: Path) -> list[BaselineRecord]:
 
 @dataclass(frozen=True)
 class _Line:
-    """A line of a table: its number in the file, and its cells by the head."""
-
     number: int
     cells: Mapping[str, str]
 
 
 class _DamagedError(ValueError):
-    """What is wrong with a line."""
-
     def __init__(self, line: _Line, why: object) -> None:
         super().__init__(f"line {line.number}: {why}")
 
@@ -310,7 +306,6 @@ def _lines(text: str, head: Sequence[str]) -> list[_Line]:
 
 
 def _records(lines: list[_Line], engine: str) -> tuple[list[BaselineRecord], dict[str, int]]:
-    """Return the records of a table, and how many samples the series of each has."""
     records: dict[str, BaselineRecord] = {}
     samples: dict[str, int] = {}
     for name, group in groupby(lines, lambda line: line.cells["record"]):

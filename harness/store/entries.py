@@ -102,7 +102,6 @@ def _version(package: str) -> str | None:
 
 
 def _processor() -> str:
-    """Return the model: linear algebra libraries choose their kernels by it."""
     try:
         lines = Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace").splitlines()
     except OSError:
@@ -216,7 +215,6 @@ class Entries:
             raise
 
     def _prune_sometimes(self, written: int) -> None:
-        """Prune when a tenth of the limit was written since the last time."""
         with self._lock:
             self._unpruned += written
             if self._unpruned < self._limit / 10:
@@ -249,7 +247,6 @@ class Entries:
                 excess -= size
 
     def _sweep(self) -> None:
-        """Remove what a killed process left aside."""
         oldest = time.time() - ABANDONED_SECONDS
         for path in (self.folder / ASIDE).iterdir():
             with contextlib.suppress(OSError):

@@ -175,7 +175,6 @@ def _details(case: Case[Any]) -> dict[str, ParameterDetails]:
 
 
 def _allowed(kind: type[Parameters], prefix: str) -> Iterator[tuple[str, str]]:
-    """Yield what the fields of a class of parameters, and of those in it, allow."""
     for name, limits in allowed_in(kind).items():
         yield prefix + name, ", ".join(limits.words) or limits.range
     for name, declared in kind.model_fields.items():
@@ -185,7 +184,6 @@ def _allowed(kind: type[Parameters], prefix: str) -> Iterator[tuple[str, str]]:
 
 
 def _why_not(engine: str, case: Case[Any]) -> str:
-    """Return why an engine cannot run a case by default, or nothing where it can."""
     try:
         kind = engine_class(engine)
         if not kind.states(case.template):
@@ -221,7 +219,6 @@ def parameters_in(values: Parameters) -> list[tuple[str, ParameterInfo]]:
 def _parameters(
     kind: type[Parameters], values: Parameters | None, prefix: str
 ) -> Iterator[tuple[str, ParameterInfo]]:
-    """Yield the fields of a class of parameters, and of those nested in it."""
     for name, declared in kind.model_fields.items():
         value = getattr(values, name) if values is not None else declared.default
         if isinstance(value, Parameters):
@@ -291,7 +288,6 @@ def _preset(case: Case[Any], name: str) -> Parameters:
 
 
 def _changed(parameters: Parameters, tree: Tree, prefix: str) -> Parameters:
-    """Return parameters with the changes of a tree, nested ones part by part."""
     fields = type(parameters).model_fields
     changes = _values(type(parameters), {k: v for k, v in tree.items() if not isinstance(v, dict)})
     for name, part in tree.items():
@@ -518,7 +514,6 @@ COLUMNS = ("value", "unit", "reference", "reference_kind", "difference")
 
 
 def _record(row: Row) -> dict[str, Any]:
-    """Return a quantity as a JSON-ready mapping."""
     values = (row.value, row.unit, row.expected, row.note, row.difference)
     return dict(zip(COLUMNS, values, strict=True))
 
@@ -529,7 +524,6 @@ def _quantity(name: str, value: float, unit: str, reference: Reference | None) -
 
 
 def _quantity_text(row: Row) -> str:
-    """Return a value with its unit, and what is expected."""
     text = f"{row.value:.10g} {'' if row.unit == '1' else row.unit}".rstrip()
     if row.note == "none":
         return text

@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
 
@@ -82,21 +82,10 @@ def declared(
     name: str, traits: Traits, provenance: Provenance | None = None, *, missing: str = ""
 ) -> DeclaredEngine:
     """Return what an engine declares, copied for the report, and who it is here."""
-    return DeclaredEngine(
-        engine=name,
-        version=provenance.engine_version if provenance else "",
-        how=provenance.how if provenance else "",
-        install_hint=traits.install_hint,
-        versions=traits.versions,
-        integrator=traits.integrator,
-        tails=tuple(traits.tails),
-        effective_masses=tuple(traits.effective_masses),
-        spring=traits.spring,
-        digits=traits.digits,
-        lineage=traits.lineage,
-        caveats=traits.caveats,
-        missing=missing,
-    )
+    copied = {f.name: getattr(traits, f.name) for f in fields(DeclaredEngine)
+              if hasattr(traits, f.name) and f.name != "missing"}  # fmt: skip
+    version, how = (provenance.engine_version, provenance.how) if provenance else ("", "")
+    return DeclaredEngine(**copied, engine=name, version=version, how=how, missing=missing)
 
 
 def untested(engine: str, cases: Iterable[Case[Any]], reason: str) -> list[Check]:

@@ -226,7 +226,6 @@ class Slurm:
             self._check(work, {i: p for i, p in enumerate(work.parameters) if i not in kept})
 
     def _launching(self, work: Work) -> tuple[str | None, str, int]:
-        """Return launcher, what srun's --mpi must be, and the ranks of a run."""
         if work.solves:
             return None, "", 1
         options = chosen_options(work.engine, **self.opening(work.engine))
@@ -312,7 +311,6 @@ class Slurm:
         return chunks
 
     def _group(self, facts: Mapping[str, Any]) -> Path:
-        """Return the folder of jobs that this source and this engine would submit."""
         fresh = time.time_ns() if self.local.fresh else 0
         digest = key_of({**facts, "source": source_digest(), "fresh": fresh})
         group = (self.folder / "slurm" / digest[:16]).absolute()
@@ -322,7 +320,6 @@ class Slurm:
     def _submitted(
         self, work: Work, opening: dict[str, Any], chosen: dict[str, Parameters], group: Path
     ) -> dict[str, list[str]]:
-        """Submit the runs in chunks and return the names of those in each job, written down."""
         chunks = self._chunks(work, chosen)
         stamp = time.time_ns()
         orders = [
@@ -384,7 +381,6 @@ class _Waiting:
     resubmit: Callable[..., bool] = lambda *_, **__: False
 
     def attach(self) -> None:
-        """Take up the jobs of an earlier process that are still in the queue."""
         file = self.group / SUBMITTED
         lines = file.read_text(encoding="utf-8").splitlines() if file.is_file() else []
         live = queued() if lines else {}
@@ -394,11 +390,9 @@ class _Waiting:
                 self.jobs[submitted["job"]] = submitted["runs"]
 
     def covered(self) -> set[str]:
-        """Return the names of the runs in jobs."""
         return {name for names in self.jobs.values() for name in names}
 
     def unread(self, *, errors: bool = True) -> Iterator[tuple[int, Ran]]:
-        """Yield what the jobs wrote since the last look."""
         for path in sorted((self.group / OUTCOMES).glob("*.jsonl")):
             with path.open("rb") as file:
                 file.seek(self.read.get(path, 0))

@@ -40,8 +40,13 @@ from harness.store.cache import opened
 from harness.store.entries import Entries
 from harness.workflows.case_runs import usual_engine
 from harness.workflows.progress import Progress, silent
-from harness.workflows.sweep_columns import parameter_columns, quantity_key
-from harness.workflows.sweep_plan import SweepPlan, SweepPoint, SweepRequest
+from harness.workflows.sweep_plan import (
+    SweepPlan,
+    SweepPoint,
+    SweepRequest,
+    parameter_columns,
+    quantity_key,
+)
 from harness.workflows.sweep_run import (
     DONE,
     FAILED,

@@ -30,8 +30,8 @@ from harness.comparison.known_defects import (
     defect_of,
     mark_known_defects,
     moved_by_defects,
+    with_single_rules,
 )
-from harness.comparison.plan import judge_plan
 from harness.comparison.regression import (
     Baseline,
     BaselineRecord,
@@ -41,8 +41,7 @@ from harness.comparison.regression import (
     explained_by_cells,
 )
 from harness.comparison.series import Comparison
-from harness.comparison.single_rules import with_single_rules
-from harness.comparison.verdicts import Check, Kind
+from harness.comparison.verdicts import Check, Kind, judge_plan
 from harness.comparison.verification import DeclaredEngine, Findings, Verification
 from harness.engines.contract import Engine
 from harness.engines.process import parallel_map
@@ -293,7 +292,6 @@ class OtherEngineRuns:
         return self.result
 
     def _run_engine(self, name: str) -> None:
-        """Run one engine, and keep what became of it."""
         traits = NO_TRAITS
         with ExitStack() as stack:
             try:
@@ -318,21 +316,18 @@ class OtherEngineRuns:
         return engine, engine.identify()
 
     def _without(self, name: str, traits: Traits, reason: str, rows: list[Check]) -> None:
-        """Keep the rows of an engine that cannot be run, and its error if it was named."""
         self.result.declared.append(declared(name, traits, missing=reason))
         self.result.checks += rows
         if name in self.selection.named:
             self.result.errors.append(f"{name}: {reason}")
 
     def _keep(self, name: str, rows: list[Check]) -> None:
-        """Keep the rows of an engine that ran, and how it died if it was named."""
         self.result.checks += rows
         if name in self.selection.named:
             died = [f"{name}: {row.note}" for row in rows if row.engine_died]
             self.result.errors += dict.fromkeys(died)
 
     def _engine(self, engine: Engine, provenance: Provenance) -> list[Check]:
-        """Return the rows of an engine: version, qualification, then case by case."""
         name, stages = engine.name, 1 + len(self._judging)
         self.study.progress(f"engine {name}", 0, stages)
         declaration = declared(name, engine.traits, provenance)
@@ -359,7 +354,6 @@ class OtherEngineRuns:
         return checks
 
     def _qualification(self, engine: Engine) -> tuple[str, list[Check]]:
-        """Return why an engine does not qualify, or nothing, and the rows of its qualification."""
         try:
             qualification = qualify(engine, self._qualifying, self.study, tell_stderr)
         except Exception as error:
@@ -383,7 +377,6 @@ class OtherEngineRuns:
         return findings.checks
 
     def _recorded(self) -> None:
-        """Add what was recorded elsewhere with engines that were asked for and are not used."""
         wanted = filter(self.selection.wants, self.selection.engines)
         missing = frozenset(name for name in wanted if not self.result.qualified(name))
         study = replace(self.study, missing=missing)
@@ -662,13 +655,11 @@ def _untested_cases(
 def _marked_defects(
     defects: Sequence[KnownDefect], checks: Sequence[Check]
 ) -> tuple[tuple[KnownDefect, str], ...]:
-    """Return the known defects that checks are marked with, each with its script."""
     named = {defect_of(check) for check in checks}
     return tuple((defect, script_of(defect)) for defect in defects if defect.name in named)
 
 
 def _versions(run: MainRun, others: OtherEngines) -> dict[str, str]:
-    """Return the versions of the engines that ran, by name."""
     versions = {engine.engine: engine.version for engine in others.declared if engine.version}
     main = run.provenance
     return {**versions, **({main.engine: main.engine_version} if main else {})}

@@ -407,7 +407,6 @@ def arms_of(level: Level) -> list[Arm]:
 
 
 def _over_thickness(extent: Extent) -> Iterable[Layers]:
-    """Yield the runs, the costliest first so that no core idles at the end."""
     for stiffness in sorted(extent.stiffnesses, reverse=True):
         for layers in sorted(extent.boxes, reverse=True):
             if stiffness >= SOFTEST * layers:
@@ -417,7 +416,6 @@ def _over_thickness(extent: Extent) -> Iterable[Layers]:
 
 
 def _at_more_layers(some: Changed, extent: Extent) -> Arm:
-    """Return the arm of another rate, box, base or two ranks at more layers than one."""
     stiffness = (max if some.stiffest else min)(extent.stiffnesses)
     box = extent.boxes[some.layers]
     change = {**CHANGES[some.change]} if some.change else {}

@@ -34,7 +34,6 @@ SOFTEST = 20.0
 
 
 def _with_tail(value: object) -> object:
-    """Return a contact of parts with the clipped tail: another is not offered."""
     return {"tail": "clipped", **value} if isinstance(value, dict) else value
 
 

@@ -10,8 +10,7 @@ from scipy.optimize import brentq
 
 from harness.observables.windows import turnaround
 from harness.parameters.tower import LAWS, Tower
-from harness.reproduction.as_printed import Printed
-from harness.reproduction.claims import SOURCES, Statement, claim, compare
+from harness.reproduction.claims import SOURCES, Printed, Statement, claim, compare
 from harness.reproduction.ledger.samples import (
     MEDIAN,
     RADIUS,

@@ -21,8 +21,7 @@ from harness.engines.contract import Engine
 from harness.errors import EngineError
 from harness.parameters.law import SOURCE, Contact
 from harness.parameters.tower import Tower
-from harness.reproduction.as_printed import Printed
-from harness.reproduction.claims import SOURCES, Statement, claim, compare, untestable
+from harness.reproduction.claims import SOURCES, Printed, Statement, claim, compare, untestable
 from harness.reproduction.ledger.samples import generator, integrate
 from harness.theory.incline import after_next_shock, critical_angle, no_flight_bound, steady_energy
 
