@@ -40,7 +40,8 @@ def cases(name: str | None = None, /, *, json: Json = False) -> int:
     for case in records:
         print_wrapped(f"{case['name']} ({case['group']}): {case['summary']}")
         if case["verify_seconds"]:
-            print_wrapped(f"verify: {_cost(case)}", indent=4)
+            cost = ", ".join(f"{s:.0f} s {level}" for level, s in case["verify_seconds"].items())
+            print_wrapped(f"verify: {cost}, of CPU time", indent=4)
         if name is not None:
             _print_details(case)
             continue
@@ -50,11 +51,6 @@ def cases(name: str | None = None, /, *, json: Json = False) -> int:
         print_wrapped(f"parameters: {', '.join(case['parameters'])}", indent=4)
         print_wrapped(f"engines: {', '.join(case['engines']) or 'none'}", indent=4)
     return 0
-
-
-def _cost(case: Mapping[str, Any]) -> str:
-    each = (f"{seconds:.0f} s {level}" for level, seconds in case["verify_seconds"].items())
-    return f"{', '.join(each)}, of CPU time"
 
 
 def _print_details(case: Mapping[str, Any]) -> None:

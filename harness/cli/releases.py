@@ -12,7 +12,7 @@ from harness.cli.engine_options import CacheOptions
 from harness.cli.files import print_json, print_line
 
 MOST_MOVED = 20
-"""Values that moved of which a terminal is told."""
+"""Values that moved which a terminal shows."""
 
 if TYPE_CHECKING:
     from harness.comparison.releases import ReleaseMatrix

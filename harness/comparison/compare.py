@@ -1,6 +1,6 @@
 """Compare two tables of rows: which rows both have, how far they lie apart, of what class.
 
-The rows against the baseline, what accepting them would change, releases beside one another, the
+The rows against the baseline, what accepting them would change, releases against one another, the
 differences of two runs and those of two ledgers are views of it: they say which rows are compared,
 how wide a tolerance is, and what a class means to them.
 """

@@ -83,8 +83,8 @@ class KnownDefect(Parameters):
 
     ``cases``, ``submodels`` and ``systems`` are those of cells, with ``*`` and ``?``; ``since``
     and ``until`` the first and the last release that are known to have it, empty for no bound.
-    ``invariances`` are those that it breaks, empty for one that makes values wrong. ``kind`` tells
-    a limitation that the engine's manual states from a defect. ``upstream`` is what the engine's
+    ``invariances`` are those that it breaks, empty for one that makes values wrong. ``kind`` is
+    another for a limitation that the engine's manual states. ``upstream`` is what the engine's
     developers wrote of it: manual, pull request, commit, release note; or "not reported".
     """
 
@@ -205,7 +205,7 @@ def _failed_as_predicted(check: Check, defect: KnownDefect) -> bool:
 def _size(
     check: Check, defects: Sequence[KnownDefect], beneath: Sequence[KnownDefect]
 ) -> tuple[PredictedSize | None, str]:
-    """Return what defects predict of a check, and a sentence that says it beside the value.
+    """Return what defects predict of a check, and a sentence with it and the value.
 
     Those ``beneath`` make the values of the runs wrong that an invariance compares.
     """

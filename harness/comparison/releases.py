@@ -8,7 +8,7 @@ with the known defects that were found in them (:func:`cell_rows`).
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from enum import StrEnum
 from functools import cached_property
@@ -199,7 +199,7 @@ class Column:
 
 @dataclass(frozen=True)
 class ReleaseCell(Pair[Row]):
-    """A value of one release (``after``) beside that of the reference (``before``).
+    """A value of one release (``after``) and that of the reference (``before``).
 
     ``note`` says what happened to one that has no value or moved.
     """
@@ -375,7 +375,11 @@ def release_matrix(
         def width(wanted: Row, _: Row | None = None, of: BaselineRecord = first) -> float:
             return allowed.of(of.case, of.name, wanted.name)[0].width(wanted.value)
 
-        pairs = [_pairs(of_reference, records.get(name), width) for records in measured]
+        before = of_reference.quantities if of_reference else {}
+        pairs = [
+            compare(before, records[name].quantities if name in records else {}, width)
+            for records in measured
+        ]
         for quantity, wanted in first.quantities.items():
             cells = tuple(
                 _cell(column, name, of_release.get(quantity), column is columns[reference])
@@ -390,15 +394,6 @@ def release_matrix(
             unit, wide = wanted.unit, width(wanted)
             rows.append(ReleaseRow(name, first.label, quantity, unit, wide, cells))
     return ReleaseMatrix(level, platform, tuple(columns), reference, tuple(rows), engine, cases)
-
-
-def _pairs(
-    reference: BaselineRecord | None,
-    record: BaselineRecord | None,
-    width: Callable[[Row, Row], float],
-) -> Mapping[str, Pair[Row]]:
-    before, after = (version.quantities if version else {} for version in (reference, record))
-    return compare(before, after, width)
 
 
 def _cell(column: Column, name: str, pair: Pair[Row] | None, reference: bool) -> ReleaseCell:

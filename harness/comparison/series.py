@@ -106,7 +106,7 @@ def missing(run: Floats, reference: Floats, same: float, *, thinned: bool) -> st
 
     A run must span its reference, without holes; it may end a sample early only where its samples
     lie at other times. Samples may be as far apart as the reference's are there. Where the
-    reference is ``thinned`` that tells nothing: they must be equally far apart, and half as many
+    reference is ``thinned`` this says nothing: they must be equally far apart, and half as many
     as the reference had, as with twice the step, at least.
     """
     if run.size < 2 or reference.size < 2:

@@ -356,7 +356,7 @@ def not_tested(name: str, kind: Kind, reason: str, unit: str = "") -> Check:
 class Planned(NamedTuple):
     """A check that the plan of a level names: how the name of its row begins.
 
-    Rows of what must not change a run (``invariance``) and of its values are told apart.
+    Rows of what must not change a run (``invariance``) and of its values are separate checks.
     """
 
     name: str

@@ -41,7 +41,7 @@ DIGITS = 7
 """Significant digits of a recorded number: round-off of other machines stays below them."""
 
 ROUND_OFF = 1e-12
-"""Of numbers of about 1: a difference below it is told as a bound, not as a number."""
+"""Of numbers of about 1: a difference below it is written as a bound, not as a number."""
 
 
 def rounded(value: float, tolerance: float = 0.0) -> float:
@@ -227,7 +227,7 @@ def compare(
     furthest off (the middle one where all agree), and its sentence ends with the largest
     differences. A correction that was not needed, or fails anywhere, is left out of the row.
     ``printed`` and ``corrected`` are what the source's formulas give for ``numbers``, unless
-    given. ``numbers`` are also those of the sentence, beside the three and ``samples``, how many
+    given. ``numbers`` are also those of the sentence, with the three and ``samples``, how many
     there are.
     """
     named = named_source(source)
@@ -262,7 +262,7 @@ def _largest(printed: Floats, corrected: Floats, width: float, unit: str) -> str
     """Say how far off a formula is at most, as printed and, if there is one, corrected."""
     bound = f"less than {width:.0e}"
     most = float(printed.max())
-    # rounded first: what lies between two digits would be told this way here, that way there
+    # rounded first: what lies between two digits would be rounded up here and down there
     text = f"off by {bound}" if most <= width else f"off by at most {rounded(most):.1e}"
     text += "" if unit == "1" else f" {unit}"
     if not np.isfinite(corrected).all():
@@ -318,10 +318,10 @@ def claim_of_facts(
     correction: str | None = None,
     **numbers: Any,
 ) -> Statement:
-    """Return the row of a statement that holds if every fact does, unless told otherwise.
+    """Return the row of a statement that holds if every fact does, unless ``holds`` is given.
 
     Its facts are those of the source, each a condition and a sentence, and the given ones. The
-    row tells what agrees and what does not, in this order; the source's ``finds`` may add a
+    row lists what agrees and what does not, in this order; the source's ``finds`` may add a
     remark.
     """
     named = named_source(source)

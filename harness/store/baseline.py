@@ -247,7 +247,7 @@ T = TypeVar("T")
 
 
 def read_tables(table: Path) -> list[BaselineRecord]:
-    """Return the records of an engine's table, with the series of the file beside it.
+    """Return the records of an engine's table, with their series from the second file.
 
     Raise RequestError, naming file and line, where one is damaged or they do not go together.
     """
@@ -437,7 +437,7 @@ def digest_of(folder: Path) -> str:
 def digest(folder: Path | None, tolerances: Path | None) -> dict[str, str | None]:
     """Return the digests of a baseline, of its overrides and of the known defects.
 
-    The committed baseline unless given; overrides of a file stand beside the committed ones. None
+    The committed baseline unless given; overrides of a file add to the committed ones. None
     where there is none. They stand for all that a
     comparison depends on besides the runs. Raise RequestError for a file that cannot be read.
     """

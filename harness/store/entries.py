@@ -130,7 +130,7 @@ class Entries:
 
     ``limit`` [bytes] bounds its size, give or take a tenth, with that of the environments of
     releases in it; those that are used are counted and stay. What goes wrong
-    with the folder later is told once, and nothing more is written: a cache
+    with the folder later is reported once, and nothing more is written: a cache
     must not end a run. Raise OSError when the folder cannot be made or written, or belongs to
     another user, or may be written by all: results in it could be anybody's.
     """
@@ -282,7 +282,7 @@ def verification_key(
     context: Mapping[str, Any] | None = None,
     **more: str | None,
 ) -> str | None:
-    """Return the key of a verification, or None where an engine cannot be told by its content.
+    """Return the key of a verification, or None where an engine has no fingerprint.
 
     ``options`` and ``more`` open the engine; ``context`` is what else decides the
     verdicts, such as the digest of a baseline. Raise RequestError for a program that is
@@ -301,7 +301,7 @@ def verification_key(
             "machine": machine(),
             "packages": versions(*PACKAGES),
             "source": source_digest(),
-            "beside": dict(context or {}),
+            "context": dict(context or {}),
         }
     )
 

@@ -1,6 +1,6 @@
 """The cases as a command sees them: listed, given settings as text, run once.
 
-A run puts quantities beside their references.
+A run has quantities with their references.
 """
 
 from __future__ import annotations
@@ -310,15 +310,11 @@ def _value(kind: type[Parameters], name: str, text: Any) -> Any:
     field = kind.model_fields.get(name)
     if field is None or not isinstance(text, str):
         return text
-    if text == NONE and type(None) in _kinds(field.annotation):
+    if text == NONE and type(None) in getattr(field.annotation, "__args__", ()):
         return None
     # a strict whole number is not read from a text
     is_whole_number = field.annotation is int and text.strip().lstrip("+-").isdecimal()
     return int(text) if is_whole_number else text
-
-
-def _kinds(annotation: Any) -> tuple[Any, ...]:
-    return getattr(annotation, "__args__", ())
 
 
 NO_RULES = Traits(install_hint="", versions=(), integrator="")
@@ -354,7 +350,7 @@ class RunResult(Shown):
         return pd.DataFrame(rows, columns=["quantity", *COLUMNS])
 
     def summary(self) -> dict[str, str]:
-        """Return the quantities beside their references, and who ran the case."""
+        """Return the quantities with their references, and who ran the case."""
         lines = {name: _quantity_text(row) for name, row in self.quantities.items()}
         return {**lines, "case": self.case, "engine": f"{self.engine} {self.engine_version}"}
 
@@ -388,7 +384,7 @@ def run(
     progress: Progress = silent,
     most_seconds: float = math.inf,
 ) -> RunResult:
-    """Run a case once and return its quantities beside their references.
+    """Run a case once and return its quantities with their references.
 
     ``settings`` are texts by the names of parameters, in SI units and degrees as :func:`cases`
     lists them (k in [N/m]), of nested ones with a dot, and ``preset`` for a known set; each

@@ -67,7 +67,7 @@ if TYPE_CHECKING:
 
 
 OF_A_RUN = ("engine", "engine_version", "ranks", "script", "status", "wall_time_s")
-"""Columns beside parameters and quantities that a run is known by."""
+"""Columns that identify a run, with its parameters; quantities are further ones."""
 
 RESTART_LINES = re.compile(r"^#> restarts\n.*?^#< restarts\n", re.MULTILINE | re.DOTALL)
 """Marks in a script, and the lines between them: how a run that was cut goes on."""
@@ -363,7 +363,7 @@ def study(
     """Run the study of a case at a level (``quick``, ``default``, ``full``) and conclude.
 
     Runs are kept and not run twice, so a study that was killed goes on. ``executor_of`` runs them
-    elsewhere, on ``least_ranks`` of MPI at least, ``points`` are drawn beside the results, and
+    elsewhere, on ``least_ranks`` of MPI at least, ``points`` are drawn with the results, and
     ``earlier`` is the runs.csv of a study before: what is done in it is taken from it. A run that
     fails is a row with the reason; an engine that cannot run with several ranks leaves that arm
     out. Raise RequestError for a case without a study and for a bad file, EngineError where the

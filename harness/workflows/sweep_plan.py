@@ -179,8 +179,10 @@ def _request(file: Path, contents: Mapping[str, Any]) -> SweepRequest:
     for key, value in contents.items():
         if key not in KEYS:
             raise RequestError(f"{file}: {key!r} is not known: must be one of {', '.join(KEYS)}")
-        if isinstance(value, Mapping) != (key in ("set", "over")):
-            raise RequestError(f"{file}: {key}: must be {_form(key)}")
+        table = key in ("set", "over")
+        if isinstance(value, Mapping) != table:
+            form = f"a table [{key}]" if table else "a text or a list of texts"
+            raise RequestError(f"{file}: {key}: must be {form}")
     if not isinstance(contents.get("case"), str):
         raise RequestError(f"{file}: case: must be given, the name of a case")
     over, fixed = (flat(contents.get(key, {})) for key in ("over", "set"))
@@ -268,10 +270,6 @@ def _engines(case: Case[Any], text: str) -> tuple[str, ...]:
 def names_in(text: str) -> list[str]:
     """Return the names in a text such as ``one,two``."""
     return [name.strip() for name in text.split(",") if name.strip()]
-
-
-def _form(key: str) -> str:
-    return f"a table [{key}]" if key in ("set", "over") else "a text or a list of texts"
 
 
 def with_options(base: SweepRequest, changes: Iterable[tuple[str, Any]]) -> SweepRequest:

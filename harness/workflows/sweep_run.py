@@ -508,7 +508,7 @@ def _rows(chosen: SweepPlan, engine: str, ran: Mapping[int, Ran]) -> list[Row]:
 
 
 def _stream(run: Executor, work: Work) -> Iterator[tuple[int, Ran]]:
-    """Return the outcomes of work; an engine that cannot be opened is told in its turn."""
+    """Return the outcomes of work; an engine that cannot be opened raises in its turn."""
     try:
         return run(work)
     except EngineError as error:

@@ -86,7 +86,7 @@ class Selection:
 
     ``only`` is a shell-style pattern of a case, submodel, system or check. ``keyword`` is a word by
     which rows are chosen later, as by ``pytest -k``: a pattern where that leaves no other row out.
-    ``defects`` is a file of known defects beside the committed ones.
+    ``defects`` is a file of known defects, added to the committed ones.
     """
 
     cases: str | None = None
@@ -202,11 +202,11 @@ class MeasuredRecords:
 
 
 def baseline_rows(
-    measured: MeasuredRecords, baseline: Baseline, beside: Iterable[BaselineRecord]
+    measured: MeasuredRecords, baseline: Baseline, other_records: Iterable[BaselineRecord]
 ) -> Regression:
     """Return the rows of a verification against the baseline.
 
-    Of engines ``beside`` the main one, which run less, those records that the baseline has.
+    ``other_records`` are those of other engines, which run less: of them what the baseline has.
     """
     names = {record.name for record in measured.records}
     solvers = {solver for case in measured.cases for solver in case.solvers}
@@ -219,7 +219,7 @@ def baseline_rows(
     )
     also_recorded = [
         record.at(measured.level, here())
-        for record in beside
+        for record in other_records
         if record.name in baseline.records and record.name not in names
     ]
     return against_baseline(
@@ -233,7 +233,7 @@ def baseline_rows(
 
 @dataclass
 class OtherEngines:
-    """What engines beside the main one left.
+    """What engines other than the main one left.
 
     ``checks`` are all rows in order, those of the findings among them; ``errors`` tell what
     happened to engines that were asked for by name and are missing or died.
@@ -266,7 +266,7 @@ class OtherEngines:
 
 @dataclass(frozen=True)
 class OtherEngineRuns:
-    """One comparison of engines, which take their turns, so that their costs can be told apart.
+    """One comparison of engines, one after the other, so that the cost of each can be measured.
 
     ``main`` is an engine that is open already: it takes the place of the one of its name, and is
     not closed.
@@ -590,7 +590,10 @@ def verify(  # noqa: PLR0913 - keywords of a public function
         others=others.findings,
         engines=tuple(others.declared),
         scripts=scripts,
-        engine_errors=(*_died(checks[: len(run.checks)]), *others.errors),
+        engine_errors=(
+            *(check.note for check in checks[: len(run.checks)] if check.engine_died),
+            *others.errors,
+        ),
         untested_cases=_untested_cases(chosen, wanted.cases, run, others),
         records=tuple(measured.records),
         divergences=(*run.divergences, *regression.divergences),
@@ -609,7 +612,7 @@ def _with_known_defects(
     run: MainRun,
     defects: Sequence[KnownDefect],
 ) -> tuple[tuple[Check, ...], Regression]:
-    """Return the checks, and the rows against the baseline, with known defects told apart.
+    """Return the checks, and the rows against the baseline, with known defects marked.
 
     What the checks of a cell explain, or the defects of one release predict, is no failure.
     """
@@ -627,10 +630,6 @@ def _with_known_defects(
     rows = explained_by_cells(regression.checks, checks)
     moved = moved_by_defects(rows, raw, accepted.records, defects, versions)
     return checks, replace(regression, checks=moved)
-
-
-def _died(checks: Sequence[Check]) -> list[str]:
-    return [check.note for check in checks if check.engine_died]
 
 
 def _untested_cases(
