@@ -34,7 +34,7 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 Result = TypeVar("Result")
 
 _CHOOSING = threading.Lock()
-"""Held while numba is told a folder: threads import kernels side by side."""
+"""Held while numba's folder is set: threads import kernels side by side."""
 
 
 @cache

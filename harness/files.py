@@ -112,7 +112,6 @@ def remove_segments(folder: Path, *, mapped: bool = False) -> None:
 
 
 def _own_segments() -> Iterator[Path]:
-    """Yield MPICH's segments that are this user's."""
     with contextlib.suppress(OSError):
         for path in SHARED.iterdir():
             if _NAME.fullmatch(path.name) and path.lstat().st_uid == os.geteuid():
@@ -274,7 +273,6 @@ def sweep(parent: Path) -> None:
 
 
 def _replace(target: Path, aside: Path) -> None:
-    """Put the new folder in the place of the old one, which goes aside."""
     new = aside / WHOLE
     if new.is_dir() and _exchange(new, target):
         return
@@ -294,7 +292,6 @@ def _exchange(folder: Path, other: Path) -> bool:
 
 
 def _put_back(aside: Path) -> None:
-    """Move what was to be replaced back to its place, unless the new one is there already."""
     with contextlib.suppress(FileNotFoundError), _handle(aside / OLD) as old:
         for name in os.listdir(old):  # noqa: PTH208 - below a handle
             if not os.path.lexists(aside.parent / name):

@@ -127,8 +127,6 @@ class Verified(pytest.Collector):
 
 
 class _Placed(pytest.Item):
-    """An item that stands in no file."""
-
     def reportinfo(self) -> tuple[Path, int | None, str]:
         """Return a place, and the name: bare, pytest would write its dots as ``::``."""
         return self.config.rootpath / "dem-harness", None, f"dem-harness: {self.name}"
@@ -188,7 +186,6 @@ class CheckFailedError(AssertionError):
 
 
 def _story(check: Check) -> str:
-    """Return why a check failed: a line that says it all, then what else is known."""
     if check.engine_died:
         return "\n".join(filter(None, (f"{check.name}: {check.note}", check.log[-2000:].strip())))
     rows = {

@@ -83,7 +83,7 @@ FLIGHT = 1e-9
 """Of the distance: a free particle moves uniformly in every scheme."""
 
 SPEEDS = (0.25, 0.75, 0.5)
-"""[m/s] of drops that are told apart by their speed sideways."""
+"""[m/s] sideways of drops, one each, by which outcomes are recognized."""
 
 OpenEngine = Callable[[], Engine]
 
@@ -169,7 +169,7 @@ class Subject:
 
 def _run_alone(open_engine: OpenEngine, answer: Any) -> None:
     """Run a drop and send what went wrong, nothing where it came back."""
-    faulthandler.disable()  # how it dies is told by the one who waits
+    faulthandler.disable()  # the process that waits says how it died
     try:
         with open_engine() as engine:
             subject = Subject(open_engine)

@@ -34,10 +34,10 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, Literal, NamedTuple, TypeVar, get_args
 
-from harness.comparison.plan import Planned
 from harness.comparison.verdicts import (
     Check,
     Kind,
+    Planned,
     Tolerance,
     Triage,
     failed,

@@ -77,7 +77,7 @@ def _stop(number: int, _: Any) -> None:
 
 
 def _status() -> int:
-    """Run the command and return its exit status; an error is told here."""
+    """Run the command and return its exit status; errors are printed here."""
     from cyclopts import CycloptsError
 
     from harness.cli.app import app
@@ -104,7 +104,7 @@ def _status() -> int:
         if isinstance(ending.__context__, BrokenPipeError):
             return 0  # as rich ends then
         return _print_error(f"internal error: a library ended the process ({ending})", INTERNAL)
-    except Exception as error:  # whatever it is, it is told in a line
+    except Exception as error:  # whatever it is, one line says it
         if os.environ.get(TRACEBACK):
             raise
         return _print_error(_internal(error), INTERNAL)
@@ -152,7 +152,7 @@ def _flushed(status: int) -> int:
 
         _to_nowhere()
         if status == INTERNAL:
-            return status  # the command met it, and told it
+            return status  # the command failed by it, and said so
         full = error.errno in FULL  # the same words, whenever what was printed is written out
         return _print_error(_internal(error) if full else f"stdout: {error.strerror}", INTERNAL)
     return status

@@ -79,7 +79,6 @@ def cache(choice: CacheCommandOptions = CacheCommandOptions(), *, json: Json = F
 
 
 def _sums(entries: list[Kept]) -> dict[str, Any]:
-    """Return how many things there are and their size, in all, by sort and by case."""
     sorts = sorted({entry.sort for entry in entries})
     cases = sorted({case for entry in entries for case in entry.cases})
     return {

@@ -40,7 +40,8 @@ def cases(name: str | None = None, /, *, json: Json = False) -> int:
     for case in records:
         print_wrapped(f"{case['name']} ({case['group']}): {case['summary']}")
         if case["verify_seconds"]:
-            print_wrapped(f"verify: {_cost(case)}", indent=4)
+            cost = ", ".join(f"{s:.0f} s {level}" for level, s in case["verify_seconds"].items())
+            print_wrapped(f"verify: {cost}, of CPU time", indent=4)
         if name is not None:
             _print_details(case)
             continue
@@ -52,13 +53,7 @@ def cases(name: str | None = None, /, *, json: Json = False) -> int:
     return 0
 
 
-def _cost(case: Mapping[str, Any]) -> str:
-    each = (f"{seconds:.0f} s {level}" for level, seconds in case["verify_seconds"].items())
-    return f"{', '.join(each)}, of CPU time"
-
-
 def _print_details(case: Mapping[str, Any]) -> None:
-    """Print parameters, presets, quantities and engines of a case, a table each."""
     tables: dict[str, list[tuple[str, ...]]] = {
         "parameters, by --set NAME=VALUE": [("name", "default", "unit", "allowed", "meaning")],
         "presets, by --set preset=NAME": [("name", "source", "values")],
@@ -85,7 +80,6 @@ def _print_details(case: Mapping[str, Any]) -> None:
 
 
 def _engines(case: Mapping[str, Any]) -> Iterator[tuple[str, str, str]]:
-    """Yield who runs a case, and why the others cannot."""
     for name in case["engines"]:
         reason = case["refused_by"].get(name, "")
         yield name, "not by default" if reason else "runs it", reason

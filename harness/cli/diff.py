@@ -63,7 +63,6 @@ def diff(before: Path, after: Path, /, *, output: Folder = None, json: Json = Fa
 
 
 def _print(difference: RunDiff) -> None:
-    """Print what is not the same beside the checks, the rows that moved, and the counts."""
     from rich.table import Table
     from rich.text import Text
 
@@ -104,7 +103,6 @@ def _ends(row: RowDiff) -> str:
 
 
 def _moved(row: RowDiff) -> str:
-    """Return the move in the row's unit, in tolerances and in uncertainties, a line each."""
     lines = [f"{row.moved_by:+.2g}"]
     if math.isinf(row.in_tolerances):
         lines.append("none is allowed")

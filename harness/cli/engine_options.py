@@ -256,7 +256,7 @@ class SolverOptions(ProgramOptions):
 
     @property
     def own_record(self) -> dict[str, str]:
-        """Return what the history is told of a solver of the harness, which has its version."""
+        """Return the history's entry of a solver of the harness, which has its version."""
         from harness import __version__
 
         return {"engine": self.solver, "engine_version": __version__, "how": "solver"}

@@ -91,7 +91,6 @@ def print_columns(lines: Sequence[Sequence[str]], right: Collection[str] = ()) -
 def _print_folded(
     lines: Iterable[Sequence[str]], turns: Sequence[Literal["left", "right"]]
 ) -> None:
-    """Print columns that share the width of the terminal."""
     from rich.console import Console
     from rich.table import Table
 
@@ -281,7 +280,6 @@ def read_points(path: Path, across: str, up: str, error: str = "") -> Points:
 
 
 def _text_of(path: Path) -> tuple[str, str]:
-    """Return the text of the file of ``--reference``, and what it is called in an error."""
     name = f"--reference {path}"
     try:
         with path.open("rb") as file:

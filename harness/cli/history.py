@@ -118,7 +118,6 @@ def history(
 
 
 def _print(runs: HistoryAnswer) -> None:
-    """Print one line a row, newest last, as a log."""
     if not runs.rows:
         none = (
             f"no run is recorded yet: {runs.file} is written by the first verify, tower and so on"
@@ -174,7 +173,6 @@ def _number(value: float | None, digits: int) -> str:
 
 
 def _when(row: Mapping[str, Any]) -> str:
-    """Return the start in local time, to the second."""
     from datetime import datetime
 
     return datetime.fromisoformat(row["started"]).astimezone().isoformat(" ")[:19]

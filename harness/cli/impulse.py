@@ -236,7 +236,6 @@ def _numbers(texts: Iterable[str], option: str) -> list[float]:
 
 
 def _print_tables(frame: pd.DataFrame, record: Mapping[str, Any]) -> None:
-    """Print a table for each law and window, of as many runs as a terminal is wide for."""
     from rich.console import Console
 
     console = Console(width=None if Console().is_terminal else 120, markup=False)
@@ -251,7 +250,6 @@ def _print_tables(frame: pd.DataFrame, record: Mapping[str, Any]) -> None:
 
 
 def _table(runs: Sequence[tuple[Any, pd.DataFrame]]) -> Table:
-    """Return the table of some runs: heights down, runs across."""
     from rich.table import Table
 
     table = Table()

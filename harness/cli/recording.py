@@ -43,7 +43,7 @@ _TOWER = (
 
 
 def angle_quantities(record: Mapping[str, Any]) -> list[Row]:
-    """Return the critical angle of ``critical-angle`` beside the closed form."""
+    """Return the critical angle of ``critical-angle`` and the closed form."""
     if record.get("extrapolated"):
         where = "extrapolated"
     else:
@@ -82,7 +82,7 @@ def tower_quantities(record: Mapping[str, Any]) -> list[Row]:
             f"k = {record['stiffness_N_per_m']:.12g} N/m, v0 = {record['speed_m_per_s']:.12g} m/s, "
             f"{record['duration_s'] / record['contact_time_s']:.6g} t0"
         )
-        + _step(record)
+        + ("" if record["step_s"] is None else f", step {record['step_s']:.6g} s")
         + _others(record, _TOWER_DEFAULTS)
     )
     window = record["window"]
@@ -93,7 +93,7 @@ def tower_quantities(record: Mapping[str, Any]) -> list[Row]:
 
 
 def run_quantities(record: Mapping[str, Any], settings: Mapping[str, Any]) -> list[Row]:
-    """Return the quantities of ``run`` beside their references; ``settings`` are values set."""
+    """Return the quantities of ``run`` with their references; ``settings`` are values set."""
     values = "".join(f", {name} = {value}" for name, value in sorted(settings.items()))
     return [
         Row(
@@ -132,12 +132,7 @@ def _contact(record: Mapping[str, Any]) -> str:
     return f"damping ratio {record['damping_ratio']:.12g}, tail {record['tail']}{mass}"
 
 
-def _step(record: Mapping[str, Any]) -> str:
-    return "" if record["step_s"] is None else f", step {record['step_s']:.6g} s"
-
-
 def _others(record: Mapping[str, Any], defaults: Mapping[str, Any]) -> str:
-    """Return what is not the default, as ``, gravity_m_per_s2 = 1.62``."""
     changed = {
         key: record[key] for key, usual in defaults.items() if record.get(key, usual) != usual
     }
@@ -146,7 +141,7 @@ def _others(record: Mapping[str, Any], defaults: Mapping[str, Any]) -> str:
 
 @dataclass
 class Recording:
-    """What a command tells of its run before it ends."""
+    """What a command records of its run before it ends."""
 
     status: int = 0
     engine: Mapping[str, Any] = field(default_factory=dict)
@@ -157,7 +152,7 @@ class Recording:
 
 
 Finish = Callable[[Recording, float, str], None]
-"""Completes a run: with what was told, the seconds it took, and a note on what ended it."""
+"""Completes a run: with the recording, the seconds it took, and a note on what ended it."""
 
 
 @contextlib.contextmanager

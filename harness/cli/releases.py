@@ -12,7 +12,7 @@ from harness.cli.engine_options import CacheOptions
 from harness.cli.files import print_json, print_line
 
 MOST_MOVED = 20
-"""Values that moved of which a terminal is told."""
+"""Values that moved which a terminal shows."""
 
 if TYPE_CHECKING:
     from harness.comparison.releases import ReleaseMatrix
@@ -88,7 +88,6 @@ def releases(
 
 
 def _record(matrix: ReleaseMatrix) -> None:
-    """Write down what each release measured, as a run of its own: it has a version of its own."""
     from harness.cli.recording import case_quantities, recorded
 
     for column in matrix.columns:
@@ -100,7 +99,6 @@ def _record(matrix: ReleaseMatrix) -> None:
 
 
 def _print(matrix: ReleaseMatrix, output: Path | None) -> None:
-    """Print a line a release, known defects by name, and every quantity that moved."""
     for i, column in enumerate(matrix.columns):
         counts = ", ".join(f"{n} {change}" for change, n in matrix.counts(i).items())
         print_line(f"{column.title}: {column.error or counts}")

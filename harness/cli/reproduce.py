@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
@@ -16,7 +16,6 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from harness.observables.reference import ReferencePoints
-    from harness.reproduction.claims import Ledger
     from harness.reproduction.run import Reproduction
 
 COMMITTED = Path("reports") / "reproduction"
@@ -62,7 +61,7 @@ def reproduce(
         dem-harness reproduce --output mine
         dem-harness reproduce --check
     """
-    from harness.reproduction.claims import ledger_differences
+    from harness.reproduction.claims import ClaimStatus, ledger_differences
 
     points = choice.points()
     differences: list[str] = []
@@ -77,20 +76,23 @@ def reproduce(
     else:
         with output_folder(None, "-reproduction") as folder:
             reproduction = _reproduced(engine, points, folder, json)
-    record = {**_counts(reproduction.ledger), "folder": str(folder)}
-    if choice.check:
-        record["differences"] = differences
+    ledger = reproduction.ledger
+    counts = {status.name.lower(): ledger.count(status) for status in ClaimStatus}
+    record = {"statements": len(ledger.statements), **counts, "folder": str(folder)}
     if json:
-        print_json(record)
+        print_json({**record, "differences": differences} if choice.check else record)
     else:
-        _print(record)
+        print_record(record)
+        for line in differences:
+            print_line(line)
+        if choice.check and not differences:
+            print_line("the ledger is what is computed now")
     return 1 if differences else 0
 
 
 def _reproduced(
     engine: EngineOptions, points: ReferencePoints | None, folder: Path | None, quiet: bool
 ) -> Reproduction:
-    """Recompute the source and write the report, where a folder is given for it."""
     from harness.cli.recording import recorded
     from harness.reproduction.page import check_folder, write
     from harness.reproduction.run import reproduce as reproduce_with
@@ -120,19 +122,3 @@ def _committed(folder: Path) -> pd.DataFrame:
     except (ValueError, KeyError):
         raise RequestError(f"{path}: is not a ledger as dem-harness reproduce writes it") from None
     return frame
-
-
-def _counts(ledger: Ledger) -> dict[str, Any]:
-    from harness.reproduction.claims import ClaimStatus
-
-    counts = {status.name.lower(): ledger.count(status) for status in ClaimStatus}
-    return {"statements": len(ledger.statements), **counts}
-
-
-def _print(record: dict[str, Any]) -> None:
-    differences = record.pop("differences", None)
-    print_record(record)
-    for line in differences or []:
-        print_line(line)
-    if differences == []:
-        print_line("the ledger is what is computed now")

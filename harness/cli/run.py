@@ -118,7 +118,6 @@ def run(
 
 
 def _print(record: Mapping[str, Any]) -> None:
-    """Print who ran, the parameters, a line for each quantity, and what else there is."""
     from harness.cases.registry import get_case
 
     print(f"{record['case']} in {record['engine']} {record['engine_version']}")
@@ -140,7 +139,6 @@ def _print(record: Mapping[str, Any]) -> None:
 
 
 def _flat(values: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
-    """Yield names and values, of nested ones with a dot, as ``--set`` takes them."""
     for name, value in values.items():
         if isinstance(value, Mapping):
             yield from _flat(value, f"{prefix}{name}.")

@@ -147,7 +147,6 @@ def _jobs(output: Path) -> Path:
 
 
 def _print_cost(engine: str, options: StudyOptions, where: ExecutorOptions, json: bool) -> None:
-    """Print what a level costs on some numbers of cores, and the model behind it."""
     import pandas as pd
 
     from harness.workflows.study_run import cost_of
@@ -230,7 +229,6 @@ def _without_result(result: StudyResult) -> int:
 
 
 def _facts(result: StudyResult, earlier: Path | None) -> Mapping[str, str]:
-    """Return who made the runs, how many, and the command."""
     from harness import __version__
 
     versions = dict.fromkeys(row["engine_version"] for row in result.runs if row["engine_version"])
@@ -249,7 +247,6 @@ def _facts(result: StudyResult, earlier: Path | None) -> Mapping[str, str]:
 
 
 def _print(record: Mapping[str, Any], columns: Sequence[str]) -> None:
-    """Print the verdict, some columns of the rows, and where the report is."""
     import pandas as pd
 
     for sentence in record["verdict"]:

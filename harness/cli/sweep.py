@@ -92,7 +92,7 @@ class SweepOptions(IntegratorOptions):
 
     def points(self, chosen: SweepPlan) -> Points | None:
         """Return the measured points, if there are any; raise RequestError for a bad file."""
-        from harness.workflows.sweep_columns import drawn_columns
+        from harness.workflows.sweep_plan import drawn_columns
 
         if self.reference is None:
             return None
@@ -176,7 +176,6 @@ def sweep(
 
 
 def _launcher(options: SweepOptions, engines: Sequence[str], ranks: int) -> str:
-    """Return the scheduler's launcher of ranks, as the first engine that is started by it needs."""
     from harness.engines.registry import chosen_options, engine_class, options_of
     from harness.workflows.slurm_queue import launcher_for
 
@@ -206,7 +205,6 @@ def _run(
     recording: Recording,
     table: PartialTable,
 ) -> tuple[Sweep, dict[str, str]]:
-    """Return the sweep, and why engines did not qualify, by their names."""
     from harness.cli.engine_options import runs_made
     from harness.workflows.sweep_run import Local, run_plan
 
@@ -289,7 +287,6 @@ class PartialTable:
 
 @contextlib.contextmanager
 def _folder(options: SweepOptions, request: SweepRequest) -> Iterator[Path]:
-    """Yield the folder of the sweep, held until the end of the block."""
     from harness.workflows.sweep_run import held_sweep
 
     place = (
@@ -325,7 +322,6 @@ def _written(folder: Path, result: Sweep, points: Points | None) -> list[str]:
 
 
 def _print(result: Sweep, notes: list[str]) -> None:
-    """Print what was swept and measured, a line a run, and what went wrong."""
     from harness.store.entries import tell_stderr
 
     frame = result.frame()

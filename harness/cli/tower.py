@@ -133,7 +133,6 @@ def _film(run: TowerRun, frames: int) -> Film:
 
 
 def _print(record: Mapping[str, Any]) -> None:
-    """Print the summary as a table."""
     from rich.console import Console
     from rich.table import Table
 

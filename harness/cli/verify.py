@@ -191,7 +191,6 @@ def _details(check: Record, folder: Path | None) -> Iterator[str]:
 
 
 def _command_of(path: Path) -> Iterator[str]:
-    """Yield the command that repeats a run, which the head of its log names."""
     try:
         with path.open(encoding="utf-8", errors="replace") as file:
             first = file.readline(1000).strip()
@@ -305,7 +304,6 @@ def engines_of(wanted: str | None) -> tuple[str, ...]:
 def _record(
     choice: VerifyOptions, engine: EngineOptions, folder: Path, progress: Progress
 ) -> dict[str, Any]:
-    """Return the record of a kept verification or of a new one, its report in the folder."""
     from harness.store.entries import pack_verification
 
     entries = engine.entries()
@@ -348,7 +346,6 @@ def _say_cost(choice: VerifyOptions, fresh: bool) -> None:
 
 
 def _what_counts(words: Sequence[str]) -> list[str]:
-    """Return the words of a command but for where its report goes and how it is printed."""
     kept = list(words)
     while "--output" in kept:
         place = kept.index("--output")
@@ -406,7 +403,6 @@ def _kept(entries: Entries | None, key: str | None, folder: Path) -> dict[str, A
 def _measured(
     choice: VerifyOptions, engine: EngineOptions, folder: Path, progress: Progress
 ) -> dict[str, Any]:
-    """Verify, write the report and return the record."""
     from harness.cli.engine_options import runs_made
     from harness.report.folder import write
     from harness.workflows import film_section, sections

@@ -53,8 +53,8 @@ def limit(
 
     ``h``, ``y`` and ``errors`` (the uncertainty of each y, positive) have shape
     (points,). At least one point more than unknowns is needed, else
-    RequestError. A second fit, y = L + c h^p, frees the order: it tells the
-    observed order, and its distance tells what the choice of model is worth.
+    RequestError. A second fit, y = L + c h^p, frees the order: it gives the
+    observed order, and its distance is the uncertainty by the choice of model.
     """
     h, y, errors = (np.asarray(a, dtype=float) for a in (h, y, errors))
     if len(h) < len(exponents) + 2:

@@ -13,11 +13,12 @@ from __future__ import annotations
 
 import math
 import operator
-from collections.abc import Iterable, Mapping, Sequence
+import time
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from fnmatch import fnmatchcase
 from functools import reduce
-from typing import Literal, Self
+from typing import Literal, Self, get_args
 
 from pydantic import Field, model_validator
 
@@ -25,6 +26,7 @@ from harness.comparison.regression import BaselineRecord, name_in_cell, row_name
 from harness.comparison.verdicts import Check, PredictedSize, Verdict
 from harness.observables.provenance import release_of
 from harness.parameters.base import Parameters
+from harness.parameters.rules import Rules
 
 Formula = str | float | bool
 """A number, a word, or a formula of the coefficients of a law, as ``2 * damping_coefficient``."""
@@ -81,8 +83,8 @@ class KnownDefect(Parameters):
 
     ``cases``, ``submodels`` and ``systems`` are those of cells, with ``*`` and ``?``; ``since``
     and ``until`` the first and the last release that are known to have it, empty for no bound.
-    ``invariances`` are those that it breaks, empty for one that makes values wrong. ``kind`` tells
-    a limitation that the engine's manual states from a defect. ``upstream`` is what the engine's
+    ``invariances`` are those that it breaks, empty for one that makes values wrong. ``kind`` is
+    another for a limitation that the engine's manual states. ``upstream`` is what the engine's
     developers wrote of it: manual, pull request, commit, release note; or "not reported".
     """
 
@@ -196,7 +198,6 @@ def _marked(
 
 
 def _failed_as_predicted(check: Check, defect: KnownDefect) -> bool:
-    """Return whether a run without a value ended with the message that a defect predicts."""
     message = defect.predicts.error
     return bool(message) and math.isnan(check.value) and message in check.note
 
@@ -204,7 +205,7 @@ def _failed_as_predicted(check: Check, defect: KnownDefect) -> bool:
 def _size(
     check: Check, defects: Sequence[KnownDefect], beneath: Sequence[KnownDefect]
 ) -> tuple[PredictedSize | None, str]:
-    """Return what defects predict of a check, and a sentence that says it beside the value.
+    """Return what defects predict of a check, and a sentence with it and the value.
 
     Those ``beneath`` make the values of the runs wrong that an invariance compares.
     """
@@ -290,7 +291,6 @@ def _marked_move(
 def _of_runs(
     check: Check, defects: Sequence[KnownDefect], versions: Mapping[str, str]
 ) -> list[KnownDefect]:
-    """Return the defects of a release that a run of a check's cell can be computed with."""
     assert check.cell is not None
     runs = [replace(check, cell=replace(check.cell, invariance=name)) for name in AGAIN]
     return [
@@ -299,3 +299,63 @@ def _of_runs(
         if (defect.predicts.law or defect.predicts.rules or defect.predicts.scheme)
         and any(defect.concerns(run, versions) for run in runs)
     ]
+
+
+SECONDS = 60.0
+"""Of integrations for all rows that fail; what is left then says so."""
+
+HOLDS, ALONE, NONE, SPENT = (
+    "holds under {}",
+    "this value alone holds under {}; other quantities of the contact do not",
+    "no single rule of the harness reproduces it",
+    "not searched for a rule that reproduces it: {:g} s of integrations are spent",
+)
+
+
+def with_single_rules(
+    checks: Sequence[Check], raw: Sequence[Check], seconds: float = SECONDS
+) -> tuple[Check, ...]:
+    """Return the checks; the note of a failure says which single rule reproduces its value.
+
+    ``raw`` are the same rows as their cases left them, which can still compute a prediction. A rule
+    reproduces a row where the row would hold under it, within its own tolerance, and every other
+    value of the same contact too.
+    """
+    end = time.monotonic() + seconds
+    contacts: dict[tuple[str, ...], list[Check]] = {}
+    for row in raw:
+        if row.predict is not None and row.judged and row.cell and not row.cell.invariance:
+            contacts.setdefault(row.cell.place, []).append(row)
+    noted = []
+    for check, row in zip(checks, raw, strict=True):
+        if check.verdict is Verdict.FAIL and row.cell and row in contacts.get(row.cell.place, ()):
+            spent = time.monotonic() > end
+            others = contacts[row.cell.place]
+            note = SPENT.format(seconds) if spent else _reproduced(row, others)
+            check = replace(check, note="; ".join(filter(None, (check.note, note))))
+        noted.append(check)
+    return tuple(noted)
+
+
+def _reproduced(row: Check, contact: Sequence[Check]) -> str:
+    """Return the sentence on a row; ``contact`` are all rows of its contact."""
+    alone = {words: rule for words, rule in _rules() if _holds(row, rule)}
+    if not alone:
+        return NONE
+    full = [words for words, rule in alone.items() if all(_holds(check, rule) for check in contact)]
+    return (HOLDS if full else ALONE).format(", or under ".join(full or alone))
+
+
+def _rules() -> Iterator[tuple[str, Prediction]]:
+    """Yield each word of each rule, as ``wall_lever = height``; factors are no choice of a code."""
+    for name, field in Rules.model_fields.items():
+        for word in get_args(field.annotation):
+            yield f"{name} = {word}", Prediction(rules={name: word})
+
+
+def _holds(row: Check, rule: Prediction) -> bool:
+    """Return whether a row would hold under a rule; one under which it has no value does not."""
+    try:
+        return row.predict is not None and row.predict(rule, None).includes(row.value)
+    except (ArithmeticError, ValueError):
+        return False

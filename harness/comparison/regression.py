@@ -290,7 +290,7 @@ def _missing(accepted: BaselineRecord, expected: Expected) -> Check:
 
 
 def explained_by_cells(rows: Sequence[Check], judged: Iterable[Check]) -> tuple[Check, ...]:
-    """Return rows against the baseline, with those told apart that a cell of the run explains.
+    """Return rows against the baseline, with failures that a cell of the run explains marked.
 
     A baseline is that of one release. In another a value may have moved, or be missing, because of
     a known defect or a submodel that is not there: then the judged rows of its cell say so, and
@@ -320,7 +320,6 @@ def _explained(row: Check, cells: Mapping[str, list[Check]]) -> Check:
 
 
 def _compare(record: BaselineRecord, accepted: BaselineRecord, rows: _Rows) -> None:
-    """Add the rows of one record."""
     changed = changed_parameters(record.parameters, accepted.parameters)
     note = "; ".join([*changed, *metadata_changes(record, accepted)])
     family = (record.engine, record.case, *record.family) if record.family else ()

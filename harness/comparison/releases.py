@@ -8,7 +8,7 @@ with the known defects that were found in them (:func:`cell_rows`).
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from enum import StrEnum
 from functools import cached_property
@@ -129,7 +129,6 @@ def _worst(cell: Sequence[Check]) -> str:
 
 
 def _reason(cell: Sequence[Check]) -> str:
-    """Return why a cell was not tested: what its values say, or its invariances without them."""
     if _worst(cell) != Verdict.NOT_TESTED:
         return ""
     rows = [check for check in cell if check.verdict is Verdict.NOT_TESTED]
@@ -200,7 +199,7 @@ class Column:
 
 @dataclass(frozen=True)
 class ReleaseCell(Pair[Row]):
-    """A value of one release (``after``) beside that of the reference (``before``).
+    """A value of one release (``after``) and that of the reference (``before``).
 
     ``note`` says what happened to one that has no value or moved.
     """
@@ -376,7 +375,11 @@ def release_matrix(
         def width(wanted: Row, _: Row | None = None, of: BaselineRecord = first) -> float:
             return allowed.of(of.case, of.name, wanted.name)[0].width(wanted.value)
 
-        pairs = [_pairs(of_reference, records.get(name), width) for records in measured]
+        before = of_reference.quantities if of_reference else {}
+        pairs = [
+            compare(before, records[name].quantities if name in records else {}, width)
+            for records in measured
+        ]
         for quantity, wanted in first.quantities.items():
             cells = tuple(
                 _cell(column, name, of_release.get(quantity), column is columns[reference])
@@ -393,17 +396,7 @@ def release_matrix(
     return ReleaseMatrix(level, platform, tuple(columns), reference, tuple(rows), engine, cases)
 
 
-def _pairs(
-    reference: BaselineRecord | None,
-    record: BaselineRecord | None,
-    width: Callable[[Row, Row], float],
-) -> Mapping[str, Pair[Row]]:
-    before, after = (version.quantities if version else {} for version in (reference, record))
-    return compare(before, after, width)
-
-
 def _cell(column: Column, name: str, pair: Pair[Row] | None, reference: bool) -> ReleaseCell:
-    """Return what a release says of a quantity of the record of a name."""
     if pair is None or pair.after is None:
         before = pair.before if pair else None
         if error := column.error or column.errors.get(name, ""):

@@ -63,7 +63,7 @@ class RowDiff(Pair[Check]):
 
 @dataclass(frozen=True)
 class MetadataChange:
-    """Something beside the checks that is not the same: release, baseline, level, a script."""
+    """What differs besides the checks: release, baseline, level, a script."""
 
     name: str
     before: str
@@ -129,7 +129,10 @@ def diff_runs(before: Results, after: Results) -> RunDiff:
     plans has, or one of two ways to run an engine can test, is not comparable.
     """
     first, second = _by_kind_and_name(before.checks), _by_kind_and_name(after.checks)
-    plans = [(run.cases, _engines(run)) for run in (before, after)]
+    plans = [
+        (run.cases, {engine.engine for engine in run.engines.declared} if run.engines else set())
+        for run in (before, after)
+    ]
     same_plan = plans[0] == plans[1] or 1 in (before.schema, after.schema)  # which named no cases
     hows = [run.engine.how if run.engine else "" for run in (before, after)]
     same = _Same(same_plan and before.level == after.level, hows[0] == hows[1])
@@ -147,14 +150,7 @@ class _Same:
     how: bool
 
 
-def _engines(run: Results) -> frozenset[str]:
-    return (
-        frozenset(engine.engine for engine in run.engines.declared) if run.engines else frozenset()
-    )
-
-
 def _row(pair: Pair[Check], same: _Same) -> RowDiff:
-    """Return what became of a check, and whether that is worse."""
     before, after = pair.before, pair.after
     change, worsens = RowChange.SAME, False
     if before is None or after is None:

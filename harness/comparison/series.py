@@ -106,7 +106,7 @@ def missing(run: Floats, reference: Floats, same: float, *, thinned: bool) -> st
 
     A run must span its reference, without holes; it may end a sample early only where its samples
     lie at other times. Samples may be as far apart as the reference's are there. Where the
-    reference is ``thinned`` that tells nothing: they must be equally far apart, and half as many
+    reference is ``thinned`` this says nothing: they must be equally far apart, and half as many
     as the reference had, as with twice the step, at least.
     """
     if run.size < 2 or reference.size < 2:
@@ -162,7 +162,6 @@ def _shared(time: Floats, other: Floats, same: float) -> tuple[Rows, Rows]:
 
 
 def _onto(fine: Samples, coarse: Samples, rows: Rows, same: float) -> Aligned:
-    """Return ``fine`` at the times of the ``rows`` of ``coarse``."""
     from scipy.interpolate import CubicSpline  # listing cases must not wait for it
 
     time = coarse.time[rows]
@@ -189,7 +188,6 @@ def _onto(fine: Samples, coarse: Samples, rows: Rows, same: float) -> Aligned:
 
 
 def _pieces(series: Samples, same: float) -> list[Rows]:
-    """Return the distinct rows of each smooth piece that is long enough."""
     rows = distinct(series.time, same)
     if series.pieces is None:
         parts = [rows]

@@ -86,7 +86,7 @@ class Findings:
     evidence: Any = field(default=None, repr=False)
 
     def add(self, other: Findings) -> None:
-        """Add the records, errors and headlines of a part that was run beside others."""
+        """Add the records, errors and headlines of a part of the case."""
         self.records += other.records
         self.errors |= other.errors
         self.headlines += other.headlines
@@ -116,7 +116,7 @@ class DivergenceRow:
 
 @dataclass(frozen=True)
 class Engines:
-    """What engines beside the main one declare; keys of cases stand beside it."""
+    """What other engines than the main one declare; cases add keys of their own."""
 
     declared: tuple[DeclaredEngine, ...] = ()
 
@@ -158,7 +158,7 @@ class Results:
 def read_published(record: Any) -> Results:
     """Return a run from its JSON value; keys that are not known are passed over.
 
-    One of schema 1 has its extrapolated angle told as a headline. Raise
+    The extrapolated angle of schema 1 becomes a headline. Raise
     pydantic.ValidationError for what is no run.
     """
     if isinstance(record, dict) and record.get("schema", 1) == 1:
@@ -205,7 +205,7 @@ class Verification(Shown):
     ``logs`` the engine's log of one run that finished for each script, by the same names;
     ``records`` what was held against the baseline, ``divergences`` the series that left the band
     about their reference, ``baseline`` where the accepted ones lie and ``baseline_sha256`` their
-    digest. ``engines`` are those held beside the main one. ``defects`` are the known ones that
+    digest. ``engines`` are the others. ``defects`` are the known ones that
     checks are marked with, each with the script that shows it. With ``strict`` what is not tested
     counts as a failure.
     """
@@ -243,7 +243,7 @@ class Verification(Shown):
 
     @property
     def headlines(self) -> tuple[Row, ...]:
-        """Return the results to be told first."""
+        """Return the results that a report opens with."""
         return tuple(headline for finding in self.findings() for headline in finding.headlines)
 
     def findings(self) -> Iterator[Findings]:
@@ -252,7 +252,7 @@ class Verification(Shown):
         yield from self.solvers.values()
 
     def of_case(self, case: str) -> dict[str, Findings]:
-        """Return the findings of a case in the engines beside the main one, by engine."""
+        """Return the findings of a case in engines other than the main one, by engine."""
         return {engine: by_case[case] for engine, by_case in self.others.items() if case in by_case}
 
     def frame(self) -> pd.DataFrame:
@@ -295,7 +295,7 @@ class Verification(Shown):
     def record(self) -> dict[str, Any]:
         """Return the results with the keys of the cases as a JSON-ready mapping: results.json.
 
-        What cases publish of engines beside the main one stands under ``engines``, their rows
+        What cases publish of other engines stands under ``engines``, their rows
         one after the other.
         """
         record = published(self.results)

@@ -105,7 +105,6 @@ def parse_points(text: str, name: str, across: str, up: str, error: str = "") ->
 def _columns(
     text: str, name: str, limits: Mapping[str, tuple[float, float]]
 ) -> Iterator[tuple[float, ...]]:
-    """Return the numbers of columns, each above its first limit and up to its second."""
     reader = csv.reader(text.splitlines(), strict=True)
     rows: list[list[float]] = []
     header: list[str] = []
@@ -131,7 +130,6 @@ def _columns(
 
 
 def _header(cells: Sequence[str], wanted: Iterable[str], where: str) -> list[str]:
-    """Return the names of the columns, those that are wanted once each."""
     missing = [column for column in wanted if column not in cells]
     if missing:
         names = ", ".join(cells)
@@ -148,7 +146,6 @@ def _header(cells: Sequence[str], wanted: Iterable[str], where: str) -> list[str
 
 
 def _number(text: str, column: str, limits: tuple[float, float], where: str) -> float:
-    """Return a finite number above the first limit and up to the second."""
     above, most = limits
     try:
         value = float(text)

@@ -147,7 +147,6 @@ class TowerRun(Shown):
 
 
 def _column(observable: Observable) -> str:
-    """Return the name of a column: ``grain_velocity_m_per_s``."""
     if observable.unit == "1":
         return observable.name
     return f"{observable.name}_{observable.unit.replace('/', '_per_').replace(' ', '_')}"

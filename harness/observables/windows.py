@@ -195,7 +195,6 @@ def _force_vanishes(run: TowerRun, i: int, contact: int = 0) -> float:
 
 
 def _slope(time: Floats, value: Floats, i: int) -> float:
-    """Return the mean rate of change from row ``i - 1`` to row ``i``."""
     return float((value[i] - value[i - 1]) / (time[i] - time[i - 1]))
 
 

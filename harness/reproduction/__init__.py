@@ -1,12 +1,12 @@
 """The reproduction of the source: every equation, number and figure, recomputed.
 
-In the order of the work: ``source.toml`` has what the source says, statement by statement, with
-its formulas, the condition or tolerance by which it is judged, and the sentence of what a run
-finds; ``as_printed`` its numbers. ``ledger`` recomputes the statements by section and
-``figure_data`` those of its figures, which ``figures`` draws; ``claims`` makes rows of the ledger
-from both, puts numbers into formulas and sentences, and compares two ledgers. ``movies`` runs and
-draws the motions of its supplement; ``findings`` are tables beyond it; ``page`` writes all of it
-into a folder. ``run.reproduce`` does the whole.
+In the order of the work: ``source.toml`` has what the source says, statement by statement, with its
+formulas, the condition or tolerance by which it is judged, and the sentence of what a run finds.
+``ledger`` recomputes the statements by section and ``figure_data`` those of its figures, which
+``figures`` draws; ``claims`` has the numbers as they are printed, makes rows of the ledger from
+both, puts numbers into formulas and sentences, and compares two ledgers. ``movies`` runs and draws
+the motions of its supplement; ``findings`` are tables beyond it; ``page`` writes all of it into a
+folder. ``run.reproduce`` does the whole.
 """
 
 from __future__ import annotations

@@ -41,7 +41,7 @@ DIGITS = 7
 """Significant digits of a recorded number: round-off of other machines stays below them."""
 
 ROUND_OFF = 1e-12
-"""Of numbers of about 1: a difference below it is told as a bound, not as a number."""
+"""Of numbers of about 1: a difference below it is written as a bound, not as a number."""
 
 
 def rounded(value: float, tolerance: float = 0.0) -> float:
@@ -227,7 +227,7 @@ def compare(
     furthest off (the middle one where all agree), and its sentence ends with the largest
     differences. A correction that was not needed, or fails anywhere, is left out of the row.
     ``printed`` and ``corrected`` are what the source's formulas give for ``numbers``, unless
-    given. ``numbers`` are also those of the sentence, beside the three and ``samples``, how many
+    given. ``numbers`` are also those of the sentence, with the three and ``samples``, how many
     there are.
     """
     named = named_source(source)
@@ -262,7 +262,7 @@ def _largest(printed: Floats, corrected: Floats, width: float, unit: str) -> str
     """Say how far off a formula is at most, as printed and, if there is one, corrected."""
     bound = f"less than {width:.0e}"
     most = float(printed.max())
-    # rounded first: what lies between two digits would be told this way here, that way there
+    # rounded first: what lies between two digits would be rounded up here and down there
     text = f"off by {bound}" if most <= width else f"off by at most {rounded(most):.1e}"
     text += "" if unit == "1" else f" {unit}"
     if not np.isfinite(corrected).all():
@@ -318,10 +318,10 @@ def claim_of_facts(
     correction: str | None = None,
     **numbers: Any,
 ) -> Statement:
-    """Return the row of a statement that holds if every fact does, unless told otherwise.
+    """Return the row of a statement that holds if every fact does, unless ``holds`` is given.
 
     Its facts are those of the source, each a condition and a sentence, and the given ones. The
-    row tells what agrees and what does not, in this order; the source's ``finds`` may add a
+    row lists what agrees and what does not, in this order; the source's ``finds`` may add a
     remark.
     """
     named = named_source(source)
@@ -427,3 +427,44 @@ def ledger_differences(first: pd.DataFrame, second: pd.DataFrame) -> list[str]:
 def _numbers(row: pd.Series[Any]) -> dict[str, Row]:
     numbers = pd.to_numeric(row[[*NUMBERS]], errors="coerce")
     return by_name(*(Row(name, float(numbers[name]), math.nan, "") for name in NUMBERS))
+
+
+@dataclass(frozen=True)
+class Printed:
+    """The numbers that the source prints, in the order of the text."""
+
+    critical_angle_deg: float = 10.21
+    simulated_within_deg: float = 0.01  # "to one-hundredth of a degree"
+    rest_angle_deg: float = 30.0
+    well_divisor: float = 4.0  # of theta in the steady-state condition, eq. (6)
+    shock: float = 0.25
+    diverges_above: float = 1.0  # "E > 1 ... will go to infinity"
+    restitution: float = 1e-20
+    gravity: float = 9.81  # [m/s2]
+    glass_rigidity: float = 40_000.0
+    glass_depth: float = 0.5  # [m]
+    rigidities: tuple[float, float] = (1e4, 1e6)
+    stiffnesses: tuple[float, float] = (1e5, 1e7)  # [N/m]
+    orders_of_magnitude: float = 3.0  # that the rigidities are said to span
+    median_rigidity: float = 1e5
+    crest_time: float = 0.41  # [s]
+    contact_time: float = 0.007  # [s]
+    damping_factor: float = 1.0  # of (gamma/m_eff)^2, eq. (12)
+    error_percent: float = 0.5  # of the peak deformation ...
+    error_stiffness: float = 1e4  # [N/m] ... from here on
+    joins: float = 0.5  # [t0] the third particle
+    returns: float = 1.0  # [t0] the second contact of the grain
+    leaves: float = 1.5  # [t0] the grain
+    speeds: tuple[float, float] = (2.0, 4.0)  # [m/s]
+    heights: tuple[int, int] = (1, 19)
+    longest_chain: int = 10  # contacts
+    halved: float = 0.5  # "can nearly halve the impulse"
+    speed_exponent: float = 0.5  # v ~ sqrt(n)
+    difference_percent: float = 1e-6  # of deformations at the largest rigidity
+    search: float = 3.0  # [t0] bound of the largest compression
+    structure_particles: tuple[int, int] = (2, 7)
+    first_packet: float = 1.5  # [t0] end of grain-neighbour interactions
+    window_figure: tuple[int, int] = (4, 3)  # particles: its caption, its text
+
+
+PRINTED = Printed()

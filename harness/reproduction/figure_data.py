@@ -83,8 +83,8 @@ def two_and_three_particles() -> tuple[tuple[TowerRun, ...], Statement]:
 def error_against_stiffness() -> tuple[Mapping[str, Curve], Statement]:
     """Measure the error of the peak deformation over k, by rules for the step, and judge its trend.
 
-    The source does not say how it chose the step. Beside the error of RK4 stands
-    that of a prediction without gravity for a run with it, which does fall.
+    The source does not say how it chose the step. The error of a prediction without gravity
+    for a run with it, which does fall, is drawn as well.
     """
     steps = {
         SCALED_STEP: lambda _: 50.0,
@@ -414,7 +414,7 @@ class VelocitySeries:
 def velocity_series(
     engine: Engine | None, recorded: Mapping[tuple[int, float], Trajectory]
 ) -> tuple[tuple[VelocitySeries, ...], Statement]:
-    """Run the source's contact in ``engine`` beside the recorded MFiX runs.
+    """Run the source's contact in ``engine`` and compare with the recorded MFiX runs.
 
     Without an engine, or with one that fails, the recorded runs stand alone and
     the statement says why it cannot be tested.

@@ -56,7 +56,7 @@ class FindingTables:
 
 
 def findings(engine: Engine, progress: Progress = silent) -> FindingTables:
-    """Return the tables; ``engine`` is held beside the reference DEM in the first of them."""
+    """Return the tables; the first compares ``engine`` with the reference DEM."""
     frames: list[pd.DataFrame] = []
     tables = (lambda: restitution_table(engine), _heights, mfix_table, angles_without_step)
     for done, table in enumerate(tables):

@@ -91,7 +91,6 @@ def changes(measured: Sequence[BaselineRecord], baseline: Baseline) -> list[Reco
 
 
 def _kind(record: BaselineRecord, accepted: BaselineRecord) -> ChangeKind:
-    """Return whether a record would change in more than the last digits, or than metadata."""
     pairs = _pairs(record, accepted)
     classes = {change for pair in pairs for change in _changes_of(pair)}
     if record.parameters != accepted.parameters or _series_moved(record, accepted):
@@ -109,7 +108,6 @@ def _pairs(record: BaselineRecord, accepted: BaselineRecord) -> list[Pair[Row]]:
 
 
 def _changes_of(pair: Pair[Row]) -> Iterator[StrEnum]:
-    """Yield the classes of a quantity's change: of its value, uncertainty and unit."""
     yield pair.change
     if pair.before is None or pair.after is None:
         return
@@ -122,7 +120,6 @@ def _changes_of(pair: Pair[Row]) -> Iterator[StrEnum]:
 
 
 def _series_moved(record: BaselineRecord, accepted: BaselineRecord) -> bool:
-    """Return whether a series is another by more than round-off of its largest value."""
     if record.series is None or accepted.series is None:
         return record.series is not accepted.series
     new, old = record.series.thinned(), accepted.series.thinned()
@@ -188,7 +185,6 @@ def write(accepted: Sequence[RecordChange], folder: Path) -> None:
 
 
 def _write_tables(engine: str, accepted: Sequence[BaselineRecord], folder: Path) -> None:
-    """Write an engine's tables with what was accepted in place of what was there."""
     table = folder / f"{engine}{TABLE}"
     kept = read_tables(table) if table.is_file() else []
     merged = {record.name: record for record in [*kept, *accepted]}

@@ -247,7 +247,7 @@ T = TypeVar("T")
 
 
 def read_tables(table: Path) -> list[BaselineRecord]:
-    """Return the records of an engine's table, with the series of the file beside it.
+    """Return the records of an engine's table, with their series from the second file.
 
     Raise RequestError, naming file and line, where one is damaged or they do not go together.
     """
@@ -266,15 +266,11 @@ def read_tables(table: Path) -> list[BaselineRecord]:
 
 @dataclass(frozen=True)
 class _Line:
-    """A line of a table: its number in the file, and its cells by the head."""
-
     number: int
     cells: Mapping[str, str]
 
 
 class _DamagedError(ValueError):
-    """What is wrong with a line."""
-
     def __init__(self, line: _Line, why: object) -> None:
         super().__init__(f"line {line.number}: {why}")
 
@@ -310,7 +306,6 @@ def _lines(text: str, head: Sequence[str]) -> list[_Line]:
 
 
 def _records(lines: list[_Line], engine: str) -> tuple[list[BaselineRecord], dict[str, int]]:
-    """Return the records of a table, and how many samples the series of each has."""
     records: dict[str, BaselineRecord] = {}
     samples: dict[str, int] = {}
     for name, group in groupby(lines, lambda line: line.cells["record"]):
@@ -442,7 +437,7 @@ def digest_of(folder: Path) -> str:
 def digest(folder: Path | None, tolerances: Path | None) -> dict[str, str | None]:
     """Return the digests of a baseline, of its overrides and of the known defects.
 
-    The committed baseline unless given; overrides of a file stand beside the committed ones. None
+    The committed baseline unless given; overrides of a file add to the committed ones. None
     where there is none. They stand for all that a
     comparison depends on besides the runs. Raise RequestError for a file that cannot be read.
     """

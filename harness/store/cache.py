@@ -130,7 +130,6 @@ def unpack_output(data: bytes) -> Output:
 
 
 def _array(arrays: Mapping[str, NDArray[Any]], place: str) -> NDArray[Any]:
-    """Return a column: a row of one of the arrays, or all of one in entries of earlier releases."""
     name, _, row = place.partition("/")
     return arrays[name][int(row)] if row else arrays[name]
 
@@ -264,7 +263,6 @@ def run_key(engine: Engine, job: Job, fingerprint: Mapping[str, Any]) -> str:
 
 
 def _source_of_scene(job: Job) -> str:
-    """Return the digest of the source beside the function that makes a job's scene."""
     file = inspect.getsourcefile(job.template.scene) if job.template.scene else None
     folder = Path(file).resolve().parent if file else ROOT
     if folder.is_relative_to(ROOT):

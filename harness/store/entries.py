@@ -102,7 +102,6 @@ def _version(package: str) -> str | None:
 
 
 def _processor() -> str:
-    """Return the model: linear algebra libraries choose their kernels by it."""
     try:
         lines = Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace").splitlines()
     except OSError:
@@ -131,7 +130,7 @@ class Entries:
 
     ``limit`` [bytes] bounds its size, give or take a tenth, with that of the environments of
     releases in it; those that are used are counted and stay. What goes wrong
-    with the folder later is told once, and nothing more is written: a cache
+    with the folder later is reported once, and nothing more is written: a cache
     must not end a run. Raise OSError when the folder cannot be made or written, or belongs to
     another user, or may be written by all: results in it could be anybody's.
     """
@@ -216,7 +215,6 @@ class Entries:
             raise
 
     def _prune_sometimes(self, written: int) -> None:
-        """Prune when a tenth of the limit was written since the last time."""
         with self._lock:
             self._unpruned += written
             if self._unpruned < self._limit / 10:
@@ -249,7 +247,6 @@ class Entries:
                 excess -= size
 
     def _sweep(self) -> None:
-        """Remove what a killed process left aside."""
         oldest = time.time() - ABANDONED_SECONDS
         for path in (self.folder / ASIDE).iterdir():
             with contextlib.suppress(OSError):
@@ -285,7 +282,7 @@ def verification_key(
     context: Mapping[str, Any] | None = None,
     **more: str | None,
 ) -> str | None:
-    """Return the key of a verification, or None where an engine cannot be told by its content.
+    """Return the key of a verification, or None where an engine has no fingerprint.
 
     ``options`` and ``more`` open the engine; ``context`` is what else decides the
     verdicts, such as the digest of a baseline. Raise RequestError for a program that is
@@ -304,7 +301,7 @@ def verification_key(
             "machine": machine(),
             "packages": versions(*PACKAGES),
             "source": source_digest(),
-            "beside": dict(context or {}),
+            "context": dict(context or {}),
         }
     )
 

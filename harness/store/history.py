@@ -258,7 +258,6 @@ def _write_ahead(db: sqlite3.Connection) -> None:
 
 
 def _distinct(rows: Iterable[Row]) -> list[dict[str, Any]]:
-    """Return rows by column, a name that comes again with its number: none replaces another."""
     unjudged = {"kind": MEASURED, "tolerance": math.nan, "verdict": "", "triage": ""}
     distinct = []
     for _, before, row in numbered(rows, lambda row: (row.name, _kind(row), row.unit)):
@@ -268,7 +267,6 @@ def _distinct(rows: Iterable[Row]) -> list[dict[str, Any]]:
 
 
 def _kind(row: Row) -> str:
-    """Return the kind of a check, that of what was only measured for any other row."""
     return str(getattr(row, "kind", MEASURED))
 
 

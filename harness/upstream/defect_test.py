@@ -50,7 +50,7 @@ def defect_named(name: str) -> KnownDefect:
 
 
 def defect_as_test(name: str, lmp: str) -> UpstreamTest:
-    """Return the test of a known defect; ``lmp`` tells what the script sets up.
+    """Return the test of a known defect; ``lmp`` runs its script for the system.
 
     Raise RequestError for a defect of another code, and for one whose script is more than one run
     of a few spheres and flat walls.

@@ -1,6 +1,6 @@
 """The cases as a command sees them: listed, given settings as text, run once.
 
-A run puts quantities beside their references.
+A run has quantities with their references.
 """
 
 from __future__ import annotations
@@ -175,7 +175,6 @@ def _details(case: Case[Any]) -> dict[str, ParameterDetails]:
 
 
 def _allowed(kind: type[Parameters], prefix: str) -> Iterator[tuple[str, str]]:
-    """Yield what the fields of a class of parameters, and of those in it, allow."""
     for name, limits in allowed_in(kind).items():
         yield prefix + name, ", ".join(limits.words) or limits.range
     for name, declared in kind.model_fields.items():
@@ -185,7 +184,6 @@ def _allowed(kind: type[Parameters], prefix: str) -> Iterator[tuple[str, str]]:
 
 
 def _why_not(engine: str, case: Case[Any]) -> str:
-    """Return why an engine cannot run a case by default, or nothing where it can."""
     try:
         kind = engine_class(engine)
         if not kind.states(case.template):
@@ -221,7 +219,6 @@ def parameters_in(values: Parameters) -> list[tuple[str, ParameterInfo]]:
 def _parameters(
     kind: type[Parameters], values: Parameters | None, prefix: str
 ) -> Iterator[tuple[str, ParameterInfo]]:
-    """Yield the fields of a class of parameters, and of those nested in it."""
     for name, declared in kind.model_fields.items():
         value = getattr(values, name) if values is not None else declared.default
         if isinstance(value, Parameters):
@@ -291,7 +288,6 @@ def _preset(case: Case[Any], name: str) -> Parameters:
 
 
 def _changed(parameters: Parameters, tree: Tree, prefix: str) -> Parameters:
-    """Return parameters with the changes of a tree, nested ones part by part."""
     fields = type(parameters).model_fields
     changes = _values(type(parameters), {k: v for k, v in tree.items() if not isinstance(v, dict)})
     for name, part in tree.items():
@@ -314,15 +310,11 @@ def _value(kind: type[Parameters], name: str, text: Any) -> Any:
     field = kind.model_fields.get(name)
     if field is None or not isinstance(text, str):
         return text
-    if text == NONE and type(None) in _kinds(field.annotation):
+    if text == NONE and type(None) in getattr(field.annotation, "__args__", ()):
         return None
     # a strict whole number is not read from a text
     is_whole_number = field.annotation is int and text.strip().lstrip("+-").isdecimal()
     return int(text) if is_whole_number else text
-
-
-def _kinds(annotation: Any) -> tuple[Any, ...]:
-    return getattr(annotation, "__args__", ())
 
 
 NO_RULES = Traits(install_hint="", versions=(), integrator="")
@@ -358,7 +350,7 @@ class RunResult(Shown):
         return pd.DataFrame(rows, columns=["quantity", *COLUMNS])
 
     def summary(self) -> dict[str, str]:
-        """Return the quantities beside their references, and who ran the case."""
+        """Return the quantities with their references, and who ran the case."""
         lines = {name: _quantity_text(row) for name, row in self.quantities.items()}
         return {**lines, "case": self.case, "engine": f"{self.engine} {self.engine_version}"}
 
@@ -392,7 +384,7 @@ def run(
     progress: Progress = silent,
     most_seconds: float = math.inf,
 ) -> RunResult:
-    """Run a case once and return its quantities beside their references.
+    """Run a case once and return its quantities with their references.
 
     ``settings`` are texts by the names of parameters, in SI units and degrees as :func:`cases`
     lists them (k in [N/m]), of nested ones with a dot, and ``preset`` for a known set; each
@@ -518,7 +510,6 @@ COLUMNS = ("value", "unit", "reference", "reference_kind", "difference")
 
 
 def _record(row: Row) -> dict[str, Any]:
-    """Return a quantity as a JSON-ready mapping."""
     values = (row.value, row.unit, row.expected, row.note, row.difference)
     return dict(zip(COLUMNS, values, strict=True))
 
@@ -529,7 +520,6 @@ def _quantity(name: str, value: float, unit: str, reference: Reference | None) -
 
 
 def _quantity_text(row: Row) -> str:
-    """Return a value with its unit, and what is expected."""
     text = f"{row.value:.10g} {'' if row.unit == '1' else row.unit}".rstrip()
     if row.note == "none":
         return text

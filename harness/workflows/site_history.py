@@ -10,7 +10,7 @@ from itertools import groupby
 from pathlib import Path
 from typing import Any
 
-from harness.comparison.steps import RunPoint, Step, steps
+from harness.comparison.compare import RunPoint, Step, steps
 from harness.comparison.verdicts import Check, Kind
 from harness.observables.row import Row, numbered
 from harness.report.gallery import Picture, picture
@@ -97,7 +97,6 @@ def run_parts(runs: Sequence[SiteRun], *, history: bool) -> Iterator[HistoryPart
 
 
 def _rows_of(run: SiteRun) -> Iterator[dict[str, Any]]:
-    """Yield the rows of a run with the columns of the history."""
     results = run.results
     engine = results.engine
     common = {
@@ -122,7 +121,6 @@ def _name_of(check: Check) -> tuple[str, Kind, str]:
 
 
 def _recorded(row: dict[str, Any]) -> dict[str, Any]:
-    """Return a row of the history as one of a run of the site."""
     level = next((name for name in LEVELS if f"--{name}" in row["options"].split()), "default")
     label = f"run {row['run']}, {row['started'][:16].replace('T', ' ')}"
     numbers = ("value", "uncertainty", "expected", "tolerance")
@@ -185,7 +183,6 @@ def _row(step: Step) -> tuple[Any, ...]:
 
 
 def _drawn(moves: Sequence[Step], rows: Sequence[dict[str, Any]]) -> Iterator[Picture]:
-    """Yield the history of the quantities that moved last."""
     import pandas as pd
 
     from harness.report.figures import quantity_history

@@ -47,7 +47,7 @@ from harness.workflows.sweep_run import Local, Ran, Work
 
 @dataclass(frozen=True)
 class JobOrder:
-    """What a job runs: some parameters of a case, how the engine is opened, where it tells."""
+    """What a job runs: parameters of a case, how the engine is opened, the file of its outcomes."""
 
     case: str
     engine: str
@@ -60,7 +60,7 @@ class JobOrder:
 
 
 def run_order(order: JobOrder) -> None:
-    """Run what a job was ordered, on its node, and tell of each run as it is over."""
+    """Run a job's order on its node, and write the outcome of each run as it ends."""
     entries = Entries(order.cache) if order.cache else None
 
     def open_one(name: str) -> Any:
@@ -102,7 +102,7 @@ def _line(ran: Ran) -> dict[str, Any]:
 
 
 def outcome_of(line: Mapping[str, Any]) -> Ran:
-    """Return the outcome that a line of a job tells."""
+    """Return the outcome in a line that a job wrote."""
     if "error" in line:
         return (RequestError if line["refused"] else EngineCrashError)(line["error"])
     provenance = Provenance(line["engine"], line["engine_version"], how="SLURM")
@@ -149,7 +149,7 @@ def last_line(group: Path, job: str) -> str:
 K = TypeVar("K")
 
 MOST_JOBS = 1000
-"""Of one array: what SLURM takes unless it is told otherwise."""
+"""Of one array: what SLURM takes by default."""
 
 LOOK_SECONDS = (0.5, 10.0)
 """Between two looks at the queue: at first, and after a while."""
@@ -226,7 +226,6 @@ class Slurm:
             self._check(work, {i: p for i, p in enumerate(work.parameters) if i not in kept})
 
     def _launching(self, work: Work) -> tuple[str | None, str, int]:
-        """Return launcher, what srun's --mpi must be, and the ranks of a run."""
         if work.solves:
             return None, "", 1
         options = chosen_options(work.engine, **self.opening(work.engine))
@@ -312,7 +311,6 @@ class Slurm:
         return chunks
 
     def _group(self, facts: Mapping[str, Any]) -> Path:
-        """Return the folder of jobs that this source and this engine would submit."""
         fresh = time.time_ns() if self.local.fresh else 0
         digest = key_of({**facts, "source": source_digest(), "fresh": fresh})
         group = (self.folder / "slurm" / digest[:16]).absolute()
@@ -322,7 +320,6 @@ class Slurm:
     def _submitted(
         self, work: Work, opening: dict[str, Any], chosen: dict[str, Parameters], group: Path
     ) -> dict[str, list[str]]:
-        """Submit the runs in chunks and return the names of those in each job, written down."""
         chunks = self._chunks(work, chosen)
         stamp = time.time_ns()
         orders = [
@@ -356,7 +353,7 @@ def _quantities(work: Work) -> tuple[str, ...]:
 
 
 def label(work: Work, parameters: Parameters) -> str:
-    """Return what tells a run from the others of its work, as ``height = 8, seed = 3``."""
+    """Return what is particular to a run among those of its work, as ``height = 8, seed = 3``."""
     default = default_of(work.case) if len(work.parameters) == 1 else None
     others = work.parameters if default is None else [default]
     columns = [{name: info.default for name, info in parameters_in(other)} for other in others]
@@ -371,7 +368,7 @@ def label(work: Work, parameters: Parameters) -> str:
 
 @dataclass
 class _Waiting:
-    """The runs that are not told of yet, by name, and the jobs that they are in."""
+    """The runs without an outcome, by name, and the jobs that they are in."""
 
     group: Path
     tell: Callable[[str], None]
@@ -384,7 +381,6 @@ class _Waiting:
     resubmit: Callable[..., bool] = lambda *_, **__: False
 
     def attach(self) -> None:
-        """Take up the jobs of an earlier process that are still in the queue."""
         file = self.group / SUBMITTED
         lines = file.read_text(encoding="utf-8").splitlines() if file.is_file() else []
         live = queued() if lines else {}
@@ -394,11 +390,9 @@ class _Waiting:
                 self.jobs[submitted["job"]] = submitted["runs"]
 
     def covered(self) -> set[str]:
-        """Return the names of the runs in jobs."""
         return {name for names in self.jobs.values() for name in names}
 
     def unread(self, *, errors: bool = True) -> Iterator[tuple[int, Ran]]:
-        """Yield what the jobs wrote since the last look."""
         for path in sorted((self.group / OUTCOMES).glob("*.jsonl")):
             with path.open("rb") as file:
                 file.seek(self.read.get(path, 0))
@@ -412,7 +406,7 @@ class _Waiting:
                         yield from ((place, ran) for place in self.places.pop(outcome["run"]))
 
     def outcomes(self) -> Iterator[tuple[int, Ran]]:
-        """Yield the outcomes until every run is told of or its job is over."""
+        """Yield the outcomes until every run has one or its job has ended."""
         pause = LOOK_SECONDS[0]
         while self.places and self.jobs:
             yield from self.unread()
@@ -432,7 +426,7 @@ class _Waiting:
                 self.tell(f"SLURM's job {job} waits: {reason}")
 
     def _ended(self, job: str, names: Sequence[str]) -> Iterator[tuple[int, Ran]]:
-        """Yield the last that a job told, and what became of the runs that it did not get to."""
+        """Yield the last outcomes of a job, and errors for the runs that it did not finish."""
         until = time.monotonic() + SETTLE_SECONDS
         while any(name in self.places for name in names) and time.monotonic() < until:
             yield from self.unread()

@@ -130,7 +130,6 @@ def check_launcher(launcher: str | None, mpi: str, ranks: int) -> None:
 
 
 def _usual_mpi() -> str:
-    """Return what srun's --mpi is unless it is given."""
     match = re.search(
         r"^MpiDefault\s*=\s*(\S+)", _output_of(["scontrol", "show", "config"]) or "", re.M
     )

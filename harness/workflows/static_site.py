@@ -153,7 +153,6 @@ def _run_folders(runs: Sequence[Path]) -> dict[str, Path]:
 def _filled(
     root: Path, reports: Path | None, site_runs: Sequence[SiteRun], *, history: bool
 ) -> Site:
-    """Return the site with its own pages and the committed ones."""
     defects = board.defect_pages(known_defects(), reports)
     committed = {title: file for title, file in COMMITTED if reports and (root / file).is_file()}
     pages = {title: _address(file) for title, file in committed.items()}
@@ -190,7 +189,6 @@ def _filled(
 
 
 def _address(file: str) -> str:
-    """Return the page of a Markdown file of the project."""
     stem = file.removesuffix(".md")
     return f"{stem.removesuffix('README')}{START}" if stem.endswith("README") else f"{stem}.html"
 
@@ -198,7 +196,6 @@ def _address(file: str) -> str:
 def _start(
     site_runs: Sequence[SiteRun], reports: Path | None, defects: Sequence[DefectPage]
 ) -> dict[str, Any]:
-    """Return what the start page shows."""
     verdicts = {check.verdict for run in site_runs for check in run.results.checks}
     fails = Verdict.FAIL in verdicts or any(run.results.status for run in site_runs)
     apart = verdicts & {Verdict.KNOWN_DEFECT, Verdict.NOT_TESTED}
@@ -223,7 +220,6 @@ def _start(
 
 
 def _defects(defects: Sequence[DefectPage]) -> Board:
-    """Return the list of the known defects, each leading to its page."""
     rows = []
     for page in defects:
         names = "; ".join(entry.name for entry in page.entries)

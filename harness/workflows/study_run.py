@@ -40,8 +40,13 @@ from harness.store.cache import opened
 from harness.store.entries import Entries
 from harness.workflows.case_runs import usual_engine
 from harness.workflows.progress import Progress, silent
-from harness.workflows.sweep_columns import parameter_columns, quantity_key
-from harness.workflows.sweep_plan import SweepPlan, SweepPoint, SweepRequest
+from harness.workflows.sweep_plan import (
+    SweepPlan,
+    SweepPoint,
+    SweepRequest,
+    parameter_columns,
+    quantity_key,
+)
 from harness.workflows.sweep_run import (
     DONE,
     FAILED,
@@ -62,7 +67,7 @@ if TYPE_CHECKING:
 
 
 OF_A_RUN = ("engine", "engine_version", "ranks", "script", "status", "wall_time_s")
-"""Columns beside parameters and quantities that a run is known by."""
+"""Columns that identify a run, with its parameters; quantities are further ones."""
 
 RESTART_LINES = re.compile(r"^#> restarts\n.*?^#< restarts\n", re.MULTILINE | re.DOTALL)
 """Marks in a script, and the lines between them: how a run that was cut goes on."""
@@ -358,7 +363,7 @@ def study(
     """Run the study of a case at a level (``quick``, ``default``, ``full``) and conclude.
 
     Runs are kept and not run twice, so a study that was killed goes on. ``executor_of`` runs them
-    elsewhere, on ``least_ranks`` of MPI at least, ``points`` are drawn beside the results, and
+    elsewhere, on ``least_ranks`` of MPI at least, ``points`` are drawn with the results, and
     ``earlier`` is the runs.csv of a study before: what is done in it is taken from it. A run that
     fails is a row with the reason; an engine that cannot run with several ranks leaves that arm
     out. Raise RequestError for a case without a study and for a bad file, EngineError where the

@@ -6,10 +6,11 @@ Values are typed as text: lists such as ``1,2,5`` and ranges such as ``1e5:1e7:l
 from __future__ import annotations
 
 import itertools
+import json
 import math
 import re
 import tomllib
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -20,9 +21,10 @@ from harness.cases.contract import Case
 from harness.cases.registry import get_case
 from harness.engines.registry import engine_class, engine_names
 from harness.errors import CombinationError, RequestError
+from harness.observables.provenance import Observable
 from harness.parameters.base import Parameters
 from harness.store.baseline import bounded_text
-from harness.workflows.case_runs import parameters_of, usual_engine
+from harness.workflows.case_runs import PRESET, parameters_in, parameters_of, usual_engine
 
 MOST_VALUES = 100_000
 """Of one parameter, and runs of one sweep: each is a row that is held in memory."""
@@ -174,12 +176,13 @@ def request_in(file: Path) -> SweepRequest:
 
 
 def _request(file: Path, contents: Mapping[str, Any]) -> SweepRequest:
-    """Return the sweep of the contents of a file."""
     for key, value in contents.items():
         if key not in KEYS:
             raise RequestError(f"{file}: {key!r} is not known: must be one of {', '.join(KEYS)}")
-        if isinstance(value, Mapping) != (key in ("set", "over")):
-            raise RequestError(f"{file}: {key}: must be {_form(key)}")
+        table = key in ("set", "over")
+        if isinstance(value, Mapping) != table:
+            form = f"a table [{key}]" if table else "a text or a list of texts"
+            raise RequestError(f"{file}: {key}: must be {form}")
     if not isinstance(contents.get("case"), str):
         raise RequestError(f"{file}: case: must be given, the name of a case")
     over, fixed = (flat(contents.get(key, {})) for key in ("over", "set"))
@@ -269,10 +272,6 @@ def names_in(text: str) -> list[str]:
     return [name.strip() for name in text.split(",") if name.strip()]
 
 
-def _form(key: str) -> str:
-    return f"a table [{key}]" if key in ("set", "over") else "a text or a list of texts"
-
-
 def with_options(base: SweepRequest, changes: Iterable[tuple[str, Any]]) -> SweepRequest:
     """Return a sweep with what the command line gives besides, which wins over the file."""
     changed: dict[str, Any] = dict(vars(base))
@@ -280,3 +279,62 @@ def with_options(base: SweepRequest, changes: Iterable[tuple[str, Any]]) -> Swee
         old = changed[key]
         changed[key] = {**old, **value} if isinstance(old, Mapping) else value or old
     return SweepRequest(**changed)
+
+
+def parameter_columns(parameters: Parameters, without: Sequence[str] = ()) -> dict[str, Any]:
+    """Return every parameter under its name with its unit; lists of numbers as JSON text.
+
+    Those of the names ``without`` are left out.
+    """
+    columns: dict[str, Any] = {}
+    for name, info in parameters_in(parameters):
+        if name in without:
+            continue
+        value = info.default
+        plain = isinstance(value, (bool, int, float, str)) or value is None
+        columns[column_of(name, info.unit)] = value if plain else json.dumps(value)
+    return columns
+
+
+def swept_columns(point: SweepPoint, names: Mapping[str, str]) -> tuple[str, ...]:
+    """Return the columns of swept parameters; a nested one that is swept whole by its name."""
+    units = {name: info.unit for name, info in parameters_in(point.parameters)}
+    columns: list[str] = []
+    for name in names:
+        if name in units or name == PRESET:
+            columns.append(column_of(name, units.get(name, "")))
+        else:  # an object by its name
+            columns += [column_of(n, u) for n, u in units.items() if n == f"{name}.name"] or [name]
+    return tuple(columns)
+
+
+def engine_title(name: str) -> str:
+    """Return what figures call an engine; a solver has its name."""
+    if name not in engine_names() and ":" not in name:
+        return name
+    return engine_class(name).traits.title or name.upper()
+
+
+def drawn_columns(chosen: SweepPlan) -> tuple[str, str, str]:
+    """Return the columns of a sweep's figure: the first that is swept, and what is asked for.
+
+    The third is that of the uncertainty of what is asked for.
+    """
+    over = swept_columns(chosen.points[0], chosen.request.over)
+    units = {quantity.name: quantity.unit for quantity in chosen.case.quantities}
+    name = names_in(chosen.request.quantity)[0]
+    unit = units[name]
+    return over[0], column_of(name, unit), column_of("uncertainty", unit)
+
+
+def quantity_key(quantity: Observable) -> str:
+    """Return the column of a quantity, its name with its unit."""
+    return column_of(quantity.name, quantity.unit)
+
+
+def column_of(name: str, unit: str) -> str:
+    """Return a name with its unit, as ``stiffness_N_per_m``; one that ends in it stays."""
+    spelled = unit.replace("/", "_per_").replace(" ", "").replace("^", "")
+    if spelled in ("", "1", "-") or name.endswith(f"_{spelled}"):
+        return name
+    return f"{name}_{spelled}"

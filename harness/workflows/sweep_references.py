@@ -16,8 +16,13 @@ from harness.errors import HarnessError
 from harness.parameters.base import Parameters
 from harness.report.sweep_figures import DENSE, ReferenceLine, is_logarithmic
 from harness.workflows.case_runs import NO_RULES, parameters_of
-from harness.workflows.sweep_columns import engine_title, parameter_columns, quantity_key
-from harness.workflows.sweep_plan import SweepPlan, SweepPoint
+from harness.workflows.sweep_plan import (
+    SweepPlan,
+    SweepPoint,
+    engine_title,
+    parameter_columns,
+    quantity_key,
+)
 
 
 def reference_lines(

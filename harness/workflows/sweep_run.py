@@ -48,13 +48,6 @@ from harness.store.entries import (
 )
 from harness.workflows.case_runs import PRESET, parameters_in
 from harness.workflows.progress import Progress, silent
-from harness.workflows.sweep_columns import (
-    column_of,
-    engine_title,
-    parameter_columns,
-    quantity_key,
-    swept_columns,
-)
 from harness.workflows.sweep_plan import (
     ALL,
     RefusedPoint,
@@ -62,8 +55,13 @@ from harness.workflows.sweep_plan import (
     SweepPoint,
     SweepRequest,
     as_text,
+    column_of,
+    engine_title,
     names_in,
+    parameter_columns,
     plan,
+    quantity_key,
+    swept_columns,
 )
 from harness.workflows.verification import Open
 
@@ -210,7 +208,6 @@ class Local:
         return outcome
 
     def _key(self, work: Work, parameters: Parameters) -> str:
-        """Return the key of what a solver finds: all of the source decides it."""
         return key_of(
             {
                 "case": work.case.name,
@@ -302,7 +299,6 @@ def _in_engine(work: Work, engine: Engine, some: range) -> Iterator[tuple[int, R
 
 
 def _beyond(case: Case[Any]) -> str:
-    """Return the digest of a case's own folder where it belongs to another package."""
     folder = Path(inspect.getfile(type(case))).resolve().parent
     return "" if folder.is_relative_to(ROOT) else digest_of_tree(folder)
 
@@ -410,7 +406,6 @@ class Sweep(Shown):
         return quantity if quantity in self.quantities else next(matching, quantity)
 
     def _repr_html_(self) -> str:
-        """Return the table for a notebook, shortened in the middle."""
         html: str = self.frame().to_html(max_rows=20, index=False, na_rep="")
         return html
 
@@ -506,7 +501,6 @@ def run_plan(
 
 
 def _rows(chosen: SweepPlan, engine: str, ran: Mapping[int, Ran]) -> list[Row]:
-    """Return a row for each point, in the order in which they were asked for."""
     rows = [_row(chosen, engine, point, ran.get(i)) for i, point in enumerate(chosen.points)]
     for place, refused in sorted(chosen.refused.items()):
         rows.insert(place, _refused_row(chosen, engine, refused))
@@ -514,7 +508,7 @@ def _rows(chosen: SweepPlan, engine: str, ran: Mapping[int, Ran]) -> list[Row]:
 
 
 def _stream(run: Executor, work: Work) -> Iterator[tuple[int, Ran]]:
-    """Return the outcomes of work; an engine that cannot be opened is told in its turn."""
+    """Return the outcomes of work; an engine that cannot be opened raises in its turn."""
     try:
         return run(work)
     except EngineError as error:
@@ -555,7 +549,6 @@ def _status(ran: Ran | None) -> str:
 
 
 def _refused_row(chosen: SweepPlan, engine: str, refused: RefusedPoint) -> Row:
-    """Return the row of values that are not allowed together: those that are known, and why."""
     same = [p for p in chosen.points if p.swept.get(PRESET) == refused.swept.get(PRESET)]
     example = (same or chosen.points)[0]
     row = dict(_row(chosen, engine, example, None))

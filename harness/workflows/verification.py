@@ -30,8 +30,8 @@ from harness.comparison.known_defects import (
     defect_of,
     mark_known_defects,
     moved_by_defects,
+    with_single_rules,
 )
-from harness.comparison.plan import judge_plan
 from harness.comparison.regression import (
     Baseline,
     BaselineRecord,
@@ -41,8 +41,7 @@ from harness.comparison.regression import (
     explained_by_cells,
 )
 from harness.comparison.series import Comparison
-from harness.comparison.single_rules import with_single_rules
-from harness.comparison.verdicts import Check, Kind
+from harness.comparison.verdicts import Check, Kind, judge_plan
 from harness.comparison.verification import DeclaredEngine, Findings, Verification
 from harness.engines.contract import Engine
 from harness.engines.process import parallel_map
@@ -87,7 +86,7 @@ class Selection:
 
     ``only`` is a shell-style pattern of a case, submodel, system or check. ``keyword`` is a word by
     which rows are chosen later, as by ``pytest -k``: a pattern where that leaves no other row out.
-    ``defects`` is a file of known defects beside the committed ones.
+    ``defects`` is a file of known defects, added to the committed ones.
     """
 
     cases: str | None = None
@@ -203,11 +202,11 @@ class MeasuredRecords:
 
 
 def baseline_rows(
-    measured: MeasuredRecords, baseline: Baseline, beside: Iterable[BaselineRecord]
+    measured: MeasuredRecords, baseline: Baseline, other_records: Iterable[BaselineRecord]
 ) -> Regression:
     """Return the rows of a verification against the baseline.
 
-    Of engines ``beside`` the main one, which run less, those records that the baseline has.
+    ``other_records`` are those of other engines, which run less: of them what the baseline has.
     """
     names = {record.name for record in measured.records}
     solvers = {solver for case in measured.cases for solver in case.solvers}
@@ -220,7 +219,7 @@ def baseline_rows(
     )
     also_recorded = [
         record.at(measured.level, here())
-        for record in beside
+        for record in other_records
         if record.name in baseline.records and record.name not in names
     ]
     return against_baseline(
@@ -234,7 +233,7 @@ def baseline_rows(
 
 @dataclass
 class OtherEngines:
-    """What engines beside the main one left.
+    """What engines other than the main one left.
 
     ``checks`` are all rows in order, those of the findings among them; ``errors`` tell what
     happened to engines that were asked for by name and are missing or died.
@@ -267,7 +266,7 @@ class OtherEngines:
 
 @dataclass(frozen=True)
 class OtherEngineRuns:
-    """One comparison of engines, which take their turns, so that their costs can be told apart.
+    """One comparison of engines, one after the other, so that the cost of each can be measured.
 
     ``main`` is an engine that is open already: it takes the place of the one of its name, and is
     not closed.
@@ -293,7 +292,6 @@ class OtherEngineRuns:
         return self.result
 
     def _run_engine(self, name: str) -> None:
-        """Run one engine, and keep what became of it."""
         traits = NO_TRAITS
         with ExitStack() as stack:
             try:
@@ -318,21 +316,18 @@ class OtherEngineRuns:
         return engine, engine.identify()
 
     def _without(self, name: str, traits: Traits, reason: str, rows: list[Check]) -> None:
-        """Keep the rows of an engine that cannot be run, and its error if it was named."""
         self.result.declared.append(declared(name, traits, missing=reason))
         self.result.checks += rows
         if name in self.selection.named:
             self.result.errors.append(f"{name}: {reason}")
 
     def _keep(self, name: str, rows: list[Check]) -> None:
-        """Keep the rows of an engine that ran, and how it died if it was named."""
         self.result.checks += rows
         if name in self.selection.named:
             died = [f"{name}: {row.note}" for row in rows if row.engine_died]
             self.result.errors += dict.fromkeys(died)
 
     def _engine(self, engine: Engine, provenance: Provenance) -> list[Check]:
-        """Return the rows of an engine: version, qualification, then case by case."""
         name, stages = engine.name, 1 + len(self._judging)
         self.study.progress(f"engine {name}", 0, stages)
         declaration = declared(name, engine.traits, provenance)
@@ -359,7 +354,6 @@ class OtherEngineRuns:
         return checks
 
     def _qualification(self, engine: Engine) -> tuple[str, list[Check]]:
-        """Return why an engine does not qualify, or nothing, and the rows of its qualification."""
         try:
             qualification = qualify(engine, self._qualifying, self.study, tell_stderr)
         except Exception as error:
@@ -383,7 +377,6 @@ class OtherEngineRuns:
         return findings.checks
 
     def _recorded(self) -> None:
-        """Add what was recorded elsewhere with engines that were asked for and are not used."""
         wanted = filter(self.selection.wants, self.selection.engines)
         missing = frozenset(name for name in wanted if not self.result.qualified(name))
         study = replace(self.study, missing=missing)
@@ -597,7 +590,10 @@ def verify(  # noqa: PLR0913 - keywords of a public function
         others=others.findings,
         engines=tuple(others.declared),
         scripts=scripts,
-        engine_errors=(*_died(checks[: len(run.checks)]), *others.errors),
+        engine_errors=(
+            *(check.note for check in checks[: len(run.checks)] if check.engine_died),
+            *others.errors,
+        ),
         untested_cases=_untested_cases(chosen, wanted.cases, run, others),
         records=tuple(measured.records),
         divergences=(*run.divergences, *regression.divergences),
@@ -616,7 +612,7 @@ def _with_known_defects(
     run: MainRun,
     defects: Sequence[KnownDefect],
 ) -> tuple[tuple[Check, ...], Regression]:
-    """Return the checks, and the rows against the baseline, with known defects told apart.
+    """Return the checks, and the rows against the baseline, with known defects marked.
 
     What the checks of a cell explain, or the defects of one release predict, is no failure.
     """
@@ -634,10 +630,6 @@ def _with_known_defects(
     rows = explained_by_cells(regression.checks, checks)
     moved = moved_by_defects(rows, raw, accepted.records, defects, versions)
     return checks, replace(regression, checks=moved)
-
-
-def _died(checks: Sequence[Check]) -> list[str]:
-    return [check.note for check in checks if check.engine_died]
 
 
 def _untested_cases(
@@ -662,13 +654,11 @@ def _untested_cases(
 def _marked_defects(
     defects: Sequence[KnownDefect], checks: Sequence[Check]
 ) -> tuple[tuple[KnownDefect, str], ...]:
-    """Return the known defects that checks are marked with, each with its script."""
     named = {defect_of(check) for check in checks}
     return tuple((defect, script_of(defect)) for defect in defects if defect.name in named)
 
 
 def _versions(run: MainRun, others: OtherEngines) -> dict[str, str]:
-    """Return the versions of the engines that ran, by name."""
     versions = {engine.engine: engine.version for engine in others.declared if engine.version}
     main = run.provenance
     return {**versions, **({main.engine: main.engine_version} if main else {})}

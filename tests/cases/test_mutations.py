@@ -19,8 +19,7 @@ from harness.cases.tower import run as engine_runs
 from harness.cases.tower import verification as against_exact
 from harness.cases.tower import verification as tower_checks
 from harness.cases.tower.case import CASE as TOWER
-from harness.comparison.plan import missing_from
-from harness.comparison.verdicts import Kind, Triage, Verdict
+from harness.comparison.verdicts import Kind, Triage, Verdict, missing_from
 from harness.engines.lammps.engine import Lammps
 from harness.engines.reference import Reference
 from harness.workflows.verification import MainRun

@@ -1,5 +1,14 @@
-from harness.comparison.plan import Planned, judge_plan, missing_from
-from harness.comparison.verdicts import Kind, Tolerance, Triage, Verdict, judge, not_tested
+from harness.comparison.verdicts import (
+    Kind,
+    Planned,
+    Tolerance,
+    Triage,
+    Verdict,
+    judge,
+    judge_plan,
+    missing_from,
+    not_tested,
+)
 
 WIDTH = Tolerance("", 0.0, 0.0, "exact")
 

@@ -8,8 +8,7 @@ from harness.cases.contact.motion import followed
 from harness.cases.contact.verification import verify_trials
 from harness.cases.contract import Study
 from harness.cases.registry import get_case
-from harness.comparison.known_defects import mark_known_defects
-from harness.comparison.single_rules import with_single_rules
+from harness.comparison.known_defects import mark_known_defects, with_single_rules
 from harness.comparison.verdicts import Verdict
 from harness.engines.output import Output
 from harness.parameters.rules import Rules

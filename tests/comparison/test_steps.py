@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from harness.comparison.steps import RunPoint, steps
+from harness.comparison.compare import RunPoint, steps
 from harness.observables.row import Row
 
 

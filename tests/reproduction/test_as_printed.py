@@ -5,8 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from harness.reproduction import as_printed
-from harness.reproduction.claims import SOURCES
+from harness.reproduction.claims import PRINTED, SOURCES
 
 X = np.array([0.0, 0.9, 1.85, 2.8])
 
@@ -81,4 +80,4 @@ def test_line_of_the_example_is_right_for_one_b_0_less():
 
 def test_printed_numbers_cannot_be_changed_in_place():
     with pytest.raises(AttributeError):
-        as_printed.PRINTED.shock = 0.3
+        PRINTED.shock = 0.3

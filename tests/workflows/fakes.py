@@ -8,9 +8,8 @@ from pydantic import Field
 
 from harness.cases import registry as cases
 from harness.cases.contract import Case, Measured, Plan, Reference
-from harness.comparison.plan import Planned
 from harness.comparison.regression import BaselineRecord, made_by
-from harness.comparison.verdicts import Kind, Tolerance, judge
+from harness.comparison.verdicts import Kind, Planned, Tolerance, judge
 from harness.comparison.verification import Findings
 from harness.engines import registry as engines
 from harness.engines.contract import Engine, Job, Template

@@ -19,10 +19,11 @@ from harness.observables.reference import Points
 from harness.store.cache import CachedEngine
 from harness.store.entries import Entries
 from harness.workflows import sweep
-from harness.workflows.sweep_columns import column_of, drawn_columns
 from harness.workflows.sweep_plan import (
     SweepRequest,
     as_text,
+    column_of,
+    drawn_columns,
     plan,
     request_in,
     values_of,

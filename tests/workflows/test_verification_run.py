@@ -2,9 +2,8 @@ import json
 
 import pytest
 
-from harness.comparison.plan import Planned
 from harness.comparison.regression import Baseline
-from harness.comparison.verdicts import Kind, Triage, Verdict
+from harness.comparison.verdicts import Kind, Planned, Triage, Verdict
 from harness.comparison.verification import read_published
 from harness.engines import registry as engine_registry
 from harness.errors import EngineCrashError, RequestError

@@ -17,8 +17,7 @@ import numpy as np
 from harness.cases.bulk.equivalence import FEWEST, Sample, equivalence, interval
 from harness.cases.bulk.rules import differing, law_of
 from harness.cases.contract import Case, LevelName, Study, Words
-from harness.comparison.plan import Planned
-from harness.comparison.verdicts import Check, Kind, Tolerance, failed_run, not_tested
+from harness.comparison.verdicts import Check, Kind, Planned, Tolerance, failed_run, not_tested
 from harness.comparison.verification import Findings
 from harness.engines.contract import Engine, Output
 from harness.errors import EngineError, EngineUndecidedError

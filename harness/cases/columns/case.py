@@ -43,8 +43,7 @@ from harness.cases.incline.searched import Search, SearchedAngle
 from harness.cases.incline.system import Incline, InclineRun, Motion
 from harness.cases.source_angles import READINGS, source_angles
 from harness.comparison.convergence import limit
-from harness.comparison.plan import Planned
-from harness.comparison.verdicts import Check, Kind, finding, judge, not_tested
+from harness.comparison.verdicts import Check, Kind, Planned, finding, judge, not_tested
 from harness.comparison.verification import Findings
 from harness.engines.contract import Engine, Job, Output
 from harness.engines.process import cores, parallel_map

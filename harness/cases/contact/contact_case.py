@@ -48,7 +48,7 @@ from harness.cases.contact.submodels import (
     Trial,
 )
 from harness.cases.contract import Case, LevelName, Reference, Study, places, text_of
-from harness.comparison.plan import Planned
+from harness.comparison.verdicts import Planned
 from harness.comparison.verification import Findings
 from harness.engines.border import engine_seconds
 from harness.engines.contract import Engine, Job, Output, Template

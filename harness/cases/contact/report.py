@@ -345,7 +345,7 @@ def ratio_plot(case: ContactCase[Any], one: Tried, who: str, over: OverAngle) ->
     known = published(parameters, _restitution(case, one))
     if known is not None:
         lines.append(Line(known.name, known.angles, over.ratio(parameters, known.left)))
-        told += f"; {known.label}"
+        told += f"; {known.told}"
     if isinstance(one, Climbed):
         reached = one.limits[over.quantity].value
         lines.append(Line(who, [over.angle(parameters)], [reached], marked=True))

@@ -28,9 +28,8 @@ from harness.cases.contract import (
     tolerances_of,
 )
 from harness.cases.grain import COLUMNS, Grain, path_in, run_jobs, whole
-from harness.comparison.plan import Planned
 from harness.comparison.regression import BaselineRecord, made_by, record_name
-from harness.comparison.verdicts import Check, Kind, Tolerance, judge, not_tested
+from harness.comparison.verdicts import Check, Kind, Planned, Tolerance, judge, not_tested
 from harness.comparison.verification import Findings
 from harness.engines.border import STATED_SECONDS
 from harness.engines.contract import Engine, Job, Output, Template, Value

@@ -11,8 +11,7 @@ from harness.cases.incline.levels import REGRESSION, run_seconds
 from harness.cases.incline.runs import read
 from harness.cases.incline.searched import InclineSearch, SearchedAngle
 from harness.cases.incline.system import NAME, TEMPLATE, Incline, job_of
-from harness.comparison.plan import Planned
-from harness.comparison.verdicts import Check
+from harness.comparison.verdicts import Check, Planned
 from harness.comparison.verification import Findings
 from harness.engines.contract import Engine, Job, Output
 from harness.engines.traits import Traits

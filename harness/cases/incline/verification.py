@@ -70,10 +70,10 @@ from harness.cases.incline.system import (
     margin,
     start_in_well,
 )
-from harness.comparison.plan import Planned
 from harness.comparison.verdicts import (
     Check,
     Kind,
+    Planned,
     Tolerance,
     failed_run,
     finding,

@@ -230,7 +230,6 @@ def _means_of_boxes(boxes: Sequence[Sequence[Row]]) -> dict[float, Mean]:
 def _box_changes(
     reference: Sequence[Row], arms: Mapping[str, Sequence[Row]]
 ) -> Iterator[AngleChange]:  # fmt: skip
-    """Yield each box against the next smaller one."""
     boxes = {rows[0]["length_d"]: rows[0] for rows in _boxes(reference, arms)}
     means = _means_of_boxes(_boxes(reference, arms))
     for small, large in pairwise(means):

@@ -109,7 +109,7 @@ LESS_DISSIPATION = (
 CHANGES: Mapping[str, Mapping[str, Any]] = dict(
     (HALF_THE_RATE, TWICE, ON_ROWS, START, LESS_DISSIPATION, (SPLIT, {}))
 )
-"""What an arm at more layers than one changes beside the box, by its name."""
+"""What an arm at more layers than one changes besides the box, by its name."""
 
 SMALLER, LARGER = 2.0 / 3.0, 1.5
 """Factors of the boxes that the one over the thickness is compared with."""
@@ -230,7 +230,7 @@ def probe(side: int) -> Layers:
 def speed_of(engine: Engine, side: int, repeats: int = REPEATS) -> Speed:
     """Return the cost of a grain and step in an engine, the least of some repeats.
 
-    Raise the first EngineError, EngineOutputError where the log tells of no time.
+    Raise the first EngineError, EngineOutputError where the log has no time.
     """
     case, speeds = probe(side), []
     for _ in range(repeats):
@@ -316,7 +316,7 @@ def study_cost(
 
 
 def core_seconds(arms: Mapping[str, Sequence[Row]]) -> tuple[int, float]:
-    """Return how many different runs tell of their time, and the core time [s] of them all."""
+    """Return how many different runs have a wall time, and the core time [s] of them all."""
     runs = {
         repr([row[name] for name in row if name != "arm"]): row["wall_time_s"] * row["ranks"]
         for row in chain.from_iterable(arms.values())
@@ -407,7 +407,6 @@ def arms_of(level: Level) -> list[Arm]:
 
 
 def _over_thickness(extent: Extent) -> Iterable[Layers]:
-    """Yield the runs, the costliest first so that no core idles at the end."""
     for stiffness in sorted(extent.stiffnesses, reverse=True):
         for layers in sorted(extent.boxes, reverse=True):
             if stiffness >= SOFTEST * layers:
@@ -417,7 +416,6 @@ def _over_thickness(extent: Extent) -> Iterable[Layers]:
 
 
 def _at_more_layers(some: Changed, extent: Extent) -> Arm:
-    """Return the arm of another rate, box, base or two ranks at more layers than one."""
     stiffness = (max if some.stiffest else min)(extent.stiffnesses)
     box = extent.boxes[some.layers]
     change = {**CHANGES[some.change]} if some.change else {}

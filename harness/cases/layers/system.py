@@ -34,7 +34,6 @@ SOFTEST = 20.0
 
 
 def _with_tail(value: object) -> object:
-    """Return a contact of parts with the clipped tail: another is not offered."""
     return {"tail": "clipped", **value} if isinstance(value, dict) else value
 
 
@@ -294,7 +293,7 @@ NAME = "layers"
 """Name of the case, and of its template."""
 
 DISSIPATION = ("damping", "restitution", "damping_ratio")
-"""Values of a contact that scripts are told: the others are fixed here."""
+"""Values of a contact that scripts take: the others are fixed here."""
 
 
 RESTART_WORK = 10**10
@@ -308,7 +307,7 @@ def restart_steps(case: Layers) -> int:
 
 
 def values_of(case: Packing) -> dict[str, Value]:
-    """Return what a script is told of a descent, or of a flow at one angle."""
+    """Return the values of a script for a descent, or a flow at one angle."""
     contact = contact_values(case.contact)
     values = {name: getattr(case, name) for name in type(case).model_fields if name != "contact"}
     return {**values, **{name: contact[name] for name in DISSIPATION}}

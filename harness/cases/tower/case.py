@@ -25,7 +25,7 @@ from harness.cases.tower.verification import (
     own_findings,
     planned,
 )
-from harness.comparison.plan import Planned
+from harness.comparison.verdicts import Planned
 from harness.comparison.verification import Findings
 from harness.engines.border import engine_seconds
 from harness.engines.contract import Engine, Job, Output

@@ -52,11 +52,11 @@ from harness.cases.tower.run import (
     tower_record,
 )
 from harness.cases.tower.system import job_of, timing_of
-from harness.comparison.plan import Planned
 from harness.comparison.series import Comparison
 from harness.comparison.verdicts import (
     Check,
     Kind,
+    Planned,
     Tolerance,
     finding,
     judge,

@@ -1,7 +1,7 @@
 """The ledger of the source: every equation, number and claim, recomputed and judged.
 
 No row is typed in. What the source prints is evaluated by
-:mod:`harness.reproduction.as_printed` and held against a route that shares no
+:mod:`harness.reproduction.claims` and held against a route that shares no
 code with it: theory, exact propagator, complementarity, iteration, root finding, or
 algebra over random samples with a fixed seed. The sentences stand in ``source.toml``.
 """
@@ -12,8 +12,7 @@ from collections.abc import Callable, Iterable
 from functools import partial
 
 from harness.engines.contract import Engine
-from harness.reproduction.as_printed import PRINTED, Printed
-from harness.reproduction.claims import SOURCES, Ledger, Statement, untestable
+from harness.reproduction.claims import PRINTED, SOURCES, Ledger, Printed, Statement, untestable
 from harness.reproduction.ledger import appendix, background, errata, methods, results
 from harness.workflows.progress import Progress, silent
 

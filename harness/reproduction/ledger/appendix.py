@@ -10,8 +10,7 @@ from scipy.optimize import brentq
 
 from harness.observables.windows import turnaround
 from harness.parameters.tower import LAWS, Tower
-from harness.reproduction.as_printed import Printed
-from harness.reproduction.claims import SOURCES, Statement, claim, compare
+from harness.reproduction.claims import SOURCES, Printed, Statement, claim, compare
 from harness.reproduction.ledger.samples import (
     MEDIAN,
     RADIUS,
@@ -73,7 +72,7 @@ def _deformations(chains: Sequence[TouchingChain]) -> Iterator[Statement]:
     recovered = [forces.compressions(c.centres, 2 * RADIUS) for c in chains]
     yield compare(
         "eq-a4",
-        printed=np.concatenate([np.convolve(pressed, [1, 1]) for pressed in recovered]),
+        printed=np.concatenate([np.convolve(chain, [1, 1]) for chain in recovered]),
         found=np.concatenate([c.deformations for c in chains]),
     )
     yield compare(
@@ -201,9 +200,9 @@ def _proof(pairs: Sequence[OpenPair]) -> Iterator[Statement]:
         smaller=[p.distance > 1.0 - min(p.deformations) for p in pairs],
         larger=[p.distance >= 1.0 - max(p.deformations) - 1e-12 for p in pairs],
     )
-    pressed = [p for p in pairs if max(p.deformations) > 0]
+    deformed = [p for p in pairs if max(p.deformations) > 0]
     less, more = (
-        [p.distance > p.beyond[int(side(p.deformations))] for p in pressed]
+        [p.distance > p.beyond[int(side(p.deformations))] for p in deformed]
         for side in (np.argmin, np.argmax)
     )
     yield claim("eq-a11", less=less, more=more)

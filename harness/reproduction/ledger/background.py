@@ -21,8 +21,7 @@ from harness.engines.contract import Engine
 from harness.errors import EngineError
 from harness.parameters.law import SOURCE, Contact
 from harness.parameters.tower import Tower
-from harness.reproduction.as_printed import Printed
-from harness.reproduction.claims import SOURCES, Statement, claim, compare, untestable
+from harness.reproduction.claims import SOURCES, Printed, Statement, claim, compare, untestable
 from harness.reproduction.ledger.samples import generator, integrate
 from harness.theory.incline import after_next_shock, critical_angle, no_flight_bound, steady_energy
 
@@ -126,7 +125,7 @@ def _table(printed: Printed) -> Iterator[Statement]:
         angle=angle,
         depth=depth,
         most=most,
-        pressed=_extremes_of_contact(angle),
+        contact=_extremes_of_contact(angle),
         flight=no_flight_bound(),
     )
 
@@ -211,7 +210,7 @@ def _angle(printed: Printed) -> Iterator[Statement]:
 
 
 def collide(velocity: NDArray[np.float64], restitution: float) -> NDArray[np.float64]:
-    """Return the velocity after the grain meets the next sphere, in vectors.
+    """Return the velocity after the grain hits the next sphere, in vectors.
 
     The new contact's normal stands 60 deg off the old one's; the normal part of
     the velocity is turned back and multiplied by ``restitution``.

@@ -16,11 +16,11 @@ from harness.cases.tower.run import covering, tower
 from harness.comparison.convergence import slope_order
 from harness.observables.windows import impulse
 from harness.parameters.tower import LAWS, Law, Tower
-from harness.reproduction.as_printed import Printed
 from harness.reproduction.claims import (
     SOURCES,
     ClaimStatus,
     Ledger,
+    Printed,
     Source,
     Statement,
     claim,

@@ -14,8 +14,7 @@ from harness.cases.tower.impulse import STIFFNESSES
 from harness.cases.tower.run import tower
 from harness.observables.windows import impulse
 from harness.parameters.tower import LAWS, Tower
-from harness.reproduction.as_printed import Printed
-from harness.reproduction.claims import SOURCES, Statement, claim, compare, untestable
+from harness.reproduction.claims import SOURCES, Printed, Statement, claim, compare, untestable
 from harness.reproduction.ledger.samples import (
     RADIUS,
     free_collision,

@@ -12,8 +12,7 @@ from harness.cases.tower.impulse import angle_from_impulse_ratio
 from harness.observables.reference import PEYNEAU_ROUX
 from harness.observables.windows import impulse
 from harness.parameters.tower import LAWS, Tower
-from harness.reproduction.as_printed import Printed
-from harness.reproduction.claims import SOURCES, Statement, claim, compare
+from harness.reproduction.claims import SOURCES, Printed, Statement, claim, compare
 from harness.reproduction.ledger.background import stiffness_of_springs
 from harness.reproduction.ledger.samples import MEDIAN, contact_intervals, generator, ratios, run
 from harness.theory import incline

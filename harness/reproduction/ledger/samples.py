@@ -68,10 +68,10 @@ def touching_chains(count: int = 200, particles: tuple[int, ...] = ()) -> tuple[
     chains = []
     for _ in range(count):
         n = int(random.choice(particles or range(2, 10)))
-        pressed = random.uniform(0.001, 0.1, n - 1)
-        widths = 1.0 - np.convolve(pressed, [1, 1])
+        compressions = random.uniform(0.001, 0.1, n - 1)
+        widths = 1.0 - np.convolve(compressions, [1, 1])
         edges = random.uniform(-1, 1) + np.concatenate(([0.0], np.cumsum(widths)))
-        chains.append(TouchingChain(pressed, 0.5 * (edges[1:] + edges[:-1]), edges))
+        chains.append(TouchingChain(compressions, 0.5 * (edges[1:] + edges[:-1]), edges))
     return tuple(chains)
 
 
@@ -128,9 +128,9 @@ def openings(some: Sequence[ParticleRow]) -> list[OpenPair]:
     for row in some:
         apart = np.concatenate(([np.inf], row.distances, [np.inf]))
         for i in np.flatnonzero(row.compressions == 0):
-            pressed = float(row.deformations[i]), float(row.deformations[i + 1])
+            deformations = float(row.deformations[i]), float(row.deformations[i + 1])
             beyond = float(apart[i]), float(apart[i + 2])
-            pairs.append(OpenPair(float(row.distances[i]), pressed, beyond))
+            pairs.append(OpenPair(float(row.distances[i]), deformations, beyond))
     return pairs
 
 
@@ -171,7 +171,7 @@ SAMPLES = 2000
 """For each run: enough to name a time to a thousandth of t0; changes of contact are exact."""
 
 MEDIAN = (1e6, 2.0)
-"""[N/m], [m/s] of the runs that the source tells most about."""
+"""[N/m], [m/s] of the runs that the source describes most."""
 
 Ratios = dict[tuple[float, float], dict[int, float]]
 

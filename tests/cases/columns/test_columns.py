@@ -23,8 +23,7 @@ from harness.cases.contract import Study
 from harness.cases.incline import system
 from harness.cases.incline.system import Incline
 from harness.cases.source_angles import impulse_ratio, source_angles
-from harness.comparison.plan import missing_from
-from harness.comparison.verdicts import Verdict
+from harness.comparison.verdicts import Verdict, missing_from
 from harness.engines.lammps.engine import Lammps
 from harness.engines.reference import Reference
 from harness.errors import RequestError

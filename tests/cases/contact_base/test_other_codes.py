@@ -9,8 +9,7 @@ from harness.cases.contact.motion import followed
 from harness.cases.contact.report import codes_over_parameter
 from harness.cases.contract import Study
 from harness.cases.registry import get_case
-from harness.comparison.plan import missing_from
-from harness.comparison.verdicts import Verdict
+from harness.comparison.verdicts import Verdict, missing_from
 from harness.comparison.verification import Findings
 from harness.engines.contract import Engine
 from harness.engines.output import Output

@@ -47,7 +47,7 @@ from harness.observables.reference import ReferencePoints
 from harness.parameters.base import Parameters
 from harness.report.style import house_style
 from harness.workflows import critical_angle
-from harness.workflows.sweep_columns import column_of
+from harness.workflows.sweep_plan import column_of
 
 STUDY = LayersStudy()
 REPORT = Path(__file__).parents[3] / "reports/layers"

@@ -3,8 +3,7 @@ import math
 import pytest
 
 from harness.errors import EngineCrashError
-from harness.reproduction.as_printed import PRINTED
-from harness.reproduction.claims import ClaimStatus
+from harness.reproduction.claims import PRINTED, ClaimStatus
 from harness.reproduction.ledger import background
 from harness.reproduction.ledger.background import (
     angles_by_step,

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from harness.reproduction.as_printed import PRINTED
-from harness.reproduction.claims import SOURCES
+from harness.reproduction.claims import PRINTED, SOURCES
 from harness.reproduction.ledger import methods
 from harness.reproduction.ledger.background import collide
 from harness.reproduction.ledger.errata import impulse_ratio_at

@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from harness.parameters.tower import Tower
-from harness.reproduction.as_printed import PRINTED, Printed
-from harness.reproduction.claims import ClaimStatus, Ledger
+from harness.reproduction.claims import PRINTED, ClaimStatus, Ledger, Printed
 from harness.reproduction.ledger import samples
 from harness.theory.chain import compliance
 

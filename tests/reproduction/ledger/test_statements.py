@@ -137,7 +137,7 @@ def test_the_same_ledger_twice_with_progress_from_first_to_last(ledger):
 @pytest.mark.live
 def test_incline_in_lammps(lammps_here):  # noqa: ARG001
     from harness.engines.registry import open_engine
-    from harness.reproduction.as_printed import PRINTED
+    from harness.reproduction.claims import PRINTED
     from harness.reproduction.ledger import background
 
     with open_engine() as engine:
