@@ -458,7 +458,7 @@ class PenetrationCase(Case[Penetration]):
         if not found:
             return ()
         words = Words(__file__)
-        table = words.table("Impacts", list(_means(found)), numeric=range(1, len(found) + 1))
+        table = words.table("Impacts", list(_means(found)))
         table = replace(table, head=("quantity", *(one.engine for one in found)))
         seeds = len(found[0].rows)
         drawing = words.drawing("penetration-heights", lambda: drawn(found), seeds=seeds)

@@ -18,16 +18,17 @@ from harness.comparison.run_diff import RowChange, RunDiff
 from harness.comparison.verification import Results, Verification
 from harness.files import check_folder, whole_folder
 from harness.report.cells import FOLDER, addresses, cell_pages
-from harness.report.ci import junit, report_markdown, section_markdown, short_markdown
+from harness.report.ci import junit, short_markdown
 from harness.report.figures import changes as draw_changes
 from harness.report.gallery import Drawn, data_uri, draw_sections, picture, size, write_drawn
 from harness.report.markdown import table_lines
 from harness.report.matrix import defect_scripts
-from harness.report.page import WIDE, Shown, html_page, look, parts_of
-from harness.report.plain import json_text, markdown_text, safe_path, write_csv
+from harness.report.page import report_markdown, report_page
+from harness.report.plain import json_text, safe_path, write_csv
+from harness.report.render import WIDE, Figure, html_page, markdown_page
 from harness.report.schema import NAME, published
-from harness.report.sections import Section, divergence_section, engines_section
-from harness.report.templating import environment, style
+from harness.report.sections import Section, Table, divergence_section, engines_section
+from harness.report.templating import style
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -73,7 +74,7 @@ def _fill(verification: Verification, folder: Path, drawn: Sequence[Drawn]) -> N
         "junit.xml": junit(verification),
         "summary.md": short_markdown(verification),
         "report.md": report_markdown(verification, drawn),
-        "report.html": html_page(verification, drawn, addresses(drawn)),
+        "report.html": report_page(verification, drawn, addresses(drawn)),
     }
     pages = dict(cell_pages(verification, drawn))
     if pages:
@@ -112,26 +113,24 @@ def write_study(
     """
     check_folder(folder)
     drawn = draw_sections(sections, png=True)
-    lines = [f"# {markdown_text(page.title)}", "", markdown_text(page.question), ""]
+    titled = [part for part in drawn if part.section.title]
     first, *rest = page.verdict or ("Nothing was found.",)
-    lines += [f"**{markdown_text(first)}**", "", *(f"- {markdown_text(one)}" for one in rest)]
-    lines.append("")
-    lines += [line for part in drawn for line in section_markdown(part)]
-    lines += ["## Provenance", ""]
-    lines += [f"- {name}: {markdown_text(text)}" for name, text in page.facts.items()]
-    template = environment().get_template("study.html.j2")
-    parts = parts_of(drawn)
-    opening = next((part for part in parts if part.figures), None)
-    html = template.render(
-        page=page, first=first, rest=rest, opening=opening, parts_of_page=parts, look=look
-    )
+    values: dict[str, Any] = {
+        "page": page,
+        "first": first,
+        "rest": rest,
+        "opening": next((part for part in titled if part.pictures), None),
+        "parts_of_study": titled,
+    }
+    html = html_page("study.md.j2", page.title, **values)
+    markdown = markdown_page("study.md.j2", page.title, **values)
     with whole_folder(folder) as aside:
         aside.mkdir()
         write_drawn(drawn, aside)
         for name, table in tables.items():
             write_csv(table, aside / name)
         (aside / "study.json").write_text(json_text(record), encoding="utf-8")
-        (aside / "report.md").write_text("\n".join([*lines, ""]), encoding="utf-8")
+        (aside / "report.md").write_text(markdown, encoding="utf-8")
         (aside / "report.html").write_text(html, encoding="utf-8")
 
 
@@ -145,7 +144,7 @@ class Pair:
 
     title: str
     same: bool
-    drawings: Sequence[Shown | None]
+    drawings: Sequence[Figure | None]
 
     @property
     def stacked(self) -> bool:
@@ -160,25 +159,24 @@ def diff_page(
 ) -> str:
     """Return the page; figures and style are inside it, so that it can be sent alone."""
     changes = [change for change in RowChange if found.count(change)]
-    return (
-        environment()
-        .get_template("diff.html.j2")
-        .render(
-            found=found,
-            headline=headline(found),
-            runs=[
-                (name, _who(run))
-                for name, run in zip(names, (found.before, found.after), strict=True)
-            ],
-            counts=[(change, found.count(change)) for change in changes],
-            changes=changes,
-            order=list(RowChange),
-            names=COLUMNS,
-            numeric=NUMERIC,
-            kinds=list(dict.fromkeys(row.row.kind for row in found.rows)),
-            pairs=pairs,
-            scripts=scripts,
-        )
+    runs = zip(("before", "after"), names, (found.before, found.after), strict=True)
+    metadata = tuple((other.name, other.before, other.after) for other in found.metadata)
+    return html_page(
+        "diff.md.j2",
+        f"Two runs: {headline(found)}",
+        frame={"name": "Two verification runs", "columns": COLUMNS},
+        found=found,
+        headline=headline(found),
+        runs=[(place, f"{name}, {_who(run)}") for place, name, run in runs],
+        counts=[f"{found.count(change)} {change}" for change in changes],
+        metadata=Table("What else is not the same", "", ("what", "before", "after"), metadata),
+        changes=changes,
+        order=list(RowChange),
+        names=COLUMNS,
+        numeric=NUMERIC,
+        kinds=list(dict.fromkeys(row.row.kind for row in found.rows)),
+        pairs=pairs,
+        scripts=scripts,
     )
 
 
@@ -229,12 +227,12 @@ def _pairs(before: Path, after: Path) -> Iterator[Pair]:
         yield Pair(name.replace("-", " ").capitalize(), same, drawings)
 
 
-def _drawing(name: str, svg: str | None) -> Shown | None:
+def _drawing(name: str, svg: str | None) -> Figure | None:
     try:
         width, height = map(round, size(svg or ""))
     except ValueError:
         return None
-    return Shown(name, name.replace("-", " "), "", data_uri(svg or ""), width, height)
+    return Figure(name, name.replace("-", " "), "", data_uri(svg or ""), width, height)
 
 
 def _scripts(before: Path, after: Path) -> dict[str, str]:

@@ -1,25 +1,28 @@
-"""Write tables as Markdown, and render Markdown as the pages show it.
+"""Write the blocks of a page as Markdown, and render Markdown as the pages show it.
 
-Tables are escaped, numbers to the right, aligned where a terminal shows them.
+Text is escaped; of tables numbers stand to the right, and columns are aligned where a terminal
+shows them.
 """
 
 from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from html import escape
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from harness.comparison.verdicts import Verdict
-from harness.report.plain import markdown_text
+from harness.report.plain import markdown_text, one_line
+from harness.report.sections import Label, Table, TableCell, column_look
 
 if TYPE_CHECKING:
     from markdown_it.token import Token
+    from markupsafe import Markup
 
-LONG = 34
-"""Characters above which a cell of a table is a sentence, which is wrapped."""
+    from harness.report.causes import Cause
+    from harness.report.gallery import Picture, Reel
 
 NOT_IN_A_PLACE = re.compile(r"[^\w\- ]")
 """What GitHub leaves out of a heading where it makes a place to link to."""
@@ -34,16 +37,16 @@ class Document:
     body: str
 
 
-def document(text: str, pages: Mapping[str, str] | None = None) -> Document:
+def document(text: str, pages: Mapping[str, str] | None = None, *, html: bool = False) -> Document:
     """Return Markdown as HTML, without the first heading, which is the title.
 
-    Raw HTML is escaped. Headings have GitHub's places; tables scroll by themselves, and have the
-    names of their columns in each cell, which a phone shows; verdicts are badges. A cell that is a
-    name of ``pages`` links to its page.
+    Raw HTML is escaped unless ``html``. Headings have GitHub's places; tables scroll by themselves,
+    and have the names of their columns in each cell, which a phone shows; verdicts are badges. A
+    cell that is a name of ``pages`` links to its page.
     """
     from markdown_it import MarkdownIt
 
-    parser = MarkdownIt("commonmark", {"html": False}).enable("table")
+    parser = MarkdownIt("commonmark", {"html": html}).enable("table")
     tokens = parser.parse(text)
     title, headings, places = "", [], Counter[str]()
     for n, token in enumerate(tokens):
@@ -52,7 +55,8 @@ def document(text: str, pages: Mapping[str, str] | None = None) -> Document:
             place = NOT_IN_A_PLACE.sub("", words.lower()).replace(" ", "-")
             places[place] += 1
             place += f"-{places[place] - 1}" if places[place] > 1 else ""
-            token.attrs["id"] = place
+            if not html:
+                token.attrs["id"] = place
             if token.tag == "h1" and not title:
                 title = words
             elif token.tag == "h2":
@@ -114,7 +118,7 @@ def _tables(tokens: Sequence[Token], pages: Mapping[str, str]) -> None:
             else:
                 token.attrs["data-n"] = heads[column]
                 _badge(inline, words, pages)
-            look = "n" if right else "prose" if len(words) > LONG else ""
+            look = "n" if right else column_look((words,)).replace("n", "")
             if look:
                 token.attrs["class"] = look
             column += 1
@@ -135,7 +139,7 @@ def _badge(inline: Token, words: str, pages: Mapping[str, str]) -> None:
 
 def table_lines(
     head: Sequence[str],
-    rows: Sequence[Sequence[str]],
+    rows: Sequence[Sequence[TableCell]],
     numeric: Collection[int] = (),
     *,
     aligned: bool = False,
@@ -145,7 +149,7 @@ def table_lines(
     Columns of ``numeric`` are set to the right. An ``aligned`` one has columns of one width, which
     a terminal shows as well, but for the last: what it says may be long.
     """
-    cells = [[_cell(text) for text in row] for row in (head, *rows)]
+    cells = [[_cell(cell) for cell in row] for row in (head, *rows)]
     widths = [max(map(len, column)) if aligned else 3 for column in zip(*cells, strict=True)]
     widths[-1] = len(cells[0][-1]) if aligned else 3
     rule = ["-" * (w - 1) + ":" if n in numeric else "-" * w for n, w in enumerate(widths)]
@@ -165,9 +169,105 @@ def _line(row: Sequence[str]) -> str:
     return f"| {' | '.join(row)} |"
 
 
-def _cell(text: str) -> str:
+def _cell(cell: TableCell) -> str:
+    return _escaped(cell) if isinstance(cell, str) else ", ".join(map(_label, cell))
+
+
+def _label(label: Label) -> str:
+    """Return a label as a link; a row of a page, ``#``, is none in Markdown."""
+    text = markdown_text(label.text)
+    leads = label.address and not label.address.startswith("#")
+    return f"[{text}]({label.address})" if leads else text
+
+
+def _escaped(text: str) -> str:
     if text.startswith("**") and (end := text.find("**", 2)) > 0:
         rest = markdown_text(text[end + 2 :])
         gap = " " if text[end + 2 :].startswith(" ") else ""
         return f"**{markdown_text(text[2:end])}**{gap}{rest}"
     return markdown_text(text)
+
+
+class MarkdownBlocks:
+    """How Markdown writes the blocks of a page that is written once, for it and for HTML.
+
+    A template calls them as those of :class:`harness.report.templating.HtmlBlocks`: what Markdown
+    cannot show is left out, or its words alone are.
+    """
+
+    html = False
+
+    def heading(self, title: str, *_: object, level: int = 2, verdict: str = "") -> Markup:
+        """Write a heading, of a cause with its verdict."""
+        told = f"{verdict}: {title}" if verdict else title
+        return _block(f"{'#' * level} {markdown_text(told)}")
+
+    def soft(self, text: str) -> Markup:
+        """Write what a page says in a lighter colour."""
+        return _block(markdown_text(text))
+
+    def table(self, table: Table, *_: object, aligned: bool = False) -> Markup:
+        """Write a table below its caption."""
+        shown = table.without_empty_columns
+        numeric = [n for n, look in enumerate(shown.looks) if look == "n"]
+        lines = table_lines(shown.head, shown.rows, numeric, aligned=aligned)
+        caption = [markdown_text(table.caption), ""] if table.caption else []
+        return _block(*caption, *lines)
+
+    def facts(self, pairs: Iterable[tuple[str, str]], *_: object) -> Markup:
+        """Write names, each with what it is."""
+        return _block(*(f"- {name}: {markdown_text(text)}" for name, text in pairs))
+
+    def code(self, lines: Iterable[str], *_: object) -> Markup:
+        """Write commands."""
+        written = [one_line(line) for line in lines]
+        return _block("```sh", *written, "```") if written else _text("")
+
+    def figures(
+        self, pictures: Iterable[Picture], failures: Iterable[str] = (), **_: object
+    ) -> Markup:
+        """Write figures, each below its title, and why others could not be drawn."""
+        blocks = [markdown_text(failure) for failure in failures]
+        for picture in pictures:
+            title = markdown_text(picture.title)
+            image = f"![{title}](figures/{picture.name}.svg)"
+            blocks += [f"### {title}", image, markdown_text(picture.caption)]
+        return _block("\n\n".join(blocks))
+
+    def films(self, reels: Iterable[Reel], *_: object) -> Markup:
+        """Write films, each as its poster, which leads to it."""
+        blocks = []
+        for reel in reels:
+            title = markdown_text(reel.title)
+            image = f"[![{title}](movies/{reel.name}.png)](movies/{reel.name}.gif)"
+            blocks += [f"### {title}", image, markdown_text(reel.caption)]
+        return _block("\n\n".join(blocks))
+
+    def hero(self, headline: str, *values: Any) -> Markup:
+        """Write the outcome in bold, and below it name, expectation and result of headlines."""
+        lines = [f"{name}: expected {told}; {measured}" for name, told, measured in values[-1]]
+        return _block(
+            f"**{markdown_text(headline)}**", "", *(f"- {markdown_text(line)}" for line in lines)
+        )
+
+    def cause_rows(self, cause: Cause, *_: object) -> Markup:
+        """Write how many rows a cause has, and in how many cells."""
+        return _block(f"{cause.count[:1].upper()}{cause.count[1:]}.")
+
+    def begin(self, *_: object, **__: object) -> Markup:
+        """Leave out what a page alone has: what stands about blocks, and what is drawn."""
+        return _text("\n\n")
+
+    end = fold = sketch = cause_cells = include = begin
+
+
+def _block(*lines: str) -> Markup:
+    """Return lines as a block of their own, nothing where there are none."""
+    text = "\n".join(lines)
+    return _text(f"\n\n{text}\n\n" if text else "")
+
+
+def _text(text: str) -> Markup:
+    from markupsafe import Markup
+
+    return Markup(text)  # escaped where it was made
