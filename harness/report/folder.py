@@ -21,7 +21,6 @@ from harness.report.cells import FOLDER, addresses, cell_pages
 from harness.report.ci import junit, short_markdown
 from harness.report.figures import changes as draw_changes
 from harness.report.gallery import Drawn, data_uri, draw_sections, picture, size, write_drawn
-from harness.report.markdown import table_lines
 from harness.report.matrix import defect_scripts
 from harness.report.page import report_markdown, report_page
 from harness.report.plain import json_text, safe_path, write_csv
@@ -291,38 +290,31 @@ def write_releases(found: ReleaseMatrix, folder: Path) -> None:
 
 def markdown(found: ReleaseMatrix) -> str:
     """Return the matrix as Markdown: who ran, how much is of each class, and every row."""
-    reference, engine = found.columns[found.reference].release, found.engine
-    level = "" if found.level == "default" else f" --{found.level}"
-    asked = f" --cases {found.cases}" if found.cases else ""
-    classes = [str(change) for change in ReleaseChange if change != "reference"]
-    counted = []
-    for number, column in enumerate(found.columns):
-        counts = found.counts(number)
-        provenance = column.provenance.engine_version if column.provenance else column.error
-        counted.append((column.release, provenance, *(str(counts.get(c, "")) for c in classes)))
-    head = ("release", engine, *classes)
-    others = [(i, c) for i, c in enumerate(found.columns) if i != found.reference]
-    names = ("case", "quantity", reference, "tolerance", *(c.release for _, c in others))
-    return "\n".join(
-        (
-            f"# {engine} releases{f': {found.cases}' if found.cases else ''}",
-            "",
-            f"Cases of `verify{level}{asked}`, each release through its own executable, on "
-            f"{found.platform}. Changes are against {reference}.",
-            "",
-            *table_lines(head, counted, range(2, len(head))),
-            "",
-            *_cells_markdown(found),
-            f"## {CHANGES}",
-            "",
-            f"![{CHANGES}](changes.svg)",
-            "",
-            "## Every quantity",
-            "",
-            *table_lines(names, [_release_row(row, found, others) for row in found.rows], (2, 3)),
-            "",
-        )
+    others = [(n, column) for n, column in enumerate(found.columns) if n != found.reference]
+    reference = found.columns[found.reference].release
+    rows = tuple(_release_row(row, found, others) for row in found.rows)
+    head = ("case", "quantity", reference, "tolerance", *(c.release for _, c in others))
+    return markdown_page(
+        "releases.md.j2",
+        f"{found.engine} releases{f': {found.cases}' if found.cases else ''}",
+        found=found,
+        reference=reference,
+        changes=CHANGES,
+        counts=_counts(found),
+        tables=[table for table in _cell_tables(found) if table.rows],
+        quantities=Table("Every quantity", "", head, rows),
     )
+
+
+def _counts(matrix: ReleaseMatrix) -> Table:
+    """Return how many values of each release are of each class."""
+    classes = [str(change) for change in ReleaseChange if change != "reference"]
+    rows = []
+    for number, column in enumerate(matrix.columns):
+        counts = matrix.counts(number)
+        provenance = column.provenance.engine_version if column.provenance else column.error
+        rows.append((column.release, provenance, *(str(counts.get(c, "")) for c in classes)))
+    return Table("Releases", "", ("release", matrix.engine, *classes), tuple(rows))
 
 
 def _release_row(
@@ -342,26 +334,22 @@ def _release_row(
     return tuple(cells)
 
 
-def _cells_markdown(matrix: ReleaseMatrix) -> Iterator[str]:
-    """Yield known defects by release, and the cells that do not hold in every release."""
+def _cell_tables(matrix: ReleaseMatrix) -> Iterator[Table]:
+    """Yield known defects by release, cells that do not hold in every one, and why not tested."""
     releases = tuple(column.release for column in matrix.columns)
-    if matrix.defects:
-        rows = [(name, *(str(n or "") for n in counts)) for name, counts in matrix.defects.items()]
-        yield from ("## Known defects, cells in which each was found", "")
-        yield from (*table_lines(("defect", *releases), rows), "")
-    if matrix.cells:
-        rows = [
-            (row.case, row.submodel, row.system, *row.verdicts, ", ".join(row.defects))
-            for row in matrix.cells
-        ]
-        head = ("case", "submodel", "system", *releases, "defect")
-        yield from ("## Cells of the matrix that do not hold in every release", "")
-        yield from (*table_lines(head, rows), "")
-    reasons = [
+    defects = ((name, *(str(n or "") for n in row)) for name, row in matrix.defects.items())
+    title = "Known defects, cells in which each was found"
+    yield Table(title, "", ("defect", *releases), tuple(defects))
+    cells = (
+        (row.case, row.submodel, row.system, *row.verdicts, ", ".join(row.defects))
+        for row in matrix.cells
+    )
+    head = ("case", "submodel", "system", *releases, "defect")
+    yield Table("Cells of the matrix that do not hold in every release", "", head, tuple(cells))
+    reasons = (
         (column.release, reason, str(len(cells)), ", ".join(sorted({cell.case for cell in cells})))
         for number, column in enumerate(matrix.columns)
         for reason, cells in untested(matrix.cells, number).items()
-    ]
-    if reasons:
-        yield from ("## Why cells were not tested", "")
-        yield from (*table_lines(("release", "reason", "cells", "cases"), reasons, (2,)), "")
+    )
+    head = ("release", "reason", "cells", "cases")
+    yield Table("Why cells were not tested", "", head, tuple(reasons))

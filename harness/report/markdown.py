@@ -1,28 +1,26 @@
-"""Write the blocks of a page as Markdown, and render Markdown as the pages show it.
+"""Write tables as Markdown, and render Markdown as the pages show it.
 
-Text is escaped; of tables numbers stand to the right, and columns are aligned where a terminal
-shows them.
+Text is escaped; numbers stand to the right, and columns are aligned where a terminal shows them.
 """
 
 from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from html import escape
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from harness.comparison.verdicts import Verdict
-from harness.report.plain import markdown_text, one_line
+from harness.report.plain import markdown_text
 from harness.report.sections import Label, Table, TableCell, column_look
 
 if TYPE_CHECKING:
     from markdown_it.token import Token
-    from markupsafe import Markup
 
-    from harness.report.causes import Cause
-    from harness.report.gallery import Picture, Reel
+BOLD = re.compile(r"(?<!\w)\\\*\\\*(\w[^*]*?)\\\*\\\*(?!\w)")
+"""Of a table, two stars about words, as they are escaped."""
 
 NOT_IN_A_PLACE = re.compile(r"[^\w\- ]")
 """What GitHub leaves out of a heading where it makes a place to link to."""
@@ -144,7 +142,7 @@ def table_lines(
     *,
     aligned: bool = False,
 ) -> list[str]:
-    """Return the lines of a table; text in it is escaped, but for two stars that make it bold.
+    """Return the lines of a table; text in it is escaped, but for pairs of stars about words.
 
     Columns of ``numeric`` are set to the right. An ``aligned`` one has columns of one width, which
     a terminal shows as well, but for the last: what it says may be long.
@@ -181,93 +179,10 @@ def _label(label: Label) -> str:
 
 
 def _escaped(text: str) -> str:
-    if text.startswith("**") and (end := text.find("**", 2)) > 0:
-        rest = markdown_text(text[end + 2 :])
-        gap = " " if text[end + 2 :].startswith(" ") else ""
-        return f"**{markdown_text(text[2:end])}**{gap}{rest}"
-    return markdown_text(text)
+    return BOLD.sub(r"**\1**", markdown_text(text))
 
 
-class MarkdownBlocks:
-    """How Markdown writes the blocks of a page that is written once, for it and for HTML.
-
-    A template calls them as those of :class:`harness.report.templating.HtmlBlocks`: what Markdown
-    cannot show is left out, or its words alone are.
-    """
-
-    html = False
-
-    def heading(self, title: str, *_: object, level: int = 2, verdict: str = "") -> Markup:
-        """Write a heading, of a cause with its verdict."""
-        told = f"{verdict}: {title}" if verdict else title
-        return _block(f"{'#' * level} {markdown_text(told)}")
-
-    def soft(self, text: str) -> Markup:
-        """Write what a page says in a lighter colour."""
-        return _block(markdown_text(text))
-
-    def table(self, table: Table, *_: object, aligned: bool = False) -> Markup:
-        """Write a table below its caption."""
-        shown = table.without_empty_columns
-        numeric = [n for n, look in enumerate(shown.looks) if look == "n"]
-        lines = table_lines(shown.head, shown.rows, numeric, aligned=aligned)
-        caption = [markdown_text(table.caption), ""] if table.caption else []
-        return _block(*caption, *lines)
-
-    def facts(self, pairs: Iterable[tuple[str, str]], *_: object) -> Markup:
-        """Write names, each with what it is."""
-        return _block(*(f"- {name}: {markdown_text(text)}" for name, text in pairs))
-
-    def code(self, lines: Iterable[str], *_: object) -> Markup:
-        """Write commands."""
-        written = [one_line(line) for line in lines]
-        return _block("```sh", *written, "```") if written else _text("")
-
-    def figures(
-        self, pictures: Iterable[Picture], failures: Iterable[str] = (), **_: object
-    ) -> Markup:
-        """Write figures, each below its title, and why others could not be drawn."""
-        blocks = [markdown_text(failure) for failure in failures]
-        for picture in pictures:
-            title = markdown_text(picture.title)
-            image = f"![{title}](figures/{picture.name}.svg)"
-            blocks += [f"### {title}", image, markdown_text(picture.caption)]
-        return _block("\n\n".join(blocks))
-
-    def films(self, reels: Iterable[Reel], *_: object) -> Markup:
-        """Write films, each as its poster, which leads to it."""
-        blocks = []
-        for reel in reels:
-            title = markdown_text(reel.title)
-            image = f"[![{title}](movies/{reel.name}.png)](movies/{reel.name}.gif)"
-            blocks += [f"### {title}", image, markdown_text(reel.caption)]
-        return _block("\n\n".join(blocks))
-
-    def hero(self, headline: str, *values: Any) -> Markup:
-        """Write the outcome in bold, and below it name, expectation and result of headlines."""
-        lines = [f"{name}: expected {told}; {measured}" for name, told, measured in values[-1]]
-        return _block(
-            f"**{markdown_text(headline)}**", "", *(f"- {markdown_text(line)}" for line in lines)
-        )
-
-    def cause_rows(self, cause: Cause, *_: object) -> Markup:
-        """Write how many rows a cause has, and in how many cells."""
-        return _block(f"{cause.count[:1].upper()}{cause.count[1:]}.")
-
-    def begin(self, *_: object, **__: object) -> Markup:
-        """Leave out what a page alone has: what stands about blocks, and what is drawn."""
-        return _text("\n\n")
-
-    end = fold = sketch = cause_cells = include = begin
-
-
-def _block(*lines: str) -> Markup:
-    """Return lines as a block of their own, nothing where there are none."""
-    text = "\n".join(lines)
-    return _text(f"\n\n{text}\n\n" if text else "")
-
-
-def _text(text: str) -> Markup:
-    from markupsafe import Markup
-
-    return Markup(text)  # escaped where it was made
+def markdown_table(table: Table, *, aligned: bool = False) -> str:
+    """Return a table, numbers to the right."""
+    numeric = [n for n, look in enumerate(table.looks) if look == "n"]
+    return "\n".join(table_lines(table.head, table.rows, numeric, aligned=aligned))

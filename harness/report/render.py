@@ -1,7 +1,7 @@
 """Write a page as Markdown and as HTML from one template.
 
 A page is Markdown: what a template puts into it is escaped, its blocks (figures, tables, folds) are
-written by :class:`harness.report.markdown.MarkdownBlocks` or by :class:`HtmlBlocks`. The HTML page
+written by ``blocks.md.j2`` or, for HTML, by :class:`HtmlBlocks`. The HTML page
 is that Markdown, rendered by markdown-it, in a frame with style, navigation and scripts.
 """
 
@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from harness.report.gallery import Picture, data_uri, size
-from harness.report.markdown import MarkdownBlocks, document
+from harness.report.markdown import document
 from harness.report.plain import markdown_text
 from harness.report.templating import environment, markdown_environment
 
@@ -35,8 +35,9 @@ FRAME = {"who": "", "above": "", "sheet": None, "look": "", "columns": ()}
 
 def markdown_page(name: str, title: str, package: str = "", **values: Any) -> str:
     """Return a page as Markdown, from the template ``name``."""
-    template = markdown_environment(package, html=False).get_template(name)
-    text = template.render(b=MarkdownBlocks(), **values)
+    templates = markdown_environment(package, html=False)
+    blocks = templates.get_template("blocks.md.j2").module
+    text = templates.get_template(name).render(b=blocks, **values)
     text = f"# {markdown_text(title)}\n\n{text}"
     return re.sub(r"\n{3,}", "\n\n", text).strip() + "\n"
 

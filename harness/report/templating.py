@@ -9,7 +9,8 @@ from functools import cache, partial
 from importlib import resources
 from typing import TYPE_CHECKING, Any
 
-from harness.report.plain import markdown_text, printable, safe_path
+from harness.report.markdown import markdown_table
+from harness.report.plain import markdown_text, one_line, printable, safe_path
 from harness.report.text import details, explained, happened, triage
 from harness.shown import in_words
 from harness.shown import number as number
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
     from jinja2 import Environment
     from markupsafe import Markup
 
+    from harness.report.sections import Table
 
 CODE = re.compile(r"`([^`]+)`")
 TAIL = 12_000
@@ -53,9 +55,22 @@ def _environment(package: str, finalize: Callable[[Any], Any] | None) -> Environ
     made.filters |= {"triage": triage, "details": details, "explained": explained}
     made.filters["happened"] = happened
     made.filters["backticks"] = _code_spans if finalize else _code_elements
-    made.globals["missing"] = math.nan
+    made.filters |= {"lines": _table_lines, "raw": Markup, "verbatim": _verbatim}
+    made.globals |= {"missing": math.nan, "gap": Markup("\n\n")}
     made.globals["file"] = lambda name: Markup(_template(name))
     return made
+
+
+def _table_lines(table: Table, aligned: bool) -> Markup:
+    from markupsafe import Markup
+
+    return Markup(markdown_table(table, aligned=aligned))
+
+
+def _verbatim(text: str) -> Markup:
+    from markupsafe import Markup
+
+    return Markup(one_line(text))
 
 
 def _code_elements(text: str) -> Markup:
