@@ -205,16 +205,12 @@ class Words:
         self,
         name: str,
         rows: Sequence[tuple[str, ...]],
-        numeric: Sequence[int] = (),
-        prose: Sequence[int] = (),
         **values: Any,
     ) -> Table:
         """Return a table by its label, with rows; raise KeyError for another."""
         told = self._told["tables"][name]
         caption = told["caption"].format(**values)
-        return Table(
-            name, caption, tuple(told["head"]), tuple(rows), frozenset(numeric), frozenset(prose)
-        )
+        return Table(name, caption, tuple(told["head"]), tuple(rows))
 
 
 P = TypeVar("P", bound=Parameters)

@@ -16,11 +16,8 @@ from harness.comparison.known_defects import KnownDefect, defect_of
 from harness.comparison.verdicts import Check, Verdict
 from harness.comparison.verification import Verification
 from harness.report import text
-from harness.report.matrix import address
+from harness.report.matrix import Place, address
 from harness.report.plain import printable
-
-Place = tuple[str, str, str]
-"""Case, submodel and engine of a cell."""
 
 APART = (Verdict.FAIL, Verdict.KNOWN_DEFECT, Verdict.FIXED, Verdict.NOT_TESTED)
 """Verdicts that need a cause, in the order of reading."""

@@ -3,21 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
-from functools import partial
 from itertools import groupby
 from pathlib import PurePosixPath
 
 from harness.comparison.known_defects import KnownDefect, defect_of
-from harness.comparison.verdicts import Verdict
+from harness.comparison.verdicts import Kind, Verdict
 from harness.comparison.verification import Verification
 from harness.report.gallery import Drawn, DrawnCell
-from harness.report.matrix import Mark, address
-from harness.report.page import Row, look, rows_of
+from harness.report.matrix import Mark, Place, address
+from harness.report.page import Row, rows_of
 from harness.report.plain import safe_path
-from harness.report.sections import CellText
-from harness.report.templating import environment
-from harness.shown import in_words
+from harness.report.render import html_page
+from harness.report.sections import CellText, Label, Table, TableCell
+from harness.shown import in_words, number
 
 FOLDER = "cells"
 GONE = "no longer there:"
@@ -35,43 +33,13 @@ UNCERTAIN = (
 
 VALUES, INVARIANCES = "Limits of a small step", "What must not change a run"
 
-Place = tuple[str, str, str]
-
-
-@dataclass(frozen=True)
-class Group:
-    """Plots that stand together under a name: title, caption and picture, empty without points."""
-
-    name: str
-    plots: tuple[tuple[str, str, str], ...]
-
-
-@dataclass(frozen=True)
-class Rows:
-    """A table of rows: its title, what is noted of them, and the reasons of their tolerances.
-
-    Those of an ``invariance`` have other columns.
-    """
-
-    title: str
-    rows: tuple[Mark, ...]
-    notes: tuple[str, ...]
-    reasons: tuple[str, ...]
-    invariance: bool
-
-    @property
-    def ordered(self) -> bool:
-        """Return whether an error of any row falls with the step at an order that is known."""
-        return any(row.order != "-" for row in self.rows)
-
-
-@dataclass(frozen=True)
-class Shown:
-    """A known defect as a page shows it; ``address`` of its script is empty without one."""
-
-    defect: KnownDefect
-    address: str
-    gone: bool
+HEAD = ("system", "verdict", "quantity", "value", "uncertainty", "reference", "by", "error",
+        "tolerance", "order (95 %)")  # fmt: skip
+CHANGES = ("system", "verdict", "changed", "difference", "allowed", "what was done",
+           "what may differ")  # fmt: skip
+REPORT = "../report.html#"
+BY = {Kind.ANALYTIC: "closed form", Kind.INVARIANCE: "the same run"}
+"""What a value is held against; any other is an integration."""
 
 
 def addresses(drawn: Sequence[Drawn]) -> dict[Place, str]:
@@ -88,44 +56,48 @@ def addresses(drawn: Sequence[Drawn]) -> dict[Place, str]:
     return places
 
 
-def cell_pages(found: Verification, drawn: Sequence[Drawn]) -> Iterator[tuple[str, str]]:
+def cell_pages(verification: Verification, drawn: Sequence[Drawn]) -> Iterator[tuple[str, str]]:
     """Yield address and page of each cell."""
-    rows = _by_place(rows_of(found))
-    template = environment().get_template("cell.html.j2")
+    rows = _by_place(rows_of(verification))
     places = addresses(drawn)
     for cell in (cell for part in drawn for cell in part.cells):
-        text, groups = cell.text, _groups(cell)
-        own = _in_order(rows.get(text.place, []), [group.name for group in groups])
-        told = template.render(
-            text=text,
-            drawn=cell,
-            groups=groups,
-            tables=_tables(own, found),
-            said=partial(_said, verification=found),
-            defects=_defects(own, found),
-            scripts=_scripts(cell, found),
-            look=look,
-            changed=CHANGED,
-            who=_who(text, found),
+        text = cell.text
+        systems = [
+            (name, [(plot.title, plot.caption, picture) for plot, picture in plots])
+            for name, plots in groupby(cell.plots, key=lambda pair: pair[0].group)
+        ]
+        own = _in_order(rows.get(text.place, []), [name for name, _ in systems])
+        yield (
+            places[text.place],
+            html_page(
+                "cell.md.j2",
+                f"{text.case}, {text.submodel}: {text.who}",
+                frame={
+                    "name": f"{text.case}: {text.submodel}",
+                    "who": _who(text, verification),
+                    "above": f"{REPORT}matrix",
+                    "sheet": "style.css",
+                    "look": "cell",
+                },
+                text=text,
+                systems=systems,
+                tables=list(_tables(own, text, verification)),
+                defects=_defects(own, verification),
+                failures=cell.failures,
+                scripts=[f"scripts/{safe_path(name)}" for name in _scripts(cell, verification)],
+            ),
         )
-        yield places[text.place], told
 
 
-def _groups(cell: DrawnCell) -> list[Group]:
-    """Return the plots of a cell, those of each system together."""
-    return [
-        Group(name, tuple((plot.title, plot.caption, picture) for plot, picture in plots))
-        for name, plots in groupby(cell.plots, key=lambda pair: pair[0].group)
-    ]
-
-
-def _defects(rows: Sequence[Mark], verification: Verification) -> list[Shown]:
-    """Return the known defects that rows are marked with."""
+def _defects(
+    rows: Sequence[Mark], verification: Verification
+) -> list[tuple[KnownDefect, str, bool]]:
+    """Return known defects that rows are marked with, address of the script, whether it is gone."""
     named = {defect_of(row.check): row.check.verdict for row in rows}
     return [
-        Shown(one, f"../{address(one)}" if script else "", named[one.name] is Verdict.FIXED)
-        for one, script in verification.defects
-        if one.name in named
+        (defect, address(defect) if script else "", named[defect.name] is Verdict.FIXED)
+        for defect, script in verification.defects
+        if defect.name in named
     ]
 
 
@@ -164,17 +136,59 @@ def _in_order(rows: Sequence[Mark], systems: Sequence[str]) -> list[Mark]:
     return sorted(rows, key=order)
 
 
-def _tables(rows: Sequence[Mark], verification: Verification) -> list[Rows]:
-    """Return the rows of values, and those of what must not change a run."""
-    found_rows = []
-    for title, invariance in ((VALUES, False), (INVARIANCES, True)):
-        own = [row for row in rows if bool(row.cell.invariance) is invariance]
-        reasons = dict.fromkeys(row.check.why for row in own if row.check.why and not invariance)
-        notes = [*_notes(own, verification)]
-        if any(row.check.uncertainty > abs(row.check.value) for row in own):
-            notes.append(UNCERTAIN)
-        found_rows.append(Rows(title, tuple(own), tuple(notes), tuple(reasons), invariance))
-    return [one for one in found_rows if one.rows]
+def _tables(
+    rows: Sequence[Mark], text: CellText, verification: Verification
+) -> Iterator[tuple[Table, list[str]]]:
+    """Yield the rows of values, and those of what must not change a run, each with notes."""
+    values = [row for row in rows if not row.cell.invariance]
+    changed = [row for row in rows if row.cell.invariance]
+    if values:
+        ordered = any(row.order != "-" for row in values)
+        head = HEAD if ordered else HEAD[:-1]
+        cells = tuple(_value(row, verification)[: len(head)] for row in values)
+        reasons = dict.fromkeys(f"Tolerance: {row.check.why}." for row in values if row.check.why)
+        notes = [*_notes(values, verification), *_uncertain(values), *reasons]
+        yield Table(VALUES, "", head, cells), notes
+    if changed:
+        cells = tuple(_change(row, text, verification) for row in changed)
+        notes = [*_notes(changed, verification), *_uncertain(changed)]
+        yield Table(INVARIANCES, CHANGED, CHANGES, cells), notes
+
+
+def _value(row: Mark, verification: Verification) -> tuple[TableCell, ...]:
+    check, link = row.check, REPORT + row.place
+    first = (row.cell.system, (Label(check.verdict, check.verdict),))
+    if not row.quantity:
+        return (*first, (Label(_said(row, verification), address=link),))
+    unit = f" ({check.unit})" if check.unit not in ("", "1") else ""
+    return (
+        *first,
+        (Label(in_words(row.quantity, check.unit) + unit, address=link),),
+        number(check.value, 9),
+        number(check.uncertainty, 2),
+        number(check.expected, 9),
+        BY.get(check.kind, "integration"),
+        number(check.difference, 2),
+        number(check.tolerance, 2),
+        row.order + (f" ({row.interval})" if row.order != "-" else ""),
+    )
+
+
+def _change(row: Mark, text: CellText, verification: Verification) -> tuple[TableCell, ...]:
+    check, changed = row.check, row.cell.invariance
+    first = (
+        row.cell.system,
+        (Label(check.verdict, check.verdict),),
+        (Label(changed, address=REPORT + row.place),),
+    )
+    if not row.quantity:
+        return (*first, _said(row, verification))
+    numbers = (number(check.value, 2), number(check.tolerance, 2))
+    return (*first, *numbers, text.invariances.get(changed, ""), check.why)
+
+
+def _uncertain(rows: Sequence[Mark]) -> list[str]:
+    return [UNCERTAIN] if any(r.check.uncertainty > abs(r.check.value) for r in rows) else []
 
 
 def _notes(rows: Sequence[Mark], verification: Verification) -> Iterator[str]:

@@ -1,25 +1,17 @@
-"""Render a run for those who read no HTML: Markdown in full and in short, and JUnit XML.
-
-The Markdown has the sections of the page, with links to the figures; the short one fits a comment
-on a pull request or the summary of a job.
-"""
+"""Write a run for CI: Markdown that fits a comment or the summary of a job, and JUnit XML."""
 
 from __future__ import annotations
 
 import math
 import re
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from xml.etree import ElementTree as Xml
 
 from harness.comparison.verdicts import Check, Kind, Verdict
 from harness.comparison.verification import Verification
-from harness.report.causes import Cause, causes
-from harness.report.gallery import Drawn, Picture, commands, titles
 from harness.report.markdown import table_lines
-from harness.report.matrix import cells_markdown, defects_markdown, matrix_markdown, stands_in_cell
-from harness.report.plain import markdown_text, one_line
-from harness.report.sections import Table
+from harness.report.plain import markdown_text
 from harness.report.templating import tail
 from harness.report.text import (
     KINDS,
@@ -36,124 +28,11 @@ from harness.report.text import (
 )
 from harness.shown import number
 
-CHECKS = ("check", "value", "expected", "difference", "uncertainty", "tolerance", "unit", "verdict")
-
-
-def report_markdown(found: Verification, parts: Sequence[Drawn]) -> str:
-    """Return the whole report; all text in it is escaped."""
-    lines = ["# DEM verification report", "", *opening_markdown(found), ""]
-    for part in parts:
-        lines += answer_markdown(part)
-    lines += causes_markdown(causes(found, commands(parts)))
-    for kind, title in KINDS.items():
-        lines += _kind(title, [check for check in found.checks if check.kind is kind])
-    lines += matrix_markdown(found.checks, titles(parts))
-    lines += cells_markdown(found.checks, titles(parts))
-    lines += defects_markdown(found.defects)
-    for part in parts:
-        lines += section_markdown(part)
-    rest = [part for part in parts if not part.section.title and part.section.opening is None]
-    untitled = [picture for part in rest for picture in part.pictures]
-    if untitled:
-        lines += ["## Figures", ""]
-    for picture in untitled:
-        lines += _figure(picture)
-    lines += ["## Provenance", ""]
-    lines += [f"- {name}: {markdown_text(text)}" for name, text in provenance(found)]
-    return "\n".join([*lines, ""])
-
-
-def _kind(title: str, checks: Sequence[Check]) -> Iterator[str]:
-    """Yield the rows of a kind but those that stand with the cells of the matrix."""
-    rows = [_check(check) for check in checks if not stands_in_cell(check)]
-    others = len(checks) - len(rows)
-    if checks:
-        yield from (f"## {title}", "")
-    if others:
-        yield from (f"{others} rows stand with the cells of the matrix, below.", "")
-    if rows:
-        yield from (*table_lines(CHECKS, rows, range(1, 6)), "")
-
 
 def opening_markdown(found: Verification) -> list[str]:
     """Return the outcome kind by kind, and the headlines as a list."""
     outcome, counts, *told = map(markdown_text, summary(found))
     return [f"**{outcome}**", counts, "", *(f"- {line}" for line in told)]
-
-
-def answer_markdown(part: Drawn) -> Iterator[str]:
-    """Yield what a case answers: its question, the derivation, its figure and its words."""
-    opening = part.section.opening
-    if opening is None:
-        return
-    yield from (f"## {markdown_text(opening.title)}", "")
-    yield from (f"{n}. {markdown_text(step)}" for n, step in enumerate(opening.steps, 1))
-    yield from ("", f"{markdown_text(opening.source)}.", "")
-    for picture in part.pictures:
-        yield from _figure(picture)
-    yield from (f"- {word}: {markdown_text(meaning)}" for word, meaning in opening.terms)
-    yield ""
-
-
-def causes_markdown(found: Sequence[Cause]) -> Iterator[str]:
-    """Yield what does not hold, each cause once, with the commands that run it again."""
-    if found:
-        yield from ("## What does not hold, by cause", "")
-    for cause in found:
-        told = markdown_text(" ".join(cause.sentences))
-        title = f"**{cause.verdict}: {markdown_text(cause.title)}**"
-        yield f"- {title} ({cause.count}). {told}".rstrip()
-        if cause.commands:
-            yield from ("", "  ```sh", *(f"  {one_line(line)}" for line in cause.commands))
-            yield from ("  ```", "")
-    if found:
-        yield ""
-
-
-def table_markdown(table: Table) -> list[str]:
-    """Return a table, its caption before it."""
-    shown = table.filled
-    return [
-        markdown_text(table.caption),
-        "",
-        *table_lines(shown.head, shown.rows, shown.numeric),
-        "",
-    ]
-
-
-def section_markdown(part: Drawn) -> Iterator[str]:
-    """Yield the lines of a section: paragraphs, items, tables, figures."""
-    section = part.section
-    if section.title:
-        yield from (f"## {markdown_text(section.title)}", "")
-        for text in section.paragraphs:
-            yield from (markdown_text(text), "")
-        if section.items:
-            yield from (*(f"- {markdown_text(text)}" for text in section.items), "")
-        for table in section.tables:
-            yield from table_markdown(table)
-        for picture in part.pictures:
-            yield from _figure(picture)
-        for reel in part.reels:
-            title = markdown_text(reel.title)
-            image = f"[![{title}](movies/{reel.name}.png)](movies/{reel.name}.gif)"
-            yield from (f"### {title}", "", image, "", markdown_text(reel.caption), "")
-    for failure in part.failures:
-        yield from (markdown_text(failure), "")
-
-
-def _figure(picture: Picture) -> list[str]:
-    title = markdown_text(picture.title)
-    image = f"![{title}](figures/{picture.name}.svg)"
-    return [f"### {title}", "", image, "", markdown_text(picture.caption), ""]
-
-
-def _check(check: Check) -> list[str]:
-    remarks = ": ".join(text for text in (check.triage, check.note) if text)
-    remark = f" ({remarks})" if remarks else ""
-    numbers = [number(check.value), number(check.expected), number(check.difference, 2)]
-    numbers += [number(check.uncertainty, 2), number(check.tolerance, 2)]
-    return [check.name + remark, *numbers, check.unit, str(check.verdict)]
 
 
 LIMIT = 60_000

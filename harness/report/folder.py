@@ -18,16 +18,16 @@ from harness.comparison.run_diff import RowChange, RunDiff
 from harness.comparison.verification import Results, Verification
 from harness.files import check_folder, whole_folder
 from harness.report.cells import FOLDER, addresses, cell_pages
-from harness.report.ci import junit, report_markdown, section_markdown, short_markdown
+from harness.report.ci import junit, short_markdown
 from harness.report.figures import changes as draw_changes
 from harness.report.gallery import Drawn, data_uri, draw_sections, picture, size, write_drawn
-from harness.report.markdown import table_lines
 from harness.report.matrix import defect_scripts
-from harness.report.page import WIDE, Shown, html_page, look, parts_of
-from harness.report.plain import json_text, markdown_text, safe_path, write_csv
+from harness.report.page import report_markdown, report_page
+from harness.report.plain import json_text, safe_path, write_csv
+from harness.report.render import WIDE, Figure, html_page, markdown_page
 from harness.report.schema import NAME, published
-from harness.report.sections import Section, divergence_section, engines_section
-from harness.report.templating import environment, style
+from harness.report.sections import Section, Table, divergence_section, engines_section
+from harness.report.templating import style
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -73,7 +73,7 @@ def _fill(verification: Verification, folder: Path, drawn: Sequence[Drawn]) -> N
         "junit.xml": junit(verification),
         "summary.md": short_markdown(verification),
         "report.md": report_markdown(verification, drawn),
-        "report.html": html_page(verification, drawn, addresses(drawn)),
+        "report.html": report_page(verification, drawn, addresses(drawn)),
     }
     pages = dict(cell_pages(verification, drawn))
     if pages:
@@ -112,26 +112,24 @@ def write_study(
     """
     check_folder(folder)
     drawn = draw_sections(sections, png=True)
-    lines = [f"# {markdown_text(page.title)}", "", markdown_text(page.question), ""]
+    titled = [part for part in drawn if part.section.title]
     first, *rest = page.verdict or ("Nothing was found.",)
-    lines += [f"**{markdown_text(first)}**", "", *(f"- {markdown_text(one)}" for one in rest)]
-    lines.append("")
-    lines += [line for part in drawn for line in section_markdown(part)]
-    lines += ["## Provenance", ""]
-    lines += [f"- {name}: {markdown_text(text)}" for name, text in page.facts.items()]
-    template = environment().get_template("study.html.j2")
-    parts = parts_of(drawn)
-    opening = next((part for part in parts if part.figures), None)
-    html = template.render(
-        page=page, first=first, rest=rest, opening=opening, parts_of_page=parts, look=look
-    )
+    values: dict[str, Any] = {
+        "page": page,
+        "first": first,
+        "rest": rest,
+        "opening": next((part for part in titled if part.pictures), None),
+        "parts_of_study": titled,
+    }
+    html = html_page("study.md.j2", page.title, **values)
+    markdown = markdown_page("study.md.j2", page.title, **values)
     with whole_folder(folder) as aside:
         aside.mkdir()
         write_drawn(drawn, aside)
         for name, table in tables.items():
             write_csv(table, aside / name)
         (aside / "study.json").write_text(json_text(record), encoding="utf-8")
-        (aside / "report.md").write_text("\n".join([*lines, ""]), encoding="utf-8")
+        (aside / "report.md").write_text(markdown, encoding="utf-8")
         (aside / "report.html").write_text(html, encoding="utf-8")
 
 
@@ -145,7 +143,7 @@ class Pair:
 
     title: str
     same: bool
-    drawings: Sequence[Shown | None]
+    drawings: Sequence[Figure | None]
 
     @property
     def stacked(self) -> bool:
@@ -160,25 +158,24 @@ def diff_page(
 ) -> str:
     """Return the page; figures and style are inside it, so that it can be sent alone."""
     changes = [change for change in RowChange if found.count(change)]
-    return (
-        environment()
-        .get_template("diff.html.j2")
-        .render(
-            found=found,
-            headline=headline(found),
-            runs=[
-                (name, _who(run))
-                for name, run in zip(names, (found.before, found.after), strict=True)
-            ],
-            counts=[(change, found.count(change)) for change in changes],
-            changes=changes,
-            order=list(RowChange),
-            names=COLUMNS,
-            numeric=NUMERIC,
-            kinds=list(dict.fromkeys(row.row.kind for row in found.rows)),
-            pairs=pairs,
-            scripts=scripts,
-        )
+    runs = zip(("before", "after"), names, (found.before, found.after), strict=True)
+    metadata = tuple((other.name, other.before, other.after) for other in found.metadata)
+    return html_page(
+        "diff.md.j2",
+        f"Two runs: {headline(found)}",
+        frame={"name": "Two verification runs", "columns": COLUMNS},
+        found=found,
+        headline=headline(found),
+        runs=[(place, f"{name}, {_who(run)}") for place, name, run in runs],
+        counts=[f"{found.count(change)} {change}" for change in changes],
+        metadata=Table("What else is not the same", "", ("what", "before", "after"), metadata),
+        changes=changes,
+        order=list(RowChange),
+        names=COLUMNS,
+        numeric=NUMERIC,
+        kinds=list(dict.fromkeys(row.row.kind for row in found.rows)),
+        pairs=pairs,
+        scripts=scripts,
     )
 
 
@@ -229,12 +226,12 @@ def _pairs(before: Path, after: Path) -> Iterator[Pair]:
         yield Pair(name.replace("-", " ").capitalize(), same, drawings)
 
 
-def _drawing(name: str, svg: str | None) -> Shown | None:
+def _drawing(name: str, svg: str | None) -> Figure | None:
     try:
         width, height = map(round, size(svg or ""))
     except ValueError:
         return None
-    return Shown(name, name.replace("-", " "), "", data_uri(svg or ""), width, height)
+    return Figure(name, name.replace("-", " "), "", data_uri(svg or ""), width, height)
 
 
 def _scripts(before: Path, after: Path) -> dict[str, str]:
@@ -293,38 +290,31 @@ def write_releases(found: ReleaseMatrix, folder: Path) -> None:
 
 def markdown(found: ReleaseMatrix) -> str:
     """Return the matrix as Markdown: who ran, how much is of each class, and every row."""
-    reference, engine = found.columns[found.reference].release, found.engine
-    level = "" if found.level == "default" else f" --{found.level}"
-    asked = f" --cases {found.cases}" if found.cases else ""
-    classes = [str(change) for change in ReleaseChange if change != "reference"]
-    counted = []
-    for number, column in enumerate(found.columns):
-        counts = found.counts(number)
-        provenance = column.provenance.engine_version if column.provenance else column.error
-        counted.append((column.release, provenance, *(str(counts.get(c, "")) for c in classes)))
-    head = ("release", engine, *classes)
-    others = [(i, c) for i, c in enumerate(found.columns) if i != found.reference]
-    names = ("case", "quantity", reference, "tolerance", *(c.release for _, c in others))
-    return "\n".join(
-        (
-            f"# {engine} releases{f': {found.cases}' if found.cases else ''}",
-            "",
-            f"Cases of `verify{level}{asked}`, each release through its own executable, on "
-            f"{found.platform}. Changes are against {reference}.",
-            "",
-            *table_lines(head, counted, range(2, len(head))),
-            "",
-            *_cells_markdown(found),
-            f"## {CHANGES}",
-            "",
-            f"![{CHANGES}](changes.svg)",
-            "",
-            "## Every quantity",
-            "",
-            *table_lines(names, [_release_row(row, found, others) for row in found.rows], (2, 3)),
-            "",
-        )
+    others = [(n, column) for n, column in enumerate(found.columns) if n != found.reference]
+    reference = found.columns[found.reference].release
+    rows = tuple(_release_row(row, found, others) for row in found.rows)
+    head = ("case", "quantity", reference, "tolerance", *(c.release for _, c in others))
+    return markdown_page(
+        "releases.md.j2",
+        f"{found.engine} releases{f': {found.cases}' if found.cases else ''}",
+        found=found,
+        reference=reference,
+        changes=CHANGES,
+        counts=_counts(found),
+        tables=[table for table in _cell_tables(found) if table.rows],
+        quantities=Table("Every quantity", "", head, rows),
     )
+
+
+def _counts(matrix: ReleaseMatrix) -> Table:
+    """Return how many values of each release are of each class."""
+    classes = [str(change) for change in ReleaseChange if change != "reference"]
+    rows = []
+    for number, column in enumerate(matrix.columns):
+        counts = matrix.counts(number)
+        provenance = column.provenance.engine_version if column.provenance else column.error
+        rows.append((column.release, provenance, *(str(counts.get(c, "")) for c in classes)))
+    return Table("Releases", "", ("release", matrix.engine, *classes), tuple(rows))
 
 
 def _release_row(
@@ -344,26 +334,22 @@ def _release_row(
     return tuple(cells)
 
 
-def _cells_markdown(matrix: ReleaseMatrix) -> Iterator[str]:
-    """Yield known defects by release, and the cells that do not hold in every release."""
+def _cell_tables(matrix: ReleaseMatrix) -> Iterator[Table]:
+    """Yield known defects by release, cells that do not hold in every one, and why not tested."""
     releases = tuple(column.release for column in matrix.columns)
-    if matrix.defects:
-        rows = [(name, *(str(n or "") for n in counts)) for name, counts in matrix.defects.items()]
-        yield from ("## Known defects, cells in which each was found", "")
-        yield from (*table_lines(("defect", *releases), rows), "")
-    if matrix.cells:
-        rows = [
-            (row.case, row.submodel, row.system, *row.verdicts, ", ".join(row.defects))
-            for row in matrix.cells
-        ]
-        head = ("case", "submodel", "system", *releases, "defect")
-        yield from ("## Cells of the matrix that do not hold in every release", "")
-        yield from (*table_lines(head, rows), "")
-    reasons = [
+    defects = ((name, *(str(n or "") for n in row)) for name, row in matrix.defects.items())
+    title = "Known defects, cells in which each was found"
+    yield Table(title, "", ("defect", *releases), tuple(defects))
+    cells = (
+        (row.case, row.submodel, row.system, *row.verdicts, ", ".join(row.defects))
+        for row in matrix.cells
+    )
+    head = ("case", "submodel", "system", *releases, "defect")
+    yield Table("Cells of the matrix that do not hold in every release", "", head, tuple(cells))
+    reasons = (
         (column.release, reason, str(len(cells)), ", ".join(sorted({cell.case for cell in cells})))
         for number, column in enumerate(matrix.columns)
         for reason, cells in untested(matrix.cells, number).items()
-    ]
-    if reasons:
-        yield from ("## Why cells were not tested", "")
-        yield from (*table_lines(("release", "reason", "cells", "cases"), reasons, (2,)), "")
+    )
+    head = ("release", "reason", "cells", "cases")
+    yield Table("Why cells were not tested", "", head, tuple(reasons))

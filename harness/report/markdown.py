@@ -1,6 +1,6 @@
 """Write tables as Markdown, and render Markdown as the pages show it.
 
-Tables are escaped, numbers to the right, aligned where a terminal shows them.
+Text is escaped; numbers stand to the right, and columns are aligned where a terminal shows them.
 """
 
 from __future__ import annotations
@@ -14,12 +14,13 @@ from typing import TYPE_CHECKING
 
 from harness.comparison.verdicts import Verdict
 from harness.report.plain import markdown_text
+from harness.report.sections import Label, Table, TableCell, column_look
 
 if TYPE_CHECKING:
     from markdown_it.token import Token
 
-LONG = 34
-"""Characters above which a cell of a table is a sentence, which is wrapped."""
+BOLD = re.compile(r"(?<!\w)\\\*\\\*(\w[^*]*?)\\\*\\\*(?!\w)")
+"""Of a table, two stars about words, as they are escaped."""
 
 NOT_IN_A_PLACE = re.compile(r"[^\w\- ]")
 """What GitHub leaves out of a heading where it makes a place to link to."""
@@ -34,16 +35,16 @@ class Document:
     body: str
 
 
-def document(text: str, pages: Mapping[str, str] | None = None) -> Document:
+def document(text: str, pages: Mapping[str, str] | None = None, *, html: bool = False) -> Document:
     """Return Markdown as HTML, without the first heading, which is the title.
 
-    Raw HTML is escaped. Headings have GitHub's places; tables scroll by themselves, and have the
-    names of their columns in each cell, which a phone shows; verdicts are badges. A cell that is a
-    name of ``pages`` links to its page.
+    Raw HTML is escaped unless ``html``. Headings have GitHub's places; tables scroll by themselves,
+    and have the names of their columns in each cell, which a phone shows; verdicts are badges. A
+    cell that is a name of ``pages`` links to its page.
     """
     from markdown_it import MarkdownIt
 
-    parser = MarkdownIt("commonmark", {"html": False}).enable("table")
+    parser = MarkdownIt("commonmark", {"html": html}).enable("table")
     tokens = parser.parse(text)
     title, headings, places = "", [], Counter[str]()
     for n, token in enumerate(tokens):
@@ -52,7 +53,8 @@ def document(text: str, pages: Mapping[str, str] | None = None) -> Document:
             place = NOT_IN_A_PLACE.sub("", words.lower()).replace(" ", "-")
             places[place] += 1
             place += f"-{places[place] - 1}" if places[place] > 1 else ""
-            token.attrs["id"] = place
+            if not html:
+                token.attrs["id"] = place
             if token.tag == "h1" and not title:
                 title = words
             elif token.tag == "h2":
@@ -114,7 +116,7 @@ def _tables(tokens: Sequence[Token], pages: Mapping[str, str]) -> None:
             else:
                 token.attrs["data-n"] = heads[column]
                 _badge(inline, words, pages)
-            look = "n" if right else "prose" if len(words) > LONG else ""
+            look = "n" if right else column_look((words,)).replace("n", "")
             if look:
                 token.attrs["class"] = look
             column += 1
@@ -135,17 +137,17 @@ def _badge(inline: Token, words: str, pages: Mapping[str, str]) -> None:
 
 def table_lines(
     head: Sequence[str],
-    rows: Sequence[Sequence[str]],
+    rows: Sequence[Sequence[TableCell]],
     numeric: Collection[int] = (),
     *,
     aligned: bool = False,
 ) -> list[str]:
-    """Return the lines of a table; text in it is escaped, but for two stars that make it bold.
+    """Return the lines of a table; text in it is escaped, but for pairs of stars about words.
 
     Columns of ``numeric`` are set to the right. An ``aligned`` one has columns of one width, which
     a terminal shows as well, but for the last: what it says may be long.
     """
-    cells = [[_cell(text) for text in row] for row in (head, *rows)]
+    cells = [[_cell(cell) for cell in row] for row in (head, *rows)]
     widths = [max(map(len, column)) if aligned else 3 for column in zip(*cells, strict=True)]
     widths[-1] = len(cells[0][-1]) if aligned else 3
     rule = ["-" * (w - 1) + ":" if n in numeric else "-" * w for n, w in enumerate(widths)]
@@ -165,9 +167,22 @@ def _line(row: Sequence[str]) -> str:
     return f"| {' | '.join(row)} |"
 
 
-def _cell(text: str) -> str:
-    if text.startswith("**") and (end := text.find("**", 2)) > 0:
-        rest = markdown_text(text[end + 2 :])
-        gap = " " if text[end + 2 :].startswith(" ") else ""
-        return f"**{markdown_text(text[2:end])}**{gap}{rest}"
-    return markdown_text(text)
+def _cell(cell: TableCell) -> str:
+    return _escaped(cell) if isinstance(cell, str) else ", ".join(map(_label, cell))
+
+
+def _label(label: Label) -> str:
+    """Return a label as a link; a row of a page, ``#``, is none in Markdown."""
+    text = markdown_text(label.text)
+    leads = label.address and not label.address.startswith("#")
+    return f"[{text}]({label.address})" if leads else text
+
+
+def _escaped(text: str) -> str:
+    return BOLD.sub(r"**\1**", markdown_text(text))
+
+
+def markdown_table(table: Table, *, aligned: bool = False) -> str:
+    """Return a table, numbers to the right."""
+    numeric = [n for n, look in enumerate(table.looks) if look == "n"]
+    return "\n".join(table_lines(table.head, table.rows, numeric, aligned=aligned))

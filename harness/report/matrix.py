@@ -1,4 +1,4 @@
-"""Arrange checks as a matrix of submodels by cases, and write it and its cells as Markdown.
+"""Arrange checks as a matrix of submodels by cases, and as tables of the values of its cells.
 
 A cell has the worst check of each system; the scripts of known defects lie beside the report.
 """
@@ -12,12 +12,21 @@ from dataclasses import dataclass, replace
 from harness.comparison.known_defects import KnownDefect, defect_of
 from harness.comparison.verdicts import Cell, Check, Kind, Verdict
 from harness.comparison.verification import Verification
-from harness.report.markdown import table_lines
-from harness.report.plain import markdown_text, safe_path
+from harness.report.plain import safe_path
+from harness.report.sections import Label, Table, TableCell
 from harness.report.text import SEVERITY, happened
 from harness.shown import in_words, number
 
 FOLDER = "defects"
+
+Place = tuple[str, str, str]
+"""Case, submodel and engine of a cell."""
+
+MARKS = (
+    "A mark for each system of bodies: the largest error of its quantities in the limit of a small "
+    "step, relative for what has a unit. It leads to {leads} with value, reference and order; a "
+    "defect is one that is known."
+)
 
 
 def address(defect: KnownDefect) -> str:
@@ -93,6 +102,23 @@ class Matrix:
     columns: tuple[str, ...]
     rows: Mapping[str, Mapping[str, tuple[Mark, ...]]]
 
+    def table(self, pages: Mapping[Place, str]) -> Table:
+        """Return it as a table; its marks lead to ``pages`` of cells, or to rows without them."""
+
+        def label(mark: Mark) -> Label:
+            address = pages.get(
+                (mark.cell.case, mark.cell.submodel, mark.cell.engine), f"#{mark.place}"
+            )
+            return Label(mark.text, mark.check.verdict, address, mark.cell.system, mark.title)
+
+        def cells(row: Mapping[str, tuple[Mark, ...]]) -> list[TableCell]:
+            return [tuple(map(label, row.get(column, ()))) for column in self.columns]
+
+        rows = [(name, *cells(row)) for name, row in self.rows.items()]
+        caption = MARKS.format(leads="the page" if pages else "the row")
+        title = f"Cases and submodels, {self.title}"
+        return Table(title, caption, (self.head, *self.columns), tuple(rows))
+
 
 def matrices(
     placed: Sequence[tuple[Check, str]], titles: Mapping[str, str] | None = None
@@ -165,27 +191,6 @@ def _severity(mark: Mark) -> tuple[bool, int, float]:
     return untested, SEVERITY.index(check.verdict), -used if math.isfinite(used) else 0.0
 
 
-def matrix_markdown(
-    checks: Sequence[Check], titles: Mapping[str, str] | None = None
-) -> Iterator[str]:
-    """Yield the lines of all matrices; nothing without cells."""
-    for matrix in matrices([(check, "") for check in checks], titles):
-        yield from (f"## Cases and submodels, {markdown_text(matrix.title)}", "")
-        head = (matrix.head, *matrix.columns)
-        rows = [
-            (
-                name,
-                *(
-                    ", ".join(mark.text for mark in row.get(column, ()))
-                    for column in matrix.columns
-                ),
-            )
-            for name, row in matrix.rows.items()
-        ]
-        yield from table_lines(head, rows)
-        yield ""
-
-
 HEAD = (
     "submodel",
     "system",
@@ -199,7 +204,6 @@ HEAD = (
     "95 % interval",
     "verdict",
 )
-NUMERIC = frozenset({3, 4, 6, 7, 8, 9})
 BY = {Kind.ANALYTIC: "closed form", Kind.CROSS_CODE: "integration"}
 
 
@@ -208,30 +212,18 @@ def stands_in_cell(check: Check) -> bool:
     return check.cell is not None and not check.cell.invariance
 
 
-def cells_markdown(checks: Sequence[Check], titles: Mapping[str, str]) -> Iterator[str]:
-    """Yield the lines of the tables, by engine and case; nothing without cells.
+def values(checks: Sequence[Check], titles: Mapping[str, str]) -> list[Table]:
+    """Return a table for each engine and case of what stands in cells: value, reference, order.
 
     ``titles`` are how engines are written, by name.
     """
     tables: dict[tuple[str, str], list[Mark]] = {}
     for mark in (Mark(check, "") for check in checks if stands_in_cell(check)):
         tables.setdefault((mark.cell.engine, mark.cell.case), []).append(mark)
-    for (engine, case), marks in tables.items():
-        name = markdown_text(f"{case}, {titles.get(engine, engine)}")
-        lines = table_lines(HEAD, [*_rows(marks)], NUMERIC, aligned=True)
-        yield from (f"### Values of {name}", "", *lines, "")
-
-
-def defects_markdown(defects: Sequence[tuple[KnownDefect, str]]) -> Iterator[str]:
-    """Yield the list of known defects that checks are marked with, each with its script."""
-    if defects:
-        yield from ("## Known defects", "")
-        for one, script in defects:
-            told = f"- {markdown_text(one.name)}: {markdown_text(one.cause)}"
-            upstream = f"; upstream: {markdown_text(one.upstream)}" if one.upstream else ""
-            shown = f"; [script]({address(one)})" if script else ""
-            yield f"{told}{upstream}{shown}"
-        yield ""
+    return [
+        Table(f"Values of {case}, {titles.get(engine, engine)}", "", HEAD, tuple(_rows(marks)))
+        for (engine, case), marks in tables.items()
+    ]
 
 
 def _rows(marks: Sequence[Mark]) -> Iterator[tuple[str, ...]]:

@@ -1,28 +1,25 @@
-"""Render the report as one self-contained HTML page: the answer, the verdicts, causes, all rows."""
+"""Write the report of a run as one self-contained page and as Markdown, from one template."""
 
 from __future__ import annotations
 
 import math
-import re
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
 
 from harness.comparison.verdicts import Check, Verdict
 from harness.comparison.verification import Verification
 from harness.report import text
 from harness.report.causes import Cause, causes
-from harness.report.gallery import Drawn, Picture, Reel, commands, data_uri, size, titles
-from harness.report.matrix import matrices
-from harness.report.sections import Opening, Section, Table
-from harness.report.templating import environment
+from harness.report.gallery import Drawn, commands, titles
+from harness.report.matrix import Place, address, matrices, stands_in_cell, values
+from harness.report.render import html_page, markdown_page
+from harness.report.sections import Label, Table
 from harness.report.text import SEVERITY, by_severity, headline, summaries
+from harness.shown import number
 
 NUMERIC = ("value", "expected", "difference", "uncertainty", "tolerance", "used")
 COLUMNS = ("verdict", "check", "kind", "value", "expected", "unit", *NUMERIC[2:])
-WIDE = 560
-"""[pt] A figure wider than this takes both columns: beside another its words would be too small."""
-TALL = 0.95
-"""So does one at least this much of its width high."""
 
 
 @dataclass(frozen=True)
@@ -57,85 +54,78 @@ class Row:
         return f"{min(100.0, 100.0 * self.used):.0f}"
 
 
-@dataclass(frozen=True)
-class Shown:
-    """A figure as a page shows it."""
-
-    name: str
-    title: str
-    caption: str
-    uri: str
-    width: int
-    height: int
-
-    look: str = ""
-    """Whether it takes both columns, as ``wide`` or, limited in width, as ``tall``."""
-
-
-@dataclass(frozen=True)
-class OpeningShown:
-    """What a case answers, with its figure as the page shows it, None without one."""
-
-    opening: Opening
-    figure: Shown | None
-    failures: tuple[str, ...]
-
-
-@dataclass(frozen=True)
-class Part:
-    """A section as the page shows it; ``id`` is unique among the sections."""
-
-    section: Section
-    id: str
-    figures: tuple[Shown, ...]
-    failures: tuple[str, ...]
-    films: tuple[Reel, ...] = ()
-
-
-def rows_of(found: Verification) -> list[Row]:
+def rows_of(verification: Verification) -> list[Row]:
     """Return the checks as rows, the most severe first."""
-    return [Row(check, f"check-{n}") for n, check in enumerate(by_severity(found.checks), 1)]
+    ordered = by_severity(verification.checks)
+    return [Row(check, f"check-{n}") for n, check in enumerate(ordered, 1)]
 
 
-def html_page(
-    found: Verification,
-    drawn: Sequence[Drawn],
-    cells: Mapping[tuple[str, str, str], str] | None = None,
+def report_page(
+    verification: Verification, drawn: Sequence[Drawn], cells: Mapping[Place, str] | None = None
 ) -> str:
     """Return the page; figures, scripts and style are inside it, so that it can be sent alone.
 
     ``cells`` are the pages of the matrix's cells beside it, by case, submodel and engine.
     """
-    template = environment().get_template("report.html.j2")
-    rows = rows_of(found)
-    kinds = summaries(found.checks)
-    gallery = [one for one in drawn if not one.section.title and one.section.opening is None]
-    return template.render(
-        headline=headline(found.checks, found.untested_cases),
-        outcome=_outcome(found),
-        who=_who(found),
-        told=[(h.name, text.expected(h), text.measured(h)) for h in found.headlines],
-        summaries=kinds,
-        rows=rows,
-        openings=[_opening(one) for one in drawn if one.section.opening],
-        causes=[(cause, rows_in(cause, rows)) for cause in causes(found, commands(drawn))],
-        findings=[row for row in rows if row.check.verdict is Verdict.FINDING],
-        titles=titles(drawn),
-        names=COLUMNS,
-        numeric=NUMERIC,
-        kinds=[s.kind for s in kinds],
-        verdicts=[v for v in SEVERITY if any(c.verdict is v for c in found.checks)],
-        meanings=text.KINDS,
-        matrices=matrices([(row.check, row.id) for row in rows], titles(drawn)),
-        cells=cells or {},
-        parts_of_page=parts_of(drawn),
-        pictures=figures([p for d in gallery for p in d.pictures]),
-        failures=[f for d in gallery for f in d.failures],
-        scripts=found.scripts,
-        logs=found.logs,
-        provenance=text.provenance(found),
-        look=look,
+    outcome = headline(verification.checks, verification.untested_cases)
+    frame = {"name": TITLE, "who": _who(verification), "columns": COLUMNS}
+    return html_page(
+        "report.md.j2",
+        f"{TITLE}: {outcome}",
+        frame=frame,
+        **_values(verification, drawn, cells or {}),
     )
+
+
+def report_markdown(verification: Verification, drawn: Sequence[Drawn]) -> str:
+    """Return the whole report as Markdown; all text in it is escaped."""
+    return markdown_page("report.md.j2", TITLE, **_values(verification, drawn, {}))
+
+
+TITLE = "DEM verification"
+
+
+def _values(
+    verification: Verification, drawn: Sequence[Drawn], cells: Mapping[Place, str]
+) -> dict[str, Any]:
+    """Return what the template is filled with."""
+    rows, engines = rows_of(verification), titles(drawn)
+    present = [v for v in SEVERITY if any(c.verdict is v for c in verification.checks)]
+    gallery = [one for one in drawn if not one.section.title and one.section.opening is None]
+    return {
+        "headline": headline(verification.checks, verification.untested_cases),
+        "outcome": _outcome(verification),
+        "counts": _counts(rows, present),
+        "headlines": [(h.name, text.expected(h), text.measured(h)) for h in verification.headlines],
+        "verdicts": _verdicts(verification, present),
+        "rows": rows,
+        "openings": [part for part in drawn if part.section.opening],
+        "causes": [
+            (cause, rows_in(cause, rows)) for cause in causes(verification, commands(drawn))
+        ],
+        "findings": [row for row in rows if row.check.verdict is Verdict.FINDING],
+        "titles": engines,
+        "names": COLUMNS,
+        "numeric": NUMERIC,
+        "kinds": [s.kind for s in summaries(verification.checks)],
+        "present": present,
+        "kind_tables": list(_kind_tables(verification)),
+        "matrices": [
+            matrix.table(cells)
+            for matrix in matrices([(row.check, row.id) for row in rows], engines)
+        ],
+        "values": values(verification.checks, engines),
+        "defects": [
+            (defect, address(defect) if script else "") for defect, script in verification.defects
+        ],
+        "cells": cells,
+        "parts_of_report": [part for part in drawn if part.section.title],
+        "pictures": [picture for part in gallery for picture in part.pictures],
+        "failures": [failure for part in gallery for failure in part.failures],
+        "scripts": verification.scripts,
+        "logs": verification.logs,
+        "provenance": text.provenance(verification),
+    }
 
 
 def rows_in(cause: Cause, rows: Sequence[Row]) -> list[Row]:
@@ -144,53 +134,53 @@ def rows_in(cause: Cause, rows: Sequence[Row]) -> list[Row]:
     return [row for row in rows if id(row.check) in own]
 
 
-def _opening(drawn: Drawn) -> OpeningShown:
-    assert drawn.section.opening is not None
-    shown = figures(drawn.pictures)
-    return OpeningShown(drawn.section.opening, shown[0] if shown else None, drawn.failures)
+NAMES = {Verdict.PASS: "holds", Verdict.FAIL: "fails", Verdict.FINDING: "reported"}
+"""Of verdicts as heads of a column; the others as they are."""
 
 
-def look(table: Table, column: int) -> str:
-    """Return the class of a column's cells: numbers, sentences, or neither."""
-    return "n" if column in table.numeric else "prose" if column in table.prose else ""
+def _counts(rows: Sequence[Row], present: Sequence[Verdict]) -> list[str]:
+    """Return how many rows have each verdict, and of how many."""
+    plural = {Verdict.PASS: "hold", Verdict.FAIL: "fail"}
+    counts = [
+        f"{sum(row.check.verdict is v for row in rows)} {plural.get(v, NAMES.get(v, v))}"
+        for v in present
+    ]
+    return [*counts[:-1], f"{counts[-1]} of {len(rows)} rows"] if counts else []
 
 
-def parts_of(drawn: Sequence[Drawn]) -> list[Part]:
-    """Return the sections that have a title, with unique places to link to."""
-    parts: list[Part] = []
-    for one in drawn:
-        if one.section.title:
-            words = re.sub(r"[^a-z0-9]+", "-", one.section.title.lower()).strip("-")[:40]
-            place = f"section-{words}" if words else "section"
-            again = sum(re.sub(r"-\d+$", "", part.id) == place for part in parts)
-            place += f"-{again + 1}" if again else ""
-            shown = tuple(figures(one.pictures))
-            parts.append(Part(one.section, place, shown, one.failures, one.reels))
-    return parts
+def _verdicts(verification: Verification, present: Sequence[Verdict]) -> Table:
+    """Return the verdicts counted kind by kind, as different kinds are never added up."""
+    rows = []
+    for summary in summaries(verification.checks):
+        counts = [(verdict, summary.count(verdict)) for verdict in present]
+        cells = [(Label(str(count), verdict),) if count else "" for verdict, count in counts]
+        rows.append((text.KINDS[summary.kind], *cells))
+    head = ("kind", *(NAMES.get(verdict, str(verdict)) for verdict in present))
+    return Table("Verdicts by kind", "", head, tuple(rows))
 
 
-def figures(
-    pictures: Sequence[Picture], address: Callable[[Picture], str] | None = None
-) -> list[Shown]:
-    """Return the figures as a page shows them: inside it, or from an ``address`` beside it.
+CHECKS = ("check", "value", "expected", "difference", "uncertainty", "tolerance", "unit", "verdict")
 
-    Two that need one column each stand beside each other where they follow each other; one that
-    is left alone takes both, as the place beside it would stay empty.
-    """
-    placed: list[Shown] = []
-    half = False
-    for picture in pictures:
-        uri = address(picture) if address else data_uri(picture.svg)
-        width, height = map(round, size(picture.svg))
-        look = "wide" if width > WIDE else "tall" if height >= TALL * width else ""
-        if half and look:
-            placed[-1] = replace(placed[-1], look="tall")
-        half = not half and not look
-        shown = Shown(picture.name, picture.title, picture.caption, uri, width, height, look)
-        placed.append(shown)
-    if half:
-        placed[-1] = replace(placed[-1], look="tall")
-    return placed
+
+def _kind_tables(verification: Verification) -> Iterator[Table]:
+    """Yield the rows of each kind but those that stand with the cells of the matrix."""
+    for summary in summaries(verification.checks):
+        rows = [_check(check) for check in summary.checks if not stands_in_cell(check)]
+        others = len(summary.checks) - len(rows)
+        note = f"{others} rows stand with the cells of the matrix, below." if others else ""
+        yield Table(text.KINDS[summary.kind], note, CHECKS, tuple(rows))
+
+
+def _check(check: Check) -> tuple[str, ...]:
+    remarks = ": ".join(text for text in (check.triage, check.note) if text)
+    numbers = (check.difference, check.uncertainty, check.tolerance)
+    return (
+        f"{check.name} ({remarks})" if remarks else check.name,
+        *map(number, (check.value, check.expected)),
+        *(number(value, 2) for value in numbers),
+        check.unit,
+        str(check.verdict),
+    )
 
 
 def _outcome(verification: Verification) -> str:

@@ -23,7 +23,8 @@ _CONTROLS = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069\u
 """Control characters but tab and newline, marks that turn the direction of writing, and halves
 of characters, which no encoding writes."""
 
-_MARKUP = re.compile(r"([\\`*\[\]|])")
+_MARKUP = re.compile(r"([\\`*\[\]|]|(?<![^\W_])_|_(?![^\W_])|^(?:[-+#](?= )|\d+(?=[.)] )|>))")
+"""What Markdown takes for markup: within a line, and at its beginning a list, heading or quote."""
 FORMULA = ("=", "+", "-", "@", "\t", "\r")
 """Beginnings of a cell that spreadsheets take for a formula, and run."""
 
@@ -83,7 +84,12 @@ def write_csv(frame: DataFrame, file: Path | TextIO, **options: Any) -> None:
 def markdown_text(text: str) -> str:
     """Return text as Markdown shows it: no markup, no table cell, no tag, no mention."""
     text = one_line(text).replace("&", "&amp;").replace("<", "&lt;")
-    return _MARKUP.sub(r"\\\1", text).replace("@", "@\u200b")
+    return _MARKUP.sub(_escaped, text).replace("@", "@\u200b")
+
+
+def _escaped(markup: re.Match[str]) -> str:
+    text = markup[0]
+    return f"{text}\\" if text.isdigit() else f"\\{text}"  # of a list the dot behind its number
 
 
 def safe_path(name: str) -> str:

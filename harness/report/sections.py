@@ -7,9 +7,10 @@ are of no case: engines beside one another, and series that left the band about 
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import partial
+from functools import cached_property, partial
 from typing import TYPE_CHECKING
 
 from harness.comparison.series import Comparison
@@ -26,30 +27,72 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
+class Label:
+    """A text in a cell of a table that looks like a verdict, or leads to an ``address``.
+
+    ``look`` is the verdict whose colours it has. ``name`` stands before it, and ``title`` explains
+    it, on a page only.
+    """
+
+    text: str
+    look: str = ""
+    address: str = ""
+    name: str = ""
+    title: str = ""
+
+
+TableCell = str | tuple[Label, ...]
+
+PROSE = 34
+"""Characters above which a cell is a sentence, which is wrapped."""
+
+NUMBER = re.compile(r"[-+]?\d[\d.,]*(e[-+]?\d+)?( %| ± \S+| \([^)]*\)| (?:x|to) -?[\d.]+)?")
+
+
+def plain_text(cell: TableCell) -> str:
+    """Return the words of a cell."""
+    return cell if isinstance(cell, str) else ", ".join(label.text for label in cell)
+
+
+@dataclass(frozen=True)
 class Table:
-    """A table: what it is called, caption, head, rows, and the columns of numbers and of prose."""
+    """A table: what it is called, caption, head and rows of cells.
+
+    A row with fewer cells than the head has its last one over the columns that are left. ``places``
+    are addresses of its rows on a page.
+    """
 
     label: str
     caption: str
     head: tuple[str, ...]
-    rows: tuple[tuple[str, ...], ...]
-    numeric: frozenset[int] = frozenset()
-    prose: frozenset[int] = frozenset()
+    rows: tuple[tuple[TableCell, ...], ...]
+    places: tuple[str, ...] = ()
 
     @property
-    def filled(self) -> Table:
+    def without_empty_columns(self) -> Table:
         """Return the table without the columns that are empty, or a dash, in every row."""
-        kept = [n for n in range(len(self.head)) if any(row[n].strip("-") for row in self.rows)]
+        columns = range(len(self.head))
+        kept = [n for n in columns if any(text.strip("-") for text in self._texts(n))]
         if len(kept) == len(self.head) or not self.rows:
             return self
-        place = {n: new for new, n in enumerate(kept)}
-        return replace(
-            self,
-            head=tuple(self.head[n] for n in kept),
-            rows=tuple(tuple(row[n] for n in kept) for row in self.rows),
-            numeric=frozenset(place[n] for n in self.numeric if n in place),
-            prose=frozenset(place[n] for n in self.prose if n in place),
-        )
+        rows = tuple(tuple(row[n] for n in kept if n < len(row)) for row in self.rows)
+        return replace(self, head=tuple(self.head[n] for n in kept), rows=rows)
+
+    @cached_property
+    def looks(self) -> tuple[str, ...]:
+        """Return of each column whether it has numbers, ``n``, sentences, ``prose``, or neither."""
+        return tuple(column_look(self._texts(n)) for n in range(len(self.head)))
+
+    def _texts(self, column: int) -> list[str]:
+        return [plain_text(row[column]) for row in self.rows if column < len(row)]
+
+
+def column_look(texts: Sequence[str]) -> str:
+    """Return ``n`` for a column of numbers, ``prose`` for one with a sentence, else nothing."""
+    said = [text for text in texts if text.strip("-")]
+    if said and all(map(NUMBER.fullmatch, said)):
+        return "n"
+    return "prose" if any(len(text) > PROSE for text in said) else ""
 
 
 @dataclass(frozen=True)
@@ -184,8 +227,6 @@ def engines_section(engines: Sequence[DeclaredEngine]) -> Section:
         "scheme is the reference DEM's name for it.",
         HEAD,
         tuple(_row(declared) for declared in engines),
-        frozenset({6}),
-        frozenset({8}),
     )
     caveats = tuple(f"{d.engine}: {' '.join(d.caveats)}" for d in engines if d.caveats)
     return Section(TITLE, (EXPLAINED,), caveats, (table,))

@@ -17,10 +17,12 @@ from typing import Any
 from urllib.parse import quote, unquote
 
 from harness.report.markdown import document
-from harness.report.page import look
-from harness.report.templating import environment, style
+from harness.report.render import framed, html_page
+from harness.report.templating import style
 
 STYLE = "style.css"
+FRAME: Mapping[str, Any] = {"sheet": "", "look": "document"}
+"""What stands about a page; the site adds its style and its navigation."""
 SHEET = '<link rel="stylesheet" href="{}">\n</head>'
 START = "index.html"
 LINK = re.compile(r'\b(href|src|data-gif)="([^"#]*)(#[^"]*)?"')
@@ -53,9 +55,9 @@ class Site:
     files: dict[str, Path] = field(default_factory=dict, init=False)
     unlinked: list[tuple[str, str]] = field(default_factory=list, init=False)
 
-    def add_template(self, address: str, name: str, **values: Any) -> None:
+    def add_template(self, address: str, name: str, title: str, **values: Any) -> None:
         """Add a page of a template, with the files of the root that it links to."""
-        html = environment().get_template(name).render(**values, look=look, up=_up(address))
+        html = html_page(name, title, frame=FRAME, up=_up(address), **values)
         self._add_page(address, html)
 
     def add_file(self, path: str) -> None:
@@ -66,11 +68,14 @@ class Site:
         address = self._address(path)
         if not address or address in {**self.pages, **self.files, **self.texts}:
             return
+        from markupsafe import Markup
+
         source = self._source(path)
         if source.suffix == ".md":
             pages = {name: _up(address) + page for name, page in self.named.items()}
             text = document(source.read_text("utf-8"), pages)
-            self.add_template(address, "document.html.j2", shown=text)
+            title, body = text.title, Markup(text.body)
+            self._add_page(address, framed(title, body, text.headings, **FRAME))
         elif source.suffix == ".html":
             self._add_page(address, source.read_text("utf-8"))
         else:

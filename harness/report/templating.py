@@ -4,17 +4,22 @@ from __future__ import annotations
 
 import math
 import re
-from functools import cache
+from collections.abc import Callable
+from functools import cache, partial
 from importlib import resources
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from harness.report.plain import printable, safe_path
+from harness.report.markdown import markdown_table
+from harness.report.plain import markdown_text, one_line, printable, safe_path
 from harness.report.text import details, explained, happened, triage
 from harness.shown import in_words
 from harness.shown import number as number
 
 if TYPE_CHECKING:
     from jinja2 import Environment
+    from markupsafe import Markup
+
+    from harness.report.sections import Table
 
 CODE = re.compile(r"`([^`]+)`")
 TAIL = 12_000
@@ -22,28 +27,76 @@ TAIL = 12_000
 
 
 @cache
-def environment(*packages: str) -> Environment:
-    """Return the templates, with style and script to be put inside the page.
+def environment(package: str = "") -> Environment:
+    """Return the templates of HTML, with those of a ``package`` in its folder ``templates``."""
+    return _environment(package, None)
 
-    Templates of ``packages`` are found too, in a folder ``templates`` of each.
-    """
+
+@cache
+def markdown_environment(package: str = "", *, html: bool) -> Environment:
+    """Return the templates of Markdown, which is made for a page of HTML or for itself."""
+    return _environment(package, partial(_in_markdown, html=html))
+
+
+def _environment(package: str, finalize: Callable[[Any], Any] | None) -> Environment:
     from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined
-    from markupsafe import Markup, escape
+    from markupsafe import Markup
 
+    packages = ["harness.report", *filter(None, (package,))]
     made = Environment(
         autoescape=True,
+        finalize=finalize,
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
-        loader=ChoiceLoader([PackageLoader(name) for name in ("harness.report", *packages)]),
+        loader=ChoiceLoader([PackageLoader(name) for name in packages]),
     )
     made.filters |= {"number": number, "tail": tail, "safe_path": safe_path, "words": in_words}
     made.filters |= {"triage": triage, "details": details, "explained": explained}
     made.filters["happened"] = happened
-    made.filters["backticks"] = lambda text: Markup(CODE.sub(r"<code>\1</code>", str(escape(text))))
-    made.globals["missing"] = math.nan
+    made.filters["backticks"] = _code_spans if finalize else _code_elements
+    made.filters |= {"lines": _table_lines, "raw": Markup, "verbatim": _verbatim}
+    made.globals |= {"missing": math.nan, "gap": Markup("\n\n")}
     made.globals["file"] = lambda name: Markup(_template(name))
     return made
+
+
+def _table_lines(table: Table, aligned: bool) -> Markup:
+    from markupsafe import Markup
+
+    return Markup(markdown_table(table, aligned=aligned))
+
+
+def _verbatim(text: str) -> Markup:
+    from markupsafe import Markup
+
+    return Markup(one_line(text))
+
+
+def _code_elements(text: str) -> Markup:
+    from markupsafe import Markup, escape
+
+    return Markup(CODE.sub(r"<code>\1</code>", str(escape(text))))
+
+
+def _code_spans(text: str) -> Markup:
+    from markupsafe import Markup
+
+    parts = CODE.split(text)  # by turns text and code
+    escaped = (f"`{part}`" if n % 2 else markdown_text(part) for n, part in enumerate(parts))
+    return Markup("".join(escaped))
+
+
+def _in_markdown(value: Any, *, html: bool) -> Any:
+    from markupsafe import Markup
+
+    if isinstance(value, Markup):
+        return value
+    text = str(value)
+    before, after = (" " if text.strip() and end == " " else "" for end in (text[:1], text[-1:]))
+    escaped = f"{before}{markdown_text(text)}{after}"
+    # what markdown-it renders mentions nobody
+    return Markup(escaped.replace("@\u200b", "@") if html else escaped)
 
 
 def tail(text: str) -> str:

@@ -1,10 +1,6 @@
-"""The report of the reproduction: ledger, figures, movies and findings in one folder.
+"""Write the report of the reproduction: ledger, figures, movies and findings in one folder.
 
-The numbers of the page of findings, whose prose is ``findings.md.j2``: all from the run.
-
-The reproduction as a page and as Markdown, beside its figures and movies.
-
-Write the reproduction's folder beside its place first, then in place of the old one.
+Page and Markdown are of one template; its findings are prose, filled with the numbers of the run.
 """
 
 from __future__ import annotations
@@ -12,6 +8,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Sequence
+from functools import cache
 from pathlib import Path, PurePath, PurePosixPath
 from typing import TYPE_CHECKING, Any
 
@@ -21,12 +18,13 @@ import pandas as pd
 from harness.errors import RequestError
 from harness.files import check_writable, whole_folder
 from harness.observables.windows import WINDOWS
+from harness.report import render
 from harness.report.film import base64_uri
 from harness.report.gallery import Picture, picture
-from harness.report.markdown import document
-from harness.report.page import figures
 from harness.report.plain import write_csv
-from harness.report.templating import environment
+from harness.report.render import markdown_page
+from harness.report.sections import Label, Table
+from harness.report.templating import markdown_environment
 from harness.reproduction.claims import ClaimStatus, Statement
 from harness.reproduction.figures import angle_against_mfix_step, angle_against_restitution
 from harness.reproduction.findings import FindingTables
@@ -110,52 +108,74 @@ def _crossing(off: pd.Series) -> float:
     return math.exp(log[i] - value[i] * (log[i + 1] - log[i]) / (value[i + 1] - value[i]))
 
 
+PACKAGE, TEMPLATE = "harness.reproduction", "reproduction.md.j2"
+TITLE = "Harper, Dufek and Breard (arXiv 2409.13633), recomputed"
+LEDGER_HEAD = ("where", "the source says", "status", "computed here", "evidence")
+
+
 def markdown(
-    found: Reproduction, pictures: Sequence[Picture], films: Sequence[Movie], root: str
+    reproduction: Reproduction, pictures: Sequence[Picture], films: Sequence[Movie], root: str
 ) -> str:
     """Return the report as Markdown, with links to ledger, figures, movies and dumps.
 
     ``root`` is the repository, seen from the report's folder.
     """
-    page = templates().get_template("report.md.j2")
-    return page.render(**_context(found, root), pictures=pictures, films=films)
+    values = _values(reproduction, root)
+    return markdown_page(TEMPLATE, TITLE, PACKAGE, **values, pictures=pictures, films=films)
 
 
 def html_page(
-    found: Reproduction, pictures: Sequence[Picture], films: Sequence[Movie], root: str
+    reproduction: Reproduction, pictures: Sequence[Picture], films: Sequence[Movie], root: str
 ) -> str:
     """Return the page; figures and movies are files beside it, named relative to it.
 
     ``root`` is the repository, seen from the report's folder.
     """
-    from markupsafe import Markup
-
-    context = _context(found, root)
-    # our own text, rendered without raw HTML
-    context["findings"] = Markup(document(context["findings"]).body)
-    shown = figures(pictures, lambda picture: f"figures/{picture.name}.svg")
-    page = templates().get_template("reproduction.html.j2")
-    return page.render(**context, pictures=shown, films=films)
+    values = _values(reproduction, root)
+    who = f"{reproduction.provenance.label} · dem-harness {reproduction.harness_version}"
+    return render.html_page(
+        TEMPLATE, TITLE, package=PACKAGE, frame={"who": who}, **values,
+        pictures=pictures, films=films,
+    )  # fmt: skip
 
 
-def findings_text(found: Reproduction) -> str:
+def findings_text(reproduction: Reproduction) -> str:
     """Return the findings as Markdown."""
-    return templates().get_template("findings.md.j2").render(findings_context(found))
+    template = _templates().get_template("findings.md.j2")
+    return template.render(findings_context(reproduction))
 
 
-def _context(reproduction: Reproduction, root: str) -> dict[str, Any]:
-    """Return what page and Markdown tell alike; without a date, the same code makes the same."""
-    engine = reproduction.provenance
+def _values(reproduction: Reproduction, root: str) -> dict[str, Any]:
+    """Return what fills the template; without a date, the same code makes the same."""
+    _templates()
+    statements = reproduction.ledger.statements
+    rows = tuple(
+        (
+            statement.source.where,
+            statement.source.says,
+            (Label(statement.status, statement.status),),
+            _explained(statement),
+            _links(statement, root),
+        )
+        for statement in statements
+    )
+    counts = [(status, reproduction.ledger.count(status)) for status in ClaimStatus]
     return {
-        "counts": [(status, reproduction.ledger.count(status)) for status in ClaimStatus],
-        "findings": findings_text(reproduction),
-        "rows": [(s, _explained(s), _links(s, root)) for s in reproduction.ledger.statements],
+        **findings_context(reproduction),
+        "counts": counts,
+        "statuses": Table(
+            "Statuses", "", ("statements", *(status for status, _ in counts)),
+            ((str(len(statements)), *(str(count) for _, count in counts)),),
+        ),
+        "ledger": Table(
+            "Ledger", "", LEDGER_HEAD, rows, tuple(row.source.key for row in statements)
+        ),
         "provenance": [
             ("dem-harness", reproduction.harness_version),
             ("platform", reproduction.platform),
-            ("engine", engine.label),
+            ("engine", reproduction.provenance.label),
         ],
-    }
+    }  # fmt: skip
 
 
 def _explained(statement: Statement) -> str:
@@ -166,26 +186,29 @@ def _explained(statement: Statement) -> str:
     return f"{text} Correction: {statement.correction}." if statement.correction else text
 
 
-def _links(statement: Statement, root: str) -> list[tuple[str, str]]:
-    """Return name and address of each piece of evidence, seen from the report's folder."""
-    return [
-        (PurePosixPath(path).stem, path if path.startswith("figures/") else f"{root}/{path}")
+def _links(statement: Statement, root: str) -> tuple[Label, ...]:
+    """Return the names of the evidence, each leading to it as seen from the report's folder."""
+    return tuple(
+        Label(
+            PurePosixPath(path).stem,
+            address=path if path.startswith("figures/") else f"{root}/{path}",
+        )
         for path in statement.evidence
-    ]
+    )
 
 
-def templates() -> Environment:
-    """Return the templates, and how numbers are written in them; Markdown is not escaped."""
-    made = environment("harness.reproduction")
-    made.autoescape = lambda name: not (name or "").endswith(".md.j2")
-    made.filters |= {
-        "angle": lambda value, digits: "-" if math.isnan(value) else f"{value:.{digits}f}",
-        "signed": lambda value, digits: f"{value:+.{digits}f}",
-        "power": lambda stiffness: f"{stiffness:.0e}".replace("e+0", "e"),
-        "cell": lambda text: text.replace("|", "\\|").replace("\n", " "),
-        "measured": _measured,
-    }
-    return made
+@cache
+def _templates() -> Environment:
+    """Return the templates of Markdown, which write numbers by filters of their own."""
+    page, text = (markdown_environment(PACKAGE, html=html) for html in (True, False))
+    for made in (page, text):
+        made.filters |= {
+            "angle": lambda value, digits: "-" if math.isnan(value) else f"{value:.{digits}f}",
+            "signed": lambda value, digits: f"{value:+.{digits}f}",
+            "power": lambda stiffness: f"{stiffness:.0e}".replace("e+0", "e"),
+            "measured": _measured,
+        }
+    return text
 
 
 def _measured(value: float, uncertainty: float = math.nan) -> str:

@@ -2,43 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-
+from harness.report.render import markdown_page
+from harness.report.sections import Table
 from harness.upstream.runs import Outcome, UpstreamRuns
-
-HEAD = """# LAMMPS's own granular tests
-
-LAMMPS's `unittest/granular` runs a contact at one step and holds it against its own record, and
-against a closed form to a relative tolerance. Here the same commands run in each release,
-with newton on and off, and at steps divided by up to 16; the limit is held against the independent
-integration of the contact law.
-
-- **recorded**: the motion at the end of each segment is that of the record, to the test's epsilon.
-- **law**: the limit of a small step is the integrated law, to 1e-6 of the largest speed (1e-4 where
-  sliding or a dashpot begins or ends within a step).
-- **step**: the error of the test's own step, over the largest speed.
-- **hidden**: the law is wrong, and upstream's tolerance covers it.
-- A failure of the size that [a known defect](../defects/README.md) predicts bears its name.
-"""
 
 
 def report(runs: UpstreamRuns) -> str:
     """Return the page of runs as Markdown."""
-    counts = [f"- **{release}**: {text}." for release, text in runs.summary().items()]
-    wrong = [_wrong(outcome) for outcome in runs.outcomes if _fails(outcome)]
-    parts = [
-        HEAD,
-        "\n".join(counts),
-        "## What fails, and why",
-        _table(WRONG, wrong) if wrong else "Nothing fails.",
-        "## All tests, by release",
-        "Recorded / law; `-` where the release does not have what the test asks for, or where no "
-        "scene of spheres and flat walls is read.",
-        _matrix(runs),
-        "## Not tested, and why",
-        _untested(runs),
-    ]
-    return "\n\n".join(part.strip() for part in parts) + "\n"
+    wrong = tuple(_wrong(outcome) for outcome in runs.outcomes if _fails(outcome))
+    return markdown_page(
+        "upstream.md.j2",
+        "LAMMPS's own granular tests",
+        "harness.upstream",
+        counts=runs.summary(),
+        wrong=Table("What fails", "", WRONG, wrong),
+        tests=_matrix(runs),
+        untested=Table("Not tested", "", ("release", "why", "tests"), tuple(_untested(runs))),
+    )
 
 
 WRONG = ("test", "release", "recorded", "law", "difference", "step", "upstream allows", "why")
@@ -65,12 +45,12 @@ def _wrong(outcome: Outcome) -> tuple[str, ...]:
     )
 
 
-def _matrix(runs: UpstreamRuns) -> str:
+def _matrix(runs: UpstreamRuns) -> Table:
     releases = list(dict.fromkeys(outcome.release for outcome in runs.outcomes))
     cells = {(o.test, o.release): _short(o) for o in runs.outcomes}
     tests = dict.fromkeys(outcome.test for outcome in runs.outcomes)
-    rows = [(test, *(cells.get((test, release), "-") for release in releases)) for test in tests]
-    return _table(("test", *releases), rows)
+    rows = ((test, *(cells.get((test, release), "-") for release in releases)) for test in tests)
+    return Table("All tests", "", ("test", *releases), tuple(rows))
 
 
 def _short(outcome: Outcome) -> str:
@@ -81,7 +61,7 @@ def _short(outcome: Outcome) -> str:
     )
 
 
-def _untested(runs: UpstreamRuns) -> str:
+def _untested(runs: UpstreamRuns) -> list[tuple[str, str, str]]:
     reasons: dict[tuple[str, str], list[str]] = {}
     for outcome in runs.outcomes:
         for check in outcome.checks:
@@ -90,14 +70,8 @@ def _untested(runs: UpstreamRuns) -> str:
                 text = "undecided: its step is too coarse" if why[1] else why[0]
                 tests = reasons.setdefault((outcome.release, text), [])
                 tests += [outcome.test] if outcome.test not in tests else []
-    rows = [(release, why, str(len(tests))) for (release, why), tests in reasons.items()]
-    return _table(("release", "why", "tests"), rows) if rows else "All are tested."
+    return [(release, why, str(len(tests))) for (release, why), tests in reasons.items()]
 
 
 def _number(value: float) -> str:
     return f"{value:.2g}" if value == value else "-"
-
-
-def _table(head: Sequence[str], rows: Iterable[Iterable[str]]) -> str:
-    lines = [head, ["---"] * len(head), *rows]
-    return "\n".join(f"| {' | '.join(cell.replace('|', '/') for cell in row)} |" for row in lines)

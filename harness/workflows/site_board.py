@@ -18,6 +18,7 @@ from harness.comparison.verdicts import Check, Verdict
 from harness.comparison.verification import Results
 from harness.report.causes import runs_of_script
 from harness.report.markdown import tables
+from harness.report.sections import Label, Table, TableCell
 from harness.report.text import SEVERITY
 from harness.store.known_defects import script_of
 
@@ -30,29 +31,6 @@ ALWAYS = "as long as is known"
 """Since when a defect is there of which no first release is known."""
 
 WORDS = {Verdict.PASS: "hold", Verdict.FAIL: "fail", Verdict.FINDING: "reported"}
-
-
-@dataclass(frozen=True)
-class State:
-    """A text of a board: ``look`` is a verdict that it has the colours of, ``address`` its page."""
-
-    text: str
-    look: str = ""
-    address: str = ""
-
-
-Cell = tuple[State, ...]
-
-
-@dataclass(frozen=True)
-class Board:
-    """A table of states: its place on the page, title, a sentence before it, head and rows."""
-
-    place: str
-    label: str
-    caption: str
-    head: tuple[str, ...]
-    rows: tuple[tuple[Cell, ...], ...]
 
 
 @dataclass(frozen=True)
@@ -85,7 +63,7 @@ class DefectPage:
     title: str
     paragraphs: tuple[str, ...]
     entries: tuple[DefectEntry, ...]
-    seen: Board | None
+    seen: Table | None
     upstream: tuple[str, ...]
     commands: tuple[str, ...]
     file: str
@@ -93,16 +71,16 @@ class DefectPage:
     test: str
 
 
-def text_state(text: str, address: str = "", look: str = "") -> Cell:
+def text_state(text: str, address: str = "", look: str = "") -> TableCell:
     """Return a cell of one text, an empty one of none."""
-    return (State(text, look, address),) if text else ()
+    return (Label(text, look, address),) if text else ()
 
 
-def counted(verdicts: Iterable[str], address: str = "") -> Cell:
+def counted(verdicts: Iterable[str], address: str = "") -> TableCell:
     """Return how many rows have each verdict, the most severe first; findings are left out."""
     counts = Counter(verdicts)
     return tuple(
-        State(f"{counts[verdict]} {WORDS.get(verdict, verdict)}", str(verdict), address)
+        Label(f"{counts[verdict]} {WORDS.get(verdict, verdict)}", str(verdict), address)
         for verdict in SEVERITY
         if counts[verdict] and verdict is not Verdict.FINDING
     )
@@ -111,7 +89,7 @@ def counted(verdicts: Iterable[str], address: str = "") -> Cell:
 # ---- codes
 
 
-def codes(runs: Sequence[SiteRun]) -> Board:
+def codes(runs: Sequence[SiteRun]) -> Table:
     """Return the state of every code in every run."""
     versions: dict[str, str] = {}
     states: dict[str, dict[str, list[str]]] = {}
@@ -133,8 +111,7 @@ def codes(runs: Sequence[SiteRun]) -> Board:
     ]:
         cells = (counted(states[code].get(run.name, ()), run.address) for run in runs)
         rows.append((text_state(code), text_state(versions.get(code, "")), *cells))
-    return Board(
-        "codes",
+    return Table(
         "Codes",
         "How many rows of each code hold, run by run. A row that was not tested is no pass.",
         ("code", "version", *(run.name for run in runs)),
@@ -156,10 +133,10 @@ def _code(check: Check, main: str, versions: Mapping[str, str]) -> str:
 # ---- cases by release
 
 
-def cases(reports: Path) -> Board | None:
+def cases(reports: Path) -> Table | None:
     """Return the state of every case in every release; None where no report has them."""
     releases = _names(reports / RELEASES)
-    rows: list[tuple[Cell, ...]] = []
+    rows: list[tuple[TableCell, ...]] = []
     for case, changes in _by_case(reports / RELEASES).items():
         at = f"reports/{RELEASES}/report.html"
         rows.append(
@@ -181,8 +158,7 @@ def cases(reports: Path) -> Board | None:
             rows.append((text_state(case), *cells))
     if not rows:
         return None
-    return Board(
-        "cases",
+    return Table(
         "Cases, by release of LAMMPS",
         "Of incline and tower the values that are the same as in the first release; of contacts "
         "the cells of the matrix (a submodel between two bodies) that hold.",
@@ -224,12 +200,13 @@ def _cells(folder: Path) -> dict[str, int]:
     return dict(Counter(map(_case, names)))
 
 
-def _moved(changes: Sequence[str], at: str) -> Cell:
+def _moved(changes: Sequence[str], at: str) -> TableCell:
+    """Return how many values of a case are the same as in the first release, and how many not."""
     look = {ReleaseChange.MOVED: "fail", ReleaseChange.DIED: "fail"}
     look |= {ReleaseChange.NOT_TESTED: "not tested", ReleaseChange.REFERENCE: ""}
     counts = Counter(changes)
     return tuple(
-        State(
+        Label(
             f"{number} values" if change == "reference" else f"{number} {change}",
             look.get(ReleaseChange(change), "pass"),
             at,
@@ -241,7 +218,7 @@ def _moved(changes: Sequence[str], at: str) -> Cell:
 # ---- releases
 
 
-def releases(reports: Path) -> Board | None:
+def releases(reports: Path) -> Table | None:
     """Return what each release has: what moved, known defects, LAMMPS's own tests."""
     names = list(dict.fromkeys([*_names(reports / RELEASES), *_names(reports / CONTACTS)]))
     if not names:
@@ -261,8 +238,7 @@ def releases(reports: Path) -> Board | None:
                 _upstream_state([row for row in upstream if row["release"] == name]),
             )
         )
-    return Board(
-        "releases",
+    return Table(
         "Releases of LAMMPS",
         "Known defects, and how many of LAMMPS's own granular tests reproduce their record.",
         ("release", "version", "known defects", "LAMMPS's own tests"),
@@ -289,7 +265,7 @@ def _upstream(reports: Path) -> list[dict[str, str]]:
     return read_table(reports / UPSTREAM / "rows.csv")
 
 
-def _upstream_state(rows: Sequence[Mapping[str, str]]) -> Cell:
+def _upstream_state(rows: Sequence[Mapping[str, str]]) -> TableCell:
     return counted((row["recorded"] for row in rows), f"reports/{UPSTREAM}/report.html")
 
 
@@ -333,7 +309,7 @@ def _page(
     )
 
 
-def _seen(names: set[str], cells: Mapping[str, Mapping[str, int]]) -> Board | None:
+def _seen(names: set[str], cells: Mapping[str, Mapping[str, int]]) -> Table | None:
     """Return in how many cells of each release defects were found; None where in none."""
     heads = list(dict.fromkeys(release for counts in cells.values() for release in counts))
     heads.sort()
@@ -345,7 +321,7 @@ def _seen(names: set[str], cells: Mapping[str, Mapping[str, int]]) -> Board | No
         for name, counts in by_defect.items()
     )
     sentence = "Cells of the matrix of contacts in which each release of LAMMPS has it."
-    return Board("seen", "Where it was seen", sentence, ("defect", *heads), rows)
+    return Table("Where it was seen", sentence, ("defect", *heads), rows)
 
 
 def _paragraphs(script: str) -> Iterator[str]:

@@ -14,10 +14,10 @@ from harness.comparison.compare import RunPoint, Step, steps
 from harness.comparison.verdicts import Check, Kind
 from harness.observables.row import Row, numbered
 from harness.report.gallery import Picture, picture
-from harness.report.page import Shown, figures
+from harness.report.sections import Table
 from harness.shown import number
 from harness.workflows import history as recorded_history
-from harness.workflows.site_board import CONTACTS, RELEASES, Board, SiteRun, read_table, text_state
+from harness.workflows.site_board import CONTACTS, RELEASES, SiteRun, read_table, text_state
 
 MOST_FIGURES = 6
 """Quantities whose history is drawn, of those that moved last."""
@@ -43,13 +43,8 @@ class HistoryPart:
     place: str
     title: str
     sentence: str
-    moved: tuple[Board, ...] = ()
+    moved: tuple[Table, ...] = ()
     pictures: tuple[Picture, ...] = ()
-
-    @property
-    def figures(self) -> list[Shown]:
-        """Return the figures as the page shows them, from files beside it."""
-        return figures(self.pictures, lambda drawn: f"{drawn.name}.svg")
 
 
 def release_parts(reports: Path | None) -> Iterator[HistoryPart]:
@@ -152,15 +147,13 @@ def _counted(moves: Sequence[Step]) -> str:
     return f"{len(moves)} move{'s' * (len(moves) != 1)}."
 
 
-def _boards(moves: Iterable[Step]) -> Iterator[Board]:
+def _boards(moves: Iterable[Step]) -> Iterator[Table]:
     """Yield a table for each step: what else the two runs differ in, and what moved, far first."""
 
     def ends(step: Step) -> tuple[str, str, tuple[str, ...]]:
         return step.before.run, step.after.run, step.reasons
 
-    for n, ((before, after, reasons), group) in enumerate(
-        groupby(sorted(moves, key=ends), ends), 1
-    ):
+    for (before, after, reasons), group in groupby(sorted(moves, key=ends), ends):
         of_step = sorted(group, key=lambda step: -abs(step.in_tolerances))
         caption = "; ".join(reasons)
         if len(of_step) > MOST_STEPS:
@@ -169,7 +162,7 @@ def _boards(moves: Iterable[Step]) -> Iterator[Board]:
             )
         label = f"{before} → {after}: {len(of_step)} moved"
         rows = tuple(map(_row, of_step[:MOST_STEPS]))
-        yield Board(f"step-{n}", label, f"{caption}." if caption else "", HEAD, rows)
+        yield Table(label, f"{caption}." if caption else "", HEAD, rows)
 
 
 def _row(step: Step) -> tuple[Any, ...]:

@@ -12,6 +12,7 @@ from harness.comparison.verdicts import Verdict
 from harness.errors import RequestError
 from harness.files import check_writable, whole_folder
 from harness.report.plain import json_text, safe_path
+from harness.report.sections import Table
 from harness.report.site import START, STYLE, Site
 from harness.report.text import headline
 from harness.shown import Shown
@@ -19,7 +20,7 @@ from harness.store.baseline import checkout_baseline
 from harness.store.known_defects import known_defects
 from harness.workflows import site_board as board
 from harness.workflows.baseline import FILE, read_results
-from harness.workflows.site_board import Board, DefectPage, SiteRun, text_state
+from harness.workflows.site_board import DefectPage, SiteRun, text_state
 from harness.workflows.site_history import release_parts, run_parts
 
 if TYPE_CHECKING:
@@ -176,15 +177,18 @@ def _filled(
     }
     named = {entry.name: page.address for page in defects for entry in page.entries}
     built = Site(root, tuple(pages.items()), planned, scripts, texts, named)
-    built.add_template(START, "board.html.j2", **_start(site_runs, reports, defects))
-    built.add_template(HISTORY, "history.html.j2", parts_of_history=parts)
+    built.add_template(START, "board.md.j2", **_start(site_runs, reports, defects))
+    built.add_template(
+        HISTORY, "history.md.j2", "History: what moved, and when", parts_of_history=parts
+    )
     for page in defects:
-        built.add_template(page.address, "defect.html.j2", defect=page, index=DEFECTS)
+        built.add_template(page.address, "defect.md.j2", page.title, defect=page, index=DEFECTS)
     for file in committed.values():
         built.add_file(file)
     if "Defects" not in committed:
         listed = _defects(defects)
-        built.add_template(DEFECTS, "board.html.j2", title=listed.label, runs=(), boards=[listed])
+        boards = [("defects", listed)]
+        built.add_template(DEFECTS, "board.md.j2", listed.label, runs=(), boards=boards)
     return built
 
 
@@ -205,21 +209,22 @@ def _start(
         engine = results.engine.label if results.engine else "no engine"
         words = headline(results.checks, results.untested_cases)
         sentences.append((f"{run.name}: {words}", f"{engine}, {results.started[:10]}"))
-    boards = [
-        board.codes(site_runs) if site_runs else None,
-        board.cases(reports) if reports else None,
-        board.releases(reports) if reports else None,
-        _defects(defects),
-    ]
+    boards = {
+        "codes": board.codes(site_runs) if site_runs else None,
+        "cases": board.cases(reports) if reports else None,
+        "releases": board.releases(reports) if reports else None,
+        "defects": _defects(defects),
+    }
     return {
         "title": "DEM codes against theory: what holds",
         "outcome": "fail" if fails else "apart" if apart else "",
         "runs": [(run.address, *words) for run, words in zip(site_runs, sentences, strict=True)],
-        "boards": [board_of_page for board_of_page in boards if board_of_page is not None],
+        "boards": [(place, table) for place, table in boards.items() if table is not None],
     }
 
 
-def _defects(defects: Sequence[DefectPage]) -> Board:
+def _defects(defects: Sequence[DefectPage]) -> Table:
+    """Return the list of the known defects, each leading to its page."""
     rows = []
     for page in defects:
         names = "; ".join(entry.name for entry in page.entries)
@@ -238,7 +243,7 @@ def _defects(defects: Sequence[DefectPage]) -> Board:
         )
     sentence = "Each has a page with its cause, the size that it predicts, and a script to run."
     head = ("defect", "code", "releases", "what")
-    return Board("defects", "Known defects", sentence, head, tuple(rows))
+    return Table("Known defects", sentence, head, tuple(rows))
 
 
 def _write(built: Site, output: Path) -> None:

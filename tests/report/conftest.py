@@ -111,8 +111,6 @@ def sections():
         "Angles of every contact.",
         ("contact", "angle (deg)", "remark"),
         (("plastic", "10.2070", "holds"), ("source | kept", "10.2060", "<b>not</b> bold")),
-        frozenset({1}),
-        frozenset({2}),
     )
     return [
         Section(

@@ -16,7 +16,7 @@ from harness.comparison.verdicts import (
 )
 from harness.errors import EngineTimeoutError
 from harness.report.causes import causes
-from harness.report.page import html_page
+from harness.report.page import report_page
 from harness.report.sections import Table
 
 WIDTH = Tolerance("N", 1e-6, 0.0, "a millionth, for a test")
@@ -84,7 +84,7 @@ def test_a_known_defect_has_its_cells_its_script_and_the_lines_that_run_it(found
         "toy -in in.toy -var k 2   # of twice the stiffness",
     )
     assert "Releases from 1 Jan 2029." in defect.sentences
-    page = html_page(found, [])
+    page = report_page(found, [])
     assert page.count(DEFECT.cause) == 1
     assert 'href="defects/weak/in.toy"' in page
 
@@ -108,13 +108,14 @@ def test_nothing_that_holds_is_a_cause(verification):
     holds = tuple(c for c in verification.checks if c.verdict in (Verdict.PASS, Verdict.FINDING))
     found = replace(verification, checks=holds)
     assert causes(found, {}) == []
-    assert 'id="causes"' not in html_page(found, [])
+    assert 'id="causes"' not in report_page(found, [])
 
 
 def test_a_column_without_values_is_not_drawn():
     rows = (("a", "", "1"), ("b", "-", ""))
-    table = Table("T", "c", ("name", "none", "some"), rows, frozenset({1, 2}), frozenset({0}))
-    assert table.filled.head == ("name", "some")
-    assert table.filled.rows == (("a", "1"), ("b", ""))
-    assert (table.filled.numeric, table.filled.prose) == ({1}, {0})
-    assert table.filled.filled == table.filled
+    table = Table("T", "c", ("name", "none", "some"), rows)
+    shown = table.without_empty_columns
+    assert shown.head == ("name", "some")
+    assert shown.rows == (("a", "1"), ("b", ""))
+    assert shown.looks == ("", "n")
+    assert shown.without_empty_columns == shown

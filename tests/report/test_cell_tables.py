@@ -3,8 +3,9 @@
 from dataclasses import replace
 
 from harness.comparison.verdicts import Cell, Kind, Tolerance, Verdict, judge, not_tested
-from harness.report.ci import report_markdown
-from harness.report.matrix import HEAD, cells_markdown
+from harness.report.markdown import markdown_table
+from harness.report.matrix import HEAD, values
+from harness.report.page import report_markdown
 
 WIDTH = Tolerance("N", 0.0, 1e-6, "a millionth, for a test")
 
@@ -36,13 +37,14 @@ def columns(line):
 
 
 def test_a_row_has_value_reference_error_and_order_and_columns_are_aligned():
-    lines = list(cells_markdown(CHECKS, {"toy": "Toy"}))
-    assert [line for line in lines if line.startswith("#")] == [
-        "### Values of slide, Toy",
-        "### Values of roll, Toy",
-        "### Values of slide, doll",
+    tables = values(CHECKS, {"toy": "Toy"})
+    assert [table.label for table in tables] == [
+        "Values of slide, Toy",
+        "Values of roll, Toy",
+        "Values of slide, doll",
     ]
-    head, rule, *rows = lines[2 : lines.index("", 2)]
+    written = markdown_table(tables[0], aligned=True)
+    head, rule, *rows = written.splitlines()
     assert columns(head) == [*HEAD]
     assert columns(rows[0]) == [
         *("spring", "wall", "largest force (N)", "40.00002", "40", "closed form"),
@@ -65,5 +67,5 @@ def test_the_report_lists_these_rows_once(verification):
     told = report_markdown(found, [])
     assert "6 rows stand with the cells of the matrix, below." in told
     assert told.count("| 40.00002 |") == len([c for c in CHECKS if c.value == 40.00002])
-    assert list(cells_markdown(verification.checks, {})) == []
+    assert values(verification.checks, {}) == []
     assert "rows stand with" not in report_markdown(verification, [])

@@ -122,7 +122,7 @@ def test_an_invariance_is_held_against_the_same_run(found):
     rows = [replace(ROWS[2], kind=kind) for kind in kinds]
     drawn = draw_sections([Section("All", cells=CELLS[1:2])])
     ((_, page),) = cell_pages(replace(found, checks=tuple(rows)), drawn)
-    told = re.findall(r'<td class="soft" data-n="by">([^<]*)</td>', page)
+    told = re.findall(r'<td data-n="by">([^<]*)</td>', page)
     assert sorted(told) == ["closed form", "integration", "the same run"]
 
 
@@ -208,7 +208,7 @@ def test_a_known_defect_stands_on_the_page_with_its_cause_and_its_script(found, 
     write(known, tmp_path / "run", [Section("All", cells=CELLS[:2])])
     pages = tmp_path / "run" / "cells"
     page = html.unescape((pages / "toy-slide-spring-force2.html").read_text())
-    assert "weak-<spring></b>: the spring has half of its stiffness." in page
+    assert "weak-<spring></strong>: the spring has half of its stiffness." in page
     assert "Releases from 1 Jan 2029." in page
     assert ">NaN: the toy wrote nothing; that is finite</a>" in page
     assert page.count("half of its stiffness") == 1

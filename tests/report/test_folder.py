@@ -200,7 +200,7 @@ def test_nothing_half_written_is_left(verification, tmp_path, monkeypatch, stop)
     def interrupted(*_):
         raise stop
 
-    monkeypatch.setattr(report_folder, "html_page", interrupted)
+    monkeypatch.setattr(report_folder, "report_page", interrupted)
     with pytest.raises(stop):
         write(verification, tmp_path / "run")
     assert list(tmp_path.iterdir()) == []

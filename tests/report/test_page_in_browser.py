@@ -13,7 +13,7 @@ from harness.comparison.run_diff import diff_runs
 from harness.comparison.verification import read_published
 from harness.report.folder import Page, write_diff, write_study
 from harness.report.gallery import draw_sections
-from harness.report.page import html_page
+from harness.report.page import report_page
 from harness.report.plain import finite
 from harness.report.sections import engines_section
 
@@ -56,7 +56,7 @@ def pages(verification, declared, sections, tmp_path_factory):
         "engines": (replace(found, engines=declared), [*engines, *shown]),
     }
     for name, (run, drawn) in runs.items():
-        (folder / f"{name}.html").write_text(html_page(run, drawn))
+        (folder / f"{name}.html").write_text(report_page(run, drawn))
     (folder / "run" / "figures").mkdir(parents=True)
     for picture in shown[0].pictures:
         (folder / "run" / "figures" / f"{picture.name}.svg").write_text(picture.svg)
@@ -140,7 +140,7 @@ def test_no_page_is_wider_than_the_screen(look, name, size, scripts):
 @SIZES
 def test_the_first_screen_has_outcome_headlines_failures_and_where_they_are(look, size):
     page = look(size=size)
-    for selector in (".outcome b", ".told", ".kinds", "#causes"):
+    for selector in (".outcome b", ".headlines", ".kinds", "#causes"):
         assert bottom(page, selector) <= size[1]
     said = page.locator(".hero").inner_text()
     for text in ("Failed: 1 analytic, 1 cross-code", "61 hold", "toy 10.2070 ± 0.0004 deg"):

@@ -3,7 +3,7 @@ import math
 import pytest
 
 from harness.observables.row import Row
-from harness.report.ci import report_markdown
+from harness.report.page import report_markdown
 from harness.report.plain import markdown_text, one_line, printable, safe_path
 from harness.report.templating import number
 from harness.report.text import headline_lines, summary, value_text
@@ -13,6 +13,7 @@ def test_kinds_stand_apart_and_rows_are_whole(verification):
     text = report_markdown(verification, [])
     titles = [line for line in text.splitlines() if line.startswith("## ")]
     assert titles == [
+        "## Verdicts",
         "## What does not hold, by cause",
         "## Analytic: against a closed form",
         "## Cross-code: against another code or route, same law",

@@ -389,7 +389,7 @@ def _table(angles: Angles) -> Table:
         for angle in angles.found
     )
     caption = "Uncertainties of elastic columns: half the range in which fates change."
-    return Table("columns", caption, head, rows, frozenset(range(2, len(head))))
+    return Table("columns", caption, head, rows)
 
 
 def _value(angle: Angle) -> str:

@@ -434,7 +434,6 @@ def _cells(case: ContactCase[Any], findings: Findings) -> Iterator[CellText]:
             "n points to the first sphere, m* and R* are the reduced mass and radius.",
             ("part", "formula"),
             (*formulas(cell[0].finest.law), *_rules(case, cell)),
-            prose=frozenset({1}),
         )
         yield CellText(
             case.name,
@@ -494,7 +493,6 @@ def _asked_of(case: ContactCase[Any], failed: Sequence[Failed]) -> Iterator[Tabl
             "Where the run left nothing to be held against it.",
             ("system", "quantity", "reference", "unit", "by"),
             rows,
-            frozenset({2}),
         )
 
 
@@ -536,7 +534,7 @@ def _parameters(cell: Sequence[Tried]) -> Table:
             rows.append((in_words(name), shown, "" if unit == "-" else unit, meaning))
     head = ("parameter", "value", "unit", "meaning")
     caption = "Of the run with the finest step; with --set NAME=VALUE, its words joined by _."
-    return Table("Parameters", caption, head, tuple(rows), prose=frozenset({1, 3}))
+    return Table("Parameters", caption, head, tuple(rows))
 
 
 def _told(value: Any) -> str:

@@ -582,7 +582,7 @@ def sections_of(evidence: Sequence[DropEvidence]) -> Sequence[Section]:
         for one in shown
         for test, run in one.made
     ]
-    table = WORDS.table("Drops", tuple(dict.fromkeys(rows)), (2, 3), (1,))
+    table = WORDS.table("Drops", tuple(dict.fromkeys(rows)))
     return (WORDS.section("drops", tables=(table,), drawings=(_drawing(shown[0]),)),)
 
 

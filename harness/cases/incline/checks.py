@@ -335,7 +335,7 @@ def rigid_section(found: Sequence[Stiffening]) -> Section:
         "reference DEM, k to infinity (deg)",
         *(f"one shock, {words} (deg)" for words in READING_NAMES.values()),
     )
-    table = Table("restitution", "", columns, tuple(rows), frozenset(range(len(columns))))
+    table = Table("restitution", "", columns, tuple(rows))
     drawing = WORDS.drawing("critical-angle-restitution", lambda: restitution_figure(found))
     return WORDS.section("rigid", tables=(table,), drawings=(drawing,))
 

@@ -97,7 +97,6 @@ def angle_table(evidence: InclineEvidence) -> Table:
         f"closed form {evidence.closed_form_deg:.5f} deg.",
         ("contact", "k (N/m)", *(f"{n:g} steps" for n in steps)),
         tuple((c, f"{k:.3g}", *(cells.get((c, k, n), "") for n in steps)) for c, k in keys),
-        frozenset(range(1, len(steps) + 2)),
     )
 
 
@@ -119,7 +118,7 @@ def engine_table(angles: Sequence[EngineAngle]) -> Table:
         for angle in angles
     ]
     closed = angles[0].expected
-    return WORDS.table("Critical angles", rows, range(2, 8), closed=closed)
+    return WORDS.table("Critical angles", rows, closed=closed)
 
 
 def _drawings(evidence: InclineEvidence) -> Iterator[Drawing]:

@@ -154,7 +154,7 @@ def _thickness(results: StudyAngles, points: ReferencePoints | None) -> Section:
 
         return angle_over_thickness(results, points)
 
-    rows = []
+    rows: list[tuple[str, ...]] = []
     for some in grouped(results.arms[THICKNESS]).values():
         row, system = some[0], same_system(some, results.arms)
         stop = mean_of([*seeds_of(system).values()])
@@ -173,12 +173,13 @@ def _thickness(results: StudyAngles, points: ReferencePoints | None) -> Section:
                 f"{mean_of([*seeds_of(some, 'rest_coordination').values()]).value:.2f}",
             )
         )
+    rows.sort(key=lambda row: (float(row[0]), float(row[1])))
     head = ("layers", "k d/(m g)", "box (d)", "angle of stop (deg)", "95 % interval (± deg)",
             "scatter of a seed (deg)", "seeds", "runs", "undecided",
             "contacts at rest")  # fmt: skip
     table = Table(
         "Angle of stop", "Means over seeds, disordered base, 0.1 deg per diameter.", head,
-        tuple(sorted(rows, key=_first)), frozenset(range(10)),
+        tuple(rows),
     )  # fmt: skip
     fits = [
         f"k d/(m g) = {stiffness:g}: theta(h) = theta_inf + A h^(-1/nu) gives theta_inf = "
@@ -225,10 +226,6 @@ def _between_ranks(results: StudyAngles) -> str:
     return f"a standard deviation of {root:.2f} deg between runs on {len(squares)} bases"
 
 
-def _first(row: tuple[str, ...]) -> tuple[float, float]:
-    return float(row[0]), float(row[1])
-
-
 def _softness(results: StudyAngles) -> Section:
     rows = [
         (str(h), f"{mean.value:+.3f}", f"{mean.half_width:.3f}", str(mean.count), mean.word)
@@ -237,7 +234,7 @@ def _softness(results: StudyAngles) -> Section:
     soft, stiff = results.stiffnesses[0], results.stiffnesses[-1]
     head = ("layers", "difference (deg)", "95 % interval (± deg)", "pairs", "by the test")
     caption = f"Angle of stop at {soft:g} minus that at {stiff:g} weights, paired by seed."
-    tables = [Table("Softness", caption, head, tuple(rows), _NUMBERS)]
+    tables = [Table("Softness", caption, head, tuple(rows))]
     elsewhere = softness_elsewhere(results.places)
     if elsewhere:
         more = [
@@ -249,13 +246,11 @@ def _softness(results: StudyAngles) -> Section:
         tables.append(
             Table(
                 "Softness elsewhere", "The same in other boxes and at another rate of lowering.",
-                elsewhere_head, tuple(more), frozenset(range(6)),
+                elsewhere_head, tuple(more),
             )
         )  # fmt: skip
     return Section("Softness", (TEST,), tables=tuple(tables))
 
-
-_NUMBERS = frozenset({0, 1, 2, 3})
 
 HELD_AGAINST = (
     "One thing is changed at a time, in runs of their own, and judged by the same test as "
@@ -309,7 +304,6 @@ def _of_changes(place: Compared) -> Table:
         f"disordered base: {interval(stop)} deg, {stop.count} seeds.",
         head,
         tuple(rows),
-        frozenset({1, 2, 3, 4}),
     )
 
 
@@ -338,8 +332,7 @@ def _boxes(places: Sequence[Compared]) -> Section:
         head = ("limit", "of", "model", "limit (deg)", "95 % interval (± deg)", "chance", "counts")
         body = [line for words, values, limit in rows for line in _of_limit(words, values, limit)]
         tables.append(
-            Table("Limits", "Each model, and the limit by those that count.", head, tuple(body),
-                  frozenset({3, 4, 5}))
+            Table("Limits", "Each model, and the limit by those that count.", head, tuple(body))
         )  # fmt: skip
     drawn = [place for place in places if len(place.boxes) > 1]
 
@@ -373,13 +366,12 @@ def _of_limit(words: str, values: str, limit: ModelLimit) -> list[tuple[str, ...
 def _own_runs(places: Sequence[Compared]) -> Section:
     head = ("place", "quantity", "seeds", "angle (deg)", "difference (deg)",
             "95 % interval (± deg)", "by the test")  # fmt: skip
-    numbers = frozenset({2, 3, 4, 5})
     starts = [(place, start) for place in places for start in place.starts]
     definitions = [(place, definition) for place in places for definition in place.definitions]
     tables = [
         Table(label, caption, head,
               tuple(_of_own(place.place, quantity.name, quantity.mean, quantity.difference)
-                    for place, quantity in some), numbers)
+                    for place, quantity in some))
         for label, caption, some in (
             ("Hysteresis", "Angle of start, and that minus the stop of the same run.", starts),
             ("Other definitions of the arrest", "And what they differ by.", definitions),
@@ -447,7 +439,7 @@ def _cost(results: StudyAngles) -> Sequence[Section]:
         "What level full would cost",
         f"{first['runs']} runs, the longest of {first['longest_run_h']:.1f} hours of a core, a "
         "core to a run.",
-        ("cores", "hours", "core hours", "efficiency"), rows, frozenset(range(4)),
+        ("cores", "hours", "core hours", "efficiency"), rows,
     )  # fmt: skip
     text = (
         "Wall times of the runs of this page, on machines that did other work as well: another "

@@ -174,9 +174,7 @@ def laws_table(own: OwnEvidence) -> Table:
                 f"{force.l2:.3f}" if force else "",
             )
         )
-    return WORDS.table(
-        "Both laws", rows, (0, *range(2, 7)), stiffness=power(stiffness), speed=speed
-    )
+    return WORDS.table("Both laws", rows, stiffness=power(stiffness), speed=speed)
 
 
 def towers_table(beside: Sequence[CodeEvidence]) -> Table:
@@ -204,7 +202,6 @@ def towers_table(beside: Sequence[CodeEvidence]) -> Table:
         "order of the force error in the step.",
         ("engine", "steps", *(f"n = {height}" for height in heights), "order"),
         tuple(rows),
-        frozenset(range(1, len(heights) + 3)),
     )
 
 
