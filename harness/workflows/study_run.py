@@ -58,6 +58,7 @@ from harness.workflows.sweep_run import (
     Work,
     as_frame,
     run_plan,
+    undecided,
 )
 
 if TYPE_CHECKING:
@@ -174,16 +175,12 @@ def read_runs(path: Path, case: Case[Any], example: Parameters) -> EarlierRuns:
             result = row["status"], ran
             if results.setdefault(key, result) != result:
                 raise RequestError(f"{place}: the run of another row with another result")
-            runs[key] = ran if row["status"] == DONE else _undecided(ran, row)
+            runs[key] = (
+                ran if row["status"] == DONE else undecided(row.get("reason") or "undecided", ran)
+            )
     except csv.Error as error:
         raise RequestError(f"{where}: is no table ({error})") from None
     return EarlierRuns(runs)
-
-
-def _undecided(ran: Measured, row: Mapping[str, str]) -> EngineUndecidedError:
-    error = EngineUndecidedError(row.get("reason") or "undecided", ran.values)
-    error.provenance, error.seconds, error.ranks = ran.provenance, ran.seconds, ran.ranks
-    return error
 
 
 def _text(path: Path, where: str) -> str:

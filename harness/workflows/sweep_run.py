@@ -123,6 +123,13 @@ Ran = Measured | HarnessError
 """What became of a run: RequestError where the engine cannot state it."""
 
 
+def undecided(reason: str, ran: Measured) -> EngineUndecidedError:
+    """Return the outcome of a run that ended without the event it waits for."""
+    error = EngineUndecidedError(reason, ran.values)
+    error.provenance, error.seconds, error.ranks = ran.provenance, ran.seconds, ran.ranks
+    return error
+
+
 @dataclass(frozen=True)
 class Work:
     """Runs of one case in one engine, or one solver of the case."""
