@@ -89,7 +89,7 @@ def held_sweep(folder: Path, request: SweepRequest) -> Iterator[None]:
     folder.mkdir(parents=True, exist_ok=True)
     there = {path.name for path in folder.iterdir() if not path.name.startswith(".")}
     if there and REQUEST not in there:
-        raise RequestError(f"--output {folder}: holds something else than a sweep; name another")
+        raise RequestError(f"--output {folder}: holds files that are no sweep; name another")
     with contextlib.ExitStack() as held:
         try:
             lock = held.enter_context(lock_file(folder / LOCK))
