@@ -198,8 +198,7 @@ def _with_ranks(
 ) -> StudyOptions:
     """Return the options of engines whose runs take so many ranks, each with time enough."""
     from harness.engines.programs import launcher_of
-    from harness.engines.registry import chosen_options, engine_class
-    from harness.workflows.slurm_queue import launcher_for
+    from harness.workflows.slurm_queue import launcher_of_engine
     from harness.workflows.study_run import RUN_SECONDS
 
     options = with_restarts(options, [engine], RUN_SECONDS)
@@ -208,8 +207,7 @@ def _with_ranks(
     if ranks > 1 and launcher is None:
         program = options.lmp or options.programs.get(engine)
         if where.executor == "slurm":
-            opening = chosen_options(engine, **options.opening(engine) | {"launcher": "srun"})
-            launcher = launcher_for(ranks, engine_class(engine).srun_mpi(**opening))
+            launcher = launcher_of_engine(engine, options.opening(engine), ranks)
         else:
             launcher = launcher_of(ranks, program)
     return replace(options, mpirun=launcher)

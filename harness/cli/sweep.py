@@ -176,15 +176,12 @@ def sweep(
 
 
 def _launcher(options: SweepOptions, engines: Sequence[str], ranks: int) -> str:
-    from harness.engines.registry import chosen_options, engine_class, options_of
-    from harness.workflows.slurm_queue import launcher_for
+    from harness.engines.registry import options_of
+    from harness.workflows.slurm_queue import launcher_for, launcher_of_engine
 
     for name in engines:
         if "launcher" in options_of(name):
-            opening = options.opening(name, options.integrator) | {"launcher": "srun"}
-            return launcher_for(
-                ranks, engine_class(name).srun_mpi(**chosen_options(name, **opening))
-            )
+            return launcher_of_engine(name, options.opening(name, options.integrator), ranks)
     return launcher_for(ranks, "")
 
 

@@ -117,7 +117,7 @@ def _bodies(state: Mapping[str, Floats]) -> tuple[Body, ...]:
 def _gravity(words: Words) -> Vector:
     size, kind, *rest = words
     if kind != "vector" or len(rest) != 3:
-        raise NotReadError(f"fix gravity {kind}: a vector is read alone")
+        raise NotReadError(f"fix gravity {kind}: must be a vector to be read")
     direction = np.array([float(word) for word in rest])
     x, y, z = float(size) * direction / np.linalg.norm(direction)
     return float(x), float(y), float(z)
@@ -127,7 +127,7 @@ def _walls(words: Words) -> tuple[ContactLaw, list[Plane]]:
     place = next((i for i, word in enumerate(words) if word in AXES), None)
     if place is None or len(words) != place + 3:
         raise NotReadError(
-            f"fix wall/gran {' '.join(words[-4:])}: flat walls at rest are read alone"
+            f"fix wall/gran {' '.join(words[-4:])}: must be a flat wall at rest to be read"
         )
     style, *numbers = words[:place]
     law = granular_law(numbers) if style == "granular" else old_law(style, numbers)
@@ -151,7 +151,9 @@ def _pair_law(
         if pair in coefficients:
             return granular_law(coefficients[pair])
     if not {(first, first), (second, second)} <= set(coefficients):
-        raise NotReadError("pair_coeff: of all types, or of those of both spheres, is read alone")
+        raise NotReadError(
+            "pair_coeff: must be that of all types, or those of both spheres, to be read"
+        )
     laws = [granular_law(coefficients[kind, kind]) for kind in (first, second)]
     settings, partner_settings = ({**dict(law), **dict.fromkeys(MATERIAL)} for law in laws)
     if settings != partner_settings or laws[0].youngs_modulus is None:

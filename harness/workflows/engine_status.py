@@ -134,14 +134,15 @@ class EngineStatus:
 
     def record(self) -> dict[str, Any]:
         """Return the status as a JSON-ready mapping."""
-        provenance, declares = self.provenance, self.traits
+        names = ("install_hint", "lineage", "tails", "effective_masses", "spring", "integrator")
+        declares = {name: getattr(self.traits, name) for name in (*names, "digits")}
         return {
             "engine": self.engine,
             "how": self.how,
-            "available": provenance is not None,
-            "engine_version": provenance.engine_version if provenance else None,
-            "executable": provenance.executable if provenance else None,
-            "packages": list(provenance.packages) if provenance else [],
+            "available": self.provenance is not None,
+            "engine_version": self.provenance.engine_version if self.provenance else None,
+            "executable": self.provenance.executable if self.provenance else None,
+            "packages": list(self.provenance.packages) if self.provenance else [],
             "reason": self.reason,
             "install_hint": declares.install_hint,
             "lineage": declares.lineage,

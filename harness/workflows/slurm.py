@@ -42,7 +42,7 @@ from harness.workflows.slurm_queue import (
     end_of,
     queued,
 )
-from harness.workflows.sweep_run import Local, Ran, Work
+from harness.workflows.sweep_run import Local, Ran, Work, undecided
 
 
 @dataclass(frozen=True)
@@ -90,9 +90,9 @@ def _line(ran: Ran) -> dict[str, Any]:
     if not isinstance(ran, Measured | EngineUndecidedError):
         return {"error": str(ran), "refused": isinstance(ran, RequestError)}
     provenance = ran.provenance
-    undecided = {"undecided": str(ran)} if isinstance(ran, EngineUndecidedError) else {}
+    reason = {"undecided": str(ran)} if isinstance(ran, EngineUndecidedError) else {}
     return {
-        **undecided,
+        **reason,
         "values": dict(ran.values),
         "seconds": ran.seconds,
         "ranks": ran.ranks,
@@ -106,11 +106,8 @@ def outcome_of(line: Mapping[str, Any]) -> Ran:
     if "error" in line:
         return (RequestError if line["refused"] else EngineCrashError)(line["error"])
     provenance = Provenance(line["engine"], line["engine_version"], how="SLURM")
-    if "undecided" in line:
-        error = EngineUndecidedError(line["undecided"], line["values"])
-        error.provenance, error.seconds, error.ranks = provenance, line["seconds"], line["ranks"]
-        return error
-    return Measured(line["values"], provenance, line["seconds"], line["ranks"])
+    ran = Measured(line["values"], provenance, line["seconds"], line["ranks"])
+    return undecided(line["undecided"], ran) if "undecided" in line else ran
 
 
 def submit(orders: Sequence[JobOrder], group: Path, settings: ExecutorOptions) -> list[str]:

@@ -9,7 +9,7 @@ import re
 import shlex
 import shutil
 import subprocess
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any, Literal
@@ -107,6 +107,14 @@ class ExecutorOptions:
 def launcher_for(ranks: int, mpi: str) -> str:
     """Return the scheduler's launcher of an MPI run; ``mpi`` is what srun's --mpi must be."""
     return f"srun --mpi={mpi} -n {ranks}" if mpi else f"srun -n {ranks}"
+
+
+def launcher_of_engine(name: str, opening: Mapping[str, Any], ranks: int) -> str:
+    """Return the scheduler's launcher of an engine; ``opening`` is how it is opened."""
+    from harness.engines.registry import chosen_options, engine_class
+
+    options = chosen_options(name, **{**opening, "launcher": "srun"})
+    return launcher_for(ranks, engine_class(name).srun_mpi(**options))
 
 
 def check_launcher(launcher: str | None, mpi: str, ranks: int) -> None:

@@ -58,6 +58,7 @@ from harness.workflows.sweep_run import (
     Work,
     as_frame,
     run_plan,
+    undecided,
 )
 
 if TYPE_CHECKING:
@@ -161,7 +162,7 @@ def read_runs(path: Path, case: Case[Any], example: Parameters) -> EarlierRuns:
         for number, row in enumerate(rows, start=2):
             place = f"{where}, row {number}"
             if None in row or None in row.values():
-                raise RequestError(f"{place}: has not as many values as there are columns")
+                raise RequestError(f"{place}: must have as many values as there are columns")
             if row["status"] not in (DONE, UNDECIDED):
                 continue
             _check_script(row, case, scripts, place)
@@ -173,17 +174,13 @@ def read_runs(path: Path, case: Case[Any], example: Parameters) -> EarlierRuns:
             ran = Measured(kept, provenance, _number(row, "wall_time_s", place) or 0.0, ranks)
             result = row["status"], ran
             if results.setdefault(key, result) != result:
-                raise RequestError(f"{place}: the run of another row with another result")
-            runs[key] = ran if row["status"] == DONE else _undecided(ran, row)
+                raise RequestError(f"{place}: the same run as another row, with another result")
+            runs[key] = (
+                ran if row["status"] == DONE else undecided(row.get("reason") or "undecided", ran)
+            )
     except csv.Error as error:
         raise RequestError(f"{where}: is no table ({error})") from None
     return EarlierRuns(runs)
-
-
-def _undecided(ran: Measured, row: Mapping[str, str]) -> EngineUndecidedError:
-    error = EngineUndecidedError(row.get("reason") or "undecided", ran.values)
-    error.provenance, error.seconds, error.ranks = ran.provenance, ran.seconds, ran.ranks
-    return error
 
 
 def _text(path: Path, where: str) -> str:

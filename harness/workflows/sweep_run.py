@@ -89,7 +89,7 @@ def held_sweep(folder: Path, request: SweepRequest) -> Iterator[None]:
     folder.mkdir(parents=True, exist_ok=True)
     there = {path.name for path in folder.iterdir() if not path.name.startswith(".")}
     if there and REQUEST not in there:
-        raise RequestError(f"--output {folder}: holds something else than a sweep; name another")
+        raise RequestError(f"--output {folder}: holds files that are no sweep; name another")
     with contextlib.ExitStack() as held:
         try:
             lock = held.enter_context(lock_file(folder / LOCK))
@@ -121,6 +121,13 @@ CHUNK = 512
 
 Ran = Measured | HarnessError
 """What became of a run: RequestError where the engine cannot state it."""
+
+
+def undecided(reason: str, ran: Measured) -> EngineUndecidedError:
+    """Return the outcome of a run that ended without the event it waits for."""
+    error = EngineUndecidedError(reason, ran.values)
+    error.provenance, error.seconds, error.ranks = ran.provenance, ran.seconds, ran.ranks
+    return error
 
 
 @dataclass(frozen=True)

@@ -18,6 +18,7 @@ from datetime import UTC, datetime
 from difflib import get_close_matches
 from fnmatch import fnmatchcase
 from functools import partial
+from itertools import chain
 from pathlib import Path
 from typing import Any, Literal
 
@@ -233,63 +234,42 @@ def baseline_rows(
 
 @dataclass
 class OtherEngines:
-    """What engines other than the main one left.
-
-    ``checks`` are all rows in order, those of the findings among them; ``errors`` tell what
-    happened to engines that were asked for by name and are missing or died.
-    """
-
-    declared: list[DeclaredEngine] = field(default_factory=list)
-    findings: dict[str, dict[str, Findings]] = field(default_factory=dict)
-    checks: list[Check] = field(default_factory=list)
-    errors: list[str] = field(default_factory=list)
-    kinds: dict[str, type[Engine]] = field(default_factory=dict)
-    """The classes of engines that ran, by the name that they give themselves."""
-
-    @property
-    def records(self) -> list[BaselineRecord]:
-        """Return the records of all engines."""
-        findings = (
-            case_findings
-            for by_case in self.findings.values()
-            for case_findings in by_case.values()
-        )
-        return [record for case_findings in findings for record in case_findings.records]
-
-    def qualified(self, name: str) -> bool:
-        """Return whether an engine's results were used."""
-        return any(
-            declaration.engine == name and declaration.summary == "qualified"
-            for declaration in self.declared
-        )
-
-
-@dataclass(frozen=True)
-class OtherEngineRuns:
-    """One comparison of engines, one after the other, so that the cost of each can be measured.
+    """Runs engines other than the main one, one after the other, and holds what they left.
 
     ``main`` is an engine that is open already: it takes the place of the one of its name, and is
-    not closed.
+    not closed. ``steps`` are those that a case took in the engines so far, by its name: what the
+    next is expected to take. ``checks`` are all rows in order, those of the ``findings`` (by engine
+    and case) among them; ``errors`` are those of engines that were named and are missing or died;
+    ``kinds`` the classes of engines that ran, by the name that they give themselves.
     """
 
     selection: EngineSelection
     cases: Sequence[Case[Any]]
     study: Study
     main: Engine | None
-    result: OtherEngines = field(default_factory=OtherEngines)
     steps: dict[str, float] = field(default_factory=dict)
-    """That a case took in the engines so far, by its name: what the next is expected to take."""
+    declared: list[DeclaredEngine] = field(default_factory=list)
+    findings: dict[str, dict[str, Findings]] = field(default_factory=dict)
+    checks: list[Check] = field(default_factory=list)
+    errors: list[str] = field(default_factory=list)
+    kinds: dict[str, type[Engine]] = field(default_factory=dict)
+
+    @property
+    def records(self) -> list[BaselineRecord]:
+        """Return the records of all engines."""
+        of_cases = chain.from_iterable(by.values() for by in self.findings.values())
+        return [record for findings in of_cases for record in findings.records]
 
     def run(self) -> OtherEngines:
         """Run the engines, add what was recorded with missing ones, and hold all together."""
         if not self.selection.engines:
-            return self.result
+            return self
         for name in self.selection.engines:
             self._run_engine(name)
         self._recorded()
         for case in self.cases:
             self._across(case)
-        return self.result
+        return self
 
     def _run_engine(self, name: str) -> None:
         traits = NO_TRAITS
@@ -305,7 +285,7 @@ class OtherEngineRuns:
                 rows = [failed_part(f"{name}: identification", error, kind=Kind.ANALYTIC)]
                 self._without(name, traits, rows[0].note, rows)
             else:
-                self.result.kinds[engine.name] = engine_class(name)
+                self.kinds[engine.name] = engine_class(name)
                 self._keep(name, self._engine(engine, provenance))
 
     def _opened(self, name: str, stack: ExitStack) -> tuple[Engine, Provenance]:
@@ -316,16 +296,16 @@ class OtherEngineRuns:
         return engine, engine.identify()
 
     def _without(self, name: str, traits: Traits, reason: str, rows: list[Check]) -> None:
-        self.result.declared.append(declared(name, traits, missing=reason))
-        self.result.checks += rows
+        self.declared.append(declared(name, traits, missing=reason))
+        self.checks += rows
         if name in self.selection.named:
-            self.result.errors.append(f"{name}: {reason}")
+            self.errors.append(f"{name}: {reason}")
 
     def _keep(self, name: str, rows: list[Check]) -> None:
-        self.result.checks += rows
+        self.checks += rows
         if name in self.selection.named:
             died = [f"{name}: {row.note}" for row in rows if row.engine_died]
-            self.result.errors += dict.fromkeys(died)
+            self.errors += dict.fromkeys(died)
 
     def _engine(self, engine: Engine, provenance: Provenance) -> list[Check]:
         name, stages = engine.name, 1 + len(self._judging)
@@ -338,7 +318,7 @@ class OtherEngineRuns:
         kept = getattr(engine, "read", 0) > read
         seconds_per_step = 0.0 if kept else engine.pace.seconds_per_step
         checks += rows
-        self.result.declared.append(replace(declaration, unqualified=failures))
+        self.declared.append(replace(declaration, unqualified=failures))
         self.study.progress(f"engine {name}", 1, stages)
         if failures:
             self.study.progress(f"engine {name}", stages, stages)
@@ -359,7 +339,7 @@ class OtherEngineRuns:
         except Exception as error:
             row = failed_part(f"{engine.name}: qualification", error, kind=Kind.ANALYTIC)
             return row.note, [row]
-        self.result.findings.setdefault(engine.name, {}).update(qualification.findings)
+        self.findings.setdefault(engine.name, {}).update(qualification.findings)
         return qualification.reason, list(qualification.checks)
 
     def _case(self, case: Case[Any], engine: Engine) -> list[Check]:
@@ -373,31 +353,30 @@ class OtherEngineRuns:
             ]
         except Exception as error:
             return [failed_part(f"{engine.name}: {case.name}", error)]
-        self.result.findings.setdefault(engine.name, {})[case.name] = findings
+        self.findings.setdefault(engine.name, {})[case.name] = findings
         return findings.checks
 
     def _recorded(self) -> None:
         wanted = filter(self.selection.wants, self.selection.engines)
-        missing = frozenset(name for name in wanted if not self.result.qualified(name))
+        qualified = {engine.engine for engine in self.declared if engine.summary == "qualified"}
+        missing = frozenset(wanted) - qualified
         study = replace(self.study, missing=missing)
         for case in self.cases:
             try:
                 recorded = case.recorded(study)
             except Exception as error:
-                self.result.checks.append(failed_part(f"{case.name}: recorded results", error))
+                self.checks.append(failed_part(f"{case.name}: recorded results", error))
                 continue
             for name, findings in recorded.items():
-                self.result.findings.setdefault(name, {})[case.name] = findings
-                self.result.checks += findings.checks
+                self.findings.setdefault(name, {})[case.name] = findings
+                self.checks += findings.checks
 
     def _across(self, case: Case[Any]) -> None:
-        by_engine = {
-            name: by[case.name] for name, by in self.result.findings.items() if case.name in by
-        }
+        by_engine = {name: by[case.name] for name, by in self.findings.items() if case.name in by}
         try:
-            self.result.checks += case.across(by_engine)
+            self.checks += case.across(by_engine)
         except Exception as error:
-            self.result.checks.append(failed_part(f"{case.name}: engines against another", error))
+            self.checks.append(failed_part(f"{case.name}: engines against another", error))
 
     @property
     def _qualifying(self) -> list[Case[Any]]:
@@ -568,7 +547,7 @@ def verify(  # noqa: PLR0913 - keywords of a public function
         run = MainRun(chosen, study)
         run.open(engine, fresh, stack)
         run.cases_side_by_side()
-        others = OtherEngineRuns(selection, chosen, study, run.engine).run()
+        others = OtherEngines(selection, chosen, study, run.engine).run()
         scripts, logs = run.scripts(others), run.engine.logs() if run.engine else {}
     measured = MeasuredRecords(study.level, run.engine_name, chosen, run.findings, run.broken)
     if only and not run.checks and not others.checks:

@@ -95,7 +95,7 @@ def test_the_places_of_runs_that_are_made_are_theirs(file):
         (lambda text: text.replace("arm", "friction", 1), "an unknown column friction; must be"),
         (lambda text: text.replace(",1000.0,", ",many,", 1), "row 2: steps = 'many' must be a fin"),
         (lambda text: text.replace(",1000.0,", ",inf,", 1), "row 2: steps = 'inf' must be a fin"),
-        (lambda text: text.replace(",done,", ",done", 1), "row 2: has not as many values as"),
+        (lambda text: text.replace(",done,", ",done", 1), "row 2: must have as many values as"),
         (lambda text: text[:0], "no column engine; must be"),
         (
             lambda text: text.replace("thickness", '"' + 140000 * "x", 1),
@@ -107,7 +107,7 @@ def test_the_places_of_runs_that_are_made_are_theirs(file):
         ),
         (
             lambda text: text + text.splitlines()[1].replace(",1000.0,", ",1001.0,") + "\n",
-            "the run of another row with another result",
+            "the same run as another row, with another result",
         ),
     ],
 )

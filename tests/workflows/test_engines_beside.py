@@ -11,7 +11,7 @@ from harness.comparison.verification import Findings
 from harness.engines.border import in_words
 from harness.workflows import verification
 from harness.workflows.engine_status import EngineSelection
-from harness.workflows.verification import MainRun, OtherEngineRuns
+from harness.workflows.verification import MainRun, OtherEngines
 from tests.engine_doubles import Twin
 
 PARAMETERS = CASE.presets["fall"]
@@ -44,7 +44,7 @@ def test_a_case_is_announced_by_the_steps_of_the_engines_before(
     opened["again"].name, opened["again"].workers = "again", 1
     monkeypatch.setattr(verification, "engine_class", lambda _: Twin)
     study = Study("quick", open_engine=lambda name: nullcontext(opened[name]))
-    OtherEngineRuns(EngineSelection(tuple(opened)), [Falls()], study, None).run()
+    OtherEngines(EngineSelection(tuple(opened)), [Falls()], study, None).run()
     seconds = 2 * PARAMETERS.steps * per_step
     told = capsys.readouterr().err
     expected = in_words(float(f"{seconds:.2g}"))
@@ -56,7 +56,7 @@ def test_an_engine_that_is_named_by_its_class_has_the_name_that_it_gives_itself(
     """As ``--engines module:Class``; its inputs are asked of the class."""
     name = "tests.engine_doubles:Twin"
     study = Study("quick", open_engine=lambda _: nullcontext(Twin()))
-    found = OtherEngineRuns(EngineSelection((name,)), [Falls()], study, None).run()
+    found = OtherEngines(EngineSelection((name,)), [Falls()], study, None).run()
     assert [one.summary for one in found.declared] == ["qualified"]
     assert found.kinds == {"twin": Twin}
     run = MainRun([], study)
