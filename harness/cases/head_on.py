@@ -83,7 +83,7 @@ class HeadOnCase(ContactCase[HeadOn]):
             "head-on: force over overlap",
             "Force on the sphere over the overlap, through a contact, in the first system that "
             "states it; a panel for each family of submodels.",
-            lambda: force_over_overlap(evidence.climbed, evidence.who),
+            lambda: force_over_overlap(evidence.refined, evidence.who),
         )
         return (force, *super().drawings(evidence))
 

@@ -16,7 +16,7 @@ from pydantic import Field
 
 from harness.cases.contact.contact_case import ContactCase, Friction
 from harness.cases.contact.impact import impact, relative_velocity
-from harness.cases.contact.limits import Climbed, Evidence, Scan, Tried
+from harness.cases.contact.limits import Evidence, RefinedTrial, Scan, Tried
 from harness.cases.contact.motion import Array, Motion
 from harness.cases.contact.parameters import ContactSystem, Speed, between, met
 from harness.cases.contact.report import ANGLES, OverAngle, expected_scan, ratio_plot
@@ -141,7 +141,9 @@ OVER_ANGLE = OverAngle(
 )
 
 
-def ratio_over_angle(case: ContactCase[Oblique], climbed: Sequence[Climbed], who: str) -> Figure:
+def ratio_over_angle(
+    case: ContactCase[Oblique], climbed: Sequence[RefinedTrial], who: str
+) -> Figure:
     """Draw the ratio that the laws ask for, Coulomb's where all slides, and an engine's limits."""
     figure = panels(1, 1, width=8.0, height=4.4)
     axes = figure.axes[0]
@@ -169,7 +171,7 @@ def sliding(friction: float, restitution: float) -> tuple[Array, Array]:
     return angles[slides], ratio[slides]
 
 
-def _ratios(case: ContactCase[Oblique], one: Climbed) -> Array:
+def _ratios(case: ContactCase[Oblique], one: RefinedTrial) -> Array:
     found = expected_scan(
         case, one, "angle", ANGLES.tolist(), lambda changed: (changed.velocity, ZERO)
     )
@@ -221,7 +223,7 @@ class ObliqueCase(Friction, ContactCase[Oblique]):
             "oblique-ratio",
             "oblique: velocity ratio over the angle",
             "Tangential velocity after over that before, by law, for a sphere on a wall.",
-            lambda: ratio_over_angle(self, evidence.climbed, evidence.who),
+            lambda: ratio_over_angle(self, evidence.refined, evidence.who),
         )
         return (over_angle, *super().drawings(evidence))
 

@@ -116,7 +116,7 @@ def tangential_ratio(motion: Motion) -> Array:
 
 def levers(case: ContactCase[PrescribedMotion], found: Findings) -> Iterator[Check]:
     """Yield what a pair that turns as one body does by the lever of an engine's slip."""
-    for one in found.evidence.climbed if found.evidence else ():
+    for one in found.evidence.refined if found.evidence else ():
         shown = one.finest.turned and one.trial.submodel == SHOWN
         if not shown or one.rules.velocity_lever == "contact_point":
             continue

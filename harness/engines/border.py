@@ -63,16 +63,16 @@ SMALLER = "a coarser step, a softer contact or a smaller system"
 
 
 def refuse_endless(
-    seconds: float, what: str, most: float | None = None, instead: str = SMALLER
+    seconds: float, runs: str, most: float | None = None, instead: str = SMALLER
 ) -> None:
-    """Raise RequestError for what is expected to take more than ``most`` seconds; ``what`` runs.
+    """Raise RequestError for ``runs`` that are expected to take more than ``most`` seconds.
 
-    That is :data:`MOST_SECONDS` unless given; ``instead`` is what could be asked for.
+    That is :data:`MOST_SECONDS` by default; ``instead`` is what to request in its place.
     """
     most = MOST_SECONDS if most is None else most
     if not seconds <= most:
         raise RequestError(
-            f"{what} would take an estimated {in_words(seconds)} on one core, "
+            f"{runs} would take an estimated {in_words(seconds)} on one core, "
             f"{in_words(most)} are the limit: {instead}, or --force"
         )
 
@@ -189,20 +189,21 @@ def checked_run(run: Run) -> Run:
     @functools.wraps(run)
     def checked(self: Engine, jobs: Sequence[Job]) -> Outcomes:
         foreign = not type(self).__module__.startswith(f"{HARNESS}.")
-        given = [replace(j, values=ReadValues(j.values)) for j in jobs] if foreign else jobs
+        tracked = [replace(j, values=ReadValues(j.values)) for j in jobs] if foreign else jobs
         try:
-            outcomes: Any = run(self, given)
+            outcomes: Any = run(self, tracked)
         except Exception as error:
             if not foreign or isinstance(error, (HarnessError, MemoryError)) or _full(error):
                 raise
             return [_raised(self, "run", error) for _ in jobs]
         count = len(jobs)
         if not isinstance(outcomes, (list, tuple)) or len(outcomes) != count:
-            left = f"{len(outcomes)} outcomes" if hasattr(outcomes, "__len__") else "no list"
-            left = left if isinstance(outcomes, (list, tuple)) else f"a {type(outcomes).__name__}"
+            result = f"a {type(outcomes).__name__}"
+            if isinstance(outcomes, (list, tuple)):
+                result = f"{len(outcomes)} outcomes"
             expected = f"a list with an Output or an EngineError for each of {count} jobs"
-            return [_error(self, "run", f"returned {left}", expected) for _ in jobs]
-        return [_checked(self, *pair) for pair in zip(given, outcomes, strict=True)]
+            return [_error(self, "run", f"returned {result}", expected) for _ in jobs]
+        return [_checked(self, *pair) for pair in zip(tracked, outcomes, strict=True)]
 
     return checked
 
@@ -216,15 +217,15 @@ def checked_call(name: str, call: Callable[..., Any]) -> Callable[..., Any]:
         if type(self).__module__.startswith(f"{HARNESS}."):
             return call(self, *arguments)
         try:
-            found: Any = call(self, *arguments)
-            ready = name != "fingerprint" or json.dumps(found)
+            value: Any = call(self, *arguments)
+            ready = name != "fingerprint" or json.dumps(value)
         except HarnessError:
             raise
         except Exception as error:
             raise _raised(self, name, error) from error
-        if not isinstance(found, expected[1]) or not ready:
-            raise _error(self, name, f"returned a {type(found).__name__}", expected[0])
-        return found
+        if not isinstance(value, expected[1]) or not ready:
+            raise _error(self, name, f"returned a {type(value).__name__}", expected[0])
+        return value
 
     return checked
 
@@ -233,23 +234,23 @@ def _full(error: Exception) -> bool:
     return isinstance(error, OSError) and error.errno in (*FULL, errno.EMFILE)
 
 
-def _error(engine: Engine, call: str, what: str, expected: str) -> EngineOutputError:
-    return EngineOutputError(f"{who(engine)}: {call} {what}, must return {expected}")
+def _error(engine: Engine, call: str, problem: str, expected: str) -> EngineOutputError:
+    return EngineOutputError(f"{who(engine)}: {call} {problem}, must return {expected}")
 
 
 def _raised(engine: Engine, call: str, error: Exception) -> EngineError:
     """Return the error of a call that raised what no engine should, with its place in the code."""
     frames = traceback.extract_tb(error.__traceback__)
     file = getattr(sys.modules.get(type(engine).__module__), "__file__", "")
-    own = [frame for frame in frames if frame.filename == file]
-    place = [*frames, *own][-1]
+    of_engine = [frame for frame in frames if frame.filename == file]
+    place = [*frames, *of_engine][-1]
     text = " ".join(f"{type(error).__name__}: {error}".split()).strip(": ")[:160]
-    found = EngineError(
+    wrapped = EngineError(
         f"{who(engine)}: {call} raised {text} ({Path(place.filename).name}, line {place.lineno}), "
         "must raise an EngineError, or return one for the job"
     )
-    found.log = "".join(traceback.format_exception(error))
-    return found
+    wrapped.log = "".join(traceback.format_exception(error))
+    return wrapped
 
 
 def _checked(engine: Engine, job: Job, outcome: Any) -> Output | EngineError:
@@ -303,8 +304,8 @@ def _flaw(outcome: Any) -> tuple[str, str] | None:
                 return f"column {column!r} of table {name!r} as a {kind}", expected
             lengths[column] = len(values)
         if len(set(lengths.values())) > 1:
-            told = ", ".join(f"{column}: {length}" for column, length in lengths.items())
-            return f"table {name!r} with columns of several lengths ({told})", "one for all"
+            sizes = ", ".join(f"{column}: {length}" for column, length in lengths.items())
+            return f"table {name!r} with columns of several lengths ({sizes})", "one for all"
     if not isinstance(outcome.seconds, (int, float)):
         return f"seconds as a {type(outcome.seconds).__name__}", "a number"
     return None

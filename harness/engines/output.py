@@ -91,13 +91,13 @@ class Output:
         """Return the result of this name as a finite number."""
         return self._number(name, self.text(name))
 
-    def check_numbers(self, known: Mapping[str, float], source: str = "was requested") -> None:
+    def check_numbers(self, expected: Mapping[str, float], source: str = "was requested") -> None:
         """Raise EngineOutputError where a result is another number than is known of the run.
 
-        ``known`` are numbers by the names of results, of what ``source`` says; a result that is
+        ``expected`` are numbers by the names of results, of what ``source`` says; a result that is
         not there is not checked. It may be off by what printing it with 15 digits leaves.
         """
-        for name, value in known.items():
+        for name, value in expected.items():
             if self.has(name) and abs(self.number(name) - value) > PRINTED * abs(value):
                 raise EngineOutputError(
                     f"{self.who} says that it ran with {name} = {self.text(name)[:SHOWN]}, "
@@ -184,7 +184,7 @@ _KEPT = ("xu", "yu", "zu", "vx", "vy", "vz", "omegax", "omegay", "omegaz", "radi
 """Columns of a dump that are the same to the last digit where a run is taken up."""
 
 
-def read_csv(text: str, who: str, *, rising: bool = False) -> Table:
+def read_csv(text: str, program: str, *, rising: bool = False) -> Table:
     """Return the columns of a CSV by its header, each (M,).
 
     Columns ``x_m[1]``, ``x_m[2]``, ... of N particles are one, ``x_m`` (M, N). With ``rising`` a
@@ -197,22 +197,22 @@ def read_csv(text: str, who: str, *, rising: bool = False) -> Table:
 
     header, _, body = text.partition("\n")
     if not body.strip() or not text.endswith("\n"):
-        raise EngineOutputError(f"{who} left a series without rows, or cut in its last row")
+        raise EngineOutputError(f"{program} left a series without rows, or cut in its last row")
     names = [name.strip().strip('"') for name in header.lstrip("# ").split(",")]
     try:
         rows = np.loadtxt(io.StringIO(body), delimiter=",", ndmin=2)
         if rows.shape[1] != len(names):
             raise ValueError(f"{rows.shape[1]} columns under {len(names)} names")
     except ValueError as error:
-        raise EngineOutputError(f"{who} left an incomplete series ({error})") from None
+        raise EngineOutputError(f"{program} left an incomplete series ({error})") from None
     if rising:
         if not np.isfinite(rows).all():
-            raise EngineNaNError(f"{who} wrote a series with values that are not numbers")
-        rows = rows[_once(rows, names[0], who)]
-    return _columns(names, rows, who)
+            raise EngineNaNError(f"{program} wrote a series with values that are not numbers")
+        rows = rows[_once(rows, names[0], program)]
+    return _columns(names, rows, program)
 
 
-def _once(rows: NDArray[np.float64], clock: str, who: str) -> NDArray[np.bool_]:
+def _once(rows: NDArray[np.float64], clock: str, program: str) -> NDArray[np.bool_]:
     """Return which rows (M, ...) are not those before them again; the first column is the clock.
 
     Raise EngineOutputError for another row of the same time, or of an earlier one.
@@ -225,13 +225,13 @@ def _once(rows: NDArray[np.float64], clock: str, who: str) -> NDArray[np.bool_]:
     if wrong.size:
         row = int(wrong[0])
         raise EngineOutputError(
-            f"{who} wrote a series out of order: row {row + 1} is of {clock} = {rows[row, 0]:.9g}, "
-            f"the row before of {rows[row - 1, 0]:.9g}, and differs"
+            f"{program} wrote a series out of order: row {row + 1} is of {clock} = "
+            f"{rows[row, 0]:.9g}, the row before of {rows[row - 1, 0]:.9g}, and differs"
         )
     return later
 
 
-def _columns(names: list[str], rows: NDArray[np.float64], who: str) -> Table:
+def _columns(names: list[str], rows: NDArray[np.float64], program: str) -> Table:
     """Return columns by name, those of particles side by side in the order of their numbers."""
     table: dict[str, NDArray[np.float64]] = {}
     particles: dict[str, dict[int, int]] = {}
@@ -243,13 +243,13 @@ def _columns(names: list[str], rows: NDArray[np.float64], who: str) -> Table:
             particles.setdefault(of_particle[1], {})[int(of_particle[2])] = index
     for name, places in particles.items():
         if sorted(places) != list(range(1, len(places) + 1)):
-            raise EngineOutputError(f"{who} left a series that lacks columns of {name}")
+            raise EngineOutputError(f"{program} left a series that lacks columns of {name}")
         # particles of a row side by side in memory: sums over them then round alike
         table[name] = rows[:, [places[number] for number in sorted(places)]].copy()
     return table
 
 
-def read_dump(text: str, who: str) -> Table:
+def read_dump(text: str, program: str) -> Table:
     """Return the columns of a dump, ``step`` (M,) and the rest (M, N), sorted by id.
 
     ``x``, ``vx``, ``fx`` and so on are named with their SI units. A frame that comes again where a
@@ -278,11 +278,11 @@ def read_dump(text: str, who: str) -> Table:
         if np.any(np.sort(ids, axis=1) != np.sort(ids[0])):
             raise ValueError("particles come or go")
     except ValueError as error:
-        raise EngineOutputError(f"{who} wrote a dump that cannot be read ({error})") from None
+        raise EngineOutputError(f"{program} wrote a dump that cannot be read ({error})") from None
     frames = np.take_along_axis(frames, order[:, :, None], axis=1)
     # forces are computed anew where a run is taken up, and places wrapped
     state = frames[:, :, [i for i, name in enumerate(names) if name in _KEPT]]
-    first = _once(np.column_stack([steps, state.reshape(len(steps), -1)]), "step", who)
+    first = _once(np.column_stack([steps, state.reshape(len(steps), -1)]), "step", program)
     frames = frames[first]
     table = {_UNITS.get(n, n): frames[:, :, i] for i, n in enumerate(names) if n != "id"}
     return {"step": steps[first], **table}

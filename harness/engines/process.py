@@ -92,16 +92,16 @@ class Ended:
     seconds: float
     timed_out: bool
 
-    def error(self, who: str, limit: float) -> EngineError | None:
+    def error(self, engine: str, limit: float) -> EngineError | None:
         """Return the error that its end speaks of, or None where it ended well.
 
-        ``who`` is the engine, ``limit`` [s] the time that it was given.
+        ``engine`` is its name in the error, ``limit`` [s] the time that it had.
         """
         if self.timed_out:
-            return self._logged(EngineTimeoutError(f"{who} did not finish within {limit:g} s"))
+            return self._logged(EngineTimeoutError(f"{engine} did not finish within {limit:g} s"))
         if self.code == 0:
             return None
-        return self._logged(death(who, self.code, self.said))
+        return self._logged(death(engine, self.code, self.said))
 
     def _logged(self, error: EngineError) -> EngineError:
         error.log = self.said
@@ -133,14 +133,14 @@ class Processes:
         or dies. Raise EngineCrashError after :meth:`close`.
         """
         start = time.monotonic()
-        with (folder / "said").open("wb") as said, self._group() as group:
+        with (folder / "said").open("wb") as stream, self._group() as group:
             with self._starting:  # what starts is in its group before that is killed
                 if self.closed:
                     raise EngineCrashError(f"{Path(command[0]).name} was closed")
                 process = subprocess.Popen(
                     _with_limits(command, memory),
                     stdin=subprocess.DEVNULL,
-                    stdout=said,
+                    stdout=stream,
                     stderr=subprocess.STDOUT,
                     cwd=folder,
                     env=environment_in(folder, environment),
@@ -182,8 +182,8 @@ def environment_in(folder: Path, environment: Mapping[str, str] | None = None) -
 
     The harness's own unless another is given.
     """
-    given = os.environ if environment is None else environment
-    return {**given, "OMP_NUM_THREADS": "1", MARK: str(folder)}
+    base = os.environ if environment is None else environment
+    return {**base, "OMP_NUM_THREADS": "1", MARK: str(folder)}
 
 
 def signal_of(code: int) -> signal.Signals | None:
@@ -201,28 +201,28 @@ def way_of_death(code: int) -> str:
     return f"exit status {code}" if number is None else f"signal {number.name}"
 
 
-def death(who: str, code: int, said: str) -> EngineError:
+def death(engine: str, code: int, text: str) -> EngineError:
     """Return the error of a program that ended with a bad exit status, after these words.
 
     The status comes first: of a program that died of a fault only the last line is read, since
     what it said before is no reason. What it said decides where it ended itself.
     """
-    way, number, last = way_of_death(code), signal_of(code), last_words(said)
-    if number is signal.SIGXFSZ or (number not in FAULTS and os.strerror(errno.EFBIG) in said):
+    ending, number, last = way_of_death(code), signal_of(code), last_words(text)
+    if number is signal.SIGXFSZ or (number not in FAULTS and os.strerror(errno.EFBIG) in text):
         most = _allowed(resource.RLIMIT_FSIZE, LARGEST_FILE)
-        return EngineOutputError(f"{who} wrote a file of more than {most} bytes")
+        return EngineOutputError(f"{engine} wrote a file of more than {most} bytes")
     if number is signal.SIGBUS:
-        return EngineMemoryError(f"{who} died: {way}: {advice()}")
+        return EngineMemoryError(f"{engine} died: {ending}: {advice()}")
     if number is signal.SIGKILL:
         return EngineMemoryError(
-            f"{who} took more memory than there is, or was ended from outside; it died: {way}"
+            f"{engine} took more memory than there is, or was ended from outside; it died: {ending}"
         )
-    if re.search(OUT_OF_MEMORY, last if number in FAULTS else said, re.IGNORECASE):
-        return EngineMemoryError(f"{who} ran out of memory{last}")
-    refused = re.fullmatch(REFUSAL, _last_line(said))
+    if re.search(OUT_OF_MEMORY, last if number in FAULTS else text, re.IGNORECASE):
+        return EngineMemoryError(f"{engine} ran out of memory{last}")
+    refused = re.fullmatch(REFUSAL, _last_line(text))
     if refused is not None and number not in FAULTS:
-        return EngineInputError(f"{who} refused its input: {refused[0][:160]}")
-    return EngineCrashError(f"{who} died: {way}{last}")
+        return EngineInputError(f"{engine} refused its input: {refused[0][:160]}")
+    return EngineCrashError(f"{engine} died: {ending}{last}")
 
 
 def last_words(text: str) -> str:
@@ -233,9 +233,9 @@ def last_words(text: str) -> str:
 
 def _last_line(text: str) -> str:
     """Return the last line that a program itself wrote, not its launcher; empty without any."""
-    own = LAUNCHERS_WORDS.split(text, maxsplit=1)[0]
+    before_launcher = LAUNCHERS_WORDS.split(text, maxsplit=1)[0]
     # not the dashes in which launchers frame an error
-    lines = re.findall(r".*\w.*", own if own.strip("-\n ") else text)
+    lines = re.findall(r".*\w.*", before_launcher if before_launcher.strip("-\n ") else text)
     return str(lines[-1]).strip() if lines else ""
 
 
@@ -275,9 +275,9 @@ def _hangs(
 ) -> bool:
     """Wait for the end of a process; return whether it went ``seconds`` without progress."""
     state, since, look = progress(), time.monotonic(), FIRST_LOOK
-    while (left := since + seconds - time.monotonic()) > 0.0:
+    while (remaining := since + seconds - time.monotonic()) > 0.0:
         try:
-            process.wait(min(left, look))
+            process.wait(min(remaining, look))
         except subprocess.TimeoutExpired:
             look = min(2.0 * look, LOOK_SECONDS)
             record_segments(folder)  # of its shared memory, in case it is killed
@@ -298,8 +298,8 @@ def _with_limits(command: Sequence[str], memory: int) -> list[str]:
 
 def _allowed(kind: int, wanted: int) -> int:
     """Return a bound, or what the harness itself is allowed where that is less."""
-    own = [bound for bound in resource.getrlimit(kind) if bound != resource.RLIM_INFINITY]
-    return min([wanted, *own])
+    bounds = [bound for bound in resource.getrlimit(kind) if bound != resource.RLIM_INFINITY]
+    return min([wanted, *bounds])
 
 
 def _kill(group: int) -> None:
@@ -318,9 +318,9 @@ CANCEL_SECONDS = 0.5
 
 def cores() -> int:
     """Return the number of cores this process may use; a scheduler may give less than it shows."""
-    given = os.environ.get("SLURM_CPUS_PER_TASK", "")
-    if given.isdecimal():
-        return int(given)
+    allotted = os.environ.get("SLURM_CPUS_PER_TASK", "")
+    if allotted.isdecimal():
+        return int(allotted)
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
@@ -351,8 +351,8 @@ def parallel_each(
             over = _next(done)
             yield places[over], over.result()
     finally:
-        left = isinstance(sys.exception(), (KeyboardInterrupt, GeneratorExit))
-        pool.shutdown(wait=not left, cancel_futures=True)
+        interrupted = isinstance(sys.exception(), (KeyboardInterrupt, GeneratorExit))
+        pool.shutdown(wait=not interrupted, cancel_futures=True)
 
 
 def _next(done: queue.SimpleQueue[Future[Result]]) -> Future[Result]:

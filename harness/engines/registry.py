@@ -102,18 +102,18 @@ def chosen_options(
 ) -> dict[str, Any]:
     """Return the arguments of an engine's class, checked; takes what ``open_engine`` takes."""
     named = program if program is not None else (programs or {}).get(name)
-    given = {**(options or {}), **more, **({} if named is None else {"program": named})}
-    given = {key: value for key, value in given.items() if value is not None}
-    if not given:
+    values = {**(options or {}), **more, **({} if named is None else {"program": named})}
+    values = {key: value for key, value in values.items() if value is not None}
+    if not values:
         return {}
     kind = engine_class(name)
     taken = {key: hint for key, hint in _hints(kind).items() if key not in ("self", "return")}
-    for key, value in given.items():
+    for key, value in values.items():
         if key not in taken:
             spelled = SPELLED.get(key, "--program" if key == "program" else f"option {key!r}")
-            known = ", ".join(sorted(taken)) or "none"
-            raise RequestError(f"{spelled} {value!r}: engine {name!r} takes the options: {known}")
-    return {key: _read(f"{name}.{key}", value, taken[key]) for key, value in given.items()}
+            allowed = ", ".join(sorted(taken)) or "none"
+            raise RequestError(f"{spelled} {value!r}: engine {name!r} takes the options: {allowed}")
+    return {key: _read(f"{name}.{key}", value, taken[key]) for key, value in values.items()}
 
 
 def fingerprint_of(name: str, options: Mapping[str, Any]) -> Mapping[str, Any] | None:
@@ -123,14 +123,14 @@ def fingerprint_of(name: str, options: Mapping[str, Any]) -> Mapping[str, Any] |
     is not there.
     """
     kind = engine_class(name)
-    who, twin = kind.fingerprint_of(**options), kind.twin_options(**options)
-    if who is None or twin is None:
-        return who
+    identity, twin = kind.fingerprint_of(**options), kind.twin_options(**options)
+    if identity is None or twin is None:
+        return identity
     try:
         other = kind.fingerprint_of(**twin)
     except RequestError:
         other = {"how": "missing"}
-    return None if other is None else {**who, "twin": other}
+    return None if other is None else {**identity, "twin": other}
 
 
 def input_files(templates: Iterable[Template], *engines: str) -> dict[str, str]:
@@ -170,22 +170,22 @@ def _package(point: EntryPoint) -> str:
     return point.dist.name if point.dist is not None else point.value.partition(":")[0]
 
 
-def _class_at(where: str, who: str) -> type[Engine]:
+def _class_at(where: str, label: str) -> type[Engine]:
     """Return the engine's class at ``module:Class``; raise RequestError for anything else."""
     try:
-        found = _named(where)
+        kind = _named(where)
     except (Exception, SystemExit) as error:
-        said = (str(error).splitlines() or [""])[0]
+        reason = (str(error).splitlines() or [""])[0]
         raise RequestError(
-            f"{who} cannot be imported from {where!r} ({type(error).__name__}: {said})"
+            f"{label} cannot be imported from {where!r} ({type(error).__name__}: {reason})"
         ) from None
-    if not (isinstance(found, type) and issubclass(found, Engine)):
-        raise RequestError(f"{who}: {where!r} is no subclass of harness.engines.contract.Engine")
-    lacks = sorted(found.__abstractmethods__)
-    lacks += [name for name in ("name", "traits") if not hasattr(found, name)]
+    if not (isinstance(kind, type) and issubclass(kind, Engine)):
+        raise RequestError(f"{label}: {where!r} is no subclass of harness.engines.contract.Engine")
+    lacks = sorted(kind.__abstractmethods__)
+    lacks += [name for name in ("name", "traits") if not hasattr(kind, name)]
     if lacks:
-        raise RequestError(f"{who}: class {found.__name__} has no {', '.join(lacks)}")
-    return found
+        raise RequestError(f"{label}: class {kind.__name__} has no {', '.join(lacks)}")
+    return kind
 
 
 def _named(where: str) -> Any:

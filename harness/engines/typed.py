@@ -37,15 +37,15 @@ def engine_settings(texts: Iterable[str]) -> dict[str, dict[str, str]]:
 def check_names(
     programs: Mapping[str, str],
     settings: Mapping[str, Any],
-    asked: Iterable[str],
+    engines: Iterable[str],
     option: str = "--engine",
 ) -> None:
-    """Raise RequestError for a program or option whose engine is not asked for.
+    """Raise RequestError for a program or option whose engine does not run.
 
-    ``programs`` and ``settings`` are by the engines' names, ``asked`` are the engines that will
-    run, ``option`` is how one is asked for.
+    ``programs`` and ``settings`` are by the engines' names, ``engines`` are those that will run,
+    ``option`` is the option that names them.
     """
-    names = set(asked)
+    names = set(engines)
     for name, path in programs.items():
         if name not in names:
             raise RequestError(f"--program {name}={path}: goes with {option} {name} only")

@@ -51,15 +51,15 @@ def roots_within(coefficients: NDArray[np.float64], end: float) -> NDArray[np.fl
         for k in range(polynomial.size):
             for factor in range(k + 1, k + times + 1):
                 polynomial[k] *= factor
-        found = np.empty(places.size + 1)
-        found[0], count = 0.0, 1
+        roots = np.empty(places.size + 1)
+        roots[0], count = 0.0, 1
         for k in range(places.size - 1):
             low, high = places[k], places[k + 1]
             if value(polynomial, low) * value(polynomial, high) < 0.0:
-                found[count] = _between(polynomial, low, high)
+                roots[count] = _between(polynomial, low, high)
                 count += 1
-        found[count] = end
-        places = found[: count + 1].copy()
+        roots[count] = end
+        places = roots[: count + 1].copy()
     return places[1:-1]
 
 
@@ -106,17 +106,17 @@ LEAVES, SHOCK, TURNS = 0, 1, 2
 
 
 @compiled
-def flight(x: float, y: float, vx: float, vy: float, theta: float, left: int) -> tuple[float, int]:
+def flight(x: float, y: float, vx: float, vy: float, theta: float, last: int) -> tuple[float, int]:
     """Return how long the grain flies, and the sphere that it meets.
 
-    ``left`` is the sphere that it has just left, on which it stands to rounding.
+    ``last`` is the sphere that it has just left, on which it stands to rounding.
     """
     along, down = math.sin(theta), math.cos(theta)
     longest = (vy + math.sqrt(vy * vy + 2.0 * down * (y - LOWEST))) / down
     turn = min(max(-vx / along, 0.0), longest) if along > 0.0 else 0.0
     far = max(x, x + vx * longest + 0.5 * along * longest**2)
     near = min(x, x + vx * turn + 0.5 * along * turn**2)
-    first, met = NEVER, left
+    first, target = NEVER, last
     for sphere in range(math.floor(near) - 1, math.ceil(far) + 2):
         rx, ry = x - sphere, y
         quartic = np.array(
@@ -128,16 +128,16 @@ def flight(x: float, y: float, vx: float, vy: float, theta: float, left: int) ->
                 0.25,
             ]
         )
-        if sphere == left:
+        if sphere == last:
             quartic = quartic[1:].copy()  # the contact at the start is no root
         elif quartic[0] <= TOUCHING and quartic[1] < TOUCHING:
             return 0.0, sphere  # it stands on it, and moves into it or along it
         slope = quartic[1:] * np.arange(1.0, quartic.size)
         for t in roots_within(quartic, longest):
             if t < first and value(slope, t) < 0.0:
-                first, met = t, sphere
+                first, target = t, sphere
                 break
-    return first, met
+    return first, target
 
 
 @compiled
@@ -181,9 +181,9 @@ def follow(
     pass is followed until its hops have died out: its energy is what is left then.
     """
     sine, cosine = math.sin(theta), math.cos(theta)
-    crest, left, hits, settled = 1, -(10**9), 0, math.nan
+    crest, last, hits, settled = 1, -(10**9), 0, math.nan
     for _ in range(MOST_EVENTS):
-        t, sphere = flight(x, y, vx, vy, theta, left)
+        t, sphere = flight(x, y, vx, vy, theta, last)
         if not math.isfinite(t):
             break
         x, y = x + vx * t + 0.5 * sine * t * t, y + vy * t - 0.5 * cosine * t * t
@@ -200,15 +200,15 @@ def follow(
         along = vx * ny - vy * nx
         beta = math.atan2(nx, ny) + theta
         if e * into > COLLAPSED or math.cos(beta) <= along * along:
-            vx, vy, left = vx + (1.0 + e) * into * nx, vy + (1.0 + e) * into * ny, sphere
+            vx, vy, last = vx + (1.0 + e) * into * nx, vy + (1.0 + e) * into * ny, sphere
             energy = 0.5 * (vx * vx + vy * vy) + y * cosine - x * sine
             if energy < 1.0 - crest * sine and not settle:
                 return TRAPPED, energy - 1.0 + crest * sine, hits, False, settled
             continue
         # it slides, turning round where it comes to rest, until it flies or meets a sphere
-        own = 0.5 * along * along + math.cos(beta)
+        on_sphere = 0.5 * along * along + math.cos(beta)
         forward, ends, settled = along >= 0.0, -1, beta
-        over = own - sphere * sine - 1.0 + crest * sine
+        over = on_sphere - sphere * sine - 1.0 + crest * sine
         if over < 0.0:
             return TRAPPED, over, hits, True, settled
         if forward and sphere >= crest and beta <= 0.0:
@@ -216,12 +216,12 @@ def follow(
                 return MOVES_ON, over, hits, True, settled
             crest += 1
         while ends not in (LEAVES, SHOCK):
-            beta, ends = slide(own, beta, forward, theta)
+            beta, ends = slide(on_sphere, beta, forward, theta)
             forward = forward if ends in (LEAVES, SHOCK) else not forward
-        speed = math.sqrt(max(0.0, 2.0 * (own - math.cos(beta)))) * (1.0 if forward else -1.0)
+        speed = math.sqrt(max(0.0, 2.0 * (on_sphere - math.cos(beta)))) * (1.0 if forward else -1.0)
         phi = beta - theta
         x, y = sphere + math.sin(phi), math.cos(phi)
-        vx, vy, left = speed * math.cos(phi), -speed * math.sin(phi), sphere
+        vx, vy, last = speed * math.cos(phi), -speed * math.sin(phi), sphere
     return UNDECIDED, 0.0, hits, False, settled
 
 
@@ -247,7 +247,7 @@ def passage(angle_deg: float, restitution: float) -> tuple[int, float, int, bool
 
     Its fate, the energy above that of rest on the next crest [m g d], the collisions, whether it
     slid at the end, and the angle ahead of the crest [rad] at which its hops died out, as
-    :func:`harness.solvers.hard_sphere.follow` tells them.
+    :func:`harness.solvers.hard_sphere.follow` returns them.
     """
     theta = math.radians(angle_deg)
     speed = math.sqrt(2.0 * (1.0 - math.cos(WELL + theta)))

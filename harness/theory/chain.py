@@ -92,8 +92,8 @@ def final_velocities(particles: int, deformable: bool = False) -> Floats:
 
 def compliance(contacts: int, deformable: bool) -> Floats:
     """Return A (n, n): overlaps ``A f`` at unit stiffness; tridiag(1/2, 1, 1/2) or 1."""
-    beside = np.full(contacts - 1, 0.5 if deformable else 0.0)
-    return np.diag(np.ones(contacts)) + np.diag(beside, 1) + np.diag(beside, -1)
+    coupling = np.full(contacts - 1, 0.5 if deformable else 0.0)
+    return np.diag(np.ones(contacts)) + np.diag(coupling, 1) + np.diag(coupling, -1)
 
 
 def _forces_matrix(closed: NDArray[np.bool_], law: Floats) -> Floats:

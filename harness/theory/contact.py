@@ -536,14 +536,14 @@ def limited_forces(
 
     The velocity is constant in a piece. The spring is slack at the start.
     """
-    stretch, found = 0.0, []
+    stretch, forces = 0.0, []
     for displacement, duration in pieces:
         drag = dashpot * displacement / duration
         resisting = stiffness * (stretch + displacement) + drag
         limited = math.copysign(min(abs(resisting), limit), resisting)
         stretch = (limited - drag) / stiffness
-        found.append(-limited)
-    return found
+        forces.append(-limited)
+    return forces
 
 
 def twisting_spin(
@@ -566,10 +566,10 @@ def twisting_spin(
 
     def swings(t: float, turned: float, speed: float) -> tuple[float, float]:
         """Return angle and spin of the damped oscillation after a time."""
-        sine, cosine, left = math.sin(rate * t), math.cos(rate * t), math.exp(-decay * t)
+        sine, cosine, decayed = math.sin(rate * t), math.cos(rate * t), math.exp(-decay * t)
         push = (speed + decay * turned) / rate
-        angle = left * (turned * cosine + push * sine)
-        return angle, left * rate * (push * cosine - turned * sine) - decay * angle
+        angle = decayed * (turned * cosine + push * sine)
+        return angle, decayed * rate * (push * cosine - turned * sine) - decay * angle
 
     def beyond(t: float) -> float:
         turned, speed = swings(t, 0.0, spin)

@@ -88,13 +88,13 @@ def row(count: int) -> Points:
     return np.column_stack([np.arange(float(count)), np.zeros(count)])
 
 
-def resting_on(left: ArrayLike, right: ArrayLike) -> Points:
+def resting_on(first: ArrayLike, second: ArrayLike) -> Points:
     """Return the centre (2,) of a sphere that touches two others from above."""
-    left, right = np.asarray(left, dtype=float), np.asarray(right, dtype=float)
-    along = right - left
+    first, second = np.asarray(first, dtype=float), np.asarray(second, dtype=float)
+    along = second - first
     half = float(np.hypot(*along)) / 2
     up = np.array([-along[1], along[0]]) / (2 * half)
-    return np.asarray((left + right) / 2 + math.sqrt(1 - half**2) * up)
+    return np.asarray((first + second) / 2 + math.sqrt(1 - half**2) * up)
 
 
 def well(index: int) -> Points:
@@ -211,11 +211,11 @@ def straight_chain(grain: ArrayLike, spheres: Points, sphere: ArrayLike) -> Poin
     The line ends where the next place along it is empty.
     """
     at = np.asarray(sphere, dtype=float)
-    along, found = at - np.asarray(grain, dtype=float), []
+    along, centres = at - np.asarray(grain, dtype=float), []
     while np.min(np.hypot(*(spheres - at).T)) < 1e-9:
-        found.append(at)
+        centres.append(at)
         at = at + along
-    return np.array(found)
+    return np.array(centres)
 
 
 # ---- critical angle

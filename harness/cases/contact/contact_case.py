@@ -124,7 +124,7 @@ class ContactCase(Case[P]):
     @property
     def presets(self) -> Mapping[str, P]:
         """Return the usual parameters, and sets of the literature."""
-        return {name: self.parameters(**told) for name, told in self.sets.items()}  # type: ignore[misc]
+        return {name: self.parameters(**values) for name, values in self.sets.items()}  # type: ignore[misc]
 
     def source_of(self, preset: str) -> str:
         """Return where the values of a preset were published; empty for those of this package."""
@@ -202,10 +202,10 @@ class ContactCase(Case[P]):
         Those of the case unless others are given.
         """
         base, coarsest = self.default, STEPS[level][0]
-        names = [one.name for one in (*self.submodels, *self.beside) if one.quick]
+        names = [each.name for each in (*self.submodels, *self.beside) if each.quick]
         for submodel in self.submodels if submodels is None else submodels:
             systems = {
-                system: self._told(submodel, system, coarsest)
+                system: self._values(submodel, system, coarsest)
                 for system, changes in self.systems.items()
                 if (level != "quick" or (submodel.quick and system not in LONGER))
                 and submodel.stated_in(system, changes)
@@ -216,11 +216,13 @@ class ContactCase(Case[P]):
                 every = [name for name in systems if name == turn or name in self.every_level]
                 of_two = submodel.name == self.two_materials_of
                 pairs = [name for name in PAIRS if of_two and name in self.systems]
-                systems = {name: self._told(submodel, name, coarsest) for name in (*every, *pairs)}
-            for system, told in systems.items():
-                yield Trial(submodel.name, system, base.replace(**told))
+                systems = {
+                    name: self._values(submodel, name, coarsest) for name in (*every, *pairs)
+                }
+            for system, values in systems.items():
+                yield Trial(submodel.name, system, base.replace(**values))
 
-    def _told(self, submodel: Submodel, system: str, steps: int) -> dict[str, Any]:
+    def _values(self, submodel: Submodel, system: str, steps: int) -> dict[str, Any]:
         """Return what a submodel in a system changes of the case's parameters."""
         return {**PLAIN, **submodel.law, **self.systems[system], "steps_per_contact": steps}
 
@@ -262,22 +264,22 @@ class ContactCase(Case[P]):
         from harness.cases.contact.limits import Evidence
         from harness.cases.contact.verification import verify_trials
 
-        key, stated = (self.name, engine.name), self.stated(engine)
+        key, supported = (self.name, engine.name), self.stated(engine)
         if study.role == "main":
-            return study.once(key, lambda: self._with_invariances(engine, study, stated))
+            return study.once(key, lambda: self._with_invariances(engine, study, supported))
         done: Findings | None = study.once(key, lambda: None)
-        ran = stated if done else ()
-        submodels = [one for one in (*self.submodels, *self.beside) if one not in ran]
+        ran = supported if done else ()
+        submodels = [each for each in (*self.submodels, *self.beside) if each not in ran]
         if not done and study.level == "full":
             findings = self._with_invariances(engine, study, submodels)
         else:
             trials = self.wanted(self.trials(study.level, submodels), study)
             findings = verify_trials(self, engine, study, trials)
         first: Evidence = done.evidence if done and done.evidence else Evidence(engine.title, ())
-        climbed = (*first.climbed, *findings.evidence.climbed)
+        refined = (*first.refined, *findings.evidence.refined)
         failed = (*first.failed, *findings.evidence.failed)
         scans = measured_scan(self, engine)
-        findings.evidence = Evidence(engine.title, climbed, scans, failed=failed)
+        findings.evidence = Evidence(engine.title, refined, scans, failed=failed)
         return findings
 
     def _with_invariances(
@@ -306,21 +308,21 @@ class ContactCase(Case[P]):
         overlap, _ = overlap_of(parameters, motion)
         return {"": (1e6 * overlap, motion.force[:, 0, 2])}
 
-    def plot(self, one: Tried, who: str) -> Plot:
+    def plot(self, trial: Tried, engine: str) -> Plot:
         """Return what a page shows of a trial in an engine, by its title, beside the errors."""
         from harness.cases.contact.report import motion_plot
 
-        return motion_plot(self, one, who)
+        return motion_plot(self, trial, engine)
 
     def sections(
-        self, main: Findings | None, own: Findings, beside: Mapping[str, Findings]
+        self, main: Findings | None, findings: Findings, others: Mapping[str, Findings]
     ) -> Sequence[Section]:
         """Return formula, limits and figure of each trial in the main engine."""
         from harness.cases.contact.report import sections_of
 
         if main is None or not main.evidence:
             return ()
-        return sections_of(self, main, tuple(beside.values()))
+        return sections_of(self, main, tuple(others.values()))
 
 
 def contact_cases(study: Study) -> list[ContactCase[Any]]:
@@ -394,7 +396,7 @@ class RestingCase(ContactCase[R]):
             (first, *others),
             parameters.planes,
             parameters.law,
-            # the steps fill the duration: all rungs end at the same time
+            # the steps fill the duration: all levels end at the same time
             step=parameters.seconds / REST_SAMPLES / every,
             steps=REST_SAMPLES * every,
             every=every,

@@ -47,20 +47,20 @@ def rebound(parameters: ContactSystem, height: float, gravity: float) -> dict[st
         return elastic
     zeta, omega = oscillator(parameters)
     speed = math.sqrt(2.0 * gravity * height)
-    left = contact.rebound(omega, zeta, gravity, speed) if zeta < 1.0 else None
-    if left is None:
+    speed_after = contact.rebound(omega, zeta, gravity, speed) if zeta < 1.0 else None
+    if speed_after is None:
         return elastic
-    ratio = left.speed**2 / (2.0 * gravity * height)
-    return {"rebound_ratio": ratio, "contact_time_s": left.duration, **elastic}
+    ratio = speed_after.speed**2 / (2.0 * gravity * height)
+    return {"rebound_ratio": ratio, "contact_time_s": speed_after.duration, **elastic}
 
 
 def _hertz(parameters: ContactSystem, speed: float) -> dict[str, float]:
-    told = parameters.reduced_mass, hertz_spring(parameters), speed
+    impact = parameters.reduced_mass, hertz_spring(parameters), speed
     return {
         "restitution": 1.0,
-        "contact_time_s": contact.contact_time(*told),
-        "largest_overlap_m": contact.largest_hertz_overlap(*told),
-        "largest_force_N": contact.largest_force(*told),
+        "contact_time_s": contact.contact_time(*impact),
+        "largest_overlap_m": contact.largest_hertz_overlap(*impact),
+        "largest_force_N": contact.largest_force(*impact),
     }
 
 
@@ -98,15 +98,15 @@ ANGLES = np.arange(4.0, 86.5, 0.5)
 
 @dataclass(frozen=True)
 class Published:
-    """A curve: its name, what it is in words, angles of the incidence [deg] and what is left.
+    """A published curve: its name, its source in words, angles of incidence [deg] and ratio.
 
-    ``left`` is the tangential velocity at the contact after over that before, (M,).
+    ``ratio`` is the tangential velocity at the contact after over that before, (M,).
     """
 
     name: str
-    told: str
+    source: str
     angles: Array = field(repr=False)
-    left: Array = field(repr=False)
+    ratio: Array = field(repr=False)
 
 
 def published(parameters: ContactSystem, restitution: float) -> Published | None:
@@ -121,12 +121,12 @@ def published(parameters: ContactSystem, restitution: float) -> Published | None
     if not parameters.linear or not parameters.tangential.startswith("linear"):
         return None
     sticking = _sticking(parameters)
-    left = [two_branches(u, mu, restitution, sticking) for u in np.tan(np.radians(ANGLES))]
-    told = (
+    ratio = [two_branches(u, mu, restitution, sticking) for u in np.tan(np.radians(ANGLES))]
+    source = (
         "the branches of Walton (1993), sticking or sliding to the end with the lesser impulse: "
         "the law does both in turn between them"
     )
-    return Published("Walton 1993: sticks or slides", told, ANGLES, np.array(left))
+    return Published("Walton 1993: sticks or slides", source, ANGLES, np.array(ratio))
 
 
 def _sticking(parameters: ContactSystem) -> float:
@@ -154,16 +154,16 @@ def _partial_slip(parameters: ContactSystem, mu: float, restitution: float) -> P
     sliding = np.tan(np.radians(ANGLES)) / scale
     sliding = sliding[sliding > psi[-1]]
     incidence = np.concatenate([psi, sliding])
-    left = np.concatenate([back / psi, 1.0 - 7.0 * kappa / sliding])
-    told = "an elastic sphere with partial slip, by Maw, Barber and Fawcett (1976)"
+    ratio = np.concatenate([back / psi, 1.0 - 7.0 * kappa / sliding])
+    source = "an elastic sphere with partial slip, by Maw, Barber and Fawcett (1976)"
     if restitution < 1.0 - 1e-6:
-        told += (
+        source += (
             ", with mu (1 + e) / 2 for mu, so that impacts that slide throughout are on it; it has "
             "no dashpot along the surface"
         )
     angles = np.degrees(np.arctan(incidence * scale))
-    shown = angles >= ANGLES[0]
-    return Published("Maw, Barber and Fawcett 1976", told, angles[shown], left[shown])
+    drawn = angles >= ANGLES[0]
+    return Published("Maw, Barber and Fawcett 1976", source, angles[drawn], ratio[drawn])
 
 
 IMPACT_SAMPLES = 100
@@ -179,8 +179,8 @@ FINER = 16
 """Times as many steps for a law that codes bring on behind the motion: by up to ten steps."""
 
 PARTED = 50
-"""Steps of a contact, all rungs of a ladder being multiples, that the time up to yield is
-rounded to a part of: yield is noticed at the end of a step, at the same phase on every rung."""
+"""Steps of a contact, all levels being multiples, that the time up to yield is
+rounded to a part of: yield is noticed at the end of a step, at the same phase on every level."""
 
 
 @lru_cache(maxsize=4096)  # job, samples and references of a run each ask for its scene

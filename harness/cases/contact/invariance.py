@@ -38,11 +38,11 @@ from harness.cases.contact.transformations import (
     PLAIN,
     ROUNDINGS,
     STEPPED,
-    Way,
-    Ways,
+    TransformedRun,
+    TrialRuns,
     chosen,
-    first_ways,
-    later_ways,
+    first_runs,
+    later_runs,
     why_not,
 )
 from harness.cases.contract import LevelName, Study
@@ -60,14 +60,14 @@ if TYPE_CHECKING:
     from harness.cases.contact.contact_case import ContactCase
 
 
-def sizes_of(one: Ways, traits: Traits) -> dict[str, float]:
+def sizes_of(runs: TrialRuns, traits: Traits) -> dict[str, float]:
     """Return what differences are measured in: overlap, speed of the contact, largest force.
 
     The overlap is that of the largest force at rest, the speed at least what moves by it in
     the time of a contact; both with the radius as the lever. A force that a code does not tell is
     that of the law.
     """
-    motion, law, plain = one.motion(PLAIN), one.trial.parameters, one.ways[PLAIN]
+    motion, law, plain = runs.motion(PLAIN), runs.trial.parameters, runs.runs[PLAIN]
     assert motion is not None
     scene, r, pulled = plain.scene, law.radius, motion.force[:, 0]
     if not motion.tells_forces:
@@ -89,31 +89,33 @@ def sizes_of(one: Ways, traits: Traits) -> dict[str, float]:
     }
 
 
-def of_digits(one: Ways, sizes: Mapping[str, float], traits: Traits, width: float) -> float:
-    """Return what the round-off of mdr's force may leave of the sizes, beside that of a way."""
-    stepped, plain = one.motion(STEPPED), one.ways[PLAIN]
-    if one.trial.parameters.normal != "mdr":
+def of_digits(runs: TrialRuns, sizes: Mapping[str, float], traits: Traits, width: float) -> float:
+    """Return what the round-off of mdr's force may leave of the sizes, besides that of the run."""
+    stepped, plain = runs.motion(STEPPED), runs.runs[PLAIN]
+    if runs.trial.parameters.normal != "mdr":
         return 0.0
     if stepped is None:
         return math.inf
 
-    overlaps, _ = overlap_of(one.trial.parameters, stepped)
+    overlaps, _ = overlap_of(runs.trial.parameters, stepped)
     rules, slack = rules_of(plain.job, traits), width * sizes["position"]
     return of_force(plain.scene, rules, overlaps, sizes, slack)
 
 
-def of_way(way: Way, one: Ways, sizes: Mapping[str, float], *, single: bool) -> float:
+def round_off_of(
+    run: TransformedRun, runs: TrialRuns, sizes: Mapping[str, float], *, single: bool
+) -> float:
     """Return the part of the sizes that round-off may change, ``single`` where it is written."""
-    motion, scene = one.motion(PLAIN), one.ways[PLAIN].scene
+    motion, scene = runs.motion(PLAIN), runs.runs[PLAIN].scene
     assert motion is not None
-    far = float(np.abs(motion.position).max()) + way.drift * scene.duration + way.reach
-    fast = float(np.abs(motion.velocity).max()) + way.drift
+    far = float(np.abs(motion.position).max()) + run.drift * scene.duration + run.reach
+    fast = float(np.abs(motion.velocity).max()) + run.drift
     rounded = far / sizes["position"] + fast / sizes["velocity"]
-    width = ROUNDINGS * way.scene.steps * float(np.finfo(float).eps) * rounded
+    width = ROUNDINGS * run.scene.steps * float(np.finfo(float).eps) * rounded
     if single:
-        room = float(one.ways[PLAIN].job.values["room"])
-        shown = room / sizes["position"] + fast / sizes["velocity"]
-        width += ROUNDINGS * float(np.finfo(np.float32).eps) * shown
+        room = float(runs.runs[PLAIN].job.values["room"])
+        single_rounded = room / sizes["position"] + fast / sizes["velocity"]
+        width += ROUNDINGS * float(np.finfo(np.float32).eps) * single_rounded
     return width
 
 
@@ -175,11 +177,11 @@ def _errors(system: System, overlaps: Array, slack: float) -> tuple[Array, Array
         opens = overlap < largest
         largest = max(largest, overlap)
         _follow(system, largest, flats, opens)
-        found = pressed(law, contact, overlap)
+        elastic = pressed(law, contact, overlap)
         depth = min(overlap, first) if law.bulk else overlap
-        errors[k] = FORCE_ROUND_OFF * EPS * abs(found.force)
+        errors[k] = FORCE_ROUND_OFF * EPS * abs(elastic.force)
         errors[k] += _of_ellipse(system, depth - slack, flats, opens)
-        slopes[k] = found.slope
+        slopes[k] = elastic.slope
     return errors, slopes
 
 
@@ -191,7 +193,7 @@ def _follow(system: System, largest: float, flats: float, opens: bool) -> None:
     contact.stage = ELASTIC
     if law.yields and depth > contact.onset:
         contact.stage = SWELLING if depth > contact.swells else PLASTIC
-        contact.last = flats * sprung_back(law, contact, depth, contact.first_radius).left
+        contact.last = flats * sprung_back(law, contact, depth, contact.first_radius).residual
     contact.largest = largest if opens else 0.0
 
 
@@ -204,15 +206,15 @@ def _of_ellipse(system: System, overlap: float, flats: float, opens: bool) -> fl
         if not opens:
             return 0.0
         dent = sprung_back(law, contact, contact.largest / flats, contact.first_radius)
-        depth = (overlap / flats - dent.left) * dent.stretch
+        depth = (overlap / flats - dent.residual) * dent.stretch
         return float(0.25 * modulus * dent.height * dent.width * lost(_angle(depth / dent.height)))
-    one, other = contact.first_radius, contact.second_radius
+    first, second = contact.first_radius, contact.second_radius
     most = max(contact.largest, overlap)
-    share = 1.0 if flats < 2.0 else 0.5 * (2.0 * other - most) / (one + other - most)
-    sides = one**2 * lost(_angle(0.25 * share * overlap / one))
+    share = 1.0 if flats < 2.0 else 0.5 * (2.0 * second - most) / (first + second - most)
+    sides = first**2 * lost(_angle(0.25 * share * overlap / first))
     if flats < 2.0:
         return float(2.0 * modulus * sides)
-    sides += other**2 * lost(_angle(0.25 * (1.0 - share) * overlap / other))
+    sides += second**2 * lost(_angle(0.25 * (1.0 - share) * overlap / second))
     return float(modulus * sides)
 
 
@@ -231,22 +233,22 @@ def invariances(
     study: Study,
     together: Sequence[ContactCase[Any]] = (),
 ) -> list[Check]:
-    """Return a row for each way to run the trials of a level that must change nothing.
+    """Return a row for each transformed run of the trials of a level.
 
     On several MPI ranks those of the cases ``together`` run in one batch: the start of a process
     on several ranks costs more than the runs in it.
     """
     level = study.level
-    found = [first_ways(case, trial, level) for trial in case.wanted(chosen(case, level), study)]
-    _run(found, engine)
-    for one in found:
-        one.ways |= {
-            later_way.name: later_way
-            for later_way in later_ways(one, engine, level)
-            if later_way.ranks == 1
+    trials = [first_runs(case, trial, level) for trial in case.wanted(chosen(case, level), study)]
+    _run(trials, engine)
+    for runs in trials:
+        runs.runs |= {
+            later_run.name: later_run
+            for later_run in later_runs(runs, engine, level)
+            if later_run.ranks == 1
         }
-    _run(found, engine)
-    rows = [row for one in found for row in _rows(one, engine)]
+    _run(trials, engine)
+    rows = [row for runs in trials for row in _rows(runs, engine)]
     if level == "quick":
         return rows
     return rows + _over_ranks(case, engine, study, tuple(together) or (case,))
@@ -256,7 +258,7 @@ def _over_ranks(
     case: ContactCase[Any], engine: Engine, study: Study, together: Sequence[ContactCase[Any]]
 ) -> list[Check]:
     """Return the rows of a case on several MPI ranks."""
-    names = tuple(one.name for one in together)
+    names = tuple(each.name for each in together)
     rows = study.once(
         ("over ranks", engine.name, names), lambda: _all_over_ranks(together, engine, study)
     )
@@ -266,20 +268,20 @@ def _over_ranks(
 def _all_over_ranks(cases: Sequence[ContactCase[Any]], engine: Engine, study: Study) -> list[Check]:
     """Return the rows of cases on several MPI ranks, those of one number of ranks run together."""
     level = study.level
-    found = [
-        first_ways(case, trial, level)
+    trials = [
+        first_runs(case, trial, level)
         for case in cases
         for trial in case.wanted(chosen(case, level), study)
         if _most_ranks(case, trial, level) > 1
     ]
-    for one in found:
-        one.ways = {name: way for name, way in one.ways.items() if name in (PLAIN, MOVED)}
-    _run(found, engine)
-    for one in found:
-        ranks = range(2, _most_ranks(one.case, one.trial, level) + 1)
-        one.ways |= {w.name: w for w in later_ways(one, engine, level) if w.ranks in ranks}
-    _run(found, engine)
-    return [row for one in found for row in _rows(one, engine, lambda way: way.ranks > 1)]
+    for runs in trials:
+        runs.runs = {name: run for name, run in runs.runs.items() if name in (PLAIN, MOVED)}
+    _run(trials, engine)
+    for runs in trials:
+        ranks = range(2, _most_ranks(runs.case, runs.trial, level) + 1)
+        runs.runs |= {w.name: w for w in later_runs(runs, engine, level) if w.ranks in ranks}
+    _run(trials, engine)
+    return [row for runs in trials for row in _rows(runs, engine, lambda run: run.ranks > 1)]
 
 
 def _most_ranks(case: ContactCase[Any], trial: Trial, level: LevelName) -> int:
@@ -289,11 +291,11 @@ def _most_ranks(case: ContactCase[Any], trial: Trial, level: LevelName) -> int:
     return 2 if trial.submodel in case.over_ranks else 1
 
 
-def _run(found: Sequence[Ways], engine: Engine) -> None:
-    """Run the ways that have not been run, those of each number of ranks together."""
-    todo = [(one, w) for one in found for w in one.ways.values() if w.name not in one.motions]
-    for ranks in sorted({way.ranks for _, way in todo}):
-        here = [(one, way) for one, way in todo if way.ranks == ranks]
+def _run(trials: Sequence[TrialRuns], engine: Engine) -> None:
+    """Run those that have not run, those of each number of ranks together."""
+    todo = [(runs, w) for runs in trials for w in runs.runs.values() if w.name not in runs.motions]
+    for ranks in sorted({run.ranks for _, run in todo}):
+        here = [(runs, run) for runs, run in todo if run.ranks == ranks]
         if ranks == 1:
             _run_in(engine, here)
             continue
@@ -301,22 +303,22 @@ def _run(found: Sequence[Ways], engine: Engine) -> None:
             with engine.on_ranks(ranks) as there:
                 _run_in(there, here)
         except EngineMissingError as error:
-            for one, way in here:
-                one.motions[way.name] = str(error)
+            for runs, run in here:
+                runs.motions[run.name] = str(error)
 
 
-def _run_in(engine: Engine, todo: Sequence[tuple[Ways, Way]]) -> None:
-    """Run ways in an engine and keep their motions; a reason where it refuses one."""
+def _run_in(engine: Engine, todo: Sequence[tuple[TrialRuns, TransformedRun]]) -> None:
+    """Run in an engine and keep the motions; a reason where it refuses one."""
     runnable = []
-    for one, way in todo:
-        reason = engine.refuses(way.job)
+    for runs, run in todo:
+        reason = engine.refuses(run.job)
         if reason:
-            one.motions[way.name] = reason
+            runs.motions[run.name] = reason
         else:
-            runnable.append((one, way))
-    outputs = engine.run([way.job for _, way in runnable]) if runnable else []
-    for (one, way), output in zip(runnable, outputs, strict=True):
-        one.motions[way.name] = _motion(output, way.scene)
+            runnable.append((runs, run))
+    outputs = engine.run([run.job for _, run in runnable]) if runnable else []
+    for (runs, run), output in zip(runnable, outputs, strict=True):
+        runs.motions[run.name] = _motion(output, run.scene)
 
 
 def _motion(output: Output | EngineError, scene: ContactScene) -> Motion | EngineError:
@@ -327,67 +329,69 @@ def _motion(output: Output | EngineError, scene: ContactScene) -> Motion | Engin
 
 
 def _rows(
-    one: Ways, engine: Engine, wanted: Callable[[Way], bool] = lambda way: way.name != PLAIN
+    runs: TrialRuns,
+    engine: Engine,
+    wanted: Callable[[TransformedRun], bool] = lambda run: run.name != PLAIN,
 ) -> Iterator[Check]:
-    """Yield a row for each wanted way; one, with why, where the run as it stands is missing."""
-    name, trial = one.case.name, one.trial
+    """Yield a row for each wanted run; one, with why, where the run as it stands is missing."""
+    name, trial = runs.case.name, runs.trial
     head = trial.row_name(name, engine.name)
     cell = Cell(name, trial.submodel, trial.system, engine.name)
-    if one.motion(PLAIN) is None:
-        why = one.motions[PLAIN]
+    if runs.motion(PLAIN) is None:
+        why = runs.motions[PLAIN]
         reason = why if isinstance(why, str) else f"the run as it stands is missing: {why}"
         row = not_tested(f"{head}: invariances", Kind.INVARIANCE, reason)
         yield replace(row, cell=replace(cell, invariance="all"))
         return
-    for way in one.ways.values():
-        if wanted(way) and way.judged:
-            row = _row(f"{head}: {way.name}", way, one, engine.traits)
-            yield replace(row, cell=replace(cell, invariance=way.name))
+    for run in runs.runs.values():
+        if wanted(run) and run.judged:
+            row = _row(f"{head}: {run.name}", run, runs, engine.traits)
+            yield replace(row, cell=replace(cell, invariance=run.name))
 
 
-def _row(name: str, way: Way, one: Ways, traits: Traits) -> Check:
-    """Return the verdict on a way in an engine of these traits."""
-    found, expected = one.motions[way.name], one.motion(way.against)
-    if isinstance(found, EngineError):
-        row = failed_run(name, Kind.INVARIANCE, found, "1")
-        return replace(row, engine_died=not isinstance(found, EngineNaNError))
-    if isinstance(found, str):
-        return not_tested(name, Kind.INVARIANCE, found, "1")
+def _row(name: str, run: TransformedRun, runs: TrialRuns, traits: Traits) -> Check:
+    """Return the verdict on a run in an engine of these traits."""
+    outcome, expected = runs.motions[run.name], runs.motion(run.against)
+    if isinstance(outcome, EngineError):
+        row = failed_run(name, Kind.INVARIANCE, outcome, "1")
+        return replace(row, engine_died=not isinstance(outcome, EngineNaNError))
+    if isinstance(outcome, str):
+        return not_tested(name, Kind.INVARIANCE, outcome, "1")
     if expected is None:
-        return not_tested(name, Kind.INVARIANCE, f"{way.against!r} is missing", "1")
-    sizes = sizes_of(one, traits)
-    single = traits.digits <= SINGLE and not way.exact
+        return not_tested(name, Kind.INVARIANCE, f"{run.against!r} is missing", "1")
+    sizes = sizes_of(runs, traits)
+    single = traits.digits <= SINGLE and not run.exact
     width, lost = 0.0, 0.0
-    if not way.exact:
-        width = of_way(way, one, sizes, single=single)
-        lost = of_digits(one, sizes, traits, width)
-        unknown = why_not(one.ways[PLAIN].scene, lost)
+    if not run.exact:
+        width = round_off_of(run, runs, sizes, single=single)
+        lost = of_digits(runs, sizes, traits, width)
+        unknown = why_not(runs.runs[PLAIN].scene, lost)
         if unknown:
             return not_tested(name, Kind.INVARIANCE, unknown, "1")
     # a prescribed motion begins at touch: whether the dashpot acts there is the rounding's choice
-    touch = 1 if one.ways[PLAIN].scene.segments and not way.exact else 0
-    apart = difference(way.back(found), one.ways[way.against].back(expected), sizes, touch)
+    touch = 1 if runs.runs[PLAIN].scene.segments and not run.exact else 0
+    apart = difference(run.back(outcome), runs.runs[run.against].back(expected), sizes, touch)
     worst = max(apart, key=lambda part: np.nan_to_num(apart[part], nan=np.inf))
-    whys = (way.why, WRITTEN if single else "", DIGITS if lost else "")
+    whys = (run.why, WRITTEN if single else "", DIGITS if lost else "")
     tolerance = Tolerance("1", width + lost, 0.0, "; ".join(filter(None, whys)))
-    against = repr(way.against) if way.against else "the run as it stands"
+    against = repr(run.against) if run.against else "the run as it stands"
     held = f"against {against}; largest difference: {worst}"
     row = judge(name, Kind.INVARIANCE, apart[worst], 0.0, tolerance, note=held)
-    two = (way, one.ways[way.against], rules_of(way.job, traits))
+    two = (run, runs.runs[run.against], rules_of(run.job, traits))
     predict = PredictedDifference(*two, sizes, width + lost, touch, difference)
     return replace(row, predict=predict)
 
 
 def difference(
-    one: Motion, other: Motion, sizes: Mapping[str, float], touch: int = 0
+    motion: Motion, other: Motion, sizes: Mapping[str, float], touch: int = 0
 ) -> dict[str, float]:
     """Return the largest difference of each part of two motions, over its size.
 
     Forces are left out where neither motion tells any, and those of the first ``touch`` samples.
     """
-    silent = not one.tells_forces and not other.tells_forces
+    silent = not motion.tells_forces and not other.tells_forces
     return {
-        part: _furthest(one, other, part, touch if part in FORCES else 0) / sizes[part]
+        part: _furthest(motion, other, part, touch if part in FORCES else 0) / sizes[part]
         for part in PARTS
         if not (silent and part in FORCES)
     }

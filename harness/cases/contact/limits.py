@@ -102,7 +102,7 @@ STEPS: Mapping[LevelName, tuple[int, ...]] = {
 """Steps of the time that a contact takes, by level.
 
 A contact begins half a step after the start and, the steps being parts of its own duration, ends
-at the same phase of a step on every rung: what is left is a series in the step.
+at the same phase of a step on every level: what is left is a series in the step.
 """
 
 FINEST: Mapping[LevelName, int] = {"quick": 25_600, "default": 51_200, "full": 204_800}
@@ -112,7 +112,7 @@ SECONDS: Mapping[LevelName, float] = {"quick": 10.0, "default": 20.0, "full": 60
 """That a run may take for it, as an engine's cost estimates it."""
 
 RECORDED = 400
-"""The rung that every level has: its values are those of the baseline."""
+"""The steps of a contact that every level has: their values are those of the baseline."""
 
 ROUND_OFF = 1e-13
 
@@ -120,7 +120,7 @@ RESOLVED = 4.0
 """Steps of an interval between two switches whose error shows in the runs themselves."""
 
 MOST_POWERS = 3
-"""That the five rungs of a ladder tell apart."""
+"""That five steps resolve."""
 
 
 def powers(law: ContactLaw, further: Sequence[float] = ()) -> tuple[float, ...]:
@@ -169,41 +169,41 @@ def _powers(law: ContactLaw) -> tuple[float, ...]:
     return tuple(sorted(elastic | dashpot))[:MOST_POWERS]
 
 
-def climb(
+def refine(
     terms: Sequence[float],
     steps: Sequence[int],
-    rungs: Sequence[Mapping[str, float]],
+    levels: Sequence[Mapping[str, float]],
     *,
     kinked: bool,
     jumps: bool = False,
-    known: int = 1,
+    resolved: int = 1,
     bounds: Mapping[str, Array] | None = None,
 ) -> dict[str, Limit]:
-    """Return the limit of each quantity that every rung has, finite, by its name.
+    """Return the limit of each quantity that every level has, finite, by its name.
 
     ``terms`` are the powers of the step in the error, as :func:`powers` gives them.
 
-    A kink (sliding begins, a force is clipped) falls at another phase of a step on every rung: the
-    error that this leaves goes with the step squared, rungs weigh accordingly, and only
-    the first power is told apart, or as many as are ``known`` where the motion up to it has none.
-    Where the force ``jumps`` there, it goes with the step. Else the series holds on all rungs.
-    ``bounds`` are least errors of the rungs by the name of a quantity, as :func:`unresolved` gives
+    A kink (sliding begins, a force is clipped) falls at another phase of a step on every level: the
+    error that this leaves goes with the step squared, levels weigh accordingly, and
+    only the first power is resolved, or as many as ``resolved`` where the motion up to it has none.
+    Where the force ``jumps`` there, it goes with the step. Else the series holds on all levels.
+    ``bounds`` are least errors of the levels by the name of a quantity, as :func:`unresolved` gives
     them.
     """
     h = 1.0 / np.asarray(steps, dtype=float)
-    terms = (1.0, *(p for p in terms if p > 1.0))[:known] if kinked else terms
+    terms = (1.0, *(p for p in terms if p > 1.0))[:resolved] if kinked else terms
     weights = (h / h[-1]) ** (1 if jumps else 2) if kinked else np.ones_like(h)
-    found = {}
-    for name in rungs[0]:
-        y = np.array([one.get(name, np.nan) for one in rungs])
+    limits = {}
+    for name in levels[0]:
+        y = np.array([values.get(name, np.nan) for values in levels])
         if np.isfinite(y).all():
             least = (bounds or {}).get(name, np.zeros_like(h))
-            found[name] = _limit(h, y, weights, terms, least)
-    return found
+            limits[name] = _limit(h, y, weights, terms, least)
+    return limits
 
 
 def _limit(h: Array, y: Array, weights: Array, terms: Sequence[float], least: Array) -> Limit:
-    """Return the limit; the error of a rung is how far the series misses it, times its weight.
+    """Return the limit; the error of a level is how far the series misses it, times its weight.
 
     It is no smaller than the ``least`` errors.
     """
@@ -220,7 +220,7 @@ def unresolved(
 ) -> dict[str, Array]:
     """Return what switches within a few steps of one another may hide from runs, by quantity.
 
-    ``steps`` are the durations of a step [s], shape (rungs,). A switch takes effect at the end of
+    ``steps`` are the durations of a step [s], shape (levels,). A switch takes effect at the end of
     a step. The interval between two of them, shorter than :data:`RESOLVED` steps, is off by up to
     a step, or missed as a whole: the velocities by the change of the acceleration times that. As
     long as every run misses it, their values lie on a series that leads elsewhere, and nothing in
@@ -228,7 +228,7 @@ def unresolved(
     """
     motion = integrated.motion
     plain = case.observed(parameters, motion)
-    found = {name: np.zeros_like(steps) for name in plain}
+    hidden_errors = {name: np.zeros_like(steps) for name in plain}
     for interval in integrated.intervals:
         if interval.duration >= RESOLVED * steps.max():
             continue
@@ -242,8 +242,8 @@ def unresolved(
         hidden = np.minimum(1.0, steps / interval.duration) * (interval.duration < RESOLVED * steps)
         for name, value in case.observed(parameters, kicked).items():
             if math.isfinite(value - plain.get(name, math.nan)):
-                found[name] += abs(value - plain[name]) * hidden
-    return found
+                hidden_errors[name] += abs(value - plain[name]) * hidden
+    return hidden_errors
 
 
 SCAN_STEPS = 1600
@@ -282,25 +282,25 @@ class Scan:
 
 @dataclass(frozen=True)
 class Scanned:
-    """One family in a code: what it found, and what its rules ask for, each (M,)."""
+    """One family in a code: what it measured, and what its rules ask for, each (M,)."""
 
     family: int
     submodel: str
-    found: Array = field(repr=False)
+    measured: Array = field(repr=False)
     expected: Array = field(repr=False)
 
     @property
     def apart(self) -> float:
         """Return how far both are apart at most, as a part of the largest expected value."""
         scale = float(np.abs(self.expected).max()) or 1.0
-        return float(np.nanmax(np.abs(self.found - self.expected), initial=0.0)) / scale
+        return float(np.nanmax(np.abs(self.measured - self.expected), initial=0.0)) / scale
 
 
 def measured_scan(case: ContactCase[Any], engine: Engine) -> tuple[Scanned, ...]:
     """Return what a code finds, for each family that it can state; a run that fails is NaN."""
     plan = list(_plan(case, engine))
     outputs = engine.run([case.job(p) for _, _, rows in plan for p in rows]) if plan else []
-    found, size = [], len(case.scan.values)
+    scanned, size = [], len(case.scan.values)
     for number, (family, name, rows) in enumerate(plan):
         values = np.full(size, np.nan)
         runs = outputs[number * size : (number + 1) * size]
@@ -309,8 +309,8 @@ def measured_scan(case: ContactCase[Any], engine: Engine) -> tuple[Scanned, ...]
                 motion = case.motion(parameters, output)
                 values[place] = _value(case, parameters, motion)
         rules = rules_of(case.job(rows[0]), engine.traits)
-        found.append(Scanned(family, name, values, curve(case, rows, rules)))
-    return tuple(found)
+        scanned.append(Scanned(family, name, values, curve(case, rows, rules)))
+    return tuple(scanned)
 
 
 def curve(case: ContactCase[Any], rows: Sequence[Any], rules: Rules) -> Array:
@@ -326,10 +326,10 @@ def _value(case: ContactCase[Any], parameters: Any, motion: Any) -> float:
 
 def rows_of(case: ContactCase[Any], name: str) -> list[Any]:
     """Return the parameters of a scan with a submodel."""
-    submodel = next(one for one in (*case.submodels, *case.beside) if one.name == name)
+    submodel = next(each for each in (*case.submodels, *case.beside) if each.name == name)
     system = next(iter(case.systems.values()))
-    told = {**PLAIN, **submodel.law, **system, "steps_per_contact": SCAN_STEPS}
-    base = case.default.replace(**told)
+    settings = {**PLAIN, **submodel.law, **system, "steps_per_contact": SCAN_STEPS}
+    base = case.default.replace(**settings)
     return [base.replace(**{case.scan.parameter: value}) for value in case.scan.values]
 
 
@@ -345,9 +345,9 @@ def _plan(case: ContactCase[Any], engine: Engine) -> Iterator[tuple[int, str, li
 
 @dataclass(frozen=True)
 class Tried:
-    """A trial that an engine was given, and what is expected of it under the engine's ``rules``.
+    """A trial that an engine ran, and what is expected of it under the engine's ``rules``.
 
-    ``finest`` are the parameters of the last rung, ``command`` is what runs one by hand.
+    ``finest`` are the parameters of the finest level, ``command`` is what runs one by hand.
     """
 
     trial: Trial
@@ -359,7 +359,7 @@ class Tried:
 
 @dataclass(frozen=True)
 class Failed(Tried):
-    """A trial without limits, of which ``command`` runs the rung that failed, and ``why`` it did.
+    """A trial without limits, of which ``command`` runs the level that failed, and ``why`` it did.
 
     ``why`` goes on from the name of the engine.
     """
@@ -368,12 +368,12 @@ class Failed(Tried):
 
 
 @dataclass(frozen=True)
-class Climbed(Tried):
-    """What a trial left: limits of its quantities, and its finest motion, which ``command`` runs.
+class RefinedTrial(Tried):
+    """Results of a trial: limits of its quantities, and its finest motion, which ``command`` runs.
 
     ``plain`` is what is expected under the default rules. A force ``jumps`` within a step.
     ``levels`` are the parameters of the runs that the limits are of, and ``extrapolate`` makes
-    limits of what such runs leave.
+    limits of the values of such runs.
     """
 
     limits: Mapping[str, Limit]
@@ -394,7 +394,7 @@ class Evidence:
     """
 
     who: str
-    climbed: tuple[Climbed, ...]
+    refined: tuple[RefinedTrial, ...]
     scans: tuple[Scanned, ...] = ()
     drawn: bool = True
     failed: tuple[Failed, ...] = ()
@@ -402,4 +402,4 @@ class Evidence:
     @property
     def tried(self) -> tuple[Tried, ...]:
         """Return all trials that ran, those that failed last."""
-        return (*self.climbed, *self.failed)
+        return (*self.refined, *self.failed)

@@ -72,10 +72,10 @@ class Motion:
 
 def motion_of(output: Output, scene: ContactScene) -> Motion:
     """Return the samples of a run; raise EngineOutputError where some are missing or not finite."""
-    left = output.tables.get(SERIES, {})
-    told = {p: n for p, n in COLUMNS.items() if p not in FORCES or any(c in left for c in n)}
-    table = output.table(["step", *(n for names in told.values() for n in names)])
-    shapes = {n: table[n].shape[1:] for names in told.values() for n in names}
+    table = output.tables.get(SERIES, {})
+    columns_of = {p: n for p, n in COLUMNS.items() if p not in FORCES or any(c in table for c in n)}
+    table = output.table(["step", *(n for names in columns_of.values() for n in names)])
+    shapes = {n: table[n].shape[1:] for names in columns_of.values() for n in names}
     for name, shape in shapes.items():
         if shape != (len(scene.bodies),):
             columns = shape[0] if shape else "no"
@@ -84,8 +84,10 @@ def motion_of(output: Output, scene: ContactScene) -> Motion:
             )
     if table["step"][-1] != scene.steps // scene.every * scene.every:
         raise EngineOutputError(f"{output.who} left samples of {table['step'][-1]:g} steps alone")
-    parts = {part: np.stack([table[n] for n in names], axis=2) for part, names in told.items()}
-    for part in set(FORCES) - set(told):
+    parts = {
+        part: np.stack([table[n] for n in names], axis=2) for part, names in columns_of.items()
+    }
+    for part in set(FORCES) - set(columns_of):
         parts[part] = np.full_like(parts["position"], np.nan)
     return Motion(table["step"] * scene.step, temperature=left.get(TEMPERATURE), **parts)
 
@@ -95,10 +97,10 @@ def crossing(time: Array, value: Array, rate: Array, number: int = 0) -> float:
 
     Cubic between the two samples about it, from values and rates, each (M,).
     """
-    found = np.flatnonzero(np.sign(value[:-1]) * np.sign(value[1:]) < 0.0)
-    if found.size <= number:
+    changes = np.flatnonzero(np.sign(value[:-1]) * np.sign(value[1:]) < 0.0)
+    if changes.size <= number:
         return float("nan")
-    i = int(found[number])
+    i = int(changes[number])
     h = float(time[i + 1] - time[i])
     c = _cubic(value[i], value[i + 1], h * rate[i], h * rate[i + 1])
     inside = [r for r in _real(np.roots(c)) if -SLACK <= r <= 1.0 + SLACK]
@@ -231,18 +233,18 @@ def _followed(scene: ContactScene, rules: Rules, tolerance: float) -> Followed:
 def _intervals(path: ContactPath) -> tuple[Interval, ...]:
     """Return the times between switches of one contact, in order of their ends."""
     latest: dict[tuple[int, int], Event] = {}
-    found = []
+    intervals = []
     for event in path.of_kind("begins", "slides", "sticks", "clips", "repels"):
         first = latest.get(event.contact)
         if first is not None and event.time > first.time:
             change = np.maximum(abs(first.after - event.after), abs(event.before - event.after))
-            found.append(Interval(first.time, event.time - first.time, change))
+            intervals.append(Interval(first.time, event.time - first.time, change))
         latest[event.contact] = event
-    return tuple(found)
+    return tuple(intervals)
 
 
 def jumps_at_the_end(scene: ContactScene, rules: Rules) -> bool:
-    """Return whether a dashpot is cut off at another phase of a step on every rung.
+    """Return whether a dashpot is cut off at another phase of a step on every level.
 
     The steps are parts of the contact's duration under the default rules: where others change
     it, the contact no longer ends at the same phase. Nor does one whose steps are parts of the
@@ -278,8 +280,8 @@ def contact_time(scene: ContactScene) -> float:
             return lasted[0]
         longer *= 4
     strong = ("damping_coefficient", "restitution", "surface_energy")
-    given = [(name, getattr(scene.law, name)) for name in strong]
-    named = ", ".join(f"{name} = {value!r}" for name, value in given if value is not None)
+    values = [(name, getattr(scene.law, name)) for name in strong]
+    named = ", ".join(f"{name} = {value!r}" for name, value in values if value is not None)
     raise RequestError(
         f"{named}: the contact does not end; less damping or attraction, or a faster impact, end it"
     )
@@ -330,17 +332,17 @@ def job_of(scene: ContactScene, interface: str, materials: Materials = "stated")
 def _law(law: ContactLaw, materials: Materials) -> dict[str, Value]:
     apart = (*OF_MDR, *PARTNER)
     values = {name: getattr(law, name) for name in ContactLaw.model_fields if name not in apart}
-    told: dict[str, Value] = {n: 0.0 if v is None else v for n, v in values.items()}
+    numbers: dict[str, Value] = {n: 0.0 if v is None else v for n, v in values.items()}
     if law.yield_stress is not None:
-        told["yield_stress"] = law.yield_stress
+        numbers["yield_stress"] = law.yield_stress
     if law.bulk_response:
-        told["bulk_response"] = "yes"
+        numbers["bulk_response"] = "yes"
     if law.two_materials and law.materials:
         if materials == "stated":
-            told |= zip(("youngs_modulus", "poisson_ratio"), one_material(law), strict=True)
+            numbers |= zip(("youngs_modulus", "poisson_ratio"), one_material(law), strict=True)
         else:
-            told |= zip(PARTNER, law.materials[1], strict=True)
-    return {**told, "clipped": "yes" if law.clipped else "no"}
+            numbers |= zip(PARTNER, law.materials[1], strict=True)
+    return {**numbers, "clipped": "yes" if law.clipped else "no"}
 
 
 def _planes(planes: Sequence[Plane]) -> Iterator[tuple[str, Value]]:
@@ -394,8 +396,8 @@ def _segments(scene: ContactScene) -> Iterator[tuple[str, Value]]:
     movers = {
         index
         for piece in scene.segments
-        for index, told in enumerate(zip(piece.velocities, piece.omegas, strict=True))
-        if told != begun[index]
+        for index, velocities in enumerate(zip(piece.velocities, piece.omegas, strict=True))
+        if velocities != begun[index]
     }
     if len(movers) > 1:
         raise RequestError("segments: scripts move one body, the others keep their velocities")

@@ -85,7 +85,7 @@ class ContactSystem(ContactLaw):
     )
 
     @model_validator(mode="after")
-    def _stated(self) -> Self:
+    def _check_stated(self) -> Self:
         if self.partner == "wall" and self.partner_radius is not None:
             raise ValueError(
                 f"partner_radius = {self.partner_radius!r}: partner = 'wall' has none "
@@ -114,8 +114,8 @@ class ContactSystem(ContactLaw):
             dampings, tangentials = OLD.get(self.normal, ((), ()))
             further = self.rolling != "none" or self.twisting != "none"
             if further or self.damping not in dampings or self.tangential not in tangentials:
-                known = "; ".join(f"{n}: {', '.join((*d, *t))}" for n, (d, t) in OLD.items())
-                raise ValueError(f"interface = 'old': states these submodels only: {known}")
+                allowed = "; ".join(f"{n}: {', '.join((*d, *t))}" for n, (d, t) in OLD.items())
+                raise ValueError(f"interface = 'old': states these submodels only: {allowed}")
         self.check()
         return self
 
@@ -233,8 +233,8 @@ def between(name: str, value: float, unit: str, limits: tuple[float, float], why
     """Raise ValueError for a value that is not within limits, in words that name all of it."""
     low, high = limits
     if not low <= value <= high:
-        told = f"{name} = {value!r} {unit}".rstrip()
-        raise ValueError(f"{told}: must be between {low:.4g} and {high:.4g} here: {why}")
+        text = f"{name} = {value!r} {unit}".rstrip()
+        raise ValueError(f"{text}: must be between {low:.4g} and {high:.4g} here: {why}")
 
 
 def overlaps(parameters: ContactSystem) -> tuple[float, float]:
@@ -277,7 +277,7 @@ def pressed(
     """
     value, (least, most) = getattr(parameters, name), overlaps(parameters)
     if not least <= overlap <= most:
-        limits = [value * (one / overlap) ** (1.0 / power) for one in (least, most)]
+        limits = [value * (bound / overlap) ** (1.0 / power) for bound in (least, most)]
         between(name, value, unit, (limits[0], limits[1]), WHY_OVERLAP)
 
 

@@ -18,7 +18,7 @@ import numpy as np
 from harness.cases.contact.limits import RECORDED, width_of
 from harness.cases.contact.motion import Followed, Motion, followed, jumps_at_the_end
 from harness.cases.contact.parameters import one_material
-from harness.cases.contact.transformations import ROUNDINGS, Way
+from harness.cases.contact.transformations import ROUNDINGS, TransformedRun
 from harness.comparison.known_defects import Formula, Prediction
 from harness.comparison.verdicts import Check, PredictedSize
 from harness.errors import RequestError
@@ -86,24 +86,24 @@ class PredictedValue:
 
         Of memory that nobody set, which a limit alone bounds, the values at both ends of it.
         """
-        one = self.levels[0].replace(steps_per_contact=RECORDED)
-        made = [prediction]
+        recorded = self.levels[0].replace(steps_per_contact=RECORDED)
+        predictions = [prediction]
         if prediction is not None and prediction.scheme.get(KICK):
             schemes = [{**prediction.scheme, KICK: share} for share in (-1.0, 1.0)]
-            made = [prediction.replace(scheme=scheme) for scheme in schemes]
-        scene = self.case.scene(one)
-        motions = [_stepped(scene, self.rules, each, Departures) for each in made]
-        return [self.case.observed(one, motion)[self.quantity] for motion in motions]
+            predictions = [prediction.replace(scheme=scheme) for scheme in schemes]
+        scene = self.case.scene(recorded)
+        motions = [_stepped(scene, self.rules, each, Departures) for each in predictions]
+        return [self.case.observed(recorded, motion)[self.quantity] for motion in motions]
 
     def _by_steps(self, prediction: Prediction) -> tuple[float, float]:
         """Return the limit that the scheme leaves on the same ladder: nothing else differs."""
-        left = [
+        values = [
             self.case.observed(
                 level, _stepped(self.case.scene(level), self.rules, prediction, Departures)
             )
             for level in self.levels
         ]
-        reached = self.limits(left).get(self.quantity)
+        reached = self.limits(values).get(self.quantity)
         return (reached.value if reached else math.nan), 0.0
 
     def _integrated(self, prediction: Prediction) -> tuple[float, float]:
@@ -118,22 +118,22 @@ class PredictedValue:
         kinked = reached.kinked or reached.jumps or jumps_at_the_end(scene, rules)
         # a contact that ends, as that of the law does not, ends at another phase on every level
         kinked = kinked or (math.isfinite(reached.ended) and not over)
-        own = width_of(
+        round_off = width_of(
             self.unit,
             kinked=kinked,
             digits=self.digits,
             size=self.case.sizes(finest).get(self.quantity, 1.0),
             along_path=bool(scene.segments) and not reached.jumps,
         )
-        return value, own.width(value)
+        return value, round_off.width(value)
 
     def _cut_short(self, prediction: Prediction) -> float:
         """Return the limit where a run ends before the contact, at another time on each level."""
-        left = []
+        values = []
         for level in self.levels:
             scene, rules = as_the_defect_makes_it(self.case.scene(level), self.rules, prediction)
-            left.append(self.case.observed(level, followed(scene, rules).motion))
-        reached = self.limits(left).get(self.quantity)
+            values.append(self.case.observed(level, followed(scene, rules).motion))
+        reached = self.limits(values).get(self.quantity)
         return reached.value if reached else math.nan
 
 
@@ -145,13 +145,13 @@ ALIKE = 1e-6
 class PredictedDifference:
     """Computes the largest difference of two runs that known defects predict.
 
-    ``way`` is the run, ``other`` what it is held against; ``sizes`` are what differences are
+    ``run`` is the run, ``other`` what it is held against; ``sizes`` are what differences are
     measured in, ``width`` is the row's tolerance, and the forces of the first ``touch`` samples
     are left out.
     """
 
-    way: Way
-    other: Way
+    run: TransformedRun
+    other: TransformedRun
     rules: Rules
     sizes: Mapping[str, float]
     width: float
@@ -168,25 +168,27 @@ class PredictedDifference:
             most, why = BOUNDS[prediction.bound](self)
             return PredictedSize(((0.0, most + half),), why)
         try:
-            found = [self._apart(prediction, beneath, at) for at in self._exchanges(prediction)]
+            differences = [
+                self._apart(prediction, beneath, at) for at in self._exchanges(prediction)
+            ]
         except NotSteppedError:
             if prediction.scheme.get("setup") != "full_step_velocity":
                 raise
             most, why = _of_full_step(self)
             return PredictedSize(((0.0, most + half),), why)
         return PredictedSize(
-            tuple((max(0.0, low - half), high + half) for low, high in _ranges(found))
+            tuple((max(0.0, low - half), high + half) for low, high in _ranges(differences))
         )
 
     def _apart(
         self, prediction: Prediction, beneath: Prediction | None, exchanges: tuple[int, ...]
     ) -> float:
-        made = prediction if beneath is None else prediction | beneath
+        both = prediction if beneath is None else prediction | beneath
         motions = []
-        for way, name in ((self.way, "run"), (self.other, "other run")):
-            own = made if prediction.of in ("both", name) else beneath
-            turned = exchanges if way is self.way else ()
-            motions.append(way.back(_of_way(way, self.rules, own, turned)))
+        for run, name in ((self.run, "run"), (self.other, "other run")):
+            of_run = both if prediction.of in ("both", name) else beneath
+            turned = exchanges if run is self.run else ()
+            motions.append(run.back(_motion_of_run(run, self.rules, of_run, turned)))
         apart = self.difference(*motions, self.sizes, self.touch)
         return max(apart.values())
 
@@ -199,7 +201,7 @@ class PredictedDifference:
         if "exchange" not in prediction.scheme:
             yield ()
             return
-        steps = self.way.scene.steps
+        steps = self.run.scene.steps
         for at in range(steps // 4, steps - steps // 8):
             yield (at,)
 
@@ -209,22 +211,22 @@ def _ranges(values: Sequence[float]) -> tuple[tuple[float, float], ...]:
     return ((min(values), max(values)),)
 
 
-def _of_way(
-    way: Way, rules: Rules, prediction: Prediction | None, exchanges: tuple[int, ...]
+def _motion_of_run(
+    run: TransformedRun, rules: Rules, prediction: Prediction | None, exchanges: tuple[int, ...]
 ) -> Motion:
     """Return the motion of a run, step by step, stopped and restarted where it is."""
-    values = way.job.values
+    values = run.job.values
     stop, go_on = int(values.get("stop_after", 0)), values.get("go_on", "run")
 
-    def departures(**told: Any) -> Departures:
+    def departures(**changes: Any) -> Departures:
         if go_on != "restart":
-            told.pop("restart", None)
+            changes.pop("restart", None)
         if go_on == "restart":
-            told.pop("again", None)
-        return Departures(**told)
+            changes.pop("again", None)
+        return Departures(**changes)
 
     stops = (stop,) if stop and go_on != "continue" else ()
-    return _stepped(way.scene, rules, prediction, departures, stops=stops, exchanges=exchanges)
+    return _stepped(run.scene, rules, prediction, departures, stops=stops, exchanges=exchanges)
 
 
 def _stepped(
@@ -234,10 +236,10 @@ def _stepped(
     departures: Callable[..., Departures],
     **more: Any,
 ) -> Motion:
-    told = prediction.scheme if prediction else {}
+    changes = prediction.scheme if prediction else {}
     if prediction is not None:
         scene, rules = as_the_defect_makes_it(scene, rules, prediction)
-    return _advanced(scene, rules, departures(**told), **more)
+    return _advanced(scene, rules, departures(**changes), **more)
 
 
 @lru_cache(maxsize=256)
@@ -257,11 +259,13 @@ def as_the_defect_makes_it(
 ) -> tuple[ContactScene, Rules]:
     """Return a scene and rules with what a defect changes; raise RequestError for a bad formula."""
     names = _names(scene)
-    law = {name: _value(told, names) for name, told in prediction.law.items()}
+    law = {name: _value(formula, names) for name, formula in prediction.law.items()}
     # the words of a rule are no formulas, though one may be spelled as a coefficient or a fraction
     more = {
-        name: told if told in get_args(Rules.model_fields[name].annotation) else _value(told, names)
-        for name, told in prediction.rules.items()
+        name: formula
+        if formula in get_args(Rules.model_fields[name].annotation)
+        else _value(formula, names)
+        for name, formula in prediction.rules.items()
     }
     return (
         replace(scene, law=scene.law.replace(**law)) if law else scene,
@@ -286,19 +290,21 @@ OPERATORS: Mapping[type[ast.operator], Callable[[float, float], float]] = {
 }
 
 
-def _value(told: Formula, names: Mapping[str, float]) -> Any:
+def _value(formula: Formula, names: Mapping[str, float]) -> Any:
     """Return a number, a word as it is, or the value of a formula of names."""
-    if not isinstance(told, str) or (told.replace("_", "").isalnum() and told not in names):
-        return told
+    if not isinstance(formula, str) or (
+        formula.replace("_", "").isalnum() and formula not in names
+    ):
+        return formula
     try:
-        tree = ast.parse(told, mode="eval").body
+        tree = ast.parse(formula, mode="eval").body
     except SyntaxError:
-        return told
+        return formula
     try:
         return _evaluated(tree, names)
     except KeyError as error:
         raise RequestError(
-            f"{told!r}: the law has no {error.args[0]} (it has {', '.join(names)})"
+            f"{formula!r}: the law has no {error.args[0]} (it has {', '.join(names)})"
         ) from None
 
 
@@ -318,16 +324,16 @@ def _evaluated(node: ast.expr, names: Mapping[str, float]) -> float:
 # ---- bounds, where the cause fixes no number
 
 
-def _of_full_step(one: PredictedDifference) -> tuple[float, str]:
+def _of_full_step(difference: PredictedDifference) -> tuple[float, str]:
     """Return how far a setup with full-step velocities moves a run, to the first order in the step.
 
     Along the normal a dashpot eta takes the velocity of half a step later, F/m h/2 of it: the force
     is off by eta h / (2 m*) of itself, which kicks for half a step. Friction passes on mu of it.
     """
-    scene = one.way.scene
-    path = followed(scene, one.rules)
-    eta = _largest_dashpot(scene, one.rules, path)
-    share = 0.5 * eta * scene.step / float(system_of(scene, one.rules).contacts[0]["mass"])
+    scene = difference.run.scene
+    path = followed(scene, difference.rules)
+    eta = _largest_dashpot(scene, difference.rules, path)
+    share = 0.5 * eta * scene.step / float(system_of(scene, difference.rules).contacts[0]["mass"])
     return 2.0 * share * _spread(scene.law), "a force at the velocity half a step later"
 
 
@@ -354,36 +360,36 @@ def _spread(law: ContactLaw) -> float:
     return 1.0 + 3.5 * (law.friction or 0.0)
 
 
-def _uninitialised_rolling(one: PredictedDifference) -> tuple[float, str]:
+def _uninitialised_rolling(difference: PredictedDifference) -> tuple[float, str]:
     """Return what any torque up to the limit of rolling leaves in the setup, for half a step.
 
     mu_r R* F_n is the torque of the first sample; of 2/5 m r^2 it makes a spin, and the spring
     of rolling what this turns in the rest of the run at most. Each of the two runs has its own.
     """
-    scene, law = one.way.scene, one.way.scene.law
+    scene, law = difference.run.scene, difference.run.scene.law
     body, mu = scene.bodies[0], law.rolling_friction or 0.0
-    torque = mu * body.radius * one.sizes["force"]
+    torque = mu * body.radius * difference.sizes["force"]
     spin = 0.5 * scene.step * torque / body.inertia
     turned = (law.rolling_stiffness or 0.0) * body.radius**2 * spin * scene.duration
     most = max(
-        (torque + min(turned, torque)) / one.sizes["torque"],
-        spin / one.sizes["omega"],
-        spin * body.radius / one.sizes["velocity"],
-        spin * body.radius * scene.duration / one.sizes["position"],
+        (torque + min(turned, torque)) / difference.sizes["torque"],
+        spin / difference.sizes["omega"],
+        spin * body.radius / difference.sizes["velocity"],
+        spin * body.radius * scene.duration / difference.sizes["position"],
     )
     return 2.0 * most, "any torque up to the limit of rolling, for half a step"
 
 
-def _radius_of_the_step_before(one: PredictedDifference) -> tuple[float, str]:
+def _radius_of_the_step_before(difference: PredictedDifference) -> tuple[float, str]:
     """Return what a radius that is late by a step leaves: its growth times the slope of the force.
 
     In a step the force is off by that; summed up over the contact, the velocity by the slope times
     the whole growth for a step. Where it springs back the slope is that of the elastic dent.
     """
-    scene = one.way.scene
-    system = system_of(scene, one.rules)
+    scene = difference.run.scene
+    system = system_of(scene, difference.rules)
     law, contact = system.law, system.contacts[0]
-    path = followed(replace(scene, every=1), one.rules).motion
+    path = followed(replace(scene, every=1), difference.rules).motion
     apart = path.position[:, 0] - path.position[:, 1]
     radius = float(contact["first_radius"])
     overlaps = 2.0 * radius - np.linalg.norm(apart, axis=1)
@@ -395,19 +401,19 @@ def _radius_of_the_step_before(one: PredictedDifference) -> tuple[float, str]:
     slope = pressed(law, contact, float(overlaps[deepest]) * (1.0 - 1e-6)).slope
     push = slope * total * scene.step / float(contact["mass"])
     most = max(
-        slope * growth / one.sizes["force"],
-        push / one.sizes["velocity"],
-        push * scene.duration / one.sizes["position"],
+        slope * growth / difference.sizes["force"],
+        push / difference.sizes["velocity"],
+        push * scene.duration / difference.sizes["position"],
     )
     return most * _spread(scene.law), "the growth of the radius in a step"
 
 
-def _round_off_turned(one: PredictedDifference) -> tuple[float, str]:
+def _round_off_turned(difference: PredictedDifference) -> tuple[float, str]:
     """Return what turning round a spring leaves that has twisted by round-off alone.
 
     A step rounds the spin along the normal by eps of the spin.
     """
-    scene, law = one.way.scene, one.way.scene.law
+    scene, law = difference.run.scene, difference.run.scene.law
     fastest = max(math.hypot(*w) for piece in scene.segments for w in piece.omegas)
     turned = float(np.finfo(float).eps) * fastest * scene.duration
     stiffness = law.twisting_stiffness or 0.0
@@ -415,19 +421,19 @@ def _round_off_turned(one: PredictedDifference) -> tuple[float, str]:
         contact = (law.tangential_stiffness or 0.0) or effective_moduli(law)[1] * 8.0
         stiffness = contact * scene.bodies[0].radius ** 2
     dashpots = (law.twisting_damping or 0.0) * float(np.finfo(float).eps) * fastest
-    most = ROUNDINGS * (stiffness * turned + dashpots) / one.sizes["torque"]
+    most = ROUNDINGS * (stiffness * turned + dashpots) / difference.sizes["torque"]
     return 2.0 * most, "round-off of the spin along the normal, turned round"
 
 
-def _turning_springs_turned(one: PredictedDifference) -> tuple[float, str]:
+def _turning_springs_turned(difference: PredictedDifference) -> tuple[float, str]:
     """Return twice what springs of rolling and twisting hold at most: turned round, then and again.
 
     Their limits are mu_r R* F_n and mu_w F_n, or 2/3 a mu F_n; below it, what the whole turn
     strains a spring by, and its dashpot.
     """
-    if not one.way.scene.segments:
-        return _turned_round_while_free(one)
-    scene, law, force = one.way.scene, one.way.scene.law, one.sizes["force"]
+    if not difference.run.scene.segments:
+        return _turned_round_while_free(difference)
+    scene, law, force = difference.run.scene, difference.run.scene.law, difference.sizes["force"]
     first, second = (body.radius for body in scene.bodies)
     curvature = first * second / (first + second)
     spins = [math.dist(*piece.omegas[:2]) for piece in scene.segments]
@@ -437,32 +443,34 @@ def _turning_springs_turned(one: PredictedDifference) -> tuple[float, str]:
     rolling = min(curvature**2 * rolls, (law.rolling_friction or 0.0) * curvature * force)
     twisting = min(twists, (law.twisting_friction or 0.0) * force)
     if law.twisting == "marshall":
-        area = math.sqrt(curvature * one.sizes["position"])
+        area = math.sqrt(curvature * difference.sizes["position"])
         twisting = 2.0 / 3.0 * area * (law.friction or 0.0) * force
-    return 2.0 * (rolling + twisting) / one.sizes["torque"], "springs that hold all they can"
+    return 2.0 * (rolling + twisting) / difference.sizes["torque"], "springs that hold all they can"
 
 
-def _turned_round_while_free(one: PredictedDifference) -> tuple[float, str]:
+def _turned_round_while_free(difference: PredictedDifference) -> tuple[float, str]:
     """Return what torques at their limits do to the spin of a free sphere, twice, all the time."""
-    scene, law = one.way.scene, one.way.scene.law
+    scene, law = difference.run.scene, difference.run.scene.law
     first, second = (body.radius for body in scene.bodies)
     curvature = first * second / (first + second)
     arm = (law.rolling_friction or 0.0) * curvature + (law.twisting_friction or 0.0)
     if law.twisting == "marshall":
-        arm += 2.0 / 3.0 * math.sqrt(curvature * one.sizes["position"]) * (law.friction or 0.0)
-    moment = 2.0 * arm * one.sizes["force"]
+        arm += (
+            2.0 / 3.0 * math.sqrt(curvature * difference.sizes["position"]) * (law.friction or 0.0)
+        )
+    moment = 2.0 * arm * difference.sizes["force"]
     free = [body.inertia for body in scene.bodies if not body.frozen]
     spun = moment / min(free) * scene.duration
-    most = max(moment / one.sizes["torque"], spun / one.sizes["omega"])
+    most = max(moment / difference.sizes["torque"], spun / difference.sizes["omega"])
     return most, "torques at their limits, turned round all the time"
 
 
-def _no_contact(one: PredictedDifference) -> tuple[float, str]:
+def _no_contact(difference: PredictedDifference) -> tuple[float, str]:
     """Return how far bodies that pass through one another are from those that rebound."""
-    scene = one.way.scene
+    scene = difference.run.scene
     speed = max(math.hypot(*body.velocity) for body in scene.bodies)
-    way = 2.0 * speed * scene.duration / one.sizes["position"]
-    return max(way, 2.0 * speed / one.sizes["velocity"], 1.0), "the way of both"
+    path = 2.0 * speed * scene.duration / difference.sizes["position"]
+    return max(path, 2.0 * speed / difference.sizes["velocity"], 1.0), "the way of both"
 
 
 BOUNDS: Mapping[str, Callable[[PredictedDifference], tuple[float, str]]] = {

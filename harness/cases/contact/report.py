@@ -19,9 +19,9 @@ import numpy as np
 from harness.cases.contact.impact import overlap_of, published, relative_velocity
 from harness.cases.contact.limits import (
     SCAN_STEPS,
-    Climbed,
     Evidence,
     Failed,
+    RefinedTrial,
     Scanned,
     Tried,
     curve,
@@ -83,8 +83,8 @@ def _parts(law: ContactLaw) -> Iterator[tuple[str, str]]:
     if law.tangential != "none":
         limit = "F_t is at most mu |F_n|"
         mine = RIGID if law.normal == "mdr" and "mindlin" in law.tangential else ""
-        told = f"{TANGENTIAL[law.tangential].formula}{mine}; eta_t = x_t eta_n; {limit}"
-        yield "tangential force", told
+        formula = f"{TANGENTIAL[law.tangential].formula}{mine}; eta_t = x_t eta_n; {limit}"
+        yield "tangential force", formula
     if law.rolling != "none":
         yield "rolling resistance", ROLLING[law.rolling].formula
     if law.twisting != "none":
@@ -127,51 +127,55 @@ OLD = "old"
 """The first word of submodels of an earlier interface."""
 
 
-def errors_over_step(climbed: Sequence[Climbed], name: str, words: str, who: str) -> style.Figure:
+def errors_over_step(
+    refined: Sequence[RefinedTrial], name: str, words: str, engine: str
+) -> style.Figure:
     """Draw the error of a quantity over the steps of a contact, one line a submodel.
 
     ``words`` name it with its unit.
     """
-    figure, placed = _panels(climbed)
-    steps = sorted({1.0 / h for one in climbed for x in one.limits.values() for h in x.h})
+    figure, placed = _panels(refined)
+    steps = sorted({1.0 / h for trial in refined for x in trial.limits.values() for h in x.h})
     for axes, members in placed:
-        for number, one in enumerate(members):
-            reached, expected = one.limits.get(name), one.references.get(name)
+        for number, trial in enumerate(members):
+            reached, expected = trial.limits.get(name), trial.references.get(name)
             if reached is not None and expected is not None:
                 error = np.abs(reached.y - expected.value)
                 error[error == 0.0] = np.nan
                 axes.plot(
-                    1.0 / reached.h, error, **_look(number, one), marker=style.MARKERS[number % 6]
+                    1.0 / reached.h, error, **_look(number, trial), marker=style.MARKERS[number % 6]
                 )
         axes.set(
             xscale="log", yscale="log", xlabel="steps of a contact", ylabel=f"error of {words}"
         )
         style.few_ticks(axes, steps, most=4)
         axes.legend(**BELOW)
-    figure.suptitle(who, fontsize="medium", x=0.01, ha="left")
+    figure.suptitle(engine, fontsize="medium", x=0.01, ha="left")
     return figure
 
 
-def force_over_overlap(climbed: Sequence[Climbed], who: str) -> style.Figure:
+def force_over_overlap(refined: Sequence[RefinedTrial], engine: str) -> style.Figure:
     """Draw the normal force over the overlap of each submodel, at the finest step."""
-    figure, placed = _panels(climbed)
+    figure, placed = _panels(refined)
     for axes, members in placed:
-        for number, one in enumerate(members):
-            overlap, _ = overlap_of(one.trial.parameters, one.motion)
+        for number, trial in enumerate(members):
+            overlap, _ = overlap_of(trial.trial.parameters, trial.motion)
             touching = overlap > -0.05 * overlap.max()
-            force = one.motion.force[touching, 0, 2]
-            axes.plot(1e6 * overlap[touching], force, **_look(number, one))
+            force = trial.motion.force[touching, 0, 2]
+            axes.plot(1e6 * overlap[touching], force, **_look(number, trial))
         axes.set(xlabel="overlap (µm)", ylabel="force on the sphere (N)")
         axes.legend(**BELOW)
-    figure.suptitle(who, fontsize="medium", x=0.01, ha="left")
+    figure.suptitle(engine, fontsize="medium", x=0.01, ha="left")
     return figure
 
 
-def _panels(climbed: Sequence[Climbed]) -> tuple[style.Figure, list[tuple[Axes, list[Climbed]]]]:
+def _panels(
+    refined: Sequence[RefinedTrial],
+) -> tuple[style.Figure, list[tuple[Axes, list[RefinedTrial]]]]:
     """Return axes for each family of submodels, the first word of their names."""
-    families: dict[str, list[Climbed]] = {}
-    for one in {one.trial.submodel: one for one in reversed(climbed)}.values():
-        families.setdefault(re.split(r"[ ,_/]", one.trial.submodel)[0], []).insert(0, one)
+    families: dict[str, list[RefinedTrial]] = {}
+    for trial in {trial.trial.submodel: trial for trial in reversed(refined)}.values():
+        families.setdefault(re.split(r"[ ,_/]", trial.trial.submodel)[0], []).insert(0, trial)
     names = list(families)[::-1]
     columns = min(COLUMNS, len(names))
     figure = style.panels(-(-len(names) // columns), columns, width=8.0 / columns, height=3.3)
@@ -184,13 +188,13 @@ def _panels(climbed: Sequence[Climbed]) -> tuple[style.Figure, list[tuple[Axes, 
     return figure, placed
 
 
-def _look(number: int, one: Climbed) -> dict[str, Any]:
+def _look(number: int, trial: RefinedTrial) -> dict[str, Any]:
     return {
         "color": style.COLOURS[number % len(style.COLOURS)],
         "ls": style.STYLES[number % len(style.STYLES)],
         "mfc": "none",
         "lw": 1.2,
-        "label": in_words(one.trial.submodel),
+        "label": in_words(trial.trial.submodel),
     }
 
 
@@ -198,15 +202,20 @@ def codes_over_parameter(
     case: ContactCase[Any], codes: Sequence[tuple[str, Sequence[Scanned]]]
 ) -> style.Figure:
     """Draw what codes found, by their titles, on the law under the default rules."""
-    shown = sorted({one.family for _, found in codes for one in found})
-    figure = style.panels(1, len(shown), width=8.0 / len(shown), height=4.6)
+    families = sorted({points.family for _, scanned in codes for points in scanned})
+    figure = style.panels(1, len(families), width=8.0 / len(families), height=4.6)
     x, scan = np.array(case.scan.values), case.scan
     fields = type(case.default).model_fields
     unit = unit_in(fields[scan.parameter].description or "")
     units = {quantity.name: quantity.unit for quantity in case.quantities}
-    for axes, family in zip(figure.axes, shown, strict=True):
-        here = [(who, one) for who, found in codes for one in found if one.family == family]
-        for number, name in enumerate(dict.fromkeys(one.submodel for _, one in here)):
+    for axes, family in zip(figure.axes, families, strict=True):
+        here = [
+            (code, points)
+            for code, scanned in codes
+            for points in scanned
+            if points.family == family
+        ]
+        for number, name in enumerate(dict.fromkeys(points.submodel for _, points in here)):
             law = curve(case, rows_of(case, name), Rules())
             axes.plot(
                 x,
@@ -216,18 +225,18 @@ def codes_over_parameter(
                 lw=1.0,
                 label=in_words(name),
             )
-        for who, one in here:
-            number = [title for title, _ in codes].index(who)
+        for code, points in here:
+            number = [title for title, _ in codes].index(code)
             colour = style.COLOURS[1 + number % (len(style.COLOURS) - 1)]
-            axes.plot(x, one.expected, color=colour, lw=0.7)
+            axes.plot(x, points.expected, color=colour, lw=0.7)
             axes.plot(
                 x,
-                one.found,
+                points.measured,
                 style.MARKERS[number % len(style.MARKERS)],
                 color=colour,
                 mfc="none",
                 ms=4.0 + 1.5 * number,
-                label=f"{who} ({one.apart:.0e})",
+                label=f"{code} ({points.apart:.0e})",
             )
         name = in_words(scan.quantity, units[scan.quantity])
         axes.set_ylabel(style.quantity(name, units[scan.quantity]))
@@ -250,12 +259,12 @@ ANGLES = np.array([*range(5, 61, 5), 70.0, 80.0, 85.0])
 sticking and sliding."""
 
 
-def errors_plot(case: ContactCase[Any], one: Climbed) -> Plot:
+def errors_plot(case: ContactCase[Any], trial: RefinedTrial) -> Plot:
     """Return the error of each quantity over the steps of a contact."""
     units = {quantity.name: quantity.unit for quantity in case.quantities}
     lines = []
-    for name, reached in one.limits.items():
-        expected = one.references.get(name)
+    for name, reached in trial.limits.items():
+        expected = trial.references.get(name)
         if expected is not None:
             scale = 1.0 if units[name] == "1" else abs(expected.value) or 1.0
             error = np.abs(reached.y - expected.value) / scale
@@ -267,30 +276,30 @@ def errors_plot(case: ContactCase[Any], one: Climbed) -> Plot:
         "error",
         tuple(lines),
         logarithmic=True,
-        group=one.trial.system,
+        group=trial.trial.system,
     )
 
 
-def motion_plot(case: ContactCase[Any], one: Tried, who: str) -> Plot:
+def motion_plot(case: ContactCase[Any], trial: Tried, engine: str) -> Plot:
     """Return the motion of a trial: the law integrated, and an engine's samples if it left some."""
-    parameters, scene = one.finest, case.scene(one.finest)
+    parameters, scene = trial.finest, case.scene(trial.finest)
     every = _finer(scene)
     if every == scene.every:  # as it was integrated when it was judged
-        law = followed(scene, one.rules).motion
+        law = followed(scene, trial.rules).motion
     else:
-        law = followed(replace(scene, every=every), one.rules, DRAWN).motion
+        law = followed(replace(scene, every=every), trial.rules, DRAWN).motion
     x_name, y_name = case.axes(parameters)
     drawn = [("the law", law, 1)]
-    if isinstance(one, Climbed):
-        drawn.append((who, one.motion, _thinned(one.motion)))
+    if isinstance(trial, RefinedTrial):
+        drawn.append((engine, trial.motion, _thinned(trial.motion)))
     lines = [
-        Line(f"{name}, {by}" if name else by, x[::every], y[::every], marked=by == who)
+        Line(f"{name}, {by}" if name else by, x[::every], y[::every], marked=by == engine)
         for by, motion, every in drawn
         for name, (x, y) in case.curves(parameters, motion).items()
     ]
     # a code that tells no forces has no points in a figure of forces
     sampled = any(line.marked and np.isfinite(line.y).any() for line in lines)
-    samples = "; samples of the run with the finest step" if sampled else f"; no points of {who}"
+    samples = "; samples of the run with the finest step" if sampled else f"; no points of {engine}"
     title = f"{y_name.partition(' (')[0]} over {x_name.partition(' (')[0]}"
     return Plot(
         title[:1].upper() + title[1:],
@@ -298,7 +307,7 @@ def motion_plot(case: ContactCase[Any], one: Tried, who: str) -> Plot:
         x_name,
         y_name,
         tuple(lines),
-        group=one.trial.system,
+        group=trial.trial.system,
     )
 
 
@@ -336,29 +345,29 @@ class OverAngle:
     ratio: Callable[[Any, Array], Array]
 
 
-def ratio_plot(case: ContactCase[Any], one: Tried, who: str, over: OverAngle) -> Plot:
+def ratio_plot(case: ContactCase[Any], trial: Tried, engine: str, over: OverAngle) -> Plot:
     """Return a ratio over the angle: the law, the literature's curve, and an engine's limit."""
-    parameters = one.finest
+    parameters = trial.finest
     values = [over.value(parameters, float(angle)) for angle in ANGLES]
-    found = expected_scan(case, one, over.parameter, values, over.sent)
-    lines, told = [Line("the law", ANGLES, found[over.quantity])], "The law integrated"
-    known = published(parameters, _restitution(case, one))
-    if known is not None:
-        lines.append(Line(known.name, known.angles, over.ratio(parameters, known.left)))
-        told += f"; {known.told}"
-    if isinstance(one, Climbed):
-        reached = one.limits[over.quantity].value
-        lines.append(Line(who, [over.angle(parameters)], [reached], marked=True))
-        told += f"; {who} in the limit of a small step"
+    of_law = expected_scan(case, trial, over.parameter, values, over.sent)
+    lines, note = [Line("the law", ANGLES, of_law[over.quantity])], "The law integrated"
+    curve = published(parameters, _restitution(case, trial))
+    if curve is not None:
+        lines.append(Line(curve.name, curve.angles, over.ratio(parameters, curve.ratio)))
+        note += f"; {curve.source}"
+    if isinstance(trial, RefinedTrial):
+        reached = trial.limits[over.quantity].value
+        lines.append(Line(engine, [over.angle(parameters)], [reached], marked=True))
+        note += f"; {engine} in the limit of a small step"
     else:
-        told += f"; {who} has no point here"
+        note += f"; {engine} has no point here"
     return Plot(
         over.title,
-        f"{told}.",
+        f"{note}.",
         "angle to the normal (deg)",
         over.y,
         tuple(lines),
-        group=one.trial.system,
+        group=trial.trial.system,
     )
 
 
@@ -377,7 +386,7 @@ def _restitution(case: ContactCase[Any], trial: Tried) -> float:
 
 def expected_scan(
     case: ContactCase[Any],
-    one: Tried,
+    trial: Tried,
     name: str,
     values: Sequence[float],
     sent: Callable[[Any], tuple[Vector, Vector]],
@@ -387,34 +396,36 @@ def expected_scan(
     ``sent`` tells velocity [m/s] and angular velocity [rad/s] of the sphere from the parameters.
     A run lasts twice as long as that of the trial: a slower impact is over by then.
     """
-    base = case.scene(one.finest)
+    base = case.scene(trial.finest)
     rows = []
     for value in values:
-        changed = one.finest.replace(**{name: float(value)})
+        changed = trial.finest.replace(**{name: float(value)})
         velocity, omega = sent(changed)
         first = replace(base.bodies[0], velocity=velocity, omega=omega)
         steps = 2 * base.steps
         scene = replace(base, bodies=(first, *base.bodies[1:]), steps=steps, every=steps)
-        rows.append(case.observed(changed, followed(scene, one.rules, DRAWN).motion))
+        rows.append(case.observed(changed, followed(scene, trial.rules, DRAWN).motion))
     return {quantity: np.array([row[quantity] for row in rows]) for quantity in rows[0]}
 
 
 def sections_of(
-    case: ContactCase[Any], main: Findings, beside: Sequence[Findings] = ()
+    case: ContactCase[Any], main: Findings, others: Sequence[Findings] = ()
 ) -> Sequence[Section]:
     """Return one section with the figures of a case.
 
-    Values, errors and runs are on pages of the matrix's cells, those of the engines ``beside``,
+    Values, errors and runs are on pages of the matrix's cells, those of the engines ``others``,
     too.
     """
     evidence: Evidence = main.evidence
     title = f"Contact: {case.name}"
-    drawings = tuple(case.drawings(evidence)) if evidence.climbed and evidence.drawn else ()
-    scans = [(one.evidence.who, one.evidence.scans) for one in beside if one.evidence]
-    if any(found for _, found in scans):
+    drawings = tuple(case.drawings(evidence)) if evidence.refined and evidence.drawn else ()
+    scans = [
+        (findings.evidence.who, findings.evidence.scans) for findings in others if findings.evidence
+    ]
+    if any(scanned for _, scanned in scans):
         drawings = (codes_drawn(case, scans), *drawings)
     # the main engine may stand beside itself, with more submodels
-    engines = {one.engine: one for one in (main, *beside) if one.evidence}
+    engines = {findings.engine: findings for findings in (main, *others) if findings.evidence}
     cells = tuple(cell for engine in engines.values() for cell in _cells(case, engine))
     return (Section(title, (case.summary, case.formula), (), (), drawings, cells),)
 
@@ -424,11 +435,11 @@ def _cells(case: ContactCase[Any], findings: Findings) -> Iterator[CellText]:
     evidence: Evidence = findings.evidence
     systems = [*case.systems]
     by_submodel: dict[str, list[Tried]] = {}
-    for one in evidence.tried:
-        by_submodel.setdefault(one.trial.submodel, []).append(one)
+    for trial in evidence.tried:
+        by_submodel.setdefault(trial.trial.submodel, []).append(trial)
     for name, cell in by_submodel.items():
-        cell.sort(key=lambda one: systems.index(one.trial.system))
-        failed = [one for one in cell if isinstance(one, Failed)]
+        cell.sort(key=lambda trial: systems.index(trial.trial.system))
+        failed = [trial for trial in cell if isinstance(trial, Failed)]
         formula = Table(
             "The law",
             "n points to the first sphere, m* and R* are the reduced mass and radius.",
@@ -443,12 +454,12 @@ def _cells(case: ContactCase[Any], findings: Findings) -> Iterator[CellText]:
             (
                 case.summary,
                 f"Expected: {case.formula}",
-                *(f"{one.trial.system}: {evidence.who} {one.why}." for one in failed),
+                *(f"{trial.trial.system}: {evidence.who} {trial.why}." for trial in failed),
             ),
             (*_asked_of(case, failed), formula, _parameters(cell)),
-            tuple(pair for one in cell for pair in _commands(case, one, findings.engine)),
+            tuple(pair for trial in cell for pair in _commands(case, trial, findings.engine)),
             partial(_plots, case, cell, evidence),
-            frozenset(name for one in cell for name in _inputs(case, one)),
+            frozenset(name for trial in cell for name in _inputs(case, trial)),
             INVARIANCES,
         )
 
@@ -477,15 +488,15 @@ def _asked_of(case: ContactCase[Any], failed: Sequence[Failed]) -> Iterator[Tabl
     units = {quantity.name: quantity.unit for quantity in case.quantities}
     rows = tuple(
         (
-            one.trial.system,
+            trial.trial.system,
             in_words(name, units[name]),
-            f"{told.value:.9g}",
+            f"{expected.value:.9g}",
             units[name].removeprefix("1"),
-            told.kind,
+            expected.kind,
         )
-        for one in failed
-        for name, told in one.references.items()
-        if math.isfinite(told.value)
+        for trial in failed
+        for name, expected in trial.references.items()
+        if math.isfinite(expected.value)
     )
     if rows:
         yield Table(
@@ -499,19 +510,19 @@ def _asked_of(case: ContactCase[Any], failed: Sequence[Failed]) -> Iterator[Tabl
 def _plots(case: ContactCase[Any], cell: Sequence[Tried], evidence: Evidence) -> Sequence[Plot]:
     """Return the plots of a submodel; without the curves of the law at level quick."""
     plots = []
-    for one in cell:
-        plots += [case.plot(one, evidence.who)] if evidence.drawn else []
-        plots += [errors_plot(case, one)] if isinstance(one, Climbed) else []
+    for trial in cell:
+        plots += [case.plot(trial, evidence.who)] if evidence.drawn else []
+        plots += [errors_plot(case, trial)] if isinstance(trial, RefinedTrial) else []
     return plots
 
 
 def _rules(case: ContactCase[Any], cell: Sequence[Tried]) -> Iterator[tuple[str, str]]:
     """Yield the rules of the engine that are not the default ones and matter, in any system."""
-    told: dict[str, Any] = {}
-    for one in cell:
-        rules = asked_for(case.scene(one.finest), one.rules)
-        told |= rules.model_dump(exclude_defaults=True)
-    for name, value in told.items():
+    changed: dict[str, Any] = {}
+    for trial in cell:
+        rules = asked_for(case.scene(trial.finest), trial.rules)
+        changed |= rules.model_dump(exclude_defaults=True)
+    for name, value in changed.items():
         meaning = (Rules.model_fields[name].description or "").partition("] ")[2]
         yield f"rule: {in_words(name)}", f"{in_words(str(value))} ({meaning})"
 
@@ -520,24 +531,24 @@ def _parameters(cell: Sequence[Tried]) -> Table:
     """Return what the first system is told, with units, and where the others differ."""
     rows = []
     for name, field in type(cell[0].finest).model_fields.items():
-        values = [getattr(one.finest, name) for one in cell]
+        values = [getattr(trial.finest, name) for trial in cell]
         if any(value is not None for value in values):
             unit, _, meaning = (field.description or "[-] ").removeprefix("[").partition("] ")
-            told = [_told(value) for value in values]
-            shown = (
-                told[0]
-                if len({*told}) == 1
+            texts = [_as_text(value) for value in values]
+            text_of_all = (
+                texts[0]
+                if len({*texts}) == 1
                 else "; ".join(
-                    f"{one.trial.system}: {text}" for one, text in zip(cell, told, strict=True)
+                    f"{trial.trial.system}: {text}" for trial, text in zip(cell, texts, strict=True)
                 )
             )
-            rows.append((in_words(name), shown, "" if unit == "-" else unit, meaning))
+            rows.append((in_words(name), text_of_all, "" if unit == "-" else unit, meaning))
     head = ("parameter", "value", "unit", "meaning")
     caption = "Of the run with the finest step; with --set NAME=VALUE, its words joined by _."
     return Table("Parameters", caption, head, tuple(rows))
 
 
-def _told(value: Any) -> str:
+def _as_text(value: Any) -> str:
     if value is None:
         return "none"
     return f"{value:.9g}" if isinstance(value, float) else str(value).lower()
@@ -547,7 +558,11 @@ def errors_drawn(case: ContactCase[Any], evidence: Evidence) -> Drawing:
     """Return the figure of the errors of a case's first quantity."""
     from harness.report.style import quantity
 
-    first = next(one for one in case.quantities if one.name == (case.shown or one.name))
+    first = next(
+        candidate
+        for candidate in case.quantities
+        if candidate.name == (case.shown or candidate.name)
+    )
     words = in_words(first.name, first.unit)
     return Drawing(
         f"{case.name}-errors",
@@ -555,7 +570,7 @@ def errors_drawn(case: ContactCase[Any], evidence: Evidence) -> Drawing:
         f"How far the {words} is from what the law asks for, over the steps of a contact; a panel "
         "for each family of submodels.",
         lambda: errors_over_step(
-            evidence.climbed, first.name, quantity(words, first.unit), evidence.who
+            evidence.refined, first.name, quantity(words, first.unit), evidence.who
         ),
     )
 

@@ -560,9 +560,9 @@ TURNING = named(
 """Rolling and twisting resistance of one contact, also under the load of attraction."""
 
 ROLLING_ON = tuple(
-    one
-    for one in (*ROLLING, *ROLLING_BESIDE)
-    if one.name in ("rolling sds, linear_history", "rolling sds, linear_history, of Ai")
+    each
+    for each in (*ROLLING, *ROLLING_BESIDE)
+    if each.name in ("rolling sds, linear_history", "rolling sds, linear_history, of Ai")
 )
 """Rolling resistance of linear springs beside friction that slides as well."""
 

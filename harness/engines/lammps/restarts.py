@@ -39,8 +39,8 @@ ABANDONED_SECONDS = 60 * 86400.0
 
 def can_resume(task: Task) -> bool:
     """Return whether a task writes restart files at all; one that writes a series does not."""
-    known = {EVERY, FILES, RESUME} <= task.script.variables
-    return known and not task.job.sampled and int(task.values.get(EVERY, 0)) > 0
+    supported = {EVERY, FILES, RESUME} <= task.script.variables
+    return supported and not task.job.sampled and int(task.values.get(EVERY, 0)) > 0
 
 
 class RestartFolder:
@@ -50,8 +50,8 @@ class RestartFolder:
     is the wall time up to the restart file that a run goes on from.
     """
 
-    def __init__(self, place: Path, task: Task, who: Mapping[str, Any]) -> None:
-        facts = (task.script.sha256, sorted(task.values.items()), sorted(who.items()))
+    def __init__(self, place: Path, task: Task, identity: Mapping[str, Any]) -> None:
+        facts = (task.script.sha256, sorted(task.values.items()), sorted(identity.items()))
         self.path = place.absolute() / hashlib.sha256(repr(facts).encode()).hexdigest()[:32]
         self._task = task
         self._files = contextlib.ExitStack()
@@ -134,8 +134,8 @@ def link_into(folder: Path, path: Path) -> None:
 
 def progress_in(folder: Path) -> int:
     """Return a number that changes whenever a run of a folder has left restart files."""
-    found = 0
+    total = 0
     for state in folder.glob(f"{PREFIX}*/{STATE}"):
         with contextlib.suppress(OSError):
-            found += state.stat().st_mtime_ns
-    return found
+            total += state.stat().st_mtime_ns
+    return total

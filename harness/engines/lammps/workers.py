@@ -99,13 +99,13 @@ four ranks of a contact on two cores take a fifth of the time with it. Other lib
 """
 
 
-def check_greeting(said: str, ended: Ended, launcher: str, program: str) -> None:
+def check_greeting(greeting: str, ended: Ended, launcher: str, program: str) -> None:
     """Raise EngineMissingError unless what was said is that of one LAMMPS on all ranks.
 
     A launcher of another MPI library than LAMMPS's starts as many separate LAMMPS as it has ranks,
     which would write over each other's files.
     """
-    greetings = len(re.findall(r"^LAMMPS \(", said, re.MULTILINE))
+    greetings = len(re.findall(r"^LAMMPS \(", greeting, re.MULTILINE))
     if greetings == 1 and ended.code == 0 and not ended.timed_out:
         return
     if greetings > 1:
@@ -115,7 +115,7 @@ def check_greeting(said: str, ended: Ended, launcher: str, program: str) -> None
         )
     reason = "it gave no answer"
     if not ended.timed_out:
-        reason = f"exit status {ended.code}{first_words(said)}"
+        reason = f"exit status {ended.code}{first_words(greeting)}"
     raise EngineMissingError(f"--mpirun {launcher!r} does not run {program}: {reason}")
 
 
@@ -137,7 +137,7 @@ class Order(NamedTuple):
     restarts: Sequence[Path] = ()
 
 
-class Left(NamedTuple):
+class FinishedRun(NamedTuple):
     """What a finished run left: its log, its series (empty where none), its wall time [s]."""
 
     log: str
@@ -189,7 +189,7 @@ class Worker:
         """Return whether the process still runs."""
         return self._process.poll() is None
 
-    def run(self, job: Order) -> Left:
+    def run(self, job: Order) -> FinishedRun:
         """Run one script; raise the EngineError that names what went wrong."""
         log, series = self._folder / "log", self._folder / "series.csv"
         for path in (log, series):
@@ -216,7 +216,7 @@ class Worker:
         except EngineError as error:
             error.log = text_of(log)
             raise
-        return Left(text, text_of(series) if job.sampled else "", seconds)
+        return FinishedRun(text, text_of(series) if job.sampled else "", seconds)
 
     def kill(self) -> None:
         """Kill the process; whoever waits for its answer is told."""
@@ -276,8 +276,8 @@ class Worker:
         self._process.wait()
         if self._killed:
             return EngineCrashError("LAMMPS (in-process) was closed")
-        said = last_text(self._folder / "stderr")
-        error = error_from_text(said, self._process.returncode)
+        output = last_text(self._folder / "stderr")
+        error = error_from_text(output, self._process.returncode)
         return error if str(error) else EngineCrashError("LAMMPS (in-process) died")
 
 
@@ -314,7 +314,7 @@ class InProcess:
         finally:
             self._slots.put(worker)
 
-    def run(self, jobs: Sequence[Order]) -> list[Left | EngineError]:
+    def run(self, jobs: Sequence[Order]) -> list[FinishedRun | EngineError]:
         """Run the jobs side by side; safe to call from several threads.
 
         After two in a row for each worker that hang, the rest is not tried.
@@ -357,7 +357,7 @@ class InProcess:
         worker.end()
         self._live.discard(worker)
 
-    def _run_one(self, job: Order) -> Left | EngineError:
+    def _run_one(self, job: Order) -> FinishedRun | EngineError:
         try:
             worker = self._take()
         except EngineError as error:

@@ -170,7 +170,7 @@ class ContactInput:
     @cached_property
     def balls(self) -> tuple[Ball, ...]:
         """Return the spheres; MFiX starts them without spin."""
-        found = []
+        balls = []
         for i in (1, 2):
             if f"radius_{i}" not in self.values:
                 continue
@@ -179,9 +179,9 @@ class ContactInput:
             if self._number(f"y_{i}") or self._number(f"vy_{i}") or self._number("gravity_y"):
                 raise RequestError("is told of motions in one plane")
             held = self.values[f"motion_{i}"] == "frozen"
-            told = {name: self._number(f"{name}_{i}") for name in SPHERE}
-            found.append(Ball(held=held, **told))
-        return tuple(found)
+            values = {name: self._number(f"{name}_{i}") for name in SPHERE}
+            balls.append(Ball(held=held, **values))
+        return tuple(balls)
 
     @cached_property
     def phases(self) -> tuple[tuple[float, float], ...]:
@@ -199,12 +199,12 @@ class ContactInput:
     def pairs(self) -> tuple[Couple, ...]:
         """Return the pairs of phases in MFiX's order."""
         meeting = {tuple(sorted(map(self.phases.index, (ball.kind for ball in self.balls))))}
-        found = []
+        couples = []
         for m, n in combinations_with_replacement(range(len(self.phases)), 2):
-            one, two = self._mass_radius(m), self._mass_radius(n)
-            mass, radius = (a * b / (a + b) for a, b in zip(one, two, strict=True))
-            found.append(Couple(mass, radius, len(self.balls) == 2 and (m, n) in meeting))
-        return tuple(found)
+            first, second = self._mass_radius(m), self._mass_radius(n)
+            mass, radius = (a * b / (a + b) for a, b in zip(first, second, strict=True))
+            couples.append(Couple(mass, radius, len(self.balls) == 2 and (m, n) in meeting))
+        return tuple(couples)
 
     @cached_property
     def walls(self) -> tuple[Couple, ...]:
@@ -230,12 +230,12 @@ class ContactInput:
         """Return the normal zeta; raise RequestError for one that is not less than 1."""
         if not couple.meets:
             return Contact(restitution=UNUSED).zeta
-        damping, given = self.values["damping"], self._number("damping_coefficient")
+        damping, coefficient = self.values["damping"], self._number("damping_coefficient")
         if damping == "none":
             return 0.0
         if damping == "coeff_restitution":
             return Contact(restitution=self._number("restitution")).zeta
-        eta = given * couple.mass if damping == "mass_velocity" else given
+        eta = coefficient * couple.mass if damping == "mass_velocity" else coefficient
         zeta = eta / 2.0 / math.sqrt(self.stiffnesses(couple)[0] * couple.mass)
         if zeta >= 1.0:
             raise RequestError(f"has a damping ratio of less than 1, not {zeta:.4g}")

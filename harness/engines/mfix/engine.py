@@ -84,9 +84,9 @@ def states_contact(template: Template) -> bool:
 
 def contact_files(contact: ContactInput, title: str = "") -> dict[str, str]:
     """Return the inputs of a contact with friction, by their names."""
-    told = {"title": title or "A contact with friction.", **contact.context()}
+    values = {"title": title or "A contact with friction.", **contact.context()}
     return {
-        KEYWORDS: _render("contacts.dat.j2", particles=len(contact.balls), **_written(told)),
+        KEYWORDS: _render("contacts.dat.j2", particles=len(contact.balls), **_written(values)),
         PARTICLES: _lines(contact.particles()),
     }
 
@@ -175,15 +175,15 @@ def _contact_examples(template: Template) -> dict[str, str]:
     return files
 
 
-def _example(template: Template, known: Mapping[str, Any]) -> System:
+def _example(template: Template, settings: Mapping[str, Any]) -> System:
     """Return the system of a template's example."""
     assert template.scene is not None
     defaults = template.variants[template.main]
     contact = {name: v for name, v in contact_values(CONTACT).items() if name in defaults}
-    scene = template.scene({**defaults, **contact, **known["values"]}, "linear")
-    if "velocity" in known:
+    scene = template.scene({**defaults, **contact, **settings["values"]}, "linear")
+    if "velocity" in settings:
         velocity = np.array(scene.velocity)
-        velocity[0] = known["velocity"]
+        velocity[0] = settings["velocity"]
         scene = replace(scene, velocity=velocity)
     return system_of(template.name, scene, scene.steps, scene.every or LOOK)
 
@@ -205,13 +205,13 @@ def _number(value: float) -> str:
     return f"{point}d{int(exponent)}" if exponent else point
 
 
-def _written(told: Any) -> Any:
+def _written(value: Any) -> Any:
     """Return numbers of a template's values, at any depth, as Fortran reads them."""
-    if isinstance(told, float):
-        return _number(told)
-    if isinstance(told, dict):
-        return {name: _written(value) for name, value in told.items()}
-    return [_written(one) for one in told] if isinstance(told, list) else told
+    if isinstance(value, float):
+        return _number(value)
+    if isinstance(value, dict):
+        return {name: _written(item) for name, item in value.items()}
+    return [_written(item) for item in value] if isinstance(value, list) else value
 
 
 def _render(template: str, **values: object) -> str:
@@ -227,7 +227,7 @@ SAID = 100_000
 """Bytes that are read of an answer."""
 
 IN_HELP = ("mfix.dat", "<KEYWORD>=<VALUE>", "--print-flags")
-"""What the help of a batch solver speaks of, and that of no other program (``mfix.f``)."""
+"""Words of the help of a batch solver, and of no other program (``mfix.f``)."""
 
 OLDEST = (21, 3)
 """The version whose source the inputs follow; older ones lack some of the keywords."""
@@ -420,13 +420,13 @@ class Mfix(Engine):
 
     @classmethod
     def states(cls, template: Template) -> bool:
-        """Return whether it can be told of a template: by a scene, or by an input of its own."""
+        """Return whether it takes a template: as a scene, or as an input of its own."""
         return super().states(template) or states_contact(template)
 
     @classmethod
-    def steps_of(cls, own: float, contact: Contact) -> float:
+    def steps_of(cls, factor: float, contact: Contact) -> float:
         """Return the steps per contact of a ``DTSOLID_FACTOR``."""
-        return steps_per_contact(own, contact)
+        return steps_per_contact(factor, contact)
 
     def refuses(self, job: Job) -> str:
         """Return why the engine cannot run a job, or nothing where it can."""
@@ -435,7 +435,7 @@ class Mfix(Engine):
             return reason
         try:
             scene = job.template.scene(job.values, self.traits.spring)
-            _stated(job.template.name, scene, _stretches(scene)[0], self._scheme)
+            _supported_system(job.template.name, scene, _stretches(scene)[0], self._scheme)
         except RequestError as error:
             return str(error)
         return ""
@@ -443,7 +443,7 @@ class Mfix(Engine):
     def run(self, jobs: Sequence[Job]) -> list[Output | EngineError]:
         """Run the scenes of the jobs, a process for each, in longer stretches until decided."""
         self.check(jobs)
-        return parallel_map(self._one, jobs, self._workers)
+        return parallel_map(self._run_job, jobs, self._workers)
 
     @classmethod
     def inputs(cls, templates: Iterable[Template]) -> dict[str, str]:
@@ -454,50 +454,50 @@ class Mfix(Engine):
         """End MFiX's processes and remove what they left."""
         self._solver.close()
 
-    def _one(self, job: Job) -> Output | EngineError:
+    def _run_job(self, job: Job) -> Output | EngineError:
         """Run one job until it is decided, or all its steps."""
         if job.template.scene is None:
             return self._contact(ContactInput(job.values, self._scheme))
         scene, seconds = job.template.scene(job.values, self.traits.spring), 0.0
         for steps in _stretches(scene):
             try:
-                system = _stated(job.template.name, scene, steps, self._scheme)
+                system = _supported_system(job.template.name, scene, steps, self._scheme)
             except RequestError as error:
                 return EngineOutputError(f"MFiX: undecided after {seconds:.3g} s; {error}")
-            found = self._solver.run(system_files(system))
-            if isinstance(found, EngineError):
-                return found
-            seconds += found.seconds
+            done = self._solver.run(system_files(system))
+            if isinstance(done, EngineError):
+                return done
+            seconds += done.seconds
             try:
-                table = _read(system, scene, found)
+                table = _read(system, scene, done)
             except EngineError as error:
-                error.log = found.log
+                error.log = done.log
                 return error
             if scene.decided is None or scene.decided(table):
                 break
-        return Output((), self.identify(), {SERIES: table}, found.log, seconds, self.title)
+        return Output((), self.identify(), {SERIES: table}, done.log, seconds, self.title)
 
     def _contact(self, contact: ContactInput) -> Output | EngineError:
         """Run a contact with friction."""
-        found = self._solver.run(contact_files(contact))
-        if isinstance(found, EngineError):
-            return found
+        done = self._solver.run(contact_files(contact))
+        if isinstance(done, EngineError):
+            return done
         try:
-            table = contact_table(contact, found.frames)
+            table = contact_table(contact, done.frames)
         except EngineError as error:
-            error.log = found.log
+            error.log = done.log
             return error
-        return Output((), self.identify(), {SERIES: table}, found.log, found.seconds, self.title)
+        return Output((), self.identify(), {SERIES: table}, done.log, done.seconds, self.title)
 
 
-def _read(system: System, scene: Scene, found: Run) -> Table:
+def _read(system: System, scene: Scene, done: Run) -> Table:
     """Return the table of a run; a scene that nothing decides early must reach its end."""
     if scene.forces:
-        table = forced_table(system, scene, found.frames, found.forces)
+        table = forced_table(system, scene, done.frames, done.forces)
     else:
-        table = path_table(system, scene, found.frames)
+        table = path_table(system, scene, done.frames)
     if scene.decided is None:
-        check_end(system, found.frames)
+        check_end(system, done.frames)
     return table
 
 
@@ -510,8 +510,8 @@ def _stretches(scene: Scene) -> list[int]:
     return sorted({*(min(math.ceil(s * unit), scene.steps) for s in STRETCHES), scene.steps})
 
 
-def _stated(name: str, scene: Scene, steps: int, scheme: Scheme) -> System:
-    """Return a system that MFiX can be told; raise RequestError for one that it cannot."""
+def _supported_system(name: str, scene: Scene, steps: int, scheme: Scheme) -> System:
+    """Return the system of a scene; raise RequestError for one that MFiX has no keywords for."""
     refused = TRAITS.refuses_contact(contact_in(scene))
     if scene.columns is not None:
         refused = "it holds no particles to the axis of a column"

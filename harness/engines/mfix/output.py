@@ -115,9 +115,9 @@ def forced_table(system: System, scene: Scene, frames: list[Frame], forces: list
     acting = {round(frame.time / h): frame for frame in forces}
     force = np.zeros((len(frames), heights.shape[1] - 1))
     for row, frame in enumerate(frames):
-        found = acting.get(round(frame.time / h))
-        if found is not None:
-            force[row] = _of_contacts(found, heights[row])
+        acting_now = acting.get(round(frame.time / h))
+        if acting_now is not None:
+            force[row] = _of_contacts(acting_now, heights[row])
     push = np.diff(np.pad(force, ((0, 0), (1, 1))), axis=1) / system.mass
     velocity = velocity - h * np.array(system.gravity)
     velocity[..., 1] -= h * push[:, :mobile]
@@ -160,10 +160,10 @@ def _of_contacts(frame: Frame, heights: Floats) -> Floats:
     """Return the contact forces (n,) [N] of a frame, each found by the place of its midpoint."""
     middles = 0.5 * (heights[:-1] + heights[1:])
     force = np.zeros(len(middles))
-    found = frame.arrays["FORCE_CHAIN_FN"]
-    if not np.isfinite(found).all():
+    vectors = frame.arrays["FORCE_CHAIN_FN"]
+    if not np.isfinite(vectors).all():
         raise EngineNaNError("MFiX wrote forces that are not numbers")
-    for middle, vector in zip(frame.arrays["coordinates"], found, strict=True):
+    for middle, vector in zip(frame.arrays["coordinates"], vectors, strict=True):
         force[np.abs(middles - middle[1]).argmin()] = np.hypot(vector[0], vector[1])
     return force
 

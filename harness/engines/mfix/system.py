@@ -175,15 +175,15 @@ def over_spheres(scene: Scene, steps: int) -> Layout:
     pulls = 0.5 * np.maximum(np.array([abs(scene.gravity[0]), scene.gravity[1]]), 0.0) * time**2
     reach = float(speed[0] * time + pulls[0]) + 3.0 * d
     floor = 0.5 * d
-    left = reach - min(float(x.min()), 0.0)
+    start = reach - min(float(x.min()), 0.0)
     top = floor + 2.0 * d + max(float(y.max()), d) + float(speed[1] * time + pulls[1])
     spheres = tuple(
-        Sphere(left + float(x), floor + float(y), float(vx), float(vy))
+        Sphere(start + float(x), floor + float(y), float(vx), float(vy))
         for x, y, (vx, vy) in zip(x, y, scene.velocity, strict=True)
     )
     count = np.count_nonzero(~scene.fixed)
     box = (float(np.ptp(x)) + 2.0 * reach, top)
-    return Layout(spheres[:count], spheres[count:], (left - x0, floor - y0), box)
+    return Layout(spheres[:count], spheres[count:], (start - x0, floor - y0), box)
 
 
 Floats = NDArray[np.float64]
@@ -240,8 +240,8 @@ class System:
     @property
     def restitution(self) -> float:
         """Return the nominal restitution that states the contact's damping ratio."""
-        if (stated := self.contact.stated_restitution) is not None:
-            return stated
+        if (nominal := self.contact.stated_restitution) is not None:
+            return nominal
         zeta = self.contact.zeta
         return math.exp(-math.pi * zeta / math.sqrt(1.0 - zeta * zeta))
 
@@ -268,10 +268,10 @@ class System:
 
 def contact_in(scene: Scene) -> Contact:
     """Return the contact of a scene."""
-    known = scene.restitution is not None
+    has_restitution = scene.restitution is not None
     return Contact(
         restitution=scene.restitution,
-        damping_ratio=None if known else scene.damping_ratio,
+        damping_ratio=None if has_restitution else scene.damping_ratio,
         tail=scene.tail,
         effective_mass=scene.effective_mass,
     )
@@ -326,9 +326,9 @@ def _system(
 
 def _check(scene: Scene) -> None:
     """Raise RequestError for what no layout can hold."""
-    for values, what in ((scene.diameter, "diameter"), (scene.mass, "mass")):
+    for values, name in ((scene.diameter, "diameter"), (scene.mass, "mass")):
         if np.ptp(values) > EQUAL * values[0]:
-            raise RequestError(f"its spheres have one {what}")
+            raise RequestError(f"its spheres have one {name}")
     if scene.spring != "linear":
         raise RequestError("its spring is linear")
     mobile = np.count_nonzero(~scene.fixed)

@@ -361,14 +361,16 @@ def long_row_kernel(chain: Chain, plan: Plan) -> Advance:
     """Return what advances ``chain`` in place, as :func:`short_row_kernel`."""
     particles, contacts = chain.mass.size, chain.diagonal.size
     no_cuts = np.zeros(max(1, particles // BLOCK), np.int64)
+    u, v, a, b, c, d = np.empty((6, particles))
+    pivot, carry, overlap, force = np.empty((4, contacts))
+    contact_set = ContactSet(np.zeros(contacts, np.bool_), pivot, carry)
     row = _Row(
-        chain.displacement, chain.velocity, *np.empty((2, particles)),
-        ContactSet(np.zeros(contacts, np.bool_), *np.empty((2, contacts))), no_cuts,
-        *np.empty((2, contacts)),
+        chain.displacement, chain.velocity, u, v, contact_set, no_cuts, overlap, force
     )  # fmt: skip
+    edges = np.zeros((3, STAGES))
     room = _Room(
-        np.empty(contacts), np.empty(contacts + 2), *np.empty((4, particles)),
-        np.empty((3, contacts)), *np.zeros((3, STAGES)),
+        np.empty(contacts), np.empty(contacts + 2), a, b, c, d, np.empty((3, contacts)),
+        edges[0], edges[1], edges[2],
     )  # fmt: skip
     limits = _Limits(plan.step, 1e-14 * chain.length, plan.longest, *equal_run(chain))
     counts = np.array([0, -1])

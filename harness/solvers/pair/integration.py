@@ -185,7 +185,7 @@ def turn(y: Floats, system: System, modes: Integers, c: int) -> None:
             flats = 1.0 if contact["second"] < 0 else 2.0
             radius = system.bodies[contact["first"]]["radius"]
             contact["last"] = (
-                flats * sprung_back(system.law, contact, g.overlap / flats, radius).left
+                flats * sprung_back(system.law, contact, g.overlap / flats, radius).residual
             )
 
 

@@ -290,14 +290,14 @@ NEVER = 1e300
 
 
 class Dent(NamedTuple):
-    """What a plastic contact springs back by: its ellipse, and the depth that is left [m].
+    """Elastic rebound of a plastic contact: its ellipse, and the residual depth [m].
 
-    The ellipse is at ``stretch`` times the depth less what is left.
+    The ellipse is at ``stretch`` times the depth less the residual one.
     """
 
     height: float
     width: float
-    left: float
+    residual: float
     stretch: float
 
 
@@ -519,7 +519,7 @@ def _on_flat(
         return ellipse(modulus, 4.0 * radius, 2.0 * radius, depth)
     if depth < largest:
         dent = sprung_back(law, contact, largest, radius)
-        bare = ellipse(modulus, dent.height, dent.width, (depth - dent.left) * dent.stretch)
+        bare = ellipse(modulus, dent.height, dent.width, (depth - dent.residual) * dent.stretch)
         return Elastic(
             bare.force, dent.stretch * bare.slope, bare.radius, dent.stretch * bare.growth
         )

@@ -238,8 +238,8 @@ def _contact_endings(
     last = system.contacts[c].last
     if law.normal != MDR:
         last = last_overlap(law.normal, law.stiffness, law.surface, curvature, law.fold)
-    left = last + END * system.contacts[c].overlap - g.overlap
-    result[TOUCH] = _touch(left, -g.closing, system, c)
+    separation = last + END * system.contacts[c].overlap - g.overlap
+    result[TOUCH] = _touch(separation, -g.closing, system, c)
     if modes[c, STATE] == CLIPPED:
         result[LOAD] = normal.force
         return

@@ -362,8 +362,8 @@ def _contact(
             twists = dot(slider.velocity, g.normal) if kind == TWISTING else 0.0
             f = _limited(f, cap, q, kind, modes, twists, stiffness, g.normal)
             if stiffness > 0.0 and (kind == TWISTING or length(q) > 0.0):
-                left = scaled(-1.0 / stiffness, plus(f, -1.0, held))
-                q = scaled(unit, left) if modes[2] and kind == TANGENTIAL else left
+                relaxed = scaled(-1.0 / stiffness, plus(f, -1.0, held))
+                q = scaled(unit, relaxed) if modes[2] and kind == TANGENTIAL else relaxed
         for k in range(3):
             y[place + k] = q[k]
         if kind == TANGENTIAL:
@@ -407,9 +407,9 @@ def _in_plane(q: Vector, normal: Vector, kind: int) -> Vector:
     if kind == TWISTING:
         along = dot(q, normal)
         return scaled(size if along > 0.0 else -size, normal)
-    left = across(q, normal)
-    now = length(left)
-    return scaled(size / now, left) if now > 0.0 else left
+    projected = across(q, normal)
+    now = length(projected)
+    return scaled(size / now, projected) if now > 0.0 else projected
 
 
 @compiled

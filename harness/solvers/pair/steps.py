@@ -112,8 +112,8 @@ def _peak(values: Floats) -> float:
     """Return where the parabola through three neighbours is highest and near 0; else 0."""
     band = BAND * (values.max() - values.min())
     for middle in range(1, PLACES):
-        left, here, right = values[middle - 1], values[middle], values[middle + 1]
-        bend, slope = left - 2.0 * here + right, 0.5 * (right - left)
+        before, here, after = values[middle - 1], values[middle], values[middle + 1]
+        bend, slope = before - 2.0 * here + after, 0.5 * (after - before)
         if not bend < 0.0:
             continue
         # beside its own half of the neighbours, the outermost parabolas tell up to the ends
@@ -146,15 +146,15 @@ def first_ending(
     ending that is positive only between both ends is found.
     """
     start, end = states
-    known = {0.0: start, h: end}
+    states_at = {0.0: start, h: end}
 
     @cache
     def after(part: float) -> Floats:
         return endings(taken(part), system, modes)
 
     def taken(part: float) -> Floats:
-        if part in known:
-            return known[part]
+        if part in states_at:
+            return states_at[part]
         return step(start, part, np.ones_like(start), system, modes)[0]
 
     def of(where: Ending) -> Callable[[float], float]:

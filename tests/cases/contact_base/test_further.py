@@ -73,5 +73,5 @@ def test_a_bounce_off_a_frozen_sphere_stays_on_the_axis_and_holds_to_a_millionth
     assert {check.cell.submodel for check in found.checks} == set(names)
     assert {check.verdict for check in found.checks} == {Verdict.PASS}
     assert all(check.tolerance <= 1e-6 for check in found.checks)
-    for one in found.evidence.climbed:
+    for one in found.evidence.refined:
         assert not one.motion.position[:, 0, :2].any()

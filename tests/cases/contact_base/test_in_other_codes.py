@@ -94,7 +94,7 @@ def test_a_force_that_jumps_within_a_step_hides_no_fault(coefficient):
     except EngineMissingError as error:
         pytest.skip(str(error))
     rows = {check.name.rpartition(": ")[2]: check for check in found.checks if check.judged}
-    (climbed,) = found.evidence.climbed
+    (climbed,) = found.evidence.refined
     other = climbed.finest.replace(**{coefficient: 1.01 * getattr(climbed.finest, coefficient)})
     moved = case.expected(other, climbed.rules)
     # what moves a value by more than the tolerance, and its uncertainty twice, fails
@@ -153,7 +153,7 @@ def test_a_limit_in_which_a_force_jumps_is_refined_before_it_fails_and_hides_no_
     except EngineMissingError as error:
         pytest.skip(str(error))
     assert {row.verdict for row in right.checks if row.judged} == {Verdict.PASS}
-    (climbed,) = right.evidence.climbed
+    (climbed,) = right.evidence.refined
     assert climbed.jumps
     assert climbed.finest.steps_per_contact > 1600
     assert Verdict.FAIL in {row.verdict for row in wrong.checks}

@@ -150,9 +150,9 @@ def test_lammps_s_default_sort_alone_exchanges_a_carried_pair_while_it_rolls(lam
     """One sort in 1000 steps: which takes more steps than the other invariances have."""
     case = few("prescribed-motion", ["rolling sds, linear_history"], [system])
     (trial,) = [t for t in chosen(case, "full") if t.system == system]
-    one = transformations.first_ways(case, trial, "full")
+    one = transformations.first_runs(case, trial, "full")
     invariance._run([one], lammps)
-    carried, motion = one.ways[transformations.CARRIED], one.motion(transformations.CARRIED)
+    carried, motion = one.runs[transformations.CARRIED], one.motion(transformations.CARRIED)
     assert carried.scene.steps == transformations.MANY > 4000
     ends = motion.position[[0, -1]].mean(axis=1)
     (told,) = (v.values for v in variations(carried.job, ends.tolist()) if v.name == SORTED)
@@ -335,10 +335,10 @@ def test_the_shortest_level_carries_one_pair_with_friction_and_one_that_rolls(la
 def test_a_spring_of_shear_that_an_order_turns_round_is_seen_at_the_shortest_level(lammps):
     case = get_case("prescribed-motion")
     (trial,) = [t for t in chosen(case, "quick") if (t.submodel, t.system) == ("mindlin", EQUAL)]
-    one = transformations.first_ways(case, trial, "quick")
+    one = transformations.first_runs(case, trial, "quick")
     invariance._run([one], lammps)
-    later = {way.name: way for way in transformations.later_ways(one, lammps, "quick")}
-    one.ways |= {DEFAULTS: later[DEFAULTS]}
+    later = {way.name: way for way in transformations.later_runs(one, lammps, "quick")}
+    one.runs |= {DEFAULTS: later[DEFAULTS]}
     invariance._run([one], lammps)
     (held,) = invariance._rows(one, lammps, lambda way: way.name == DEFAULTS)
     assert held.verdict is Verdict.PASS
@@ -372,7 +372,7 @@ def test_level_full_takes_every_submodel_over_four_ranks(submodel, level, most):
 def test_the_force_at_touch_is_left_out_where_a_motion_begins_there(lammps):
     case = few("prescribed-motion", ["twisting sds, mindlin"], ["unequal spheres"])
     (trial,) = [t for t in chosen(case, "full") if t.system == "unequal spheres"]
-    one = transformations.first_ways(case, trial, "full")
+    one = transformations.first_runs(case, trial, "full")
     invariance._run([one], lammps)
     motion = one.motion(transformations.PLAIN)
     first = (np.arange(len(motion.force)) == 0)[:, None, None]

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from harness.cases.contact.limits import RECORDED, STEPS, climb, powers
+from harness.cases.contact.limits import RECORDED, STEPS, powers, refine
 from harness.cases.contact.motion import crossing, peak, value_at
 from harness.cases.prescribed_motion import CHORDS
 from harness.cases.registry import get_case
@@ -34,7 +34,7 @@ H = 1.0 / np.array(LADDER)
 )
 def test_a_series_in_the_powers_of_the_law_has_its_limit_to_round_off(law, first):
     y = 0.7 + sum((0.3 + 0.2 * i) * H**p for i, p in enumerate(powers(law)))
-    limit = climb(powers(law), LADDER, [{"x": v} for v in y], kinked=False)["x"]
+    limit = refine(powers(law), LADDER, [{"x": v} for v in y], kinked=False)["x"]
     assert limit.value == pytest.approx(0.7, abs=1e-11)
     assert limit.order == pytest.approx(first, abs=0.3)
 
@@ -44,7 +44,7 @@ def test_a_spring_held_as_a_force_has_the_error_of_a_sum_over_the_ends_of_steps(
     sums = [sum(math.sqrt(i / n) for i in range(1, n + 1)) / n for n in LADDER]
     law = ContactLaw(normal="hertz", tangential="mindlin/force")
     # Euler and Maclaurin: h/2, zeta(-1/2) h^(3/2) from the beginning, h^2/24
-    limit = climb(powers(law), LADDER, [{"x": v} for v in sums], kinked=False)["x"]
+    limit = refine(powers(law), LADDER, [{"x": v} for v in sums], kinked=False)["x"]
     assert limit.value == pytest.approx(2.0 / 3.0, abs=1e-9)
     assert powers(ContactLaw(normal="hertz", tangential="mindlin"))[0] == 2.0
 
@@ -52,7 +52,7 @@ def test_a_spring_held_as_a_force_has_the_error_of_a_sum_over_the_ends_of_steps(
 def test_the_jitter_of_a_kink_stays_within_the_uncertainty():
     phase = np.array([0.3, -0.9, 0.8, -0.2, 0.6])
     y = 0.7 + 0.5 * H + 3.0 * phase * H**2
-    limit = climb(powers(ContactLaw()), LADDER, [{"x": v} for v in y], kinked=True)["x"]
+    limit = refine(powers(ContactLaw()), LADDER, [{"x": v} for v in y], kinked=True)["x"]
     assert abs(limit.value - 0.7) < 1e-5
     assert abs(limit.value - 0.7) <= limit.uncertainty
     assert limit.order_interval[0] <= limit.order <= limit.order_interval[1]
@@ -60,7 +60,7 @@ def test_the_jitter_of_a_kink_stays_within_the_uncertainty():
 
 def test_a_quantity_that_a_rung_lacks_has_no_limit_and_one_that_is_zero_has():
     rungs = [{"x": np.nan if n == 200 else 1.0, "zero": 0.0} for n in LADDER]
-    found = climb(powers(ContactLaw()), LADDER, rungs, kinked=False)
+    found = refine(powers(ContactLaw()), LADDER, rungs, kinked=False)
     assert list(found) == ["zero"]
     assert found["zero"].value == 0.0
 

@@ -126,11 +126,11 @@ def test_what_was_run_as_the_main_engine_is_not_run_again():
     # each submodel once more, in as many runs as the first took to be decided
     assert len(code.jobs) == before + 2 * before
     assert {c.cell.submodel for c in beside.checks if c.cell} == {"linear_history_classic"}
-    assert [one.trial.submodel for one in beside.evidence.climbed] == [
+    assert [one.trial.submodel for one in beside.evidence.refined] == [
         "linear_history",
         "linear_history_classic",
     ]
-    assert main.evidence.climbed == beside.evidence.climbed[:1]
+    assert main.evidence.refined == beside.evidence.refined[:1]
 
 
 def test_any_other_main_engine_goes_through_all_submodels_at_once():

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from harness.cases.contact.limits import FINEST, STEPS, climb, powers, unresolved
+from harness.cases.contact.limits import FINEST, STEPS, powers, refine, unresolved
 from harness.cases.contact.motion import COLUMNS, followed
 from harness.cases.contact.verification import verify_trials
 from harness.cases.contract import Study
@@ -87,8 +87,8 @@ def test_what_no_run_resolves_is_in_the_uncertainty():
         case, levels[-1], integrated, np.array([case.scene(one).step for one in levels])
     )
     terms, shape = powers(trial.parameters), {"kinked": True, "jumps": True}
-    blind = climb(terms, steps, runs, **shape)
-    honest = climb(terms, steps, runs, **shape, bounds=bounds)
+    blind = refine(terms, steps, runs, **shape)
+    honest = refine(terms, steps, runs, **shape, bounds=bounds)
     for name in ("speed_ratio", "rim_speed_ratio"):
         off = abs(blind[name].value - expected[name])
         assert off > blind[name].uncertainty  # what the runs show by themselves

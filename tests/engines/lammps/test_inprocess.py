@@ -12,7 +12,7 @@ import pytest
 from harness.cases.incline.system import TEMPLATE, Incline, values_of
 from harness.engines.lammps.engine import Lammps
 from harness.engines.lammps.language import names_in
-from harness.engines.lammps.workers import InProcess, Left, Order
+from harness.engines.lammps.workers import FinishedRun, InProcess, Order
 from harness.engines.process import Limits
 from harness.engines.scripts import Script
 from harness.errors import (
@@ -84,8 +84,8 @@ def test_lammps_killed_by_a_signal_costs_its_job_only(shared, suicide, name):
     before, dead, after = shared.run([GOOD, order(suicide(name)), GOOD])
     assert type(dead) is (EngineMemoryError if name == "KILL" else EngineCrashError)
     assert f"SIG{name}" in str(dead)
-    assert isinstance(before, Left)
-    assert isinstance(after, Left)
+    assert isinstance(before, FinishedRun)
+    assert isinstance(after, FinishedRun)
 
 
 def test_refused_script_leaves_its_log(shared):
@@ -112,7 +112,7 @@ def test_worker_killed_in_the_middle_of_a_run_costs_that_run_only(runner):
     thread.join(30)
     assert type(results[0]) is EngineMemoryError
     assert "SIGKILL" in str(results[0])
-    assert isinstance(one.run([GOOD])[0], Left)
+    assert isinstance(one.run([GOOD])[0], FinishedRun)
 
 
 def test_run_out_of_time_is_ended_and_the_next_one_works(runner):
@@ -121,14 +121,14 @@ def test_run_out_of_time_is_ended_and_the_next_one_works(runner):
     late, good = one.run([ENDLESS, GOOD])
     assert type(late) is EngineTimeoutError
     assert "within 1 s" in str(late)
-    assert isinstance(good, Left)
+    assert isinstance(good, FinishedRun)
     assert time.monotonic() - start < 15
 
 
 def test_a_limit_of_weeks_is_waited_for(runner):
     """The system counts what it waits in 2^31 ms, 25 days."""
     (good,) = runner(seconds=3e6).run([GOOD])
-    assert isinstance(good, Left)
+    assert isinstance(good, FinishedRun)
 
 
 def test_many_hangs_do_not_cost_the_limit_each(runner):
@@ -144,7 +144,7 @@ def test_runaway_memory_is_stopped_at_the_limit_and_the_next_run_works(runner, r
     fat, good = one.run([order(runaway_memory), GOOD])
     assert type(fat) is EngineMemoryError
     assert "allocate" in str(fat)
-    assert isinstance(good, Left)
+    assert isinstance(good, FinishedRun)
 
 
 @pytest.mark.parametrize("megabytes", [32, 64])
@@ -159,7 +159,7 @@ def test_lost_atom_and_refused_input_are_told_apart(shared, lost_atom):
     assert type(lost) is EngineLostAtomsError
     assert type(wrong) is EngineInputError
     assert "units" in str(wrong)
-    assert isinstance(good, Left)
+    assert isinstance(good, FinishedRun)
 
 
 def test_script_that_ends_without_a_verdict_is_bad_output(shared):
@@ -194,7 +194,7 @@ def test_a_temporary_folder_may_have_a_space_a_quote_and_other_letters(
     odd.mkdir()
     monkeypatch.setattr("tempfile.tempdir", str(odd))
     (good,) = runner().run([GOOD])
-    assert isinstance(good, Left)
+    assert isinstance(good, FinishedRun)
 
 
 def test_close_ends_the_workers_and_removes_their_files(runner):
@@ -221,7 +221,7 @@ OWNER = """
 import sys, threading, time
 from harness.engines.lammps.engine import Lammps
 from harness.engines.lammps.workers import InProcess
-from harness.engines.lammps.workers import Left, Order
+from harness.engines.lammps.workers import FinishedRun, Order
 from harness.engines.lammps.language import names_in
 from harness.engines.process import Limits
 from harness.engines.scripts import Script

@@ -5,7 +5,7 @@ import math
 import pytest
 
 from harness.cases.contact.submodels import Trial
-from harness.cases.contact.transformations import first_ways
+from harness.cases.contact.transformations import first_runs
 from harness.cases.contact.verification import verify_trials
 from harness.cases.contract import Study
 from harness.cases.registry import get_case
@@ -116,7 +116,7 @@ def test_a_run_that_is_shorter_than_its_usual_first_step_is_told_a_shorter_one(r
 
 
 def test_walls_that_are_not_horizontal_cannot_be_told():
-    (turned,) = (way for way in first_ways(OBLIQUE, WALL, "quick").ways.values() if way.name)
+    (turned,) = (way for way in first_runs(OBLIQUE, WALL, "quick").runs.values() if way.name)
     assert "has horizontal walls at rest" in stating(CONTACTS, turned.job.values)[1]
 
 

@@ -91,7 +91,7 @@ class Normal:
         more = SWOLLEN(self.most)
         self.contact["stage"] = SWELLING
         dent = sprung_back(self.law, self.contact, self.most, RADIUS)
-        return *ellipse(dent.height, dent.width, (depth - dent.left) * dent.stretch), more
+        return *ellipse(dent.height, dent.width, (depth - dent.residual) * dent.stretch), more
 
 
 def ellipse(height, width, depth):

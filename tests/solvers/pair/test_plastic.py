@@ -132,8 +132,8 @@ def test_it_springs_back_by_how_much_the_surface_moves_more_than_the_centre(larg
     centre = moved(RADIUS - largest + surface)
     assert dent.height == pytest.approx(2.0 * surface, rel=1e-9)
     assert dent.width == pytest.approx(2.0 * a, rel=1e-12)
-    assert largest - dent.left == pytest.approx(surface - centre, rel=1e-9)
-    assert (largest - dent.left) * dent.stretch == pytest.approx(surface, rel=1e-9)
+    assert largest - dent.residual == pytest.approx(surface - centre, rel=1e-9)
+    assert (largest - dent.residual) * dent.stretch == pytest.approx(surface, rel=1e-9)
 
 
 def test_back_it_meets_the_force_that_it_left_and_nothing_at_the_dent():
@@ -141,7 +141,7 @@ def test_back_it_meets_the_force_that_it_left_and_nothing_at_the_dent():
     top = at(largest)
     assert at(largest * (1.0 - 1e-13), largest=largest).force == pytest.approx(top.force, rel=1e-10)
     system = system_of(scene(wall=True), Rules())
-    left = sprung_back(system.law, system.contacts[0], largest, RADIUS).left
+    left = sprung_back(system.law, system.contacts[0], largest, RADIUS).residual
     assert at(left, largest=largest).force == 0.0
     assert at(left + 1e-3 * (largest - left), largest=largest).force > 0.0
     both = at(4e-4, wall=False, largest=largest), at(4e-4, largest=largest)
@@ -187,7 +187,7 @@ def test_an_impact_keeps_what_the_ellipse_gives_back(wall):
     left += 0.0 if wall else path.velocities[-1, 1, 2]
     assert left == pytest.approx(-math.sqrt(2.0 * flats * back / mass), rel=1e-10)
     (end,) = path.of_kind("ends")
-    assert end.overlap == pytest.approx(flats * dent.left, rel=1e-9)
+    assert end.overlap == pytest.approx(flats * dent.residual, rel=1e-9)
 
 
 def test_a_stress_that_is_not_reached_is_the_elastic_branch_to_the_bit():
