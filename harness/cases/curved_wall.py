@@ -129,7 +129,7 @@ class CurvedWallCase(RestingCase[CurvedWall], SurroundedCase[CurvedWall]):
         scene = self.scene(parameters)
         return replace(scene, bodies=scene.bodies[:1])
 
-    def told(self, parameters: CurvedWall) -> Mapping[str, Value]:
+    def surroundings(self, parameters: CurvedWall) -> Mapping[str, Value]:
         """Return the wall."""
         return {"wall": parameters.wall, "wall_radius": parameters.wall_radius}
 

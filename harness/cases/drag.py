@@ -68,7 +68,7 @@ class DragCase(ClosedFormCase[Drag]):
             gravity=(0.0, 0.0, -parameters.gravity),
         )
 
-    def told(self, parameters: Drag) -> Mapping[str, Value]:
+    def surroundings(self, parameters: Drag) -> Mapping[str, Value]:
         """Return the drag."""
         return {"drag": parameters.drag}
 

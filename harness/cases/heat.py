@@ -124,7 +124,7 @@ class HeatCase(ClosedFormCase[Heat]):
     def _bodies(self, parameters: Heat) -> tuple[Body, ...]:
         return tuple(parameters.bodies(-parameters.overlap, ZERO))
 
-    def told(self, parameters: Heat) -> Mapping[str, Value]:
+    def surroundings(self, parameters: Heat) -> Mapping[str, Value]:
         """Return what conducts, and the temperatures."""
         return {
             "heat": parameters.heat,

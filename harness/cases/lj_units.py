@@ -60,7 +60,7 @@ class LjUnitsCase(SurroundedCase[InLjUnits]):
         """Return the impact in other units."""
         return UNITS.scene(OBLIQUE.scene(parameters))
 
-    def told(self, parameters: InLjUnits) -> Mapping[str, Value]:
+    def surroundings(self, parameters: InLjUnits) -> Mapping[str, Value]:
         """Return the units."""
         return {"units": "lj"}
 

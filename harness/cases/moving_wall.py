@@ -119,7 +119,7 @@ class MovingWallCase(RestingCase[MovingWall], SurroundedCase[MovingWall]):
         scene = self.scene(parameters)
         return replace(scene, bodies=tuple(replace(one, velocity=ZERO) for one in scene.bodies))
 
-    def told(self, parameters: MovingWall) -> Mapping[str, Value]:
+    def surroundings(self, parameters: MovingWall) -> Mapping[str, Value]:
         """Return how the plane moves."""
         if parameters.moves == "shear":
             return {"moves": "shear", "wall_speed": parameters.speed}

@@ -124,7 +124,7 @@ NOT_RUN = "-"
 
 @dataclass(frozen=True)
 class EngineStatus:
-    """One way to run an engine: who it is, or why it is missing; and what it declares."""
+    """One way to run an engine: who it is, or why it is missing; and what it traits."""
 
     engine: str
     how: str
@@ -134,8 +134,7 @@ class EngineStatus:
 
     def record(self) -> dict[str, Any]:
         """Return the status as a JSON-ready mapping."""
-        names = ("install_hint", "lineage", "tails", "effective_masses", "spring", "integrator")
-        declares = {name: getattr(self.traits, name) for name in (*names, "digits")}
+        traits = self.traits
         return {
             "engine": self.engine,
             "how": self.how,
@@ -144,13 +143,13 @@ class EngineStatus:
             "executable": self.provenance.executable if self.provenance else None,
             "packages": list(self.provenance.packages) if self.provenance else [],
             "reason": self.reason,
-            "install_hint": declares.install_hint,
-            "lineage": declares.lineage,
-            "tails": list(declares.frictionless.states["tail"]),
-            "effective_masses": list(declares.frictionless.states["effective_mass"]),
-            "spring": declares.spring,
-            "integrator": declares.integrator,
-            "digits": declares.digits,
+            "install_hint": traits.install_hint,
+            "lineage": traits.lineage,
+            "tails": list(traits.frictionless.states["tail"]),
+            "effective_masses": list(traits.frictionless.states["effective_mass"]),
+            "spring": traits.spring,
+            "integrator": traits.integrator,
+            "digits": traits.digits,
         }
 
 

@@ -300,7 +300,8 @@ def unit(a):
 def kinetic_energy(states):
     """Return the kinetic energy of spheres [J], those that are held at rest included."""
     return sum(
-        0.5 * mass * sum(v * v for v in velocity) + 0.2 * mass * radius**2 * sum(w * w for w in spin)
+        0.5 * mass * sum(v * v for v in velocity)
+        + 0.2 * mass * radius**2 * sum(w * w for w in spin)
         for mass, radius, _, velocity, spin in states
     )
 
@@ -484,9 +485,7 @@ class Spheres:
             self.faces += 1
             numbers = [3 * self.faces + i for i in range(3)]
             wall += [part.CreateNewNode(n, *corner) for n, corner in zip(numbers, corners)]
-            part.CreateNewCondition(
-                "RigidFace3D3N", self.faces, numbers, self.materials[material]
-            )
+            part.CreateNewCondition("RigidFace3D3N", self.faces, numbers, self.materials[material])
         return wall
 
     def remove_wall(self, wall):

@@ -308,7 +308,8 @@ def unit(a):
 def kinetic_energy(states):
     """Return the kinetic energy of spheres [J], those that are held at rest included."""
     return sum(
-        0.5 * mass * sum(v * v for v in velocity) + 0.2 * mass * radius**2 * sum(w * w for w in spin)
+        0.5 * mass * sum(v * v for v in velocity)
+        + 0.2 * mass * radius**2 * sum(w * w for w in spin)
         for mass, radius, _, velocity, spin in states
     )
 

@@ -89,7 +89,7 @@ def motion_of(output: Output, scene: ContactScene) -> Motion:
     }
     for part in set(FORCES) - set(columns_of):
         parts[part] = np.full_like(parts["position"], np.nan)
-    return Motion(table["step"] * scene.step, temperature=left.get(TEMPERATURE), **parts)
+    return Motion(table["step"] * scene.step, temperature=table.get(TEMPERATURE), **parts)
 
 
 def crossing(time: Array, value: Array, rate: Array, number: int = 0) -> float:

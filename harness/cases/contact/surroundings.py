@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from typing import ClassVar
 
 from harness.cases.contact.contact_case import ContactCase, P
-from harness.cases.contact.limits import Climbed, Tried
+from harness.cases.contact.limits import RefinedTrial, Tried
 from harness.cases.contact.motion import Motion, default_values, motion_of, values_of
 from harness.cases.contact.parameters import ContactSystem
 from harness.cases.contract import Reference
@@ -47,8 +47,8 @@ class SurroundedCase(ContactCase[P]):
     template: ClassVar[Template] = TEMPLATE
     has_invariances = False
 
-    def told(self, parameters: P) -> Mapping[str, Value]:
-        """Return what scripts are told of beside the scene, by the names in :data:`NONE`."""
+    def surroundings(self, parameters: P) -> Mapping[str, Value]:
+        """Return the values of scripts besides the scene's, by the names in :data:`NONE`."""
         return {}
 
     def set_up(self, parameters: P) -> ContactScene:
@@ -64,7 +64,7 @@ class SurroundedCase(ContactCase[P]):
         scene = self.set_up(parameters)
         values = values_of(scene, parameters.interface)
         variant = "plane" if len(scene.bodies) == 1 else "pair"
-        return Job(TEMPLATE, {**values, **self.told(parameters)}, variant, sampled=True)
+        return Job(TEMPLATE, {**values, **self.surroundings(parameters)}, variant, sampled=True)
 
 
 class ClosedFormCase(SurroundedCase[P]):
@@ -78,7 +78,7 @@ class ClosedFormCase(SurroundedCase[P]):
     def plot(self, one: Tried, who: str) -> Plot:
         """Return the samples of the run with the finest step."""
         x_name, y_name = self.axes(one.finest)
-        curves = self.curves(one.finest, one.motion) if isinstance(one, Climbed) else {}
+        curves = self.curves(one.finest, one.motion) if isinstance(one, RefinedTrial) else {}
         lines = tuple(
             Line(f"{name}, {who}" if name else who, x, y, marked=True)
             for name, (x, y) in curves.items()
