@@ -278,7 +278,7 @@ class ProgramEngine(ScriptSource):
         self.processes.close()
 
     def start(self, words: Sequence[str], folder: Path, seconds: float) -> Ended:
-        """Run a command in a folder; a new file there is progress."""
+        """Run a command in a folder; a new file there is progress, and what it says."""
         return self.processes.run(
             words,
             folder,
@@ -289,8 +289,9 @@ class ProgramEngine(ScriptSource):
         )
 
     def progress(self, folder: Path) -> int:
-        """Return a number that changes as a process gets on: here how many files there are."""
-        return len(list(folder.iterdir()))
+        """Return a number that changes as a process gets on: of its files, and what it says."""
+        said = folder / "said"
+        return len(list(folder.iterdir())) + (said.stat().st_size if said.exists() else 0)
 
 
 def fresh_folder() -> AbstractContextManager[Path]:

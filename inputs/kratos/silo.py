@@ -225,12 +225,12 @@ def grains_of(p):
     if p.bed == "file":
         return data_file(p.places)
     rows = range(p.layers), range(p.across), range(p.along)
-    return scattered(p, [(i, j, k) for k in rows[0] for j in rows[1] for i in rows[2]])
+    return scattered(p, p.radius, [(i, j, k) for k in rows[0] for j in rows[1] for i in rows[2]])
 
 
-def scattered(p, sites):
+def scattered(p, radius, sites):
     """Return places near the sites of a lattice, three whole numbers each [m]."""
-    diameter = 2 * p.radius
+    diameter = 2 * radius
     return [
         [
             diameter * (p.spacing * (n + 0.5) + p.scatter * (fraction(site, p.seed, s) - 0.5))
@@ -274,10 +274,9 @@ def ring(count, low, high):
 
     Of polygons of the circles' areas; a corner at angle 0.
     """
-    stretch = math.sqrt(2 * math.pi / count / math.sin(2 * math.pi / count))
     angles = [2 * math.pi * (i % count) / count for i in range(count + 1)]
     edges = [
-        [(r * stretch * math.cos(a), r * stretch * math.sin(a), z) for a in angles]
+        [(stretch(count) * r * math.cos(a), stretch(count) * r * math.sin(a), z) for a in angles]
         for r, z in (low, high)
     ]
     faces = []
@@ -285,6 +284,11 @@ def ring(count, low, high):
         (a, b), (c, d) = (edge[i : i + 2] for edge in edges)
         faces += [[a, b, d], [a, d, c]]
     return faces
+
+
+def stretch(count):
+    """Return the radius of the corners of a polygon of a circle's area, over the circle's."""
+    return math.sqrt(2 * math.pi / count / math.sin(2 * math.pi / count))
 
 
 def cross(a, b):
@@ -348,7 +352,7 @@ class Discharge:
         self.bottom = -p.cone_height - 2 * p.silo_radius
         rim, orifice = (p.silo_radius, 0.0), (p.orifice_radius, -p.cone_height)
         top = 2 * p.layers * 2 * p.radius * p.spacing
-        self.stretch = math.sqrt(2 * math.pi / p.facets / math.sin(2 * math.pi / p.facets))
+        self.stretch = stretch(p.facets)
         shaft = ring(p.facets, rim, (p.silo_radius, top))
         cone = ring(p.facets, orifice, rim)[2 * p.open_facets :]
         self.shaft = self.spheres.triangles(WALL, shaft)
@@ -365,7 +369,7 @@ class Discharge:
         most = max(0, math.ceil(reach / pitch))
         row = range(-most, most)
         base = [(i, j) for j in row for i in row if math.hypot(i + 0.5, j + 0.5) * pitch <= reach]
-        return scattered(p, [(i, j, k) for k in range(p.layers) for i, j in base])
+        return scattered(p, p.radius, [(i, j, k) for k in range(p.layers) for i, j in base])
 
     def run(self):
         """Let grains settle, open the orifice; print what each leaves."""
@@ -427,6 +431,7 @@ class Spheres:
 
     def __init__(self, p, materials, pairs):
         self.p, self.radii, self.held, self.faces = p, [], set(), 0
+        self.turns, self.wall_speed = None, 0.0
         self.model = Kratos.Model()
         self.parts = parts_of(self.model, (*NODAL, *TURNING))
         for name in FACES:
@@ -494,6 +499,31 @@ class Spheres:
             node.X0, node.X = node.X0 + AWAY, node.X + AWAY
         self.until_search = 0
 
+    def turn(self, wall, speed):
+        """Let a wall turn about the y axis [rad/s], from now on."""
+        part = self.parts[2].CreateSubModelPart("turning")
+        part.AddNodes([node.Id for node in wall])
+        numbers = {
+            "VELOCITY_START_TIME": 0.0, "VELOCITY_STOP_TIME": 0.0, "VELOCITY_PERIOD": 0.0,
+            "ANGULAR_VELOCITY_START_TIME": 0.0, "ANGULAR_VELOCITY_STOP_TIME": 1e9,
+            "ANGULAR_VELOCITY_PERIOD": 0.0, "FIXED_MESH_OPTION": False, "RIGID_BODY_MOTION": True,
+        }  # fmt: skip
+        for name, value in numbers.items():
+            part[variable(name)] = value
+        for name in ("LINEAR_VELOCITY", "DISPLACEMENT", "ROTATION_CENTER"):
+            part[variable(name)] = Kratos.Array3([0.0, 0.0, 0.0])
+        part[variable("ANGULAR_VELOCITY")] = Kratos.Array3([0.0, speed, 0.0])
+        self.turns, self.turned = DEM.DEMFEMUtilities(), 0
+        self.wall_speed = abs(speed) * max(math.hypot(node.X, node.Z) for node in wall)
+        self.until_search = 0
+
+    def move_walls(self):
+        """Move walls that turn by a step."""
+        if self.turns:
+            self.turned += 1
+            h = self.p.step_size
+            self.turns.MoveAllMeshes(self.parts[2], self.turned * h, h)
+
     def lift(self, wall):
         """Return the force of a wall on the spheres, upward [N], of the last step."""
         return -sum(node.GetSolutionStepValue(variable("CONTACT_FORCES_Z")) for node in wall)
@@ -544,6 +574,7 @@ class Spheres:
         """Take steps; ``look`` is called with their number after every so many of them."""
         info, solve = self.parts[0].ProcessInfo, self.strategy.SolveSolutionStep
         for step in range(1, steps + 1):
+            self.move_walls()
             if self.until_search == 0:
                 self.until_search = self.steps_to_search()
                 info[TIME_STEPS] = 1
@@ -554,6 +585,8 @@ class Spheres:
             self.until_search -= 1
             if every and step % every == 0:
                 look(step)
+            if step % TELL == 0:
+                print(f"step {step}", flush=True)
 
     def steps_to_search(self):
         """Return after how many steps the next search but this one comes.
@@ -562,7 +595,7 @@ class Spheres:
         fastest shall move by 0.3 of it: what it hits is at most twice as fast, and 0.3 + 0.6 < 1.
         """
         speeds = [math.hypot(*node.GetSolutionStepValue(Kratos.VELOCITY)) for node in self.nodes]
-        fastest = max([math.sqrt(2 * self.p.gravity * self.reach), *speeds])
+        fastest = max([math.sqrt(2 * self.p.gravity * self.reach), self.wall_speed, *speeds])
         if not all(map(math.isfinite, speeds)):
             sys.exit("a velocity is not a number")
         return min(50, max(1, int(0.3 * self.reach / fastest / self.p.step_size)))
@@ -584,6 +617,9 @@ class Spheres:
             states.append((mass, radius, (node.X, node.Y, node.Z), tuple(velocity), tuple(spin)))
         return states
 
+
+TELL = 1000
+"""Steps between lines on the screen."""
 
 AWAY = 1e3
 """[m]: farther than anything."""

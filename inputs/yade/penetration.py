@@ -47,6 +47,7 @@ from yade import (
     NewtonIntegrator,
     O,
     PyRunner,
+    RotationEngine,
     Vector3,
     utils,
 )
@@ -257,12 +258,12 @@ def grains_of(p):
     if p.bed == "file":
         return data_file(p.places)
     rows = range(p.layers), range(p.across), range(p.along)
-    return scattered(p, [(i, j, k) for k in rows[0] for j in rows[1] for i in rows[2]])
+    return scattered(p, p.radius, [(i, j, k) for k in rows[0] for j in rows[1] for i in rows[2]])
 
 
-def scattered(p, sites):
+def scattered(p, radius, sites):
     """Return places near the sites of a lattice, three whole numbers each [m]."""
-    diameter = 2 * p.radius
+    diameter = 2 * radius
     return [
         [
             diameter * (p.spacing * (n + 0.5) + p.scatter * (fraction(site, p.seed, s) - 0.5))
@@ -306,10 +307,9 @@ def ring(count, low, high):
 
     Of polygons of the circles' areas; a corner at angle 0.
     """
-    stretch = math.sqrt(2 * math.pi / count / math.sin(2 * math.pi / count))
     angles = [2 * math.pi * (i % count) / count for i in range(count + 1)]
     edges = [
-        [(r * stretch * math.cos(a), r * stretch * math.sin(a), z) for a in angles]
+        [(stretch(count) * r * math.cos(a), stretch(count) * r * math.sin(a), z) for a in angles]
         for r, z in (low, high)
     ]
     faces = []
@@ -317,6 +317,11 @@ def ring(count, low, high):
         (a, b), (c, d) = (edge[i : i + 2] for edge in edges)
         faces += [[a, b, d], [a, d, c]]
     return faces
+
+
+def stretch(count):
+    """Return the radius of the corners of a polygon of a circle's area, over the circle's."""
+    return math.sqrt(2 * math.pi / count / math.sin(2 * math.pi / count))
 
 
 def cross(a, b):
@@ -487,6 +492,13 @@ class Spheres:
         for number in wall:
             O.bodies.erase(number)
 
+    def turn(self, wall, speed):
+        """Let a wall turn about the y axis [rad/s]."""
+        motor = RotationEngine(
+            ids=wall, rotationAxis=(0, 1, 0), angularVelocity=speed, rotateAroundZero=True
+        )
+        O.engines = [*O.engines[:-1], motor, O.engines[-1]]
+
     def lift(self, wall):
         """Return the force of a wall on the spheres, upward [N], of the last step."""
         return -sum(O.forces.f(number)[2] for number in wall)
@@ -528,8 +540,10 @@ class Spheres:
         self.every = 0
 
     def sample(self):
-        """Look where a sample is due."""
+        """Look where a sample is due, and say how far it is."""
         done = O.iter - self.first
+        if done % TELL == 0:
+            print(f"step {done}", flush=True)
         if self.every and done and done % self.every == 0:
             self.look(done)
 
@@ -555,6 +569,9 @@ class Spheres:
             states.append((state.mass, radius, tuple(state.pos), tuple(velocity), tuple(spin)))
         return states
 
+
+TELL = 1000
+"""Steps between lines on the screen."""
 
 WATCHED = []
 """The spheres that Yade's engines call upon, by this name."""

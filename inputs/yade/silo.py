@@ -49,6 +49,7 @@ from yade import (
     NewtonIntegrator,
     O,
     PyRunner,
+    RotationEngine,
     Vector3,
     utils,
 )
@@ -233,12 +234,12 @@ def grains_of(p):
     if p.bed == "file":
         return data_file(p.places)
     rows = range(p.layers), range(p.across), range(p.along)
-    return scattered(p, [(i, j, k) for k in rows[0] for j in rows[1] for i in rows[2]])
+    return scattered(p, p.radius, [(i, j, k) for k in rows[0] for j in rows[1] for i in rows[2]])
 
 
-def scattered(p, sites):
+def scattered(p, radius, sites):
     """Return places near the sites of a lattice, three whole numbers each [m]."""
-    diameter = 2 * p.radius
+    diameter = 2 * radius
     return [
         [
             diameter * (p.spacing * (n + 0.5) + p.scatter * (fraction(site, p.seed, s) - 0.5))
@@ -282,10 +283,9 @@ def ring(count, low, high):
 
     Of polygons of the circles' areas; a corner at angle 0.
     """
-    stretch = math.sqrt(2 * math.pi / count / math.sin(2 * math.pi / count))
     angles = [2 * math.pi * (i % count) / count for i in range(count + 1)]
     edges = [
-        [(r * stretch * math.cos(a), r * stretch * math.sin(a), z) for a in angles]
+        [(stretch(count) * r * math.cos(a), stretch(count) * r * math.sin(a), z) for a in angles]
         for r, z in (low, high)
     ]
     faces = []
@@ -293,6 +293,11 @@ def ring(count, low, high):
         (a, b), (c, d) = (edge[i : i + 2] for edge in edges)
         faces += [[a, b, d], [a, d, c]]
     return faces
+
+
+def stretch(count):
+    """Return the radius of the corners of a polygon of a circle's area, over the circle's."""
+    return math.sqrt(2 * math.pi / count / math.sin(2 * math.pi / count))
 
 
 def cross(a, b):
@@ -356,7 +361,7 @@ class Discharge:
         self.bottom = -p.cone_height - 2 * p.silo_radius
         rim, orifice = (p.silo_radius, 0.0), (p.orifice_radius, -p.cone_height)
         top = 2 * p.layers * 2 * p.radius * p.spacing
-        self.stretch = math.sqrt(2 * math.pi / p.facets / math.sin(2 * math.pi / p.facets))
+        self.stretch = stretch(p.facets)
         shaft = ring(p.facets, rim, (p.silo_radius, top))
         cone = ring(p.facets, orifice, rim)[2 * p.open_facets :]
         self.shaft = self.spheres.triangles(WALL, shaft)
@@ -373,7 +378,7 @@ class Discharge:
         most = max(0, math.ceil(reach / pitch))
         row = range(-most, most)
         base = [(i, j) for j in row for i in row if math.hypot(i + 0.5, j + 0.5) * pitch <= reach]
-        return scattered(p, [(i, j, k) for k in range(p.layers) for i, j in base])
+        return scattered(p, p.radius, [(i, j, k) for k in range(p.layers) for i, j in base])
 
     def run(self):
         """Let grains settle, open the orifice; print what each leaves."""
@@ -474,6 +479,13 @@ class Spheres:
         for number in wall:
             O.bodies.erase(number)
 
+    def turn(self, wall, speed):
+        """Let a wall turn about the y axis [rad/s]."""
+        motor = RotationEngine(
+            ids=wall, rotationAxis=(0, 1, 0), angularVelocity=speed, rotateAroundZero=True
+        )
+        O.engines = [*O.engines[:-1], motor, O.engines[-1]]
+
     def lift(self, wall):
         """Return the force of a wall on the spheres, upward [N], of the last step."""
         return -sum(O.forces.f(number)[2] for number in wall)
@@ -515,8 +527,10 @@ class Spheres:
         self.every = 0
 
     def sample(self):
-        """Look where a sample is due."""
+        """Look where a sample is due, and say how far it is."""
         done = O.iter - self.first
+        if done % TELL == 0:
+            print(f"step {done}", flush=True)
         if self.every and done and done % self.every == 0:
             self.look(done)
 
@@ -542,6 +556,9 @@ class Spheres:
             states.append((state.mass, radius, tuple(state.pos), tuple(velocity), tuple(spin)))
         return states
 
+
+TELL = 1000
+"""Steps between lines on the screen."""
 
 WATCHED = []
 """The spheres that Yade's engines call upon, by this name."""

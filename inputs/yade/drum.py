@@ -1,0 +1,606 @@
+"""Grains of two sizes in a rotating drum, in Yade: how do they mix, how steep is their surface?
+
+Made by dem-harness 1.0.0 (`dem-harness inputs` writes it again; edit the template).
+
+Run it as it stands, with other parameters, or for a list of them in a JSON file:
+
+    yade -n -x drum.py
+    yade -n -x drum.py seed=7 speed=2
+    yade -n -x drum.py runs.json
+
+Law2_ScGeom_MindlinPhys_Mindlin: Hertz, Mindlin without a tangential dashpot, no rolling
+resistance. Yade takes E* and G* of a pair from its two materials; restitution and friction are
+stated for each pair. The drum is a ring of triangles of the circle's area, and an end of one
+triangle on each side; where two triangles meet, Yade counts the edge of each as one more contact.
+
+Rules in which it differs from LAMMPS's "tangential mindlin": the tangential spring is a force that
+grows by increments and keeps its value when the overlap shrinks (LAMMPS's mindlin/force); the
+normal force never attracts, with a dashpot that gives the restitution all the same (Thornton and
+others 2013, B6). Which way they move mixing or the angle is not predicted.
+
+The drum lies along y, its ends turn with it. Large grains lie below small ones.
+
+1 filling      grains start on two lattices, displaced by a formula of place and seed, and settle
+2 turning      the drum turns about +y, from z to x: grains rise at x < 0
+
+It writes the places of all grains and ends with the line "RESULT verdict = finished". SI units.
+Written for Yade 2023.02a.
+"""
+
+import json
+import math
+import sys
+import time
+from pathlib import Path
+from types import SimpleNamespace
+
+from yade import (
+    Bo1_Facet_Aabb,
+    Bo1_Sphere_Aabb,
+    ForceResetter,
+    FrictMat,
+    Ig2_Facet_Sphere_ScGeom,
+    Ig2_Sphere_Sphere_ScGeom,
+    InsertionSortCollider,
+    InteractionLoop,
+    Ip2_FrictMat_FrictMat_MindlinPhys,
+    Law2_ScGeom_MindlinPhys_Mindlin,
+    MatchMaker,
+    NewtonIntegrator,
+    O,
+    PyRunner,
+    RotationEngine,
+    Vector3,
+    utils,
+)
+
+PARAMETERS = {
+    "large_layers": 1,  # of large grains above the axis; below it they fill the drum
+    "small_layers": 4,  # of that of small ones, on top of it
+    "spacing": 1.2,  # of both, in diameters
+    "scatter": 0.19,  # of the places, in diameters
+    "seed": 1,
+    "large_radius": 0.002,  # m
+    "large_density": 2000.0,  # kg/m3
+    "large_youngs_modulus": 125000.0,  # Pa
+    "large_restitution": 0.4,  # between large grains
+    "large_friction": 0.4,
+    "small_radius": 0.001,  # m
+    "small_density": 2500.0,  # kg/m3
+    "small_youngs_modulus": 250000.0,  # Pa
+    "small_restitution": 0.5,  # between small grains
+    "small_friction": 0.3,
+    "mixed_restitution": 0.45,  # between a large and a small grain
+    "mixed_friction": 0.2,
+    "steel_youngs_modulus": 52500000.0,  # Pa, of the drum
+    "steel_restitution": 0.4,  # of grains on it
+    "steel_friction": 0.2,
+    "poisson_ratio": 0.2,  # of all
+    "damping": "coeff_restitution",
+    "drum_radius": 0.024,  # m
+    "drum_length": 0.02,  # m, along y
+    "speed": 4.08,  # rad/s
+    "gravity": 9.81,  # m/s2
+    "settle_steps": 5720,
+    "steps": 22000,  # after the drum has begun to turn
+    "step_size": 3.5e-05,  # s
+    "facets": 60,  # of the drum's polygon
+    "series": "drum.csv",  # file for the places
+    "series_every": 220,  # steps between its rows
+    "results": "",  # file for the lines RESULT, beside the screen
+}
+
+
+ALLOWED = {
+    "large_layers": (
+        lambda value: not (value < -1000 or value > 1000 or value != value),
+        ": must be a whole number, greater than or equal to -1000 and less than or equal to 1000",
+    ),
+    "small_layers": (
+        lambda value: not (value < 1 or value > 1000 or value != value),
+        ": must be a whole number, greater than or equal to 1 and less than or equal to 1000",
+    ),
+    "spacing": (
+        lambda value: not (value <= 1 or value > 3 or value != value),
+        ": must be greater than 1 and less than or equal to 3",
+    ),
+    "scatter": (
+        lambda value: not (value < 0 or value > 1 or value != value),
+        ": must be greater than or equal to 0 and less than or equal to 1",
+    ),
+    "seed": (
+        lambda value: not (value < 1 or value > 10000 or value != value),
+        ": must be a whole number, greater than or equal to 1 and less than or equal to 10000",
+    ),
+    "large_radius": (
+        lambda value: not (value <= 0 or value != value),
+        " m: must be greater than 0",
+    ),
+    "large_density": (
+        lambda value: not (value <= 0 or value != value),
+        " kg/m3: must be greater than 0",
+    ),
+    "large_youngs_modulus": (
+        lambda value: not (value <= 0 or value != value),
+        " Pa: must be greater than 0",
+    ),
+    "large_restitution": (
+        lambda value: not (value <= 0.05 or value > 1 or value != value),
+        ": must be greater than 0.05 and less than or equal to 1",
+    ),
+    "large_friction": (
+        lambda value: not (value < 0 or value > 2 or value != value),
+        ": must be greater than or equal to 0 and less than or equal to 2",
+    ),
+    "small_radius": (
+        lambda value: not (value <= 0 or value != value),
+        " m: must be greater than 0",
+    ),
+    "small_density": (
+        lambda value: not (value <= 0 or value != value),
+        " kg/m3: must be greater than 0",
+    ),
+    "small_youngs_modulus": (
+        lambda value: not (value <= 0 or value != value),
+        " Pa: must be greater than 0",
+    ),
+    "small_restitution": (
+        lambda value: not (value <= 0.05 or value > 1 or value != value),
+        ": must be greater than 0.05 and less than or equal to 1",
+    ),
+    "small_friction": (
+        lambda value: not (value < 0 or value > 2 or value != value),
+        ": must be greater than or equal to 0 and less than or equal to 2",
+    ),
+    "mixed_restitution": (
+        lambda value: not (value <= 0.05 or value > 1 or value != value),
+        ": must be greater than 0.05 and less than or equal to 1",
+    ),
+    "mixed_friction": (
+        lambda value: not (value < 0 or value > 2 or value != value),
+        ": must be greater than or equal to 0 and less than or equal to 2",
+    ),
+    "steel_youngs_modulus": (
+        lambda value: not (value <= 0 or value != value),
+        " Pa: must be greater than 0",
+    ),
+    "steel_restitution": (
+        lambda value: not (value <= 0.05 or value > 1 or value != value),
+        ": must be greater than 0.05 and less than or equal to 1",
+    ),
+    "steel_friction": (
+        lambda value: not (value < 0 or value > 2 or value != value),
+        ": must be greater than or equal to 0 and less than or equal to 2",
+    ),
+    "poisson_ratio": (
+        lambda value: not (value < 0 or value >= 0.5 or value != value),
+        ": must be greater than or equal to 0 and less than 0.5",
+    ),
+    "drum_radius": (
+        lambda value: not (value <= 0 or value > 10 or value != value),
+        " m: must be greater than 0 and less than or equal to 10",
+    ),
+    "drum_length": (
+        lambda value: not (value <= 0 or value > 10 or value != value),
+        " m: must be greater than 0 and less than or equal to 10",
+    ),
+    "speed": (
+        lambda value: not (value <= 0 or value > 1000 or value != value),
+        " rad/s: must be greater than 0 and less than or equal to 1000",
+    ),
+    "gravity": (
+        lambda value: not (value <= 0 or value != value),
+        " m/s2: must be greater than 0",
+    ),
+    "step_size": (
+        lambda value: not (value <= 0 or value != value),
+        " s: must be greater than 0",
+    ),
+}
+
+
+def value_of(name, text):
+    """Return a parameter given as text, of the type of its default; end for one not allowed."""
+    if name not in PARAMETERS:
+        sys.exit(f"ERROR: {name}: no such parameter; there are {', '.join(PARAMETERS)}")
+    kind = type(PARAMETERS[name])
+    try:
+        value = kind(text)
+    except ValueError:
+        what = {int: "a whole number", list: "a list"}.get(kind, "a number")
+        sys.exit(f"ERROR: {name} = {text}: must be {what}")
+    if name in ALLOWED and not ALLOWED[name][0](value):
+        sys.exit(f"ERROR: {name} = {text}{ALLOWED[name][1]}")
+    return value
+
+
+def runs():
+    """Return the parameters of each run: of a JSON file (a list of them), or of NAME=VALUE."""
+    batch, named = [{}], {}
+    for word in sys.argv[1:]:
+        name, equals, value = word.partition("=")
+        if equals:
+            named[name] = value
+        else:
+            batch = json.loads(Path(word).read_text(encoding="utf-8"))
+    return [checked({**one, **named}) for one in batch]
+
+
+def checked(given):
+    """Return all parameters, those given in the place of the defaults."""
+    values = {name: value_of(name, value) for name, value in given.items()}
+    return SimpleNamespace(**{**PARAMETERS, **values})
+
+
+class Results:
+    """The lines "RESULT name = value": printed, and written to a file when the run is over."""
+
+    def __init__(self, path):
+        self.path, self.lines = path, []
+
+    def add(self, name, *values):
+        """Print a line and keep it; the last one of a run is its verdict."""
+        words = [f"{value:.17g}" if isinstance(value, float) else str(value) for value in values]
+        self.lines.append(f"RESULT {name} = {' '.join(words)}")
+        print(self.lines[-1], flush=True)
+        if self.path and name == "verdict":
+            Path(self.path).write_text("\n".join(self.lines) + "\n", encoding="utf-8")
+
+
+class Series:
+    """A CSV of numbers with 17 digits, written when the run is over; nothing without a name."""
+
+    def __init__(self, path, columns):
+        self.path, self.lines = path, [",".join(columns)]
+
+    def add(self, *values):
+        """Add a row."""
+        if self.path:
+            self.lines.append(",".join(f"{value:.17g}" for value in values))
+
+    def write(self):
+        """Write the file."""
+        if self.path:
+            Path(self.path).write_text("\n".join(self.lines) + "\n", encoding="utf-8")
+
+
+def grains_of(p):
+    """Return the centres of the grains at the start [m].
+
+    Those of a data file of LAMMPS's atom_style sphere, or of a lattice displaced by a formula of
+    site and seed: the fraction of a large multiple of a sine looks random.
+    """
+    if p.bed == "file":
+        return data_file(p.places)
+    rows = range(p.layers), range(p.across), range(p.along)
+    return scattered(p, p.radius, [(i, j, k) for k in rows[0] for j in rows[1] for i in rows[2]])
+
+
+def scattered(p, radius, sites):
+    """Return places near the sites of a lattice, three whole numbers each [m]."""
+    diameter = 2 * radius
+    return [
+        [
+            diameter * (p.spacing * (n + 0.5) + p.scatter * (fraction(site, p.seed, s) - 0.5))
+            for n, s in zip(site, (0.5, 1.7, 2.9))
+        ]
+        for site in sites
+    ]
+
+
+def fraction(site, seed, shift):
+    """Return a number from 0 to 1 that looks random."""
+    angle = 12.9898 * site[0] + 78.233 * site[1] + 37.719 * site[2] + 4.1414 * seed
+    sine = abs(math.sin(angle + shift)) * 43758.5453
+    return sine - math.floor(sine)
+
+
+def data_file(path):
+    """Return the centres in the section Atoms: number, type, diameter, density, x, y, z."""
+    _, _, section = Path(path).read_text(encoding="utf-8").partition("\nAtoms")
+    rows = [line.split() for line in section.splitlines()[1:]]
+    return [[float(word) for word in row[4:7]] for row in rows if len(row) >= 7]
+
+
+def plane(place, normal, size):
+    """Return a triangle in a plane through a place: equilateral, of an inscribed radius ``size``.
+
+    One triangle has no seam, at which a code may count a wall twice.
+    """
+    least = min(range(3), key=lambda axis: abs(normal[axis]))
+    first = unit(cross(normal, [float(axis == least) for axis in range(3)]))
+    second = cross(normal, first)
+    corners = []
+    for turn in (0, 2, 4):
+        c, s = (2 * size * f(turn * math.pi / 3) for f in (math.cos, math.sin))
+        corners.append([place[i] + c * first[i] + s * second[i] for i in range(3)])
+    return corners
+
+
+def ring(count, low, high):
+    """Return the triangles of a ring of trapezia between two circles, each (radius, height).
+
+    Of polygons of the circles' areas; a corner at angle 0.
+    """
+    angles = [2 * math.pi * (i % count) / count for i in range(count + 1)]
+    edges = [
+        [(stretch(count) * r * math.cos(a), stretch(count) * r * math.sin(a), z) for a in angles]
+        for r, z in (low, high)
+    ]
+    faces = []
+    for i in range(count):
+        (a, b), (c, d) = (edge[i : i + 2] for edge in edges)
+        faces += [[a, b, d], [a, d, c]]
+    return faces
+
+
+def stretch(count):
+    """Return the radius of the corners of a polygon of a circle's area, over the circle's."""
+    return math.sqrt(2 * math.pi / count / math.sin(2 * math.pi / count))
+
+
+def cross(a, b):
+    """Return the vector product."""
+    return [a[i - 2] * b[i - 1] - a[i - 1] * b[i - 2] for i in range(3)]
+
+
+def unit(a):
+    """Return a vector of length 1."""
+    return [x / math.hypot(*a) for x in a]
+
+
+def kinetic_energy(states):
+    """Return the kinetic energy of spheres [J], those that are held at rest included."""
+    return sum(
+        0.5 * mass * sum(v * v for v in velocity)
+        + 0.2 * mass * radius**2 * sum(w * w for w in spin)
+        for mass, radius, _, velocity, spin in states
+    )
+
+
+def mean_contacts(states, count):
+    """Return the contacts with other spheres of each of the first ``count``, their mean."""
+    places = [(state[2], state[1]) for state in states]
+    size = 2 * max(radius for _, radius in places)
+    cells = {}
+    for number, (place, _) in enumerate(places):
+        cells.setdefault(tuple(math.floor(x / size) for x in place), []).append(number)
+    near = [(i, j, k) for i in (-1, 0, 1) for j in (-1, 0, 1) for k in (-1, 0, 1)]
+    contacts = 0
+    for number, (place, radius) in enumerate(places[:count]):
+        cell = [math.floor(x / size) for x in place]
+        for way in near:
+            for other in cells.get(tuple(c + w for c, w in zip(cell, way)), ()):
+                distance = math.dist(place, places[other][0])
+                contacts += other != number and distance < radius + places[other][1]
+    return contacts / count
+
+
+LARGE, SMALL, WALL = range(3)
+
+
+class Drum:
+    """One run: grains that settle in a drum about the y axis, large ones below; it turns."""
+
+    def __init__(self, p):
+        self.p = p
+        steel = p.steel_restitution, p.steel_friction
+        pairs = {
+            (LARGE, LARGE): (p.large_restitution, p.large_friction),
+            (LARGE, SMALL): (p.mixed_restitution, p.mixed_friction),
+            (SMALL, SMALL): (p.small_restitution, p.small_friction),
+            **{(kind, WALL): steel for kind in (LARGE, SMALL, WALL)},
+        }
+        materials = [
+            (p.large_youngs_modulus, p.poisson_ratio, p.large_density),
+            (p.small_youngs_modulus, p.poisson_ratio, p.small_density),
+            (p.steel_youngs_modulus, p.poisson_ratio, p.large_density),
+        ]
+        self.spheres = Spheres(p, materials, pairs)
+        split = 2 * p.large_layers * p.large_radius * p.spacing
+        base = split + p.small_radius * (1 + p.scatter)
+        top = base + 2 * p.small_layers * p.small_radius * p.spacing
+        below = split - p.large_radius * (1 + p.scatter)
+        self.large = self.lattice(p.large_radius, -math.inf, below)
+        self.small = self.lattice(p.small_radius, base, top)
+        for place in self.large:
+            self.spheres.add(LARGE, place, p.large_radius)
+        for place in self.small:
+            self.spheres.add(SMALL, place, p.small_radius)
+        self.walls(0.5 * p.drum_length)
+        places = range(1, len(self.large) + len(self.small) + 1)
+        names = [f"{name}[{i}]" for name in ("x_m", "y_m", "z_m") for i in places]
+        self.series = Series(p.series, ["step", *names])
+
+    def walls(self, half):
+        """Add the drum: a ring along y, and an end on each side, of one triangle."""
+        p = self.p
+        faces = ring(p.facets, (p.drum_radius, -half), (p.drum_radius, half))
+        turned = [[(z, along, x) for x, z, along in face] for face in faces]
+        ends = [plane((0, way * half, 0), (0, -way, 0), 2 * p.drum_radius) for way in (-1, 1)]
+        self.wall = self.spheres.triangles(WALL, [*turned, *ends])
+
+    def lattice(self, radius, low, high):
+        """Return places near the sites that leave a grain room, between two heights."""
+        p = self.p
+        pitch = 2 * radius * p.spacing
+        reach = p.drum_radius - radius * (1 + math.sqrt(2) * p.scatter)
+        along = 0.5 * p.drum_length - radius * (1 + p.scatter)
+        most = max(1, math.ceil(max(reach, along) / pitch) + 1)
+        row = [n for n in range(-most, most) if abs(pitch * (n + 0.5)) <= reach]
+        beside = [n for n in range(-most, most) if abs(pitch * (n + 0.5)) <= along]
+        heights = [n for n in row if low <= pitch * (n + 0.5) <= high]
+        sites = [
+            (i, j, k)
+            for k in heights
+            for j in beside
+            for i in row
+            if pitch * math.hypot(i + 0.5, k + 0.5) <= reach
+        ]
+        return scattered(p, radius, sites)
+
+    def run(self):
+        """Let grains settle and the drum turn; print what each leaves."""
+        p, began, results = self.p, time.perf_counter(), Results(self.p.results)
+        self.spheres.start()
+        self.spheres.advance(p.settle_steps)
+        results.add("bed_kinetic_J", kinetic_energy(self.spheres.states()))
+        results.add("large", len(self.large))
+        results.add("small", len(self.small))
+        self.look(0)
+        self.spheres.turn(self.wall, p.speed)
+        self.spheres.advance(p.steps, p.series_every, self.look)
+        self.series.write()
+        results.add("outside", sum(map(self.beyond, self.spheres.states())))
+        results.add("seconds", time.perf_counter() - began)
+        results.add("steps", p.settle_steps + p.steps)
+        results.add("verdict", "finished")
+
+    def look(self, step):
+        """Write the places of all, so many steps after the drum has begun to turn."""
+        places = [place for _, _, place, _, _ in self.spheres.states()]
+        self.series.add(self.p.settle_steps + step, *(x for axis in zip(*places) for x in axis))
+
+    def beyond(self, state):
+        """Return whether a centre is beyond the walls, or no number."""
+        x, y, z = state[2]
+        inside = math.hypot(x, z) <= stretch(self.p.facets) * self.p.drum_radius
+        return not (inside and abs(y) <= 0.5 * self.p.drum_length)
+
+
+class Spheres:
+    """Spheres between walls of triangles in Yade; numbers are those of ``add``, places in m.
+
+    Where two triangles meet, Yade counts the edge of each as one more contact.
+
+    A step computes the forces at x, v standing half a step behind, then moves v and x.
+    """
+
+    def __init__(self, p, materials, pairs):
+        self.p, self.bodies, self.look, self.every, self.first = p, [], None, 0, 0
+        O.reset()
+        O.dt = p.step_size
+        self.gravity = Vector3(0, 0, -p.gravity)
+        self.materials = [
+            FrictMat(young=young, poisson=poisson, density=density)
+            for young, poisson, density in materials
+        ]
+        for material in self.materials:
+            O.materials.append(material)
+        # Yade's own dashpot for a restitution; es = 1 is none along the surface
+        dashpots = [(*pair, restitution) for pair, (restitution, _) in pairs.items()]
+        angles = [(*pair, math.atan(friction)) for pair, (_, friction) in pairs.items()]
+        self.maker = Ip2_FrictMat_FrictMat_MindlinPhys(
+            en=MatchMaker(matches=dashpots), es=1.0, frictAngle=MatchMaker(matches=angles)
+        )
+
+    def add(self, material, place, radius, held=False):
+        """Add a sphere and return its number."""
+        body = utils.sphere(place, radius, material=self.materials[material], fixed=held)
+        O.bodies.append(body)
+        self.bodies.append(body)
+        return len(self.bodies) - 1
+
+    def wall(self, material, place, normal, size):
+        """Add a wall: a triangle in the plane through a place, of an inscribed radius."""
+        return self.triangles(material, [plane(place, normal, size)])
+
+    def triangles(self, material, faces):
+        """Add triangles, of three corners each, and return the wall that they are."""
+        made = [utils.facet(f, material=self.materials[material], fixed=True) for f in faces]
+        return O.bodies.append(made)
+
+    def remove_wall(self, wall):
+        """Take a wall away."""
+        for number in wall:
+            O.bodies.erase(number)
+
+    def turn(self, wall, speed):
+        """Let a wall turn about the y axis [rad/s]."""
+        motor = RotationEngine(
+            ids=wall, rotationAxis=(0, 1, 0), angularVelocity=speed, rotateAroundZero=True
+        )
+        O.engines = [*O.engines[:-1], motor, O.engines[-1]]
+
+    def lift(self, wall):
+        """Return the force of a wall on the spheres, upward [N], of the last step."""
+        return -sum(O.forces.f(number)[2] for number in wall)
+
+    def remove_below(self, height):
+        """Take spheres away whose centres are below a height."""
+        for body in [body for body in self.bodies if body.state.pos[2] < height]:
+            O.bodies.erase(body.id)
+            self.bodies.remove(body)
+
+    def start(self):
+        """Give Yade the engines of a step; velocities at the contact are those of its point.
+
+        Without hertzian=True a triangle would count as a sphere of twice the radius.
+        """
+        smallest = min(body.shape.radius for body in self.bodies)
+        collider = InsertionSortCollider(
+            [Bo1_Sphere_Aabb(), Bo1_Facet_Aabb()], verletDist=0.1 * smallest
+        )
+        contacts = InteractionLoop(
+            [
+                Ig2_Sphere_Sphere_ScGeom(avoidGranularRatcheting=False),
+                Ig2_Facet_Sphere_ScGeom(hertzian=True),
+            ],
+            [self.maker],
+            [Law2_ScGeom_MindlinPhys_Mindlin()],
+        )
+        newton = NewtonIntegrator(damping=0, gravity=self.gravity)
+        sample = PyRunner(iterPeriod=1, command="WATCHED[0].sample()", initRun=True)
+        WATCHED[:] = [self]
+        O.engines = [ForceResetter(), collider, contacts, sample, newton]
+
+    def advance(self, steps, every=0, look=None):
+        """Take steps; ``look`` is called with their number at every so many of them."""
+        self.first, self.every, self.look = O.iter, every, look
+        O.run(steps, wait=True)
+        if look and steps % every == 0:
+            O.step()  # the forces at the last places: Yade moves on by a step
+        self.every = 0
+
+    def sample(self):
+        """Look where a sample is due, and say how far it is."""
+        done = O.iter - self.first
+        if done % TELL == 0:
+            print(f"step {done}", flush=True)
+        if self.every and done and done % self.every == 0:
+            self.look(done)
+
+    def release(self, number, velocity):
+        """Let a sphere that was held go, with a velocity, which Yade has half a step before."""
+        body = self.bodies[number]
+        body.dynamic = True
+        body.state.vel = Vector3(*velocity) - 0.5 * self.p.step_size * self.gravity
+
+    def states(self):
+        """Return mass, radius, place, velocity and spin of each sphere, at the time of the place.
+
+        Velocities are moved on by half a step of the last forces.
+        """
+        half, states = 0.5 * self.p.step_size, []
+        for body in self.bodies:
+            state, radius = body.state, body.shape.radius
+            velocity, spin = state.vel, state.angVel
+            if body.dynamic:
+                # no +=: Yade gives the vectors of its state themselves
+                velocity = velocity + half * (O.forces.f(body.id) / state.mass + self.gravity)
+                spin = spin + half / state.inertia[0] * O.forces.t(body.id)
+            states.append((state.mass, radius, tuple(state.pos), tuple(velocity), tuple(spin)))
+        return states
+
+
+TELL = 1000
+"""Steps between lines on the screen."""
+
+WATCHED = []
+"""The spheres that Yade's engines call upon, by this name."""
+
+
+# Yade makes a folder below /tmp at its start and does not remove it
+Path(O.tmpFilename()).parent.rmdir()
+for parameters in runs():
+    Drum(parameters).run()
