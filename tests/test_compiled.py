@@ -4,6 +4,7 @@ import contextlib
 import errno
 import os
 import pickle
+import shutil
 import subprocess
 import sys
 import time
@@ -165,21 +166,32 @@ class Runs:
         return os.mkdir, (self.mark,)
 
 
-@pytest.fixture
-def kernel(tmp_path):
-    """Return a function that runs a kernel in a process of its own: what it says on stderr."""
-    (tmp_path / "kernel.py").write_text(KERNEL)
-    environment = {**os.environ, "PYTHONPATH": str(PROJECT), VARIABLE: str(tmp_path / "home")}
+def run_kernel(source, home, first=""):
+    """Run a kernel in a process of its own, whose files others may write; return its stderr."""
+    environment = {**os.environ, "PYTHONPATH": str(PROJECT), VARIABLE: str(home)}
     environment["NUMBA_CACHE_DIR"] = ""
+    command = [sys.executable, "-B", "-c", f"{first}\nimport kernel"]
+    return subprocess.run(
+        command, cwd=source, env=environment, capture_output=True, text=True, check=True,
+        umask=0o002,
+    ).stderr  # fmt: skip
 
-    def run(umask=0o022, first=""):
-        command = [sys.executable, "-B", "-c", f"{first}\nimport kernel"]
-        return subprocess.run(
-            command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=True,
-            umask=umask,
-        ).stderr  # fmt: skip
 
-    return run
+@pytest.fixture(scope="module")
+def compiled(tmp_path_factory):
+    """Return the folder of a kernel and the home in which it is kept, compiled once."""
+    source, home = tmp_path_factory.mktemp("source"), tmp_path_factory.mktemp("kept") / "home"
+    (source / "kernel.py").write_text(KERNEL)
+    assert run_kernel(source, home) == ""
+    return source, home
+
+
+@pytest.fixture
+def kernel(tmp_path, compiled):
+    """Return a function that runs the kernel again, in a copy of its home."""
+    source, home = compiled
+    shutil.copytree(home, tmp_path / "home")
+    return lambda first="": run_kernel(source, tmp_path / "home", first)
 
 
 def plant(folder, mark):
@@ -191,7 +203,6 @@ def plant(folder, mark):
 
 
 def test_kernels_are_kept_for_this_user_alone_whatever_the_umask(tmp_path, kernel):
-    assert kernel(umask=0o002) == ""
     (folder,) = (tmp_path / "home" / "cache" / "numba").iterdir()
     for path in (folder, folder.parent, folder.parent.parent):
         assert path.stat().st_mode & 0o777 == 0o700
@@ -202,7 +213,6 @@ def test_kernels_are_kept_for_this_user_alone_whatever_the_umask(tmp_path, kerne
 
 
 def test_kernels_that_others_could_write_are_not_read(tmp_path, kernel):
-    kernel()
     (folder,) = (tmp_path / "home" / "cache" / "numba").iterdir()
     folder.chmod(0o775)
     plant(folder, tmp_path / "mark")
@@ -221,7 +231,6 @@ os.geteuid = lambda: own
 
 @pytest.mark.parametrize("how", ["another user", "link"])
 def test_kernels_of_another_user_are_not_read(tmp_path, kernel, how):
-    kernel()
     (folder,) = (tmp_path / "home" / "cache" / "numba").iterdir()
     plant(folder, tmp_path / "mark")
     first = ""

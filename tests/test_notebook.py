@@ -16,6 +16,7 @@ def outputs(notebook):
     return [output.get("data", {"text": output.get("text")}) for output in given]
 
 
+@pytest.mark.slow
 @pytest.mark.live
 @pytest.mark.filterwarnings(*QUIET)
 def test_the_notebook_runs_and_gives_what_it_shows(lammps_here, monkeypatch):  # noqa: ARG001

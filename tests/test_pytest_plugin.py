@@ -250,12 +250,16 @@ def test_junit_has_the_kind(suite, pytester):
 
 
 @pytest.mark.parametrize(
-    "how", [("--dem-harness-lmp", "/nowhere"), ("-o", "dem_harness_lmp=/nowhere")]
+    "how",
+    [
+        ("--dem-harness-lmp", "/nowhere"),
+        ("-o", "dem_harness_lmp=/nowhere"),
+        ("-o", "dem_harness_lmp=/nowhere", "-n", "2"),
+    ],
 )
-@pytest.mark.parametrize("spread", [(), ("-n", "2")])
-def test_options_that_are_wrong_fail_in_one_line(pytester, how, spread):
+def test_options_that_are_wrong_fail_in_one_line(pytester, how):
     pytester.makepyfile(OWN)
-    result = run_pytest(pytester, "--dem-harness", *how, *spread)
+    result = run_pytest(pytester, "--dem-harness", *how)
     result.assert_outcomes(failed=1, errors=1)
     result.stdout.fnmatch_lines(["dem-harness: --lmp '/nowhere': no such executable*"])
     result.stdout.no_fnmatch_line("*Traceback*")

@@ -54,7 +54,7 @@ def anchors(page):
 
 def links():
     return [
-        pytest.param(page, link, id=f"{name(page)}:{link}")
+        (page, link)
         for page in PAGES
         for link in sorted(set(re.findall(r"\]\(((?!http)[^)\s]+)\)", page.read_text("utf-8"))))
     ]
@@ -72,20 +72,29 @@ def test_what_is_shown_in_python_runs(text, tmp_path, monkeypatch):
     exec(compile(ast.parse(text), "<page>", "exec"), {"__name__": "shown"})
 
 
-@pytest.mark.parametrize(("page", "link"), links())
-def test_every_link_leads_to_a_file_and_a_heading(page, link):
+def broken(page, link):
+    """Return whether a link leads to no file, or to no heading of it."""
     file, _, anchor = link.partition("#")
     target = page.parent / file if file else page
-    assert target.exists()
-    if anchor:
-        assert anchor in anchors(target)
+    return not target.exists() or (anchor and anchor not in anchors(target))
 
 
-@pytest.mark.parametrize("line", commands())
-def test_every_command_is_understood(line):
+def test_every_link_leads_to_a_file_and_a_heading():
+    assert len(links()) > 100
+    assert [f"{name(page)}:{link}" for page, link in links() if broken(page, link)] == []
+
+
+def test_every_command_is_understood():
     from harness.cli.app import app
 
-    app.parse_args(shlex.split(line), exit_on_error=False, print_error=False)
+    assert len(commands()) > 40
+    refused = {}
+    for line in commands():
+        try:
+            app.parse_args(shlex.split(line), exit_on_error=False, print_error=False)
+        except Exception as error:
+            refused[line] = str(error)
+    assert refused == {}
 
 
 def test_the_readme_is_read_over_a_coffee():

@@ -47,12 +47,20 @@ def _peak(words, stdout):
     return 1024 * int(done.stderr.splitlines()[-1])
 
 
-@pytest.mark.parametrize("option", ["--json", "--csv"])
-def test_memory_does_not_grow_with_the_rows(tmp_path, monkeypatch, option):
-    peaks = []
-    for rows in (SHORT, LONG):
-        home, written = tmp_path / str(rows), tmp_path / f"{rows}.written"
+@pytest.fixture(scope="module")
+def homes(tmp_path_factory):
+    """Return a home for each number of rows, written once."""
+    folders = {rows: tmp_path_factory.mktemp(str(rows)) for rows in (SHORT, LONG)}
+    for rows, home in folders.items():
         _measured(home / "history.sqlite", rows)
+    return folders
+
+
+@pytest.mark.parametrize("option", ["--json", "--csv"])
+def test_memory_does_not_grow_with_the_rows(tmp_path, monkeypatch, homes, option):
+    peaks = []
+    for rows, home in homes.items():
+        written = tmp_path / f"{rows}.written"
         monkeypatch.setenv("DEM_HARNESS_HOME", str(home))
         as_json = option == "--json"
         words, stdout = ([], written) if as_json else ([written], Path(os.devnull))

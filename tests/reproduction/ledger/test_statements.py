@@ -75,9 +75,8 @@ def test_rows_about_the_restatement_are_told_apart(ledger):
         assert own == bool(re.match("Errata|the source, App", row.source.where))
 
 
-@pytest.mark.parametrize("key", STATUSES)
-def test_status(ledger, key):
-    assert ledger[key].status is STATUSES[key]
+def test_status(ledger):
+    assert {key: ledger[key].status for key in STATUSES} == STATUSES
 
 
 def test_errata_hold_but_for_those_argued_otherwise(ledger):

@@ -54,11 +54,11 @@ def random_overlaps(rng, kind, n):
     return 0.1 + 1e-6 * rng.normal(size=n)
 
 
-def test_both_ways_agree_on_ten_thousand_configurations():
+def test_both_ways_agree_on_two_thousand_configurations():
     """To rounding: a few eps of the positions, times the norm of T^-1."""
     rng = np.random.default_rng(20240913)
     worst = 0.0
-    for count in range(10_000):
+    for count in range(2_000):
         particles = int(rng.integers(2, 41))
         x = centres(random_overlaps(rng, count % 4, particles - 1))
         readable = forces.compressions(x, 1.0)

@@ -11,7 +11,7 @@ from harness.errors import EngineNaNError
 from harness.observables.provenance import Provenance
 
 
-@numba.njit
+@numba.njit(cache=True)
 def forces(x, v, mass, diameter, fixed, gravity, k, zeta, half, clipped, period):
     """Return the force (N, 2) on each particle: gravity and the contacts of all pairs."""
     f = mass.reshape(-1, 1) * gravity
@@ -36,7 +36,7 @@ def forces(x, v, mass, diameter, fixed, gravity, k, zeta, half, clipped, period)
     return f
 
 
-@numba.njit
+@numba.njit(cache=True)
 def advance(steps, h, x, v, f, mass, fixed, law):
     """Take steps in place; the dashpot feels the velocity of half a step ago, as in LAMMPS."""
     mobile = np.where(fixed, 0.0, 0.5 * h / mass).reshape(-1, 1)
