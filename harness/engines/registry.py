@@ -202,7 +202,6 @@ def options_of(name: str) -> frozenset[str]:
 
 
 def _hints(kind: type[Engine]) -> dict[str, Any]:
-    """Return the types of the keyword arguments of a class."""
     return get_type_hints(inspect.unwrap(kind.__init__))
 
 

@@ -350,7 +350,6 @@ def _rows(
 
 
 def _row(name: str, run: TransformedRun, runs: TrialRuns, traits: Traits) -> Check:
-    """Return the verdict on a run in an engine of these traits."""
     outcome, expected = runs.motions[run.name], runs.motion(run.against)
     if isinstance(outcome, EngineError):
         row = failed_run(name, Kind.INVARIANCE, outcome, "1")

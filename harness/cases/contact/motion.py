@@ -132,7 +132,6 @@ def peak(value: Array) -> float:
 
 
 def _real(roots: NDArray[Any]) -> list[float]:
-    """Return the real ones of roots."""
     return [float(root.real) for root in roots if abs(root.imag) < SLACK]
 
 
@@ -294,13 +293,13 @@ UP = AXES[2]
 MOVED = ("vx", "vy", "vz", "wx", "wy", "wz")
 """Of the body that is moved, in each segment of a prescribed motion."""
 OF_MDR = ("yield_stress", "bulk_response")
-"""Parts of a law that are told where they are there."""
+"""Parts of a law that are written only where the law has them."""
 
 
 def values_of(
     scene: ContactScene, interface: str = "current", materials: Materials = "stated"
 ) -> dict[str, Value]:
-    """Return what a script is told of a scene with one or two spheres and parallel planes.
+    """Return the values of a script for a scene with one or two spheres and parallel planes.
 
     Two ``materials`` are stated as the one that stands for both, or both are given, to be mixed.
     Raise RequestError for one with more, or with other planes.

@@ -1,12 +1,9 @@
-"""Two spheres, or a sphere and a plane, that meet by one law: parameters and their scales.
+"""Parameters of two spheres, or a sphere and a plane, in contact by one law, and their scales.
 
-Two spheres, or a sphere and a plane, that meet by one law: what all these cases are told.
-
-The scales on which a contact case has a meaning, for its parameters' values together.
-
-Overlaps: coordinates of spheres are rounded, so that too small an overlap is not resolved; and from
-the smaller radius on the centre is beyond the surface that it meets. Steps: velocity Verlet is
-off by (rate times step)^2 / 24 in the phase of an oscillation, and unstable from 2 on.
+The scales bound where a contact case has a meaning. Overlaps: coordinates of spheres are rounded,
+so that too small an overlap is not resolved; and from the smaller radius on the centre is beyond
+the surface of the partner. Steps: velocity Verlet is off by (rate times step)^2 / 24 in the phase
+of an oscillation, and unstable from 2 on.
 """
 
 from __future__ import annotations

@@ -431,7 +431,7 @@ def sections_of(
 
 
 def _cells(case: ContactCase[Any], findings: Findings) -> Iterator[CellText]:
-    """Yield what is told of each submodel, in all its systems in the order of the case."""
+    """Yield the text of each submodel, in all its systems in the order of the case."""
     evidence: Evidence = findings.evidence
     systems = [*case.systems]
     by_submodel: dict[str, list[Tried]] = {}
@@ -484,7 +484,7 @@ def _inputs(case: ContactCase[Any], trial: Tried) -> tuple[str, str]:
 
 
 def _asked_of(case: ContactCase[Any], failed: Sequence[Failed]) -> Iterator[Table]:
-    """Yield a table of what is expected where an engine left nothing to hold against it."""
+    """Yield a table of the references of trials that failed."""
     units = {quantity.name: quantity.unit for quantity in case.quantities}
     rows = tuple(
         (
@@ -528,7 +528,7 @@ def _rules(case: ContactCase[Any], cell: Sequence[Tried]) -> Iterator[tuple[str,
 
 
 def _parameters(cell: Sequence[Tried]) -> Table:
-    """Return what the first system is told, with units, and where the others differ."""
+    """Return the parameters of the first system, with units, and where the others differ."""
     rows = []
     for name, field in type(cell[0].finest).model_fields.items():
         values = [getattr(trial.finest, name) for trial in cell]

@@ -216,7 +216,6 @@ class Renumbered:
 
 
 def _exchanged(law: ContactLaw) -> ContactLaw:
-    """Return a law with the material of the second body first."""
     if not (law.two_materials and law.materials):
         return law
     (young, poisson), (other, its) = law.materials
@@ -459,7 +458,6 @@ def _reversible(law: ContactSystem, scene: ContactScene) -> bool:
 def _run_of(
     name: str, scene: ContactScene, trial: Trial, view: Any = None, **more: Any
 ) -> TransformedRun:
-    """Return the run of a scene, seen in a view."""
     seen = scene if view is None else view.scene(scene)
     back = {} if view is None else {"back": view.back}
     parameters = trial.parameters

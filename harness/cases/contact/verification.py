@@ -1,4 +1,4 @@
-"""Run the trials of a contact case on a ladder of steps and judge the limits."""
+"""Run the trials of a contact case at several steps each and judge their limits."""
 
 from __future__ import annotations
 

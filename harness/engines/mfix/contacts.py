@@ -1,18 +1,8 @@
-"""MFiX's keywords for a contact law, what it states and by which rules.
+"""MFiX's keywords for a contact law with friction: which laws it has, by which rules, and a run.
 
-The spheres of a contact as MFiX takes them, and what a run leaves of them.
-
-A contact with friction as MFiX is told of it: the numbers of its input.
-
-As ``check_solids_dem.f`` of 21.3.2 takes them. The plane of a scene, x and z, is that of MFiX, x
-and y.
-
-Contacts with friction in MFiX: what it states, and by which rules.
-
-As the source of 21.3.2 has it: ``calc_force_dem.f``, ``calc_collision_wall_mod.f``, ``cfrelvel.f``
-and ``check_solids_dem.f``.
-
-What MFiX-DEM declares of itself: the rules that its recorded runs and its source show.
+As the source of 21.3.2 has it: ``check_solids_dem.f``, ``calc_force_dem.f``,
+``calc_collision_wall_mod.f`` and ``cfrelvel.f``; the rules are confirmed by recorded runs. The
+plane of a scene, x and z, is that of MFiX, x and y.
 """
 
 from __future__ import annotations
@@ -119,7 +109,7 @@ MOST_FRAMES = 20_000
 
 @dataclass(frozen=True)
 class ContactInput:
-    """A job of a contact as MFiX is told of it; raise RequestError for what it does not take."""
+    """A job of a contact in MFiX's keywords; raise RequestError for what it does not take."""
 
     values: ContactValues
     scheme: Scheme = "EULER"
@@ -177,7 +167,7 @@ class ContactInput:
             if any(self._number(f"{name}_{i}") for name in ("wx", "wy", "wz")):
                 raise RequestError("starts spheres without spin")
             if self._number(f"y_{i}") or self._number(f"vy_{i}") or self._number("gravity_y"):
-                raise RequestError("is told of motions in one plane")
+                raise RequestError("takes motions in one plane")
             held = self.values[f"motion_{i}"] == "frozen"
             values = {name: self._number(f"{name}_{i}") for name in SPHERE}
             balls.append(Ball(held=held, **values))
@@ -300,7 +290,7 @@ class ContactInput:
             yield ball.x + x, ball.z + y, ball.radius, ball.kind[1], ball.vx, ball.vz
 
     def context(self) -> dict[str, Any]:
-        """Return what the template is told, numbers as numbers."""
+        """Return the values of the template, numbers as numbers."""
         width, height = self.box
         young = (
             {} if self.linear else {n: self._number(n) for n in ("youngs_modulus", "poisson_ratio")}
@@ -334,7 +324,6 @@ class ContactInput:
 
 
 def _restitution(zeta: float) -> float:
-    """Return the restitution of a linear dashpot."""
     return math.exp(-math.pi * zeta / math.sqrt(1.0 - zeta * zeta))
 
 

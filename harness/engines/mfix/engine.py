@@ -194,7 +194,6 @@ def _cells(length: float, diameter: float) -> int:
 
 
 def _search_cells(length: float, diameter: float) -> int:
-    """Return the number of cells of the neighbour search."""
     return max(1, math.floor(length / (SEARCH_CELL * diameter)))
 
 
@@ -478,7 +477,6 @@ class Mfix(Engine):
         return Output((), self.identify(), {SERIES: table}, done.log, seconds, self.title)
 
     def _contact(self, contact: ContactInput) -> Output | EngineError:
-        """Run a contact with friction."""
         done = self._solver.run(contact_files(contact))
         if isinstance(done, EngineError):
             return done

@@ -1,11 +1,8 @@
-"""Read what MFiX wrote of a run.
+"""Read the output of MFiX: where its particles were, and the forces between them.
 
-Read the VTP files that MFiX writes of a region: an XML head, then raw big-endian blocks.
-
-As ``WRITE_VTP_FILE`` of MFiX 21.3.2 writes them (``vtp_mod.f``): all values in single
-precision, each block after the number of its bytes, offsets counted from the underscore.
-
-Read what MFiX wrote of a run: where its particles were, and the forces between them.
+It is in VTP files of a region, as ``WRITE_VTP_FILE`` of MFiX 21.3.2 writes them (``vtp_mod.f``): an
+XML head, then raw big-endian blocks, all values in single precision, each block after the number
+of its bytes, offsets counted from the underscore.
 """
 
 from __future__ import annotations

@@ -1,10 +1,4 @@
-"""A scene as MFiX holds it: its step, its box, its particles.
-
-The step of MFiX-DEM in the harness's terms.
-
-Where a scene's particles lie in MFiX's box: upright in a line, over a row, over spheres.
-
-A scene as MFiX holds it: particles in a box, held ones on an outlet that stands still.
+"""A scene in MFiX's terms: its step, its box, its particles, held ones on an outlet at rest.
 
 MFiX has no keyword that holds a particle. It does take over the velocity of a particle within
 a radius of a mass outflow, and no longer adds forces to it (``EXITING``; 21.3.2,
@@ -13,7 +7,7 @@ things follow. It is taken over after the first step only, so that it is put whe
 brings it to its place. And it must come after the mobile ones in ``particle_input.dat``: the
 neighbour search would count the contact twice otherwise (``desgrid_mod.f``). For the same
 reason no boundary is cyclic: a grain that crosses one comes back behind the others.
-What the first step costs falls with the third order.
+The error of the first step falls with the third order.
 
 The outflow is the floor of the box. So a scene's fixed particles must be level; particles in a
 line along x stand upright in the box, x downward, and only the last may be fixed.
@@ -325,7 +319,6 @@ def _system(
 
 
 def _check(scene: Scene) -> None:
-    """Raise RequestError for what no layout can hold."""
     for values, name in ((scene.diameter, "diameter"), (scene.mass, "mass")):
         if np.ptp(values) > EQUAL * values[0]:
             raise RequestError(f"its spheres have one {name}")
