@@ -5,12 +5,13 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterable, Iterator, Sequence
-from typing import TYPE_CHECKING, NamedTuple, TypedDict, Unpack, get_args
+from typing import NamedTuple, TypedDict, Unpack, get_args
 
 import pandas as pd
 
 from harness.cases.contract import Progress, silent
 from harness.cases.tower.run import SOLVERS, chosen_solver, covering, towers
+from harness.engines.contract import Engine
 from harness.errors import RequestError
 from harness.observables.tower import TowerRun
 from harness.observables.windows import ImpulseRow, Window, impulse_until, window_end
@@ -19,10 +20,6 @@ from harness.store.cache import EngineChoice, opened
 from harness.theory import incline
 from harness.theory.chain import Reading, shock_from_impulse_ratio
 from harness.theory.incline import critical_angle
-
-if TYPE_CHECKING:
-    from harness.engines.contract import Engine
-
 
 # the source's runs, which it calls rigidity 1e4 to 1e6
 HEIGHTS = tuple(range(1, 20))
