@@ -67,10 +67,9 @@ def impulse_table(
     the heights of one law, stiffness and speed together. ``progress`` is called for each tower.
     """
     name = "exact" if solver is None and engine is None else chosen_solver(solver, engine)
-    if name not in SOLVERS and not isinstance(engine, Engine):
+    if isinstance(engine, str) or (engine is None and name not in SOLVERS):
         with opened(engine or name, fresh=fresh) as running:
             return impulse_table(case=case, engine=running, progress=progress, **over)
-    assert not isinstance(engine, str)
     windows = over.get("windows", ("turnaround",))
     over["heights"] = wanted = tuple(over.get("heights", HEIGHTS))
     profiles = "structure" in windows  # its end is a contact's, which the grain does not feel
