@@ -156,7 +156,7 @@ def reproduce(
     others. Raise EngineError when the engine fails: a reproduction with holes is none. Write the
     report with :func:`harness.reproduction.page.write`.
     """
-    if not isinstance(engine, Engine):
+    if isinstance(engine, str | None):
         with opened(engine, fresh=fresh) as running:
             return reproduce(engine=running, reference=reference, progress=progress)
     figures = source_figures(engine, progress, reference=reference)

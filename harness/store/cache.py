@@ -57,7 +57,7 @@ def opened(
     ``fresh`` runs again what was kept; ``options`` are those of
     :func:`harness.engines.registry.open_engine`.
     """
-    if isinstance(engine, Engine):
+    if not isinstance(engine, str | None):
         yield engine
         return
     with open_engine(engine or DEFAULT, options=options) as bare:

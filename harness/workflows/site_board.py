@@ -223,7 +223,10 @@ def releases(reports: Path) -> Table | None:
     names = list(dict.fromkeys([*_names(reports / RELEASES), *_names(reports / CONTACTS)]))
     if not names:
         return None
-    main, contacts = (_by_release(reports / folder) for folder in (RELEASES, CONTACTS))
+    main, contacts = (
+        {row["release"]: row["engine_version"] for row in read_table(folder / "results.csv")}
+        for folder in (reports / RELEASES, reports / CONTACTS)
+    )
     defects = known_cells(reports)
     upstream = _upstream(reports)
     rows = []
@@ -235,7 +238,10 @@ def releases(reports: Path) -> Table | None:
                 text_state(name),
                 text_state(main.get(name) or contacts.get(name, "")),
                 text_state(text, f"{DEFECTS}/index.html", "known defect") if cells else (),
-                _upstream_state([row for row in upstream if row["release"] == name]),
+                counted(
+                    (row["recorded"] for row in upstream if row["release"] == name),
+                    f"reports/{UPSTREAM}/report.html",
+                ),
             )
         )
     return Table(
@@ -244,10 +250,6 @@ def releases(reports: Path) -> Table | None:
         ("release", "version", "known defects", "LAMMPS's own tests"),
         tuple(rows),
     )
-
-
-def _by_release(folder: Path) -> dict[str, str]:
-    return {row["release"]: row["engine_version"] for row in read_table(folder / "results.csv")}
 
 
 def known_cells(reports: Path) -> dict[str, dict[str, int]]:
@@ -263,10 +265,6 @@ def known_cells(reports: Path) -> dict[str, dict[str, int]]:
 
 def _upstream(reports: Path) -> list[dict[str, str]]:
     return read_table(reports / UPSTREAM / "rows.csv")
-
-
-def _upstream_state(rows: Sequence[Mapping[str, str]]) -> TableCell:
-    return counted((row["recorded"] for row in rows), f"reports/{UPSTREAM}/report.html")
 
 
 # ---- known defects

@@ -533,6 +533,8 @@ def verify(  # noqa: PLR0913 - keywords of a public function
         cases = ",".join(cases)
     wanted = cases if isinstance(cases, Selection) else Selection(cases)
     checked = checked_level(level)
+    if isinstance(engine, str):
+        engine_class(engine)  # raises for a name that is not known
     chosen, only, selection = (
         wanted.chosen(checked),
         wanted.pattern(checked),

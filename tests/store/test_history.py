@@ -150,11 +150,11 @@ WRITER = """
 import sys
 from pathlib import Path
 from harness.observables.row import Row
-from harness.store.history import End, History, Start
+from harness.store.history import History, RunEnd, RunStart
 for n in range(int(sys.argv[2])):
     with History(Path(sys.argv[1])) as history:
-        run = history.begin(Start("tower", [str(n)], "0", "", ""))
-        history.finish(run, End(0, 1.0), [Row(f"q{i}", n, 0.0, "") for i in range(20)])
+        run = history.begin(RunStart("tower", [str(n)], "0", "", ""))
+        history.finish(run, RunEnd(0, 1.0), [Row(f"q{i}", n, 0.0, "") for i in range(20)])
     print(n, flush=True)
 """
 

