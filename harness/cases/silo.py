@@ -262,13 +262,27 @@ class SiloCase(BulkCase[Silo]):
     drawn = (Curve("silo-discharge", "time after the opening (s)", "grains that remain"),)
 
     def source_of(self, preset: str) -> str:
-        """Return where the materials were published."""
+        """Return where materials and process were published."""
+        if preset != "small":
+            return "Dosta and others 2024, filled from a lattice: their places are not public"
         return "Dosta and others 2024 (moduli a thousand times smaller, a quarter of the size)"
 
     @property
     def presets(self) -> Mapping[str, Silo]:
-        """Return twelve hundred soft grains."""
-        return {"small": Silo()}
+        """Return twelve hundred soft grains, and both silos of 100,000 as published."""
+        published = Silo(
+            layers=78,
+            youngs_modulus=1e9,
+            steel_youngs_modulus=2.1e11,
+            silo_radius=0.1,
+            orifice_radius=0.02,
+            cone_height=0.08,
+            settle_time=0.5,
+            duration=5.0,
+            step_size=1.5e-6,
+        )
+        wide = published.replace(orifice_radius=0.03, cone_height=0.07)
+        return {"small": Silo(), "published": published, "published-wide": wide}
 
     def job(self, parameters: Silo) -> Job:
         """Return the job of one discharge; raise RequestError for more grains than memory holds."""

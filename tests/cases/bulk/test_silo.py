@@ -45,6 +45,13 @@ def test_what_cannot_be_simulated_is_refused_in_one_line(changes, words):
     assert "\n" not in str(refused.value)
 
 
+def test_the_published_silos_have_a_hundred_thousand_grains_and_walls_of_45_deg():
+    for name in ("published", "published-wide"):
+        p = CASE.presets[name]
+        assert p.grains == pytest.approx(1e5, rel=0.01)
+        assert p.silo_radius - p.orifice_radius == pytest.approx(p.cone_height)
+
+
 def test_more_grains_than_memory_holds_are_refused():
     with pytest.raises(RequestError, match=r"^1000000000000 grains: would take 2e\+06 GB"):
         check_memory(10**12)
@@ -210,3 +217,22 @@ def test_triangles_that_leave_a_hole_are_an_error_and_no_result():
     assert CASE.read(TINY, good, TRAITS)["passed_ratio"] == 1.0
     with pytest.raises(EngineLostAtomsError, match="they leave a hole"):
         CASE.read(TINY, bad, TRAITS)
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(shutil.which("liggghts") is None, reason="liggghts is not installed")
+def test_walls_of_twice_the_triangles_let_as_much_pass():
+    from harness.engines.liggghts.engine import Liggghts
+
+    trials = [Silo(seed=seed) for seed in range(1, 7)]
+    with Liggghts() as engine:
+        samples = []
+        for facets in (60, 120):
+            jobs = [
+                Job(CASE.template, {**values_of(p), "facets": facets}, "", True) for p in trials
+            ]
+            pairs = zip(trials, engine.run(jobs), strict=True)
+            rows = tuple(CASE.read(p, found, TRAITS) for p, found in pairs)
+            samples.append(Runs(f"{facets} facets", rows))
+    row = next(CASE.compared(samples))
+    assert row.verdict is Verdict.PASS, row.note
