@@ -47,7 +47,7 @@ class BaselineOptions:
             )
             recording.status = compared.status
             recording.engine = (
-                compared.found.provenance.record() if compared.found.provenance else {}
+                compared.found.provenance.to_json() if compared.found.provenance else {}
             )
             recording.quantities = compared.checks
         return compared
@@ -91,9 +91,9 @@ def compare(
     check_source(asked.tolerances, "--tolerances")
     compared = asked.run(engine, asked.tolerances, json)
     if json:
-        print_json(compared.record())
+        print_json(compared.to_json())
     else:
-        rows = [check.record() for check in compared.checks]
+        rows = [check.to_json() for check in compared.checks]
         print_regression(rows, compared.found.baseline)
     return compared.status
 
@@ -123,7 +123,7 @@ def accept(
     if written:
         accept_baseline(compared, target)
     if json:
-        print_json({**compared.record(), "written": written, "folder": str(target)})
+        print_json({**compared.to_json(), "written": written, "folder": str(target)})
     elif written:
         print(f"{target}: {len(compared.changes)} records written")
     elif compared.changes:

@@ -33,7 +33,7 @@ def cases(name: str | None = None, /, *, json: Json = False) -> int:
 
     for fault in faults():
         tell_stderr(fault)
-    found = [case.record() for case in (ask() if name is None else [case_details(name)])]
+    found = [case.to_json() for case in (ask() if name is None else [case_details(name)])]
     if json:
         print_json({"cases": found})
         return 0

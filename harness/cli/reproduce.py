@@ -70,7 +70,7 @@ def reproduce(
         folder = asked.output or COMMITTED
         committed = _committed(folder)
         reproduction = _reproduced(engine, points, None, json)
-        differences = ledger_differences(committed, reproduction.ledger.frame())
+        differences = ledger_differences(committed, reproduction.ledger.to_frame())
     elif asked.output is not None:
         folder = asked.output
         reproduction = _reproduced(engine, points, folder, json)
@@ -99,7 +99,7 @@ def _reproduced(
         check_folder(folder)
     with recorded("reproduce", quiet=quiet) as recording, engine.run() as opened:
         found = reproduce_with(engine=opened, reference=points, progress=recording.progress)
-        recording.engine, recording.folder = found.provenance.record(), folder
+        recording.engine, recording.folder = found.provenance.to_json(), folder
         if folder is not None:
             recording.progress("figures, movies and report", 0, 1)
             write(found, folder)

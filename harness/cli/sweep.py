@@ -169,7 +169,7 @@ def sweep(
         notes = _written(folder, found, points)
     notes += [f"engine {n!r} did not qualify: {reason}" for n, reason in unqualified.items()]
     if json:
-        print_json({**found.record(), **counts, "output": str(folder), "notes": notes})
+        print_json({**found.to_json(), **counts, "output": str(folder), "notes": notes})
     else:
         _print(found, notes)
     return recording.status
@@ -302,7 +302,7 @@ def _written(folder: Path, found: Sweep, points: Points | None) -> list[str]:
     from functools import partial
     from importlib.util import find_spec
 
-    frame = found.frame()
+    frame = found.to_frame()
     notes: list[str] = []
     figure = found.figure(points=points)
     files: dict[tuple[str, Path], Writer] = {("table", folder / ROWS): partial(write_csv, frame)}
@@ -326,7 +326,7 @@ def _print(found: Sweep, notes: list[str]) -> None:
     """Print what was swept and measured, a line a run, and what went wrong."""
     from harness.store.entries import tell_stderr
 
-    frame = found.frame()
+    frame = found.to_frame()
     measured = [name for name in found.selected if name in frame and frame[name].notna().any()]
     shown = frame[["engine", *found.over, *measured, "status"]]
     print_frame(shown.head(MOST_SHOWN), 7)

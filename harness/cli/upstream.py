@@ -57,20 +57,20 @@ def upstream(
     if output is not None:
         with whole_folder(output) as aside:
             aside.mkdir()
-            write_csv(runs.frame(), aside / "rows.csv")
+            write_csv(runs.to_frame(), aside / "rows.csv")
             (aside / "report.md").write_text(report(runs), encoding="utf-8")
     if json:
-        print_json(runs.record())
+        print_json(runs.to_json())
         return runs.status
     for outcome in runs.outcomes:
-        record = outcome.record()
+        record = outcome.to_json()
         if {record["recorded"], record["law"]} & {"fail", "known defect"}:
             why = outcome.defect or record["why"]
             print_line(
                 f"{outcome.test}, {outcome.release}: recorded {record['recorded']}, "
                 f"law {record['law']} ({outcome.law_difference:.2g}): {why}"
             )
-    for release, text in runs.told().items():
+    for release, text in runs.summary().items():
         print_line(f"{release}: {text}")
     if output is not None:
         print(f"report: {output / 'report.md'}")

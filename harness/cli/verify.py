@@ -428,7 +428,7 @@ def _measured(
             strict=asked.strict,
         )
         progress("figures and report", 0, 1)
-        record = verification.record()
+        record = verification.to_json()
         films = [film_section(verification.cases, opened)] if asked.film else []
         write(verification, folder, [*sections(verification), *films], png=asked.png)
         progress("figures and report", 1, 1)

@@ -9,20 +9,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from harness.comparison.compare import Change, Pair, compare
 from harness.comparison.known_defects import defect_of
 from harness.comparison.regression import Allowed, BaselineRecord, ByCase, earliest, name_in_cell
 from harness.comparison.series import compare_series
-from harness.comparison.verdicts import RANK, Check, Kind, Verdict, published
+from harness.comparison.verdicts import RANK, Check, Kind, Verdict
 from harness.errors import RequestError
 from harness.observables.provenance import Provenance
 from harness.observables.row import Row
-from harness.shown import Shown
+from harness.shown import Record, Result, to_json
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -37,7 +37,7 @@ JUDGED = frozenset({Verdict.PASS, Verdict.FAIL, Verdict.KNOWN_DEFECT, Verdict.FI
 
 
 @dataclass(frozen=True)
-class CellRow:
+class CellRow(Record):
     """A cell in every release: the worst verdict of its checks, empty where it has none.
 
     ``reasons`` say why it was not tested, release by release; empty where it was.
@@ -50,10 +50,6 @@ class CellRow:
     defects: tuple[str, ...]
     """Names of known defects, in any release."""
     reasons: tuple[str, ...] = ()
-
-    def record(self) -> dict[str, Any]:
-        """Return it as a JSON-ready mapping."""
-        return asdict(self)
 
 
 def cell_rows(checks: Sequence[Sequence[Check]]) -> list[CellRow]:
@@ -190,7 +186,7 @@ class Column:
 
 
 @dataclass(frozen=True)
-class ReleaseCell(Pair[Row]):
+class ReleaseCell(Pair[Row], Record):
     """A value of one release (``after``) beside that of the reference (``before``).
 
     ``note`` says what happened to one that has no value or moved.
@@ -198,6 +194,13 @@ class ReleaseCell(Pair[Row]):
 
     change: ReleaseChange
     note: str = ""
+
+    JSON: ClassVar = {
+        "value": "value",
+        "difference": "difference",
+        "change": "change",
+        "note": "note",
+    }
 
     @property
     def value(self) -> float | None:
@@ -208,15 +211,6 @@ class ReleaseCell(Pair[Row]):
     def difference(self) -> float | None:
         """Return how far it is from that of the reference, None where one is missing."""
         return self.moved_by if self.before and self.after else None
-
-    def record(self) -> dict[str, Any]:
-        """Return it as a JSON-ready mapping."""
-        return {
-            "value": self.value,
-            "difference": self.difference,
-            "change": str(self.change),
-            "note": self.note,
-        }
 
 
 @dataclass(frozen=True)
@@ -232,7 +226,7 @@ class ReleaseRow:
 
 
 @dataclass(frozen=True, repr=False)
-class ReleaseMatrix(Shown):
+class ReleaseMatrix(Result):
     """Records by releases of ``engine``; the first release that ran is the reference."""
 
     level: str
@@ -270,7 +264,7 @@ class ReleaseMatrix(Shown):
         changes = [row.cells[column].change for row in self.rows]
         return {str(change): changes.count(change) for change in ReleaseChange if change in changes}
 
-    def told(self) -> dict[str, str]:
+    def summary(self) -> dict[str, str]:
         """Return what moved in each release, against which one."""
         counts = {
             column.title: column.error or ", ".join(f"{n} {c}" for c, n in self.counts(i).items())
@@ -278,7 +272,7 @@ class ReleaseMatrix(Shown):
         }
         return {**counts, "engine": self.engine, "cases": f"{self.level} on {self.platform}"}
 
-    def drawn(self) -> Figure:
+    def draw(self) -> Figure:
         """Draw by how many tolerances each quantity moved, release by release."""
         from harness.shown.figure import beside_tolerance
 
@@ -289,7 +283,7 @@ class ReleaseMatrix(Shown):
         }
         return beside_tolerance(groups, "change over its tolerance")
 
-    def frame(self) -> pd.DataFrame:
+    def to_frame(self) -> pd.DataFrame:
         """Return the cells as a table, one row each."""
         import pandas as pd
 
@@ -313,7 +307,7 @@ class ReleaseMatrix(Shown):
             ]
         )
 
-    def record(self) -> dict[str, Any]:
+    def to_json(self) -> dict[str, Any]:
         """Return the matrix as a JSON-ready mapping."""
         return {
             "level": self.level,
@@ -323,7 +317,7 @@ class ReleaseMatrix(Shown):
             "releases": [
                 {
                     "release": column.release,
-                    "engine": published(column.provenance) if column.provenance else None,
+                    "engine": to_json(column.provenance),
                     "error": column.error,
                     "changes": self.counts(i),
                 }
@@ -331,13 +325,13 @@ class ReleaseMatrix(Shown):
             ],
             "rows": [self._row(row) for row in self.rows],
             "known_defects": self.defects,
-            "cells": [row.record() for row in self.cells],
+            "cells": to_json(self.cells),
         }
 
     def _row(self, row: ReleaseRow) -> dict[str, Any]:
         releases = [column.release for column in self.columns]
         cells = [
-            {**cell.record(), "release": release}
+            {**cell.to_json(), "release": release}
             for cell, release in zip(row.cells, releases, strict=True)
         ]
         told = {name: value for name, value in vars(row).items() if name != "record"}

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from harness.observables.provenance import Observable, Provenance
 from harness.parameters.tower import Tower
-from harness.shown import Shown, power
+from harness.shown import Result, power
 
 if TYPE_CHECKING:
     from harness.shown.figure import Figure
@@ -44,7 +44,7 @@ class Profiles(NamedTuple):
 
 
 @dataclass(frozen=True, repr=False)
-class TowerRun(Shown):
+class TowerRun(Result):
     """A tower in time: M samples, declared in :data:`SERIES`, and the last state.
 
     Time and step [s], displacements and compression [m], velocities and the rate of compression
@@ -114,14 +114,14 @@ class TowerRun(Shown):
         pressing = np.cumprod(self.known_profiles.forces > least, axis=1).sum(axis=1)
         return np.asarray(pressing, dtype=np.float64)
 
-    def frame(self) -> pd.DataFrame:
+    def to_frame(self) -> pd.DataFrame:
         """Return the series as a table, units in the names, ``t_over_t0`` in front."""
         columns = {"t_over_t0": self.time_over_t0}
         for observable in SERIES:
             columns[_column(observable)] = getattr(self, observable.name)
         return pd.DataFrame(columns).astype({"contacts": int})
 
-    def told(self) -> dict[str, str]:
+    def summary(self) -> dict[str, str]:
         """Return the largest force, the case, and who ran it."""
         case, step = self.tower, "no step" if self.step is None else f"a step of {self.step:.4g} s"
         return {
@@ -130,10 +130,10 @@ class TowerRun(Shown):
             "case": f"tower of height {case.height}, {case.law} law, "
             f"k = {power(case.each('stiffness')[0])} N/m, {case.speed:g} m/s",
             "length": f"{self.time_over_t0[-1]:.4g} t0, {self.time.size} samples",
-            "engine": self.provenance.told if self.provenance else f"{self.solver}, {step}",
+            "engine": self.provenance.label if self.provenance else f"{self.solver}, {step}",
         }
 
-    def drawn(self) -> Figure:
+    def draw(self) -> Figure:
         """Draw force and contacts of the grain against time."""
         from harness.shown.figure import Figure, label
 
@@ -141,7 +141,7 @@ class TowerRun(Shown):
         force, contacts = figure.subplots(2, 1, sharex=True)
         force.plot(self.time_over_t0, self.grain_force)
         contacts.step(self.time_over_t0, self.contacts, where="post")
-        label(force, "", "force on the grain (N)", self.told()["case"])
+        label(force, "", "force on the grain (N)", self.summary()["case"])
         label(contacts, "time (t0)", "contacts of the grain")
         return figure
 

@@ -124,7 +124,7 @@ def _suite(verification: Verification, row: KindSummary, seconds: float) -> Xml.
         timestamp=verification.started[:19],
     )
     engine = verification.provenance
-    who = engine.told if engine else "none"
+    who = engine.label if engine else "none"
     properties = Xml.SubElement(suite, "properties")
     for name, value in (
         ("level", verification.level),

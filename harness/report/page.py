@@ -192,6 +192,6 @@ def _outcome(verification: Verification) -> str:
 
 
 def _who(verification: Verification) -> str:
-    provenance = verification.provenance.told if verification.provenance else "no engine"
+    provenance = verification.provenance.label if verification.provenance else "no engine"
     started = verification.started[:16].replace("T", " ")
     return f"{provenance} · {started} UTC · {verification.level} · {verification.seconds:.0f} s"

@@ -209,7 +209,7 @@ def provenance(found: Verification) -> list[tuple[str, str]]:
     ]
     if engine is not None:
         pairs += [
-            ("engine", engine.told),
+            ("engine", engine.label),
             ("executable", engine.executable),
             ("packages", " ".join(engine.packages)),
         ]

@@ -132,7 +132,7 @@ def html_page(
     ``root`` is the repository, seen from the report's folder.
     """
     values = _values(reproduction, root)
-    who = f"{reproduction.provenance.told} · dem-harness {reproduction.harness_version}"
+    who = f"{reproduction.provenance.label} · dem-harness {reproduction.harness_version}"
     return render.html_page(
         TEMPLATE, TITLE, package=PACKAGE, frame={"who": who}, **values,
         pictures=pictures, films=films,
@@ -173,7 +173,7 @@ def _values(reproduction: Reproduction, root: str) -> dict[str, Any]:
         "provenance": [
             ("dem-harness", reproduction.harness_version),
             ("platform", reproduction.platform),
-            ("engine", reproduction.provenance.told),
+            ("engine", reproduction.provenance.label),
         ],
     }  # fmt: skip
 
@@ -263,7 +263,7 @@ def _fill(reproduction: Reproduction, folder: Path, root: str) -> None:
         (folder / "movies" / f"{film.name}.gif.js").write_text(f'filmData("{uri}");\n', "ascii")
         (folder / "movies" / f"{film.name}.png").write_bytes(film.still)
         (folder / "dumps" / f"{film.name}.dump.gz").write_bytes(film.dump)
-    write_csv(reproduction.ledger.frame(), folder / LEDGER)
+    write_csv(reproduction.ledger.to_frame(), folder / LEDGER)
     for name, page in (("report.md", markdown), ("report.html", html_page)):
         (folder / name).write_text(page(reproduction, pictures, films, root), encoding="utf-8")
 

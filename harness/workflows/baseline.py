@@ -7,7 +7,7 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from pydantic import ValidationError
 
@@ -24,24 +24,34 @@ from harness.comparison.verification import (
 )
 from harness.engines.contract import Engine
 from harness.errors import EngineError, RequestError
-from harness.shown import Shown, record_frame
+from harness.shown import Result
 from harness.store.acceptance import RecordChange, changes, check_target, write
 from harness.store.baseline import bounded_text, checkout_baseline, committed
 from harness.workflows.progress import Progress, silent
 from harness.workflows.verification import chosen_baseline, verify
 
 if TYPE_CHECKING:
-    import pandas as pd
-
     from harness.shown.figure import Figure
 
 
 @dataclass(frozen=True, repr=False)
-class BaselineComparison(Shown):
+class BaselineComparison(Result):
     """A run against the baseline: the rows of kind regression, and what accepting would change."""
 
     found: Verification
     changes: tuple[RecordChange, ...]
+
+    JSON: ClassVar = {
+        "baseline": "found.baseline",
+        "level": "found.level",
+        "status": "status",
+        "engine": "found.provenance",
+        "engine_errors": "found.engine_errors",
+        "checks": "checks",
+        "divergences": "found.divergences",
+        "changes": "changes",
+    }
+    ROWS: ClassVar = "checks"
 
     @property
     def checks(self) -> tuple[Check, ...]:
@@ -55,35 +65,18 @@ class BaselineComparison(Shown):
             return 3
         return 1 if any(check.verdict == "fail" for check in self.checks) else 0
 
-    def frame(self) -> pd.DataFrame:
-        """Return the rows against the baseline as a table."""
-        return record_frame(self.checks)
-
-    def told(self) -> dict[str, str]:
+    def summary(self) -> dict[str, str]:
         """Return the verdicts, what accepting would change, and who ran."""
         return {
             "verdicts": counted(self.checks) or "none",
             "accepting would write": f"{len(self.changes)} records",
             "baseline": self.found.baseline,
-            "engine": self.found.provenance.told if self.found.provenance else "none",
+            "engine": self.found.provenance.label if self.found.provenance else "none",
         }
 
-    def drawn(self) -> Figure:
+    def draw(self) -> Figure:
         """Draw how much of its tolerance each row takes."""
         return beside_tolerances(self.checks)
-
-    def record(self) -> dict[str, Any]:
-        """Return everything but the series as a JSON-ready mapping."""
-        return {
-            "baseline": self.found.baseline,
-            "level": self.found.level,
-            "status": self.status,
-            "engine": self.found.provenance.record() if self.found.provenance else None,
-            "engine_errors": list(self.found.engine_errors),
-            "checks": [check.record() for check in self.checks],
-            "divergences": [series.record() for series in self.found.divergences],
-            "changes": [change.record() for change in self.changes],
-        }
 
 
 def compare_with_baseline(

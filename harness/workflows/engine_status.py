@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 from harness.cases.contract import Case
 from harness.cases.registry import built_in, get_case
@@ -29,7 +29,7 @@ from harness.engines.traits import Traits
 from harness.errors import EngineError, RequestError, cannot_write
 from harness.files import cache_place, held_folder
 from harness.observables.provenance import Provenance
-from harness.shown import Listing
+from harness.shown import Listing, Record
 from harness.store.cache import CachedEngine
 from harness.store.entries import Entries
 from harness.workflows.progress import Progress, silent
@@ -188,7 +188,7 @@ NOT_RUN = "-"
 
 
 @dataclass(frozen=True)
-class EngineStatus:
+class EngineStatus(Record):
     """One way to run an engine: who it is, or why it is missing; and what it declares."""
 
     engine: str
@@ -197,25 +197,32 @@ class EngineStatus:
     traits: Traits
     reason: str = ""
 
-    def record(self) -> dict[str, Any]:
-        """Return the status as a JSON-ready mapping."""
-        found, declares = self.provenance, self.traits
-        return {
-            "engine": self.engine,
-            "how": self.how,
-            "available": found is not None,
-            "engine_version": found.engine_version if found else None,
-            "executable": found.executable if found else None,
-            "packages": list(found.packages) if found else [],
-            "reason": self.reason,
-            "install_hint": declares.install_hint,
-            "lineage": declares.lineage,
-            "tails": list(declares.tails),
-            "effective_masses": list(declares.effective_masses),
-            "spring": declares.spring,
-            "integrator": declares.integrator,
-            "digits": declares.digits,
-        }
+    JSON: ClassVar = {
+        "engine": "engine",
+        "how": "how",
+        "available": "available",
+        "engine_version": "provenance.engine_version",
+        "executable": "provenance.executable",
+        "packages": "packages",
+        "reason": "reason",
+        "install_hint": "traits.install_hint",
+        "lineage": "traits.lineage",
+        "tails": "traits.tails",
+        "effective_masses": "traits.effective_masses",
+        "spring": "traits.spring",
+        "integrator": "traits.integrator",
+        "digits": "traits.digits",
+    }
+
+    @property
+    def available(self) -> bool:
+        """Return whether the engine was found."""
+        return self.provenance is not None
+
+    @property
+    def packages(self) -> tuple[str, ...]:
+        """Return its packages, none of one that is missing."""
+        return self.provenance.packages if self.provenance else ()
 
 
 def engines(

@@ -109,7 +109,7 @@ def _rows_of(run: Run) -> Iterator[dict[str, Any]]:
     # names as the history has them
     for (name, kind, _), before, check in numbered(results.checks, _name_of):
         own = {"name": f"{name} ({before + 1})" if before else name, "kind": str(kind)}
-        yield {**common, **check.record(), **own, "verdict": str(check.verdict)}
+        yield {**common, **check.to_json(), **own, "verdict": str(check.verdict)}
 
 
 def _name_of(check: Check) -> tuple[str, Kind, str]:

@@ -223,7 +223,7 @@ def runs_of_an_angle(found: CriticalAngle) -> style.Figure:
     low, high = found.value_deg - found.uncertainty_deg, found.value_deg + found.uncertainty_deg
     axes.axvspan(low, high, color=style.GREEN, alpha=0.25, label="uncertainty")
     axes.axvline(found.value_deg, color=style.BLACK, ls="--", lw=1, label="critical angle")
-    style.label(axes, "angle (deg)", y, f"{found.provenance.told}, {found.method}")
+    style.label(axes, "angle (deg)", y, f"{found.provenance.label}, {found.method}")
     style.legend_below(figure, 3)
     return figure
 
