@@ -89,7 +89,7 @@ def pytest_collection_modifyitems(
 
 @pytest.fixture(scope="session")
 def dem_verification(request: pytest.FixtureRequest) -> Verification:
-    """Return the verification of this session: its checks, evidence and ``frame()``."""
+    """Return the verification of this session: its checks, evidence and ``to_frame()``."""
     try:
         return verification(request.config)
     except CannotVerifyError as error:

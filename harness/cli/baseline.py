@@ -47,7 +47,7 @@ class BaselineOptions:
             )
             recording.status = compared.status
             recording.engine = (
-                compared.verification.provenance.record()
+                compared.verification.provenance.to_json()
                 if compared.verification.provenance
                 else {}
             )
@@ -93,9 +93,9 @@ def compare(
     check_source(choice.tolerances, "--tolerances")
     compared = choice.run(engine, choice.tolerances, json)
     if json:
-        print_json(compared.record())
+        print_json(compared.to_json())
     else:
-        rows = [check.record() for check in compared.checks]
+        rows = [check.to_json() for check in compared.checks]
         print_regression(rows, compared.verification.baseline)
     return compared.status
 
@@ -125,7 +125,7 @@ def accept(
     if written:
         accept_baseline(compared, target)
     if json:
-        print_json({**compared.record(), "written": written, "folder": str(target)})
+        print_json({**compared.to_json(), "written": written, "folder": str(target)})
     elif written:
         print(f"{target}: {len(compared.changes)} records written")
     elif compared.changes:

@@ -33,7 +33,7 @@ def cases(name: str | None = None, /, *, json: Json = False) -> int:
 
     for fault in faults():
         tell_stderr(fault)
-    records = [case.record() for case in (ask() if name is None else [case_details(name)])]
+    records = [case.to_json() for case in (ask() if name is None else [case_details(name)])]
     if json:
         print_json({"cases": records})
         return 0

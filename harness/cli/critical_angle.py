@@ -82,7 +82,9 @@ class RouteOptions(CostOptions):
         from harness.cases.incline import angle as verb
 
         if self.extrapolate:
-            return verb.extrapolated_critical_angle(case, engine=engine, progress=progress).record()
+            return verb.extrapolated_critical_angle(
+                case, engine=engine, progress=progress
+            ).to_json()
         return verb.critical_angle(
             case,
             method=self.method,
@@ -90,7 +92,7 @@ class RouteOptions(CostOptions):
             wells=self.wells,
             engine=engine,
             progress=progress,
-        ).record()
+        ).to_json()
 
 
 @options()

@@ -54,7 +54,7 @@ def diff(before: Path, after: Path, /, *, output: Folder = None, json: Json = Fa
 
         write_diff(difference, before, after, output)
     if json:
-        print_json(difference.record() | ({"folder": str(output)} if output else {}))
+        print_json(difference.to_json() | ({"folder": str(output)} if output else {}))
     else:
         _print(difference)
         if output is not None:

@@ -27,7 +27,7 @@ def engines(where: WhereOptions = WhereOptions(), *, json: Json = False) -> int:
     for fault in refused_plugins():
         tell_stderr(fault)
     if json:
-        print_json({"engines": [status.record() for status in statuses]})
+        print_json({"engines": [status.to_json() for status in statuses]})
         return 0
     lines = []
     for status in statuses:

@@ -187,7 +187,7 @@ def impulse(
             **table.over(),
         )
         record = completed({"solver": name, "reading": table.reading}, engine, recording)
-        recording.engine = engine.identify().record() if engine else solver.own_record
+        recording.engine = engine.identify().to_json() if engine else solver.own_record
         record["rows"] = frame.to_dict(orient="records")
         others = {"mass_kg": table.mass, "gravity_m_per_s2": table.gravity}
         recording.quantities = impulse_quantities(record["rows"], name, others)

@@ -185,7 +185,8 @@ def recorded(command: str, *, quiet: bool = False) -> Iterator[Recording]:
 
 def verdicts(checks: Sequence[Mapping[str, Any]]) -> list[Check]:
     """Return the checks of a verification's record as rows."""
-    from harness.comparison.verdicts import Check, adapter
+    from harness.comparison.verdicts import Check
+    from harness.shown import adapter
 
     rows: list[Check] = adapter(list[Check]).validate_python(checks)
     return rows

@@ -81,7 +81,7 @@ def releases(
 
         write_releases(comparison, output)
     if json:
-        print_json(comparison.record())
+        print_json(comparison.to_json())
     else:
         _print(comparison, output)
     return comparison.status
@@ -94,7 +94,7 @@ def _record(matrix: ReleaseMatrix) -> None:
         if column.provenance is not None:
             with recorded("releases", quiet=True) as recording:
                 recording.status = 3 if column.error or column.errors else 0
-                recording.engine = column.provenance.record()
+                recording.engine = column.provenance.to_json()
                 recording.quantities = case_quantities(column.records)
 
 

@@ -69,7 +69,7 @@ def reproduce(
         folder = choice.output or COMMITTED
         committed = _committed(folder)
         reproduction = _reproduced(engine, points, None, json)
-        differences = ledger_differences(committed, reproduction.ledger.frame())
+        differences = ledger_differences(committed, reproduction.ledger.to_frame())
     elif choice.output is not None:
         folder = choice.output
         reproduction = _reproduced(engine, points, folder, json)
@@ -101,7 +101,7 @@ def _reproduced(
         check_folder(folder)
     with recorded("reproduce", quiet=quiet) as recording, engine.run() as opened:
         reproduction = reproduce_with(engine=opened, reference=points, progress=recording.progress)
-        recording.engine, recording.folder = reproduction.provenance.record(), folder
+        recording.engine, recording.folder = reproduction.provenance.to_json(), folder
         if folder is not None:
             recording.progress("figures, movies and report", 0, 1)
             write(reproduction, folder)

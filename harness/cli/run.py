@@ -111,7 +111,7 @@ def run(
             progress=recording.progress,
             most_seconds=math.inf if choice.force else MOST_SECONDS,
         )
-        record = {**result.record(), **more}
+        record = {**result.to_json(), **more}
         recording.engine, recording.quantities = record, run_quantities(record, values)
         choice.write_profile(result)
     return answer(record, result.engine, json, _print)

@@ -35,7 +35,7 @@ def site(*runs: Path, output: Path = DEFAULT, history: bool = False, json: Json 
 
     built = build(output, runs, history=history)
     if json:
-        print_json(built.record())
+        print_json(built.to_json())
     else:
         print_record(built.summary())
     return 0

@@ -122,7 +122,7 @@ def study(
         )
         recording.folder, recording.status = folder, FAILED if _without_result(result) else 0
         _write(result, folder, options.runs)
-    record = {**result.record(), "output": str(folder)}
+    record = {**result.to_json(), "output": str(folder)}
     if json:
         print_json(record)
     else:
@@ -218,8 +218,8 @@ def _write(result: StudyResult, folder: Path, earlier: Path | None) -> None:
     from harness.workflows.sweep_run import as_frame
 
     page = Page(result.title, result.question, result.conclusion.verdict, _facts(result, earlier))
-    tables = {"rows.csv": result.frame(), "runs.csv": as_frame(result.runs)}
-    write_study(page, result.conclusion.sections, result.record(), tables, folder)
+    tables = {"rows.csv": result.to_frame(), "runs.csv": as_frame(result.runs)}
+    write_study(page, result.conclusion.sections, result.to_json(), tables, folder)
 
 
 def _without_result(result: StudyResult) -> int:

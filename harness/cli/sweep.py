@@ -169,7 +169,7 @@ def sweep(
         notes = _written(folder, result, points)
     notes += [f"engine {n!r} did not qualify: {reason}" for n, reason in unqualified.items()]
     if json:
-        print_json({**result.record(), **counts, "output": str(folder), "notes": notes})
+        print_json({**result.to_json(), **counts, "output": str(folder), "notes": notes})
     else:
         _print(result, notes)
     return recording.status
@@ -298,7 +298,7 @@ def _written(folder: Path, result: Sweep, points: Points | None) -> list[str]:
     from functools import partial
     from importlib.util import find_spec
 
-    frame = result.frame()
+    frame = result.to_frame()
     notes: list[str] = []
     figure = result.figure(points=points)
     files: dict[tuple[str, Path], Writer] = {("table", folder / ROWS): partial(write_csv, frame)}
@@ -321,7 +321,7 @@ def _written(folder: Path, result: Sweep, points: Points | None) -> list[str]:
 def _print(result: Sweep, notes: list[str]) -> None:
     from harness.store.entries import tell_stderr
 
-    frame = result.frame()
+    frame = result.to_frame()
     measured = [name for name in result.selected if name in frame and frame[name].notna().any()]
     columns = frame[["engine", *result.over, *measured, "status"]]
     print_frame(columns.head(MOST_SHOWN), 7)

@@ -42,6 +42,6 @@ def theory(
 
     record = closed_forms(
         shock=shock, restitution=restitution, impulse_ratio=impulse_ratio, reading=reading
-    ).record()
+    ).to_json()
     (print_json if json else print_record)(record)
     return 0

@@ -121,7 +121,7 @@ def tower(
         recording.engine = {**solver.own_record, **record}
         recording.quantities = tower_quantities(record)
     if run.series is not None:
-        write_all({("--series", run.series): lambda path: write_csv(tower_run.frame(), path)})
+        write_all({("--series", run.series): lambda path: write_csv(tower_run.to_frame(), path)})
     film.write(partial(_film, tower_run))
     return answer(record, solver.solver, json, _print)
 

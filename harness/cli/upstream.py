@@ -57,13 +57,13 @@ def upstream(
     if output is not None:
         with whole_folder(output) as aside:
             aside.mkdir()
-            write_csv(runs.frame(), aside / "rows.csv")
+            write_csv(runs.to_frame(), aside / "rows.csv")
             (aside / "report.md").write_text(report(runs), encoding="utf-8")
     if json:
-        print_json(runs.record())
+        print_json(runs.to_json())
         return runs.status
     for outcome in runs.outcomes:
-        record = outcome.record()
+        record = outcome.to_json()
         if {record["recorded"], record["law"]} & {"fail", "known defect"}:
             why = outcome.defect or record["why"]
             print_line(

@@ -424,7 +424,7 @@ def _measured(
             strict=choice.strict,
         )
         progress("figures and report", 0, 1)
-        record = verification.record()
+        record = verification.to_json()
         films = [film_section(verification.cases, opened)] if choice.film else []
         write(verification, folder, [*sections(verification), *films], png=choice.png)
         progress("figures and report", 1, 1)

@@ -9,10 +9,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from harness.comparison.compare import Change, Pair, compare
 from harness.comparison.known_defects import defect_of
@@ -24,11 +24,11 @@ from harness.comparison.regression import (
     name_in_cell,
 )
 from harness.comparison.series import compare_series
-from harness.comparison.verdicts import RANK, Check, Kind, Verdict, published
+from harness.comparison.verdicts import RANK, Check, Kind, Verdict
 from harness.errors import RequestError
 from harness.observables.provenance import Provenance
 from harness.observables.row import Row
-from harness.shown import Shown
+from harness.shown import Record, Result, to_json
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -43,7 +43,7 @@ JUDGED = frozenset({Verdict.PASS, Verdict.FAIL, Verdict.KNOWN_DEFECT, Verdict.FI
 
 
 @dataclass(frozen=True)
-class CellRow:
+class CellRow(Record):
     """A cell in every release: the worst verdict of its checks, empty where it has none.
 
     ``reasons`` say why it was not tested, release by release; empty where it was.
@@ -56,10 +56,6 @@ class CellRow:
     defects: tuple[str, ...]
     """Names of known defects, in any release."""
     reasons: tuple[str, ...] = ()
-
-    def record(self) -> dict[str, Any]:
-        """Return it as a JSON-ready mapping."""
-        return asdict(self)
 
 
 def cell_rows(checks: Sequence[Sequence[Check]]) -> list[CellRow]:
@@ -198,7 +194,7 @@ class Column:
 
 
 @dataclass(frozen=True)
-class ReleaseCell(Pair[Row]):
+class ReleaseCell(Pair[Row], Record):
     """A value of one release (``after``) and that of the reference (``before``).
 
     ``note`` says what happened to one that has no value or moved.
@@ -206,6 +202,13 @@ class ReleaseCell(Pair[Row]):
 
     change: ReleaseChange
     note: str = ""
+
+    JSON: ClassVar = {
+        "value": "value",
+        "difference": "difference",
+        "change": "change",
+        "note": "note",
+    }
 
     @property
     def value(self) -> float | None:
@@ -216,15 +219,6 @@ class ReleaseCell(Pair[Row]):
     def difference(self) -> float | None:
         """Return how far it is from that of the reference, None where one is missing."""
         return self.moved_by if self.before and self.after else None
-
-    def record(self) -> dict[str, Any]:
-        """Return it as a JSON-ready mapping."""
-        return {
-            "value": self.value,
-            "difference": self.difference,
-            "change": str(self.change),
-            "note": self.note,
-        }
 
 
 @dataclass(frozen=True)
@@ -240,7 +234,7 @@ class ReleaseRow:
 
 
 @dataclass(frozen=True, repr=False)
-class ReleaseMatrix(Shown):
+class ReleaseMatrix(Result):
     """Records by releases of ``engine``; the first release that ran is the reference."""
 
     level: str
@@ -286,7 +280,7 @@ class ReleaseMatrix(Shown):
         }
         return {**counts, "engine": self.engine, "cases": f"{self.level} on {self.platform}"}
 
-    def drawn(self) -> Figure:
+    def draw(self) -> Figure:
         """Draw by how many tolerances each quantity moved, release by release."""
         from harness.shown.figure import beside_tolerance
 
@@ -297,7 +291,7 @@ class ReleaseMatrix(Shown):
         }
         return beside_tolerance(groups, "change over its tolerance")
 
-    def frame(self) -> pd.DataFrame:
+    def to_frame(self) -> pd.DataFrame:
         """Return the cells as a table, one row each."""
         import pandas as pd
 
@@ -321,7 +315,7 @@ class ReleaseMatrix(Shown):
             ]
         )
 
-    def record(self) -> dict[str, Any]:
+    def to_json(self) -> dict[str, Any]:
         """Return the matrix as a JSON-ready mapping."""
         return {
             "level": self.level,
@@ -331,7 +325,7 @@ class ReleaseMatrix(Shown):
             "releases": [
                 {
                     "release": column.release,
-                    "engine": published(column.provenance) if column.provenance else None,
+                    "engine": to_json(column.provenance),
                     "error": column.error,
                     "changes": self.counts(i),
                 }
@@ -339,13 +333,13 @@ class ReleaseMatrix(Shown):
             ],
             "rows": [self._row(row) for row in self.rows],
             "known_defects": self.defects,
-            "cells": [row.record() for row in self.cells],
+            "cells": to_json(self.cells),
         }
 
     def _row(self, row: ReleaseRow) -> dict[str, Any]:
         releases = [column.release for column in self.columns]
         cells = [
-            {**cell.record(), "release": release}
+            {**cell.to_json(), "release": release}
             for cell, release in zip(row.cells, releases, strict=True)
         ]
         fields = {name: value for name, value in vars(row).items() if name != "record"}

@@ -6,17 +6,15 @@ import math
 from collections.abc import Hashable, Iterable
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, ClassVar
 
 from harness.comparison.compare import Change, Pair, change_of, compare
-from harness.comparison.verdicts import RANK, Check, Verdict, published
+from harness.comparison.verdicts import RANK, Check, Verdict
 from harness.comparison.verification import Results
 from harness.observables.row import numbered
-from harness.shown import Shown, record_frame
+from harness.shown import Record, Result
 
 if TYPE_CHECKING:
-    import pandas as pd
-
     from harness.shown.figure import Figure
 
 
@@ -33,32 +31,29 @@ class RowChange(StrEnum):
 
 
 @dataclass(frozen=True)
-class RowDiff(Pair[Check]):
+class RowDiff(Pair[Check], Record):
     """One check in two runs; ``worsens`` is true when it asks for exit status 1."""
 
     change: RowChange
     worsens: bool = False
 
-    def record(self) -> dict[str, Any]:
-        """Return the row as a flat JSON-ready mapping."""
-        before, after = self.before, self.after
-        return {
-            "change": str(self.change),
-            "kind": str(self.row.kind),
-            "name": self.row.name,
-            "unit": self.row.unit,
-            "verdict_before": str(before.verdict) if before else None,
-            "verdict_after": str(after.verdict) if after else None,
-            "value_before": before.value if before else math.nan,
-            "value_after": after.value if after else math.nan,
-            "moved_by": self.moved_by,
-            "moved_in_tolerances": self.in_tolerances,
-            "moved_in_uncertainties": self.in_uncertainties,
-            "tolerance_before": before.tolerance if before else math.nan,
-            "tolerance_after": after.tolerance if after else math.nan,
-            "triage": self.row.triage,
-            "worsens": self.worsens,
-        }
+    JSON: ClassVar = {
+        "change": "change",
+        "kind": "row.kind",
+        "name": "row.name",
+        "unit": "row.unit",
+        "verdict_before": "before.verdict",
+        "verdict_after": "after.verdict",
+        "value_before": "before.value",
+        "value_after": "after.value",
+        "moved_by": "moved_by",
+        "moved_in_tolerances": "in_tolerances",
+        "moved_in_uncertainties": "in_uncertainties",
+        "tolerance_before": "before.tolerance",
+        "tolerance_after": "after.tolerance",
+        "triage": "row.triage",
+        "worsens": "worsens",
+    }
 
 
 @dataclass(frozen=True)
@@ -71,13 +66,21 @@ class MetadataChange:
 
 
 @dataclass(frozen=True, repr=False)
-class RunDiff(Shown):
+class RunDiff(Result):
     """All that is not the same in two runs; ``rows`` are the gravest first, then the largest."""
 
     before: Results
     after: Results
     rows: tuple[RowDiff, ...]
     metadata: tuple[MetadataChange, ...]
+
+    JSON: ClassVar = {
+        "status": "status",
+        "counts": "counts",
+        "metadata": "metadata",
+        "rows": "changed_rows",
+    }
+    ROWS: ClassVar = "rows"
 
     @property
     def status(self) -> int:
@@ -88,9 +91,15 @@ class RunDiff(Shown):
         """Return how many rows changed in a way."""
         return sum(row.change is change for row in self.rows)
 
-    def frame(self) -> pd.DataFrame:
-        """Return all rows as a table, those that stayed the same too."""
-        return record_frame(self.rows)
+    @property
+    def counts(self) -> dict[str, int]:
+        """Return how many rows there are of each class."""
+        return {str(change): self.count(change) for change in RowChange}
+
+    @property
+    def changed_rows(self) -> list[RowDiff]:
+        """Return the rows that did not stay the same."""
+        return [row for row in self.rows if row.change is not RowChange.SAME]
 
     def summary(self) -> dict[str, str]:
         """Return what became of the rows, and which runs they are of."""
@@ -102,7 +111,7 @@ class RunDiff(Shown):
             "engine": self.after.engine.label if self.after.engine else "none",
         }
 
-    def drawn(self) -> Figure:
+    def draw(self) -> Figure:
         """Draw by how many tolerances each row moved."""
         from harness.shown.figure import beside_tolerance
 
@@ -111,15 +120,6 @@ class RunDiff(Shown):
             for change in dict.fromkeys(row.change for row in self.rows)
         }
         return beside_tolerance(groups, "moved by, over the tolerance")
-
-    def record(self) -> dict[str, Any]:
-        """Return everything as a JSON-ready mapping; rows that stayed the same by number only."""
-        return {
-            "status": self.status,
-            "counts": {str(change): self.count(change) for change in RowChange},
-            "metadata": [published(change) for change in self.metadata],
-            "rows": [row.record() for row in self.rows if row.change is not RowChange.SAME],
-        }
 
 
 def diff_runs(before: Results, after: Results) -> RunDiff:

@@ -26,12 +26,13 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from harness.errors import RequestError
+from harness.shown import Record
 
 Floats = NDArray[np.float64]
 Rows = NDArray[np.intp]
@@ -241,7 +242,7 @@ class Divergence:
 
 
 @dataclass(frozen=True)
-class Comparison:
+class Comparison(Record):
     """A column of a series against the same of its reference, at common times (T,).
 
     ``band`` is the tolerance and what interpolation adds, in the unit of the column.
@@ -255,6 +256,16 @@ class Comparison:
     band: float
     run_label: str = "run"
     reference_label: str = "baseline"
+
+    JSON: ClassVar = {
+        "case": "case",
+        "column": "column",
+        "largest_difference": "largest",
+        "band": "band",
+        "divergence_time_s": "divergence.time",
+        "from_first_step": "divergence.from_first_step",
+        "stays": "divergence.stays",
+    }
 
     @property
     def difference(self) -> Floats:
@@ -275,19 +286,6 @@ class Comparison:
     def divergence(self) -> Divergence | None:
         """Return when the difference leaves the band for good, None if it does not."""
         return part(self.column, self.time, self.difference, self.band)
-
-    def record(self) -> dict[str, Any]:
-        """Return it without the series as a JSON-ready mapping."""
-        divergence = self.divergence
-        return {
-            "case": self.case,
-            "column": self.column,
-            "largest_difference": self.largest,
-            "band": self.band,
-            "divergence_time_s": divergence.time if divergence else None,
-            "from_first_step": divergence.from_first_step if divergence else None,
-            "stays": divergence.stays if divergence else None,
-        }
 
 
 def part(column: str, time: Floats, difference: Floats, band: float) -> Divergence | None:

@@ -14,10 +14,9 @@ import re
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
-from functools import cache
 from typing import Annotated, Any, NamedTuple
 
-from pydantic import Field, TypeAdapter, computed_field, field_serializer
+from pydantic import Field, computed_field, field_serializer
 from pydantic.json_schema import SkipJsonSchema
 
 from harness.comparison.series import Divergence
@@ -30,6 +29,7 @@ from harness.errors import (
     EngineTimeoutError,
 )
 from harness.observables.row import Number, Row
+from harness.shown import Record
 
 
 @dataclass(frozen=True)
@@ -85,19 +85,6 @@ def of_divergence(divergence: Divergence) -> str:
     last = f"within its band up to {divergence.last_inside:.6g} s"
     back = "" if divergence.stays else "; it came back"
     return f"{Triage.LATE}: {divergence.column}, at {divergence.time:.6g} s ({last}){back}"
-
-
-@cache
-def adapter(kind: Any) -> TypeAdapter[Any]:
-    """Return what reads and writes a dataclass."""
-    return TypeAdapter(kind)
-
-
-def published(value: Any) -> dict[str, Any]:
-    """Return a dataclass as a mapping of JSON values; what is not finite stays so."""
-    kind: Any = type(value)
-    mapping: dict[str, Any] = adapter(kind).dump_python(value, mode="json")
-    return mapping
 
 
 class Kind(StrEnum):
@@ -186,7 +173,7 @@ Predict = Callable[[Any, Any], PredictedSize]
 
 
 @dataclass(frozen=True, kw_only=True)
-class Check(Row):
+class Check(Row, Record):
     """A row that was held against what is expected of it, and the verdict.
 
     ``difference`` is value - expected, always in full. ``why`` says where the
@@ -234,10 +221,6 @@ class Check(Row):
     @field_serializer("log")
     def _name_of_log(self, _: str) -> str:
         return self.log_name
-
-    def record(self) -> dict[str, Any]:
-        """Return the row as a JSON-ready mapping; its log by the name of the file."""
-        return published(self)
 
 
 def judge(

@@ -11,22 +11,20 @@ import hashlib
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from pydantic import computed_field
 
 from harness.comparison.known_defects import KnownDefect
 from harness.comparison.regression import BaselineRecord
 from harness.comparison.series import Comparison
-from harness.comparison.verdicts import Check, Verdict, adapter, published
+from harness.comparison.verdicts import Check, Verdict
 from harness.errors import EngineError
 from harness.observables.provenance import Provenance
 from harness.observables.row import Number, Row
-from harness.shown import Shown, record_frame, value_text
+from harness.shown import Result, adapter, to_json, value_text
 
 if TYPE_CHECKING:
-    import pandas as pd
-
     from harness.shown.figure import Figure
 
 
@@ -194,7 +192,7 @@ def json_schema() -> dict[str, Any]:
 
 
 @dataclass(frozen=True, repr=False)
-class Verification(Shown):
+class Verification(Result):
     """The result of ``verify``.
 
     ``main`` are the findings of each case in the main engine, ``solvers`` those of the harness's
@@ -233,6 +231,8 @@ class Verification(Shown):
     strict: bool = False
     defects: tuple[tuple[KnownDefect, str], ...] = ()
 
+    ROWS: ClassVar = "checks"
+
     @property
     def status(self) -> int:
         """Return the exit status that the verdicts ask for."""
@@ -255,10 +255,6 @@ class Verification(Shown):
         """Return the findings of a case in engines other than the main one, by engine."""
         return {engine: by_case[case] for engine, by_case in self.others.items() if case in by_case}
 
-    def frame(self) -> pd.DataFrame:
-        """Return the checks as a table, one row each."""
-        return record_frame(self.checks)
-
     def summary(self) -> dict[str, str]:
         """Return the verdicts counted by kind, the headline, and who was verified."""
         headlines = [
@@ -271,7 +267,7 @@ class Verification(Shown):
             "engine": self.provenance.label if self.provenance else "none",
         }
 
-    def drawn(self) -> Figure:
+    def draw(self) -> Figure:
         """Draw how much of its tolerance each row takes."""
         return beside_tolerances(self.checks)
 
@@ -281,7 +277,7 @@ class Verification(Shown):
         computed: dict[str, Any] = {
             "engine": self.provenance,
             "divergences": tuple(
-                DivergenceRow(**divergence.record()) for divergence in self.divergences
+                DivergenceRow(**divergence.to_json()) for divergence in self.divergences
             ),
             "engines": Engines(self.engines) if self.engines else None,
             "scripts": {
@@ -292,13 +288,13 @@ class Verification(Shown):
         same = {f.name: getattr(self, f.name) for f in fields(Results) if hasattr(self, f.name)}
         return Results(**{**same, **computed})
 
-    def record(self) -> dict[str, Any]:
+    def to_json(self) -> dict[str, Any]:
         """Return the results with the keys of the cases as a JSON-ready mapping: results.json.
 
         What cases publish of other engines stands under ``engines``, their rows
         one after the other.
         """
-        record = published(self.results)
+        record: dict[str, Any] = to_json(self.results)
         for findings in self.findings():
             record |= findings.published
         for findings in (f for by_case in self.others.values() for f in by_case.values()):

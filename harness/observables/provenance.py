@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import re
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from datetime import datetime
-from typing import Any
+
+from harness.shown import Record
 
 _DATE = re.compile(r"(\d{1,2}) ?([A-Z][a-z]{2}) ?(20\d\d)")
 
@@ -50,7 +51,7 @@ def numbers(**meanings: str) -> tuple[Observable, ...]:
 
 
 @dataclass(frozen=True)
-class Provenance:
+class Provenance(Record):
     """Identify the engine behind a result.
 
     ``how`` is ``in-process``, ``executable``, the launcher that started it, or
@@ -70,7 +71,3 @@ class Provenance:
     def label(self) -> str:
         """Return the engine with its version, and how it was run."""
         return ", ".join(filter(None, (f"{self.engine} {self.engine_version}".strip(), self.how)))
-
-    def record(self) -> dict[str, Any]:
-        """Return the fields as a JSON-ready mapping."""
-        return {**asdict(self), "packages": list(self.packages)}

@@ -37,7 +37,7 @@ class Trajectory:
         """Return the speed [m/s], shape (rows,)."""
         return np.hypot(self.vx_m_per_s, self.vy_m_per_s)
 
-    def frame(self) -> pd.DataFrame:
+    def to_frame(self) -> pd.DataFrame:
         """Return the path as a table, one row per sample."""
         import pandas as pd
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from harness.observables.provenance import Observable, Provenance
 from harness.parameters.tower import Tower
-from harness.shown import Shown, power
+from harness.shown import Result, power
 
 if TYPE_CHECKING:
     from harness.shown.figure import Figure
@@ -44,7 +44,7 @@ class Profiles(NamedTuple):
 
 
 @dataclass(frozen=True, repr=False)
-class TowerRun(Shown):
+class TowerRun(Result):
     """A tower in time: M samples, declared in :data:`SERIES`, and the last state.
 
     Time and step [s], displacements and compression [m], velocities and the rate of compression
@@ -114,7 +114,7 @@ class TowerRun(Shown):
         pressing = np.cumprod(self.known_profiles.forces > least, axis=1).sum(axis=1)
         return np.asarray(pressing, dtype=np.float64)
 
-    def frame(self) -> pd.DataFrame:
+    def to_frame(self) -> pd.DataFrame:
         """Return the series as a table, units in the names, ``t_over_t0`` in front."""
         columns = {"t_over_t0": self.time_over_t0}
         for observable in SERIES:
@@ -133,7 +133,7 @@ class TowerRun(Shown):
             "engine": self.provenance.label if self.provenance else f"{self.solver}, {step}",
         }
 
-    def drawn(self) -> Figure:
+    def draw(self) -> Figure:
         """Draw force and contacts of the grain against time."""
         from harness.shown.figure import Figure, label
 

@@ -355,5 +355,5 @@ def summary(
         "energy_drift": energy_drift(run),
         "contacts": [list(change) for change in contact_changes(run)],
         "final_velocity_m_per_s": [float(value) for value in run.final_velocity],
-        **(run.provenance.record() if run.provenance else {}),
+        **(run.provenance.to_json() if run.provenance else {}),
     }

@@ -66,9 +66,9 @@ def _fill(verification: Verification, folder: Path, drawn: Sequence[Drawn]) -> N
         folder / "scripts", {safe_path(n): text for n, text in verification.scripts.items()}
     )
     _write_texts(folder / "logs", logs)
-    write_csv(verification.frame(), folder / "results.csv", errors="replace")
+    write_csv(verification.to_frame(), folder / "results.csv", errors="replace")
     texts = {
-        "results.json": json_text(verification.record()),
+        "results.json": json_text(verification.to_json()),
         NAME: published(),
         "junit.xml": junit(verification),
         "summary.md": short_markdown(verification),
@@ -212,8 +212,8 @@ def write_diff(found: RunDiff, before: Path, after: Path, folder: Path) -> None:
         aside.mkdir()
         page = diff_page(found, (str(before), str(after)), list(_pairs(*runs)), _scripts(*runs))
         (aside / "diff.html").write_text(page, encoding="utf-8")
-        (aside / "diff.json").write_text(json_text(found.record()), encoding="utf-8")
-        write_csv(found.frame(), aside / "diff.csv")
+        (aside / "diff.json").write_text(json_text(found.to_json()), encoding="utf-8")
+        write_csv(found.to_frame(), aside / "diff.csv")
 
 
 def _pairs(before: Path, after: Path) -> Iterator[Pair]:
@@ -282,8 +282,8 @@ def write_releases(found: ReleaseMatrix, folder: Path) -> None:
     with whole_folder(folder) as aside:
         aside.mkdir()
         (aside / "report.md").write_text(markdown(found), encoding="utf-8")
-        write_csv(found.frame(), aside / "results.csv")
-        (aside / "results.json").write_text(json_text(found.record()), encoding="utf-8")
+        write_csv(found.to_frame(), aside / "results.csv")
+        (aside / "results.json").write_text(json_text(found.to_json()), encoding="utf-8")
         drawn = picture("changes", CHANGES, "", lambda: draw_changes(found))
         (aside / "changes.svg").write_text(drawn.svg, encoding="utf-8")
 

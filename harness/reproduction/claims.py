@@ -18,7 +18,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from importlib import resources
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 import pandas as pd
@@ -27,7 +27,7 @@ from numpy.typing import ArrayLike, NDArray
 from harness.comparison import compare as rows
 from harness.comparison.compare import Change
 from harness.observables.row import Row, by_name
-from harness.shown import record_frame
+from harness.shown import Record
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -171,7 +171,7 @@ class ClaimStatus(StrEnum):
 
 
 @dataclass(frozen=True)
-class Statement:
+class Statement(Record):
     """One row of the ledger.
 
     ``computed`` says in words what this run found, with its numbers;
@@ -191,7 +191,7 @@ class Statement:
     tolerance: float = math.nan
     why: str = ""
 
-    def record(self) -> dict[str, Any]:
+    def to_json(self) -> dict[str, Any]:
         """Return the row as a flat JSON-ready mapping, its numbers as :func:`rounded` has them."""
         return {
             "key": self.source.key,
@@ -361,10 +361,12 @@ def untestable(
 
 
 @dataclass(frozen=True)
-class Ledger:
+class Ledger(Record):
     """All statements, in the order of the publication."""
 
     statements: tuple[Statement, ...] = ()
+
+    ROWS: ClassVar = "statements"
 
     def __post_init__(self) -> None:
         keys = [s.source.key for s in self.statements]
@@ -382,10 +384,6 @@ class Ledger:
     def count(self, status: ClaimStatus) -> int:
         """Return how many statements have a status."""
         return sum(s.status is status for s in self.statements)
-
-    def frame(self) -> pd.DataFrame:
-        """Return the ledger as a table, one row a statement."""
-        return record_frame(self.statements)
 
 
 NUMBERS = ("printed", "found", "corrected", "tolerance")

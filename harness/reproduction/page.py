@@ -263,7 +263,7 @@ def _fill(reproduction: Reproduction, folder: Path, root: str) -> None:
         (folder / "movies" / f"{film.name}.gif.js").write_text(f'filmData("{uri}");\n', "ascii")
         (folder / "movies" / f"{film.name}.png").write_bytes(film.still)
         (folder / "dumps" / f"{film.name}.dump.gz").write_bytes(film.dump)
-    write_csv(reproduction.ledger.frame(), folder / LEDGER)
+    write_csv(reproduction.ledger.to_frame(), folder / LEDGER)
     for name, page in (("report.md", markdown), ("report.html", html_page)):
         (folder / name).write_text(page(reproduction, pictures, films, root), encoding="utf-8")
 

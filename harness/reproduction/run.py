@@ -33,7 +33,7 @@ from harness.reproduction.findings import FindingTables, findings
 from harness.reproduction.ledger import in_order, statements
 from harness.reproduction.movies import Motions, motions
 from harness.reproduction.schematics import collapse, force_and_contacts, separated
-from harness.shown import Shown
+from harness.shown import Result
 from harness.store.cache import EngineChoice, opened
 from harness.workflows.progress import Progress, silent
 
@@ -110,7 +110,7 @@ def source_figures(
 
 
 @dataclass(frozen=True, repr=False)
-class Reproduction(Shown):
+class Reproduction(Result):
     """All that a reproduction found; the same code and engine give the same."""
 
     ledger: Ledger
@@ -121,16 +121,16 @@ class Reproduction(Shown):
     platform: str
     harness_version: str
 
-    def frame(self) -> pd.DataFrame:
+    def to_frame(self) -> pd.DataFrame:
         """Return the ledger as a table, a row for each statement."""
-        return self.ledger.frame()
+        return self.ledger.to_frame()
 
     def summary(self) -> dict[str, str]:
         """Return how many statements have each status, and who ran what it took."""
         counts = {str(status): str(self.ledger.count(status)) for status in ClaimStatus}
         return {**counts, "engine": self.provenance.label}
 
-    def drawn(self) -> Figure:
+    def draw(self) -> Figure:
         """Draw how many statements have each status."""
         from harness.shown.figure import Figure, label
 

@@ -1,4 +1,4 @@
-"""How a result shows itself to whoever asks for it in Python: a few lines, and a figure."""
+"""What a result is outside Python: JSON and a table by its fields, a few lines, a figure."""
 
 from __future__ import annotations
 
@@ -6,10 +6,15 @@ import html
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping
-from typing import TYPE_CHECKING, Any, Protocol, TypeVar
+from dataclasses import is_dataclass
+from enum import Enum
+from functools import cache
+from pathlib import PurePath
+from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
 if TYPE_CHECKING:
     import pandas as pd
+    from pydantic import TypeAdapter
 
     from harness.shown.figure import Figure
 
@@ -17,10 +22,62 @@ ROUND_OFF = 14
 """Decimals beyond which an uncertainty says nothing."""
 
 
-class Shown(ABC):
+@cache
+def adapter(kind: Any) -> TypeAdapter[Any]:
+    """Return what reads and writes a dataclass."""
+    from pydantic import TypeAdapter
+
+    return TypeAdapter(kind)
+
+
+def to_json(value: Any) -> Any:
+    """Return a value as JSON has it, dataclasses by their fields; what is not finite stays so."""
+    if isinstance(value, Record):
+        return value.to_json()
+    if isinstance(value, Mapping):
+        return {key: to_json(item) for key, item in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [to_json(item) for item in value]
+    if is_dataclass(value):
+        kind: Any = type(value)
+        return adapter(kind).dump_python(value, mode="json")
+    return str(value) if isinstance(value, (Enum, PurePath)) else value
+
+
+class Record:
+    """A dataclass that JSON and tables have by its fields, or by what ``JSON`` declares.
+
+    ``JSON`` maps each key, with the unit in it, to the attribute that it has, one of an attribute
+    after a dot; a key of stars puts in all keys of a mapping or a record. ``ROWS`` is the attribute
+    with the rows of its table, empty for a table of one row.
+    """
+
+    JSON: ClassVar[Mapping[str, str]] = {}
+    ROWS: ClassVar[str] = ""
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the keys, JSON-ready."""
+        if not self.JSON:
+            kind: Any = type(self)
+            fields: dict[str, Any] = adapter(kind).dump_python(self, mode="json")
+            return fields
+        found: dict[str, Any] = {}
+        for key, path in self.JSON.items():
+            value: Any = self
+            for name in path.split("."):
+                value = None if value is None else getattr(value, name)
+            found |= to_json(value) if key.startswith("**") else {key: to_json(value)}
+        return found
+
+    def to_frame(self) -> pd.DataFrame:
+        """Return the rows as a table, the keys of each as columns."""
+        return frame_of(getattr(self, self.ROWS) if self.ROWS else [self])
+
+
+class Result(Record, ABC):
     """A result that a notebook shows in a few lines, and that draws itself.
 
-    A subclass has ``summary`` and ``drawn``; as a dataclass it leaves ``repr`` to this class.
+    A subclass has ``summary`` and ``draw``; as a dataclass it leaves ``repr`` to this class.
     """
 
     @abstractmethod
@@ -28,7 +85,7 @@ class Shown(ABC):
         """Return what the result says of itself, a line each: at most five."""
 
     @abstractmethod
-    def drawn(self) -> Figure:
+    def draw(self) -> Figure:
         """Return the figure behind ``plot``, in whatever style is set."""
 
     def plot(self) -> Figure:
@@ -36,7 +93,7 @@ class Shown(ABC):
         from harness.shown.figure import house_style
 
         with house_style():
-            return self.drawn()
+            return self.draw()
 
     def __repr__(self) -> str:
         """Return the same lines for a terminal."""
@@ -51,32 +108,25 @@ class Shown(ABC):
         return f"<table><tbody>{rows}</tbody></table>"
 
 
-def record_frame(rows: Iterable[Recorded]) -> pd.DataFrame:
-    """Return a table with a row for each, the keys of its record as columns."""
+def frame_of(rows: Iterable[Any]) -> pd.DataFrame:
+    """Return a table with a row for each, its keys as columns."""
     import pandas as pd
 
-    return pd.DataFrame([row.record() for row in rows])
+    return pd.DataFrame([to_json(row) for row in rows])
 
 
-class Recorded(Protocol):
-    """What has a record for a row of a table."""
-
-    def record(self) -> dict[str, Any]:
-        """Return it as a JSON-ready mapping."""
-
-
-T = TypeVar("T", bound=Recorded)
+T = TypeVar("T", bound=Record)
 
 
 class Listing(list[T]):
-    """A list of things that have a ``record``, shown as a table."""
+    """A list of records, shown as a table."""
 
-    def frame(self) -> pd.DataFrame:
-        """Return a row for each, the keys of its record as columns."""
-        return record_frame(self)
+    def to_frame(self) -> pd.DataFrame:
+        """Return a row for each, its keys as columns."""
+        return frame_of(self)
 
     def _repr_html_(self) -> str:
-        frame = self.frame()
+        frame = self.to_frame()
         plain = [name for name in frame if frame[name].map(_is_plain).all()]
         return str(frame[plain].to_html(index=False, na_rep=""))
 

@@ -8,6 +8,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from pathlib import Path
+from typing import ClassVar
 
 import numpy as np
 
@@ -16,6 +17,7 @@ from harness.comparison.regression import Baseline, BaselineRecord, changed_para
 from harness.errors import RequestError
 from harness.files import whole_folder
 from harness.observables.row import Row
+from harness.shown import Record
 from harness.store.baseline import (
     SERIES,
     TABLE,
@@ -61,16 +63,18 @@ class ChangeKind(StrEnum):
 
 
 @dataclass(frozen=True)
-class RecordChange:
+class RecordChange(Record):
     """A record that would change in the baseline, with a text for each of its changes."""
 
     measured: BaselineRecord
     kind: ChangeKind
     lines: tuple[str, ...]
 
-    def record(self) -> dict[str, object]:
-        """Return it as a JSON-ready mapping."""
-        return {"case": self.measured.name, "kind": str(self.kind), "changes": list(self.lines)}
+    JSON: ClassVar = {
+        "case": "measured.name",
+        "kind": "kind",
+        "changes": "lines",
+    }
 
 
 def changes(measured: Sequence[BaselineRecord], baseline: Baseline) -> list[RecordChange]:

@@ -25,12 +25,12 @@ WRONG = ("test", "release", "recorded", "law", "difference", "step", "upstream a
 
 
 def _fails(outcome: Outcome) -> bool:
-    record = outcome.record()
+    record = outcome.to_json()
     return bool({record["recorded"], record["law"]} & {"fail", "known defect"})
 
 
 def _wrong(outcome: Outcome) -> tuple[str, ...]:
-    record = outcome.record()
+    record = outcome.to_json()
     hidden = ", **hidden**" if record["hidden_by_tolerance"] else ""
     failed = [check.note for check in outcome.checks if check.verdict == "fail"]
     return (
@@ -54,7 +54,7 @@ def _matrix(runs: UpstreamRuns) -> Table:
 
 
 def _short(outcome: Outcome) -> str:
-    record = outcome.record()
+    record = outcome.to_json()
     words = {"not tested": "-", "none": "-"}
     return " / ".join(
         words.get(str(record[name]), str(record[name])) for name in ("recorded", "law")

@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 from importlib.metadata import version
 from itertools import accumulate
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -49,7 +49,7 @@ from harness.errors import (
 )
 from harness.parameters.rules import Rules
 from harness.parameters.scene import ContactScene
-from harness.shown import record_frame
+from harness.shown import Record
 from harness.solvers.pair.integration import integrate
 from harness.solvers.pair.stepping import Departures, NotSteppedError, advance
 from harness.store.known_defects import known_defects
@@ -57,7 +57,7 @@ from harness.upstream.definition import COLUMNS, RECORDED, STATE, UpstreamTest
 from harness.upstream.scene import scene_of
 
 if TYPE_CHECKING:
-    import pandas as pd
+    pass
 
 Floats = NDArray[np.float64]
 State = Mapping[str, Floats]
@@ -98,7 +98,7 @@ class Run:
 
 
 @dataclass(frozen=True)
-class Outcome:
+class Outcome(Record):
     """What became of a test in a release: rows, and what upstream's tolerance hides.
 
     ``law_difference`` is the largest difference of velocities between the limit of a small step
@@ -124,7 +124,7 @@ class Outcome:
         failed = any(c.kind is Kind.CROSS_CODE and c.verdict in wrong for c in self.checks)
         return failed and self.law_difference <= self.tolerance
 
-    def record(self) -> dict[str, object]:
+    def to_json(self) -> dict[str, object]:
         """Return the outcome as a flat row."""
         recorded = [c for c in self.checks if c.kind is Kind.REGRESSION]
         law = [c for c in self.checks if c.kind is Kind.CROSS_CODE]
@@ -152,10 +152,15 @@ def _worst(checks: Sequence[Check]) -> str:
 
 
 @dataclass(frozen=True)
-class UpstreamRuns:
+class UpstreamRuns(Record):
     """Upstream's tests in one release or several."""
 
     outcomes: tuple[Outcome, ...]
+
+    JSON: ClassVar = {
+        "rows": "outcomes",
+    }
+    ROWS: ClassVar = "outcomes"
 
     @property
     def status(self) -> int:
@@ -165,19 +170,11 @@ class UpstreamRuns:
             return 3
         return int(any(check.verdict is Verdict.FAIL for check in checks))
 
-    def record(self) -> dict[str, object]:
-        """Return all rows, JSON-ready."""
-        return {"rows": [outcome.record() for outcome in self.outcomes]}
-
-    def frame(self) -> pd.DataFrame:
-        """Return a row for each test and release."""
-        return record_frame(self.outcomes)
-
     def summary(self) -> dict[str, str]:
         """Return the counts by release."""
         counts = {}
         for release in dict.fromkeys(o.release for o in self.outcomes):
-            rows = [o.record() for o in self.outcomes if o.release == release]
+            rows = [o.to_json() for o in self.outcomes if o.release == release]
             passed = sum(row["recorded"] == "pass" for row in rows)
             held = sum(row["law"] == "pass" for row in rows)
             judged = sum(row["law"] not in ("none", "not tested") for row in rows)

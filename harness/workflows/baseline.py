@@ -7,7 +7,7 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from pydantic import ValidationError
 
@@ -23,7 +23,7 @@ from harness.comparison.verification import (
     read_published,
 )
 from harness.errors import EngineError, RequestError
-from harness.shown import Shown, record_frame
+from harness.shown import Result
 from harness.store.acceptance import RecordChange, changes, check_target, write
 from harness.store.baseline import bounded_text, checkout_baseline, committed
 from harness.store.cache import EngineChoice
@@ -31,17 +31,27 @@ from harness.workflows.progress import Progress, silent
 from harness.workflows.verification import chosen_baseline, verify
 
 if TYPE_CHECKING:
-    import pandas as pd
-
     from harness.shown.figure import Figure
 
 
 @dataclass(frozen=True, repr=False)
-class BaselineComparison(Shown):
+class BaselineComparison(Result):
     """A run against the baseline: the rows of kind regression, and what accepting would change."""
 
     verification: Verification
     changes: tuple[RecordChange, ...]
+
+    JSON: ClassVar = {
+        "baseline": "verification.baseline",
+        "level": "verification.level",
+        "status": "status",
+        "engine": "verification.provenance",
+        "engine_errors": "verification.engine_errors",
+        "checks": "checks",
+        "divergences": "verification.divergences",
+        "changes": "changes",
+    }
+    ROWS: ClassVar = "checks"
 
     @property
     def checks(self) -> tuple[Check, ...]:
@@ -55,10 +65,6 @@ class BaselineComparison(Shown):
             return 3
         return 1 if any(check.verdict == "fail" for check in self.checks) else 0
 
-    def frame(self) -> pd.DataFrame:
-        """Return the rows against the baseline as a table."""
-        return record_frame(self.checks)
-
     def summary(self) -> dict[str, str]:
         """Return the verdicts, what accepting would change, and who ran."""
         return {
@@ -70,24 +76,9 @@ class BaselineComparison(Shown):
             else "none",
         }
 
-    def drawn(self) -> Figure:
+    def draw(self) -> Figure:
         """Draw how much of its tolerance each row takes."""
         return beside_tolerances(self.checks)
-
-    def record(self) -> dict[str, Any]:
-        """Return everything but the series as a JSON-ready mapping."""
-        return {
-            "baseline": self.verification.baseline,
-            "level": self.verification.level,
-            "status": self.status,
-            "engine": self.verification.provenance.record()
-            if self.verification.provenance
-            else None,
-            "engine_errors": list(self.verification.engine_errors),
-            "checks": [check.record() for check in self.checks],
-            "divergences": [series.record() for series in self.verification.divergences],
-            "changes": [change.record() for change in self.changes],
-        }
 
 
 def compare_with_baseline(

@@ -15,7 +15,6 @@ from pydantic_core import PydanticUndefined
 from harness import __version__
 from harness.cases.contract import Case, Measured, Reference
 from harness.cases.registry import MAIN, all_cases, get_case
-from harness.comparison.verdicts import published
 from harness.engines.border import refuse_endless
 from harness.engines.contract import Engine
 from harness.engines.registry import DEFAULT, engine_class, engine_names
@@ -25,7 +24,7 @@ from harness.observables.row import Row
 from harness.parameters.allowed import allowed_in, unit_in
 from harness.parameters.base import Parameters, nested
 from harness.report.sections import Section
-from harness.shown import Listing, Shown
+from harness.shown import Listing, Record, Result
 from harness.store.cache import EngineChoice, opened
 from harness.workflows.progress import Progress, silent
 from harness.workflows.verification import Open
@@ -47,7 +46,7 @@ class ParameterInfo:
 
 
 @dataclass(frozen=True)
-class CaseInfo:
+class CaseInfo(Record):
     """A case as it is listed.
 
     ``parameters`` are named as ``--set`` takes them, those of nested objects with a dot;
@@ -68,10 +67,6 @@ class CaseInfo:
     by_default: bool = field(default=False)
     derived: Mapping[str, str] = field(default_factory=dict)
     verify_seconds: Mapping[str, float] = field(default_factory=dict)
-
-    def record(self) -> dict[str, Any]:
-        """Return it as a JSON-ready mapping."""
-        return published(self)
 
 
 def cases() -> Listing[CaseInfo]:
@@ -322,7 +317,7 @@ NO_RULES = Traits(install_hint="", versions=(), integrator="")
 
 
 @dataclass(frozen=True, repr=False)
-class RunResult(Shown):
+class RunResult(Result):
     """One run of a case: who ran it, with which parameters, and what was measured.
 
     A quantity is expected to be what its reference is, whose kind is the row's ``note``.
@@ -336,13 +331,13 @@ class RunResult(Shown):
     quantities: Mapping[str, Row]
     profile: Mapping[str, Sequence[float]] = field(default_factory=dict)
 
-    def record(self) -> dict[str, Any]:
+    def to_json(self) -> dict[str, Any]:
         """Return it as a JSON-ready mapping; the profile, where there is one, by its columns."""
         rows = {name: _record(row) for name, row in self.quantities.items()}
         fields = {**vars(self), "parameters": dict(self.parameters), "quantities": rows}
         return fields if self.profile else {k: v for k, v in fields.items() if k != "profile"}
 
-    def frame(self) -> pd.DataFrame:
+    def to_frame(self) -> pd.DataFrame:
         """Return the quantities as a table, one row each."""
         import pandas as pd
 
@@ -354,7 +349,7 @@ class RunResult(Shown):
         lines = {name: _quantity_text(row) for name, row in self.quantities.items()}
         return {**lines, "case": self.case, "engine": f"{self.engine} {self.engine_version}"}
 
-    def drawn(self) -> Figure:
+    def draw(self) -> Figure:
         """Draw how far each quantity is off its reference; those without one are named so."""
         from harness.shown.figure import Figure, label
 

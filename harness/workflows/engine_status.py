@@ -7,7 +7,7 @@ import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 from harness.cases.contract import Case
 from harness.cases.registry import built_in, get_case
@@ -25,7 +25,7 @@ from harness.engines.traits import ContactModel, Traits
 from harness.errors import EngineError, RequestError, cannot_write
 from harness.files import held_folder
 from harness.observables.provenance import Provenance
-from harness.shown import Listing
+from harness.shown import Listing, Record
 from harness.workflows.progress import Progress, silent
 
 ALL = "all"
@@ -123,8 +123,8 @@ NOT_RUN = "-"
 
 
 @dataclass(frozen=True)
-class EngineStatus:
-    """One way to run an engine: who it is, or why it is missing; and what it traits."""
+class EngineStatus(Record):
+    """One way to run an engine: who it is, or why it is missing; and what it declares."""
 
     engine: str
     how: str
@@ -132,25 +132,42 @@ class EngineStatus:
     traits: Traits
     reason: str = ""
 
-    def record(self) -> dict[str, Any]:
-        """Return the status as a JSON-ready mapping."""
-        traits = self.traits
-        return {
-            "engine": self.engine,
-            "how": self.how,
-            "available": self.provenance is not None,
-            "engine_version": self.provenance.engine_version if self.provenance else None,
-            "executable": self.provenance.executable if self.provenance else None,
-            "packages": list(self.provenance.packages) if self.provenance else [],
-            "reason": self.reason,
-            "install_hint": traits.install_hint,
-            "lineage": traits.lineage,
-            "tails": list(traits.frictionless.states["tail"]),
-            "effective_masses": list(traits.frictionless.states["effective_mass"]),
-            "spring": traits.spring,
-            "integrator": traits.integrator,
-            "digits": traits.digits,
-        }
+    JSON: ClassVar = {
+        "engine": "engine",
+        "how": "how",
+        "available": "available",
+        "engine_version": "provenance.engine_version",
+        "executable": "provenance.executable",
+        "packages": "packages",
+        "reason": "reason",
+        "install_hint": "traits.install_hint",
+        "lineage": "traits.lineage",
+        "tails": "tails",
+        "effective_masses": "effective_masses",
+        "spring": "traits.spring",
+        "integrator": "traits.integrator",
+        "digits": "traits.digits",
+    }
+
+    @property
+    def available(self) -> bool:
+        """Return whether the engine was found."""
+        return self.provenance is not None
+
+    @property
+    def tails(self) -> tuple[str | int | float, ...]:
+        """Return the rules for the tail that it states."""
+        return self.traits.frictionless.states["tail"]
+
+    @property
+    def effective_masses(self) -> tuple[str | int | float, ...]:
+        """Return the effective masses against a fixed sphere that it states."""
+        return self.traits.frictionless.states["effective_mass"]
+
+    @property
+    def packages(self) -> tuple[str, ...]:
+        """Return its packages, none of one that is missing."""
+        return self.provenance.packages if self.provenance else ()
 
 
 def engines(

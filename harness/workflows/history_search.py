@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, Unpack
 from harness.errors import RequestError
 from harness.files import history_place
 from harness.report import plain
-from harness.shown import Shown
+from harness.shown import Result
 from harness.store import history as history_query
 from harness.store.history import History, HistoryQuery
 
@@ -34,7 +34,7 @@ BLOCK = 1000
 
 
 @dataclass(frozen=True, repr=False)
-class HistoryAnswer(Shown):
+class HistoryAnswer(Result):
     """What the history holds on a question: runs, or quantities of runs, newest first.
 
     Each row is a JSON-ready mapping; in a row of ``quantities`` the columns of
@@ -50,7 +50,7 @@ class HistoryAnswer(Shown):
         """Return the quantities where they were asked for, else the runs."""
         return self.runs if self.quantities is None else self.quantities
 
-    def frame(self) -> pd.DataFrame:
+    def to_frame(self) -> pd.DataFrame:
         """Return the rows as a table, as :func:`table` does."""
         return table(self.rows, quantities=self.quantities is not None)
 
@@ -59,18 +59,18 @@ class HistoryAnswer(Shown):
         kind = "runs" if self.quantities is None else "measurements"
         return {kind: str(len(self.rows)), "history": str(self.file)}
 
-    def drawn(self, against: Against = "date") -> Figure:
+    def draw(self, against: Against = "date") -> Figure:
         """Return the one quantity over date or release, or the rows that failed."""
         from harness.report.figures import recorded
 
-        return recorded(self.frame(), against)
+        return recorded(self.to_frame(), against)
 
     def plot(self, against: Against = "date") -> Figure:
         """Return a figure of the one quantity over date or release, or of rows that failed."""
         from harness.shown.figure import house_style
 
         with house_style():
-            return self.drawn(against)
+            return self.draw(against)
 
 
 _TYPES = {

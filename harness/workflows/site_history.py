@@ -108,7 +108,7 @@ def _rows_of(run: SiteRun) -> Iterator[dict[str, Any]]:
     # names as the history has them
     for (name, kind, _), before, check in numbered(results.checks, _name_of):
         identity = {"name": f"{name} ({before + 1})" if before else name, "kind": str(kind)}
-        yield {**common, **check.record(), **identity, "verdict": str(check.verdict)}
+        yield {**common, **check.to_json(), **identity, "verdict": str(check.verdict)}
 
 
 def _name_of(check: Check) -> tuple[str, Kind, str]:

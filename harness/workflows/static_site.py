@@ -6,7 +6,7 @@ import json
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from harness.comparison.verdicts import Verdict
 from harness.errors import RequestError
@@ -15,7 +15,7 @@ from harness.report.plain import json_text, safe_path
 from harness.report.sections import Table
 from harness.report.site import START, STYLE, Site
 from harness.report.text import headline
-from harness.shown import Shown
+from harness.shown import Result
 from harness.store.baseline import checkout_baseline
 from harness.store.known_defects import known_defects
 from harness.workflows import site_board as board
@@ -46,7 +46,7 @@ COMMITTED = (
 
 
 @dataclass(frozen=True, repr=False)
-class BuiltSite(Shown):
+class BuiltSite(Result):
     """A site: its folder, its pages with their sizes [bytes], and how many other files it has.
 
     ``unlinked`` are page and link where a link leads to nothing that the site could hold.
@@ -57,6 +57,29 @@ class BuiltSite(Shown):
     files: int
     unlinked: tuple[tuple[str, str], ...]
 
+    JSON: ClassVar = {
+        "output": "folder",
+        "start": "start",
+        "pages": "listed_pages",
+        "files": "files",
+        "unlinked": "listed_links",
+    }
+
+    @property
+    def start(self) -> Path:
+        """Return the page to open first."""
+        return self.folder / START
+
+    @property
+    def listed_pages(self) -> list[dict[str, Any]]:
+        """Return address and size of each page."""
+        return [{"page": page, "bytes": size} for page, size in self.pages.items()]
+
+    @property
+    def listed_links(self) -> list[dict[str, str]]:
+        """Return page and address of each link that leads nowhere."""
+        return [{"page": page, "link": link} for page, link in self.unlinked]
+
     def summary(self) -> dict[str, str]:
         """Return where it starts, and how much it holds."""
         counts = {"pages": len(self.pages), "other files": self.files}
@@ -64,17 +87,7 @@ class BuiltSite(Shown):
         words = {name: str(number) for name, number in counts.items()}
         return {"site": str(self.folder / START), **words}
 
-    def record(self) -> dict[str, Any]:
-        """Return it as a JSON-ready mapping."""
-        return {
-            "output": str(self.folder),
-            "start": str(self.folder / START),
-            "pages": [{"page": page, "bytes": size} for page, size in self.pages.items()],
-            "files": self.files,
-            "unlinked": [{"page": page, "link": link} for page, link in self.unlinked],
-        }
-
-    def drawn(self) -> Figure:
+    def draw(self) -> Figure:
         """Draw how many pages are at most so large."""
         from harness.report.style import label, panels
 

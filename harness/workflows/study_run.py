@@ -35,7 +35,7 @@ from harness.files import RESTARTS, cache_place
 from harness.observables.provenance import Provenance
 from harness.observables.reference import ReferencePoints
 from harness.parameters.base import Parameters
-from harness.shown import Shown
+from harness.shown import Result
 from harness.store.cache import opened
 from harness.store.entries import Entries
 from harness.workflows.case_runs import usual_engine
@@ -253,7 +253,7 @@ ExecutorOf = Callable[[int], Executor]
 
 
 @dataclass(frozen=True, repr=False)
-class StudyResult(Shown):
+class StudyResult(Result):
     """What a study found, with every run behind it; ``missing`` says why an arm has no runs.
 
     ``taken`` runs are those of an earlier study.
@@ -273,7 +273,7 @@ class StudyResult(Shown):
         """Return how many runs have a status, as ``done``, ``undecided`` or ``failed``."""
         return sum(row["status"] == status for row in self.runs)
 
-    def record(self) -> dict[str, Any]:
+    def to_json(self) -> dict[str, Any]:
         """Return it as a JSON-ready mapping."""
         return {
             "case": self.case,
@@ -288,7 +288,7 @@ class StudyResult(Shown):
             "rows": [dict(row) for row in self.conclusion.rows],
         }
 
-    def frame(self) -> pd.DataFrame:
+    def to_frame(self) -> pd.DataFrame:
         """Return the rows of results as a table."""
         return as_frame(self.conclusion.rows)
 
@@ -297,7 +297,7 @@ class StudyResult(Shown):
         runs = ", ".join(f"{self.count(status)} {status}" for status in (DONE, UNDECIDED, FAILED))
         return {"verdict": " ".join(self.conclusion.verdict), "runs": runs, "level": self.level}
 
-    def drawn(self) -> Figure:
+    def draw(self) -> Figure:
         """Draw the first figure of the report."""
         drawings = [drawing for section in self.conclusion.sections for drawing in section.drawings]
         if not drawings:

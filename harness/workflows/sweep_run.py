@@ -35,7 +35,7 @@ from harness.errors import (
 from harness.files import cache_place, check_writable, held_folder, lock_file
 from harness.observables.provenance import Provenance
 from harness.parameters.base import Parameters
-from harness.shown import Shown
+from harness.shown import Result
 from harness.store.cache import CachedEngine, opened
 from harness.store.entries import (
     ROOT,
@@ -321,7 +321,7 @@ Row = Mapping[str, Any]
 
 
 @dataclass(frozen=True, repr=False)
-class Sweep(Shown):
+class Sweep(Result):
     """The rows of a sweep, flat: engine, parameters and quantities with units in their names.
 
     ``over`` are the columns that were swept, ``quantities`` those that were measured, and
@@ -346,7 +346,7 @@ class Sweep(Shown):
         """Return how many rows have a status, one of :data:`STATUSES`."""
         return sum(row["status"] == status for row in self.rows)
 
-    def record(self) -> dict[str, Any]:
+    def to_json(self) -> dict[str, Any]:
         """Return it as a JSON-ready mapping."""
         return {
             "case": self.case,
@@ -360,7 +360,7 @@ class Sweep(Shown):
             "rows": [dict(row) for row in self.rows],
         }
 
-    def frame(self) -> pd.DataFrame:
+    def to_frame(self) -> pd.DataFrame:
         """Return the rows as a table; what a run does not have is NaN."""
         return as_frame(self.rows)
 
@@ -373,7 +373,7 @@ class Sweep(Shown):
             "engines": ", ".join(dict.fromkeys(row["engine"] for row in self.rows)),
         }
 
-    def drawn(self) -> Figure:
+    def draw(self) -> Figure:
         """Draw the quantity that was asked for, or the first; RequestError where none is there."""
         figure = self.figure()
         if figure is None:
@@ -390,7 +390,7 @@ class Sweep(Shown):
         from harness.report.sweep_figures import sweep_figure
         from harness.workflows.sweep_references import reference_lines
 
-        frame = self.frame()
+        frame = self.to_frame()
         for name in self.over[2:]:
             frame = frame[frame[name] == frame[name].iloc[0]]
         frame = frame[frame["status"] == DONE]
@@ -405,7 +405,7 @@ class Sweep(Shown):
 
     def own_figures(self) -> Mapping[str, Callable[[], AnyFigure]]:
         """Return what draws the figures that the case has of such rows, by their names."""
-        frame = self.frame()
+        frame = self.to_frame()
         return get_case(self.case).figures(frame[frame["status"] == DONE])
 
     def _column(self, quantity: str) -> str:
@@ -413,7 +413,7 @@ class Sweep(Shown):
         return quantity if quantity in self.quantities else next(matching, quantity)
 
     def _repr_html_(self) -> str:
-        html: str = self.frame().to_html(max_rows=20, index=False, na_rep="")
+        html: str = self.to_frame().to_html(max_rows=20, index=False, na_rep="")
         return html
 
 

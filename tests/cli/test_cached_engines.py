@@ -104,7 +104,7 @@ def died(monkeypatch):
     found = SimpleNamespace(
         engine_errors=("crashed",),
         cases=(),
-        record=lambda: {"status": 3, "engine_errors": ["crashed"]},
+        to_json=lambda: {"status": 3, "engine_errors": ["crashed"]},
     )
     monkeypatch.setattr(harness.workflows, "verify", lambda *_, **__: found, raising=False)
     monkeypatch.setattr(report_folder, "write", lambda _, folder, __, **___: folder.mkdir())
@@ -121,7 +121,7 @@ def test_a_verification_whose_engine_died_is_not_kept(died, tmp_path, monkeypatc
 
     verify._record(asked, engine, tmp_path / "run", silent)
     assert kept() is None
-    died.engine_errors, died.record = (), lambda: {"status": 0, "engine_errors": []}
+    died.engine_errors, died.to_json = (), lambda: {"status": 0, "engine_errors": []}
     verify._record(asked, engine, tmp_path / "again", silent)
     assert kept() is not None
 

@@ -11,7 +11,7 @@ from harness.workflows import case_details, cases
 
 def test_a_case_in_full_has_what_the_list_has_and_more(command):
     (found,) = json.loads(command("cases", "oblique", "--json").out)["cases"]
-    (listed,) = (one.record() for one in cases() if one.name == "oblique")
+    (listed,) = (one.to_json() for one in cases() if one.name == "oblique")
     assert {key: found[key] for key in listed if key != "parameters"} == {
         key: value for key, value in listed.items() if key != "parameters"
     }

@@ -12,7 +12,7 @@ FIGURE = '<svg viewBox="0 0 72 36" xmlns="http://www.w3.org/2000/svg"><path d="M
 
 
 def check(value):
-    return judge("angle", Kind.ANALYTIC, value, 10.2, Tolerance("deg", 0.1, 0.0, "why")).record()
+    return judge("angle", Kind.ANALYTIC, value, 10.2, Tolerance("deg", 0.1, 0.0, "why")).to_json()
 
 
 @pytest.fixture

@@ -56,7 +56,7 @@ def _recorder():
 
 
 def _fill(found, folder, _root):
-    found.ledger.frame().to_csv(folder / "ledger.csv", index=False)
+    found.ledger.to_frame().to_csv(folder / "ledger.csv", index=False)
 
 
 def test_a_run_goes_below_runs_unless_told_otherwise(run_here, tmp_path):

@@ -79,7 +79,7 @@ def test_a_cell_says_why_it_was_not_tested_where_it_was_not():
     (row,) = cell_rows([first, second, first[1:], []])
     assert row.verdicts == ("not tested", "pass", "not tested", "")
     assert row.reasons == (missing.note, "", alone.note, "")
-    assert row.record()["reasons"] == row.reasons
+    assert row.to_json()["reasons"] == [*row.reasons]
     assert reasons_of_records(first) == {"toy/slide-new-wall": missing.note}
     assert reasons_of_records(second) == reasons_of_records(first[1:]) == {}
 
@@ -118,7 +118,7 @@ def test_a_failure_that_no_defect_explains_is_status_1_and_the_page_names_all():
     ]
     found = release_matrix("quick", "here", columns, {}, "TOY", "contacts")
     assert found.status == 0
-    assert found.record()["known_defects"] == {"lost-friction": [0, 1, 0]}
+    assert found.to_json()["known_defects"] == {"lost-friction": [0, 1, 0]}
     page = markdown(found)
     assert "--cases contacts" in page
     assert "| lost-friction |  | 1 |  |" in page

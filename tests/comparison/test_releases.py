@@ -72,8 +72,8 @@ def test_matrix_holds_each_release_against_the_first_that_ran():
     assert row.cells[3].difference == pytest.approx(0.1)
     assert row.cells[4].note == "crashed: SIGSEGV"
     assert found.status == 3
-    assert len(found.frame()) == 5
-    assert found.record()["reference"] == "2022"
+    assert len(found.to_frame()) == 5
+    assert found.to_json()["reference"] == "2022"
 
 
 @pytest.mark.parametrize(("after", "status"), [(2.0, 1), (1.0, 0)])
@@ -84,7 +84,7 @@ def test_status_is_1_when_a_value_moved_and_0_when_none_did(after, status):
 
 def test_rows_and_record_name_the_record_with_its_label():
     found = release_matrix("quick", "", [column("a", case(1.0))], TOLERANCES)
-    (row,) = found.record()["rows"]
+    (row,) = found.to_json()["rows"]
     assert (row["case"], row["label"], row["tolerance"]) == (CASE.name, "an angle", 1e-9)
     assert row["cells"][0]["release"] == "a"
 
@@ -98,7 +98,7 @@ def test_a_value_that_a_release_cannot_have_says_why():
     columns = [column("a", checks=(row,)), column("b", spring), column("c")]
     found = release_matrix("quick", "", columns, {"slide": TOLERANCES["incline"]})
     assert [cell.note for cell in found.rows[0].cells] == [why, "", ""]
-    assert list(found.frame()["note"]) == [why, "", ""]
+    assert list(found.to_frame()["note"]) == [why, "", ""]
     page = markdown(found)
     assert page.count(why) == 1
     assert f"| a | {why} | 1 | slide |" in page

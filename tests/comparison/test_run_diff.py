@@ -148,9 +148,9 @@ def test_everything_else_that_differs_is_named():
 
 def test_table_and_record_have_the_rows():
     found = diff_runs(run(row("a"), row("b")), run(row("a"), row("b", value=9.0)))
-    assert list(found.frame()["name"]) == ["b", "a"]
-    assert [r["name"] for r in found.record()["rows"]] == ["b"]
-    assert found.record()["counts"]["same"] == 1
+    assert list(found.to_frame()["name"]) == ["b", "a"]
+    assert [r["name"] for r in found.to_json()["rows"]] == ["b"]
+    assert found.to_json()["counts"]["same"] == 1
 
 
 def test_a_run_without_an_engine_is_a_run():

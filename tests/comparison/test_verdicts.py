@@ -39,7 +39,7 @@ def test_relative_tolerance_grows_with_what_is_expected():
 def test_the_difference_is_never_rounded_away():
     check = judge("x", Kind.ANALYTIC, 1.0 + 2**-52, 1.0, ABSOLUTE)
     assert check.difference == 2**-52
-    assert check.record()["difference"] == 2**-52
+    assert check.to_json()["difference"] == 2**-52
 
 
 def test_rows_that_are_no_judgement_are_never_a_pass():
@@ -55,9 +55,9 @@ def test_a_check_is_published_with_its_difference_and_the_name_of_its_log():
     error = EngineCrashError("signal")
     error.log = "last words"
     row = failed_run("a run", Kind.ANALYTIC, error, "deg")
-    record = row.record()
+    record = row.to_json()
     assert record["log"] == row.log_name
     assert record["log"].startswith("a-run-")
     assert math.isnan(record["difference"])
-    told = judge("x", Kind.ANALYTIC, 3.0, 1.0, Tolerance("", 0.0, 0.0, "")).record()
+    told = judge("x", Kind.ANALYTIC, 3.0, 1.0, Tolerance("", 0.0, 0.0, "")).to_json()
     assert (told["difference"], told["verdict"], told["kind"]) == (2.0, "fail", "analytic")

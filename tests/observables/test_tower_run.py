@@ -36,7 +36,7 @@ def test_series_are_declared_once(three):
 
 
 def test_frame(three):
-    frame = three.frame()
+    frame = three.to_frame()
     assert list(frame)[:3] == ["t_over_t0", "time_s", "grain_displacement_m"]
     assert "momentum_kg_m_per_s" in frame
     assert frame["contacts"].dtype.kind == "i"

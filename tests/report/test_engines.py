@@ -28,7 +28,7 @@ def test_each_engine_has_a_row_with_what_became_of_it(declared):
 
 def test_results_are_valid_and_read_back(verification, declared):
     found = replace(verification, engines=declared)
-    record = json.loads(json.dumps(finite(found.record())))
+    record = json.loads(json.dumps(finite(found.to_json())))
     jsonschema.Draft202012Validator(json.loads(published())).validate(record)
     assert read_published(record).engines.declared == declared
-    assert verification.record()["engines"] is None
+    assert verification.to_json()["engines"] is None

@@ -61,7 +61,7 @@ def pages(verification, declared, sections, tmp_path_factory):
     for picture in shown[0].pictures:
         (folder / "run" / "figures" / f"{picture.name}.svg").write_text(picture.svg)
     before, after = (
-        read_published(json.loads(json.dumps(finite(run.record()))))
+        read_published(json.loads(json.dumps(finite(run.to_json()))))
         for run in (found, verification)
     )
     write_diff(diff_runs(before, after), folder / "run", folder / "run", folder / "two")

@@ -10,7 +10,7 @@ from harness.report.schema import generated, published
 
 @pytest.fixture
 def record(verification):
-    return json.loads(json.dumps(finite(verification.record())))
+    return json.loads(json.dumps(finite(verification.to_json())))
 
 
 def test_the_published_schema_is_what_would_be_written():

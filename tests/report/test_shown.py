@@ -118,8 +118,8 @@ def test_a_result_shows_itself_in_five_lines_and_draws_itself_with_units(verb, v
     assert shown.count("<tr>") <= LINES or verb in LONGER
     assert "PACKAGE" not in shown + repr(found)
     assert max(len(shown), len(repr(found))) < 1500
-    assert isinstance(found.frame(), pd.DataFrame)
-    assert not found.frame().empty
+    assert isinstance(found.to_frame(), pd.DataFrame)
+    assert not found.to_frame().empty
     figure = found.plot()
     assert isinstance(figure, Figure)
     assert figure.axes[-1].get_xlabel()
@@ -144,7 +144,7 @@ def test_lists_are_tables(verb, monkeypatch):
     if verb == "engines":
         monkeypatch.setattr("harness.workflows.engine_status.engine_names", lambda: ["reference"])
     found = getattr(workflows, verb)()
-    assert len(found.frame()) == len(found) > 0
+    assert len(found.to_frame()) == len(found) > 0
     assert "<table" in found._repr_html_()
 
 

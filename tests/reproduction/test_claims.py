@@ -64,7 +64,7 @@ def test_a_claim_in_words(holds, corrected, status):
 def test_ledger_as_a_table():
     ledger = Ledger((untestable(SOURCE, "the points are not published"),))
     assert ledger.count(ClaimStatus.UNTESTABLE) == 1
-    frame = ledger.frame()
+    frame = ledger.to_frame()
     assert list(frame.columns[:4]) == ["key", "where", "says", "status"]
     assert frame["why"][0] == "the points are not published"
     assert ledger["eq-6"].source is SOURCE
@@ -111,7 +111,7 @@ def test_a_sample_without_a_number_is_the_worst():
 def test_samples_that_agree_are_shown_by_the_middle_one_and_a_bound(noise):
     exact = replace(SOURCE, tolerance=1e-12, unit="m")
     found = [1.0 + noise, 2.0, 3.0 - noise]
-    row = compare(exact, printed=[1.0, 2.0 - noise, 3.0], found=found, computed="tried").record()
+    row = compare(exact, printed=[1.0, 2.0 - noise, 3.0], found=found, computed="tried").to_json()
     assert row["computed"] == "tried; off by less than 1e-12 m"
     assert (row["printed"], row["found"]) == (2.0, 2.0)
 

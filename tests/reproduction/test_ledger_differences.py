@@ -14,7 +14,7 @@ def ledger(printed=10.21, found=10.2078, key="eq-6", holds=True, width=0.005):
         computed=f"{found:.4f} deg",
     )
     words = claim(Source("text-1", "text", "it falls"), holds=holds, computed="it does")
-    return Ledger((number, words)).frame()
+    return Ledger((number, words)).to_frame()
 
 
 def test_the_same_ledger():

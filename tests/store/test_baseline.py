@@ -115,7 +115,7 @@ def test_round_off_and_metadata_are_told_apart_from_changes(folder, change, kind
     (found,) = changes([replace(PATH, **change)], read_baseline(folder))
     assert found.kind is kind
     assert found.lines
-    assert found.record()["case"] == PATH.name
+    assert found.to_json()["case"] == PATH.name
 
 
 def test_a_record_that_loses_its_series_loses_its_samples(folder):

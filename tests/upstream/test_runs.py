@@ -17,7 +17,7 @@ def outcome(test, lmp, **options):
 
 def test_lammps_repeats_its_scheme_and_converges_to_the_law(impact, lmp):
     found = outcome(impact, lmp)
-    assert [check.verdict for check in found.checks] == [Verdict.PASS] * 3, found.record()
+    assert [check.verdict for check in found.checks] == [Verdict.PASS] * 3, found.to_json()
     assert found.law_difference < found.step_error < 1e-6
     assert not found.hides
 
@@ -103,7 +103,7 @@ def test_what_is_no_scene_is_not_tested(impact, lmp):
 
 
 def test_the_table_has_a_row_for_each_test_and_release(impact, lmp):
-    frame = run_upstream([impact], {"a": lmp, "b": lmp}).frame()
+    frame = run_upstream([impact], {"a": lmp, "b": lmp}).to_frame()
     assert list(frame["release"]) == ["a", "b"]
     assert list(frame["law"]) == ["pass", "pass"]
 

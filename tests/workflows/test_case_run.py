@@ -11,7 +11,7 @@ pytestmark = pytest.mark.usefixtures("registered")
 
 
 def test_a_run_says_what_was_measured_beside_what_is_expected():
-    record = run("line", {"slope": "4"}, "wrong").record()
+    record = run("line", {"slope": "4"}, "wrong").to_json()
     assert set(record) == {"case", "engine", "engine_version", "parameters", "quantities"}
     assert (record["case"], record["engine"], record["engine_version"]) == ("line", "wrong", "1")
     assert record["parameters"] == {"slope": 4.0, "count": 1, "end": {"x": 2.0, "limit": None}}
@@ -77,7 +77,7 @@ def test_a_run_that_fails_is_an_engine_error():
 
 def test_a_run_shows_itself_and_is_a_table():
     found = run("line", {}, "toy")
-    assert list(found.frame()["quantity"]) == ["y", "twice"]
+    assert list(found.to_frame()["quantity"]) == ["y", "twice"]
     page = found._repr_html_()
     assert ">line<" in page
     assert ">toy 1<" in page
@@ -88,7 +88,7 @@ def test_a_run_shows_itself_and_is_a_table():
 def test_the_cases_are_listed_with_parameters_quantities_and_engines():
     by_name = {case.name: case for case in cases()}
     assert list(by_name) == ["line", "kept", "gate", "raising"]
-    record = by_name["line"].record()
+    record = by_name["line"].to_json()
     assert record["parameters"]["slope"] == {"default": 3.0, "unit": "", "description": "slope"}
     assert record["parameters"]["end.x"] == {"default": 2.0, "unit": "m", "description": "abscissa"}
     assert record["quantities"] == {"y": "m", "twice": "m"}

@@ -83,4 +83,4 @@ def test_a_row_that_one_side_lacks_with_tolerance_0_is_told_and_no_error(written
     }  # fmt: skip
     found = diff(written(checks=[row]), written("quick", level="full"))
     assert found.status == 0
-    assert found.record()["counts"]["not comparable"] == 1
+    assert found.to_json()["counts"]["not comparable"] == 1

@@ -103,7 +103,7 @@ def test_without_a_history_the_answer_is_empty_and_none_is_made(tmp_path):
     path = tmp_path / "none.sqlite"
     assert history(file=path).runs == ()
     assert history(file=path, quantity="*").quantities == ()
-    assert history(file=path).frame().empty
+    assert history(file=path).to_frame().empty
     assert list(tmp_path.iterdir()) == []
 
 
@@ -116,19 +116,19 @@ def test_a_file_that_cannot_be_read_is_named(tmp_path):
 
 @pytest.mark.parametrize("quantity", [None, "*"])
 def test_every_column_of_the_frame_has_one_type(file, quantity):
-    frame = history(file=file, quantity=quantity).frame()
+    frame = history(file=file, quantity=quantity).to_frame()
     assert not any(kind == np.dtype(object) for kind in frame.dtypes)
     assert isinstance(frame["started"].dtype, pd.DatetimeTZDtype)
     assert str(frame["status"].dtype) == "Int64"
     assert frame["options"].iloc[0] == "--x 'a b'"
-    empty = history(file=file, quantity=quantity, command="impulse").frame()
+    empty = history(file=file, quantity=quantity, command="impulse").to_frame()
     assert list(empty.dtypes) == list(frame.dtypes)
 
 
 def test_what_a_run_or_a_quantity_does_not_have_is_missing(file):
-    runs = history(file=file).frame().set_index("run")
+    runs = history(file=file).to_frame().set_index("run")
     assert pd.isna(runs.loc[4, "status"])
     assert pd.isna(runs.loc[4, "finished"])
-    ratio = history(file=file, quantity="ratio").frame().iloc[0]
+    ratio = history(file=file, quantity="ratio").to_frame().iloc[0]
     assert np.isnan(ratio["uncertainty"])
     assert ratio["value"] == 0.6

@@ -138,7 +138,7 @@ def run_folder(folder, value, day):
     """Return a run as verify leaves it, of one check with a value."""
     width = Tolerance("deg", 0.1, 0.0, "why")
     check = replace(judge("angle", Kind.ANALYTIC, value, 10.2, width), note="")
-    record = RUN | {"checks": [check.record()], "started": f"2030-01-0{day}T00:00:00+00:00"}
+    record = RUN | {"checks": [check.to_json()], "started": f"2030-01-0{day}T00:00:00+00:00"}
     folder.mkdir()
     (folder / "results.json").write_text(json.dumps(record))
     (folder / "report.html").write_text("<html><head></head><body><p>run</p></body></html>")

@@ -53,7 +53,7 @@ def test_every_run_is_a_row_and_failed_ones_say_why(found):
         one for arm in LayersStudy().arms("default") if arm.ranks == 1
         for one in arm.parameters if isinstance(one, Layers) and (one.seed, one.layers) == (2, 2)
     ]  # fmt: skip
-    assert len(bad) == found.count("failed") == found.record()["failed"] == len(expected)
+    assert len(bad) == found.count("failed") == found.to_json()["failed"] == len(expected)
     assert set(bad["reason"]) == {"undecided: it never stopped"}
     assert set(bad["stiffness_over_weight"]) == {300.0, 3e4}
     good = runs[runs["status"] == "done"]
@@ -70,7 +70,7 @@ def test_ranks_that_cannot_be_started_leave_their_arm_out(found):
 
 def test_the_result_shows_itself(found):
     assert "does not depend on softness" in str(found)
-    assert found.frame()["arm"].iloc[0] == "thickness"
+    assert found.to_frame()["arm"].iloc[0] == "thickness"
     assert found.plot().axes
 
 
@@ -102,9 +102,9 @@ def test_a_case_without_a_study_is_refused():
 
 def test_the_folder_has_page_rows_and_figures_and_is_not_written_over(found, tmp_path):
     page = Page(found.title, found.question, found.conclusion.verdict, {"command": "study it"})
-    tables = {"rows.csv": found.frame(), "runs.csv": as_frame(found.runs)}
+    tables = {"rows.csv": found.to_frame(), "runs.csv": as_frame(found.runs)}
     folder = tmp_path / "mine"
-    write_study(page, found.conclusion.sections, found.record(), tables, folder)
+    write_study(page, found.conclusion.sections, found.to_json(), tables, folder)
     text = (folder / "report.md").read_text()
     html = unescape((folder / "report.html").read_text())
     for sentence in found.conclusion.verdict:

@@ -79,7 +79,7 @@ def test_values_of_python_are_those_of_the_command_line():
 
 def test_every_combination_is_a_flat_row_in_every_engine():
     found = sweep("line", {"slope": [1, 2], "end.x": "3:5:2"}, engines="toy,pencil")
-    frame = found.frame()
+    frame = found.to_frame()
     assert isinstance(frame, pd.DataFrame)
     assert found.over == ("slope", "end.x_m")
     assert list(frame["engine"]) == ["toy"] * 4 + ["pencil"] * 4
@@ -158,7 +158,7 @@ def test_a_case_without_a_reference_has_no_line(monkeypatch):
 
 
 def test_presets_are_swept_as_well():
-    frame = sweep("line", {"preset": ["usual", "steep"]}, engines="toy").frame()
+    frame = sweep("line", {"preset": ["usual", "steep"]}, engines="toy").to_frame()
     assert list(frame["preset"]) == ["usual", "steep"]
     assert list(frame["slope"]) == [3.0, 100.0]
 
@@ -202,7 +202,7 @@ def test_a_run_that_fails_is_a_row_with_the_reason(monkeypatch):
     assert "y = 'many'" in rows[2][1]
     assert rows[3] == ("not tested", "too steep", None)
     assert (found.count("done"), found.count("failed"), found.count("not tested")) == (1, 2, 1)
-    assert math.isnan(found.frame()["y_m"][1])
+    assert math.isnan(found.to_frame()["y_m"][1])
 
 
 class Absent(fakes.Toy):
@@ -246,7 +246,7 @@ def test_what_was_run_before_and_the_same_twice_is_not_run_again(tmp_path):
     again = sweep("line", {"slope": "1:3:3", "count": "1,2"}, engines="toy", executor=local)
     # the job does not depend on the count
     assert inner.slopes == [1.0, 2.0, 3.0]
-    assert list(again.frame()["y_m"]) == [2.0, 2.0, 4.0, 4.0, 6.0, 6.0]
+    assert list(again.to_frame()["y_m"]) == [2.0, 2.0, 4.0, 4.0, 6.0, 6.0]
 
 
 def test_solvers_are_asked_once(tmp_path, monkeypatch):
@@ -385,7 +385,7 @@ def test_a_corner_that_is_refused_is_a_row_and_the_others_run():
     assert last["reason"] == "slope = 3: is too steep for count = 2"
     assert last["end.x_m"] == 4
     assert list(last) == list(found.rows[0])
-    assert found.record()["refused"] == 1
+    assert found.to_json()["refused"] == 1
     assert "1 refused" in found.summary()["runs"]
 
 

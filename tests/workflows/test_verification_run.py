@@ -115,7 +115,7 @@ def test_a_case_that_was_asked_for_and_tested_nothing_is_status_3(cases):
     found = verified(cases, engine=fakes.Blind())
     assert "line" in found.untested_cases
     assert found.status == 3
-    assert found.record()["untested_cases"] == list(found.untested_cases)
+    assert found.to_json()["untested_cases"] == list(found.untested_cases)
     assert "Nothing was tested in" in short_markdown(found)
 
 
@@ -243,7 +243,7 @@ def test_the_main_engine_stands_beside_the_others_without_being_opened_again():
 
 
 def test_what_engines_publish_stands_under_engines():
-    record = verified("kept", engines="other").record()
+    record = verified("kept", engines="other").to_json()
     assert record["kept_y_m"] == 6.0
     assert record["engines"]["kept"] == [{"engine": "other"}]
     assert [told["engine"] for told in record["engines"]["declared"]] == ["other"]
@@ -257,7 +257,7 @@ def test_an_exception_between_engines_is_a_failed_row():
 
 def test_a_run_is_published_and_read_back():
     found = verified("line,kept,raising", engines="other,missing", baseline=BASELINE)
-    record = json.loads(json.dumps(finite(found.record()), allow_nan=False))
+    record = json.loads(json.dumps(finite(found.to_json()), allow_nan=False))
     read = read_published(record)
     assert [check.name for check in read.checks] == [check.name for check in found.checks]
     assert [c.verdict for c in read.checks] == [c.verdict for c in found.checks]

@@ -35,7 +35,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from itertools import groupby, pairwise
-from typing import TYPE_CHECKING, Any, Literal, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, TypeVar
 
 import numpy as np
 from scipy.optimize import brentq, root_scalar
@@ -65,7 +65,7 @@ from harness.engines.process import cores, parallel_map
 from harness.errors import EngineError, EngineOutputError, RequestError
 from harness.observables.provenance import Provenance
 from harness.parameters.law import PLASTIC
-from harness.shown import Shown, power, value_text
+from harness.shown import Result, power, value_text
 from harness.store.cache import EngineChoice, opened
 from harness.theory.incline import critical_angle as closed_form_angle
 
@@ -86,7 +86,7 @@ class Sample:
 
 
 @dataclass(frozen=True, repr=False)
-class CriticalAngle(Shown):
+class CriticalAngle(Result):
     """A critical angle [deg] at one stiffness and step, with its uncertainty [deg].
 
     The uncertainty is that of the measurement at this stiffness and step
@@ -109,6 +109,28 @@ class CriticalAngle(Shown):
     steps: int = 0
     seconds: float = 0.0
     ranks: int | None = None
+
+    JSON: ClassVar = {
+        "critical_angle_deg": "value_deg",
+        "uncertainty_deg": "uncertainty_deg",
+        "method": "method",
+        "stiffness_N_per_m": "case.stiffness",
+        "steps_per_contact": "case.steps_per_contact",
+        "contact": "case.contact.name",
+        "restitution": "case.contact.restitution",
+        "damping_ratio": "case.contact.zeta",
+        "tail": "case.contact.tail",
+        "effective_mass": "case.contact.effective_mass",
+        "diameter_m": "case.diameter",
+        "density_kg_per_m3": "case.density",
+        "gravity_m_per_s2": "case.gravity",
+        "**wells": "wells_of_steady",
+        "monotone": "monotone",
+        "note": "note",
+        "runs": "runs",
+        "steps": "steps",
+        "**provenance": "provenance",
+    }
 
     @classmethod
     def of(
@@ -143,36 +165,21 @@ class CriticalAngle(Shown):
             f"another mean, by up to {self.mean_error_deg:.1g} deg"
         )
 
-    def record(self) -> dict[str, Any]:
-        """Return the result as a flat JSON-ready mapping (keys of the command line)."""
-        case = self.case
-        return {
-            "critical_angle_deg": self.value_deg,
-            "uncertainty_deg": self.uncertainty_deg,
-            "method": self.method,
-            "stiffness_N_per_m": case.stiffness,
-            "steps_per_contact": case.steps_per_contact,
-            "contact": case.contact.name,
-            "restitution": case.contact.restitution,
-            "damping_ratio": case.contact.zeta,
-            "tail": case.contact.tail,
-            "effective_mass": case.contact.effective_mass,
-            "diameter_m": case.diameter,
-            "density_kg_per_m3": case.density,
-            "gravity_m_per_s2": case.gravity,
-            **({"wells": case.wells} if self.method == "steady" else {}),
-            "monotone": self.monotone,
-            "note": self.note,
-            "runs": len(self.samples),
-            "steps": self.steps,
-            **self.provenance.record(),
-        }
-
-    def frame(self) -> pd.DataFrame:
+    def to_frame(self) -> pd.DataFrame:
         """Return the runs behind the value as a table, sorted by angle."""
         import pandas as pd
 
         return pd.DataFrame([vars(s) for s in self.samples]).sort_values("angle_deg")
+
+    @property
+    def wells_of_steady(self) -> dict[str, int]:
+        """Return the wells of a run of the steady method, which other methods do not have."""
+        return {"wells": self.case.wells} if self.method == "steady" else {}
+
+    @property
+    def runs(self) -> int:
+        """Return how many runs the angle took."""
+        return len(self.samples)
 
     def summary(self) -> dict[str, str]:
         """Return the angle, the case and who measured it."""
@@ -186,7 +193,7 @@ class CriticalAngle(Shown):
             **({"note": self.note} if self.note else {}),
         }
 
-    def drawn(self) -> Figure:
+    def draw(self) -> Figure:
         """Draw what is left of the energy over the next crest (or the fate) of each run."""
         from harness.cases.incline.figures import runs_of_an_angle
 
@@ -452,7 +459,7 @@ STIFFNESS_EXPONENTS = (1.0, 1.5)
 
 
 @dataclass(frozen=True, repr=False)
-class ExtrapolatedAngle(Shown):
+class ExtrapolatedAngle(Result):
     """The critical angle of rigid spheres as an engine sees it, and the way there.
 
     ``at_stiffness`` maps each stiffness [N/m] to its limit in the step;
@@ -486,16 +493,16 @@ class ExtrapolatedAngle(Shown):
             "engine": first.provenance.label,
         }
 
-    def drawn(self) -> Figure:
+    def draw(self) -> Figure:
         """Draw the limits in the step, and their limit in the stiffness."""
         from harness.cases.incline.figures import extrapolation
 
         return extrapolation(self, closed_form_angle(), self.angles[0].provenance.engine)
 
-    def record(self) -> dict[str, Any]:
+    def to_json(self) -> dict[str, Any]:
         """Return the result as a JSON-ready mapping; stiffness and step are null: extrapolated."""
         return {
-            **self.angles[0].record(),
+            **self.angles[0].to_json(),
             "critical_angle_deg": self.value_deg,
             "uncertainty_deg": self.uncertainty_deg,
             "extrapolated": True,
@@ -515,10 +522,10 @@ class ExtrapolatedAngle(Shown):
                 }
                 for stiffness, found in self.at_stiffness.items()
             ],
-            "ladder": self.frame().to_dict(orient="records"),
+            "ladder": self.to_frame().to_dict(orient="records"),
         }
 
-    def frame(self) -> pd.DataFrame:
+    def to_frame(self) -> pd.DataFrame:
         """Return the ladder as a table: stiffness, steps per contact, angle, uncertainty."""
         import pandas as pd
 

@@ -104,8 +104,8 @@ class InclineCase(Case[Incline]):
         extrapolated = evidence.extrapolated
         findings.published = {
             "closed_form_deg": evidence.closed_form_deg,
-            "extrapolated": extrapolated.record() if extrapolated else None,
-            "critical_angles": [angle.record() for angle in (*every, *evidence.routes)],
+            "extrapolated": extrapolated.to_json() if extrapolated else None,
+            "critical_angles": [angle.to_json() for angle in (*every, *evidence.routes)],
         }
         return findings
 
@@ -176,7 +176,7 @@ class InclineCase(Case[Incline]):
 def _beside(engine: str, run: Callable[[], Sequence[Check]], angles: list[EngineAngle]) -> Findings:
     """Return the rows of an engine's angles, which ``run`` adds to ``angles``."""
     checks = rows_of_parts(engine, [Part("critical angle", run)], "deg")
-    rows = [angle.record() for angle in angles]
+    rows = [angle.to_json() for angle in angles]
     return Findings(NAME, engine, checks, evidence=angles, published={"critical_angles": rows})
 
 

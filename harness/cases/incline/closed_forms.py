@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from harness.errors import RequestError
 from harness.parameters.law import Contact
-from harness.shown import Shown, record_frame
+from harness.shown import Result
 from harness.solvers.hard_sphere import MOST_RESTITUTION
 from harness.solvers.hard_sphere import critical_angle as of_rigid_spheres
 from harness.theory.chain import (
@@ -27,8 +27,6 @@ from harness.theory.incline import (
 )
 
 if TYPE_CHECKING:
-    import pandas as pd
-
     from harness.shown.figure import Figure
 
 READINGS: tuple[Reading, ...] = ("kept", "lost")
@@ -49,7 +47,7 @@ ONE_SHOCK_CAVEAT = (
 
 
 @dataclass(frozen=True, repr=False)
-class Theory(Shown):
+class Theory(Result):
     """What the closed forms say; angles in degrees, energies in m g d at the critical angle.
 
     Of a restitution, ``one_shock_kept_deg`` and ``one_shock_lost_deg`` are both readings of the
@@ -72,14 +70,6 @@ class Theory(Shown):
     event_driven_deg: float | None = None
     caveat: str | None = None
 
-    def record(self) -> dict[str, Any]:
-        """Return the fields as a JSON-ready mapping."""
-        return asdict(self)
-
-    def frame(self) -> pd.DataFrame:
-        """Return the fields as a table of one row."""
-        return record_frame([self])
-
     def summary(self) -> dict[str, str]:
         """Return the angle and its shock; of a restitution rigid spheres and both readings."""
         reading = f", reading: {self.reading}" if self.reading else ""
@@ -101,7 +91,7 @@ class Theory(Shown):
             "case": "incline, closed form",
         }
 
-    def drawn(self) -> Figure:
+    def draw(self) -> Figure:
         """Draw the critical angle against the shock, this one marked."""
         import numpy as np
 

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import combinations
-from typing import Any
+from typing import ClassVar
 
 from harness.cases.contract import Study
 from harness.cases.incline.angle import CriticalAngle, critical_angle_or_error
@@ -40,6 +40,7 @@ from harness.engines.traits import Traits
 from harness.errors import EngineError
 from harness.observables.row import Row
 from harness.parameters.law import PLASTIC, SOURCE, Contact, EffectiveMass, Spring, Tail
+from harness.shown import Record
 from harness.theory.chain import SHOCK_WITHOUT_REBOUND
 from harness.theory.incline import critical_angle as closed_form
 from harness.theory.incline import passage_margin_slope
@@ -86,7 +87,7 @@ def reference_for(traits: Traits) -> Reference | None:
 
 
 @dataclass(frozen=True, kw_only=True)
-class EngineAngle(Row):
+class EngineAngle(Row, Record):
     """A critical angle [deg] of an engine (``who``), beside theory and the reference DEM.
 
     The closed form is ``expected``, and the reference DEM has the engine's rules.
@@ -108,6 +109,24 @@ class EngineAngle(Row):
     microseconds_per_step: float = math.nan
     lineage: str = ""
     recorded: bool = False
+
+    JSON: ClassVar = {
+        "engine": "who",
+        "contact": "contact",
+        "tail": "contact.tail",
+        "effective_mass": "contact.effective_mass",
+        "spring": "spring",
+        "stiffness_N_per_m": "stiffness",
+        "steps_per_contact": "steps_per_contact",
+        "critical_angle_deg": "value",
+        "uncertainty_deg": "uncertainty",
+        "off_theory_deg": "difference",
+        "reference_deg": "reference_deg",
+        "off_reference_deg": "off_reference_deg",
+        "integrator": "integrator",
+        "microseconds_per_step": "microseconds_per_step",
+        "evidence": "evidence",
+    }
 
     @property
     def rules(self) -> tuple[Tail, EffectiveMass, Spring]:
@@ -132,26 +151,6 @@ class EngineAngle(Row):
         if self.who == OWN:
             return "the harness's own"
         return "regression partner" if self.lineage else "independent"
-
-    def record(self) -> dict[str, Any]:
-        """Return the angle as a flat JSON-ready mapping."""
-        return {
-            "engine": self.who,
-            "contact": self.contact.name,
-            "tail": self.contact.tail,
-            "effective_mass": self.contact.effective_mass,
-            "spring": self.spring,
-            "stiffness_N_per_m": self.stiffness,
-            "steps_per_contact": self.steps_per_contact,
-            "critical_angle_deg": self.value,
-            "uncertainty_deg": self.uncertainty,
-            "off_theory_deg": self.difference,
-            "reference_deg": self.reference_deg,
-            "off_reference_deg": self.off_reference_deg,
-            "integrator": self.integrator,
-            "microseconds_per_step": self.microseconds_per_step,
-            "evidence": self.evidence,
-        }
 
 
 def across_engines(angles: Sequence[EngineAngle]) -> list[Check]:

@@ -165,7 +165,7 @@ class TowerCase(Case[TowerRunParameters]):
         evidence = CodeEvidence(engine_checks.RECORDED_NAME)
         part = Part("towers", partial(engine_checks.recorded_checks, evidence.towers))
         checks = rows_of_parts(engine_checks.RECORDED_NAME, [part])
-        rows = {"towers": [one.record() for one in evidence.towers]}
+        rows = {"towers": [one.to_json() for one in evidence.towers]}
         findings = Findings(
             self.name, engine_checks.RECORDED_NAME, checks, evidence=evidence, published=rows
         )

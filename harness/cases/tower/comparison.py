@@ -384,7 +384,7 @@ class StepConvergence:
     l2_order: Order
     velocity_order: Order
 
-    def record(self) -> dict[str, Any]:
+    def to_json(self) -> dict[str, Any]:
         """Return the result as a JSON-ready mapping."""
         tower = self.reference.tower
         return {
@@ -395,10 +395,10 @@ class StepConvergence:
             **_order_record("peak_force", self.peak_order),
             **_order_record("l2_force", self.l2_order),
             **_order_record("velocity", self.velocity_order),
-            "errors": self.frame().to_dict(orient="records"),
+            "errors": self.to_frame().to_dict(orient="records"),
         }
 
-    def frame(self) -> pd.DataFrame:
+    def to_frame(self) -> pd.DataFrame:
         """Return the errors as a table, one row a step."""
         import pandas as pd
 

@@ -132,8 +132,8 @@ def beside_findings(engine: Engine, study: Study) -> Findings:
     finest = partial(_finest, engine, study, evidence, first_order=first_order)
     findings.checks += [*rows_of_parts(engine.name, [asked(Part("towers", finest))]), *order]
     findings.published = {
-        "towers": [one.record() for one in evidence.towers],
-        "orders": [one.record() for one in evidence.convergence],
+        "towers": [one.to_json() for one in evidence.towers],
+        "orders": [one.to_json() for one in evidence.convergence],
     }
     return findings
 

@@ -11,7 +11,7 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import partial
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import pandas as pd
@@ -69,6 +69,7 @@ from harness.errors import EngineError
 from harness.observables.tower import TowerRun
 from harness.observables.windows import first_contact_end, impulse, impulse_until
 from harness.parameters.tower import LAWS, Law, Tower
+from harness.shown import Record
 from harness.theory.chain import (
     contact_time,
     contact_time_on_fixed,
@@ -132,7 +133,7 @@ Curve = tuple[list[float], list[float]]
 
 
 @dataclass(frozen=True)
-class EngineTower:
+class EngineTower(Record):
     """Peak force [N] and turnaround impulse [N s] of a tower, beside the exact propagator's.
 
     The impulse is NaN where none was recorded.
@@ -147,6 +148,17 @@ class EngineTower:
     exact_impulse: float = float("nan")
     recorded: bool = False
 
+    JSON: ClassVar = {
+        "engine": "engine",
+        "height": "height",
+        "steps_per_contact": "steps_per_contact",
+        "peak_force_N": "peak_force",
+        "peak_force_relative_error": "peak_error",
+        "impulse_Ns": "impulse",
+        "impulse_relative_error": "impulse_error",
+        "recorded": "recorded",
+    }
+
     @property
     def peak_error(self) -> float:
         """Return the relative error of the peak force."""
@@ -156,19 +168,6 @@ class EngineTower:
     def impulse_error(self) -> float:
         """Return the relative error of the impulse."""
         return self.impulse / self.exact_impulse - 1.0
-
-    def record(self) -> dict[str, Any]:
-        """Return the tower as a flat JSON-ready mapping."""
-        return {
-            "engine": self.engine,
-            "height": self.height,
-            "steps_per_contact": self.steps_per_contact,
-            "peak_force_N": self.peak_force,
-            "peak_force_relative_error": self.peak_error,
-            "impulse_Ns": self.impulse,
-            "impulse_relative_error": self.impulse_error,
-            "recorded": self.recorded,
-        }
 
 
 @dataclass

@@ -185,12 +185,12 @@ def test_every_system_stands_on_a_page_and_a_run_that_failed_with_what_the_law_a
 
 def test_a_run_of_a_preset_gives_quantities_beside_their_references(lammps):
     settings = {"preset": "chung-ooi-4", "angle": "80"}
-    found = run("oblique", settings, lammps).record()["quantities"]
+    found = run("oblique", settings, lammps).to_json()["quantities"]
     # sliding throughout: Coulomb's law alone
     assert found["tangential_impulse_ratio"]["value"] == pytest.approx(0.092, abs=1e-4)
     assert found["normal_restitution"]["reference"] == pytest.approx(0.98, abs=1e-6)
     assert all(abs(one["difference"]) < 2e-3 for one in found.values())
-    elastic = run("head-on", {"preset": "chung-ooi-1"}, lammps).record()["quantities"]
+    elastic = run("head-on", {"preset": "chung-ooi-1"}, lammps).to_json()["quantities"]
     for name, published in (
         ("largest_force_N", 10.697e3),
         ("largest_overlap_m", 274.1e-6),
@@ -214,7 +214,7 @@ def test_a_run_of_a_preset_gives_quantities_beside_their_references(lammps):
 )
 def test_the_second_materials_of_chung_and_ooi_are_those_of_the_law(lammps, case, preset):
     found = run(case, {"preset": preset, "steps_per_contact": "2000"}, lammps)
-    for name, each in found.record()["quantities"].items():
+    for name, each in found.to_json()["quantities"].items():
         size = max(abs(each["reference"]), 1.0 if each["unit"] == "1" else 0.0)
         # Coulomb's limit begins and ends within a step, so does the dashpot
         assert abs(each["difference"]) < 2e-3 * size, name

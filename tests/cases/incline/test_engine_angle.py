@@ -47,4 +47,4 @@ def test_differences_are_in_full_and_missing_ones_are_nan():
 )
 def test_what_kind_of_evidence_it_is(changes, said):
     assert angle(**changes).evidence == said
-    assert angle(**changes).record()["evidence"] == said
+    assert angle(**changes).to_json()["evidence"] == said

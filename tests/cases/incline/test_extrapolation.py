@@ -26,12 +26,12 @@ def test_the_limit_of_a_synthetic_ladder(ladder):
 
 def test_the_record_is_flat_and_names_the_ladder():
     found = extrapolate([_angle(case) for case in Ladder().cases(Incline(contact=PLASTIC))])
-    record = found.record()
+    record = found.to_json()
     assert record["stiffness_N_per_m"] is None
     assert record["extrapolated"] is True
     assert len(record["ladder"]) == 20
     assert len(record["limits"]) == 5
-    assert found.frame().shape == (20, 4)
+    assert found.to_frame().shape == (20, 4)
 
 
 @pytest.mark.parametrize(

@@ -87,7 +87,7 @@ def test_error_of_the_engine_comes_through():
 
 def test_record_and_frame_speak_of_the_same_runs(synthetic):
     found = critical_angle_by_passage(synthetic().passage, CASE)
-    record, frame = found.record(), found.frame()
+    record, frame = found.to_json(), found.to_frame()
     assert record["runs"] == len(frame) == len(found.samples)
     assert record["critical_angle_deg"] == found.value_deg
     assert record["engine"] == "synthetic"

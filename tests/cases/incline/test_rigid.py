@@ -31,7 +31,7 @@ def test_it_is_a_solver_of_the_case_that_can_be_run_and_swept():
         {"contact.restitution": "0,0.3,0.5"},
         fixed={"angle": 10.5},
         engines="hard-sphere",
-    ).frame()
+    ).to_frame()
     assert list(rows["moves_on"]) == [1.0, 1.0, 0.0]
 
 

@@ -192,7 +192,7 @@ def test_coarse_steps_as_mfix_takes_them_give_what_mfix_gave(stiffness, recorded
         found = critical_angle(case, method="steady", tolerance_deg=1e-3, engine=engine)
         few = critical_angle(case, method="steady", tolerance_deg=1e-3, wells=10, engine=engine)
     assert found.case.wells == 100
-    assert found.record()["wells"] == 100
+    assert found.to_json()["wells"] == 100
     assert 0.5 * COARSE_RUNS < len(found.samples) < 2 * COARSE_RUNS  # what it costs is told
     assert abs(found.value_deg - recorded_deg) <= found.uncertainty_deg + 0.002
     assert found.uncertainty_deg <= 0.008

@@ -51,15 +51,15 @@ def test_rounding_enters_no_order():
     assert found.peak_order.value == pytest.approx(4, abs=0.05)
     only = study(Tower(height=1, law="overlap"), 0.8, [12800, 25600, 51200])
     assert np.isnan(only.peak_order.value)
-    assert only.record()["peak_force_order"] is None
+    assert only.to_json()["peak_force_order"] is None
 
 
 def test_record_and_frame():
     found = study(Tower(height=2), 1.6, [100, 400, 1600])
-    record = found.record()
+    record = found.to_json()
     assert json.loads(json.dumps(record, allow_nan=False)) == record
     assert (record["law"], record["solver"], record["reference"]) == ("deformable", "rk4", "exact")
-    assert found.frame()["steps_per_contact"].tolist() == [100, 400, 1600]
+    assert found.to_frame()["steps_per_contact"].tolist() == [100, 400, 1600]
     assert (np.diff(found.step) < 0).all()
 
 

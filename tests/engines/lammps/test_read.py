@@ -60,7 +60,7 @@ def test_moving_run_with_its_path(recorded):
     assert path.speed_m_per_s[0] == pytest.approx(0.48 * np.sqrt(9.81), rel=1e-12)
     assert (np.diff(path.time_s) > 0).all()
     assert path.x_m[-1] > 2.5
-    assert list(path.frame().columns)[-1] == "speed_m_per_s"
+    assert list(path.to_frame().columns)[-1] == "speed_m_per_s"
 
 
 def test_run_cut_off_by_time_is_undecided_and_passed_no_crest(recorded):

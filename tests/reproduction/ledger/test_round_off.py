@@ -14,7 +14,7 @@ SECTIONS = (
 
 
 def records(ledger):
-    return [{k: str(v) for k, v in row.record().items()} for row in ledger.statements]
+    return [{k: str(v) for k, v in row.to_json().items()} for row in ledger.statements]
 
 
 def rounded_differently(compare, seed):

@@ -125,8 +125,8 @@ def test_without_an_engine_the_incline_cannot_be_tested(ledger):
 def test_the_same_ledger_twice_with_progress_from_first_to_last(ledger):
     seen = []
     again = statements(progress=lambda stage, done, total: seen.append((stage, done, total)))
-    assert [row.record()["computed"] for row in again] == [
-        row.record()["computed"] for row in ledger.statements
+    assert [row.to_json()["computed"] for row in again] == [
+        row.to_json()["computed"] for row in ledger.statements
     ]
     assert {stage for stage, _, _ in seen} == {"ledger"}
     assert [done for _, done, _ in seen] == list(range(len(seen)))
