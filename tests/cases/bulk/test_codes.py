@@ -1,0 +1,194 @@
+"""Bulk cases in Yade and Kratos: what is read of them, small runs beside LAMMPS, planted faults."""
+
+import math
+import shutil
+from dataclasses import replace
+from importlib.util import find_spec
+from pathlib import Path
+
+import pytest
+
+from harness.cases.registry import get_case
+from harness.engines.contract import Job
+from harness.engines.lammps.engine import Lammps
+from harness.engines.output import Output, read_csv, results_in
+from harness.engines.registry import engine_class
+from harness.errors import EngineLostAtomsError, EngineOutputError, EngineUndecidedError
+from harness.observables.provenance import Provenance
+
+RECORDED = Path(__file__).parent / "recorded"
+HERE = {
+    "yade": shutil.which("yade") is not None,
+    "kratos": find_spec("KratosMultiphysics") is not None,
+}
+CODES = ("yade", "kratos")
+PENETRATION, SILO, DRUM = (get_case(name) for name in ("penetration", "silo", "drum"))
+SMALL = {
+    "penetration": PENETRATION.default.replace(
+        along=6, across=5, layers=3, start_height=0.0115, settle_time=0.06, duration=0.05
+    ),
+    "silo": SILO.default.replace(
+        layers=4, silo_radius=0.016, cone_height=0.008, settle_time=0.15, duration=0.2
+    ),
+    "drum": DRUM.default.replace(
+        small_layers=1, large_layers=-2, drum_radius=0.016, drum_length=0.014,
+        settle_time=0.15, turn=90.0,
+    ),
+}  # fmt: skip
+ROWS = {"penetration": 100, "silo": 50, "drum": 10}
+"""Of the recorded series."""
+
+ALL = pytest.mark.parametrize("case", [PENETRATION, SILO, DRUM], ids=lambda case: case.name)
+EACH = pytest.mark.parametrize("code", CODES)
+
+
+def small_job(case, rows=0, **changes):
+    """Return the job of a small run, perhaps with fewer rows, which divide its steps."""
+    p = SMALL[case.name]
+    values = dict(case.job(p).values)
+    if rows:
+        changes["series_every"] = p.every * max(
+            n for n in range(1, p.steps // p.every // rows + 2) if p.steps % (p.every * n) == 0
+        )
+    return Job(case.template, {**values, **changes}, sampled=True)
+
+
+def recorded(code, case, results=str, series=str):
+    """Return the output of a recorded small run, its text damaged or not."""
+    path = RECORDED / f"{code}-{case.name}"
+    log = results(path.with_suffix(".txt").read_text("utf-8"))
+    table = read_csv(series(path.with_suffix(".csv").read_text("utf-8")), code)
+    return Output(results_in(log), Provenance(code, "1"), {"series": table}, log, seconds=1.0)
+
+
+def record(code):
+    """Write the recorded runs of a code anew."""
+    with engine_class(code)(workers=1) as engine:
+        for case in (PENETRATION, SILO, DRUM):
+            (output,) = engine.run([small_job(case, ROWS[case.name])])
+            table = output.tables["series"]
+            names, columns = [], []
+            for name, column in table.items():
+                many = column.ndim > 1
+                numbers = range(1, column.shape[1] + 1) if many else ()
+                names += [f"{name}[{i}]" for i in numbers] if many else [name]
+                columns += list(column.T) if many else [column]
+            rows = zip(*columns, strict=True)
+            text = "".join(",".join(f"{x:.9g}" for x in row) + "\n" for row in rows)
+            path = RECORDED / f"{code}-{case.name}"
+            path.with_suffix(".csv").write_text(f"{','.join(names)}\n{text}", "utf-8")
+            lines = "".join(f"RESULT {name} = {value}\n" for name, value in output.results)
+            path.with_suffix(".txt").write_text(lines, "utf-8")
+
+
+@ALL
+@EACH
+def test_quantities_are_read_of_what_a_code_left(code, case):
+    found = case.read(SMALL[case.name], recorded(code, case), engine_class(code).traits)
+    assert set(found) == {quantity.name for quantity in case.quantities}
+    assert all(math.isfinite(value) for value in found.values())
+    assert found.get("energy_gain_ratio", 0.0) < 0.02
+    assert found.get("bed_solid_fraction", 0.5) == pytest.approx(0.5, abs=0.12)
+    if case is SILO:  # the walls bear what does not move
+        assert found["walls_load_ratio"] == pytest.approx(1.0, abs=0.08)
+        assert found["passed_ratio"] == 1.0
+    if case is DRUM:  # grains rise at x < 0, so that the surface falls along +x
+        assert 0.0 < found["surface_angle_deg"] < 40.0
+
+
+@EACH
+def test_damaged_output_is_an_error(code):
+    p, traits = SMALL["penetration"], engine_class(code).traits
+    for said, other, error in (
+        ("outside = 0", "outside = 1", EngineLostAtomsError),
+        ("grains = 90", "grains = 89", EngineOutputError),
+    ):
+        output = recorded(code, PENETRATION, lambda text: text.replace(said, other))  # noqa: B023
+        with pytest.raises(error, match=r"a particle passed a wall|grains = 89"):
+            PENETRATION.read(p, output, traits)
+    with pytest.raises(EngineOutputError, match="incomplete series"):
+        recorded(code, SILO, series=lambda text: text.replace(",", "", 7))
+
+
+def engine_with(code, fault=("", "")):
+    """Return the class of a code whose scripts have a planted fault."""
+    base = engine_class(code)
+    original = base.script
+
+    def script(cls, template, variant=""):  # noqa: ARG001
+        text = original(template, variant).text
+        assert fault[0] in text
+        return replace(original(template, variant), text=text.replace(*fault))
+
+    return type("Faulty", (base,), {"script": classmethod(script), "__module__": base.__module__})
+
+
+def run(kind, job):
+    with kind(workers=1) as engine:
+        (output,) = engine.run([job])
+    if isinstance(output, Exception):
+        raise output
+    return output
+
+
+def needs(code):
+    if not HERE[code]:
+        pytest.skip(f"no {code} here")
+
+
+@pytest.mark.live
+@pytest.mark.slow
+@ALL
+@EACH
+def test_a_small_run_begins_as_lammps_s_and_settles_to_the_same_height(code, case):
+    """Places at the start are one formula: after 10 steps of fall heights agree to round-off.
+
+    A drum's grains are in another order: those of each kind are compared by their means.
+    """
+    needs(code)
+    p = SMALL[case.name]
+    short = {"settle_steps": 0 if case is DRUM else 10, "steps": 10, "series_every": 10}
+    with Lammps() as engine:
+        mine, first = engine.run([small_job(case), small_job(case, **short)])
+    theirs, begun = (run(engine_class(code), small_job(case, **more)) for more in ({}, short))
+    if case is DRUM:
+        for name in ("x_m", "y_m", "z_m"):
+            one, other = (o.tables["series"][name][0] for o in (first, begun))
+            for kind in (slice(0, p.large_grains), slice(p.large_grains, None)):
+                assert other[kind].mean() == pytest.approx(one[kind].mean(), abs=1e-8), name
+    else:
+        one, other = (o.number("mean_height_m") for o in (first, begun))
+        assert other == pytest.approx(one, rel=1e-7)
+    found = [case.read(p, o, Lammps.traits) for o in (mine, theirs)]
+    for name in ("bed_solid_fraction", "walls_load_ratio", "surface_angle_deg"):
+        if name in found[0]:  # of one seed, and few grains
+            assert found[1][name] == pytest.approx(
+                found[0][name], rel=0.1, abs=5.0 * (case is DRUM)
+            )
+
+
+HOLE = '"open_facets": 0'
+FAULTS = [
+    ("silo", (HOLE, '"open_facets": 20'), EngineLostAtomsError),
+    ("silo", ("self.spheres.remove_wall(self.floor)", "pass"), EngineUndecidedError),
+    ("drum", ("turn(self.wall, p.speed)", "turn(self.wall, -p.speed)"), AssertionError),
+    ("penetration", ("for place, normal in walls:", "for place, normal in walls[1:]:"),
+     EngineLostAtomsError),
+]  # fmt: skip
+
+
+@pytest.mark.live
+@pytest.mark.slow
+@pytest.mark.parametrize(("name", "fault", "error"), FAULTS)
+@EACH
+def test_a_planted_fault_turns_a_bulk_case(code, name, fault, error):
+    """A hole, an orifice that stays closed, a drum that turns backward, no floor."""
+    needs(code)
+    case = get_case(name)
+
+    def found():
+        output = run(engine_with(code, fault), small_job(case))
+        assert case.read(SMALL[name], output, Lammps.traits)["surface_angle_deg"] > 0.0
+
+    with pytest.raises(error):
+        found()
