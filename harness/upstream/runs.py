@@ -89,7 +89,7 @@ ROUND_OFF = 1e-12
 
 
 @dataclass(frozen=True)
-class Run:
+class RunOutput:
     """What one run left: the state before the first step and after each segment, and its log."""
 
     states: tuple[State, ...]
@@ -205,7 +205,7 @@ def run_upstream(
     jobs = [(test, release, lmp) for release, lmp in programs.items() for test in tests]
     done = 0
 
-    def one(job: tuple[UpstreamTest, str, str]) -> Outcome:
+    def run_job(job: tuple[UpstreamTest, str, str]) -> Outcome:
         nonlocal done
         test, release, lmp = job
         try:
@@ -218,7 +218,7 @@ def run_upstream(
             progress("upstream", done, len(jobs))
         return outcome
 
-    return UpstreamRuns(tuple(parallel_map(one, jobs, cores())))
+    return UpstreamRuns(tuple(parallel_map(run_job, jobs, cores())))
 
 
 def _outcome(test: UpstreamTest, release: str, lmp: str, limits: Limits) -> Outcome:
@@ -250,14 +250,14 @@ def run_test(
     newton: str = "off",
     finer: int = 1,
     limits: Limits | None = None,
-) -> Run:
+) -> RunOutput:
     """Run a test once, and return its states and log; raise EngineError for a run that failed."""
     with fresh_folder() as folder:
         log = run_script(test.script(newton, finer), lmp, folder, limits or Limits())
         states = tuple(
             read_state(folder / f"{STATE}.{number}") for number in range(len(test.segments) + 1)
         )
-    return Run(states, log, _timestep(log))
+    return RunOutput(states, log, _timestep(log))
 
 
 def run_script(text: str, lmp: str, folder: Path, limits: Limits) -> str:
@@ -307,7 +307,7 @@ def relative(a: Floats, b: Floats) -> Floats:
     return np.where(least == 0.0, apart, apart / np.where(least == 0.0, 1.0, least))
 
 
-def recorded_check(name: str, test: UpstreamTest, run: Run) -> Check:
+def recorded_check(name: str, test: UpstreamTest, run: RunOutput) -> Check:
     """Return the row of the recorded motion: the largest relative difference of a component."""
     if not test.recorded:
         return not_tested(name, Kind.REGRESSION, "nothing is recorded")
@@ -331,7 +331,7 @@ def recorded_check(name: str, test: UpstreamTest, run: Run) -> Check:
 
 
 def _held_against_law(
-    test: UpstreamTest, lmp: str, plain: Run, outcome: Outcome, limits: Limits
+    test: UpstreamTest, lmp: str, plain: RunOutput, outcome: Outcome, limits: Limits
 ) -> Outcome:
     name = f"{test.name}: integrated law, step to zero, {outcome.release}"
     at = test.judged_segment
