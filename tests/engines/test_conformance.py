@@ -1,7 +1,7 @@
 """Every engine of this package goes through the suite that other packages' engines go through."""
 
 import os
-from functools import partial
+from functools import cache, partial
 
 import pytest
 
@@ -30,11 +30,19 @@ CHECKS = [
 ]
 
 
-@pytest.mark.parametrize(("name", "check"), CHECKS)
-def test_engine(name, check):
+@cache
+def _missing(name):
+    """Return why an engine cannot be tested here; it is asked once, not for each check."""
     try:
         with _opened(name)() as engine:
             engine.identify()
     except (EngineMissingError, RequestError) as error:
-        pytest.skip(f"{name}: {error}")
+        return f"{name}: {error}"
+    return ""
+
+
+@pytest.mark.parametrize(("name", "check"), CHECKS)
+def test_engine(name, check):
+    if _missing(name):
+        pytest.skip(_missing(name))
     check()
