@@ -46,7 +46,9 @@ TableCell = str | tuple[Label, ...]
 PROSE = 34
 """Characters above which a cell is a sentence, which is wrapped."""
 
-NUMBER = re.compile(r"[-+]?\d[\d.,]*(e[-+]?\d+)?( %| ± \S+| \([^)]*\)| (?:x|to) -?[\d.]+)?")
+NUMBER = re.compile(
+    r"[-+]?\d[\d,]*(\.\d+)?(e[-+]?\d+)?( %| ± \S+| \([^)]*\)| (?:x|to) -?\d+(\.\d+)?)?"
+)
 
 
 def plain_text(cell: TableCell) -> str:
@@ -89,7 +91,7 @@ class Table:
 
 def column_look(texts: Sequence[str]) -> str:
     """Return ``n`` for a column of numbers, ``prose`` for one with a sentence, else nothing."""
-    filled = [text for text in texts if text.strip("-")]
+    filled = [text for text in texts if text.strip("-") and text != "none"]
     if filled and all(map(NUMBER.fullmatch, filled)):
         return "n"
     return "prose" if any(len(text) > PROSE for text in filled) else ""

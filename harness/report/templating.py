@@ -83,7 +83,9 @@ def _code_spans(text: str) -> Markup:
     from markupsafe import Markup
 
     parts = CODE.split(text)  # by turns text and code
-    escaped = (f"`{part}`" if n % 2 else markdown_text(part) for n, part in enumerate(parts))
+    escaped = (
+        f"`{part}`" if n % 2 else _in_markdown(part, html=True) for n, part in enumerate(parts)
+    )
     return Markup("".join(escaped))
 
 
