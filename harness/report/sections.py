@@ -82,8 +82,15 @@ class Table:
 
     @cached_property
     def looks(self) -> tuple[str, ...]:
-        """Return of each column whether it has numbers, ``n``, sentences, ``prose``, or neither."""
-        return tuple(column_look(self._texts(n)) for n in range(len(self.head)))
+        """Return of each column whether it has numbers, ``n``, sentences, ``prose``, or neither.
+
+        Labels make no sentence.
+        """
+        labels = {n for row in self.rows for n, cell in enumerate(row) if not isinstance(cell, str)}
+        looks = (column_look(self._texts(n)) for n in range(len(self.head)))
+        return tuple(
+            "" if n in labels and look == "prose" else look for n, look in enumerate(looks)
+        )
 
     def _texts(self, column: int) -> list[str]:
         return [plain_text(row[column]) for row in self.rows if column < len(row)]
