@@ -53,20 +53,20 @@ class Cause:
     def count(self) -> str:
         """Return how many rows there are, in how many cells of the matrix."""
         rows, cells = len(self.rows), len(self.cells)
-        told = f"{rows} row{'s' * (rows != 1)}"
-        return f"{told} in {cells} cell{'s' * (cells != 1)} of the matrix" if cells else told
+        counted = f"{rows} row{'s' * (rows != 1)}"
+        return f"{counted} in {cells} cell{'s' * (cells != 1)} of the matrix" if cells else counted
 
 
-def causes(found: Verification, commands: Mapping[Place, Sequence[str]]) -> list[Cause]:
+def causes(verification: Verification, commands: Mapping[Place, Sequence[str]]) -> list[Cause]:
     """Return the causes of what does not hold, the most severe first.
 
     ``commands`` repeat a run of a cell, by the cell; those of its first cell stand with a failure.
     """
     groups: dict[tuple[str, ...], list[Check]] = {}
-    for check in text.by_severity(found.checks):
+    for check in text.by_severity(verification.checks):
         if check.verdict in APART:
             groups.setdefault((check.verdict, *_key(check)), []).append(check)
-    defects = {defect.name: (defect, script) for defect, script in found.defects}
+    defects = {defect.name: (defect, script) for defect, script in verification.defects}
     return [_cause(rows, defects, commands) for rows in groups.values()]
 
 
@@ -104,8 +104,8 @@ def _cause(
             title = f"{title}: {first.cell.case}, {first.cell.submodel}"
         else:
             title = f"{title}: {first.name}"
-        told = (text.explained(first), text.details(first), text.happened(first))
-        sentences = tuple(dict.fromkeys(_sentence(one) for one in told if one))
+        remarks = (text.explained(first), text.details(first), text.happened(first))
+        sentences = tuple(dict.fromkeys(_sentence(remark) for remark in remarks if remark))
     cause = Cause(first.verdict, title, sentences, tuple(rows))
     again = next((commands[cell] for cell in cause.cells if cell in commands), ())
     repeated = first.verdict is Verdict.FAIL
@@ -132,11 +132,11 @@ def _of_defect(rows: Sequence[Check], defect: KnownDefect, script: str) -> Cause
 def runs_of_script(script: str) -> Iterator[str]:
     """Yield the commands that a script gives in its opening comment: its indented lines."""
     for line in printable(script).splitlines():
-        told = COMMENT.sub("", line, count=1)
-        if told == line:
+        text = COMMENT.sub("", line, count=1)
+        if text == line:
             return
-        if told.startswith("    "):
-            yield REMARK.sub("   # ", told.strip())
+        if text.startswith("    "):
+            yield REMARK.sub("   # ", text.strip())
 
 
 def _sentence(words: str) -> str:

@@ -66,7 +66,7 @@ def cell_pages(verification: Verification, drawn: Sequence[Drawn]) -> Iterator[t
             (name, [(plot.title, plot.caption, picture) for plot, picture in plots])
             for name, plots in groupby(cell.plots, key=lambda pair: pair[0].group)
         ]
-        own = _in_order(rows.get(text.place, []), [name for name, _ in systems])
+        marks = _in_order(rows.get(text.place, []), [name for name, _ in systems])
         yield (
             places[text.place],
             html_page(
@@ -81,8 +81,8 @@ def cell_pages(verification: Verification, drawn: Sequence[Drawn]) -> Iterator[t
                 },
                 text=text,
                 systems=systems,
-                tables=list(_tables(own, text, verification)),
-                defects=_defects(own, verification),
+                tables=list(_tables(marks, text, verification)),
+                defects=_defects(marks, verification),
                 failures=cell.failures,
                 scripts=[f"scripts/{safe_path(name)}" for name in _scripts(cell, verification)],
             ),
@@ -104,8 +104,10 @@ def _defects(
 def _said(row: Mark, verification: Verification) -> str:
     """Return what is noted of a row, without what is said of its known defect."""
     name = defect_of(row.check)
-    known = next((one.note for one, _ in verification.defects if name and one.name == name), "")
-    return row.check.note.replace(known, "").strip("; ").removeprefix(GONE).strip("; ")
+    cause = next(
+        (defect.note for defect, _ in verification.defects if name and defect.name == name), ""
+    )
+    return row.check.note.replace(cause, "").strip("; ").removeprefix(GONE).strip("; ")
 
 
 def _who(text: CellText, verification: Verification) -> str:
@@ -117,13 +119,13 @@ def _who(text: CellText, verification: Verification) -> str:
 
 
 def _by_place(rows: Sequence[Row]) -> dict[Place, list[Mark]]:
-    found: dict[Place, list[Mark]] = {}
+    marks: dict[Place, list[Mark]] = {}
     for row in rows:
         cell = row.check.cell
         if cell is not None:
             place = (cell.case, cell.submodel, cell.engine)
-            found.setdefault(place, []).append(Mark(row.check, row.id))
-    return found
+            marks.setdefault(place, []).append(Mark(row.check, row.id))
+    return marks
 
 
 def _in_order(rows: Sequence[Mark], systems: Sequence[str]) -> list[Mark]:
@@ -193,12 +195,12 @@ def _uncertain(rows: Sequence[Mark]) -> list[str]:
 
 def _notes(rows: Sequence[Mark], verification: Verification) -> Iterator[str]:
     """Yield what is said of rows with a value, each once, after the rows that it is said of."""
-    said: dict[str, list[str]] = {}
+    noted: dict[str, list[str]] = {}
     valued = [row for row in rows if row.quantity]
     for row in valued:
         place = f"{row.cell.system}, {in_words(row.quantity, row.check.unit)}"
-        said.setdefault(_said(row, verification), []).append(place)
-    for note, places in said.items():
+        noted.setdefault(_said(row, verification), []).append(place)
+    for note, places in noted.items():
         if note:
             yield note if len(places) == len(valued) else f"{'; '.join(places)}: {note}"
 
@@ -208,20 +210,20 @@ def _scripts(cell: DrawnCell, verification: Verification) -> list[str]:
 
     Those of an engine beside the main one stand in a folder of its name.
     """
-    told = " ".join(command for _, command in cell.text.commands).split()
+    words = " ".join(command for _, command in cell.text.commands).split()
     main = (
         verification.provenance.engine if verification.provenance is not None else cell.text.engine
     )
-    beside = {engine.engine for engine in verification.engines} - {main}
+    others = {engine.engine for engine in verification.engines} - {main}
     engines = {name: name.partition("/")[0] for name in verification.scripts}
-    own = [n for n, e in engines.items() if (e if e in beside else main) == cell.text.engine]
+    names = [n for n, e in engines.items() if (e if e in others else main) == cell.text.engine]
     inputs = cell.text.inputs
     if not inputs:
-        return [name for name in own if PurePosixPath(name).name in told]
+        return [name for name in names if PurePosixPath(name).name in words]
     return [
         name
-        for name in own
+        for name in names
         # all files of an input that is a folder
         if PurePosixPath(name).parent.name in inputs
-        or (PurePosixPath(name).name in told and PurePosixPath(name).stem in inputs)
+        or (PurePosixPath(name).name in words and PurePosixPath(name).stem in inputs)
     ]

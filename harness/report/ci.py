@@ -29,10 +29,10 @@ from harness.report.text import (
 from harness.shown import number
 
 
-def opening_markdown(found: Verification) -> list[str]:
+def opening_markdown(verification: Verification) -> list[str]:
     """Return the outcome kind by kind, and the headlines as a list."""
-    outcome, counts, *told = map(markdown_text, summary(found))
-    return [f"**{outcome}**", counts, "", *(f"- {line}" for line in told)]
+    outcome, counts, *headlines = map(markdown_text, summary(verification))
+    return [f"**{outcome}**", counts, "", *(f"- {line}" for line in headlines)]
 
 
 LIMIT = 60_000
@@ -42,19 +42,19 @@ SEVERE = (Verdict.FAIL, Verdict.KNOWN_DEFECT, Verdict.FIXED, Verdict.NOT_TESTED)
 HEAD = ("check", "value", "expected", "difference", "tolerance", "")
 
 
-def short_markdown(found: Verification) -> str:
+def short_markdown(verification: Verification) -> str:
     """Return outcome, failed rows, and all others folded away by kind; under 60,000 characters."""
-    lines = ["## DEM verification", "", *opening_markdown(found), ""]
-    severe = [check for check in by_severity(found.checks) if check.verdict in SEVERE]
+    lines = ["## DEM verification", "", *opening_markdown(verification), ""]
+    severe = [check for check in by_severity(verification.checks) if check.verdict in SEVERE]
     if severe:
         lines += ["| check | kind | what happened |", "|---|---|---|"]
         lines += [*_within(LIMIT // 3, [_severe(check) for check in severe]), ""]
-    for one in summaries(found.checks):
-        rows = [check for check in one.checks if check.verdict not in SEVERE]
+    for kind in summaries(verification.checks):
+        rows = [check for check in kind.checks if check.verdict not in SEVERE]
         if rows:
-            lines += _folded(one.kind, rows, (LIMIT // 2) // len(KINDS))
+            lines += _folded(kind.kind, rows, (LIMIT // 2) // len(KINDS))
     lines += ["<details><summary>Provenance</summary>", ""]
-    lines += [f"- {name}: {markdown_text(text)[:1500]}" for name, text in provenance(found)]
+    lines += [f"- {name}: {markdown_text(text)[:1500]}" for name, text in provenance(verification)]
     return "\n".join([*lines, "", "</details>", ""])
 
 
@@ -93,21 +93,23 @@ _NOT_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 """What XML 1.0 cannot hold, not even escaped."""
 
 
-def junit(found: Verification) -> str:
+def junit(verification: Verification) -> str:
     """Return the checks as JUnit XML: a suite for each kind, a test case for each check.
 
     A verdict that failed is a ``failure``, an engine that died an ``error``. What was
     not tested, known defects, those that are fixed, and a finding, which nobody judges, are
     ``skipped`` with the reason.
     """
-    rows = summaries(found.checks)
-    suites = [_suite(found, row, found.seconds if row is rows[0] else 0.0) for row in rows]
-    whole = Xml.Element("testsuites", name="dem-harness", time=f"{found.seconds:.3f}")
+    rows = summaries(verification.checks)
+    suites = [
+        _suite(verification, row, verification.seconds if row is rows[0] else 0.0) for row in rows
+    ]
+    root = Xml.Element("testsuites", name="dem-harness", time=f"{verification.seconds:.3f}")
     for key in ("tests", "failures", "errors"):  # Jenkins's schema knows no more here
-        whole.set(key, str(sum(int(suite.get(key, "0")) for suite in suites)))
-    whole.extend(suites)
-    Xml.indent(whole)
-    return '<?xml version="1.0" encoding="UTF-8"?>\n' + Xml.tostring(whole, "unicode") + "\n"
+        root.set(key, str(sum(int(suite.get(key, "0")) for suite in suites)))
+    root.extend(suites)
+    Xml.indent(root)
+    return '<?xml version="1.0" encoding="UTF-8"?>\n' + Xml.tostring(root, "unicode") + "\n"
 
 
 def _suite(verification: Verification, row: KindSummary, seconds: float) -> Xml.Element:
@@ -124,11 +126,11 @@ def _suite(verification: Verification, row: KindSummary, seconds: float) -> Xml.
         timestamp=verification.started[:19],
     )
     engine = verification.provenance
-    who = engine.label if engine else "none"
+    label = engine.label if engine else "none"
     properties = Xml.SubElement(suite, "properties")
     for name, value in (
         ("level", verification.level),
-        ("engine", who),
+        ("engine", label),
         ("platform", verification.platform),
     ):
         Xml.SubElement(properties, "property", name=name, value=_clean(value))

@@ -61,39 +61,43 @@ def name_and_unit(column: str) -> tuple[str, str]:
     return match["name"].replace("_", " "), match["unit"].replace("_per_", "/")
 
 
-def divergence(found: Comparison) -> AnyFigure:
+def divergence(series: Comparison) -> AnyFigure:
     """Draw run and reference where they diverge, and their difference over all times."""
-    moment = found.divergence
+    moment = series.divergence
     assert moment is not None
     figure = panels(2, 1, width=7.0, height=2.9)
     above, below = figure.axes
-    name, unit = name_and_unit(found.column)
-    span = float(found.time[-1] - found.time[0])
-    left = max(float(found.time[0]), moment.time - AROUND * span)
-    right = min(float(found.time[-1]), moment.time + AROUND * span)
-    near = (found.time >= left) & (found.time <= right)
+    name, unit = name_and_unit(series.column)
+    span = float(series.time[-1] - series.time[0])
+    start = max(float(series.time[0]), moment.time - AROUND * span)
+    end = min(float(series.time[-1]), moment.time + AROUND * span)
+    near = (series.time >= start) & (series.time <= end)
     above.plot(
-        found.time[near], found.reference[near], color="0.7", linewidth=5,
-        label=found.reference_label,
+        series.time[near], series.reference[near], color="0.7", linewidth=5,
+        label=series.reference_label,
     )  # fmt: skip
     above.plot(
-        found.time[near], found.value[near], color=BLUE, linewidth=1.3, label=found.run_label,
+        series.time[near], series.value[near], color=BLUE, linewidth=1.3, label=series.run_label,
         marker="." if near.sum() < 60 else "",
     )  # fmt: skip
-    apart = np.abs(found.difference)
+    apart = np.abs(series.difference)
     below.semilogy(
-        found.time, np.where(apart > LOWEST, apart, np.nan), color=BLACK, linewidth=1.1,
-        marker="." if found.time.size < 200 else "", markersize=3,
+        series.time, np.where(apart > LOWEST, apart, np.nan), color=BLACK, linewidth=1.1,
+        marker="." if series.time.size < 200 else "", markersize=3,
         label="difference; gaps where it is 0",
     )  # fmt: skip
     below.axhline(
-        found.band, color="0.4", linestyle="--", linewidth=1.2, label=f"tolerance {found.band:.1e}"
+        series.band,
+        color="0.4",
+        linestyle="--",
+        linewidth=1.2,
+        label=f"tolerance {series.band:.1e}",
     )
-    below.axvspan(left, right, color="0.92", zorder=0)
+    below.axvspan(start, end, color="0.92", zorder=0)
     when = "from the first step" if moment.from_first_step else f"diverge at {moment.time:.5g} s"
     for axes in (above, below):
         axes.axvline(moment.time, color=RED, linestyle=":", linewidth=1.6, label=when)
-    label(above, "", quantity(name, unit), f"{found.case}, around the divergence")
+    label(above, "", quantity(name, unit), f"{series.case}, around the divergence")
     label(below, "time (s)", quantity("difference", unit), "whole record; shaded: shown above")
     legend_below(figure)
     return figure
@@ -123,8 +127,8 @@ def recorded(frame: pd.DataFrame, against: Against = "date") -> Figure:
             raise RequestError("--plot: no run in the history measured this --quantity")
         if len(names) > 1:
             some = ", ".join(map(repr, names[:3]))
-            told = f"fits {len(names)} quantities, must fit one: {some}"
-            raise RequestError(f"--plot: --quantity {told}")
+            problem = f"fits {len(names)} quantities, must fit one: {some}"
+            raise RequestError(f"--plot: --quantity {problem}")
         return quantity_history(frame, against)
     figure = Figure(figsize=(8.0, 4.2), layout="constrained")
     axes = figure.add_subplot()
@@ -199,9 +203,13 @@ def _by_release(frame: pd.DataFrame) -> tuple[Floats, list[str]]:
     releases = sorted(set(versions), key=release_order)
     x = np.empty(len(frame))
     for index, release in enumerate(releases):
-        own = np.flatnonzero(versions == release)
-        shift = np.linspace(-SPREAD / 2, SPREAD / 2, len(own)) if len(own) > 1 else np.zeros(1)
-        x[own] = index + shift
+        of_release = np.flatnonzero(versions == release)
+        shift = (
+            np.linspace(-SPREAD / 2, SPREAD / 2, len(of_release))
+            if len(of_release) > 1
+            else np.zeros(1)
+        )
+        x[of_release] = index + shift
     return x, [release.replace(" - ", "\n") for release in releases]
 
 
@@ -225,13 +233,15 @@ def _band(axes: Axes, x: Floats, frame: pd.DataFrame) -> None:
 
 def _points(axes: Axes, x: Floats, frame: pd.DataFrame) -> None:
     value, error = (np.asarray(frame[name], dtype=float) for name in ("value", "uncertainty"))
-    who = [f"{engine}, {how}" for engine, how in zip(frame["engine"], frame["how"], strict=True)]
-    for index, name in enumerate(dict.fromkeys(who)):
-        own = np.array([other == name for other in who])
+    engines = [
+        f"{engine}, {how}" for engine, how in zip(frame["engine"], frame["how"], strict=True)
+    ]
+    for index, name in enumerate(dict.fromkeys(engines)):
+        of_engine = np.array([other == name for other in engines])
         axes.errorbar(
-            x[own],
-            value[own],
-            yerr=np.nan_to_num(error[own]),
+            x[of_engine],
+            value[of_engine],
+            yerr=np.nan_to_num(error[of_engine]),
             fmt=MARKERS[index % len(MARKERS)],
             color=SERIES_COLOURS[index % len(SERIES_COLOURS)],
             capsize=3,
@@ -262,19 +272,19 @@ MOST_ROWS = 60
 CHANGE_DECADES = (1e-15, 1e-12, 1e-9, 1e-6, 1e-3, 1.0)
 
 
-def changes(found: ReleaseMatrix) -> Figure:
+def changes(matrix: ReleaseMatrix) -> Figure:
     """Draw the relative change of each quantity against the reference release, and its tolerance.
 
     No change at all stands at the left edge; what has no value is not drawn.
     """
-    rows = _rows(found)
+    rows = _rows(matrix)
     figure = Figure(figsize=(10.0, 2.0 + 0.2 * max(len(rows), 4)), layout="constrained")
     axes = figure.subplots()
     place = np.arange(len(rows))
-    scale = np.array([abs(row.cells[found.reference].value or 0.0) or 1.0 for row in rows])
+    scale = np.array([abs(row.cells[matrix.reference].value or 0.0) or 1.0 for row in rows])
     width = np.array([row.tolerance for row in rows]) / scale
     axes.scatter(_shown(width), place, marker="|", s=60, color="0.45", label="tolerance", zorder=1)
-    others = [i for i in range(len(found.columns)) if i != found.reference]
+    others = [i for i in range(len(matrix.columns)) if i != matrix.reference]
     for n, i in enumerate(others):
         differences = [row.cells[i].difference for row in rows]
         apart = np.array([np.nan if d is None else abs(d) for d in differences])
@@ -285,7 +295,7 @@ def changes(found: ReleaseMatrix) -> Figure:
             s=15,
             facecolors="none",
             edgecolors=COLOURS[1 + n % 6],
-            label=found.columns[i].title,
+            label=matrix.columns[i].title,
             zorder=2,
         )
     axes.set_xscale("log")
@@ -297,7 +307,7 @@ def changes(found: ReleaseMatrix) -> Figure:
     names = [f"{row.label or row.record}: {name_and_unit(row.quantity)[0]}" for row in rows]
     axes.set_yticks(place, names, fontsize=8.5)
     axes.set_ylim(len(rows) - 0.4, -0.6)
-    reference = found.columns[found.reference].title
+    reference = matrix.columns[matrix.reference].title
     label(axes, f"change over the value, against\n{reference}", "")
     legend_below(figure)
     return figure

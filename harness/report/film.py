@@ -209,18 +209,18 @@ def write_mp4(picture: Callable[[int], Image], frames: int, path: Path) -> None:
         "-s", f"{width}x{height}", "-r", str(1000 // FRAME_MS), "-i", "-",
         "-vf", even, "-pix_fmt", "yuv420p", "-movflags", "+faststart", "-f", "mp4", str(path),
     ]  # fmt: skip
-    shown = [*range(frames), *[frames - 1] * (LAST_MS // FRAME_MS)]
-    with tempfile.TemporaryFile() as said:
+    order = [*range(frames), *[frames - 1] * (LAST_MS // FRAME_MS)]
+    with tempfile.TemporaryFile() as messages:
         with (
-            subprocess.Popen(command, stdin=subprocess.PIPE, stderr=said) as running,
+            subprocess.Popen(command, stdin=subprocess.PIPE, stderr=messages) as running,
             contextlib.suppress(BrokenPipeError),  # what it says and its status tell why
         ):
             assert running.stdin is not None
-            for frame in shown:
+            for frame in order:
                 running.stdin.write(picture(frame).tobytes())
         if running.returncode:
-            said.seek(0)
-            text = " ".join(said.read().decode(errors="replace").split())[-200:]
+            messages.seek(0)
+            text = " ".join(messages.read().decode(errors="replace").split())[-200:]
             raise RequestError(f"film: {program} failed with {running.returncode}: {text}")
 
 

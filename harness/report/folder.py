@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 
 def write(
-    found: Verification, folder: Path, sections: Sequence[Section] = (), *, png: bool = False
+    verification: Verification, folder: Path, sections: Sequence[Section] = (), *, png: bool = False
 ) -> None:
     """Write results, pages, figures, scripts and logs into a folder.
 
@@ -49,7 +49,9 @@ def write(
     check_folder(folder)
     with whole_folder(folder) as aside:
         aside.mkdir()
-        _fill(found, aside, draw_sections([*_own_sections(found), *sections], png=png))
+        _fill(
+            verification, aside, draw_sections([*_own_sections(verification), *sections], png=png)
+        )
 
 
 def _own_sections(verification: Verification) -> list[Section]:
@@ -154,37 +156,37 @@ class Pair:
 
 
 def diff_page(
-    found: RunDiff, names: tuple[str, str], pairs: Sequence[Pair], scripts: Mapping[str, str]
+    difference: RunDiff, names: tuple[str, str], pairs: Sequence[Pair], scripts: Mapping[str, str]
 ) -> str:
     """Return the page; figures and style are inside it, so that it can be sent alone."""
-    changes = [change for change in RowChange if found.count(change)]
-    runs = zip(("before", "after"), names, (found.before, found.after), strict=True)
-    metadata = tuple((other.name, other.before, other.after) for other in found.metadata)
+    changes = [change for change in RowChange if difference.count(change)]
+    runs = zip(("before", "after"), names, (difference.before, difference.after), strict=True)
+    metadata = tuple((other.name, other.before, other.after) for other in difference.metadata)
     return html_page(
         "diff.md.j2",
-        f"Two runs: {headline(found)}",
+        f"Two runs: {headline(difference)}",
         frame={"name": "Two verification runs", "columns": COLUMNS},
-        found=found,
-        headline=headline(found),
+        found=difference,
+        headline=headline(difference),
         runs=[(place, f"{name}, {_who(run)}") for place, name, run in runs],
-        counts=[f"{found.count(change)} {change}" for change in changes],
+        counts=[f"{difference.count(change)} {change}" for change in changes],
         metadata=Table("What else is not the same", "", ("what", "before", "after"), metadata),
         changes=changes,
         order=list(RowChange),
         names=COLUMNS,
         numeric=NUMERIC,
-        kinds=list(dict.fromkeys(row.row.kind for row in found.rows)),
+        kinds=list(dict.fromkeys(row.row.kind for row in difference.rows)),
         pairs=pairs,
         scripts=scripts,
     )
 
 
-def headline(found: RunDiff) -> str:
+def headline(difference: RunDiff) -> str:
     """Return the outcome in a few words; what got worse is counted kind by kind."""
-    worse = Counter(str(row.row.kind) for row in found.rows if row.worsens)
+    worse = Counter(str(row.row.kind) for row in difference.rows if row.worsens)
     if worse:
         return "Worse: " + ", ".join(f"{number} {kind}" for kind, number in worse.items())
-    if found.count(RowChange.SAME) == len(found.rows):
+    if difference.count(RowChange.SAME) == len(difference.rows):
         return "Nothing moved"
     return "No verdict changed for the worse"
 
@@ -199,7 +201,7 @@ LONGEST = 400
 """Lines of one script's difference that are shown."""
 
 
-def write_diff(found: RunDiff, before: Path, after: Path, folder: Path) -> None:
+def write_diff(difference: RunDiff, before: Path, after: Path, folder: Path) -> None:
     """Write diff.html, diff.json and diff.csv into a folder.
 
     ``before`` and ``after`` are the runs: figures and scripts are taken from
@@ -210,10 +212,12 @@ def write_diff(found: RunDiff, before: Path, after: Path, folder: Path) -> None:
     runs = [run if run.is_dir() else run.parent for run in (before, after)]
     with whole_folder(folder) as aside:
         aside.mkdir()
-        page = diff_page(found, (str(before), str(after)), list(_pairs(*runs)), _scripts(*runs))
+        page = diff_page(
+            difference, (str(before), str(after)), list(_pairs(*runs)), _scripts(*runs)
+        )
         (aside / "diff.html").write_text(page, encoding="utf-8")
-        (aside / "diff.json").write_text(json_text(found.to_json()), encoding="utf-8")
-        write_csv(found.to_frame(), aside / "diff.csv")
+        (aside / "diff.json").write_text(json_text(difference.to_json()), encoding="utf-8")
+        write_csv(difference.to_frame(), aside / "diff.csv")
 
 
 def _pairs(before: Path, after: Path) -> Iterator[Pair]:
@@ -243,13 +247,13 @@ def _scripts(before: Path, after: Path) -> dict[str, str]:
         for path in (run / "scripts").rglob("*")
         if path.is_file()
     }
-    found = {}
+    differences = {}
     for name in sorted(names):
         old, new = ((_text(run / name, run) or "").splitlines() for run in runs)
         lines = list(difflib.unified_diff(old, new, "before", "after", lineterm=""))
         if lines:
-            found[name.removeprefix("scripts/")] = "\n".join(lines[:LONGEST])
-    return found
+            differences[name.removeprefix("scripts/")] = "\n".join(lines[:LONGEST])
+    return differences
 
 
 def _text(path: Path, run: Path) -> str | None:
@@ -273,7 +277,7 @@ SHOWN = {
 }
 
 
-def write_releases(found: ReleaseMatrix, folder: Path) -> None:
+def write_releases(matrix: ReleaseMatrix, folder: Path) -> None:
     """Write report.md, results.csv, results.json and the figure into a new folder, whole or not.
 
     Raise RequestError when the folder cannot take them.
@@ -281,27 +285,27 @@ def write_releases(found: ReleaseMatrix, folder: Path) -> None:
     check_folder(folder)
     with whole_folder(folder) as aside:
         aside.mkdir()
-        (aside / "report.md").write_text(markdown(found), encoding="utf-8")
-        write_csv(found.to_frame(), aside / "results.csv")
-        (aside / "results.json").write_text(json_text(found.to_json()), encoding="utf-8")
-        drawn = picture("changes", CHANGES, "", lambda: draw_changes(found))
+        (aside / "report.md").write_text(markdown(matrix), encoding="utf-8")
+        write_csv(matrix.to_frame(), aside / "results.csv")
+        (aside / "results.json").write_text(json_text(matrix.to_json()), encoding="utf-8")
+        drawn = picture("changes", CHANGES, "", lambda: draw_changes(matrix))
         (aside / "changes.svg").write_text(drawn.svg, encoding="utf-8")
 
 
-def markdown(found: ReleaseMatrix) -> str:
+def markdown(matrix: ReleaseMatrix) -> str:
     """Return the matrix as Markdown: who ran, how much is of each class, and every row."""
-    others = [(n, column) for n, column in enumerate(found.columns) if n != found.reference]
-    reference = found.columns[found.reference].release
-    rows = tuple(_release_row(row, found, others) for row in found.rows)
+    others = [(n, column) for n, column in enumerate(matrix.columns) if n != matrix.reference]
+    reference = matrix.columns[matrix.reference].release
+    rows = tuple(_release_row(row, matrix, others) for row in matrix.rows)
     head = ("case", "quantity", reference, "tolerance", *(c.release for _, c in others))
     return markdown_page(
         "releases.md.j2",
-        f"{found.engine} releases{f': {found.cases}' if found.cases else ''}",
-        found=found,
+        f"{matrix.engine} releases{f': {matrix.cases}' if matrix.cases else ''}",
+        found=matrix,
         reference=reference,
         changes=CHANGES,
-        counts=_counts(found),
-        tables=[table for table in _cell_tables(found) if table.rows],
+        counts=_counts(matrix),
+        tables=[table for table in _cell_tables(matrix) if table.rows],
         quantities=Table("Every quantity", "", head, rows),
     )
 
@@ -329,8 +333,8 @@ def _release_row(
         apart = f" ({cell.difference:+.1e})" if cell.difference else ""
         # why a release has no such cell is told once, by reason
         note = "" if cell.note == column.reasons.get(row.record) else cell.note
-        shown = SHOWN.get(cell.change, str(cell.change))
-        cells.append(f"{shown}{apart}{f'; {note}' if note else ''}")
+        change = SHOWN.get(cell.change, str(cell.change))
+        cells.append(f"{change}{apart}{f'; {note}' if note else ''}")
     return tuple(cells)
 
 

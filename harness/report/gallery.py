@@ -67,9 +67,9 @@ def svg(plot: Plot) -> str:
     if not points:
         return ""
     xs, ys = zip(*points, strict=True)
-    made = _logarithmic if plot.logarithmic else _linear
-    x = made(min(xs), max(xs), LEFT, WIDTH - RIGHT)
-    y = made(min(ys), max(ys), HEIGHT - BOTTOM, TOP)
+    axis = _logarithmic if plot.logarithmic else _linear
+    x = axis(min(xs), max(xs), LEFT, WIDTH - RIGHT)
+    y = axis(min(ys), max(ys), HEIGHT - BOTTOM, TOP)
     return (
         environment()
         .get_template("plot.svg.j2")
@@ -86,9 +86,9 @@ def svg(plot: Plot) -> str:
 
 def _shape(number: int, line: Line, plot: Plot, x: Axis, y: Axis) -> Shape:
     pieces: list[list[tuple[float, float]]] = [[]]
-    for one, other in zip(line.x, line.y, strict=True):
-        if _shown(one, other, plot.logarithmic):
-            pieces[-1].append((round(x.place(one), 1), round(y.place(other), 1)))
+    for at_x, at_y in zip(line.x, line.y, strict=True):
+        if _shown(at_x, at_y, plot.logarithmic):
+            pieces[-1].append((round(x.place(at_x), 1), round(y.place(at_y), 1)))
         elif pieces[-1]:
             pieces.append([])
     return Shape(
@@ -230,8 +230,8 @@ def data_uri(svg: str) -> str:
     return Markup(uri)
 
 
-def _rounded(found: re.Match[str]) -> str:
-    return f"{float(found[0]):.2f}".rstrip("0").rstrip(".")
+def _rounded(match: re.Match[str]) -> str:
+    return f"{float(match[0]):.2f}".rstrip("0").rstrip(".")
 
 
 @dataclass(frozen=True)
@@ -305,12 +305,12 @@ def draw_sections(sections: Sequence[Section], *, png: bool = False) -> list[Dra
     outcomes, plotted = iter(done[: len(drawings)]), iter(done[len(drawings) :])
     drawn = []
     for section in sections:
-        own = [next(outcomes) for _ in section.drawings]
-        pictures = tuple(one for one in own if isinstance(one, Picture))
+        drawn_here = [next(outcomes) for _ in section.drawings]
+        pictures = tuple(outcome for outcome in drawn_here if isinstance(outcome, Picture))
         filmed = [_filmed(film) for film in section.films]
-        failures = tuple(one for one in (*own, *filmed) if isinstance(one, str))
+        failures = tuple(outcome for outcome in (*drawn_here, *filmed) if isinstance(outcome, str))
         cells_drawn = tuple(_cell(cell, next(plotted)) for cell in section.cells)
-        reels = tuple(one for one in filmed if isinstance(one, Reel))
+        reels = tuple(outcome for outcome in filmed if isinstance(outcome, Reel))
         drawn.append(Drawn(section, pictures, failures, cells_drawn, reels))
     return drawn
 
@@ -400,12 +400,12 @@ def _begin_worker(parent: int) -> None:
     sys.stdout, sys.stderr = sys.__stdout__, sys.__stderr__
 
 
-def _drawn(what: Named | CellText, *, png: bool) -> Picture | Plots | str:
-    title = ", ".join(what.place) if isinstance(what, CellText) else what[1].title
+def _drawn(content: Named | CellText, *, png: bool) -> Picture | Plots | str:
+    title = ", ".join(content.place) if isinstance(content, CellText) else content[1].title
     try:
-        if isinstance(what, CellText):
-            return tuple((plot, svg(plot)) for plot in what.plots())
-        name, drawing = what
+        if isinstance(content, CellText):
+            return tuple((plot, svg(plot)) for plot in content.plots())
+        name, drawing = content
         return picture(name, drawing.title, drawing.caption, drawing.draw, png=png)
     except Exception as error:  # code of a plug-in, anything can go wrong in it
         reason = one_line(f"{type(error).__name__}: {error}")

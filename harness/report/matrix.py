@@ -34,9 +34,9 @@ def address(defect: KnownDefect) -> str:
     return f"{FOLDER}/{safe_path(defect.name)}/{safe_path(defect.script.rpartition('/')[2])}"
 
 
-def defect_scripts(found: Verification) -> dict[str, str]:
+def defect_scripts(verification: Verification) -> dict[str, str]:
     """Return the scripts of the defects that checks are marked with, by their files."""
-    return {address(defect): script for defect, script in found.defects if script}
+    return {address(defect): script for defect, script in verification.defects if script}
 
 
 @dataclass(frozen=True)
@@ -84,9 +84,9 @@ class Mark:
     @property
     def title(self) -> str:
         """Return system, value, reference, error and order in a line."""
-        what = self.cell.invariance or _quantity(self.check)
-        told = f"{self.cell.system}, {what}: {happened(self.check)}"
-        return told if self.order == "-" else f"{told}, order {self.order} ({self.interval})"
+        subject = self.cell.invariance or _quantity(self.check)
+        words = f"{self.cell.system}, {subject}: {happened(self.check)}"
+        return words if self.order == "-" else f"{words}, order {self.order} ({self.interval})"
 
 
 def _quantity(check: Check) -> str:
@@ -151,9 +151,9 @@ def matrices(
     def by_engine(cell: Cell) -> tuple[str, str]:
         return f"{cell.case}: {cell.submodel}", written[cell.engine]
 
-    whole = _matrix("engine by engine", "case and submodel", marks, by_engine)
-    rows = {name: whole.rows[name] for name in sorted(whole.rows)}
-    return [replace(whole, columns=tuple(written.values()), rows=rows), *tables]
+    overall = _matrix("engine by engine", "case and submodel", marks, by_engine)
+    rows = {name: overall.rows[name] for name in sorted(overall.rows)}
+    return [replace(overall, columns=tuple(written.values()), rows=rows), *tables]
 
 
 def _by_case(cell: Cell) -> tuple[str, str]:
@@ -170,8 +170,8 @@ def _matrix(
         row = rows.setdefault(name, {})
         row[column] = (*row.get(column, ()), mark)
     columns = tuple(sorted({column for row in rows.values() for column in row}))
-    told = {name: {column: _once(row[column]) for column in row} for name, row in rows.items()}
-    return Matrix(title, head, columns, told)
+    merged = {name: {column: _once(row[column]) for column in row} for name, row in rows.items()}
+    return Matrix(title, head, columns, merged)
 
 
 def _once(marks: tuple[Mark, ...]) -> tuple[Mark, ...]:
@@ -228,13 +228,13 @@ def values(checks: Sequence[Check], titles: Mapping[str, str]) -> list[Table]:
 
 def _rows(marks: Sequence[Mark]) -> Iterator[tuple[str, ...]]:
     """Yield a row for each value; one for all systems of a submodel that cannot be stated."""
-    said: set[tuple[str, str]] = set()
+    refused: set[tuple[str, str]] = set()
     for mark in marks:
         check, cell = mark.check, mark.cell
         if not mark.quantity:
             words = _verdict(check)
-            if (cell.submodel, words) not in said:
-                said.add((cell.submodel, words))
+            if (cell.submodel, words) not in refused:
+                refused.add((cell.submodel, words))
                 yield (cell.submodel, cell.system, *["-"] * (len(HEAD) - 3), words)
             continue
         words = in_words(mark.quantity, check.unit)
@@ -255,7 +255,7 @@ def _rows(marks: Sequence[Mark]) -> Iterator[tuple[str, ...]]:
 
 def _verdict(check: Check) -> str:
     """Return the verdict with the name of the defect, or why there is no value."""
-    told = defect_of(check)
-    if not told and check.verdict in (Verdict.FAIL, Verdict.NOT_TESTED):
-        told = check.note or check.triage
-    return f"{check.verdict}: {told}" if told else str(check.verdict)
+    reason = defect_of(check)
+    if not reason and check.verdict in (Verdict.FAIL, Verdict.NOT_TESTED):
+        reason = check.note or check.triage
+    return f"{check.verdict}: {reason}" if reason else str(check.verdict)

@@ -91,7 +91,7 @@ def _values(
     """Return what the template is filled with."""
     rows, engines = rows_of(verification), titles(drawn)
     present = [v for v in SEVERITY if any(c.verdict is v for c in verification.checks)]
-    gallery = [one for one in drawn if not one.section.title and one.section.opening is None]
+    gallery = [part for part in drawn if not part.section.title and part.section.opening is None]
     return {
         "headline": headline(verification.checks, verification.untested_cases),
         "outcome": _outcome(verification),
@@ -130,8 +130,8 @@ def _values(
 
 def rows_in(cause: Cause, rows: Sequence[Row]) -> list[Row]:
     """Return the rows of a cause as the page shows them."""
-    own = {id(check) for check in cause.rows}
-    return [row for row in rows if id(row.check) in own]
+    checks = {id(check) for check in cause.rows}
+    return [row for row in rows if id(row.check) in checks]
 
 
 NAMES = {Verdict.PASS: "holds", Verdict.FAIL: "fails", Verdict.FINDING: "reported"}

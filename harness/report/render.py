@@ -166,8 +166,8 @@ def figures(pictures: Sequence[Picture], folder: str | None = None) -> list[Figu
         if half and look:
             placed[-1] = replace(placed[-1], look="tall")
         half = not half and not look
-        shown = Figure(picture.name, picture.title, picture.caption, uri, width, height, look)
-        placed.append(shown)
+        figure = Figure(picture.name, picture.title, picture.caption, uri, width, height, look)
+        placed.append(figure)
     if half:
         placed[-1] = replace(placed[-1], look="tall")
     return placed

@@ -46,7 +46,9 @@ TableCell = str | tuple[Label, ...]
 PROSE = 34
 """Characters above which a cell is a sentence, which is wrapped."""
 
-NUMBER = re.compile(r"[-+]?\d[\d.,]*(e[-+]?\d+)?( %| ± \S+| \([^)]*\)| (?:x|to) -?[\d.]+)?")
+NUMBER = re.compile(
+    r"[-+]?\d[\d,]*(\.\d+)?(e[-+]?\d+)?( %| ± \S+| \([^)]*\)| (?:x|to) -?\d+(\.\d+)?)?"
+)
 
 
 def plain_text(cell: TableCell) -> str:
@@ -80,8 +82,15 @@ class Table:
 
     @cached_property
     def looks(self) -> tuple[str, ...]:
-        """Return of each column whether it has numbers, ``n``, sentences, ``prose``, or neither."""
-        return tuple(column_look(self._texts(n)) for n in range(len(self.head)))
+        """Return of each column whether it has numbers, ``n``, sentences, ``prose``, or neither.
+
+        Labels make no sentence.
+        """
+        labels = {n for row in self.rows for n, cell in enumerate(row) if not isinstance(cell, str)}
+        looks = (column_look(self._texts(n)) for n in range(len(self.head)))
+        return tuple(
+            "" if n in labels and look == "prose" else look for n, look in enumerate(looks)
+        )
 
     def _texts(self, column: int) -> list[str]:
         return [plain_text(row[column]) for row in self.rows if column < len(row)]
@@ -89,10 +98,10 @@ class Table:
 
 def column_look(texts: Sequence[str]) -> str:
     """Return ``n`` for a column of numbers, ``prose`` for one with a sentence, else nothing."""
-    said = [text for text in texts if text.strip("-")]
-    if said and all(map(NUMBER.fullmatch, said)):
+    filled = [text for text in texts if text.strip("-") and text != "none"]
+    if filled and all(map(NUMBER.fullmatch, filled)):
         return "n"
-    return "prose" if any(len(text) > PROSE for text in said) else ""
+    return "prose" if any(len(text) > PROSE for text in filled) else ""
 
 
 @dataclass(frozen=True)
@@ -258,12 +267,12 @@ def divergence_section(series: Sequence[Comparison]) -> Section:
         drawings=tuple(
             Drawing(
                 f"divergence-{number}",
-                f"Divergence: {one.case}",
-                f"{one.run_label} against {one.reference_label} around the moment at which they "
+                f"Divergence: {case.case}",
+                f"{case.run_label} against {case.reference_label} around the moment at which they "
                 "diverge, and their difference over the whole record with its tolerance.",
-                partial(_draw, one),
+                partial(_draw, case),
             )
-            for number, one in enumerate(first_to_diverge(series)[:MOST_DIVERGENCES], 1)
+            for number, case in enumerate(first_to_diverge(series)[:MOST_DIVERGENCES], 1)
         ),
     )
 
@@ -271,11 +280,11 @@ def divergence_section(series: Sequence[Comparison]) -> Section:
 def first_to_diverge(series: Sequence[Comparison]) -> list[Comparison]:
     """Return of each case the column that left its band first."""
     first: dict[str, tuple[float, Comparison]] = {}
-    for one in series:
-        moment = one.divergence
-        if moment is not None and moment.time < first.get(one.case, (math.inf, one))[0]:
-            first[one.case] = moment.time, one
-    return [one for _, one in first.values()]
+    for column in series:
+        moment = column.divergence
+        if moment is not None and moment.time < first.get(column.case, (math.inf, column))[0]:
+            first[column.case] = moment.time, column
+    return [column for _, column in first.values()]
 
 
 def _draw(series: Comparison) -> Figure:

@@ -45,8 +45,8 @@ def panels(rows: int, columns: int, width: float = 4.2, height: float = 3.0) -> 
 def legend_below(figure: AnyFigure, columns: int = 2, axes: Sequence[Axes] | None = None) -> None:
     """Put one legend below all panels, each name once: inside a panel it would hide lines."""
     placed: dict[str, Any] = {}
-    for one in axes or figure.axes:
-        for handle, name in zip(*one.get_legend_handles_labels(), strict=True):
+    for ax in axes or figure.axes:
+        for handle, name in zip(*ax.get_legend_handles_labels(), strict=True):
             placed.setdefault(name, handle)
     figure.legends.clear()
     if placed:
@@ -94,7 +94,7 @@ def lay_out(figure: AnyFigure) -> None:
     engine = figure.get_layout_engine()
     if engine is None:
         return
-    measured = [one for one in figure.axes if one.get_aspect() == "auto"]
+    measured = [axes for axes in figure.axes if axes.get_aspect() == "auto"]
     for axes in measured:
         axes.get_tightbbox = _measured_once(axes)  # type: ignore[method-assign]
     engine.execute(figure)
@@ -110,10 +110,10 @@ def _measured_once(axes: Axes) -> Callable[..., Bbox | None]:
 
     def box(*args: Any, **options: Any) -> Bbox | None:
         if not margins:
-            found = measure(*args, **options)
-            if found is None:
+            extent = measure(*args, **options)
+            if extent is None:
                 return None
-            margins.append(np.subtract(found.extents, axes.bbox.extents))
+            margins.append(np.subtract(extent.extents, axes.bbox.extents))
         return Bbox.from_extents(*np.add(axes.bbox.extents, margins[0]))
 
     return box

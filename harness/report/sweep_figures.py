@@ -113,11 +113,11 @@ def sweep_figure(
     for number, engine in enumerate(engines):
         of_engine = frame[frame["engine"] == engine]
         for place, value in enumerate(values):
-            own = of_engine if second is None else of_engine[of_engine[second] == value]
+            chosen = of_engine if second is None else of_engine[of_engine[second] == value]
             axes.errorbar(
-                own[x].to_numpy(),
-                own[quantity].to_numpy(dtype=float),
-                yerr=own[error].fillna(0.0).to_numpy(dtype=float) if error in own else None,
+                chosen[x].to_numpy(),
+                chosen[quantity].to_numpy(dtype=float),
+                yerr=chosen[error].fillna(0.0).to_numpy(dtype=float) if error in chosen else None,
                 marker=MARKERS[number % len(MARKERS)],
                 mfc="none" if number else None,
                 lw=1.0,
@@ -161,15 +161,15 @@ def _handles(
     points: Points | None,
 ) -> list[Line2D]:
     """Return what a legend names: values by colour, engines by marker, theory, own points."""
-    found = []
+    handles = []
     if second and len(values) <= MOST_NAMED:
         marker = MARKERS[0] if len(engines) == 1 else ""
-        found += [
+        handles += [
             Line2D([], [], color=colour, marker=marker, label=_equal(second, value))
             for value, colour in zip(values, colours, strict=True)
         ]
     if not second or len(engines) > 1:
-        found += [
+        handles += [
             Line2D(
                 [], [], marker=MARKERS[number % len(MARKERS)], mfc="none" if number else None,
                 lw=0.0 if second else 1.0, color="0.3" if second else colours[number], label=name,
@@ -177,11 +177,11 @@ def _handles(
             for number, name in enumerate(engines)
         ]  # fmt: skip
     for name, kind in {line.name: line.kind for line in lines}.items():
-        found.append(Line2D([], [], color=BLACK, ls=DASHES[kind], lw=1.3, label=name))
+        handles.append(Line2D([], [], color=BLACK, ls=DASHES[kind], lw=1.3, label=name))
     if points is not None:
         look: dict[str, Any] = {"marker": "P", "ms": 9, "mec": "white", "lw": 0.0}
-        found.append(Line2D([], [], color=OWN, label=points.name, **look))
-    return found
+        handles.append(Line2D([], [], color=OWN, label=points.name, **look))
+    return handles
 
 
 def _legend(figure: Figure, handles: Sequence[Line2D]) -> None:
@@ -239,5 +239,5 @@ def _bar(
     shades = mpl.colors.ListedColormap(list(colours))
     bounds = mpl.colors.BoundaryNorm(np.arange(len(values) + 1) - 0.5, len(values))
     bar = figure.colorbar(mpl.cm.ScalarMappable(bounds, shades), ax=axes, label=name)
-    shown = np.unique(np.linspace(0, len(values) - 1, MOST_NAMED).round().astype(int))
-    bar.set_ticks(list(shown), labels=[_text(values[i]) for i in shown])
+    ticks = np.unique(np.linspace(0, len(values) - 1, MOST_NAMED).round().astype(int))
+    bar.set_ticks(list(ticks), labels=[_text(values[i]) for i in ticks])

@@ -43,7 +43,7 @@ def _environment(package: str, finalize: Callable[[Any], Any] | None) -> Environ
     from markupsafe import Markup
 
     packages = ["harness.report", *filter(None, (package,))]
-    made = Environment(
+    templates = Environment(
         autoescape=True,
         finalize=finalize,
         undefined=StrictUndefined,
@@ -51,14 +51,14 @@ def _environment(package: str, finalize: Callable[[Any], Any] | None) -> Environ
         lstrip_blocks=True,
         loader=ChoiceLoader([PackageLoader(name) for name in packages]),
     )
-    made.filters |= {"number": number, "tail": tail, "safe_path": safe_path, "words": in_words}
-    made.filters |= {"triage": triage, "details": details, "explained": explained}
-    made.filters["happened"] = happened
-    made.filters["backticks"] = _code_spans if finalize else _code_elements
-    made.filters |= {"lines": _table_lines, "raw": Markup, "verbatim": _verbatim}
-    made.globals |= {"missing": math.nan, "gap": Markup("\n\n")}
-    made.globals["file"] = lambda name: Markup(_template(name))
-    return made
+    templates.filters |= {"number": number, "tail": tail, "safe_path": safe_path, "words": in_words}
+    templates.filters |= {"triage": triage, "details": details, "explained": explained}
+    templates.filters["happened"] = happened
+    templates.filters["backticks"] = _code_spans if finalize else _code_elements
+    templates.filters |= {"lines": _table_lines, "raw": Markup, "verbatim": _verbatim}
+    templates.globals |= {"missing": math.nan, "gap": Markup("\n\n")}
+    templates.globals["file"] = lambda name: Markup(_template(name))
+    return templates
 
 
 def _table_lines(table: Table, aligned: bool) -> Markup:
@@ -83,7 +83,9 @@ def _code_spans(text: str) -> Markup:
     from markupsafe import Markup
 
     parts = CODE.split(text)  # by turns text and code
-    escaped = (f"`{part}`" if n % 2 else markdown_text(part) for n, part in enumerate(parts))
+    escaped = (
+        f"`{part}`" if n % 2 else _in_markdown(part, html=True) for n, part in enumerate(parts)
+    )
     return Markup("".join(escaped))
 
 

@@ -169,43 +169,43 @@ def by_severity(checks: Sequence[Check]) -> list[Check]:
     return sorted(checks, key=lambda c: (SEVERITY.index(c.verdict), order.index(c.kind)))
 
 
-def summary(found: Verification) -> list[str]:
+def summary(verification: Verification) -> list[str]:
     """Return the sentences that open the report: the outcome kind by kind, and the headlines."""
-    counts = "; ".join(f"{s.kind} {s.text}" for s in summaries(found.checks))
+    counts = "; ".join(f"{s.kind} {s.text}" for s in summaries(verification.checks))
     return [
-        f"{headline(found.checks, found.untested_cases)}.",
+        f"{headline(verification.checks, verification.untested_cases)}.",
         f"{counts}.",
-        *headline_lines(found.headlines),
+        *headline_lines(verification.headlines),
     ]
 
 
 def headline_lines(headlines: Sequence[Row]) -> list[str]:
     """Return a sentence for each headline: expected and measured, with its uncertainty."""
-    return [f"{told.name}: expected {expected(told)}; {measured(told)}" for told in headlines]
+    return [f"{row.name}: expected {expected(row)}; {measured(row)}" for row in headlines]
 
 
-def expected(told: Row) -> str:
+def expected(row: Row) -> str:
     """Return the expected value with its unit, to the digits of the measured one."""
-    places = min(ROUND_OFF, decimals(told.uncertainty))
-    return f"{told.expected:.{places}f} {told.unit}".rstrip()
+    places = min(ROUND_OFF, decimals(row.uncertainty))
+    return f"{row.expected:.{places}f} {row.unit}".rstrip()
 
 
-def measured(told: Row) -> str:
+def measured(row: Row) -> str:
     """Return who measured what: ``code 10.2070 ± 0.0004 deg (how)``."""
-    note = f" ({told.note})" if told.note else ""
-    return f"{told.who} {value_text(told.value, told.uncertainty, told.unit)}{note}"
+    note = f" ({row.note})" if row.note else ""
+    return f"{row.who} {value_text(row.value, row.uncertainty, row.unit)}{note}"
 
 
-def provenance(found: Verification) -> list[tuple[str, str]]:
+def provenance(verification: Verification) -> list[tuple[str, str]]:
     """Return what made this report, as pairs of name and text."""
-    engine = found.provenance
+    engine = verification.provenance
     pairs = [
-        ("started", found.started),
-        ("took", f"{found.seconds:.1f} s"),
-        ("level", found.level),
-        ("cases", ", ".join(found.cases)),
-        ("dem-harness", found.harness_version),
-        ("platform", found.platform),
+        ("started", verification.started),
+        ("took", f"{verification.seconds:.1f} s"),
+        ("level", verification.level),
+        ("cases", ", ".join(verification.cases)),
+        ("dem-harness", verification.harness_version),
+        ("platform", verification.platform),
     ]
     if engine is not None:
         pairs += [

@@ -41,14 +41,14 @@ HEIGHTS = (2, 3, 4, 10, TALLEST)
 LOST = "critical_angle_lost_deg"
 
 
-def findings_context(found: Reproduction) -> dict[str, Any]:
+def findings_context(reproduction: Reproduction) -> dict[str, Any]:
     """Return what the template of the findings is filled with."""
-    findings = found.findings
+    findings = reproduction.findings
     decided = findings.restitution[findings.restitution["reference_deg"].notna()]
     first, *_, last = decided.itertuples()
     return {
         "closed": findings.closed_form_deg,
-        "engine": found.provenance.engine.upper(),
+        "engine": reproduction.provenance.engine.upper(),
         "restitution": list(findings.restitution.itertuples()),
         "first": first,
         "last": last,
@@ -201,8 +201,8 @@ def _links(statement: Statement, root: str) -> tuple[Label, ...]:
 def _templates() -> Environment:
     """Return the templates of Markdown, which write numbers by filters of their own."""
     page, text = (markdown_environment(PACKAGE, html=html) for html in (True, False))
-    for made in (page, text):
-        made.filters |= {
+    for templates in (page, text):
+        templates.filters |= {
             "angle": lambda value, digits: "-" if math.isnan(value) else f"{value:.{digits}f}",
             "signed": lambda value, digits: f"{value:+.{digits}f}",
             "power": lambda stiffness: f"{stiffness:.0e}".replace("e+0", "e"),
@@ -237,7 +237,7 @@ def check_folder(folder: Path) -> None:
     check_writable(folder)
 
 
-def write(found: Reproduction, folder: Path) -> None:
+def write(reproduction: Reproduction, folder: Path) -> None:
     """Write report.md, report.html, ledger.csv, figures, movies and dumps into a folder.
 
     An older reproduction there is replaced as a whole. Raise RequestError as
@@ -247,15 +247,15 @@ def write(found: Reproduction, folder: Path) -> None:
     root = os.path.relpath(Path.cwd(), folder.absolute())
     with whole_folder(folder, replace=True) as aside:
         aside.mkdir()
-        _fill(found, aside, PurePath(root).as_posix())
+        _fill(reproduction, aside, PurePath(root).as_posix())
 
 
 def _fill(reproduction: Reproduction, folder: Path, root: str) -> None:
     for name in ("figures", "movies", "dumps"):
         (folder / name).mkdir()
     pictures, films = all_pictures(reproduction), draw_films(reproduction.motions)
-    for shown in pictures:
-        (folder / "figures" / f"{shown.name}.svg").write_text(shown.svg, encoding="utf-8")
+    for drawn in pictures:
+        (folder / "figures" / f"{drawn.name}.svg").write_text(drawn.svg, encoding="utf-8")
     for film in films:
         (folder / "movies" / f"{film.name}.gif").write_bytes(film.gif)
         # a page that is opened from a disk may load a script, and no other file
@@ -268,11 +268,11 @@ def _fill(reproduction: Reproduction, folder: Path, root: str) -> None:
         (folder / name).write_text(page(reproduction, pictures, films, root), encoding="utf-8")
 
 
-def all_pictures(found: Reproduction) -> list[Picture]:
+def all_pictures(reproduction: Reproduction) -> list[Picture]:
     """Return the source's figures in their order, then two of the findings."""
-    findings, engine = found.findings, found.provenance.engine.upper()
+    findings, engine = reproduction.findings, reproduction.provenance.engine.upper()
     return [
-        *source_pictures(found.figures),
+        *source_pictures(reproduction.figures),
         picture(
             "finding-mfix-step",
             "Finding: the step of MFiX's scheme",

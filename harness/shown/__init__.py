@@ -61,13 +61,13 @@ class Record:
             kind: Any = type(self)
             fields: dict[str, Any] = adapter(kind).dump_python(self, mode="json")
             return fields
-        found: dict[str, Any] = {}
+        record: dict[str, Any] = {}
         for key, path in self.JSON.items():
             value: Any = self
             for name in path.split("."):
                 value = None if value is None else getattr(value, name)
-            found |= to_json(value) if key.startswith("**") else {key: to_json(value)}
-        return found
+            record |= to_json(value) if key.startswith("**") else {key: to_json(value)}
+        return record
 
     def to_frame(self) -> pd.DataFrame:
         """Return the rows as a table, the keys of each as columns."""

@@ -81,19 +81,19 @@ def beside_tolerance(groups: Mapping[str, Sequence[float]], x: str) -> Figure:
     """
     figure = Figure(figsize=(7.0, 1.4 + 0.5 * max(1, len(groups))), layout="constrained")
     axes = figure.add_subplot()
-    known = {name: np.abs(_finite(values)) for name, values in groups.items()}
-    every = np.concatenate([np.empty(0), *known.values()])
+    finite = {name: np.abs(_finite(values)) for name, values in groups.items()}
+    every = np.concatenate([np.empty(0), *finite.values()])
     least = every[every > 0].min(initial=1.0) / 3
-    for place, values in enumerate(known.values()):
+    for place, values in enumerate(finite.values()):
         spread = place + np.linspace(-0.3, 0.3, values.size)
         axes.plot(np.maximum(values, least), spread, "o", ms=3, mfc="none", color="#0072B2")
     axes.axvline(1.0, color="black", ls="--", lw=1)
     axes.set(xscale="log", ylim=(max(1, len(groups)) - 0.5, -0.5))
-    axes.set_yticks(range(len(groups)), [f"{name} ({v.size})" for name, v in known.items()])
+    axes.set_yticks(range(len(groups)), [f"{name} ({v.size})" for name, v in finite.items()])
     label(axes, x, "rows, counted")
     return figure
 
 
 def _finite(values: Sequence[float]) -> np.ndarray:
-    found = np.asarray(list(values), dtype=float)
-    return np.asarray(found[np.isfinite(found)])
+    numbers = np.asarray(list(values), dtype=float)
+    return np.asarray(numbers[np.isfinite(numbers)])

@@ -2,10 +2,13 @@
 
 from dataclasses import replace
 
+import pytest
+
 from harness.comparison.verdicts import Cell, Kind, Tolerance, Verdict, judge, not_tested
 from harness.report.markdown import markdown_table
 from harness.report.matrix import HEAD, values
 from harness.report.page import report_markdown
+from harness.report.sections import column_look
 
 WIDTH = Tolerance("N", 0.0, 1e-6, "a millionth, for a test")
 
@@ -69,3 +72,18 @@ def test_the_report_lists_these_rows_once(verification):
     assert told.count("| 40.00002 |") == len([c for c in CHECKS if c.value == 40.00002])
     assert values(verification.checks, {}) == []
     assert "rows stand with" not in report_markdown(verification, [])
+
+
+@pytest.mark.parametrize(
+    ("texts", "look"),
+    [
+        (("1.5", "-", "none", "2e-05", "1,000"), "n"),
+        (("10.2053 ± 0.0009", "1.08 (1.00 to 1.09)", "0.9 to 1.1", "16 x 8", "50 %"), "n"),
+        (("2022.6.23.4.0",), ""),
+        (("1.5 N", "2"), ""),
+        (("none", "-"), ""),
+        (("1", "a sentence that is longer than a cell"), "prose"),
+    ],
+)
+def test_a_column_is_of_numbers_where_each_cell_is_one(texts, look):
+    assert column_look(texts) == look

@@ -4,6 +4,7 @@ import pytest
 
 from harness.report.markdown import document, tables
 from harness.report.site import Site
+from harness.report.templating import markdown_environment
 
 TEXT = """# A title
 
@@ -95,3 +96,9 @@ def test_a_link_out_of_the_root_is_not_followed(tmp_path):
     built.add_file("README.md")
     assert built.files == {}
     assert built.unlinked == [("index.html", "../secret.txt")]
+
+
+def test_code_among_words_keeps_the_spaces_about_it():
+    template = markdown_environment(html=True).from_string("{{ words|backticks }}")
+    page = document(template.render(words="It takes `a_<b>` or _none_ (`c`)."), html=True).body
+    assert page == "<p>It takes <code>a_&lt;b&gt;</code> or _none_ (<code>c</code>).</p>\n"
