@@ -165,7 +165,6 @@ def _root(sense: Floats, u: Floats, v: Floats, closed: NDArray[np.bool_], law: F
 # back.
 
 DETACHMENT_TAU = float(jn_zeros(2, 1)[0])  # 5.135622
-DETACHMENT_VELOCITY = float(2 * jv(1, DETACHMENT_TAU) / DETACHMENT_TAU)  # -0.1322795
 
 
 def grain_velocity(tau: ArrayLike) -> NDArray[np.float64]:
@@ -254,11 +253,3 @@ def series_stiffness(contacts: int, stiffness: float, deformable: bool) -> float
     of which one half counts, by f/k. The source's k/n is neither.
     """
     return stiffness / (2 * contacts - 1 if deformable else contacts)
-
-
-def contact_time_of_gamma(gamma: float) -> float:
-    """Return omega t0 [1] of a grain on one fixed particle, ``2 (pi - atan(1/Gamma))``.
-
-    ``Gamma = m g / (v0 sqrt(k m))``; pi without gravity.
-    """
-    return 2 * (math.pi - math.atan2(1.0, gamma))

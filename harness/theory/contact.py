@@ -173,13 +173,6 @@ def impact(damping: float, *, clipped: bool) -> Impact:
     return Impact(-float(solution.y[1, -1]), float(solution.t[-1]))
 
 
-def first_order_loss() -> float:
-    """Return d(1 - e)/da at a = 0: the work of the dashpot on the undamped motion."""
-    from scipy.special import beta
-
-    return float(beta(0.6, 1.5))
-
-
 # ---- the head-on impact of elastic spheres under Hertz's law
 #
 # m* x'' = -K x^(3/2) with K = 4/3 E* sqrt(R*) (Johnson, Contact Mechanics (1985), section 11.4).
@@ -362,16 +355,6 @@ def sliding_impulse(friction: float, restitution: float, speed: float) -> float:
 def slides_throughout(friction: float, restitution: float) -> float:
     """Return u / v from which on a rigid contact slides to its end: 7/2 mu (1 + e)."""
     return 3.5 * friction * (1.0 + restitution)
-
-
-def sticks_at_first(friction: float, stiffness_ratio: float) -> float:
-    """Return u / v up to which an elastic contact begins sticking: mu k_n / k_t.
-
-    The ratio k_t / k_n is of stiffnesses at one overlap: 4 G* / E* for Hertz and increments of
-    Mindlin's force, 2 (1 - nu) / (2 - nu) of like materials, which is psi = 1 in Maw, Barber and
-    Fawcett, Wear 38, 101 (1976). Mindlin on the total displacement has 2/3 of it.
-    """
-    return friction / stiffness_ratio
 
 
 def held(stiffness: float, dashpot: float, duration: float) -> float:

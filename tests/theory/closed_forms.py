@@ -14,7 +14,6 @@ from harness.theory import chain
 from harness.theory import contact as bounce
 from harness.theory import contact as cohesion
 from harness.theory import contact as dashpot
-from harness.theory import contact as hertz
 from harness.theory import contact as oblique
 
 Floats = NDArray[np.float64]
@@ -69,14 +68,31 @@ def strongly_damped(damping: float) -> float:
     return float(1.2 ** (2.0 / 3.0) * damping ** (-5.0 / 3.0))
 
 
+def first_order_loss() -> float:
+    """Return d(1 - e)/da at a = 0: the work of the dashpot on the undamped motion."""
+    from scipy.special import beta
+
+    return float(beta(0.6, 1.5))
+
+
 def viscoelastic_series(damping: float) -> float:
     """Return 1 - c a + 3/5 (c a)^2, the restitution to second order in a = A v / overlap.
 
     a grows as v^(1/5). Ramirez, Poeschel, Brilliantov and Schwager, Phys. Rev. E 60, 4465
-    (1999): their C2 is 3/5 C1^2; c is :func:`harness.theory.contact.first_order_loss`.
+    (1999): their C2 is 3/5 C1^2; c is :func:`first_order_loss`.
     """
-    loss = hertz.first_order_loss() * damping
+    loss = first_order_loss() * damping
     return 1.0 - loss + 0.6 * loss**2
+
+
+def sticks_at_first(friction: float, stiffness_ratio: float) -> float:
+    """Return u / v up to which an elastic contact begins sticking: mu k_n / k_t.
+
+    The ratio k_t / k_n is of stiffnesses at one overlap: 4 G* / E* for Hertz and increments of
+    Mindlin's force, 2 (1 - nu) / (2 - nu) of like materials, which is psi = 1 in Maw, Barber and
+    Fawcett, Wear 38, 101 (1976). Mindlin on the total displacement has 2/3 of it.
+    """
+    return friction / stiffness_ratio
 
 
 def slides_throughout_elastic(friction: float, stiffness_ratio: float) -> float:
@@ -84,9 +100,9 @@ def slides_throughout_elastic(friction: float, stiffness_ratio: float) -> float:
 
     A slider at its limit recovers with the spring as it opens, as long as u > -mu v k_n / k_t:
     7 mu - mu k_n / k_t, psi = 4 chi - 1 of Maw, Barber and Fawcett. With the limit of
-    :func:`harness.theory.contact.sticks_at_first` where that is larger.
+    :func:`sticks_at_first` where that is larger.
     """
-    recovery = oblique.sticks_at_first(friction, stiffness_ratio)
+    recovery = sticks_at_first(friction, stiffness_ratio)
     return max(oblique.slides_throughout(friction, 1.0) - recovery, recovery)
 
 
@@ -129,7 +145,8 @@ def rolling_deceleration(rolling_friction: float, radius: float, gravity: float)
     return 5.0 / 7.0 * rolling_friction * gravity / radius
 
 
-FIRST_CONTACT_RATIO = (1 - chain.DETACHMENT_VELOCITY) / 2  # 0.5661397 of 2 m v0
+DETACHMENT_VELOCITY = float(chain.grain_velocity(chain.DETACHMENT_TAU))  # -0.1322795
+FIRST_CONTACT_RATIO = (1 - DETACHMENT_VELOCITY) / 2  # 0.5661397 of 2 m v0
 
 
 def static_overlaps(
@@ -159,9 +176,17 @@ def overlap_modes(mobile: int, omega: float) -> Floats:
     return np.asarray(2 * omega * np.sin((2 * j - 1) * math.pi / (2 * (2 * mobile + 1))))
 
 
+def contact_time_of_gamma(gamma: float) -> float:
+    """Return omega t0 [1] of a grain on one fixed particle, ``2 (pi - atan(1/Gamma))``.
+
+    ``Gamma = m g / (v0 sqrt(k m))``; pi without gravity.
+    """
+    return 2 * (math.pi - math.atan2(1.0, gamma))
+
+
 def impulse_of_gamma(gamma: float) -> float:
     """Return the impulse of that contact [1], in m v0: ``2 + Gamma omega t0``."""
-    return 2 + gamma * chain.contact_time_of_gamma(gamma)
+    return 2 + gamma * contact_time_of_gamma(gamma)
 
 
 def velocities_after(mass: tuple[float, float], speed: float) -> tuple[float, float]:

@@ -48,7 +48,7 @@ def test_the_angle_of_kharaz():
 
 @pytest.mark.parametrize(("law", "ratio"), [(INCREMENTS, RATIO), (SPRINGS, 2.0 / 7.0)])
 def test_where_an_elastic_contact_sticks_at_first_and_where_it_slides_to_its_end(law, ratio):
-    first = contact.sticks_at_first(0.2, ratio)
+    first = closed_forms.sticks_at_first(0.2, ratio)
     assert slides_at_once(law, 1.001 * first)
     assert not slides_at_once(law, 0.999 * first)
     last = closed_forms.slides_throughout_elastic(0.2, ratio)
@@ -58,7 +58,7 @@ def test_where_an_elastic_contact_sticks_at_first_and_where_it_slides_to_its_end
 
 def test_mindlin_on_the_total_displacement_sticks_up_to_two_thirds_of_that():
     law = INCREMENTS.replace(tangential="mindlin")
-    first = 2.0 / 3.0 * contact.sticks_at_first(0.2, RATIO)
+    first = 2.0 / 3.0 * closed_forms.sticks_at_first(0.2, RATIO)
     assert slides_at_once(law, 1.001 * first)
     assert not slides_at_once(law, 0.999 * first)
 

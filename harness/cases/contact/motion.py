@@ -72,8 +72,10 @@ class Motion:
 
 def motion_of(output: Output, scene: ContactScene) -> Motion:
     """Return the samples of a run; raise EngineOutputError where some are missing or not finite."""
-    table = output.tables.get(SERIES, {})
-    columns_of = {p: n for p, n in COLUMNS.items() if p not in FORCES or any(c in table for c in n)}
+    samples = output.tables.get(SERIES, {})
+    columns_of = {
+        p: n for p, n in COLUMNS.items() if p not in FORCES or any(c in samples for c in n)
+    }
     table = output.table(["step", *(n for names in columns_of.values() for n in names)])
     shapes = {n: table[n].shape[1:] for names in columns_of.values() for n in names}
     for name, shape in shapes.items():

@@ -251,7 +251,7 @@ UNNUMBERED = re.compile(
 
 
 @dataclass(frozen=True)
-class Run:
+class MfixRun:
     """What a run left: frames of particles and of forces, wall time [s], and its words."""
 
     frames: list[Frame]
@@ -312,7 +312,7 @@ class Solver:
         self._folder = self._files.enter_context(fresh_folder())
         self._processes = Processes()
 
-    def run(self, texts: Mapping[str, str]) -> Run | EngineError:
+    def run(self, texts: Mapping[str, str]) -> MfixRun | EngineError:
         """Run files; return what they left, or the error with them and last words as its log."""
         if self._processes.closed:
             return EngineCrashError(f"MFiX ({self._program}) was closed")
@@ -341,7 +341,7 @@ class Solver:
         self._processes.close()
         self._files.close()
 
-    def _output(self, folder: Path, ended: Ended, log: str) -> Run:
+    def _output(self, folder: Path, ended: Ended, log: str) -> MfixRun:
         refusal = REFUSAL.search(ended.said)
         if refusal is None and (ended.code != 0 or not any(folder.glob(f"{GRAIN}_*.vtp"))):
             refusal = UNNUMBERED.search(ended.said)
@@ -355,7 +355,7 @@ class Solver:
         frames = read_frames(folder, GRAIN)
         if not frames:
             raise EngineOutputError(f"MFiX wrote no particles{first_words(ended.said)}")
-        return Run(frames, read_frames(folder, FORCE), ended.seconds, log)
+        return MfixRun(frames, read_frames(folder, FORCE), ended.seconds, log)
 
 
 MOST_FRAMES = 100_000
@@ -488,7 +488,7 @@ class Mfix(Engine):
         return Output((), self.identify(), {SERIES: table}, done.log, done.seconds, self.title)
 
 
-def _read(system: System, scene: Scene, done: Run) -> Table:
+def _read(system: System, scene: Scene, done: MfixRun) -> Table:
     """Return the table of a run; a scene that nothing decides early must reach its end."""
     if scene.forces:
         table = forced_table(system, scene, done.frames, done.forces)

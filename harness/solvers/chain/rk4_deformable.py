@@ -319,7 +319,7 @@ def _advance_deformable(
 # stage after all, the step is done again with the whole row as one block.
 
 
-class _Row(NamedTuple):
+class _RowState(NamedTuple):
     """State of N particles and n contacts in a step."""
 
     u: Floats  # (N,) [m]
@@ -347,7 +347,7 @@ class _Room(NamedTuple):
     before: Floats  # (STAGES,) [N] force of the last contact of the block before
 
 
-class _Limits(NamedTuple):
+class _StepBounds(NamedTuple):
     """Bounds of a step; the equal particles are those of ``equal_run``."""
 
     step: float  # [s]
@@ -364,7 +364,7 @@ def long_row_kernel(chain: Chain, plan: Plan) -> Advance:
     u, v, a, b, c, d = np.empty((6, particles))
     pivot, carry, overlap, force = np.empty((4, contacts))
     contact_set = ContactSet(np.zeros(contacts, np.bool_), pivot, carry)
-    row = _Row(
+    row = _RowState(
         chain.displacement, chain.velocity, u, v, contact_set, no_cuts, overlap, force
     )  # fmt: skip
     edges = np.zeros((3, STAGES))
@@ -372,7 +372,7 @@ def long_row_kernel(chain: Chain, plan: Plan) -> Advance:
         np.empty(contacts), np.empty(contacts + 2), a, b, c, d, np.empty((3, contacts)),
         edges[0], edges[1], edges[2],
     )  # fmt: skip
-    limits = _Limits(plan.step, 1e-14 * chain.length, plan.longest, *equal_run(chain))
+    limits = _StepBounds(plan.step, 1e-14 * chain.length, plan.longest, *equal_run(chain))
     counts = np.array([0, -1])
 
     def advance(record: Record, first: int, last: int) -> tuple[Record, int]:
@@ -383,7 +383,7 @@ def long_row_kernel(chain: Chain, plan: Plan) -> Advance:
 
 @compiled
 def _advance(  # noqa: PLR0913 - a compiled kernel takes arrays and numbers, no objects
-    chain: Chain, row: _Row, room: _Room, limits: _Limits, counts: Counts, record: Record,
+    chain: Chain, row: _RowState, room: _Room, limits: _StepBounds, counts: Counts, record: Record,
     plan: Plan, first: int, last: int,
 ) -> tuple[Record, int]:  # fmt: skip
     """Do the steps from ``first`` to before ``last``.
@@ -395,7 +395,7 @@ def _advance(  # noqa: PLR0913 - a compiled kernel takes arrays and numbers, no 
     renewed = first == 0
     u, v, next_u, next_v = row.u, row.v, row.next_u, row.next_v
     for count in range(first, last):
-        here = _Row(u, v, next_u, next_v, row.contacts, row.cuts, row.overlap, row.force)
+        here = _RowState(u, v, next_u, next_v, row.contacts, row.cuts, row.overlap, row.force)
         touching = contacts
         if count < plan.steps:
             touching = _advance_row(chain, here, room, limits, STAGES, renewed)
@@ -421,7 +421,7 @@ def _advance(  # noqa: PLR0913 - a compiled kernel takes arrays and numbers, no 
 
 @compiled
 def _advance_row(
-    chain: Chain, row: _Row, room: _Room, limits: _Limits, stages: int, renewed: bool
+    chain: Chain, row: _RowState, room: _Room, limits: _StepBounds, stages: int, renewed: bool
 ) -> int:
     """Do so many ``stages`` in the row; return how many contacts touch from the grain on.
 
@@ -466,7 +466,7 @@ def _advance_row(
 
 @compiled
 def _advance_block(
-    chain: Chain, row: _Row, room: _Room, limits: _Limits, low: int, n: int, stages: int
+    chain: Chain, row: _RowState, room: _Room, limits: _StepBounds, low: int, n: int, stages: int
 ) -> int:
     """Do so many ``stages`` in the block of n contacts from ``low`` on; return as the row does."""
     within = low >= limits.equal_from and low + n < limits.equal_to

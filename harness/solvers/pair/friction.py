@@ -21,7 +21,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from harness.solvers.pair.geometry import Change, Geometry
+from harness.solvers.pair.geometry import Geometry, GeometryRates
 from harness.solvers.pair.normal import MDR, Elastic, dashpot, grown, pressed, pull_off_force
 from harness.solvers.pair.records import (
     ROLLING,
@@ -352,7 +352,9 @@ def limits(kind: int, law: Records) -> tuple[bool, int]:
 
 
 @compiled
-def velocity_rate(kind: int, change: Change, g: Geometry, system: System, contact: int) -> Vector:
+def velocity_rate(
+    kind: int, change: GeometryRates, g: Geometry, system: System, contact: int
+) -> Vector:
     """Return u' of a slider in the turning frame."""
     if kind == TANGENTIAL:
         return change.slip

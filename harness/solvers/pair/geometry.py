@@ -194,7 +194,7 @@ def levers(
     )
 
 
-class Change(NamedTuple):
+class GeometryRates(NamedTuple):
     """Rates of what :class:`Geometry` holds, from the bodies' accelerations."""
 
     closing: float
@@ -203,7 +203,9 @@ class Change(NamedTuple):
 
 
 @compiled
-def change(g: Geometry, y: Floats, system: System, contact: int, accelerations: Floats) -> Change:
+def geometry_rates(
+    g: Geometry, y: Floats, system: System, contact: int, accelerations: Floats
+) -> GeometryRates:
     """Return the rates of closing, slip and spin, the vectors in the frame of the springs.
 
     ``accelerations``: (bodies, 6), linear and angular.
@@ -227,7 +229,7 @@ def change(g: Geometry, y: Floats, system: System, contact: int, accelerations: 
         slip = plus(slip, -dot(g.relative, g.turning), g.normal)
     spin = plus(scaled(g.felt[0], spin), g.felt[1] / g.felt[0], g.spin)
     spin = plus(spin, -1.0, cross(g.frame, g.spin))
-    return Change(closing, slip, spin)
+    return GeometryRates(closing, slip, spin)
 
 
 @compiled

@@ -184,9 +184,8 @@ def turn(y: Floats, system: System, modes: Integers, c: int) -> None:
         if contact["stage"] != ELASTIC:
             flats = 1.0 if contact["second"] < 0 else 2.0
             radius = system.bodies[contact["first"]]["radius"]
-            contact["last"] = (
-                flats * sprung_back(system.law, contact, g.overlap / flats, radius).residual
-            )
+            dent = sprung_back(system.law, contact, g.overlap / flats, radius)
+            contact["last"] = flats * dent.residual
 
 
 def switch(y: Floats, system: System, modes: Integers, where: tuple[int, int]) -> EventKind:
@@ -272,12 +271,15 @@ def stick(y: Floats, system: System, modes: Integers, c: int, kind: int) -> None
     modes[c, SLIDERS + kind] = STICK
 
 
-def slide(y: Floats, system: System, modes: Integers, c: int, kind: int) -> None:
-    """Let a slider that sticks slide in the direction of its force."""
+def slide(
+    y: Floats, system: System, modes: Integers, c: int, kind: int, later: Floats | None = None
+) -> None:
+    """Let a slider that sticks slide in the direction of its force, in a ``later`` state if any."""
     cut_back, damping = limits(kind, system.law)
     if cut_back:
-        slider, _ = _slider(y, system, modes, c, kind)
-        held = sliding_direction(slider, _get(y, system, c, kind), damping)
+        probed = y if later is None else later
+        slider, _ = _slider(probed, system, modes, c, kind)
+        held = sliding_direction(slider, _get(probed, system, c, kind), damping)
         _set(y, system, c, kind, held)
     modes[c, SLIDERS + kind] = SLIDE
 
@@ -286,7 +288,7 @@ def settle(y: Floats, system: System, modes: Integers, probe: float) -> None:
     """Decide of every slider that sticks whether it slides.
 
     Beyond the limit it does. Where force and limit are equal, as at the begin of a contact,
-    the state after a time ``probe`` tells.
+    the state after a time ``probe`` decides.
     """
     open_cases = []
     for c in range(len(system.contacts)):
@@ -304,12 +306,7 @@ def settle(y: Floats, system: System, modes: Integers, probe: float) -> None:
     for c, kind in open_cases:
         over, _ = _over(later, system, modes, c, kind)
         if over > 0.0:
-            slider, _ = _slider(later, system, modes, c, kind)
-            cut_back, damping = limits(kind, system.law)
-            if cut_back:
-                held = sliding_direction(slider, _get(later, system, c, kind), damping)
-                _set(y, system, c, kind, held)
-            modes[c, SLIDERS + kind] = SLIDE
+            slide(y, system, modes, c, kind, later)
 
 
 def _over(y: Floats, system: System, modes: Integers, c: int, kind: int) -> tuple[float, float]:
@@ -356,7 +353,7 @@ SLIDER_NAMES: tuple[SliderName, ...] = ("tangential", "rolling", "twisting")
 
 
 @dataclass
-class Motion:
+class Integration:
     """State, modes and events of an integration at a time."""
 
     system: System
@@ -533,7 +530,7 @@ def integrate(
     ``tolerance`` bounds the local error of a step in units of the contact's overlap and speed.
     """
     system = system_of(scene, rules or Rules())
-    motion = Motion(system, _first_state(scene, system), first_modes(system), tolerance)
+    motion = Integration(system, _first_state(scene, system), first_modes(system), tolerance)
     open_contacts(motion.y, system, motion.modes)
     motion.start()
     samples = []
@@ -573,7 +570,7 @@ def _first_state(scene: ContactScene, system: System) -> Floats:
     return y
 
 
-def _sample(motion: Motion) -> tuple[Floats, ...]:
+def _sample(motion: Integration) -> tuple[Floats, ...]:
     """Return time, bodies, forces, overlaps and springs as they are now."""
     y, system = motion.y, motion.system
     bodies = y[: BODY * len(system.bodies)].reshape(-1, 3, 3).copy()

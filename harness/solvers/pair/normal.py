@@ -9,6 +9,7 @@ formulas stand at the head of each section.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import NamedTuple
 
 from harness.parameters.law import ContactLaw
@@ -345,37 +346,33 @@ def _kept(
     return more - cap - strained, by_way, by_swelling
 
 
-@compiled
 def yield_depth(modulus: float, stress: float, radius: float) -> float:
     """Return delta_Y [m] of E' [Pa], Y [Pa] and R_0 [m]; NEVER where it is beyond the radius."""
-    low, high = 0.0, radius
-    for _ in range(300):
-        depth = 0.5 * (low + high)
-        if depth in (low, high):
-            break
+
+    def elastic_at(depth: float) -> bool:
         hertz = 4.0 * modulus / (3.0 * math.pi) * math.sqrt(depth / radius)
-        if hertz < _pressed(stress, 0.0, 0.0, depth, radius).pressure:
-            low = depth
-        else:
-            high = depth
-    return high if high < radius else NEVER
+        return bool(hertz < _pressed(stress, 0.0, 0.0, depth, radius).pressure)
+
+    depth = _bisect(elastic_at, 0.0, radius)
+    return depth if depth < radius else NEVER
 
 
-@compiled
 def swelling_depth(law: Records, onset: float, radius: float) -> float:
     """Return the depth [m] from which on the radius swells; NEVER where it is beyond the radius."""
     if onset >= radius or _kept(law, onset, radius, onset, 0.0)[1] < 0.0:
         return onset
-    low, high = onset, radius
+    depth = _bisect(lambda depth: _kept(law, onset, radius, depth, 0.0)[1] > 0.0, onset, radius)
+    return depth if depth < radius else NEVER
+
+
+def _bisect(below: Callable[[float], bool], low: float, high: float) -> float:
+    """Return the least number of an interval that is not ``below`` a root, to the last bit."""
     for _ in range(300):
-        depth = 0.5 * (low + high)
-        if depth in (low, high):
+        middle = 0.5 * (low + high)
+        if middle in (low, high):
             break
-        if _kept(law, onset, radius, depth, 0.0)[1] > 0.0:
-            low = depth
-        else:
-            high = depth
-    return high if high < radius else NEVER
+        low, high = (middle, high) if below(middle) else (low, middle)
+    return high
 
 
 @compiled
@@ -556,22 +553,13 @@ def sunk(modulus: float, surface: float, radius: float, a: float) -> tuple[float
     return 2.0 * a * a / (radius + root), length, 2.0 * a / root - 0.5 * length / a
 
 
-@compiled
 def fold(modulus: float, surface: float, radius: float) -> tuple[float, float]:
     """Return the contact radius below which the depth grows again, and the depth there [m]."""
     if surface <= 0.0:
         return 0.0, 0.0
-    low, high = 0.0, radius
-    for _ in range(200):
-        a = 0.5 * (low + high)
-        if a in (low, high):
-            break
-        if sunk(modulus, surface, radius, a)[2] < 0.0:
-            low = a
-        else:
-            high = a
-    g, length, _ = sunk(modulus, surface, radius, high)
-    return high, g - length
+    a = _bisect(lambda a: sunk(modulus, surface, radius, a)[2] < 0.0, 0.0, radius)
+    g, length, _ = sunk(modulus, surface, radius, a)
+    return a, g - length
 
 
 @compiled

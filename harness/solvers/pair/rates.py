@@ -26,7 +26,14 @@ from harness.solvers.pair.friction import (
     torque,
     velocity_rate,
 )
-from harness.solvers.pair.geometry import Geometry, change, geometry, levers, normal_and_gap, vector
+from harness.solvers.pair.geometry import (
+    Geometry,
+    geometry,
+    geometry_rates,
+    levers,
+    normal_and_gap,
+    vector,
+)
 from harness.solvers.pair.normal import (
     HOOKE,
     JKR,
@@ -102,9 +109,9 @@ def _add_contact(result: Floats, y: Floats, system: System, modes: Integers, c: 
             total, moment = plus(total, 1.0, f), cross(g.normal, f)
         else:
             couple = plus(couple, 1.0, torque(kind, f, g, system.contacts[c].curvature))
-    _add(result, i, 1.0, total, plus(couple, -first[0], moment))
+    add_force(result, i, 1.0, total, plus(couple, -first[0], moment))
     if j >= 0:
-        _add(result, j, -1.0, total, plus(couple, second[0], moment))
+        add_force(result, j, -1.0, total, plus(couple, second[0], moment))
 
 
 @compiled
@@ -133,7 +140,8 @@ def slider_spring(y: Floats, system: System, modes: Integers, c: int, kind: int)
 
 
 @compiled
-def _add(result: Floats, body: int, sign: float, f: Vector, moment: Vector) -> None:
+def add_force(result: Floats, body: int, sign: float, f: Vector, moment: Vector) -> None:
+    """Add a force [N] and its torque [N m], times a sign, to those on a body (bodies, 6)."""
     for k in range(3):
         result[body, k] += sign * f[k]
         result[body, 3 + k] += sign * moment[k]
@@ -187,7 +195,7 @@ def _contact_rates(
     if modes[c, STATE] == CLIPPED:
         return
     normal = normal_force(g, system, c, modes[c, SIGN])
-    rate = change(g, y, system, c, accelerated)
+    rate = geometry_rates(g, y, system, c, accelerated)
     for kind in range(3):
         mode = modes[c, SLIDERS + kind]
         if mode == OFF:
@@ -252,7 +260,7 @@ def _contact_endings(
     elif modes[c, OPENING] == 0 and remembers(law, system.contacts[c]):
         largest = system.contacts[c].largest
         result[STAGE] = g.overlap - largest if largest > 0.0 else -1.0
-    rate = change(g, y, system, c, accelerated)
+    rate = geometry_rates(g, y, system, c, accelerated)
     grows = load_rate(normal, g, rate.closing, law, modes[c, SIGN])
     for kind in range(3):
         mode = modes[c, SLIDERS + kind]

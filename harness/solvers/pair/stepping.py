@@ -29,6 +29,7 @@ from harness.parameters.scene import ZERO, ContactScene, Segment
 from harness.solvers.pair.friction import contact_radius, normal_force, slider_of, torque
 from harness.solvers.pair.geometry import geometry, levers, normal_and_gap, vector
 from harness.solvers.pair.normal import MAGNIFIED, ellipse, held, last_overlap, sunk, tsuji
+from harness.solvers.pair.rates import add_force
 from harness.solvers.pair.records import (
     BODY,
     CONTACT,
@@ -119,7 +120,7 @@ def advance(
     """
     if departures is not None and departures.adhesion_fades:
         return _fading(scene, rules)
-    run = _Run(scene, rules, departures or Departures())
+    run = _SteppedScene(scene, rules, departures or Departures())
     starts = dict(
         zip(accumulate((0, *(s.steps for s in scene.segments))), scene.segments, strict=False)
     )
@@ -178,7 +179,7 @@ def _fading(scene: ContactScene, rules: Rules) -> Steps:
     return Steps(*(part[:: scene.every] for part in samples))
 
 
-class _Run:
+class _SteppedScene:
     """A scene on its way, seen from its walls: state, contact radii of the last step, forces."""
 
     def __init__(self, scene: ContactScene, rules: Rules, departures: Departures) -> None:
@@ -372,9 +373,9 @@ def _contact(
             couple = plus(couple, 1.0, torque(kind, f, g, system.contacts[c].curvature))
     radii[c] = max(radius, 1e-300)
     first, second = levers(system, c, law.torque_lever, g.overlap)
-    _add(acting, i, 1.0, total, plus(couple, -first[0], moment))
+    add_force(acting, i, 1.0, total, plus(couple, -first[0], moment))
     if j >= 0:
-        _add(acting, j, -1.0, total, plus(couple, second[0], moment))
+        add_force(acting, j, -1.0, total, plus(couple, second[0], moment))
 
 
 @compiled
@@ -410,10 +411,3 @@ def _in_plane(q: Vector, normal: Vector, kind: int) -> Vector:
     projected = across(q, normal)
     now = length(projected)
     return scaled(size / now, projected) if now > 0.0 else projected
-
-
-@compiled
-def _add(acting: Floats, body: int, sign: float, f: Vector, moment: Vector) -> None:
-    for k in range(3):
-        acting[body, k] += sign * f[k]
-        acting[body, 3 + k] += sign * moment[k]

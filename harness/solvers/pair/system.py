@@ -83,7 +83,7 @@ def system_of(scene: ContactScene, rules: Rules) -> System:
 def _depths(
     law: Records, radius: float, flats: float
 ) -> tuple[float, float, int, float, float, float]:
-    """Return what a contact of mdr is told of its flat, for a radius; 0 for any other."""
+    """Return the six fields of a contact of mdr on its flat, from ``onset`` on; 0 for any other."""
     if law["normal"] != normal.MDR:
         return 0.0, 0.0, ELASTIC, 0.0, 0.0, 0.0
     modulus, onset, swells = 2.0 * float(law["stiffness"]), 0.0, 0.0

@@ -155,7 +155,7 @@ def test_the_figure_of_all_codes_shows_what_a_code_states_beside_its_own_rules()
     assert one.apart < 1e-9
     other = Main({}, Rules(**OWN), code.scenes)
     (wrong,) = measured_scan(case, other)
-    assert wrong.found == pytest.approx(one.found)
+    assert wrong.measured == pytest.approx(one.measured)
     assert wrong.apart > 1e-5
     axes = codes_over_parameter(case, [("One", [one]), ("Other", [wrong])]).axes[0]
     told = [text.get_text() for text in axes.get_legend().get_texts()]

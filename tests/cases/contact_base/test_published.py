@@ -63,7 +63,7 @@ def test_an_elastic_linear_contact_that_sticks_is_on_the_branch():
         expected = get_case("oblique").expected(parameters, Rules())["tangential_ratio"].value
         assert expected == pytest.approx(3.0 / 7.0, abs=1e-3)
     found = published(parameters, 1.0)
-    assert 1.0 - 2.0 / 7.0 * (1.0 - found.left[0]) == pytest.approx(3.0 / 7.0, abs=1e-12)
+    assert 1.0 - 2.0 / 7.0 * (1.0 - found.ratio[0]) == pytest.approx(3.0 / 7.0, abs=1e-12)
 
 
 @pytest.mark.parametrize("restitution", [1.0, 0.5])
@@ -75,15 +75,15 @@ def test_partial_slip_is_the_computed_curve_and_coulombs_beyond(restitution):
     slides = incidence > slides_throughout(mu, restitution)
     assert 10 < slides.sum() < slides.size - 10
     beyond = 1.0 - slides_throughout(mu, restitution) / incidence[slides]
-    assert found.left[slides] == pytest.approx(beyond, abs=1e-12)
+    assert found.ratio[slides] == pytest.approx(beyond, abs=1e-12)
     psi = kappa / (0.5 * mu * (1.0 + restitution)) * incidence
     below = slice(0, 30)
-    assert found.left[below] * psi[below] == pytest.approx(
+    assert found.ratio[below] * psi[below] == pytest.approx(
         partial_slip_rebound(psi[below], parameters.poisson_ratio), abs=1e-12
     )
     assert np.all(np.diff(found.angles) > 0.0)
     assert found.angles[0] >= ANGLES[0]
-    assert ("no dashpot" in found.label) == (restitution < 1.0)
+    assert ("no dashpot" in found.source) == (restitution < 1.0)
 
 
 @pytest.mark.parametrize(

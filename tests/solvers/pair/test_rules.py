@@ -10,7 +10,7 @@ import pytest
 from harness.errors import RequestError
 from harness.parameters.rules import Rules
 from harness.parameters.scene import Body, ContactScene, Segment
-from harness.solvers.pair.geometry import change, geometry
+from harness.solvers.pair.geometry import geometry, geometry_rates
 from harness.solvers.pair.integration import integrate
 from harness.solvers.pair.system import effective_moduli, system_of
 from harness.theory import contact
@@ -209,7 +209,7 @@ def test_the_rate_of_what_rolling_feels_at_a_wall(rule):
 
     spins = [np.array(geometry(at(t), system, 0).spin) for t in (-time, time)]
     now = at(0.0)
-    found = change(geometry(now, system, 0), now, system, 0, rates).spin
+    found = geometry_rates(geometry(now, system, 0), now, system, 0, rates).spin
     assert np.array(found) == pytest.approx((spins[1] - spins[0]) / (2.0 * time), rel=1e-6)
 
 
