@@ -21,7 +21,7 @@ from harness.errors import EngineError
 from harness.observables.reference import Trajectory
 from harness.parameters.base import Parameters
 from harness.parameters.law import SOURCE, Contact, Hertz, NamedContact, hertz
-from harness.parameters.plane_scene import Scene
+from harness.parameters.scene import ContactScene, in_plane, spheres
 
 COLUMNS = ("time_s", "x_m", "y_m", "vx_m_per_s", "vy_m_per_s")
 """Of a path in a table."""
@@ -59,13 +59,10 @@ class Grain(Parameters):
 
     def settings(self) -> dict[str, float]:
         """Return what a script says it ran with, by the names of its results."""
-        shared = 0.5 if self.contact.effective_mass == "half" else 1.0
         return {
             "mass_kg": self.mass,
             "stiffness_N_per_m": self.stiffness,
-            "damping_coefficient_N_s_per_m": 2.0
-            * self.contact.zeta
-            * math.sqrt(self.stiffness * self.mass * shared),
+            "damping_coefficient_N_s_per_m": self.contact.dashpot(self.stiffness, self.mass),
             "gravity_m_per_s2": self.gravity,
             "step_s": self.step,
         }
@@ -86,7 +83,7 @@ class Grain(Parameters):
 
     def scene(
         self, start: tuple[float, float, float, float], fixed: ArrayLike, **more: Any
-    ) -> Scene:
+    ) -> ContactScene:
         """Return the grain from a start (x, y, vx, vy) [m, m/s] and spheres at ``fixed`` (N, 2).
 
         The grain is particle 1. ``more`` are the fields that a case has for itself: ``gravity``,
@@ -94,17 +91,12 @@ class Grain(Parameters):
         """
         places = np.vstack([start[:2], fixed])
         count = len(places)
-        return Scene(
-            position=places,
-            velocity=np.array([start[2:], *[(0.0, 0.0)] * (count - 1)]),
-            mass=np.full(count, self.mass),
-            diameter=np.full(count, self.diameter),
-            fixed=np.arange(count) > 0,
-            stiffness=self.stiffness,
-            damping_ratio=self.contact.zeta,
-            restitution=self.contact.stated_restitution,
-            tail=self.contact.tail,
-            effective_mass=self.contact.effective_mass,
+        velocity = [start[2:], *[(0.0, 0.0)] * (count - 1)]
+        sizes = np.full(count, self.mass), np.full(count, self.diameter)
+        return in_plane(
+            spheres(places, velocity, *sizes, np.arange(count) > 0),
+            self.contact,
+            self.stiffness,
             step=self.step,
             hertz_speed=self.hertz_speed,
             **more,

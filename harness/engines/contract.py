@@ -16,7 +16,7 @@ for a code that runs script files, and name it under the entry point ``dem_harne
    wrong in one run must not touch the others.
 
 An engine without a script language takes the job's *scene* instead: positions, velocities,
-contact, gravity and step as arrays (:class:`harness.parameters.plane_scene.Scene`). Units are
+contact, gravity and step as arrays (:class:`harness.parameters.scene.ContactScene`). Units are
 converted at this edge and nowhere else. Formulas are not shared with theory or chain solvers.
 An engine qualifies on one fixed sphere before its results are used.
 """

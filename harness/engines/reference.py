@@ -27,7 +27,8 @@ from harness.errors import EngineError, RequestError
 from harness.observables.provenance import Provenance
 from harness.observables.reference import Trajectory
 from harness.parameters.law import STIFFEST, Spring
-from harness.parameters.plane_scene import STAGES, Scene, Stage
+from harness.parameters.plane_scene import STAGES, Stage
+from harness.parameters.scene import ContactScene
 from harness.solvers.grain.adaptive import Adaptive
 from harness.solvers.grain.columns import OverColumns
 from harness.solvers.grain.row import Grain, Row, row_of
@@ -38,7 +39,7 @@ COLUMNS = ("step", "time_s", "x_m", "y_m", "vx_m_per_s", "vy_m_per_s")
 
 
 def tables_of(
-    scene: Scene, mover: TrajectoryIntegrator, row: Row, origin: tuple[float, float]
+    scene: ContactScene, mover: TrajectoryIntegrator, row: Row, origin: tuple[float, float]
 ) -> dict[str, Table]:
     """Run a scene and return its tables; ``origin`` [m] is that of the mover in the scene.
 
@@ -52,7 +53,7 @@ def tables_of(
     if scene.stages:
         touching = {} if mover.touching is None else {"touching": np.array(touches, dtype=float)}
         found[STAGES] = {**_table(ends, origin), **touching}
-    if scene.every is None:
+    if not scene.every:
         found[SERIES] = _table(ends, origin)
     else:
         samples = np.column_stack(list(vars(mover.trajectory()).values()))
@@ -110,7 +111,7 @@ EQUAL = 1e-9
 """[d] by which fixed spheres may lie off the row."""
 
 
-def unstated(scene: Scene) -> str:
+def unstated(scene: ContactScene) -> str:
     """Return why a scene cannot be run, or nothing where it can.
 
     The fixed spheres are one, or an endless row along x in which they touch.
@@ -136,7 +137,7 @@ def unstated(scene: Scene) -> str:
     return ""
 
 
-def _columns_unstated(scene: Scene, n: int) -> str:
+def _columns_unstated(scene: ContactScene, n: int) -> str:
     """Return why columns cannot be run: they stand a diameter apart, the first one at x = 0."""
     d, held = float(scene.diameter[0]), scene.position[1:]
     count = len(held) // n
@@ -149,14 +150,14 @@ def _columns_unstated(scene: Scene, n: int) -> str:
     return ""
 
 
-def origin_of(scene: Scene) -> tuple[float, float]:
+def origin_of(scene: ContactScene) -> tuple[float, float]:
     """Return the centre [m] of the first fixed sphere; of columns, where their axes begin."""
     if scene.columns is not None:
         return 0.0, 0.0
     return float(scene.position[1, 0]), float(scene.position[1, 1])
 
 
-def grain_of(scene: Scene) -> Grain:
+def grain_of(scene: ContactScene) -> Grain:
     """Return the mobile particle, its place from the first fixed sphere."""
     x, y = (float(value) for value in scene.position[0])
     x0, y0 = origin_of(scene)
@@ -250,7 +251,7 @@ class Reference(Engine):
         return self.run_scenes(scenes, [job.template.name for job in jobs])
 
     def run_scenes(
-        self, scenes: Sequence[Scene], names: Sequence[str] = ()
+        self, scenes: Sequence[ContactScene], names: Sequence[str] = ()
     ) -> list[Output | EngineError]:
         """Run scenes side by side and return their outputs in order.
 
@@ -263,7 +264,7 @@ class Reference(Engine):
         ]
         provenance = self.identify()
 
-        def one(system: tuple[Scene, Row]) -> Output | EngineError:
+        def one(system: tuple[ContactScene, Row]) -> Output | EngineError:
             started = time.perf_counter()
             scene, row = system
             try:
@@ -276,48 +277,43 @@ class Reference(Engine):
 
         return parallel_map(one, systems, self.workers)
 
-    def follow(self, scene: Scene) -> Trajectory:
+    def follow(self, scene: ContactScene) -> Trajectory:
         """Return the first particle's path over all steps of a scene, whatever its stages.
 
         Raise RequestError as for :meth:`run_scenes`, EngineError when the run fails.
         """
-        scene = replace(scene, stages=(), every=1 if scene.every is None else scene.every)
+        scene = replace(scene, stages=(), every=scene.every or 1)
         (output,) = self.run_scenes([scene])
         if isinstance(output, EngineError):
             raise output
         return Trajectory(*(output.tables[SERIES][name] for name in COLUMNS[1:]))
 
-    def _row(self, scene: Scene, name: str) -> Row:
+    def _row(self, scene: ContactScene, name: str) -> Row:
         """Return the system of a scene; raise RequestError for one that cannot be run."""
         reason = self._unstated(scene)
         if scene.spring != self._spring:
             reason = f"its spring is {self._spring}"
         if reason:
             raise self._refused(name, reason)
-        values = np.concatenate([scene.position[0], scene.velocity[0]])
-        if not np.isfinite(values).all():
-            raise RequestError(f"start = {values.tolist()}: must be finite numbers, in m and m/s")
-        if scene.every is not None and scene.every < 1:
-            raise RequestError(f"every = {scene.every}: must be at least 1 step")
-        if not 1 <= scene.steps <= MOST_STEPS:
-            raise RequestError(f"steps = {scene.steps}: must be from 1 to {MOST_STEPS:g}")
+        if scene.steps > MOST_STEPS:
+            raise RequestError(f"steps = {scene.steps}: must be at most {MOST_STEPS:g}")
         row = row_of(scene)
         reason = self._unstable(scene, row)
         if reason:
             raise RequestError(reason)
         return row
 
-    def _unstated(self, scene: Scene) -> str:
+    def _unstated(self, scene: ContactScene) -> str:
         """Return why a scene cannot be run, or nothing where it can."""
         if scene.columns is not None and self.integrator != DEFAULT_INTEGRATOR:
             return f"over columns it has the integrator {DEFAULT_INTEGRATOR} only"
         return unstated(scene)
 
-    def _unstable(self, scene: Scene, row: Row) -> str:
+    def _unstable(self, scene: ContactScene, row: Row) -> str:
         """Return why the step is one at which the integrator is unstable in a well, or nothing."""
         if self.integrator == ADAPTIVE or row.single or scene.columns is not None:
             return ""
-        zeta = scene.damping_ratio * (math.sqrt(0.5) if scene.effective_mass == "half" else 1.0)
+        zeta = scene.contact.zeta_against_full_mass
         # the spring is stiffest at the largest overlap, where the dashpot is the linear one
         stiffer = math.sqrt(STIFFEST) if row.hertz else 1.0
         fewest = stiffer * _fewest_steps(self.integrator, zeta / stiffer)
@@ -330,8 +326,8 @@ class Reference(Engine):
             f"{self.integrator} at damping ratio {zeta:.4g}: must be {bound}"
         )
 
-    def _mover(self, scene: Scene, row: Row) -> TrajectoryIntegrator:
-        grain, step, every = grain_of(scene), scene.step, scene.every
+    def _mover(self, scene: ContactScene, row: Row) -> TrajectoryIntegrator:
+        grain, step, every = grain_of(scene), scene.step, scene.every or None
         if scene.columns is not None:
             return OverColumns(grain, row, scene, self._seconds)
         if self.integrator == ADAPTIVE:

@@ -7,7 +7,7 @@ belongs to another package, in ``<package>/templates/<engine>/``. Jinja sees eve
 may be.
 
 An engine with a template ``scene.<extension>.j2`` takes scenes: one script, whose values are the
-data of a :class:`~harness.parameters.plane_scene.Scene`, runs every case that has a scene and no
+data of a :class:`~harness.parameters.scene.ContactScene`, runs every case that has a scene and no
 template of its own. It is rendered for each, under the case's name, with the scene of the main
 variant as defaults.
 """
@@ -18,7 +18,6 @@ import contextlib
 import hashlib
 import inspect
 import json
-import math
 import re
 import threading
 import traceback
@@ -35,10 +34,12 @@ from harness.engines.border import who
 from harness.engines.contract import Engine, Job, Template, Value, Values
 from harness.errors import EngineError, HarnessError, RequestError
 from harness.parameters.allowed import COUNT, Allowed
-from harness.parameters.plane_scene import LOOK, Scene
+from harness.parameters.plane_scene import LOOK
 
 if TYPE_CHECKING:
     from jinja2 import Environment
+
+    from harness.parameters.scene import ContactScene
 
 
 Folder = Traversable | Path
@@ -171,24 +172,23 @@ SCENE_ALLOWED = {
 """What the data of a scene may be, for scripts that are run by hand."""
 
 
-def scene_values(scene: Scene) -> dict[str, Datum]:
+def scene_values(scene: ContactScene) -> dict[str, Datum]:
     """Return the data of a scene by their names in scripts, SI; the dashpot as its coefficient."""
-    mass, shared = float(scene.mass[0]), 0.5 if scene.effective_mass == "half" else 1.0
-    damping = 2.0 * scene.damping_ratio * math.sqrt(scene.stiffness * mass * shared)
     (x, y), (vx, vy) = scene.position.T.tolist(), scene.velocity.T.tolist()
     return {
         **{"x": x, "y": y, "vx": vx, "vy": vy, "fixed": [int(one) for one in scene.fixed]},
-        **{"mass": mass, "diameter": float(scene.diameter[0]), "period": scene.period or 0.0},
+        **{"mass": float(scene.mass[0]), "diameter": float(scene.diameter[0])},
+        "period": scene.period or 0.0,
         **{"gravity_x": scene.gravity[0], "gravity_y": scene.gravity[1]},
-        **{"stiffness": scene.stiffness, "damping": damping, "tail": scene.tail},
-        **{"step": scene.step, "steps": scene.steps, "every": scene.every or 0},
+        **{"stiffness": scene.stiffness, "damping": scene.law.damping_coefficient or 0.0},
+        **{"tail": scene.tail, "step": scene.step, "steps": scene.steps, "every": scene.every},
         "forces": int(scene.forces),
         "places": [stage.place for stage in scene.stages],
         "floors": [stage.floor for stage in scene.stages],
     }
 
 
-def unstated(scene: Scene) -> str:
+def unstated(scene: ContactScene) -> str:
     """Return why scripts cannot take a scene, or nothing where they can."""
     if scene.columns is not None:
         return "it holds no particles to the axis of a column"
@@ -253,7 +253,7 @@ class ScriptSource(Engine):
         return {}
 
     @classmethod
-    def scene_values(cls, scene: Scene) -> dict[str, Datum]:
+    def scene_values(cls, scene: ContactScene) -> dict[str, Datum]:
         """Return the data of a scene by the names of the engine's script."""
         return scene_values(scene)
 
@@ -348,7 +348,7 @@ class ScriptSource(Engine):
         except RequestError as error:
             return str(error)
 
-    def _scene(self, job: Job) -> Scene:
+    def _scene(self, job: Job) -> ContactScene:
         """Return the scene of a job."""
         defaults = job.template.variants[job.variant] if job.variant else {}
         assert job.template.scene is not None

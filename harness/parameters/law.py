@@ -99,6 +99,20 @@ class Contact(Parameters):
         """
         return self.zeta * (math.sqrt(0.5) if self.effective_mass == "half" else 1.0)
 
+    def dashpot(self, stiffness: float, mass: float) -> float:
+        """Return eta = 2 zeta sqrt(k m_eff) [N s/m] of a stiffness [N/m] and a mass [kg]."""
+        shared = 0.5 if self.effective_mass == "half" else 1.0
+        return 2.0 * self.zeta * math.sqrt(stiffness * mass * shared)
+
+    def law(self, stiffness: float, mass: float) -> ContactLaw:
+        """Return the law of spheres of a stiffness [N/m] and a mass [kg]: hooke, no friction."""
+        return ContactLaw(
+            normal_stiffness=stiffness,
+            damping="velocity",
+            damping_coefficient=self.dashpot(stiffness, mass),
+            clipped=self.tail == "clipped",
+        )
+
 
 SOURCE = Contact(name="source", restitution=1e-20, damping_ratio=None, tail="attractive")
 """The contact of Harper, Dufek and Breard: e = 1e-20, attractive tail kept."""

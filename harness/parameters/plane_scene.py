@@ -1,12 +1,12 @@
-"""A system as arrays, for engines that take particles and not scripts.
+"""Scenes in the plane, for engines that take particles and not scripts.
 
-All of it is in the plane: x and y. A scene says the same as a case's scripts do with the same
-values; the table ``series`` that an engine returns of it has the columns ``step``, ``time_s`` of
-shape (M,) and ``x_m``, ``y_m``, ``vx_m_per_s``, ``vy_m_per_s`` of shape (M, N), the particles in
-the scene's order, or (M,) for the first alone. Where ``forces`` is set it has ``fx_N`` (M, N),
-the total force along x with gravity, or ``contact_force_N`` (M, N - 1) of particles in a line,
-or ``contacts_fx_N`` (M, N) of the contacts alone. An engine that looks at the particle while it
-runs may leave a table ``stages`` with the same columns: the start and the end of each stage.
+A scene (:class:`harness.parameters.scene.ContactScene`) says the same as a case's scripts do with
+the same values; the table ``series`` that an engine returns of it has the columns ``step``,
+``time_s`` of shape (M,) and ``x_m``, ``y_m``, ``vx_m_per_s``, ``vy_m_per_s`` of shape (M, N), the
+particles in the scene's order, or (M,) for the first alone. Where ``forces`` is set it has ``fx_N``
+(M, N), the total force along x with gravity, or ``contact_force_N`` (M, N - 1) of particles in a
+line, or ``contacts_fx_N`` (M, N) of the contacts alone. An engine that looks at the particle while
+it runs may leave a table ``stages`` with the same columns: the start and the end of each stage.
 """
 
 from __future__ import annotations
@@ -19,10 +19,11 @@ if TYPE_CHECKING:  # what knows a code's fingerprint loads no numerics
     import numpy as np
     from numpy.typing import NDArray
 
-    from harness.parameters.law import EffectiveMass, Spring, Tail
+    from harness.parameters.law import Spring
+    from harness.parameters.scene import ContactScene
 
     Floats = NDArray[np.float64]
-    SceneBuilder = Callable[[Mapping[str, str | int | float], Spring], "Scene"]
+    SceneBuilder = Callable[[Mapping[str, str | int | float], Spring], ContactScene]
     """Makes the scene of a job from its values, with the spring that the engine has."""
 
 
@@ -60,40 +61,3 @@ class Columns:
     height: int
     law: str
     damped: bool
-
-
-@dataclass(frozen=True)
-class Scene:
-    """N particles in the plane, their contact and the steps to take; SI.
-
-    ``position`` and ``velocity`` (N, 2), ``mass`` and ``diameter`` (N,), ``fixed`` (N,);
-    ``gravity`` (2,). The spring is linear with ``stiffness`` [N/m] or Hertz's that stands for it
-    at the speed ``hertz_speed`` [m/s] (:mod:`harness.parameters.law`); the dashpot has
-    ``damping_ratio`` [-] with the effective mass of two particles, against a fixed one m or m/2
-    as ``effective_mass`` says. ``period`` [m] is that of x, None without one.
-
-    The run takes ``steps`` of ``step`` [s], a sample every ``every`` (None: the start, the end and
-    the ends of ``stages``). ``decided`` tells from the table so far whether it may end earlier.
-    """
-
-    position: Floats
-    velocity: Floats
-    mass: Floats
-    diameter: Floats
-    fixed: NDArray[np.bool_]
-    gravity: tuple[float, float]
-    stiffness: float
-    damping_ratio: float
-    restitution: float | None
-    tail: Tail
-    effective_mass: EffectiveMass
-    step: float
-    steps: int
-    every: int | None = None
-    period: float | None = None
-    spring: Spring = "linear"
-    hertz_speed: float = 0.0
-    stages: tuple[Stage, ...] = ()
-    forces: bool = False
-    columns: Columns | None = None
-    decided: Callable[[Mapping[str, Floats]], bool] | None = None

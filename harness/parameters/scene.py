@@ -3,11 +3,21 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from harness.errors import RequestError
-from harness.parameters.law import ContactLaw
+from harness.parameters.law import Contact, ContactLaw, Spring
 
+if TYPE_CHECKING:
+    from harness.parameters.plane_scene import Columns, Stage
+
+Floats = NDArray[np.float64]
 Vector = tuple[float, float, float]
 ZERO: Vector = (0.0, 0.0, 0.0)
 
@@ -86,6 +96,14 @@ class ContactScene:
 
     Every pair interacts, but two frozen bodies. With ``segments`` the motion is prescribed,
     forces move nothing, and ``steps`` must be the sum of the segments' steps.
+
+    In the plane of x and y (:func:`in_plane`) ``gravity`` has two components, and there may be
+    more. ``contact`` is what the law follows from, for codes that are told a ratio or a
+    restitution. The ``spring`` is the law's, or Hertz's that stands for it at the speed
+    ``hertz_speed`` [m/s] (:mod:`harness.parameters.law`). ``period`` [m] is that of x, None without
+    one. ``every`` may be 0: then the start, the end and the ends of ``stages`` are wanted.
+    ``decided`` tells from the table so far whether the run may end earlier.
+
     Raise RequestError for a scene that is none.
     """
 
@@ -95,18 +113,26 @@ class ContactScene:
     step: float
     steps: int
     every: int = 1
-    gravity: Vector = ZERO
+    gravity: tuple[float, ...] = ZERO
     segments: tuple[Segment, ...] = field(default=())
+    contact: Contact = field(default=Contact(damping_ratio=0.0), repr=False)
+    spring: Spring = "linear"
+    hertz_speed: float = 0.0
+    period: float | None = None
+    stages: tuple[Stage, ...] = ()
+    forces: bool = False
+    columns: Columns | None = None
+    decided: Callable[[Mapping[str, Floats]], bool] | None = None
 
     def __post_init__(self) -> None:
         if not any(not body.frozen for body in self.bodies) and not self.segments:
             raise RequestError("bodies: at least one must be free to move")
         if not (math.isfinite(self.step) and self.step > 0.0):
             raise RequestError(f"step = {self.step!r} s: must be a finite number greater than 0")
-        for name in ("steps", "every"):
-            if getattr(self, name) < 1:
-                raise RequestError(f"{name} = {getattr(self, name)}: must be at least 1")
-        _finite("gravity", self.gravity)
+        for name, least in (("steps", 1), ("every", 1 if len(self.gravity) == 3 else 0)):
+            if getattr(self, name) < least:
+                raise RequestError(f"{name} = {getattr(self, name)}: must be at least {least}")
+        _finite("gravity", (*self.gravity, 0.0)[:3])
         if self.law.two_materials and len(self.bodies) + bool(self.planes) != 2:
             raise RequestError(
                 "partner_youngs_modulus, partner_poisson_ratio: need two bodies, or one and planes"
@@ -130,12 +156,54 @@ class ContactScene:
         """Return the number of samples: at the start and after every ``every`` steps."""
         return self.steps // self.every + 1
 
+    # In the plane, as engines take it: spheres (N, 2) and (N,), spring and dashpot, in SI units.
+    position = cached_property(lambda self: np.array([one.position[:2] for one in self.bodies]))
+    velocity = cached_property(lambda self: np.array([one.velocity[:2] for one in self.bodies]))
+    mass = cached_property(lambda self: np.array([one.mass for one in self.bodies]))
+    diameter = cached_property(lambda self: np.array([2.0 * one.radius for one in self.bodies]))
+    fixed = cached_property(lambda self: np.array([one.frozen for one in self.bodies]))
+    stiffness = property(lambda self: self.law.normal_stiffness)
+    damping_ratio = property(lambda self: self.contact.zeta)
+    tail = property(lambda self: self.contact.tail)
+    effective_mass = property(lambda self: self.contact.effective_mass)
+
+    def with_spheres(self, **arrays: ArrayLike) -> Self:
+        """Return a copy with other arrays of :func:`spheres`, by name."""
+        names = ("position", "velocity", "mass", "diameter", "fixed")
+        known = {name: getattr(self, name) for name in names}
+        return replace(self, bodies=spheres(**{**known, **arrays}))
+
+
+def spheres(
+    position: ArrayLike, velocity: ArrayLike, mass: ArrayLike, diameter: ArrayLike, fixed: ArrayLike
+) -> tuple[Body, ...]:
+    """Return N spheres in the plane, of arrays (N, 2) and (N,) in SI units."""
+    rows = (np.asarray(one).tolist() for one in (position, velocity, mass, diameter, fixed))
+    return tuple(
+        Body(0.5 * d, m, (*x, 0.0), (*v, 0.0), frozen=held)
+        for x, v, m, d, held in zip(*rows, strict=True)
+    )
+
+
+def in_plane(
+    bodies: tuple[Body, ...], contact: Contact, stiffness: float, *, every: int | None, **more: Any
+) -> ContactScene:
+    """Return a scene of equal spheres in the plane without friction.
+
+    Samples every so many steps, None: of the start, the end and the ends of stages. ``more`` are
+    other fields of the scene.
+    """
+    if every is not None and every < 1:
+        raise RequestError(f"every = {every}: must be at least 1 step")
+    law = contact.law(stiffness, bodies[0].mass)
+    return ContactScene(bodies, (), law, contact=contact, every=every or 0, **more)
+
 
 def sphere_mass(radius: float, density: float) -> float:
     """Return 4/3 pi r^3 rho [kg]."""
     return 4.0 / 3.0 * math.pi * radius**3 * density
 
 
-def _finite(name: str, vector: Vector) -> None:
+def _finite(name: str, vector: tuple[float, ...]) -> None:
     if len(vector) != 3 or not all(math.isfinite(value) for value in vector):
         raise RequestError(f"{name} = {vector!r}: must be three finite numbers")

@@ -17,7 +17,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
@@ -49,7 +48,8 @@ from harness.observables.reference import Trajectory
 from harness.parameters.allowed import allowed_in
 from harness.parameters.law import PLASTIC, Spring, contact_of
 from harness.parameters.plane_scene import Columns as Held
-from harness.parameters.plane_scene import Scene, Stage
+from harness.parameters.plane_scene import Stage
+from harness.parameters.scene import ContactScene
 from harness.parameters.tower import Law
 
 if TYPE_CHECKING:
@@ -296,7 +296,7 @@ def case_of(values: Mapping[str, Any]) -> Columns:
     )
 
 
-def scene_of(values: Mapping[str, Any], spring: Spring) -> Scene:
+def scene_of(values: Mapping[str, Any], spring: Spring) -> ContactScene:
     """Return the grain, particle 1, and the columns as arrays, with a stage for each well.
 
     Raise RequestError for another spring than the linear one.
@@ -326,7 +326,7 @@ def scene_of(values: Mapping[str, Any], spring: Spring) -> Scene:
         columns=Held(n, case.law, case.inside == "damped"),
     )
     number = np.arange(len(along) + 1)
-    return replace(scene, fixed=(number > 0) & (number % n == 0))
+    return scene.with_spheres(fixed=(number > 0) & (number % n == 0))
 
 
 TEMPLATE = Template(

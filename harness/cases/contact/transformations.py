@@ -127,7 +127,7 @@ class View:
             tuple(map(self._axial, piece.omegas)),
         )
 
-    def _polar(self, vector: Vector) -> Vector:
+    def _polar(self, vector: tuple[float, ...]) -> Vector:
         return _vector(np.array(self.matrix) @ vector)
 
     def _seen(self, velocity: Vector) -> Vector:
@@ -256,7 +256,7 @@ def run_backwards(motion: Motion) -> Motion:
     )
 
 
-def scaled(vector: Vector, factor: float) -> Vector:
+def scaled(vector: tuple[float, ...], factor: float) -> Vector:
     """Return a vector times a factor."""
     return (vector[0] * factor, vector[1] * factor, vector[2] * factor)
 

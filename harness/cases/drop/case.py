@@ -49,7 +49,7 @@ from harness.parameters.law import (
     contact_of,
     contact_values,
 )
-from harness.parameters.plane_scene import Scene
+from harness.parameters.scene import ContactScene
 from harness.report.sections import Drawing, Section
 from harness.theory.contact import (
     Impact,
@@ -163,7 +163,7 @@ def case_of(values: Mapping[str, Any]) -> Drop:
     )
 
 
-def scene_of(values: Mapping[str, Any], spring: Spring) -> Scene:
+def scene_of(values: Mapping[str, Any], spring: Spring) -> ContactScene:
     """Return the grain, particle 1, and the fixed sphere as arrays."""
     case = case_of(values)
     return case.scene(

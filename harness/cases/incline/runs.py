@@ -28,7 +28,8 @@ from harness.engines.output import SERIES, SHOWN, Table
 from harness.errors import EngineError, EngineOutputError, RequestError
 from harness.observables.reference import Trajectory
 from harness.parameters.law import Spring
-from harness.parameters.plane_scene import STAGES, Scene
+from harness.parameters.plane_scene import STAGES
+from harness.parameters.scene import ContactScene
 
 if TYPE_CHECKING:
     from harness.engines.reference import Reference
@@ -195,13 +196,13 @@ def _complete(path: Trajectory, rows: int, who: str) -> None:
         raise EngineOutputError(f"{who} left a series with samples missing in between")
 
 
-def scene_from(case: Incline, start: Start, spring: Spring = "linear") -> Scene:
+def scene_from(case: Incline, start: Start, spring: Spring = "linear") -> ContactScene:
     """Return the scene of the steady route with the grain at another start."""
     scene = scene_of(values_of(case, "steady"), spring)
     x, y, vx, vy = start.state()
-    position, velocity = np.array(scene.position), np.array(scene.velocity)
-    position[0], velocity[0] = (x, y), (vx, vy)
-    return replace(scene, position=position, velocity=velocity)
+    grain, *row = scene.bodies
+    moved = replace(grain, position=(x, y, 0.0), velocity=(vx, vy, 0.0))
+    return replace(scene, bodies=(moved, *row))
 
 
 def steady_runs(engine: Reference, cases: Sequence[Incline], start: Start) -> list[InclineRun]:
@@ -232,6 +233,8 @@ def follow(
             f"duration = {duration!r} s: must be greater than 0 and at most "
             f"{MOST_STEPS * case.step:.4g} s ({MOST_STEPS:g} steps)"
         )
+    if every < 1:
+        raise RequestError(f"every = {every}: must be at least 1 step")
     steps = math.ceil(duration / case.step * (1.0 - 1e-12))
     scene = scene_from(case, start, engine.traits.spring)
     return engine.follow(replace(scene, steps=steps, every=every))

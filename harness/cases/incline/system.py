@@ -34,7 +34,8 @@ from harness.parameters.law import (
     contact_values,
 )
 from harness.parameters.law import Spring as SpringLaw
-from harness.parameters.plane_scene import Scene, Stage
+from harness.parameters.plane_scene import Stage
+from harness.parameters.scene import ContactScene
 
 
 class Incline(Grain):
@@ -522,7 +523,7 @@ def case_of(values: Mapping[str, Any]) -> Incline:
     )
 
 
-def scene_of(values: Mapping[str, Any], spring: SpringLaw) -> Scene:
+def scene_of(values: Mapping[str, Any], spring: SpringLaw) -> ContactScene:
     """Return the grain, particle 1, and the row as arrays, with a stage for each well."""
     case, route = case_of(values), values["route"]
     d, tilt = case.diameter, math.radians(case.angle)

@@ -14,8 +14,8 @@ from harness.engines.contract import Job, Template, Value
 from harness.errors import RequestError
 from harness.observables.windows import SEARCH
 from harness.parameters.allowed import COUNT, Allowed, allowed_in
-from harness.parameters.law import Spring, contact_allowed
-from harness.parameters.plane_scene import Scene
+from harness.parameters.law import Contact, Spring, contact_allowed
+from harness.parameters.scene import ContactScene, in_plane, spheres
 from harness.parameters.tower import Height, Law, Property, Tower
 
 
@@ -134,7 +134,7 @@ def case_of(values: Mapping[str, Any]) -> Tower:
     return Tower(**{name: values[name] for name in Tower.model_fields if name in values})
 
 
-def scene_of(values: Mapping[str, Any], spring: Spring) -> Scene:
+def scene_of(values: Mapping[str, Any], spring: Spring) -> ContactScene:
     """Return the tower as arrays, along x, the grain first; gravity along x."""
     case = case_of(values)
     count, d = case.particles, case.each("diameter")[0]
@@ -143,18 +143,18 @@ def scene_of(values: Mapping[str, Any], spring: Spring) -> Scene:
     step = math.pi / omega / values["steps_per_contact"]
     apart = np.arange(count) * case.gap
     place = np.arange(count) * (d + case.gap) + (np.array(start_displacements(case)) - apart)
-    return Scene(
-        position=np.column_stack([place, np.zeros(count)]),
-        velocity=np.array([[case.speed, 0.0], *[[0.0, 0.0]] * (count - 1)]),
-        mass=np.array(case.each("mass")),
-        diameter=np.array(case.each("diameter")),
-        fixed=np.arange(count) == (count - 1 if case.base == "fixed" else -1),
+    bodies = spheres(
+        np.column_stack([place, np.zeros(count)]),
+        [[case.speed, 0.0], *[[0.0, 0.0]] * (count - 1)],
+        case.each("mass"),
+        case.each("diameter"),
+        np.arange(count) == (count - 1 if case.base == "fixed" else -1),
+    )
+    return in_plane(
+        bodies,
+        Contact(restitution=1.0, effective_mass="half"),
+        case.each("stiffness")[0],
         gravity=(case.gravity, 0.0),
-        stiffness=case.each("stiffness")[0],
-        damping_ratio=0.0,
-        restitution=1.0,
-        tail="attractive",
-        effective_mass="half",
         step=step,
         steps=round(values["duration"] * case.contact_time / step),
         every=values["series_every"],

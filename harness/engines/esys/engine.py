@@ -56,7 +56,7 @@ from harness.errors import (
 )
 from harness.observables.provenance import Provenance
 from harness.parameters.law import PLASTIC, contact_of, contact_values, fewest_steps_per_contact
-from harness.parameters.plane_scene import Scene
+from harness.parameters.scene import ContactScene
 
 LAUNCHERS = ("mpirun.openmpi", "mpirun")
 """Debian's ESyS-Particle belongs to Open MPI, whose launcher has this name there."""
@@ -238,7 +238,7 @@ class Esys(ScriptedEngine):
         )
 
     @classmethod
-    def scene_values(cls, scene: Scene) -> dict[str, Datum]:
+    def scene_values(cls, scene: ContactScene) -> dict[str, Datum]:
         """Return the data of a scene, with K and A of Hertz's contact in the place of a dashpot.
 
         An undamped impact at the scene's speed reaches the overlap that it reaches with the

@@ -20,7 +20,7 @@ from harness.engines.scripts import Datum, Task
 from harness.engines.traits import DASHPOTS, ContactModel, ContactValues, Traits, takes
 from harness.errors import EngineMissingError
 from harness.observables.provenance import Provenance
-from harness.parameters.plane_scene import Scene
+from harness.parameters.scene import ContactScene
 
 SAME = 1e-9
 """Relative difference of coefficients that are tied to one another."""
@@ -206,7 +206,7 @@ class Liggghts(LammpsLanguage):
     )
 
     @classmethod
-    def scene_values(cls, scene: Scene) -> dict[str, Datum]:
+    def scene_values(cls, scene: ContactScene) -> dict[str, Datum]:
         """Return the data of a scene, with the number of its stages: no list may be empty.
 
         Places over a row have 15 digits, as those of LAMMPS's script, whose variables write so

@@ -19,8 +19,6 @@ from importlib.resources.abc import Traversable
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from harness.engines.contract import Engine, Job, Template
 from harness.engines.mfix.contacts import (
     CONTACT,
@@ -35,7 +33,6 @@ from harness.engines.mfix.system import (
     REFERENCE,
     Scheme,
     System,
-    contact_in,
     steps_per_contact,
     system_of,
 )
@@ -64,7 +61,8 @@ from harness.errors import (
 )
 from harness.observables.provenance import Provenance
 from harness.parameters.law import Contact, contact_values
-from harness.parameters.plane_scene import LOOK, Scene
+from harness.parameters.plane_scene import LOOK
+from harness.parameters.scene import ContactScene
 
 KEYWORDS, PARTICLES = "mfix.dat", "particle_input.dat"
 """The names that MFiX looks for."""
@@ -182,9 +180,9 @@ def _example(template: Template, settings: Mapping[str, Any]) -> System:
     contact = {name: v for name, v in contact_values(CONTACT).items() if name in defaults}
     scene = template.scene({**defaults, **contact, **settings["values"]}, "linear")
     if "velocity" in settings:
-        velocity = np.array(scene.velocity)
-        velocity[0] = settings["velocity"]
-        scene = replace(scene, velocity=velocity)
+        grain, *others = scene.bodies
+        grain = replace(grain, velocity=(*settings["velocity"], 0.0))
+        scene = replace(scene, bodies=(grain, *others))
     return system_of(template.name, scene, scene.steps, scene.every or LOOK)
 
 
@@ -488,7 +486,7 @@ class Mfix(Engine):
         return Output((), self.identify(), {SERIES: table}, done.log, done.seconds, self.title)
 
 
-def _read(system: System, scene: Scene, done: MfixRun) -> Table:
+def _read(system: System, scene: ContactScene, done: MfixRun) -> Table:
     """Return the table of a run; a scene that nothing decides early must reach its end."""
     if scene.forces:
         table = forced_table(system, scene, done.frames, done.forces)
@@ -499,7 +497,7 @@ def _read(system: System, scene: Scene, done: MfixRun) -> Table:
     return table
 
 
-def _stretches(scene: Scene) -> list[int]:
+def _stretches(scene: ContactScene) -> list[int]:
     """Return the steps to run a scene for, in order, until it is decided."""
     gravity = math.hypot(*scene.gravity)
     if scene.decided is None or gravity == 0.0:
@@ -508,9 +506,9 @@ def _stretches(scene: Scene) -> list[int]:
     return sorted({*(min(math.ceil(s * unit), scene.steps) for s in STRETCHES), scene.steps})
 
 
-def _supported_system(name: str, scene: Scene, steps: int, scheme: Scheme) -> System:
+def _supported_system(name: str, scene: ContactScene, steps: int, scheme: Scheme) -> System:
     """Return the system of a scene; raise RequestError for one that MFiX has no keywords for."""
-    refused = TRAITS.refuses_contact(contact_in(scene))
+    refused = TRAITS.refuses_contact(scene.contact)
     if scene.columns is not None:
         refused = "it holds no particles to the axis of a column"
     if refused:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from harness.engines.mfix.system import System
 from harness.engines.output import Table
 from harness.errors import EngineNaNError, EngineOutputError
-from harness.parameters.plane_scene import Scene
+from harness.parameters.scene import ContactScene
 
 Floats = NDArray[np.float64]
 
@@ -78,7 +78,7 @@ SINGLE = float(np.finfo(np.float32).eps)
 """MFiX writes single precision."""
 
 
-def path_table(system: System, scene: Scene, frames: list[Frame]) -> Table:
+def path_table(system: System, scene: ContactScene, frames: list[Frame]) -> Table:
     """Return the motion of the mobile particles, in the scene's coordinates; fixed ones rest.
 
     A particle is known by its global id. The path ends where one left the box.
@@ -93,7 +93,9 @@ def path_table(system: System, scene: Scene, frames: list[Frame]) -> Table:
     return _table(system, scene, step, states[..., :2], states[..., 2:])
 
 
-def forced_table(system: System, scene: Scene, frames: list[Frame], forces: list[Frame]) -> Table:
+def forced_table(
+    system: System, scene: ContactScene, frames: list[Frame], forces: list[Frame]
+) -> Table:
     """Return the motion of particles in a line, with the force of each contact.
 
     MFiX writes a step's positions with the forces that led to them. In its scheme, v' = v + h a,
@@ -124,7 +126,7 @@ def forced_table(system: System, scene: Scene, frames: list[Frame], forces: list
 
 
 def _table(
-    system: System, scene: Scene, step: Floats, place: Floats, velocity: Floats
+    system: System, scene: ContactScene, step: Floats, place: Floats, velocity: Floats
 ) -> dict[str, Floats]:
     """Return the table of places and velocities in the box, (M, mobile, 2) each."""
     place = place - np.array(system.origin)

@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 
 from harness.errors import RequestError
 from harness.parameters.law import Contact
-from harness.parameters.plane_scene import Scene
+from harness.parameters.scene import ContactScene
 
 Scheme = Literal["EULER", "ADAMS_BASHFORTH"]
 """MFiX's names of its integrators (``DES_INTG_METHOD``)."""
@@ -117,7 +117,7 @@ class Layout(NamedTuple):
     box: tuple[float, float]
 
 
-def upright_line(scene: Scene, steps: int) -> Layout:
+def upright_line(scene: ContactScene, steps: int) -> Layout:
     """Return particles in a line, upright, the first on top, the last held or clear of the floor.
 
     The first particle's place is the origin.
@@ -142,7 +142,7 @@ def upright_line(scene: Scene, steps: int) -> Layout:
     return Layout(spheres[:count], spheres[count:], origin, box)
 
 
-def over_a_row(scene: Scene) -> Layout:
+def over_a_row(scene: ContactScene) -> Layout:
     """Return a particle over a row that is long enough for the stages of a periodic one."""
     d, row = float(scene.diameter[0]), 0.5 * float(scene.diameter[0])
     if np.count_nonzero(~scene.fixed) != 1 or not scene.stages:
@@ -160,7 +160,7 @@ def over_a_row(scene: Scene) -> Layout:
     return Layout((grain,), held, (float(first - x0), float(row - y0)), box)
 
 
-def over_spheres(scene: Scene, steps: int) -> Layout:
+def over_spheres(scene: ContactScene, steps: int) -> Layout:
     """Return particles over level fixed ones, with room to fly about for the whole run."""
     d, time = float(scene.diameter[0]), steps * scene.step
     x0, y0 = (float(value) for value in scene.position[scene.fixed].min(axis=0))
@@ -260,18 +260,9 @@ class System:
         return replace(sphere, vx=0.0 - ax * part, vy=0.0 - ay * part)
 
 
-def contact_in(scene: Scene) -> Contact:
-    """Return the contact of a scene."""
-    has_restitution = scene.restitution is not None
-    return Contact(
-        restitution=scene.restitution,
-        damping_ratio=None if has_restitution else scene.damping_ratio,
-        tail=scene.tail,
-        effective_mass=scene.effective_mass,
-    )
-
-
-def system_of(name: str, scene: Scene, steps: int, every: int, scheme: Scheme = "EULER") -> System:
+def system_of(
+    name: str, scene: ContactScene, steps: int, every: int, scheme: Scheme = "EULER"
+) -> System:
     """Return the system of the first ``steps`` of a scene, a frame every so many steps.
 
     Raise RequestError for a scene that MFiX cannot hold, or whose forces a scheme does not tell.
@@ -279,7 +270,7 @@ def system_of(name: str, scene: Scene, steps: int, every: int, scheme: Scheme = 
     return replace(_in_box(name, scene, steps, every, scheme), scheme=scheme)
 
 
-def _in_box(name: str, scene: Scene, steps: int, every: int, scheme: Scheme) -> System:
+def _in_box(name: str, scene: ContactScene, steps: int, every: int, scheme: Scheme) -> System:
     _check(scene)
     if scene.forces and scheme != "EULER":
         # a frame has the forces of the step before: the state they belong to follows from it there
@@ -299,7 +290,7 @@ def _in_box(name: str, scene: Scene, steps: int, every: int, scheme: Scheme) -> 
 
 
 def _system(
-    name: str, scene: Scene, layout: Layout, steps: int, every: int, upright: bool = False
+    name: str, scene: ContactScene, layout: Layout, steps: int, every: int, upright: bool = False
 ) -> System:
     gx, gy = scene.gravity
     return System(
@@ -308,7 +299,7 @@ def _system(
         diameter=float(scene.diameter[0]),
         mass=float(scene.mass[0]),
         stiffness=scene.stiffness,
-        contact=contact_in(scene),
+        contact=scene.contact,
         gravity=(gy, -gx) if upright else (gx, gy),
         step=scene.step,
         steps=steps,
@@ -318,7 +309,7 @@ def _system(
     )
 
 
-def _check(scene: Scene) -> None:
+def _check(scene: ContactScene) -> None:
     for values, name in ((scene.diameter, "diameter"), (scene.mass, "mass")):
         if np.ptp(values) > EQUAL * values[0]:
             raise RequestError(f"its spheres have one {name}")

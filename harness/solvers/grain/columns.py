@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from harness.compiled import compiled
 from harness.errors import EngineNaNError
-from harness.parameters.plane_scene import Scene
+from harness.parameters.scene import ContactScene
 from harness.solvers.grain.row import ROUNDING, Grain, Row, normal_force
 from harness.solvers.grain.schemes import WATCH
 from harness.solvers.grain.trajectory import InFixedSteps
@@ -181,7 +181,7 @@ CLOCK = 10_000
 """Steps between two looks at the clock."""
 
 
-def held_of(scene: Scene, row: Row) -> Held:
+def held_of(scene: ContactScene, row: Row) -> Held:
     """Return the columns of a scene as the kernels take them."""
     assert scene.columns is not None
     n = scene.columns.height
@@ -201,7 +201,7 @@ def held_of(scene: Scene, row: Row) -> Held:
 class OverColumns(InFixedSteps):
     """The grain over columns in steps of a scene, looked at and sampled as over a row."""
 
-    def __init__(self, grain: Grain, row: Row, scene: Scene, seconds: float) -> None:
+    def __init__(self, grain: Grain, row: Row, scene: ContactScene, seconds: float) -> None:
         self._row, self._held = row, held_of(scene, row)
         grain = begin(grain, row, self._held)
         super().__init__(grain, scene.step, scene.steps, scene.every, seconds)

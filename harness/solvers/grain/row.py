@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from harness.compiled import compiled
-from harness.parameters.law import Contact, hertz
-from harness.parameters.plane_scene import Scene
+from harness.parameters.law import hertz
+from harness.parameters.scene import ContactScene
 
 
 @compiled
@@ -84,24 +84,22 @@ class Row(NamedTuple):
     single: bool = False
 
 
-def row_of(scene: Scene) -> Row:
+def row_of(scene: ContactScene) -> Row:
     """Return the system of a scene that :func:`.statement.unstated` accepts.
 
     Raise RequestError for a Hertz spring without a speed that sets its scale.
     """
-    mass, zeta, stiffness = float(scene.mass[0]), scene.damping_ratio, scene.stiffness
-    effective = 0.5 * mass if scene.effective_mass == "half" else mass
-    spring, dashpot = stiffness, 2.0 * zeta * math.sqrt(stiffness * effective)
+    mass, stiffness = scene.bodies[0].mass, scene.stiffness
+    spring, dashpot = stiffness, scene.law.damping_coefficient or 0.0
     if scene.spring == "Hertz":
-        contact = Contact(damping_ratio=zeta, effective_mass=scene.effective_mass)
-        law = hertz(contact, stiffness, mass, scene.hertz_speed)
+        law = hertz(scene.contact, stiffness, mass, scene.hertz_speed)
         spring, dashpot = law.coefficient, law.coefficient * law.relaxation
     return Row(
         diameter=float(scene.diameter[0]),
         mass=mass,
         stiffness=spring,
         damping=dashpot,
-        clipped=scene.tail == "clipped",
+        clipped=scene.law.clipped,
         along=scene.gravity[0],
         normal=scene.gravity[1],
         hertz=scene.spring == "Hertz",

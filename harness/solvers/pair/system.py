@@ -34,9 +34,11 @@ def system_of(scene: ContactScene, rules: Rules) -> System:
     """Return the arrays of a scene; raise RequestError for a plane that moves."""
     if any(any(plane.velocity) for plane in scene.planes):
         raise RequestError("planes: the reference integration takes those at rest")
+    if scene.period is not None:
+        raise RequestError(f"period = {scene.period} m: the reference integration has none")
     bodies, moved = scene.bodies, not scene.segments
     free = [float(moved and not body.frozen) for body in bodies]
-    gravity = np.array(scene.gravity, dtype=float)
+    gravity = np.array((*scene.gravity, 0.0)[:3], dtype=float)
     pairs = [
         (i, j)
         for i in range(len(bodies))

@@ -5,16 +5,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from harness.cases.drop.case import case_of, drop_tests, scene_of, values_of
+from harness.cases.drop.case import Drop, case_of, drop_tests, restitution, scene_of, values_of
 from harness.cases.grain import COLUMNS
 from harness.cases.qualification import qualify
 from harness.comparison.verdicts import Verdict
 from harness.engines.border import in_words
 from harness.engines.reference import INTEGRATORS, Reference
 from harness.engines.registry import open_engine
-from harness.errors import EngineCrashError, EngineTimeoutError
+from harness.errors import EngineCrashError, EngineTimeoutError, RequestError
 from harness.observables.reference import Trajectory
 from harness.parameters.law import Contact
+from harness.solvers.pair.integration import integrate
 from tests.engine_doubles import Twin, frictionless, most_damping
 
 
@@ -203,6 +204,24 @@ def test_the_expectation_knows_the_rule():
     )
     halved = full.replace(effective_mass="half").zeta_against_full_mass
     assert halved == pytest.approx(full.zeta / np.sqrt(2.0))
+
+
+@pytest.mark.parametrize("mass", ["full", "half"])
+@pytest.mark.parametrize("tail", ["attractive", "clipped"])
+def test_the_solver_of_contacts_with_friction_integrates_the_same_scene(tail, mass):
+    """One law: the contact without friction is hooke with a constant dashpot, clipped or not."""
+    contact = Contact(restitution=0.5, tail=tail, effective_mass=mass)
+    case = Drop(contact=contact, speed=1.0, gap=1e-3, every=100, duration=4.0)
+    path = integrate(scene_of(values_of(case), "linear"))
+    free = path.velocities[-1, 0]
+    assert free[1] / case.speed == pytest.approx(restitution(case), abs=1e-9)
+    assert (free[0], free[2]) == (0.0, 0.0)
+
+
+def test_an_endless_row_is_none_of_the_solver_of_contacts():
+    scene = replace(scene_of(values_of(Drop(speed=1.0)), "linear"), period=9.0)
+    with pytest.raises(RequestError, match=r"period = 9\.0 m: the reference integration has none"):
+        integrate(scene)
 
 
 class Clock:

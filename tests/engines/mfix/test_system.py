@@ -160,8 +160,11 @@ def row_scene():
     ],
 )
 def test_a_scene_that_mfix_cannot_hold_is_refused(changes, said):
+    arrays = {n: v for n, v in changes.items() if isinstance(v, np.ndarray)}
+    others = {n: v for n, v in changes.items() if n not in arrays}
+    scene = replace(row_scene().with_spheres(**arrays), **others)
     with pytest.raises(RequestError, match=said):
-        system_of("line", replace(row_scene(), **changes), 100, 10)
+        system_of("line", scene, 100, 10)
 
 
 def test_an_endless_row_without_stages_is_refused(incline_of):
@@ -175,7 +178,9 @@ def test_a_row_may_begin_elsewhere(incline_of):
     case = case_at(10.2, 1e6, 500.0)
     scene, system = incline_of(case, start_in_well(case), 2, 1.0, 50)
     stages = tuple(replace(stage, place=stage.place + 3.25) for stage in scene.stages)
-    moved = replace(scene, position=scene.position + np.array([3.25, -1.0]), stages=stages)
+    moved = replace(scene, stages=stages).with_spheres(
+        position=scene.position + np.array([3.25, -1.0])
+    )
     there = system_of("incline", moved, system.steps, 50)
     assert there.held == system.held
     assert there.box == system.box

@@ -49,7 +49,7 @@ class Naive(Yade):
     def scene_values(cls, scene):
         """Return the data of a scene, with the restitution for the dashpot where it is told."""
         values = super().scene_values(scene)
-        return {**values, "damping": scene.restitution} if cls.told[0] == STATED else values
+        return {**values, "damping": scene.contact.restitution} if cls.told[0] == STATED else values
 
 
 FULL, HALF, NEAR_ZERO = (

@@ -10,7 +10,8 @@ from harness.comparison.verdicts import Tolerance
 from harness.engines.contract import Job, Template
 from harness.observables.provenance import Observable
 from harness.parameters.base import Parameters
-from harness.parameters.plane_scene import Scene
+from harness.parameters.law import Contact
+from harness.parameters.scene import in_plane, spheres
 
 STEP = Tolerance("", 0.0, 2e-3, "a step of pi/2000 of the contact's phase, at its begin and end")
 
@@ -60,18 +61,18 @@ def values_of(p):
 def scene_of(values, spring):
     """Return ball and sphere as arrays."""
     d = values["diameter"]
-    return Scene(
-        position=np.array([[0.0, d + values["gap"]], [0.0, 0.0]]),
-        velocity=np.array([[0.0, -values["speed"]], [0.0, 0.0]]),
-        mass=np.full(2, values["mass"]),
-        diameter=np.full(2, d),
-        fixed=np.array([False, True]),
+    bodies = spheres(
+        position=[[0.0, d + values["gap"]], [0.0, 0.0]],
+        velocity=[[0.0, -values["speed"]], [0.0, 0.0]],
+        mass=[values["mass"]] * 2,
+        diameter=[d, d],
+        fixed=[False, True],
+    )
+    return in_plane(
+        bodies,
+        Contact(damping_ratio=values["zeta"]),
+        values["stiffness"],
         gravity=(0.0, 0.0),
-        stiffness=values["stiffness"],
-        damping_ratio=values["zeta"],
-        restitution=None,
-        tail="attractive",
-        effective_mass="full",
         step=values["step"],
         steps=values["steps"],
         every=values["steps"],
