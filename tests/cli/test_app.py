@@ -175,8 +175,10 @@ def test_a_reader_that_has_seen_enough_is_no_error():
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
     with subprocess.Popen([*PROGRAM, *words], **pipes) as process:
         process.stdout.close()
-        said = process.stderr.read()
-    assert (process.returncode, said) == (0, b"")
+        said = process.stderr.read().splitlines()
+    # a busy machine takes so long that it says how far it is
+    other = [line for line in said if not line.startswith(b"impulse: towers, ")]
+    assert (process.returncode, other) == (0, [])
 
 
 def test_a_stream_or_an_argument_that_is_not_utf8_costs_a_question_mark(home):
