@@ -267,12 +267,27 @@ class DrumCase(BulkCase[Drum]):
 
     def source_of(self, preset: str) -> str:
         """Return where materials and process were published."""
+        if preset == "published":
+            return "Dosta and others 2024, filled from lattices: 8,208 and 30,384 grains"
         return "Dosta and others 2024 (moduli four thousand times smaller, a quarter of the size)"
 
     @property
     def presets(self) -> Mapping[str, Drum]:
-        """Return seven hundred soft grains."""
-        return {"small": Drum()}
+        """Return seven hundred soft grains, and the drum of 38,000 as published."""
+        published = Drum(
+            large_layers=1,
+            small_layers=16,
+            large_youngs_modulus=5e8,
+            small_youngs_modulus=1e9,
+            steel_youngs_modulus=2.1e11,
+            drum_radius=0.1,
+            drum_length=0.06,
+            speed=2.0,
+            turn=math.degrees(10.0),
+            settle_time=0.3,
+            step_size=8e-7,
+        )
+        return {"small": Drum(), "published": published}
 
     def job(self, parameters: Drum) -> Job:
         """Return the job of one drum; raise RequestError for more grains than memory holds."""

@@ -45,6 +45,8 @@ ENDLESS = [
     ("run", "tower", "--set", "height=4000", "--set", "duration=3000"),
     ("run", "incline-roll", "--set", "duration=1e6"),
     ("run", "penetration", "--set", "preset=published"),
+    ("run", "silo", "--set", "preset=published"),
+    ("run", "drum", "--set", "preset=published"),
     ("sweep", "incline", "--over", "stiffness=1e6,1e300"),
     ("sweep", "tower", "--over", "height=4000:4400:401", "--engines", "exact"),
 ]

@@ -1,0 +1,238 @@
+"""Silo: what is refused, what is read, faults that turn each check, small runs."""
+
+import math
+import shutil
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+
+from harness.cases.bulk.materials import check_memory
+from harness.cases.bulk.seeds import Runs
+from harness.cases.silo import CASE, Silo, arching, largest_elastic_energy, largest_gain, values_of
+from harness.comparison.verdicts import Verdict
+from harness.engines.contract import Job
+from harness.engines.lammps.engine import Lammps
+from harness.engines.output import Output
+from harness.errors import (
+    EngineLostAtomsError,
+    EngineOutputError,
+    EngineUndecidedError,
+    RequestError,
+)
+from harness.observables.provenance import Provenance
+
+TINY = Silo(
+    layers=5, silo_radius=0.012, orifice_radius=0.008, cone_height=0.004, settle_time=0.1,
+    duration=0.4,
+)  # fmt: skip
+TRAITS = Lammps.traits
+
+WRONG = [
+    ({"orifice_radius": 0.03}, "orifice_radius = 0.03 m: must be less than silo_radius = 0.024 m"),
+    ({"scatter": 0.3}, "scatter = 0.3: grains overlap at the start; must be at most spacing - 1"),
+    ({"step_size": 1e-4}, "step_size = 0.0001 s: must be at most"),
+    ({"radius": 0.03}, "silo_radius = 0.024 m: no grain of radius = 0.03 m finds room"),
+    ({"cone_height": 0.0}, "cone_height = 0.0 m: must be greater than 0"),
+]
+
+
+@pytest.mark.parametrize(("changes", "words"), WRONG)
+def test_what_cannot_be_simulated_is_refused_in_one_line(changes, words):
+    with pytest.raises(RequestError) as refused:
+        Silo(**changes)
+    assert words in str(refused.value)
+    assert "\n" not in str(refused.value)
+
+
+def test_the_published_silos_have_a_hundred_thousand_grains_and_walls_of_45_deg():
+    for name in ("published", "published-wide"):
+        p = CASE.presets[name]
+        assert p.grains == pytest.approx(1e5, rel=0.01)
+        assert p.silo_radius - p.orifice_radius == pytest.approx(p.cone_height)
+
+
+def test_more_grains_than_memory_holds_are_refused():
+    with pytest.raises(RequestError, match=r"^1000000000000 grains: would take 2e\+06 GB"):
+        check_memory(10**12)
+    check_memory(Silo().grains)
+
+
+def test_the_surface_of_a_bed_is_where_its_mean_height_is_that_of_the_grains():
+    p = Silo(cone_height=0.02)
+
+    def area(z):
+        wide = min(1.0, z / p.cone_height)
+        return math.pi * (p.orifice_radius + wide * (p.silo_radius - p.orifice_radius)) ** 2
+
+    for height in (0.01, 0.05):
+        volume, moment = (
+            quad(lambda z, n=n: z**n * area(z), 0, height, points=[min(height, 0.02)])[0]
+            for n in (0, 1)
+        )
+        assert p.volume(height) == pytest.approx(volume, rel=1e-9)
+        assert p.surface(moment / volume) == pytest.approx(height, rel=1e-9)
+
+
+def test_the_elastic_energy_of_a_column_is_below_its_bound():
+    p = Silo()
+    count = p.volume(0.045) * 0.6 / p.grain.volume / (math.pi * p.silo_radius**2 / 16e-6)
+    loads = p.grain.mass * p.gravity * np.arange(1, count)
+    columns = math.pi * p.silo_radius**2 / 16e-6
+    energy = columns * sum(p.grain.elastic_energy(load) for load in loads)
+    assert energy < largest_elastic_energy(p)
+
+
+def series(p, stop=0.0, rate=2000.0):
+    """Return grains that leave at one rate, from 0.1 s on, until so many remain."""
+    t = np.arange(1, 501) * p.duration / 500
+    remaining = np.clip(np.round(p.grains - rate * np.clip(t - 0.1, 0, None)), stop, None)
+    potential = 1e-2 * remaining / p.grains
+    return {"time_s": t, "remaining": remaining, "astray": np.zeros(500),
+            "kinetic_J": np.full(500, 1e-3), "potential_J": potential}  # fmt: skip
+
+
+def output(p, table, **changes):
+    results = {
+        "bed_kinetic_J": 1e-6, "released_J": 1.1e-2, "coordination": 4.9,
+        "mean_height_m": p.surface(0.02) - 0.5 * p.cone_height, "grains": p.grains,
+        "shaft_N": 0.1 * p.weight, "cone_N": 0.6 * p.weight, "floor_N": 0.3 * p.weight,
+        "steps": p.settle_steps + p.steps, "verdict": "finished",
+    }  # fmt: skip
+    told = tuple((name, str(value)) for name, value in {**results, **changes}.items())
+    return Output(told, Provenance("lammps", "1"), {"series": table}, seconds=1.0)
+
+
+def read(p=None, table=None, **changes):
+    p = p or Silo()
+    return CASE.read(p, output(p, table or series(p), **changes), TRAITS)
+
+
+def test_the_rate_is_the_slope_of_what_remains():
+    p = Silo()
+    found = read(p)
+    assert found["discharge_rate_per_s"] == pytest.approx(2000.0, rel=1e-3)
+    assert found["discharge_rate_kg_per_s"] == pytest.approx(2000.0 * p.grain.mass, rel=1e-3)
+    assert found["half_time_s"] == pytest.approx(0.1 + 0.5 * p.grains / 2000.0, abs=3e-3)
+    assert found["passed_ratio"] == 1.0
+    assert found["energy_gain_ratio"] == 0.0
+    assert found["bed_kinetic_ratio"] == pytest.approx(1e-3)
+    assert found["walls_load_ratio"] == pytest.approx(1.0)
+
+
+def test_an_orifice_that_arches_is_no_rate():
+    p = Silo()
+    with pytest.raises(EngineUndecidedError, match=r"arching: 900 grains of 1200 remain, none has"):
+        read(p, series(p, stop=900.0))
+    with pytest.raises(EngineUndecidedError, match=r"duration = 1 s is too short"):
+        read(p, series(p, rate=500.0))
+
+
+def test_a_grain_beyond_a_wall_is_an_error_and_no_result():
+    p = Silo()
+    table = series(p)
+    table["astray"][100] = 1
+    with pytest.raises(EngineLostAtomsError, match=r"a grain is beyond the walls 0.202 s after"):
+        read(p, table)
+    with pytest.raises(EngineLostAtomsError, match=r"beyond the walls 0 s after the opening"):
+        read(p, grains=p.grains - 1)
+    with pytest.raises(EngineOutputError, match="began with 1201 grains of 1200"):
+        read(p, grains=p.grains + 1)
+
+
+def test_energy_may_fall_and_rise_by_no_more_than_it_fell_is_still_a_gain():
+    assert largest_gain(np.array([3.0, 2.0, 1.0])) == 0.0
+    assert largest_gain(np.array([3.0, 1.0, 1.5, 0.5])) == 0.5
+
+
+def runs(engine="LAMMPS", **changes):
+    row = dict(read())
+    spread = (0.98, 0.99, 1.0, 1.01, 1.02)
+    return Runs(
+        engine,
+        tuple(
+            {**row, "discharge_rate_per_s": s * row["discharge_rate_per_s"], **changes}
+            for s in spread
+        ),
+    )
+
+
+@pytest.mark.parametrize(
+    ("fault", "verdicts"),
+    [
+        ({}, [Verdict.PASS, Verdict.PASS]),
+        ({"energy_gain_ratio": 0.05}, [Verdict.FAIL, Verdict.PASS]),
+        ({"energy_gain_ratio": math.nan}, [Verdict.FAIL, Verdict.PASS]),
+        ({"bed_kinetic_ratio": 0.02}, [Verdict.PASS, Verdict.FAIL]),
+    ],
+)
+def test_a_planted_fault_turns_its_check(fault, verdicts):
+    rows = CASE.judge(CASE.judged, runs(**fault), Silo())
+    assert [row.verdict for row in rows] == [*verdicts, Verdict.FINDING, Verdict.FINDING]
+
+
+def test_codes_of_other_rates_fail_and_few_or_scattered_seeds_decide_nothing():
+    same, other = runs(), runs("LIGGGHTS", discharge_rate_per_s=1700.0)
+    verdicts = {row.name.rpartition(": ")[2]: row.verdict for row in CASE.compared([same, other])}
+    assert verdicts.pop("discharge_rate_per_s") is Verdict.FAIL
+    assert set(verdicts.values()) == {Verdict.PASS}
+    near = runs("LIGGGHTS", discharge_rate_per_s=2000.0 / 0.95)
+    assert next(CASE.compared([same, near])).verdict is Verdict.NOT_TESTED
+    few = Runs("LIGGGHTS", same.rows[:3])
+    assert {row.verdict for row in CASE.compared([same, few])} == {Verdict.NOT_TESTED}
+
+
+def test_arches_are_shown_with_their_probability():
+    row = arching("arching", 2, 5)
+    assert row.value == 0.4
+    # Wilson: centre (k + z^2/2)/(n + z^2), z = 1.96
+    assert row.note == "2 of 5 seeds; 95 % interval 0.118 to 0.769"
+
+
+@pytest.fixture(scope="module")
+def lammps():
+    with Lammps() as engine:
+        yield engine
+
+
+def test_a_small_silo_in_lammps_runs_empty_and_its_walls_bear_the_weight(lammps):
+    found = CASE.measure(TINY.replace(settle_time=0.4), lammps).values
+    assert found["passed_ratio"] == 1.0
+    assert found["walls_load_ratio"] == pytest.approx(1.0, abs=5e-3)
+    assert found["energy_gain_ratio"] < 1e-2
+
+
+def test_a_narrow_orifice_arches(lammps):
+    with pytest.raises(EngineUndecidedError, match="arching"):
+        CASE.measure(TINY.replace(orifice_radius=2.2e-3, cone_height=9.8e-3), lammps)
+
+
+@pytest.mark.skipif(shutil.which("liggghts") is None, reason="liggghts is not installed")
+def test_triangles_that_leave_a_hole_are_an_error_and_no_result():
+    from harness.engines.liggghts.engine import Liggghts
+
+    holed = Job(CASE.template, {**values_of(TINY), "open_facets": 20}, sampled=True)
+    with Liggghts() as engine:
+        good, bad = engine.run([CASE.job(TINY), holed])
+    assert CASE.read(TINY, good, TRAITS)["passed_ratio"] == 1.0
+    with pytest.raises(EngineLostAtomsError, match="they leave a hole"):
+        CASE.read(TINY, bad, TRAITS)
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(shutil.which("liggghts") is None, reason="liggghts is not installed")
+def test_walls_of_twice_the_triangles_let_as_much_pass():
+    from harness.engines.liggghts.engine import Liggghts
+
+    trials = [Silo(seed=seed) for seed in range(1, 7)]
+    with Liggghts() as engine:
+        samples = []
+        for facets in (60, 120):
+            jobs = [
+                Job(CASE.template, {**values_of(p), "facets": facets}, "", True) for p in trials
+            ]
+            pairs = zip(trials, engine.run(jobs), strict=True)
+            rows = tuple(CASE.read(p, found, TRAITS) for p, found in pairs)
+            samples.append(Runs(f"{facets} facets", rows))
+    row = next(CASE.compared(samples))
+    assert row.verdict is Verdict.PASS, row.note
