@@ -535,8 +535,12 @@ class Spheres:
     def start(self):
         """Give Yade the engines of a step; velocities at the contact are those of its point.
 
+        Spheres begin at rest; half a step before, Yade has less by what gravity adds till then.
         Without hertzian=True a triangle would count as a sphere of twice the radius.
         """
+        for body in self.bodies:
+            if body.dynamic:
+                body.state.vel = -0.5 * self.p.step_size * self.gravity
         smallest = min(body.shape.radius for body in self.bodies)
         collider = InsertionSortCollider(
             [Bo1_Sphere_Aabb(), Bo1_Facet_Aabb()], verletDist=0.1 * smallest

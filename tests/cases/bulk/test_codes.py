@@ -158,7 +158,7 @@ def test_a_small_run_begins_as_lammps_s_and_settles_to_the_same_height(code, cas
                 assert other[kind].mean() == pytest.approx(one[kind].mean(), abs=1e-8), name
     else:
         one, other = (o.number("mean_height_m") for o in (first, begun))
-        assert other == pytest.approx(one, rel=1e-7)
+        assert other == pytest.approx(one, rel=1e-8)
     found = [case.read(p, o, Lammps.traits) for o in (mine, theirs)]
     for name in ("bed_solid_fraction", "walls_load_ratio", "surface_angle_deg"):
         if name in found[0]:  # of one seed, and few grains
