@@ -321,7 +321,7 @@ def test_two_sweeps_in_one_folder_are_refused(tmp_path):
         pytest.fail("held for another")
     (tmp_path / "b").mkdir()
     (tmp_path / "b" / "thesis.tex").touch()
-    with pytest.raises(RequestError, match="something else"), held_sweep(tmp_path / "b", asked):
+    with pytest.raises(RequestError, match="no sweep"), held_sweep(tmp_path / "b", asked):
         pytest.fail("held over a thesis")
 
 
