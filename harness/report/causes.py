@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from harness.comparison.known_defects import KnownDefect, defect_of
 from harness.comparison.verdicts import Check, Verdict
@@ -109,7 +109,7 @@ def _cause(
     cause = Cause(first.verdict, title, sentences, tuple(rows))
     again = next((commands[cell] for cell in cause.cells if cell in commands), ())
     repeated = first.verdict is Verdict.FAIL
-    return Cause(first.verdict, title, sentences, tuple(rows), tuple(again) if repeated else ())
+    return replace(cause, commands=tuple(again) if repeated else ())
 
 
 def _of_defect(rows: Sequence[Check], defect: KnownDefect, script: str) -> Cause:

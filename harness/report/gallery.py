@@ -24,6 +24,8 @@ from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
 from xml.etree import ElementTree as Xml
 
+from markupsafe import Markup
+
 from harness.files import end_with
 from harness.report.film import Film, base64_uri, gif, png
 from harness.report.plain import one_line, safe_path
@@ -224,8 +226,6 @@ def data_uri(svg: str) -> str:
 
     Percent-encoded, which is a quarter shorter than base64.
     """
-    from markupsafe import Markup
-
     uri = "data:image/svg+xml," + quote(svg, safe=" /:;=,'()!*+-._~?@$<>{}\n").replace("\n", " ")
     return Markup(uri)
 

@@ -11,15 +11,14 @@ import re
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+from markupsafe import Markup
 
 from harness.report.gallery import Picture, data_uri, size
 from harness.report.markdown import document
 from harness.report.plain import markdown_text
 from harness.report.templating import environment, markdown_environment
-
-if TYPE_CHECKING:
-    from markupsafe import Markup
 
 HELD = re.compile(r"<!--(\d+)-->")
 """What stands in the Markdown of a page for the HTML of a block."""
@@ -126,15 +125,11 @@ class HtmlBlocks:
         return self._hold(self._environment.get_template(name).render(**self._values))
 
     def _hold(self, html: str) -> Markup:
-        from markupsafe import Markup
-
         self._blocks.append(Markup(html))
         return Markup(f"\n\n<!--{len(self._blocks) - 1}-->\n\n")
 
     def filled(self, html: str) -> Markup:
         """Return a rendered page with the blocks in their places."""
-        from markupsafe import Markup
-
         return Markup(HELD.sub(lambda mark: self._blocks[int(mark[1])], html))
 
 

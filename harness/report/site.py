@@ -16,6 +16,8 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import quote, unquote
 
+from markupsafe import Markup
+
 from harness.report.markdown import document
 from harness.report.render import framed, html_page
 from harness.report.templating import style
@@ -68,8 +70,6 @@ class Site:
         address = self._address(path)
         if not address or address in {**self.pages, **self.files, **self.texts}:
             return
-        from markupsafe import Markup
-
         source = self._source(path)
         if source.suffix == ".md":
             pages = {name: _up(address) + page for name, page in self.named.items()}

@@ -9,6 +9,8 @@ from functools import cache, partial
 from importlib import resources
 from typing import TYPE_CHECKING, Any
 
+from markupsafe import Markup, escape
+
 from harness.report.markdown import markdown_table
 from harness.report.plain import markdown_text, one_line, printable, safe_path
 from harness.report.text import details, explained, happened, triage
@@ -17,7 +19,6 @@ from harness.shown import number as number
 
 if TYPE_CHECKING:
     from jinja2 import Environment
-    from markupsafe import Markup
 
     from harness.report.sections import Table
 
@@ -40,7 +41,6 @@ def markdown_environment(package: str = "", *, html: bool) -> Environment:
 
 def _environment(package: str, finalize: Callable[[Any], Any] | None) -> Environment:
     from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined
-    from markupsafe import Markup
 
     packages = ["harness.report", *filter(None, (package,))]
     templates = Environment(
@@ -62,26 +62,18 @@ def _environment(package: str, finalize: Callable[[Any], Any] | None) -> Environ
 
 
 def _table_lines(table: Table, aligned: bool) -> Markup:
-    from markupsafe import Markup
-
     return Markup(markdown_table(table, aligned=aligned))
 
 
 def _verbatim(text: str) -> Markup:
-    from markupsafe import Markup
-
     return Markup(one_line(text))
 
 
 def _code_elements(text: str) -> Markup:
-    from markupsafe import Markup, escape
-
     return Markup(CODE.sub(r"<code>\1</code>", str(escape(text))))
 
 
 def _code_spans(text: str) -> Markup:
-    from markupsafe import Markup
-
     parts = CODE.split(text)  # by turns text and code
     escaped = (
         f"`{part}`" if n % 2 else _in_markdown(part, html=True) for n, part in enumerate(parts)
@@ -90,8 +82,6 @@ def _code_spans(text: str) -> Markup:
 
 
 def _in_markdown(value: Any, *, html: bool) -> Any:
-    from markupsafe import Markup
-
     if isinstance(value, Markup):
         return value
     text = str(value)
