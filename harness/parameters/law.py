@@ -106,7 +106,7 @@ class Contact(Parameters):
 
     def law(self, stiffness: float, mass: float) -> ContactLaw:
         """Return the law of spheres of a stiffness [N/m] and a mass [kg]: hooke, no friction."""
-        return ContactLaw(
+        return ContactLaw.model_construct(  # a drop's units may be beyond the bounds of a law
             normal_stiffness=stiffness,
             damping="velocity",
             damping_coefficient=self.dashpot(stiffness, mass),

@@ -74,12 +74,7 @@ def selected_engines(wanted: str | Iterable[str]) -> EngineSelection:
     return EngineSelection((*chosen, *others), frozenset(names) - {ALL}, everything)
 
 
-NO_TRAITS = Traits(
-    install_hint="",
-    versions=(),
-    integrator="",
-    frictionless=ContactModel("", {"tail": (), "effective_mass": ()}),
-)
+NO_TRAITS = Traits("", (), "", ContactModel("", {"tail": (), "effective_mass": ()}))
 """Of an engine whose class cannot be imported."""
 
 

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from harness.errors import RequestError
-from harness.parameters.law import CLIPPED, CONTACTS, PLASTIC, SOURCE, Contact
+from harness.parameters.law import CLIPPED, CONTACTS, PLASTIC, SOURCE, Contact, ContactLaw
 
 
 @pytest.mark.parametrize("restitution", [0.05, 0.5, 0.9])
@@ -109,3 +109,18 @@ def test_unknown_choice_is_named(field, allowed):
 def test_contact_without_damping_is_refused():
     with pytest.raises(RequestError, match=r"needs a restitution .* or a damping ratio"):
         Contact()
+
+
+@pytest.mark.parametrize("contact", [*CONTACTS.values(), SOURCE.replace(effective_mass="half")])
+def test_a_contact_is_a_law_with_a_constant_dashpot(contact):
+    law = contact.law(4e6, 0.25)
+    shared = 0.5 if contact.effective_mass == "half" else 1.0
+    eta = pytest.approx(2.0 * contact.zeta * 1e3 * math.sqrt(shared), rel=1e-15)
+    assert law.damping_coefficient == contact.dashpot(4e6, 0.25) == eta
+    same = {"normal_stiffness": 4e6, "damping_coefficient": law.damping_coefficient}
+    assert law == ContactLaw(**same, damping="velocity", clipped=contact.tail == "clipped")
+    assert law.linear
+
+
+def test_a_law_has_no_bounds_that_the_units_of_a_case_may_pass():
+    assert PLASTIC.law(1e100, 1e-100).normal_stiffness == 1e100

@@ -50,7 +50,7 @@ from harness.parameters.law import (
     contact_values,
 )
 from harness.parameters.scene import ContactScene
-from harness.report.sections import Drawing, Section
+from harness.report.sections import Section
 from harness.theory.contact import (
     Impact,
     duration_clipped,
@@ -222,18 +222,6 @@ RESTED = 1e-6
 """Part of its motion that a grain keeps at most which is said to rest."""
 
 
-def references_of(case: Drop, spring: Spring) -> dict[str, Reference]:
-    """Return the expected quantities of a drop by their names; {} where none is known."""
-    if case.sideways != 0.0:
-        kept = case.gravity == 0.0
-        return {"angular_momentum_ratio": Reference(1.0, "closed form")} if kept else {}
-    if case.gravity > 0.0:
-        return _falling(case) if case.gap > 0.0 else _resting(case, spring)
-    if case.speed <= 0.0:
-        return {}
-    return _linear_impact(case) if spring == "linear" else _hertz_impact(case)
-
-
 def restitution(case: Drop) -> float:
     """Return the restitution of a head-on collision with the linear spring."""
     law = restitution_clipped if case.contact.tail == "clipped" else restitution_unclipped
@@ -286,11 +274,9 @@ def _linear_impact(case: Drop) -> dict[str, Reference]:
 
 
 def _hertz_impact(case: Drop) -> dict[str, Reference]:
-    found = hertz_impact(case).restitution
-    return {
-        "restitution": Reference(found, "integrated"),
-        "end_speed_m_per_s": Reference(found * case.speed, "integrated"),
-    }
+    e = hertz_impact(case).restitution
+    found = {"restitution": e, "end_speed_m_per_s": e * case.speed}
+    return {name: Reference(value, "integrated") for name, value in found.items()}
 
 
 def _falling(case: Drop) -> dict[str, Reference]:
@@ -367,19 +353,13 @@ def drop_tests(traits: Traits) -> Iterator[DropTest]:
 
 def _contacts(traits: Traits) -> Iterator[Contact]:
     masses: Sequence[Any] = traits.frictionless.states["effective_mass"]
+    named = ((f"e = {HALF:g}, {t}, m_eff {m}", t, m) for t in get_args(Tail) for m in masses)
     contacts = [
-        Contact(
-            name=f"e = {HALF:g}, {tail}, m_eff {mass}",
-            restitution=HALF,
-            damping_ratio=None,
-            tail=tail,
-            effective_mass=mass,
-        )
-        for tail in get_args(Tail)
-        for mass in masses
+        Contact(name=name, restitution=HALF, tail=tail, effective_mass=mass)
+        for name, tail, mass in named
     ]
-    named = (SOURCE, SOURCE.replace(name="source, clipped", tail="clipped"), PLASTIC)
-    contacts += [contact.replace(effective_mass=masses[0]) for contact in named]
+    others = (SOURCE, SOURCE.replace(name="source, clipped", tail="clipped"), PLASTIC)
+    contacts += [contact.replace(effective_mass=masses[0]) for contact in others]
     yield from (contact for contact in contacts if not traits.refuses_contact(contact))
 
 
@@ -572,27 +552,6 @@ def speeds_of_collisions(made: Sequence[tuple[DropTest, DropRun]], who: str) -> 
 WORDS = Words(__file__)
 
 
-def sections_of(evidence: Sequence[DropEvidence]) -> Sequence[Section]:
-    """Return a section with the drops of each engine, the figure of the first; none without."""
-    shown = [one for one in evidence if one.made]
-    if not shown:
-        return ()
-    rows = [
-        (one.who, test.name, f"{test.measure(run):.8g}", f"{test.expected:.8g}")
-        for one in shown
-        for test, run in one.made
-    ]
-    table = WORDS.table("Drops", tuple(dict.fromkeys(rows)))
-    return (WORDS.section("drops", tables=(table,), drawings=(_drawing(shown[0]),)),)
-
-
-def _drawing(evidence: DropEvidence) -> Drawing:
-
-    return WORDS.drawing(
-        "drop-collisions", lambda: speeds_of_collisions(evidence.made, evidence.who)
-    )
-
-
 LONGER = 4.0
 """How many times as long the second of two runs is that tell what a step costs."""
 
@@ -644,8 +603,18 @@ class DropCase(Case[Drop]):
         return quantities
 
     def references(self, parameters: Drop, traits: Traits) -> Mapping[str, Reference]:
-        """Return what is expected under an engine's spring."""
-        return references_of(parameters, traits.spring)
+        """Return what is expected under an engine's spring; {} where nothing is known."""
+        if parameters.sideways != 0.0:
+            kept = parameters.gravity == 0.0
+            return {"angular_momentum_ratio": Reference(1.0, "closed form")} if kept else {}
+        if parameters.gravity > 0.0 and parameters.gap > 0.0:
+            return _falling(parameters)
+        if parameters.gravity > 0.0:
+            return _resting(parameters, traits.spring)
+        if parameters.speed <= 0.0:
+            return {}
+        linear = traits.spring == "linear"
+        return _linear_impact(parameters) if linear else _hertz_impact(parameters)
 
     def planned(self, level: LevelName, engine: Engine) -> Sequence[Planned]:
         """Return a check for each drop, and for each named contact that the engine refuses."""
@@ -698,8 +667,21 @@ class DropCase(Case[Drop]):
         self, main: Findings | None, own: Findings, beside: Mapping[str, Findings]
     ) -> Sequence[Section]:
         """Return the collisions of the engines, with a figure of the main one's."""
-        all_findings = [*([main] if main is not None else []), *beside.values()]
-        return sections_of([one.evidence for one in all_findings if one.evidence is not None])
+        every = [*([main] if main is not None else []), *beside.values()]
+        shown = [one.evidence for one in every if one.evidence is not None and one.evidence.made]
+        if not shown:
+            return ()
+        rows = [
+            (one.who, test.name, f"{test.measure(run):.8g}", f"{test.expected:.8g}")
+            for one in shown
+            for test, run in one.made
+        ]
+        table = WORDS.table("Drops", tuple(dict.fromkeys(rows)), (2, 3), (1,))
+        first = shown[0]
+        drawing = WORDS.drawing(
+            "drop-collisions", lambda: speeds_of_collisions(first.made, first.who)
+        )
+        return (WORDS.section("drops", tables=(table,), drawings=(drawing,)),)
 
 
 def _refused(engine: Engine) -> dict[str, str]:

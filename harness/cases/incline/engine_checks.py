@@ -51,32 +51,18 @@ OWN = "reference"
 PLASTIC_ROLE, SOURCE_ROLE = PLASTIC.name, SOURCE.name
 
 
-@dataclass(frozen=True)
-class Stated:
-    """A contact as an engine states it, in the role of the ``plastic`` or the ``source`` one.
-
-    ``refused`` says why the engine cannot state it, where that is so.
-    """
-
-    role: str
-    contact: Contact
-    refused: str = ""
-
-
-def contacts_of(traits: Traits) -> list[Stated]:
+def contacts_of(traits: Traits) -> list[Contact]:
     """Return the plastic and the source's contact for an engine, in its effective mass.
 
     Where the source's cannot be stated, its clipped form follows.
     """
-    plastic, source = _stated(traits, PLASTIC_ROLE, PLASTIC), _stated(traits, SOURCE_ROLE, SOURCE)
-    clipped = [_stated(traits, SOURCE_ROLE, SOURCE_CLIPPED)] if source.refused else []
-    return [plastic, source, *clipped]
-
-
-def _stated(traits: Traits, role: str, contact: Contact) -> Stated:
+    contacts = [PLASTIC, SOURCE, SOURCE_CLIPPED]
     if "full" not in traits.frictionless.states["effective_mass"]:
-        contact = contact.replace(effective_mass="half", name=f"{contact.name}, m_eff m/2")
-    return Stated(role, contact, traits.refuses_contact(contact))
+        contacts = [
+            contact.replace(effective_mass="half", name=f"{contact.name}, m_eff m/2")
+            for contact in contacts
+        ]
+    return contacts if traits.refuses_contact(contacts[1]) else contacts[:2]
 
 
 def reference_for(traits: Traits) -> Reference | None:
@@ -216,14 +202,14 @@ LONGER = 10.0
 def angle_checks(engine: Engine, study: Study, angles: list[EngineAngle]) -> list[Check]:
     """Measure the critical angles of an engine and return their rows; add to ``angles``."""
     rows: list[Check] = []
-    for stated in contacts_of(engine.traits):
-        if stated.refused:
-            name = f"{engine.name}: critical angle, {stated.contact.name} contact"
-            rows.append(not_tested(name, Kind.ANALYTIC, stated.refused, "deg"))
+    for contact in contacts_of(engine.traits):
+        if refused := engine.traits.refuses_contact(contact):
+            name = f"{engine.name}: critical angle, {contact.name} contact"
+            rows.append(not_tested(name, Kind.ANALYTIC, refused, "deg"))
             continue
         for stiffness, steps in LEVELS[study.level].engines:
-            case = Incline(contact=stated.contact, stiffness=stiffness, steps_per_contact=steps)
-            rows += _cell(engine, stated, case, study, angles)
+            case = Incline(contact=contact, stiffness=stiffness, steps_per_contact=steps)
+            rows += _cell(engine, case, study, angles)
     return rows
 
 
@@ -241,9 +227,7 @@ def lineage_note(traits: Traits) -> str:
     return f"grew out of {traits.lineage}: a regression partner, not independent evidence"
 
 
-def _cell(
-    engine: Engine, stated: Stated, case: Incline, study: Study, angles: list[EngineAngle]
-) -> list[Check]:
+def _cell(engine: Engine, case: Incline, study: Study, angles: list[EngineAngle]) -> list[Check]:
     traits = engine.traits
     name = f"{engine.name}: critical angle, {where(case)}"
     beside = f"{engine.name}: critical angle against the reference DEM, {where(case)}"
@@ -260,7 +244,7 @@ def _cell(
         "deg",
         closed_form(),
         engine.name,
-        role=stated.role,
+        role=case.contact.name.partition(",")[0],
         contact=case.contact,
         spring=traits.spring,
         stiffness=case.stiffness,
@@ -273,16 +257,14 @@ def _cell(
     if isinstance(own, CriticalAngle):
         shown = replace(shown, reference_deg=own.value_deg)
     angles.append(shown)
-    rows = [_against_theory(name, stated, shown, found.phases_note, traits)]
+    rows = [_against_theory(name, shown, found.phases_note, traits)]
     if engine.name != OWN:
         rows.append(_against_reference(beside, found, own, traits, shown.expected))
     return rows
 
 
-def _against_theory(
-    name: str, stated: Stated, shown: EngineAngle, phases: str, traits: Traits
-) -> Check:
-    of_theory = stated.role == PLASTIC_ROLE and traits.spring == "linear"
+def _against_theory(name: str, shown: EngineAngle, phases: str, traits: Traits) -> Check:
+    of_theory = shown.role == PLASTIC_ROLE and traits.spring == "linear"
     if of_theory and shown.stiffness >= STIFF:
         return judge(
             name,
