@@ -42,8 +42,10 @@ FIRST_RELEASES = {
     "mdr": "22 Jul 2025",
     "linear_history_classic": "2 Aug 2023",
     "mindlin_classic": "2 Aug 2023",
+    "heat radius": "29 Aug 2024",
+    "heat area": "29 Aug 2024",
 }
-"""The first stable release that has one."""
+"""The first stable release that has one; of heat, that writes the temperatures beside it."""
 
 MIXES_MODELS = "28 Mar 2023"
 """The first release whose pair_style granular gives types that it mixes their submodels, too."""
@@ -68,7 +70,8 @@ def lacking(values: Values, identify: Callable[[], Provenance]) -> str:
             return "its walls take the coefficients of the contact, and mix none (stated has them)"
         if values["tangential"] == "mindlin_classic":
             return "it mixes materials where G* follows from them (mindlin NULL)"
-    settings = () if values.get("interface") == "old" else values.values()
+    settings = [] if values.get("interface") == "old" else [*values.values()]
+    settings.append(f"heat {values.get('heat')}")
     for name, first in FIRST_RELEASES.items():
         if name not in settings:
             continue
