@@ -166,7 +166,7 @@ class BulkCase(Case[P]):
         if not found:
             return ()
         words = Words(str(sys.modules[type(self).__module__].__file__))
-        table = words.table("Means", list(self._means(found)), numeric=range(1, len(found) + 1))
+        table = words.table("Means", list(self._means(found)))
         table = replace(table, head=("quantity", *(one.engine for one in found)))
         seeds = len(found[0].rows)
         drawings = tuple(

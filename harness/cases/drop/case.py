@@ -676,7 +676,7 @@ class DropCase(Case[Drop]):
             for one in shown
             for test, run in one.made
         ]
-        table = WORDS.table("Drops", tuple(dict.fromkeys(rows)), (2, 3), (1,))
+        table = WORDS.table("Drops", tuple(dict.fromkeys(rows)))
         first = shown[0]
         drawing = WORDS.drawing(
             "drop-collisions", lambda: speeds_of_collisions(first.made, first.who)
