@@ -538,7 +538,8 @@ class Spheres:
     def advance(self, steps, every=0, look=None):
         """Take steps; ``look`` is called with their number at every so many of them."""
         self.first, self.every, self.look = O.iter, every, look
-        O.run(steps, wait=True)
+        if steps:  # 0 would be without end
+            O.run(steps, wait=True)
         if look and steps % every == 0:
             O.step()  # the forces at the last places: Yade moves on by a step
         self.every = 0

@@ -159,12 +159,17 @@ def test_a_small_run_begins_as_lammps_s_and_settles_to_the_same_height(code, cas
     else:
         one, other = (o.number("mean_height_m") for o in (first, begun))
         assert other == pytest.approx(one, rel=1e-8)
+    if case is DRUM:  # where the bed of some grains lies at the end
+        ends = [
+            [o.tables["series"][name][-1].mean() for name in ("x_m", "z_m")] for o in (mine, theirs)
+        ]
+        assert ends[1] == pytest.approx(ends[0], abs=0.05 * p.drum_radius)
+        return
     found = [case.read(p, o, Lammps.traits) for o in (mine, theirs)]
-    for name in ("bed_solid_fraction", "walls_load_ratio", "surface_angle_deg"):
-        if name in found[0]:  # of one seed, and few grains
-            assert found[1][name] == pytest.approx(
-                found[0][name], rel=0.1, abs=5.0 * (case is DRUM)
-            )
+    name = "bed_solid_fraction"
+    assert found[1][name] == pytest.approx(found[0][name], rel=0.05)
+    if case is SILO:  # a bed that is not quite at rest
+        assert found[1]["walls_load_ratio"] == pytest.approx(1.0, abs=0.15)
 
 
 HOLE = '"open_facets": 0'
