@@ -133,8 +133,8 @@ class CurvedWallCase(RestingCase[CurvedWall], SurroundedCase[CurvedWall]):
         """Return the wall."""
         return {"wall": parameters.wall, "wall_radius": parameters.wall_radius}
 
-    def expected(self, parameters: CurvedWall, rules: Rules) -> Mapping[str, Reference]:
-        """Return what the integration gives: levers are those of a wall, R* that of its curvature.
+    def rules_in_scene(self, parameters: CurvedWall, rules: Rules) -> Rules:
+        """Return the rules of a wall for the body that stands for it.
 
         In a cylinder R* is another than in a bowl: it goes with E* and G* as its root.
         """
@@ -142,13 +142,17 @@ class CurvedWallCase(RestingCase[CurvedWall], SurroundedCase[CurvedWall]):
         factor = 1.0
         if parameters.wall == "cylinder":
             factor = math.sqrt(parameters.reduced_radius / bowl)
-        changed = {
-            "torque_lever": rules.wall_lever,
-            "velocity_lever": rules.wall_lever,
-            "modulus_factor": rules.modulus_factor * factor,
-            "shear_factor": rules.shear_factor * factor,
-        }
-        return super().expected(parameters, rules.model_copy(update=changed))
+        return rules.replace(
+            torque_lever=rules.wall_lever,
+            velocity_lever=rules.wall_lever,
+            modulus_factor=rules.modulus_factor * factor,
+            shear_factor=rules.shear_factor * factor,
+            pair_factor=1.0,
+        )
+
+    def expected(self, parameters: CurvedWall, rules: Rules) -> Mapping[str, Reference]:
+        """Return what the integration gives under the rules of a wall."""
+        return super().expected(parameters, self.rules_in_scene(parameters, rules))
 
     def observed(self, parameters: CurvedWall, motion: Motion) -> Mapping[str, float]:
         """Return angles, velocities over those of a plane as steep, and the overlap."""

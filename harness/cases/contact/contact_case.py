@@ -185,6 +185,10 @@ class ContactCase(Case[P]):
             **{name: Reference(value, "closed form") for name, value in exact.items()},
         }
 
+    def rules_in_scene(self, parameters: P, rules: Rules) -> Rules:
+        """Return the rules under which the scene is integrated for a run under ``rules``."""
+        return rules
+
     def seconds(self, parameters: P, rules: Traits | None, solver: str = "") -> float:
         """Return what a run is expected to take an engine of these rules [s]."""
         scene = self.scene(parameters)

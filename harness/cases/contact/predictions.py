@@ -91,17 +91,26 @@ class PredictedValue:
         if prediction is not None and prediction.scheme.get(KICK):
             schemes = [{**prediction.scheme, KICK: share} for share in (-1.0, 1.0)]
             predictions = [prediction.replace(scheme=scheme) for scheme in schemes]
-        scene = self.case.scene(recorded)
-        motions = [_stepped(scene, self.rules, each, Departures) for each in predictions]
+        motions = [self._stepped(recorded, each) for each in predictions]
         return [self.case.observed(recorded, motion)[self.quantity] for motion in motions]
+
+    def _scene_of(self, level: Any, prediction: Prediction | None) -> tuple[ContactScene, Rules]:
+        """Return the scene of a level, and the rules of the run, as the defect makes them."""
+        scene = self.case.scene(level)
+        if prediction is None:
+            return scene, self.rules
+        return as_the_defect_makes_it(scene, self.rules, prediction)
+
+    def _stepped(self, level: Any, prediction: Prediction | None) -> Motion:
+        scene, rules = self._scene_of(level, prediction)
+        scheme: Mapping[str, Any] = prediction.scheme if prediction else {}
+        departures = Departures(**scheme)
+        return _advanced(scene, self.case.rules_in_scene(level, rules), departures)
 
     def _by_steps(self, prediction: Prediction) -> tuple[float, float]:
         """Return the limit that the scheme leaves on the same ladder: nothing else differs."""
         values = [
-            self.case.observed(
-                level, _stepped(self.case.scene(level), self.rules, prediction, Departures)
-            )
-            for level in self.levels
+            self.case.observed(level, self._stepped(level, prediction)) for level in self.levels
         ]
         reached = self.limits(values).get(self.quantity)
         return (reached.value if reached else math.nan), 0.0
@@ -109,10 +118,12 @@ class PredictedValue:
     def _integrated(self, prediction: Prediction) -> tuple[float, float]:
         """Return the value by the integration, and the width that its own kinks and jumps need."""
         finest = self.levels[-1]
-        scene, rules = as_the_defect_makes_it(self.case.scene(finest), self.rules, prediction)
+        scene, rules = self._scene_of(finest, prediction)
+        rules = self.case.rules_in_scene(finest, rules)
         reached = followed(scene, rules)
         value = self.case.observed(finest, reached.motion)[self.quantity]
-        over = math.isfinite(followed(self.case.scene(finest), self.rules).ended)
+        as_it_is = self.case.rules_in_scene(finest, self.rules)
+        over = math.isfinite(followed(self.case.scene(finest), as_it_is).ended)
         if over and not math.isfinite(reached.ended):
             value = self._cut_short(prediction)
         kinked = reached.kinked or reached.jumps or jumps_at_the_end(scene, rules)
@@ -131,7 +142,8 @@ class PredictedValue:
         """Return the limit where a run ends before the contact, at another time on each level."""
         values = []
         for level in self.levels:
-            scene, rules = as_the_defect_makes_it(self.case.scene(level), self.rules, prediction)
+            scene, rules = self._scene_of(level, prediction)
+            rules = self.case.rules_in_scene(level, rules)
             values.append(self.case.observed(level, followed(scene, rules).motion))
         reached = self.limits(values).get(self.quantity)
         return reached.value if reached else math.nan

@@ -47,6 +47,10 @@ FIRST_RELEASES = {
 }
 """The first stable release that has one; of heat, that writes the temperatures beside it."""
 
+WALL_MODULI = "2 Aug 2023"
+"""The first stable release whose walls take the moduli of a material: known defect
+wall-youngs-modulus. Before, a sphere that starts at its rest on a wall bounces."""
+
 MIXES_MODELS = "28 Mar 2023"
 """The first release whose pair_style granular gives types that it mixes their submodels, too."""
 
@@ -72,15 +76,21 @@ def lacking(values: Values, identify: Callable[[], Provenance]) -> str:
             return "it mixes materials where G* follows from them (mindlin NULL)"
     settings = [] if values.get("interface") == "old" else [*values.values()]
     settings.append(f"heat {values.get('heat')}")
-    for name, first in FIRST_RELEASES.items():
-        if name not in settings:
-            continue
+    needed = [
+        (first, f"has no {name}: LAMMPS {first} has it")
+        for name, first in FIRST_RELEASES.items()
+        if name in settings
+    ]
+    if values.get("moves") == "along" and values["normal"] != "hooke":
+        reason = "has wrong moduli at walls, on which the sphere would not start at rest"
+        needed.append((WALL_MODULI, reason))
+    for first, reason in needed:
         try:
             version = identify().engine_version
         except EngineMissingError:
             return ""
         if release_of(version) < release_of(first):
-            return f"LAMMPS {version} has no {name}: LAMMPS {first} has it"
+            return f"LAMMPS {version} {reason}"
     return ""
 
 

@@ -231,6 +231,22 @@ def test_a_release_without_a_submodel_says_which_one_has_it(lammps, monkeypatch)
     )
 
 
+def test_a_release_with_wrong_walls_is_not_tested_where_the_sphere_would_not_rest(
+    lammps, monkeypatch
+):
+    case = get_case("moving-wall")
+    trials = [t for t in case.trials("full") if t.system == "along"]
+    monkeypatch.setattr(lammps, "identify", lambda: Provenance("lammps", "23 Jun 2022 - Update 4"))
+    refused = {t.submodel: lammps.refuses(case.job(t.parameters)) for t in trials}
+    assert refused == {
+        "mindlin": "LAMMPS 23 Jun 2022 - Update 4 has wrong moduli at walls, on which the sphere "
+        "would not start at rest",
+        "linear_history": "",
+    }
+    monkeypatch.setattr(lammps, "identify", lambda: Provenance("lammps", "2 Aug 2023"))
+    assert not any(lammps.refuses(case.job(t.parameters)) for t in trials)
+
+
 @pytest.mark.parametrize("system", ["wall", "two spheres"])
 def test_mdr_holds_in_every_system_and_is_magnified_at_a_wall(lammps, system):
     case = few(get_case("head-on"), ("mdr", "mdr, velocity"), (system,))

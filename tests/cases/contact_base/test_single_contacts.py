@@ -138,3 +138,16 @@ def test_in_units_lj_no_bit_of_a_ratio_is_another(lammps, system):
     wrong = Planted(lammps, "youngs_modulus", 1.01)
     (turned,) = wrong.run([case.job(parameters)])
     assert case.read(parameters, turned, lammps.traits) != ratios
+
+
+@pytest.mark.parametrize("system", ["bowl", "cylinder", "hill"])
+def test_a_curved_wall_has_the_moduli_of_walls_and_not_those_of_pairs(system):
+    case = get_case("curved-wall")
+    trials = [t for t in case.trials("quick") if t.submodel == "hertz, mass_velocity"]
+    parameters = trials[0].parameters.replace(wall=system, wall_radius=0.02)
+    plain, pairs, walls = (
+        case.expected(parameters, Rules(**rule))["overlap_ratio"].value
+        for rule in ({}, {"pair_factor": 0.5}, {"modulus_factor": 1.3})
+    )
+    assert pairs == plain
+    assert abs(walls - plain) > 1e-3
