@@ -77,7 +77,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Sample:
-    """One run on the way to a critical angle; margin in units of m g d."""
+    """One run of the search for a critical angle; margin in units of m g d."""
 
     angle_deg: float
     phase: float
@@ -157,7 +157,7 @@ class CriticalAngle(Result):
 
     @property
     def phases_note(self) -> str:
-        """Return, for a row, what tells a value of a passage from others at the same steps."""
+        """Return the note of a row on the phases that a passage is averaged over."""
         if self.method != "passage":
             return ""
         return (
@@ -218,9 +218,9 @@ def check_passage(*cases: Incline) -> None:
         e, steps = rebound(case.contact), case.steps_per_contact
         if e <= ONE_SHOCK:
             continue
-        found = rebound_in_steps(case.contact, steps)
-        if found > (most := most_restitution(case)):
-            up_to = f", up to {found:.3g} at {steps:g} steps per contact" if e <= most else ""
+        in_steps = rebound_in_steps(case.contact, steps)
+        if in_steps > (most := most_restitution(case)):
+            up_to = f", up to {in_steps:.3g} at {steps:g} steps per contact" if e <= most else ""
             raise RequestError(
                 "method = 'passage' needs a contact that ends the rebounds within one well, one of "
                 f"restitution {most:.3g} at most at stiffness {case.stiffness:g} (here {e:.3g}"
@@ -257,7 +257,7 @@ def critical_angle_by_passage(
     is their mean, the uncertainty half their range plus the root's own.
 
     Raise EngineOutputError when there is no root between 0 and 30 deg, and
-    RequestError when the grain was in flight: then a margin means nothing.
+    RequestError when the grain was in flight, where the margin is not defined.
     """
     # both at once: an engine starts once for a batch
     runs = list(measure([case.replace(angle=angle) for angle in FIRST_ANGLES]))
@@ -273,7 +273,7 @@ def critical_angle_by_passage(
         runs.extend(measure([case.replace(angle=float(angle))]))
         return runs[-1].margin
 
-    found = root_scalar(
+    solution = root_scalar(
         margin,
         method="secant",
         x0=FIRST_ANGLES[0],
@@ -281,7 +281,9 @@ def critical_angle_by_passage(
         xtol=tolerance_deg / 4,
         maxiter=MOST_SECANTS,
     )
-    root = float(found.root) if found.converged else _bisected(margin, runs, tolerance_deg / 4)
+    root = (
+        float(solution.root) if solution.converged else _bisected(margin, runs, tolerance_deg / 4)
+    )
     slope = _slope(runs)
     shifts = np.arange(phases) / phases
     shifted = measure([case.replace(angle=root, phase=float(shift)) for shift in shifts])
@@ -460,7 +462,7 @@ STIFFNESS_EXPONENTS = (1.0, 1.5)
 
 @dataclass(frozen=True, repr=False)
 class ExtrapolatedAngle(Result):
-    """The critical angle of rigid spheres as an engine sees it, and the way there.
+    """The critical angle of rigid spheres from an engine, with the values extrapolated from.
 
     ``at_stiffness`` maps each stiffness [N/m] to its limit in the step;
     ``rigid`` is the limit of those in the inverse stiffness.
@@ -481,7 +483,7 @@ class ExtrapolatedAngle(Result):
         return self.rigid.uncertainty
 
     def summary(self) -> dict[str, str]:
-        """Return the angle, the contact, the ladder and who climbed it."""
+        """Return the angle, the contact, the stiffnesses and steps, and the engine."""
         first, stiffnesses = self.angles[0], [*self.at_stiffness]
         return {
             "critical angle": value_text(self.value_deg, self.uncertainty_deg, "deg"),
@@ -515,12 +517,12 @@ class ExtrapolatedAngle(Result):
             "limits": [
                 {
                     "stiffness_N_per_m": stiffness,
-                    "critical_angle_deg": found.value,
-                    "uncertainty_deg": found.uncertainty,
-                    "order_in_step": found.order,
-                    "order_in_step_interval": list(found.order_interval),
+                    "critical_angle_deg": at_step_zero.value,
+                    "uncertainty_deg": at_step_zero.uncertainty,
+                    "order_in_step": at_step_zero.order,
+                    "order_in_step_interval": list(at_step_zero.order_interval),
                 }
-                for stiffness, found in self.at_stiffness.items()
+                for stiffness, at_step_zero in self.at_stiffness.items()
             ],
             "ladder": self.to_frame().to_dict(orient="records"),
         }
@@ -542,8 +544,8 @@ class ExtrapolatedAngle(Result):
 def extrapolate(angles: Sequence[CriticalAngle]) -> ExtrapolatedAngle:
     """Return the limit of angles measured over a ladder of stiffnesses and steps.
 
-    Raise RequestError when the ladder has too few rungs: three steps at each
-    stiffness, four stiffnesses.
+    Raise RequestError for fewer than three steps at each stiffness or fewer than
+    four stiffnesses.
     """
 
     def stiffness(angle: CriticalAngle) -> float:
@@ -553,8 +555,8 @@ def extrapolate(angles: Sequence[CriticalAngle]) -> ExtrapolatedAngle:
     limits = {k: step_limit(list(group)) for k, group in groupby(ordered, key=stiffness)}
     rigid = limit(
         [1.0 / k for k in limits],
-        [found.value for found in limits.values()],
-        [found.uncertainty for found in limits.values()],
+        [at_step_zero.value for at_step_zero in limits.values()],
+        [at_step_zero.uncertainty for at_step_zero in limits.values()],
         STIFFNESS_EXPONENTS,
     )
     return ExtrapolatedAngle(tuple(ordered), limits, rigid)
@@ -595,7 +597,7 @@ def critical_angle(  # noqa: PLR0913 - keywords of a public function
     progress: Progress = silent,
     run: Runner = run_inclines,
 ) -> CriticalAngle:
-    """Return the critical angle [deg] of a case (the source's contact unless told otherwise).
+    """Return the critical angle [deg] of a case (the source's contact by default).
 
     ``tolerance_deg`` [deg] is how closely it is searched for.
     ``method`` is ``passage`` (root of the energy margin over one well) or
@@ -614,8 +616,8 @@ def critical_angle(  # noqa: PLR0913 - keywords of a public function
     with opened(engine, fresh=fresh) as running:
         if method == "steady":
             measure = _counted(run, running, method, STEADY_RUNS, progress)
-            asked = passing(case, wells)
-            return critical_angle_by_steady_motion(measure, asked, tolerance_deg=tolerance)
+            passing_case = passing(case, wells)
+            return critical_angle_by_steady_motion(measure, passing_case, tolerance_deg=tolerance)
         measure = _counted(run, running, method, RUNS_BY_PASSAGE, progress)
         return critical_angle_by_passage(measure, case, tolerance_deg=tolerance, phases=phases)
 
@@ -637,19 +639,19 @@ def critical_angle_or_error(case: Incline, **options: Any) -> CriticalAngle | En
 def _counted(
     run: Runner, engine: Engine, route: Route, expected: int, progress: Progress
 ) -> Measure:
-    """Return what runs inclines in an engine and tells of it; the last runs of a search are told.
+    """Return a function that runs inclines in an engine and reports the runs done and expected.
 
-    How many there will be is known only then.
+    The expected number is exact only for the last runs of a search.
     """
     done = 0
 
     def measure(cases: Sequence[Incline]) -> list[InclineRun]:
         nonlocal done
         progress(f"runs, {route}", done, max(expected, done + len(cases)))
-        found = complete(run(engine, cases, route))
-        done += len(found)
+        outcomes = complete(run(engine, cases, route))
+        done += len(outcomes)
         progress(f"runs, {route}", done, max(expected, done))
-        return found
+        return outcomes
 
     return measure
 
@@ -680,10 +682,10 @@ def critical_angles(
 def side_by_side(
     measure: Callable[[Incline], Angle], cases: Sequence[Incline], stage: str, progress: Progress
 ) -> list[Angle]:
-    """Return what ``measure`` makes of each case, over the cores; tell of the progress."""
+    """Return ``measure`` of each case, run over the cores; report the progress."""
     done, lock = 0, threading.Lock()
 
-    def one(case: Incline) -> Angle:
+    def angle_of(case: Incline) -> Angle:
         nonlocal done
         result = measure(case)
         with lock:
@@ -692,7 +694,7 @@ def side_by_side(
         return result
 
     progress(stage, 0, len(cases))
-    return parallel_map(one, cases, cores())
+    return parallel_map(angle_of, cases, cores())
 
 
 def extrapolated_critical_angle(
@@ -707,7 +709,7 @@ def extrapolated_critical_angle(
     """Return the critical angle [deg] with the step to zero, then the stiffness to infinity.
 
     The plastic contact unless a case says otherwise; passage route. Raise the
-    first EngineError: a ladder with a rung missing is not extrapolated. Raise RequestError for a
+    first EngineError: an incomplete set of angles is not extrapolated. Raise RequestError for a
     contact that rebounds too much for a passage, before any run.
     """
     case = case or Incline(contact=PLASTIC)

@@ -131,7 +131,7 @@ class InclineCase(Case[Incline]):
         from harness.cases.incline.engine_checks import angle_checks
 
         angles: list[EngineAngle] = []
-        return _beside(engine.name, partial(angle_checks, engine, study, angles), angles)
+        return _other_engine(engine.name, partial(angle_checks, engine, study, angles), angles)
 
     def recorded(self, study: Study) -> Mapping[str, Findings]:
         """Return the recorded angles of an engine that is missing."""
@@ -141,26 +141,28 @@ class InclineCase(Case[Incline]):
             return {}
         angles: list[EngineAngle] = []
         run = partial(recorded_checks, study.level, angles)
-        return {RECORDED_NAME: _beside(RECORDED_NAME, run, angles)}
+        return {RECORDED_NAME: _other_engine(RECORDED_NAME, run, angles)}
 
     def across(self, beside: Mapping[str, Findings]) -> Sequence[Check]:
         """Hold the angles of engines against one another."""
         from harness.cases.incline.engine_checks import across_engines
 
-        return across_engines([angle for found in beside.values() for angle in found.evidence])
+        return across_engines(
+            [angle for findings in beside.values() for angle in findings.evidence]
+        )
 
     def sections(
         self, main: Findings | None, own: Findings, beside: Mapping[str, Findings]
     ) -> Sequence[Section]:
-        """Return the contacts with their angles, restitution, the engines beside one another."""
+        """Return the contacts with their angles, restitution, and the engines compared."""
         from harness.cases.incline.checks import rigid_section
         from harness.cases.incline.report import contact_sections, engine_sections
 
-        found: list[Section] = []
+        contacts: list[Section] = []
         if main is not None:
-            found += [*contact_sections(main.evidence), rigid_section(own.evidence or ())]
-        angles = [angle for one in beside.values() for angle in one.evidence]
-        return *found, *engine_sections(angles)
+            contacts += [*contact_sections(main.evidence), rigid_section(own.evidence or ())]
+        angles = [angle for findings in beside.values() for angle in findings.evidence]
+        return *contacts, *engine_sections(angles)
 
     def film(
         self, engine: Engine, parameters: Incline | None = None, frames: int = 120
@@ -169,11 +171,13 @@ class InclineCase(Case[Incline]):
         from harness.cases.incline.film import angles_beside, incline_film
         from harness.theory.incline import critical_angle
 
-        beside = [Incline(angle=one) for one in angles_beside(critical_angle(), 0.0)]
-        return incline_film(engine, beside if parameters is None else [parameters], frames)
+        cases = [Incline(angle=angle) for angle in angles_beside(critical_angle(), 0.0)]
+        return incline_film(engine, cases if parameters is None else [parameters], frames)
 
 
-def _beside(engine: str, run: Callable[[], Sequence[Check]], angles: list[EngineAngle]) -> Findings:
+def _other_engine(
+    engine: str, run: Callable[[], Sequence[Check]], angles: list[EngineAngle]
+) -> Findings:
     """Return the rows of an engine's angles, which ``run`` adds to ``angles``."""
     checks = rows_of_parts(engine, [Part("critical angle", run)], "deg")
     rows = [angle.to_json() for angle in angles]

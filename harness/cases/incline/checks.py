@@ -186,10 +186,10 @@ def angle_name(case: Incline, engine: str, method: str, resolution: str) -> str:
 def angle_case(angle: CriticalAngle, resolution: str) -> BaselineRecord:
     """Return a critical angle as a record."""
     provenance = angle.provenance
-    own = angle.case.model_dump(mode="json", exclude=NOT_OF_AN_ANGLE)
+    parameters = angle.case.model_dump(mode="json", exclude=NOT_OF_AN_ANGLE)
     return BaselineRecord(
         name=angle_name(angle.case, provenance.engine, angle.method, resolution),
-        parameters={**own, "method": angle.method, "resolution": resolution},
+        parameters={**parameters, "method": angle.method, "resolution": resolution},
         quantities=by_name(
             Row("critical_angle_deg", angle.value_deg, angle.uncertainty_deg, "deg")
         ),
@@ -204,7 +204,7 @@ def angle_case(angle: CriticalAngle, resolution: str) -> BaselineRecord:
 
 
 def extrapolated_case(found: ExtrapolatedAngle, rungs: list[CriticalAngle]) -> BaselineRecord:
-    """Return an extrapolated critical angle as a record, with the rungs that it stands on."""
+    """Return an extrapolated critical angle as a record, with its stiffnesses and steps."""
     first = rungs[0]
     contact = first.case.contact
     ladder = sorted((a.case.stiffness, a.case.steps_per_contact) for a in rungs)
@@ -233,7 +233,7 @@ def passage_name(case: Incline, engine: str) -> str:
 def passage_case(run: InclineRun) -> BaselineRecord:
     """Return one passage as a case: margin, and the path as a series.
 
-    ``step_s`` is taken from the run's own end, time over steps, not from what was asked.
+    ``step_s`` is the time over the steps at the run's end, not the step requested.
     """
     path, case = run.trajectory, run.case
     columns = {} if path is None else {name: getattr(path, name) for name in COLUMNS[1:]}
@@ -290,10 +290,10 @@ def rigid_checks(found: list[Stiffening]) -> Iterator[Check]:
     """Yield the reference DEM's limits against rigid spheres, and both readings beside them."""
     engine = Reference()
     for e, stiffnesses in STIFFNESSES.items():
-        own = _stiffening(e, stiffnesses, engine)
-        found.append(own)
+        stiffening = _stiffening(e, stiffnesses, engine)
+        found.append(stiffening)
         name = f"incline: e = {e:g}, reference DEM as k goes to infinity"
-        value, error, exact = own.rigid.value, own.rigid.uncertainty, rigid_angle(e)
+        value, error, exact = stiffening.rigid.value, stiffening.rigid.uncertainty, rigid_angle(e)
         row = f"{name}, rigid spheres by events"
         yield judge(row, Kind.CROSS_CODE, value, exact, RIGID, uncertainty=error)
         for reading, words in READING_NAMES.items():
@@ -322,12 +322,16 @@ def _stiffening(e: float, stiffnesses: Sequence[float], engine: Reference) -> St
 
 def rigid_section(found: Sequence[Stiffening]) -> Section:
     """Return rigid spheres beside both readings of the theory, and the reference DEM if it ran."""
-    dem = {one.restitution: one for one in found}
+    dem = {stiffening.restitution: stiffening for stiffening in found}
     rows = []
     for e in (0.0, *STIFFNESSES):
-        one = dem.get(e)
+        stiffening = dem.get(e)
         readings = (closed_form_angle(shock_from_restitution(e, r)) for r in READING_NAMES)
-        measured = f"{one.rigid.value:.4f} ± {one.rigid.uncertainty:.1g}" if one else "-"
+        measured = (
+            f"{stiffening.rigid.value:.4f} ± {stiffening.rigid.uncertainty:.1g}"
+            if stiffening
+            else "-"
+        )
         rows.append((f"{e:g}", f"{rigid_angle(e):.4f}", measured, *(f"{r:.4f}" for r in readings)))
     columns = (
         "e",
@@ -349,14 +353,14 @@ def restitution_figure(found: Sequence[Stiffening]) -> Figure:
     for (reading, words), colour in zip(READING_NAMES.items(), (ORANGE, GREEN), strict=True):
         closed = [closed_form_angle(shock_from_restitution(x, reading)) for x in e]
         axes.plot(e, closed, "--", color=colour, label=f"one shock, {words}")
-    for one in found:
+    for stiffening in found:
         axes.errorbar(
-            one.restitution,
-            one.rigid.value,
-            one.rigid.uncertainty,
+            stiffening.restitution,
+            stiffening.rigid.value,
+            stiffening.rigid.uncertainty,
             fmt="o",
             color=RED,
-            label="reference DEM, k to infinity" if one is found[0] else None,
+            label="reference DEM, k to infinity" if stiffening is found[0] else None,
         )
     label(axes, "restitution e", "critical angle (deg)")
     legend_below(figure)
@@ -483,19 +487,21 @@ def recursion(verifying: Verifying) -> list[Check]:
     if untested:
         return untested
     run = measured(verifying.engine, [case], "steady")[0]
-    found = run.crests.margin_J / case.weight_energy + incline.well_depth(case.angle)
-    rows = [judge(WELLS_PASSED, Kind.ANALYTIC, float(len(found)), float(case.wells), ALL_WELLS)]
-    if len(found) < 2:
+    energies = run.crests.margin_J / case.weight_energy + incline.well_depth(case.angle)
+    rows = [judge(WELLS_PASSED, Kind.ANALYTIC, float(len(energies)), float(case.wells), ALL_WELLS)]
+    if len(energies) < 2:
         return rows
-    later = incline.energies(float(found[0]), len(found) - 1, case.angle, SHOCK_WITHOUT_REBOUND)
-    predicted = np.concatenate([found[:1], later])
-    evidence.recursion = Recursion(run, found, predicted)
-    worst = int(np.argmax(np.abs(found - predicted)))
+    later = incline.energies(
+        float(energies[0]), len(energies) - 1, case.angle, SHOCK_WITHOUT_REBOUND
+    )
+    predicted = np.concatenate([energies[:1], later])
+    evidence.recursion = Recursion(run, energies, predicted)
+    worst = int(np.argmax(np.abs(energies - predicted)))
     rows.append(
         judge(
-            f"{WORST_SHOCK} {worst + 1}, the worst of {len(found)}",
+            f"{WORST_SHOCK} {worst + 1}, the worst of {len(energies)}",
             Kind.ANALYTIC,
-            float(found[worst]),
+            float(energies[worst]),
             float(predicted[worst]),
             _tolerance(verifying.engine.traits, evidence.closed_form_deg),
         )
@@ -533,7 +539,7 @@ def scales(verifying: Verifying) -> list[Check]:
     """Hold critical angles at the same k d/(m g) in other units against one another."""
     base, rows = SOURCE_CASE, []
     glass = base.replace(diameter=3e-3, density=2500.0, stiffness=1.0e6)
-    others = [_same_rigidity(one, base) for one in (glass, base.replace(gravity=1.62))]
+    others = [_same_rigidity(scaled, base) for scaled in (glass, base.replace(gravity=1.62))]
     for number, (row, case) in enumerate(zip(SCALED, others, strict=True), 1):
         rows += verifying.untested(row, base) or [_scaled(verifying, row, case, base)]
         verifying.study.progress("scale invariance", number, len(others))
@@ -543,8 +549,8 @@ def scales(verifying: Verifying) -> list[Check]:
 def _scaled(verifying: Verifying, row: str, case: Incline, base: Incline) -> Check:
     reference = whole(verifying.angle(base))
     angle = critical_angle(case, engine=verifying.engine)
-    value, stated = angle.value_deg, angle.uncertainty_deg
-    return judge(row, Kind.CROSS_CODE, value, reference.value_deg, SCALES, uncertainty=stated)
+    value, uncertainty = angle.value_deg, angle.uncertainty_deg
+    return judge(row, Kind.CROSS_CODE, value, reference.value_deg, SCALES, uncertainty=uncertainty)
 
 
 def _same_rigidity(case: Incline, base: Incline) -> Incline:
@@ -556,7 +562,7 @@ WAYS_TO_RUN = "incline: in-process against executable, energy margin"
 
 
 def two_ways(verifying: Verifying) -> list[Check]:
-    """Hold a run against the same installation run in its other way, where it has one."""
+    """Compare an in-process run with one of the executable of the same installation."""
     name = WAYS_TO_RUN
     case = SOURCE_CASE.replace(angle=10.0)
     refused = verifying.refusal(case)
@@ -569,15 +575,15 @@ def two_ways(verifying: Verifying) -> list[Check]:
             other = measured(twin, [case], "passage")[0]
     except (EngineMissingError, RequestError) as error:
         return [not_tested(name, Kind.CROSS_CODE, str(error), "J")]
-    own = measured(verifying.engine, [case], "passage")[0]
-    return [judge(name, Kind.CROSS_CODE, own.margin_J, other.margin_J, TWO_WAYS)]
+    run = measured(verifying.engine, [case], "passage")[0]
+    return [judge(name, Kind.CROSS_CODE, run.margin_J, other.margin_J, TWO_WAYS)]
 
 
 def passages(verifying: Verifying) -> list[Check]:
-    """Run the passages for the baseline; return a row for each that died or was refused.
+    """Run the passages for the baseline; return a row for each that failed or is not supported.
 
-    They are the most sensitive runs that there are: a critical angle is a root and forgives, the
-    energy margin of one run is the same to the last bit every time, and so is the path.
+    They are the most sensitive runs: a critical angle is a root and hides small changes, the
+    energy margin and the path of one run are the same to the last bit every time.
     """
     engine, cases = verifying.engine, verifying.stated(CASES)
     rows = [row for case in CASES for row in verifying.untested(passage_row(case), case, unit="")]

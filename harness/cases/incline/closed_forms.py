@@ -122,8 +122,8 @@ def theory(
     event-driven angle of rigid spheres, which follows every rebound. Raise RequestError for more
     than one, for a reading without use, and for values out of range.
     """
-    given = {"shock": shock, "restitution": restitution, "impulse-ratio": impulse_ratio}
-    names = [name for name, value in given.items() if value is not None]
+    options = {"shock": shock, "restitution": restitution, "impulse-ratio": impulse_ratio}
+    names = [name for name, value in options.items() if value is not None]
     if len(names) > 1:
         raise RequestError(f"--{' and --'.join(names)}: give one of them only")
     if reading is not None and (not names or names == ["shock"]):
@@ -143,7 +143,7 @@ def theory(
 
 
 def _of_rebounds(e: float) -> dict[str, Any]:
-    """Return what stands beside the reading of a restitution: the other, and rigid spheres."""
+    """Return the other reading of a restitution, and the angle of rigid spheres."""
     return {
         "restitution": e,
         **{
@@ -189,17 +189,17 @@ def closed_forms(contact: Contact) -> dict[Reading, float]:
 
 
 def angles_beside(contact: Contact) -> dict[str, float | str]:
-    """Return what stands beside an angle measured with a contact, by its key in JSON.
+    """Return the angles that an angle measured with a contact is compared with, by JSON key.
 
     The angle of rigid spheres without rebound [deg]; where the contact rebounds more than that
     theory allows, both readings of one shock [deg], and what they leave out.
     """
     if rebound(contact) <= ONE_SHOCK:
         return {"closed_form_deg": critical_angle()}
-    found: dict[str, float | str] = {
+    angles: dict[str, float | str] = {
         f"closed_form_{reading}_deg": angle for reading, angle in closed_forms(contact).items()
     }
-    return {**found, "theory": theory_in_words(contact)}
+    return {**angles, "theory": theory_in_words(contact)}
 
 
 def theory_in_words(contact: Contact) -> str:

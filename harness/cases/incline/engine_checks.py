@@ -54,7 +54,7 @@ PLASTIC_ROLE, SOURCE_ROLE = PLASTIC.name, SOURCE.name
 def contacts_of(traits: Traits) -> list[Contact]:
     """Return the plastic and the source's contact for an engine, in its effective mass.
 
-    Where the source's cannot be stated, its clipped form follows.
+    Where the engine does not support the source's, its clipped form follows.
     """
     contacts = [PLASTIC, SOURCE, SOURCE_CLIPPED]
     if "full" not in traits.frictionless.states["effective_mass"]:
@@ -148,44 +148,43 @@ def across_engines(angles: Sequence[EngineAngle]) -> list[Check]:
     live = [a for a in angles if not a.recorded and a.who != OWN]
     base = live[0].who if live else ""
     for role in (PLASTIC_ROLE, SOURCE_ROLE):
-        stated = [
+        at_stated_step = [
             a for a in live if a.role == role and (a.stiffness, a.steps_per_contact) == STATED
         ]
-        for one, other in combinations(stated, 2):
-            if _one_class(one, other) and one.contact.tail == "attractive":
-                rows.append(_agree(one, other))
-            elif one.who == base and one.rules != other.rules:
-                rows.append(_apart(other, one))
+        for angle, other in combinations(at_stated_step, 2):
+            if _one_class(angle, other) and angle.contact.tail == "attractive":
+                rows.append(_agree(angle, other))
+            elif angle.who == base and angle.rules != other.rules:
+                rows.append(_apart(other, angle))
     return rows
 
 
-def _one_class(one: EngineAngle, other: EngineAngle) -> bool:
-    return (one.rules, one.integrator) == (other.rules, other.integrator)
+def _one_class(angle: EngineAngle, other: EngineAngle) -> bool:
+    return (angle.rules, angle.integrator) == (other.rules, other.integrator)
 
 
-def _agree(one: EngineAngle, other: EngineAngle) -> Check:
-    partners = {one.lineage.lower(), other.lineage.lower()} & {one.who, other.who}
+def _agree(angle: EngineAngle, other: EngineAngle) -> Check:
+    partners = {angle.lineage.lower(), other.lineage.lower()} & {angle.who, other.who}
     return judge(
-        f"engines: {other.who} against {one.who}, {other.contact.name} contact, unclamped",
+        f"engines: {other.who} against {angle.who}, {other.contact.name} contact, unclamped",
         Kind.CROSS_CODE,
         other.value,
-        one.value,
+        angle.value,
         ENGINES_OF_ONE_CLASS,
-        uncertainty=one.uncertainty + other.uncertainty,
+        uncertainty=angle.uncertainty + other.uncertainty,
         note="one grew out of the other: a regression partner" if partners else "",
     )
 
 
-def _apart(beside: EngineAngle, base: EngineAngle) -> Check:
+def _apart(angle: EngineAngle, base: EngineAngle) -> Check:
     return finding(
-        f"engines: {beside.who}, {beside.contact.name} contact, "
-        f"less {base.who}, {base.contact.name}",
-        beside.value - base.value,
-        beside.reference_deg - base.reference_deg,
+        f"engines: {angle.who}, {angle.contact.name} contact, less {base.who}, {base.contact.name}",
+        angle.value - base.value,
+        angle.reference_deg - base.reference_deg,
         "deg",
-        f"two classes ({beside.rules_text} against {base.rules_text}); expected is what the "
+        f"two classes ({angle.rules_text} against {base.rules_text}); expected is what the "
         "reference DEM makes of the two rules",
-        beside.uncertainty + base.uncertainty,
+        angle.uncertainty + base.uncertainty,
     )
 
 
@@ -230,17 +229,17 @@ def lineage_note(traits: Traits) -> str:
 def _cell(engine: Engine, case: Incline, study: Study, angles: list[EngineAngle]) -> list[Check]:
     traits = engine.traits
     name = f"{engine.name}: critical angle, {where(case)}"
-    beside = f"{engine.name}: critical angle against the reference DEM, {where(case)}"
+    cross_name = f"{engine.name}: critical angle against the reference DEM, {where(case)}"
     at = (case.stiffness, case.steps_per_contact)
     phases = LEVELS[study.level].phases_of_engines
-    found = critical_angle_or_error(case, phases=phases, engine=engine)
-    if isinstance(found, EngineError):
-        untested = not_tested(beside, Kind.CROSS_CODE, "the engine's own run died", "deg")
-        return [failed_run(name, Kind.ANALYTIC, found, "deg"), untested]
-    shown = EngineAngle(
+    result = critical_angle_or_error(case, phases=phases, engine=engine)
+    if isinstance(result, EngineError):
+        untested = not_tested(cross_name, Kind.CROSS_CODE, "the engine's own run died", "deg")
+        return [failed_run(name, Kind.ANALYTIC, result, "deg"), untested]
+    angle = EngineAngle(
         "critical angle",
-        found.value_deg,
-        found.uncertainty_deg,
+        result.value_deg,
+        result.uncertainty_deg,
         "deg",
         closed_form(),
         engine.name,
@@ -250,57 +249,57 @@ def _cell(engine: Engine, case: Incline, study: Study, angles: list[EngineAngle]
         stiffness=case.stiffness,
         steps_per_contact=case.steps_per_contact,
         integrator=traits.integrator,
-        microseconds_per_step=microseconds_per_step(found, engine) if at == STATED else math.nan,
+        microseconds_per_step=microseconds_per_step(result, engine) if at == STATED else math.nan,
         lineage=traits.lineage,
     )
-    own = reference_angle(traits, case, phases, study)
-    if isinstance(own, CriticalAngle):
-        shown = replace(shown, reference_deg=own.value_deg)
-    angles.append(shown)
-    rows = [_against_theory(name, shown, found.phases_note, traits)]
+    reference = reference_angle(traits, case, phases, study)
+    if isinstance(reference, CriticalAngle):
+        angle = replace(angle, reference_deg=reference.value_deg)
+    angles.append(angle)
+    rows = [_against_theory(name, angle, result.phases_note, traits)]
     if engine.name != OWN:
-        rows.append(_against_reference(beside, found, own, traits, shown.expected))
+        rows.append(_against_reference(cross_name, result, reference, traits, angle.expected))
     return rows
 
 
-def _against_theory(name: str, shown: EngineAngle, phases: str, traits: Traits) -> Check:
-    of_theory = shown.role == PLASTIC_ROLE and traits.spring == "linear"
-    if of_theory and shown.stiffness >= STIFF:
+def _against_theory(name: str, angle: EngineAngle, phases: str, traits: Traits) -> Check:
+    of_theory = angle.role == PLASTIC_ROLE and traits.spring == "linear"
+    if of_theory and angle.stiffness >= STIFF:
         return judge(
             name,
             Kind.ANALYTIC,
-            shown.value,
-            shown.expected,
+            angle.value,
+            angle.expected,
             ENGINES_PLASTIC,
-            uncertainty=shown.uncertainty,
+            uncertainty=angle.uncertainty,
             note="; ".join(filter(None, (phases, lineage_note(traits)))),
         )
-    own = "not the limit of the closed form, but a class of its own"
+    unclamped = "not the limit of the closed form, but a class of its own"
     soft = f"below {STIFF:g} N/m the bias of the stiffness is not small"
-    why = f"{shown.rules_text}; {soft if of_theory else own}"
+    why = f"{angle.rules_text}; {soft if of_theory else unclamped}"
     note = "; ".join(filter(None, (why, phases, lineage_note(traits))))
-    return finding(name, shown.value, shown.expected, "deg", note, shown.uncertainty)
+    return finding(name, angle.value, angle.expected, "deg", note, angle.uncertainty)
 
 
 def _against_reference(
     name: str,
     angle: CriticalAngle,
-    own: CriticalAngle | EngineError | None,
+    reference: CriticalAngle | EngineError | None,
     traits: Traits,
     closed_form: float,
 ) -> Check:
-    if own is None:
+    if reference is None:
         reason = "the reference DEM does not have the engine's scheme"
         return not_tested(name, Kind.CROSS_CODE, reason, "deg")
-    if isinstance(own, EngineError):
-        return failed_run(name, Kind.CROSS_CODE, own, "deg")
+    if isinstance(reference, EngineError):
+        return failed_run(name, Kind.CROSS_CODE, reference, "deg")
     note = f"reference DEM: {traits.integrator}, {traits.spring} spring"
     return judge(
         name,
         Kind.CROSS_CODE,
         angle.value_deg,
-        own.value_deg,
-        same_rules(traits, own, closed_form),
+        reference.value_deg,
+        same_rules(traits, reference, closed_form),
         uncertainty=angle.uncertainty_deg,
         note="; ".join(filter(None, (note, angle.phases_note, lineage_note(traits)))),
     )
@@ -329,11 +328,11 @@ def same_rules(traits: Traits, off: CriticalAngle, closed_form: float) -> Tolera
     Round-off that moves a contact's end to another step moves one phase of the mean by its
     whole range; the digits of an output are an error of the margin.
     """
-    known = REFERENCE_ANGLE
-    jitter = max(known.absolute, 2.0 * off.uncertainty_deg / off.phases)
+    recorded = REFERENCE_ANGLE
+    jitter = max(recorded.absolute, 2.0 * off.uncertainty_deg / off.phases)
     slope = passage_margin_slope(closed_form, SHOCK_WITHOUT_REBOUND)
     digits = MARGIN_DIGITS * 10.0 ** (1 - traits.digits) / slope
-    why = f"{known.reason}; {traits.digits} digits of its output are worth {digits:.1g} deg"
+    why = f"{recorded.reason}; {traits.digits} digits of its output are worth {digits:.1g} deg"
     return Tolerance("deg", jitter + digits, 0.0, why)
 
 

@@ -91,27 +91,29 @@ def _draw_gravity(axes: Axes, x: float, angle_deg: float) -> None:
 def extrapolation(found: ExtrapolatedAngle, closed_form: float, who: str) -> style.Figure:
     """Draw the critical angle against the step, and its limits against the stiffness."""
     figure = style.Figure(figsize=(7.2, 4.1))
-    left, right = figure.subplots(1, 2)
+    step_axes, stiffness_axes = figure.subplots(1, 2)
     for number, (stiffness, limit) in enumerate(found.at_stiffness.items()):
         colour, marker = style.COLOURS[number % 6], style.MARKERS[number % 6]
         name = f"k = {style.power(stiffness)} N/m"
-        left.errorbar(
+        step_axes.errorbar(
             limit.h, limit.y, limit.errors, fmt=marker, color=colour, label=name, capsize=2
         )
         fine = np.linspace(0, limit.h.max(), 50)
-        left.plot(fine, limit.curve(fine), color=colour, lw=0.9)
-        left.plot(0, limit.value, marker, color=colour, mfc="white", clip_on=False)
-    left.axhline(closed_form, color=style.BLACK, ls="--", lw=1)
-    left.set(xlabel="1 / steps per contact time", ylabel="critical angle (deg)")
-    left.set_title("step to zero")
-    _stiffness_panel(right, found, closed_form, who)
-    left.xaxis.set_major_locator(MaxNLocator(5, steps=[1, 2, 5, 10]))
+        step_axes.plot(fine, limit.curve(fine), color=colour, lw=0.9)
+        step_axes.plot(0, limit.value, marker, color=colour, mfc="white", clip_on=False)
+    step_axes.axhline(closed_form, color=style.BLACK, ls="--", lw=1)
+    step_axes.set(xlabel="1 / steps per contact time", ylabel="critical angle (deg)")
+    step_axes.set_title("step to zero")
+    _stiffness_panel(stiffness_axes, found, closed_form, who)
+    step_axes.xaxis.set_major_locator(MaxNLocator(5, steps=[1, 2, 5, 10]))
     style.legend_below(figure, 3)
     return figure
 
 
-def _stiffness_panel(axes: Axes, found: ExtrapolatedAngle, closed_form: float, who: str) -> None:
-    rigid = found.rigid
+def _stiffness_panel(
+    axes: Axes, extrapolated: ExtrapolatedAngle, closed_form: float, engine_name: str
+) -> None:
+    rigid = extrapolated.rigid
     axes.errorbar(
         1 / rigid.h,
         rigid.y,
@@ -119,7 +121,7 @@ def _stiffness_panel(axes: Axes, found: ExtrapolatedAngle, closed_form: float, w
         fmt="o",
         color=style.BLUE,
         capsize=2,
-        label=f"{who}, step to zero",
+        label=f"{engine_name}, step to zero",
     )
     fine = np.geomspace(rigid.h.min() / 30, rigid.h.max(), 100)
     order = f"observed order {rigid.order:.2f}"
@@ -234,10 +236,10 @@ def _last_well(runs: Sequence[InclineRun]) -> float:
     return float(run.path.x_m[-1] / run.case.diameter)
 
 
-def _conditions(run: InclineRun, who: str) -> str:
+def _conditions(run: InclineRun, engine_name: str) -> str:
     case = run.case
     return (
-        f"{who}, {case.contact.name} contact, k = {style.power(case.stiffness)} N/m, "
+        f"{engine_name}, {case.contact.name} contact, k = {style.power(case.stiffness)} N/m, "
         f"{case.steps_per_contact:g} steps per contact"
     )
 
@@ -257,8 +259,8 @@ def angles_of_engines(angles: Sequence[EngineAngle], closed_form: float) -> Figu
     """
     angles = _comparable(angles)
     figure = Figure(figsize=(9.6, 1.5 + 0.34 * len(angles)), layout="constrained")
-    whole, near = figure.subplots(1, 2, sharey=True, width_ratios=(1.15, 1))
-    for axes in (whole, near):
+    full, near = figure.subplots(1, 2, sharey=True, width_ratios=(1.15, 1))
+    for axes in (full, near):
         axes.axvspan(
             closed_form - WIDTH_DEG,
             closed_form + WIDTH_DEG,
@@ -268,11 +270,11 @@ def angles_of_engines(angles: Sequence[EngineAngle], closed_form: float) -> Figu
         axes.axvline(closed_form, color=BLACK, ls="--", lw=1, label="closed form")
         _rows(axes, angles)
         axes.grid(visible=True, axis="x", alpha=0.4)
-    whole.set_yticks(range(len(angles)), [_row_name(angle) for angle in angles])
-    whole.invert_yaxis()
+    full.set_yticks(range(len(angles)), [_row_name(angle) for angle in angles])
+    full.invert_yaxis()
     first = angles[0]
     at = f"k = {power(first.stiffness)} N/m, {first.steps_per_contact:.3g} steps per contact"
-    label(whole, "critical angle (deg)", "", at)
+    label(full, "critical angle (deg)", "", at)
     label(near, "off the closed form (1e-3 deg)", "", "near the closed form")
     span = 3.0 * WIDTH_DEG
     near.set_xlim(closed_form - span, closed_form + span)

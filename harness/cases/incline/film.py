@@ -54,8 +54,8 @@ _HEAD, _PLOT = 78, 190
 
 def angles_beside(angle: float, uncertainty: float) -> tuple[float, float]:
     """Return angles [deg] below and above a critical one, clear of its uncertainty."""
-    beside = max(LEAST_BESIDE_DEG, 3.0 * uncertainty)
-    return round(max(angle - beside, 0.0), 3), round(angle + beside, 3)
+    offset = max(LEAST_BESIDE_DEG, 3.0 * uncertainty)
+    return round(max(angle - offset, 0.0), 3), round(angle + offset, 3)
 
 
 def incline_film(engine: Engine, cases: Sequence[Incline], frames: int) -> Film:
@@ -65,8 +65,8 @@ def incline_film(engine: Engine, cases: Sequence[Incline], frames: int) -> Film:
     """
     if not 1 <= len(cases) <= MOST_ANGLES:
         raise RequestError(f"film: {len(cases)} angles: must be from 1 to {MOST_ANGLES}")
-    one = cases[0]
-    every = max(1, int(SAMPLING * (one.diameter / one.gravity) ** 0.5 / one.step))
+    case = cases[0]
+    every = max(1, int(SAMPLING * (case.diameter / case.gravity) ** 0.5 / case.step))
     runs = tuple(measured(engine, cases, "steady", every=every))
     angles = ", ".join(_degrees(run) for run in runs)
     motion = InclineMotion(
@@ -153,12 +153,13 @@ class InclineGrain(Scene):
 
     def subtitle(self) -> str:
         """Return engine, contact and scale."""
-        case, who = self.motion.runs[0].case, self.motion.runs[0].provenance
+        case, provenance = self.motion.runs[0].case, self.motion.runs[0].provenance
         contact = (
             f"{case.contact.name} contact, zeta = {case.contact.zeta:.3g}, {case.contact.tail}"
         )
         return (
-            f"{who.engine} {who.engine_version}, {contact} tail, k = {power(case.stiffness)} N/m\n"
+            f"{provenance.engine} {provenance.engine_version}, {contact} tail, "
+            f"k = {power(case.stiffness)} N/m\n"
             f"{case.steps_per_contact:g} steps per contact, d = {case.diameter:g} m, "
             f"m = {case.mass:.4g} kg, g = {case.gravity:g} m/s²; drawn to scale, tilted as it is"
         )
@@ -183,15 +184,15 @@ class InclineGrain(Scene):
         self._speeds = Traces(
             below,
             [
-                (one.path.time_s, one.path.speed_m_per_s, _degrees(one.run), {"color": c, "ls": ls})
-                for one, (c, ls) in zip(self._lanes, _LOOKS, strict=False)
+                (row.path.time_s, row.path.speed_m_per_s, _degrees(row.run), {"color": c, "ls": ls})
+                for row, (c, ls) in zip(self._lanes, _LOOKS, strict=False)
             ],
         )
         below.set(xlim=(0, self.motion.time[-1]), ylim=(0, None))
         label(below, "time (s)", "speed (m/s)")
         below.legend(loc="upper right", ncols=3, bbox_to_anchor=(1.0, 1.18))
         parts = zip(
-            *((one.trail, one.grain, one.speed, one.words) for one in self._lanes), strict=True
+            *((row.trail, row.grain, row.speed, row.words) for row in self._lanes), strict=True
         )
         return [*(artist for part in parts for artist in part), *self._speeds.moving]
 

@@ -76,7 +76,7 @@ class Ladder(Parameters):
         return self
 
     def cases(self, case: Incline) -> list[Incline]:
-        """Return the rungs for a case, the costliest first so that no core idles at the end."""
+        """Return the refined cases, the costliest first so that no core idles at the end."""
         rungs = [
             case.replace(stiffness=case.stiffness * factor, steps_per_contact=steps)
             for factor in self.factors
@@ -95,7 +95,7 @@ FULL_LADDER = Ladder(
 
 @dataclass(frozen=True)
 class Level:
-    """The ladder to extrapolate, the stiffnesses and steps of the contacts beside it, and so on.
+    """Stiffnesses and steps of a level: to extrapolate over, of the other contacts, of engines.
 
     ``routes`` are the cases in which steady motion is held against passage. ``engines`` are
     stiffness [N/m] and steps per contact of the angles of engines beside the main one, the stated
@@ -189,4 +189,6 @@ def angle_seconds(case: Incline, route: Route, rules: Traits) -> float:
 
 def extrapolation_seconds(case: Incline, rules: Traits, ladder: Ladder | None = None) -> float:
     """Return what the angles of a ladder of stiffnesses and steps are expected to take [s]."""
-    return sum(angle_seconds(one, "passage", rules) for one in (ladder or Ladder()).cases(case))
+    return sum(
+        angle_seconds(refined, "passage", rules) for refined in (ladder or Ladder()).cases(case)
+    )

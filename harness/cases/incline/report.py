@@ -1,4 +1,4 @@
-"""What a report says of the incline: its contacts, its angles, its figures."""
+"""Sections of a report on the incline: its contacts, its angles, its figures."""
 
 from __future__ import annotations
 
@@ -26,11 +26,15 @@ def contact_sections(evidence: InclineEvidence) -> Iterator[Section]:
     """Yield what the main engine's runs show."""
     first: tuple[Drawing, ...] = ()
     if evidence.extrapolated is not None:
-        extrapolated, closed, who = evidence.extrapolated, evidence.closed_form_deg, evidence.who
+        extrapolated, closed, engine_name = (
+            evidence.extrapolated,
+            evidence.closed_form_deg,
+            evidence.who,
+        )
         first = (
             WORDS.drawing(
                 "critical-angle-extrapolation",
-                lambda: figures.extrapolation(extrapolated, closed, who),
+                lambda: figures.extrapolation(extrapolated, closed, engine_name),
             ),
         )
     opening = WORDS.opening("critical-angle-extrapolation", closed=evidence.closed_form_deg)
@@ -44,7 +48,7 @@ def contact_sections(evidence: InclineEvidence) -> Iterator[Section]:
 
 
 def engine_sections(angles: Sequence[EngineAngle]) -> Iterator[Section]:
-    """Yield the section on engines beside one another; none without an angle."""
+    """Yield the section that compares engines; none without an angle."""
     if angles:
         closed = angles[0].expected
         yield WORDS.section(
@@ -123,7 +127,7 @@ def engine_table(angles: Sequence[EngineAngle]) -> Table:
 
 def _drawings(evidence: InclineEvidence) -> Iterator[Drawing]:
     """Yield the figures for which there is evidence."""
-    closed, who = evidence.closed_form_deg, evidence.who
+    closed, engine_name = evidence.closed_form_deg, evidence.who
     if evidence.by_contact:
         yield WORDS.drawing(
             "contacts-side-by-side",
@@ -131,7 +135,9 @@ def _drawings(evidence: InclineEvidence) -> Iterator[Drawing]:
         )
     if evidence.motions:
         yield WORDS.drawing(
-            "speed-against-time", lambda: figures.speed_against_time(evidence.motions, who), who=who
+            "speed-against-time",
+            lambda: figures.speed_against_time(evidence.motions, engine_name),
+            who=engine_name,
         )
         yield WORDS.drawing(
             "path-over-the-bumps", lambda: figures.path_over_the_bumps(evidence.motions)
@@ -139,7 +145,8 @@ def _drawings(evidence: InclineEvidence) -> Iterator[Drawing]:
     if evidence.recursion is not None:
         recursion = evidence.recursion
         yield WORDS.drawing(
-            "energy-after-each-shock", lambda: figures.energy_after_each_shock(recursion, who)
+            "energy-after-each-shock",
+            lambda: figures.energy_after_each_shock(recursion, engine_name),
         )
 
 

@@ -68,7 +68,7 @@ def measured(
 def read(
     case: Incline, route: Route, output: Output, spring: Spring, every: int | None = None
 ) -> InclineRun:
-    """Return the run that an output tells of: by its verdict, or judged by its path.
+    """Return the run in an output: by its verdict, or judged by its path.
 
     Raise EngineOutputError for what is missing, out of order or cut short, EngineNaNError for
     values that are not finite.
@@ -85,7 +85,7 @@ def read_by(
     output: Output,
     every: int | None = None,
 ) -> InclineRun:
-    """Return the run that an output tells of, as :func:`read`; ``judge_looks`` judges its looks.
+    """Return the run in an output, as :func:`read`; ``judge_looks`` judges its samples.
 
     Errors are those of :func:`read`.
     """
@@ -94,29 +94,31 @@ def read_by(
     judged = output.has("route") or output.has("touching") or not output.tables
     path = path_in(output.table(COLUMNS)) if every is not None else None
     if judged:
-        return _told(case, route, output, path, every)
+        return _reported_run(case, route, output, path, every)
     looks = output.table(COLUMNS, name=STAGES if STAGES in output.tables else SERIES)
-    found = judge_looks(looks)
+    judgement = judge_looks(looks)
     limit = case.time_limit * math.sqrt(case.diameter / case.gravity)
     # of what is undecided, the last row was judged
-    if found.motion is Motion.UNDECIDED and found.time_s < limit * (1.0 - 1e-9) - case.step:
+    if judgement.motion is Motion.UNDECIDED and judgement.time_s < limit * (1.0 - 1e-9) - case.step:
         raise EngineOutputError(
-            f"{output.who} wrote a path that ends at {found.time_s:g} s, undecided, before "
+            f"{output.who} wrote a path that ends at {judgement.time_s:g} s, undecided, before "
             f"the time limit of {limit:g} s"
         )
     if path is not None and STAGES not in output.tables:
-        path = Trajectory(*(column[: found.row + 1] for column in vars(path).values()))
-    steps = round(found.time_s / case.step)
+        path = Trajectory(*(column[: judgement.row + 1] for column in vars(path).values()))
+    steps = round(judgement.time_s / case.step)
     if path is not None and every is not None:
         _complete(path, steps // every + 1, output.who)
     return InclineRun(
         case=case,
-        motion=found.motion,
-        margin_J=found.margin_J,
-        touching=found.touching,
-        crests=found.crests,
-        time_s=found.time_s,
-        steps=round(looks["step"][found.row] if "step" in looks else found.time_s / case.step),
+        motion=judgement.motion,
+        margin_J=judgement.margin_J,
+        touching=judgement.touching,
+        crests=judgement.crests,
+        time_s=judgement.time_s,
+        steps=round(
+            looks["step"][judgement.row] if "step" in looks else judgement.time_s / case.step
+        ),
         seconds=output.seconds,
         provenance=output.provenance,
         trajectory=path,
@@ -125,7 +127,7 @@ def read_by(
 
 
 def _check_settings(case: Incline, route: Route, output: Output) -> None:
-    """Raise EngineOutputError where a run says that it had other settings than the case's."""
+    """Raise EngineOutputError where the settings in an output are not the case's."""
     if output.has("route") and output.text("route") != route:
         raise EngineOutputError(
             f"{output.who} ran the route {output.text('route')[:SHOWN]!r}, not {route!r}"
@@ -136,7 +138,7 @@ def _check_settings(case: Incline, route: Route, output: Output) -> None:
         output.check_numbers({"crests_passed": float(count)}, "is how many it tells of")
 
 
-def _told(
+def _reported_run(
     case: Incline, route: Route, output: Output, path: Trajectory | None, every: int | None
 ) -> InclineRun:
     """Return the run whose script judged the grain itself."""
@@ -165,35 +167,38 @@ def _told(
     return run
 
 
-def _consistent(run: InclineRun, wells: int, numbers: np.ndarray, who: str) -> None:
+def _consistent(run: InclineRun, wells: int, numbers: np.ndarray, engine_name: str) -> None:
     """Raise EngineOutputError for a clock or crests that contradict the rest of the result."""
     clock = run.steps * run.case.step
     if abs(run.time_s - clock) > 0.5 * run.case.step + CLOCK * clock:
         raise EngineOutputError(
-            f"{who} took {run.steps} steps of {run.case.step:g} s and tells of {run.time_s:g} s"
+            f"{engine_name} took {run.steps} steps of {run.case.step:g} s "
+            f"and tells of {run.time_s:g} s"
         )
     count, times = numbers.size, run.crests.time_s
     wanted = count == wells if run.motion is Motion.MOVES_ON else count < wells
     late = count and times[-1] > run.time_s + 0.5 * run.case.step
     if not wanted or list(numbers) != list(range(1, count + 1)) or np.any(np.diff(times) <= 0.0):
         raise EngineOutputError(
-            f"{who} tells of a grain that is {run.motion} after {count} crests of {wells}"
+            f"{engine_name} tells of a grain that is {run.motion} after {count} crests of {wells}"
         )
     if late:
-        raise EngineOutputError(f"{who} passed a crest after the end of its run")
+        raise EngineOutputError(f"{engine_name} passed a crest after the end of its run")
     if run.motion is Motion.MOVES_ON and not (
         run.time_s - times[-1] <= 0.5 * run.case.step
         and math.isclose(run.margin_J, run.crests.margin_J[-1], rel_tol=1e-9)
     ):
-        raise EngineOutputError(f"{who} tells of another time or energy than at its last crest")
+        raise EngineOutputError(
+            f"{engine_name} tells of another time or energy than at its last crest"
+        )
 
 
-def _complete(path: Trajectory, rows: int, who: str) -> None:
+def _complete(path: Trajectory, rows: int, engine_name: str) -> None:
     """Raise EngineOutputError for a path that lacks samples."""
     if path.time_s.size != rows:
-        raise EngineOutputError(f"{who} left {path.time_s.size} rows of a series of {rows}")
+        raise EngineOutputError(f"{engine_name} left {path.time_s.size} rows of a series of {rows}")
     if path.time_s.size > 2 and np.ptp(np.diff(path.time_s[:rows])) > 1e-6 * path.time_s[-1]:
-        raise EngineOutputError(f"{who} left a series with samples missing in between")
+        raise EngineOutputError(f"{engine_name} left a series with samples missing in between")
 
 
 def scene_from(case: Incline, start: Start, spring: Spring = "linear") -> ContactScene:

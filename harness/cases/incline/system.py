@@ -503,12 +503,12 @@ NOTES = {
 
 
 def values_of(case: Incline, route: Route, every: int | None = None) -> dict[str, Value]:
-    """Return what a script is told of a run; with ``every``, samples every so many steps."""
+    """Return a script's values for a run; with ``every``, samples every so many steps."""
     sampled: dict[str, Value] = {} if every is None else {"series_every": every}
-    own = ("angle", "stiffness", "steps_per_contact", "gravity", "diameter", "density", "wells")
+    names = ("angle", "stiffness", "steps_per_contact", "gravity", "diameter", "density", "wells")
     return {
         "route": route,
-        **case.values(*own, "time_limit"),
+        **case.values(*names, "time_limit"),
         **contact_values(case.contact),
         **case.values("spheres", "phase"),
         **sampled,
@@ -572,11 +572,11 @@ TEMPLATE = Template(
 
 def job_of(case: Incline, route: Route, every: int | None = None) -> Job:
     """Return the job of a run: in the script of its contact, a custom one in the main script."""
-    known = case.contact.name in TEMPLATE.variants
-    variant = case.contact.name if known else TEMPLATE.main
+    has_variant = case.contact.name in TEMPLATE.variants
+    variant = case.contact.name if has_variant else TEMPLATE.main
     return Job(TEMPLATE, values_of(case, route, every), variant, sampled=every is not None)
 
 
 def _decided(case: Incline, route: Route, spring: SpringLaw) -> Callable[[Table], bool]:
-    """Return what tells from a path so far whether the outcome is decided."""
+    """Return a function that tests whether a path so far decides the outcome."""
     return lambda table: judge(case, route, path_in(table), spring).motion is not Motion.UNDECIDED

@@ -1,9 +1,9 @@
 """An engine on the incline, held against the closed form, the reference DEM and recorded runs.
 
 Beside the reference DEM paths are compared sample by sample: same stiffness, step, contact and
-integration, so that only round-off may tell them apart. What the integration itself is worth, the
-adaptive integrator says. The runs recorded with MFiX-DEM 21.3.2 lie in that engine's folder
-``recorded``, which says where they come from.
+integration, so that they may differ by round-off only. The adaptive integrator measures the error
+of the integration itself. The runs recorded with MFiX-DEM 21.3.2 and their origin are in that
+engine's folder ``recorded``.
 """
 
 from __future__ import annotations
@@ -116,9 +116,9 @@ CREST_ENERGY, CREST_TIME = "energy, the worst of", "time, the worst of"
 def motion_rows(name: str, reference: Reference, run: InclineRun) -> list[Check]:
     """Hold a steady run over its first wells against the reference's: path and crests."""
     short = run.case.replace(time_limit=PATH_TIME)
-    rows, own = _path(name, run, short, reference, "steady")
-    first = min(FIRST_CRESTS, own.crests.time_s.size)
-    return [*rows, *_at_crests(name, run, own, [(first, levels.REFERENCE_FIRST_CRESTS)])]
+    rows, expected = _path(name, run, short, reference, "steady")
+    first = min(FIRST_CRESTS, expected.crests.time_s.size)
+    return [*rows, *_at_crests(name, run, expected, [(first, levels.REFERENCE_FIRST_CRESTS)])]
 
 
 def passage_rows(name: str, reference: Reference, run: InclineRun) -> list[Check]:
@@ -129,27 +129,27 @@ def passage_rows(name: str, reference: Reference, run: InclineRun) -> list[Check
 def _path(
     name: str, run: InclineRun, case: Incline, reference: Reference, route: Route
 ) -> tuple[list[Check], InclineRun]:
-    """Hold a path against the reference's at every sample of the plan, and the energy told of it.
+    """Compare a path and its reported energy with the reference's at every sample of the plan.
 
     Return the rows and the reference's run.
     """
     path, every = run.trajectory, EVERY if route == "passage" else MOTION_EVERY
     if path is None:
         raise EngineOutputError("it kept no path")
-    own = whole(run_inclines(reference, [case], route, every=every)[0])
+    expected = whole(run_inclines(reference, [case], route, every=every)[0])
     # a code that is judged by its samples may end between two looks
-    rows = own.path.time_s.size - LOOK // every
-    if own.motion is not Motion.UNDECIDED and own.motion is not run.motion:
-        raise EngineOutputError(f"it is {run.motion} where the reference DEM is {own.motion}")
+    rows = expected.path.time_s.size - LOOK // every
+    if expected.motion is not Motion.UNDECIDED and expected.motion is not run.motion:
+        raise EngineOutputError(f"it is {run.motion} where the reference DEM is {expected.motion}")
     late = path.time_s[:rows].size < rows or not np.allclose(
-        path.time_s[:rows], own.path.time_s[:rows], rtol=0.0, atol=0.5 * case.step
+        path.time_s[:rows], expected.path.time_s[:rows], rtol=0.0, atol=0.5 * case.step
     )
     if late:
         raise EngineOutputError(
             f"its path of {path.time_s.size} samples does not have the {rows} times of the plan"
         )
     x, y, vx, vy = (
-        getattr(path, column)[:rows] - getattr(own.path, column)[:rows]
+        getattr(path, column)[:rows] - getattr(expected.path, column)[:rows]
         for column in ("x_m", "y_m", "vx_m_per_s", "vy_m_per_s")
     )
     apart = float(np.hypot(x, y).max()) / case.diameter
@@ -161,22 +161,22 @@ def _path(
         judge(f"{name}, {HELD_PATH[0]}", Kind.CROSS_CODE, apart, 0.0, near),
         judge(f"{name}, {HELD_PATH[1]}", Kind.CROSS_CODE, faster, 0.0, slow),
         _told_energy(name, run, path, reference.traits.spring),
-        _energy_rise(name, run, path, own.path, reference.traits.spring),
+        _energy_rise(name, run, path, expected.path, reference.traits.spring),
     ]
-    return judged, own
+    return judged, expected
 
 
 def _energy_rise(
-    name: str, run: InclineRun, path: Trajectory, own: Trajectory, spring: Spring
+    name: str, run: InclineRun, path: Trajectory, expected_path: Trajectory, spring: Spring
 ) -> Check:
     """Hold the largest rise of energy along the whole path against that of the reference's.
 
     Contacts only take energy: a wrong sample of position or velocity shows in it, also where
     round-off has grown too much for the paths to be compared.
     """
-    known, found = (_rise(run.case, one, spring) for one in (own, path))
+    expected_rise, rise = (_rise(run.case, motion, spring) for motion in (expected_path, path))
     name = f"{name}, {HELD_PATH[3]}"
-    return judge(name, Kind.CROSS_CODE, found, known, levels.ENERGY_RISE)
+    return judge(name, Kind.CROSS_CODE, rise, expected_rise, levels.ENERGY_RISE)
 
 
 def _rise(case: Incline, path: Trajectory, spring: Spring) -> float:
@@ -186,7 +186,7 @@ def _rise(case: Incline, path: Trajectory, spring: Spring) -> float:
 
 
 def _told_energy(name: str, run: InclineRun, path: Trajectory, spring: Spring) -> Check:
-    """Hold the energy that a run tells of against that of the last sample of its path."""
+    """Compare the energy that a run reports with that of the last sample of its path."""
     case = run.case
     well = max(1, run.crests.time_s.size + (run.motion is not Motion.MOVES_ON))
     x, y, vx, vy = (float(getattr(path, column)[-1]) for column in COLUMNS[1:])
@@ -202,31 +202,31 @@ def _told_energy(name: str, run: InclineRun, path: Trajectory, spring: Spring) -
 def crests_rows(name: str, reference: Reference, recursion: Recursion) -> list[Check]:
     """Hold energy and time at every crest against the reference's."""
     run = recursion.run
-    (own,) = measured(reference, [run.case], "steady")
-    count = own.crests.time_s.size
+    (expected,) = measured(reference, [run.case], "steady")
+    count = expected.crests.time_s.size
     if run.crests.time_s.size != count:
         raise EngineOutputError(
             f"it passed {run.crests.time_s.size} crests, the reference DEM {count}"
         )
     held = [(FIRST_CRESTS, levels.REFERENCE_FIRST_CRESTS), (count, levels.REFERENCE_CRESTS)]
-    return _at_crests(name, run, own, held)
+    return _at_crests(name, run, expected, held)
 
 
 def _at_crests(
-    name: str, run: InclineRun, own: InclineRun, held: Sequence[tuple[int, Tolerance]]
+    name: str, run: InclineRun, expected: InclineRun, held: Sequence[tuple[int, Tolerance]]
 ) -> list[Check]:
     """Return the rows of the energy at so many crests as are held, and of the time at the most."""
     count = held[-1][0]
     if run.crests.time_s.size < count:
         raise EngineOutputError(f"it passed {run.crests.time_s.size} crests of {count}")
-    ours, theirs = run.crests, own.crests
+    ours, theirs = run.crests, expected.crests
     margins = np.abs(ours.margin_J[:count] - theirs.margin_J[:count]) / run.case.weight_energy
     time = np.abs(ours.time_s[:count] - theirs.time_s[:count]) / run.case.step
     step = Tolerance("steps", 0.5, 0.0, "the same steps in two codes, counted")
     rows = [(f"{CREST_ENERGY} {some}", margins[:some], width) for some, width in held]
     return [
-        judge(f"{name}, {what}", Kind.CROSS_CODE, float(apart.max(initial=0.0)), 0.0, width)
-        for what, apart, width in [*rows, (f"{CREST_TIME} {count}", time, step)]
+        judge(f"{name}, {quantity}", Kind.CROSS_CODE, float(apart.max(initial=0.0)), 0.0, width)
+        for quantity, apart, width in [*rows, (f"{CREST_TIME} {count}", time, step)]
     ]
 
 
@@ -249,20 +249,19 @@ def against_the_reference(verifying: Verifying) -> list[Check]:
 
 
 def reference_parts(verifying: Verifying) -> list[Part]:
-    """Return a part for each angle and path that is compared, where the digits tell enough."""
+    """Return a part for each angle and path compared, where the output has enough digits."""
     engine, reference = verifying.engine, reference_for(verifying.engine.traits)
     if engine.name == OWN or reference is None:
-        own = "this is the reference DEM"
-        reason = (
-            own if engine.name == OWN else "the reference DEM does not have the engine's scheme"
-        )
+        reason = "the reference DEM does not have the engine's scheme"
+        if engine.name == OWN:
+            reason = "this is the reference DEM"
         untested = not_tested("incline: against the reference DEM", Kind.CROSS_CODE, reason)
         return [Part(untested.name, lambda: [untested], (untested.name,))]
     parts = list(_reference_angle_parts(verifying, reference))
     if engine.traits.digits >= ENOUGH_DIGITS:
         parts += _path_parts(verifying, reference)
     if verifying.level.name == "full":
-        compared = any(is_compared(case, SOURCE.name, 1e6) for case in _asked(verifying))
+        compared = any(is_compared(case, SOURCE.name, 1e6) for case in _requested_cases(verifying))
         rows = (_worth_name(verifying.who),) if compared else ()
         find = partial(_angle_at, verifying.evidence, SOURCE.name, 1e6)
         worth = partial(_worth_of_the_step, verifying.who)
@@ -270,16 +269,16 @@ def reference_parts(verifying: Verifying) -> list[Part]:
     return parts
 
 
-def _asked(verifying: Verifying) -> list[Incline]:
+def _requested_cases(verifying: Verifying) -> list[Incline]:
     """Return the cases whose angles the engine measures over stiffness and step."""
     ladder = verifying.level.ladder.cases(Incline(contact=PLASTIC))
     return verifying.stated([*ladder, *verifying.level.beside()])
 
 
 def _reference_angle_parts(verifying: Verifying, reference: Reference) -> Iterator[Part]:
-    asked, level = _asked(verifying), verifying.level
+    requested, level = _requested_cases(verifying), verifying.level
     for contact, stiffness in itertools.product(CONTACTS, STIFFNESSES):
-        if any(is_compared(case, contact, stiffness) for case in asked):
+        if any(is_compared(case, contact, stiffness) for case in requested):
             name = (
                 f"incline: {verifying.who} against the reference DEM, {contact} contact, "
                 f"k = {stiffness:.3g} N/m"
@@ -290,20 +289,20 @@ def _reference_angle_parts(verifying: Verifying, reference: Reference) -> Iterat
 
 
 def _path_parts(verifying: Verifying, reference: Reference) -> Iterator[Part]:
-    evidence, who = verifying.evidence, f"{verifying.who} against the reference DEM"
+    evidence, pair = verifying.evidence, f"{verifying.who} against the reference DEM"
     if not verifying.refusal(SOURCE_CASE, "steady"):
         for case in MOTIONS:
-            name = f"incline: path at {case.angle:.2f} deg, {who}"
+            name = f"incline: path at {case.angle:.2f} deg, {pair}"
             find = partial(_run_of, evidence.motions, case)
             rows = [f"{name}, {held}" for held in (*HELD_PATH, CREST_ENERGY, CREST_TIME)]
             yield _held(name, rows, find, partial(motion_rows, name, reference))
     for case in verifying.stated(CASES):
-        name = f"{passage_row(case)}, {who}"
+        name = f"{passage_row(case)}, {pair}"
         find = partial(_run_of, evidence.passages, case)
         rows = [f"{name}, {held}" for held in HELD_PATH]
         yield _held(name, rows, find, partial(passage_rows, name, reference))
     if not verifying.refusal(RECURSION_CASE, "steady"):
-        name = f"incline: crests at {RECURSION_CASE.angle:g} deg, {who}"
+        name = f"incline: crests at {RECURSION_CASE.angle:g} deg, {pair}"
         rows = [f"{name}, {held}" for held in (CREST_ENERGY, CREST_ENERGY, CREST_TIME)]
         yield _held(name, rows, lambda: evidence.recursion, partial(crests_rows, name, reference))
 
@@ -314,11 +313,11 @@ def _held(
     find: Callable[[], Found | None],
     hold: Callable[[Found], list[Check]],
 ) -> Part:
-    """Return the part that holds what the engine left, nothing where its run died."""
+    """Return the part that compares an engine's result; it has no rows where the run failed."""
 
     def run() -> list[Check]:
-        found = find()
-        return [] if found is None else hold(found)
+        result = find()
+        return [] if result is None else hold(result)
 
     return Part(name, run, tuple(rows))
 
@@ -339,24 +338,24 @@ def is_compared(case: Incline, contact: str, stiffness: float) -> bool:
 
 
 def _reference_angle(
-    name: str, reference: Reference, phases: int, found: CriticalAngle
+    name: str, reference: Reference, phases: int, angle: CriticalAngle
 ) -> list[Check]:
-    own = critical_angle(found.case, engine=reference, phases=phases)
-    values = found.value_deg, own.value_deg
-    row = judge(name, Kind.CROSS_CODE, *values, levels.REFERENCE_ANGLE, note=found.phases_note)
+    reference_angle = critical_angle(angle.case, engine=reference, phases=phases)
+    values = angle.value_deg, reference_angle.value_deg
+    row = judge(name, Kind.CROSS_CODE, *values, levels.REFERENCE_ANGLE, note=angle.phases_note)
     return [row]
 
 
-def _worth_name(who: str) -> str:
-    return f"incline: the source's contact at k = 1e6 N/m, {who} against no step at all"
+def _worth_name(engine_name: str) -> str:
+    return f"incline: the source's contact at k = 1e6 N/m, {engine_name} against no step at all"
 
 
-def _worth_of_the_step(who: str, found: CriticalAngle) -> list[Check]:
+def _worth_of_the_step(engine_name: str, angle: CriticalAngle) -> list[Check]:
     """Report what the source's step is worth: the same contact without a step."""
-    name = _worth_name(who)
-    exact = critical_angle(found.case, engine=Reference("adaptive"), phases=1)
+    name = _worth_name(engine_name)
+    exact = critical_angle(angle.case, engine=Reference("adaptive"), phases=1)
     note = "held against the adaptive reference: 50 steps per contact skip the attractive tail"
-    return [finding(name, found.value_deg, exact.value_deg, "deg", note, found.uncertainty_deg)]
+    return [finding(name, angle.value_deg, exact.value_deg, "deg", note, angle.uncertainty_deg)]
 
 
 MFIX = "mfix"
@@ -410,9 +409,9 @@ def recorded_path(factor: int, angle: float) -> Trajectory:
     It starts at x = 0.5 d, from the centre of a fixed sphere as everywhere in the harness.
     """
     if (factor, angle) not in PATHS:
-        known = ", ".join(f"f = {f} at {a:.2f} deg" for f, a in PATHS)
+        recorded = ", ".join(f"f = {f} at {a:.2f} deg" for f, a in PATHS)
         raise RequestError(
-            f"f = {factor} at {angle:g} deg was not recorded: must be one of {known}"
+            f"f = {factor} at {angle:g} deg was not recorded: must be one of {recorded}"
         )
     text = recorded_text(MFIX, f"quartier_k1e6_euler_f{factor}_th{angle:.2f}.csv")
     t, x, y, vx, vy = np.loadtxt(
@@ -448,8 +447,8 @@ def recorded_checks(level: LevelName, angles: list[EngineAngle]) -> list[Check]:
     chosen = SHOWN.get(level)
     with Reference(EULER) as engine:
         return [
-            _recorded_angle(*at, found, engine, angles)
-            for at, found in recorded_angles().items()
+            _recorded_angle(*at, recorded, engine, angles)
+            for at, recorded in recorded_angles().items()
             if chosen is None or at in chosen
         ]
 
@@ -485,10 +484,10 @@ def _recorded_angle(
         f"{case.steps_per_contact:.3g} steps"
     )
     try:
-        own = angle_in_scheme(stiffness, factor, engine)
+        recomputed = angle_in_scheme(stiffness, factor, engine)
     except EngineError as error:
         return failed_part(name, error, "deg")
-    if own is None:
+    if recomputed is None:
         return not_tested(name, Kind.CROSS_CODE, "the step is unstable in the scheme", "deg")
     angles.append(
         EngineAngle(
@@ -499,18 +498,18 @@ def _recorded_angle(
             stiffness=stiffness,
             steps_per_contact=case.steps_per_contact,
             integrator=EULER,
-            reference_deg=own.value_deg,
+            reference_deg=recomputed.value_deg,
             recorded=True,
         )
     )
     if factor == COARSE:
         note = "4.8 steps per contact: how long one waits decides on what lasts"
-        return finding(name, row.value, own.value_deg, "deg", note)
+        return finding(name, row.value, recomputed.value_deg, "deg", note)
     return judge(
         name,
         Kind.CROSS_CODE,
         row.value,
-        own.value_deg,
+        recomputed.value_deg,
         RECORDED,
         uncertainty=row.uncertainty,
         note=f"MFiX 21.3.2; reference DEM: {EULER}",
@@ -532,8 +531,8 @@ HEADLINE = "critical angle of the frictionless incline"
 def incline_checks(verifying: Verifying) -> list[Check]:
     """Run the incline in an engine and return its checks; fill in findings and evidence.
 
-    A part whose engine dies becomes a failed row; the other parts go on. The angles over stiffness
-    and step fill the cores; beside them go the other runs, many of which wait for one another.
+    A part whose engine fails becomes a failed row; the other parts go on. The angles over stiffness
+    and step fill the cores; the other runs, many of them sequential, go in parallel to them.
     """
     lanes = [replace(verifying, found=Findings("incline")) for _ in range(2)]
     parts = [_angle_parts(lanes[0]), _other_parts(lanes[1])]
@@ -557,7 +556,7 @@ def _angle_parts(verifying: Verifying) -> list[Part]:
     refused = [_cell_name(case) for case in verifying.level.beside() if refusal(case)]
     return [
         part("extrapolation", _extrapolation, angle),
-        part("source's and clipped contact", _beside, refused),
+        part("source's and clipped contact", _other_angles, refused),
     ]
 
 
@@ -583,8 +582,8 @@ def _last_part(verifying: Verifying) -> Part:
     return verifying.part("against the reference DEM", against_the_reference, rows)
 
 
-def _extrapolated_name(who: str) -> str:
-    return f"incline: critical angle, {who} extrapolated"
+def _extrapolated_name(engine_name: str) -> str:
+    return f"incline: critical angle, {engine_name} extrapolated"
 
 
 def _route_name(case: Incline) -> str:
@@ -603,32 +602,32 @@ def _extrapolation(verifying: Verifying) -> list[Check]:
     angles = complete(found_or_died)
     evidence = verifying.evidence
     evidence.by_contact[PLASTIC.name] = angles
-    evidence.extrapolated = found = extrapolate(angles)
-    verifying.found.records.append(extrapolated_case(found, angles))
+    evidence.extrapolated = extrapolated = extrapolate(angles)
+    verifying.found.records.append(extrapolated_case(extrapolated, angles))
     expected = evidence.closed_form_deg
     how = "plastic contact, step to zero, then stiffness to infinity"
-    value, stated = found.value_deg, found.uncertainty_deg
-    headline = Row(HEADLINE, value, stated, "deg", expected, verifying.who, how)
+    value, uncertainty = extrapolated.value_deg, extrapolated.uncertainty_deg
+    headline = Row(HEADLINE, value, uncertainty, "deg", expected, verifying.who, how)
     verifying.found.headlines.append(headline)
     cap = EXTRAPOLATED.absolute
     why = "the stated interval contains the closed form and is no wider than the tolerance"
     return [
-        judge(name, Kind.ANALYTIC, value, expected, EXTRAPOLATED, uncertainty=stated),
+        judge(name, Kind.ANALYTIC, value, expected, EXTRAPOLATED, uncertainty=uncertainty),
         judge(
             INTERVAL,
             Kind.ANALYTIC,
             value,
             expected,
-            Tolerance("deg", min(stated, cap), 0.0, why),
-            uncertainty=stated,
+            Tolerance("deg", min(uncertainty, cap), 0.0, why),
+            uncertainty=uncertainty,
         ),
     ]
 
 
-def _beside(verifying: Verifying) -> list[Check]:
-    level, asked = verifying.level, verifying.level.beside()
-    rows = [row for case in asked for row in verifying.untested(_cell_name(case), case)]
-    cases = verifying.stated(asked)
+def _other_angles(verifying: Verifying) -> list[Check]:
+    level, requested = verifying.level, verifying.level.beside()
+    rows = [row for case in requested for row in verifying.untested(_cell_name(case), case)]
+    cases = verifying.stated(requested)
     angles = critical_angles(
         cases,
         verifying.engine,
@@ -701,16 +700,16 @@ def _route(verifying: Verifying, name: str, case: Incline) -> Check:
         angle_case(passage, in_phases(PHASES)),
         angle_case(steady, f"{resolution:g}-deg"),
     ]
-    stated = steady.uncertainty_deg + passage.uncertainty_deg
+    uncertainty = steady.uncertainty_deg + passage.uncertainty_deg
     cap = resolution + MOST_ROUTE_JITTER
     why = (
         "passage and steady must agree within the sum of their uncertainties, and within the "
         f"resolution of the search and the jitter of a contact's begin, {cap:g} deg"
     )
-    width = Tolerance("deg", min(stated, cap), 0.0, why)
+    width = Tolerance("deg", min(uncertainty, cap), 0.0, why)
     value, expected = steady.value_deg, passage.value_deg
     note = f"passage: {passage.phases_note}"
-    return judge(name, Kind.CROSS_CODE, value, expected, width, uncertainty=stated, note=note)
+    return judge(name, Kind.CROSS_CODE, value, expected, width, uncertainty=uncertainty, note=note)
 
 
 def _motions(verifying: Verifying) -> list[Check]:
