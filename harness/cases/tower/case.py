@@ -117,9 +117,9 @@ class TowerCase(Case[TowerRunParameters]):
         Energy is conserved: its drift is 0.
         """
         integrated = _quantities(_exact(parameters), parameters)
-        found = {name: Reference(value, "integrated") for name, value in integrated.items()}
+        references = {name: Reference(value, "integrated") for name, value in integrated.items()}
         closed = {name: Reference(v, "closed form") for name, v in _closed_form(parameters).items()}
-        return found | closed
+        return references | closed
 
     def solve(self, parameters: TowerRunParameters, solver: str) -> Measured:
         """Run the exact propagator or RK4."""
@@ -138,10 +138,10 @@ class TowerCase(Case[TowerRunParameters]):
     ) -> float:
         """Return what a run and the exact one that it is held against are expected to take [s]."""
         case, duration = parameters.tower, parameters.duration
-        own = tower_seconds(
+        of_engine = tower_seconds(
             case, solver, rules, duration=duration, steps_per_contact=parameters.steps_per_contact
         )
-        return own + tower_seconds(case, "exact", duration=duration)
+        return of_engine + tower_seconds(case, "exact", duration=duration)
 
     def planned(self, level: LevelName, engine: Engine) -> Sequence[Planned]:
         """Return the checks of each law, of the tall tower and of the impulse table."""
@@ -165,7 +165,7 @@ class TowerCase(Case[TowerRunParameters]):
         evidence = CodeEvidence(engine_checks.RECORDED_NAME)
         part = Part("towers", partial(engine_checks.recorded_checks, evidence.towers))
         checks = rows_of_parts(engine_checks.RECORDED_NAME, [part])
-        rows = {"towers": [one.to_json() for one in evidence.towers]}
+        rows = {"towers": [row.to_json() for row in evidence.towers]}
         findings = Findings(
             self.name, engine_checks.RECORDED_NAME, checks, evidence=evidence, published=rows
         )
@@ -180,7 +180,7 @@ class TowerCase(Case[TowerRunParameters]):
         return sections(
             main.evidence if main else None,
             own.evidence,
-            [found.evidence for found in beside.values()],
+            [findings.evidence for findings in beside.values()],
         )
 
     def film(
@@ -189,11 +189,11 @@ class TowerCase(Case[TowerRunParameters]):
         """Return the film of a run, by default of an impulse through ten particles."""
         from harness.cases.tower.film import tower_film
 
-        shown = parameters or TowerRunParameters(height=9, duration=6.0)
+        filmed = parameters or TowerRunParameters(height=9, duration=6.0)
         run = tower(
-            shown.tower,
-            duration=shown.duration,
-            steps_per_contact=shown.steps_per_contact,
+            filmed.tower,
+            duration=filmed.duration,
+            steps_per_contact=filmed.steps_per_contact,
             profiles=True,
             engine=engine,
         )
@@ -231,17 +231,19 @@ def _quantities(run: TowerRun, parameters: TowerRunParameters) -> dict[str, floa
 
 def _closed_form(parameters: Tower) -> dict[str, float]:
     """Return what is known in closed form: the drift, and one contact with a fixed particle."""
-    known = {"energy_drift": 0.0}
-    one = parameters.height == 1 and parameters.base == "fixed" and parameters.start == "touching"
-    if not one or parameters.speed == 0.0:
-        return known
+    values = {"energy_drift": 0.0}
+    single = (
+        parameters.height == 1 and parameters.base == "fixed" and parameters.start == "touching"
+    )
+    if not single or parameters.speed == 0.0:
+        return values
     first, second = parameters.each("stiffness")
     stiffness, mass = 2 / (1 / first + 1 / second), parameters.each("mass")[0]
-    own = (mass, stiffness, parameters.speed, parameters.gravity)
-    return known | {
-        "peak_force_N": chain.peak_force_on_fixed(*own),
-        "impulse_Ns": chain.impulse_on_fixed(*own),
-        "turnaround_s": chain.contact_time_on_fixed(*own) / 2,
+    impact = (mass, stiffness, parameters.speed, parameters.gravity)
+    return values | {
+        "peak_force_N": chain.peak_force_on_fixed(*impact),
+        "impulse_Ns": chain.impulse_on_fixed(*impact),
+        "turnaround_s": chain.contact_time_on_fixed(*impact) / 2,
     }
 
 

@@ -63,9 +63,9 @@ class EventPair:
     @property
     def known(self) -> ContactEvent:
         """Return the event in the reference, or where that is missing in the run."""
-        found = self.reference or self.event
-        assert found is not None
-        return found
+        event = self.reference or self.event
+        assert event is not None
+        return event
 
     @property
     def matched(self) -> bool:
@@ -269,8 +269,8 @@ def compare(
     without force.
     """
     _same_case(run, reference, across_laws)
-    for one in (run, reference):
-        _usable(one)
+    for motion in (run, reference):
+        _usable(motion)
     peak = peak_force(reference)
     if peak <= 0:
         raise RequestError("grain_force: is 0 throughout the reference, nothing to compare with")
@@ -356,7 +356,7 @@ LEAST = 3
 
 @dataclass(frozen=True)
 class Order:
-    """The order p of error ~ step^p and its 95 % interval; NaN where it cannot be told."""
+    """The order p of error ~ step^p and its 95 % interval; NaN where it is not resolved."""
 
     value: float
     interval: tuple[float, float]
@@ -422,44 +422,46 @@ def step_convergence(
     Raise RequestError for fewer than three different steps, for a run without a
     step, and for what :func:`harness.cases.tower.comparison.compare` refuses.
     """
-    asked = sorted(set(steps_per_contact))
-    if len(asked) < LEAST:
-        raise RequestError(f"steps_per_contact = {asked}: must be at least {LEAST} different ones")
-    comparisons = [compare(run(steps), reference) for steps in asked]
+    resolutions = sorted(set(steps_per_contact))
+    if len(resolutions) < LEAST:
+        raise RequestError(
+            f"steps_per_contact = {resolutions}: must be at least {LEAST} different ones"
+        )
+    comparisons = [compare(run(steps), reference) for steps in resolutions]
     taken = [comparison.run.step for comparison in comparisons]
     steps = np.array([step for step in taken if step is not None])
-    if steps.size < len(asked):
+    if steps.size < len(resolutions):
         raise RequestError(f"solver = {comparisons[0].run.solver!r}: has no step to converge in")
     peak = np.array([c.force.peak for c in comparisons])
     l2 = np.array([c.force.l2 for c in comparisons])
     velocity = np.array([c.velocity.peak for c in comparisons])
     # the bound is at twice the spacing of a fourth-order interpolant
     floor = np.array([max(FLOOR, c.force.interpolation_error / 16) for c in comparisons])
-    told = peak > floor
+    resolved = peak > floor
     return StepConvergence(
         reference=reference,
         solver=comparisons[0].run.solver,
-        steps_per_contact=np.array(asked),
+        steps_per_contact=np.array(resolutions),
         step=steps,
         peak_error=peak,
         l2_error=l2,
         velocity_error=velocity,
         floor=floor,
-        peak_order=_order(steps, peak, told),
-        l2_order=_order(steps, l2, told),
-        velocity_order=_order(steps, velocity, told),
+        peak_order=_order(steps, peak, resolved),
+        l2_order=_order(steps, l2, resolved),
+        velocity_order=_order(steps, velocity, resolved),
     )
 
 
-def _order(steps: Floats, errors: Floats, told: NDArray[np.bool_]) -> Order:
-    told = told & (errors > 0)
-    if told.sum() < LEAST:
+def _order(steps: Floats, errors: Floats, resolved: NDArray[np.bool_]) -> Order:
+    resolved = resolved & (errors > 0)
+    if resolved.sum() < LEAST:
         return Order(float("nan"), (float("nan"), float("nan")))
-    return Order(*slope_order(steps[told], errors[told]))
+    return Order(*slope_order(steps[resolved], errors[resolved]))
 
 
 def _order_record(name: str, order: Order) -> dict[str, Any]:
-    """Return an order for JSON: None where it cannot be told."""
+    """Return an order for JSON: None where it is not resolved."""
     finite = bool(np.isfinite(order.value))
     return {
         f"{name}_order": order.value if finite else None,

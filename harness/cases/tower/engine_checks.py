@@ -1,8 +1,7 @@
 """The towers of an engine beside the main one, live or recorded, against the exact propagator.
 
 The finest steps against the exact force, and the order of the error in the step. The towers
-recorded with MFiX-DEM 21.3.2 lie in that engine's folder ``recorded``, which says where they come
-from.
+recorded with MFiX-DEM 21.3.2 and their origin are in that engine's folder ``recorded``.
 """
 
 from __future__ import annotations
@@ -132,8 +131,8 @@ def beside_findings(engine: Engine, study: Study) -> Findings:
     finest = partial(_finest, engine, study, evidence, first_order=first_order)
     findings.checks += [*rows_of_parts(engine.name, [asked(Part("towers", finest))]), *order]
     findings.published = {
-        "towers": [one.to_json() for one in evidence.towers],
-        "orders": [one.to_json() for one in evidence.convergence],
+        "towers": [row.to_json() for row in evidence.towers],
+        "orders": [row.to_json() for row in evidence.convergence],
     }
     return findings
 
@@ -147,9 +146,11 @@ def _finest(
     ends = [window_end(run, "turnaround") / run.tower.contact_time for run in exact]
     runs = run_towers(engine, cases, max(SEARCH, *ends) * MARGIN, steps_per_contact=FINEST_STEPS)
     rows: list[Check] = []
-    for run, own in zip(runs, exact, strict=True):
-        part = partial(_against_exact, engine.name, run, own, evidence, first_order=first_order)
-        name = f"tower, n = {own.tower.height}, {FINEST_STEPS:g} steps per contact"
+    for run, expected in zip(runs, exact, strict=True):
+        part = partial(
+            _against_exact, engine.name, run, expected, evidence, first_order=first_order
+        )
+        name = f"tower, n = {expected.tower.height}, {FINEST_STEPS:g} steps per contact"
         rows += rows_of_parts(engine.name, [asked(Part(name, part))])
     return rows
 
@@ -185,14 +186,14 @@ def _impulse_tolerance(exact: TowerRun, *, first_order: bool) -> Tolerance:
     Such a scheme has its velocities half a step early: at the window's end, and where the
     compression turns, which counts twice in the window.
     """
-    known = replace(verification.FINEST, unit="N s")
+    finest = replace(verification.FINEST, unit="N s")
     if not first_order:
-        return known
+        return finest
     end = window_end(exact, "turnaround")
     force = float(np.interp(end, exact.time, exact.grain_force))
     late = 1.5 * exact.tower.contact_period / FINEST_STEPS * force
     why = "first order: velocities half a step early, where the window ends and, twice, in its end"
-    return replace(known, absolute=late, reason=f"{known.reason}; {why}")
+    return replace(finest, absolute=late, reason=f"{finest.reason}; {why}")
 
 
 def _order(engine: Engine, findings: Findings) -> Check:
@@ -200,14 +201,15 @@ def _order(engine: Engine, findings: Findings) -> Check:
     case = CASE.replace(height=ORDER_HEIGHT)
     exact = tower(case, solver="exact", samples=12_000)
     convergence = replace(
-        step_convergence(lambda steps: _one(engine, case, steps), exact, LADDER), solver=engine.name
+        step_convergence(lambda steps: _single_run(engine, case, steps), exact, LADDER),
+        solver=engine.name,
     )
     findings.evidence.convergence.append(convergence)
     name = f"{engine.name}: tower, n = {case.height}: order of the force error in the step"
     order, (low, high) = convergence.l2_order.value, convergence.l2_order.interval
     half = (high - low) / 2
     orders = ORDERS.get(engine.traits.integrator, (math.nan,))
-    expected = min(orders, key=lambda known: abs(known - order))
+    expected = min(orders, key=lambda theoretical: abs(theoretical - order))
     if math.isnan(expected) or engine.traits.digits < ENOUGH_DIGITS or not half <= WIDEST:
         note = (
             f"known to ± {half:.2g}, by {engine.traits.digits} digits of its output, in a scheme "
@@ -217,5 +219,5 @@ def _order(engine: Engine, findings: Findings) -> Check:
     return judge(name, Kind.CROSS_CODE, order, expected, verification.ORDER, uncertainty=half)
 
 
-def _one(engine: Engine, case: Tower, steps: float) -> TowerRun:
+def _single_run(engine: Engine, case: Tower, steps: float) -> TowerRun:
     return whole(run_towers(engine, [case], SEARCH, steps_per_contact=steps)[0])

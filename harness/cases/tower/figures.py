@@ -153,13 +153,13 @@ def same_law(comparisons: Sequence[SeriesComparison]) -> Figure:
     above, below = figure.axes
     reference = comparisons[0].reference
     _force(above, reference, comparisons[0].force.scale, color="0.75", linewidth=5)
-    for i, found in enumerate(comparisons):
+    for i, comparison in enumerate(comparisons):
         look: dict[str, Any] = {"color": style.COLOURS[i % 7], "linestyle": style.STYLES[i % 6]}
-        told = f": largest difference {found.force.peak:.1e}"
-        _force(above, found.run, found.force.scale, told, linewidth=1.2, **look)
-        difference = np.abs(found.force_difference)
+        suffix = f": largest difference {comparison.force.peak:.1e}"
+        _force(above, comparison.run, comparison.force.scale, suffix, linewidth=1.2, **look)
+        difference = np.abs(comparison.force_difference)
         below.semilogy(
-            found.time / reference.tower.contact_time,
+            comparison.time / reference.tower.contact_time,
             np.where(difference > _LOWEST, difference, np.nan),
             linewidth=1.1, **look,
         )  # fmt: skip
@@ -184,15 +184,15 @@ def different_law(comparisons: Sequence[SeriesComparison]) -> Figure:
     same code.
     """
     figure = style.panels(len(comparisons), 2, width=5.4, height=2.3)
-    for row, found in enumerate(comparisons):
+    for row, comparison in enumerate(comparisons):
         force, contacts = figure.axes[2 * row : 2 * row + 2]
-        for i, run in enumerate((found.reference, found.run)):
+        for i, run in enumerate((comparison.reference, comparison.run)):
             look: dict[str, Any] = {"color": style.COLOURS[1 + i], "linestyle": style.STYLES[i]}
-            _force(force, run, found.force.scale, **look)
+            _force(force, run, comparison.force.scale, **look)
             contacts.step(run.time_over_t0, significant_contacts(run), where="post", **look)
         last = row == len(comparisons) - 1
-        name = f"force over the peak\n({found.reference.tower.law} law)"
-        style.label(force, TIME if last else "", name, _parted(found))
+        name = f"force over the peak\n({comparison.reference.tower.law} law)"
+        style.label(force, TIME if last else "", name, _parted(comparison))
         style.label(contacts, TIME if last else "", FELT)
         contacts.yaxis.set_major_locator(MaxNLocator(nbins=5, integer=True))
     style.legend_below(figure)
@@ -202,14 +202,14 @@ def different_law(comparisons: Sequence[SeriesComparison]) -> Figure:
 def error_against_step(convergences: Sequence[StepConvergence]) -> Figure:
     """Draw the largest force error (left) and its mean over time (right) against the step.
 
-    The legend tells the measured orders with their 95 % intervals; open marks are errors
-    that rounding or interpolation hide, and that enter no order.
+    The legend has the measured orders with their 95 % intervals; open marks are errors
+    below rounding or interpolation, which enter no order.
     """
     figure = style.panels(1, 2, width=5.2, height=4.6)
     peak, l2 = figure.axes
-    for i, found in enumerate(convergences):
-        _errors(peak, found, found.peak_error, found.peak_order, i)
-        _errors(l2, found, found.l2_error, found.l2_order, i)
+    for i, convergence in enumerate(convergences):
+        _errors(peak, convergence, convergence.peak_error, convergence.peak_order, i)
+        _errors(l2, convergence, convergence.l2_error, convergence.l2_order, i)
     style.label(peak, "steps per contact", "largest force error over the peak")
     style.label(l2, "steps per contact", "L2 force error over the peak")
     steps = sorted(
@@ -221,15 +221,15 @@ def error_against_step(convergences: Sequence[StepConvergence]) -> Figure:
     return figure
 
 
-def _force(axes: Axes, run: TowerRun, scale: float, told: str = "", **look: Any) -> None:
+def _force(axes: Axes, run: TowerRun, scale: float, suffix: str = "", **look: Any) -> None:
     """Draw the force of a run over ``scale`` [N]."""
-    name = style.named(run.tower.law, _code(run)) + told
+    name = style.named(run.tower.law, _code(run)) + suffix
     axes.plot(run.time_over_t0, run.grain_force / scale, label=name, **look)
 
 
 def _errors(axes: Axes, convergence: StepConvergence, errors: Floats, order: Order, i: int) -> None:
     """Draw one code's errors and the line of its order."""
-    tower, told = convergence.reference.tower, convergence.peak_error > convergence.floor
+    tower, resolved = convergence.reference.tower, convergence.peak_error > convergence.floor
     name = f"{style.named(tower.law, convergence.solver)}, {tower.particles} particles"
     look: dict[str, Any] = {
         "color": style.COLOURS[i % 7],
@@ -237,12 +237,15 @@ def _errors(axes: Axes, convergence: StepConvergence, errors: Floats, order: Ord
         "linestyle": "none",
     }
     axes.loglog(
-        convergence.steps_per_contact[told], errors[told], label=f"{name}: {_order(order)}", **look
+        convergence.steps_per_contact[resolved],
+        errors[resolved],
+        label=f"{name}: {_order(order)}",
+        **look,
     )
-    hidden = errors[~told].clip(_LOWEST)
-    axes.loglog(convergence.steps_per_contact[~told], hidden, fillstyle="none", **look)
+    hidden = errors[~resolved].clip(_LOWEST)
+    axes.loglog(convergence.steps_per_contact[~resolved], hidden, fillstyle="none", **look)
     if np.isfinite(order.value):
-        steps, logs = convergence.steps_per_contact[told], np.log(errors[told])
+        steps, logs = convergence.steps_per_contact[resolved], np.log(errors[resolved])
         line = np.exp(logs.mean() - order.value * (np.log(steps) - np.log(steps).mean()))
         axes.loglog(
             steps, line, color=style.COLOURS[i % 7], linestyle=style.STYLES[i % 6], linewidth=1
@@ -277,19 +280,19 @@ def tower_error_against_step(convergences: Sequence[StepConvergence]) -> Figure:
     """Draw the force error of each engine's tower against its step, with guides to the slopes."""
     figure = Figure(figsize=(6.4, 4.6), layout="constrained")
     axes = figure.add_subplot()
-    for i, found in enumerate(convergences):
-        order = found.l2_order
-        told = f", order {order.value:.2f}" if order.interval[0] > 0.0 else ""
+    for i, convergence in enumerate(convergences):
+        order = convergence.l2_order
+        suffix = f", order {order.value:.2f}" if order.interval[0] > 0.0 else ""
         axes.loglog(
-            found.steps_per_contact,
-            found.l2_error,
+            convergence.steps_per_contact,
+            convergence.l2_error,
             color=style.COLOURS[i % 7],
             marker=style.MARKERS[i % 6],
             ls=style.STYLES[i % 6],
             ms=8 - min(i, 4),
             lw=1.1,
             mfc="none" if i % 2 else None,
-            label=f"{found.solver}{told}",
+            label=f"{convergence.solver}{suffix}",
         )
     steps = np.unique(
         np.concatenate([convergence.steps_per_contact for convergence in convergences])
@@ -363,8 +366,10 @@ def angle_over_contacts(frame: pd.DataFrame, published: Row) -> Figure:
             column = f"critical_angle_{reading}_deg"
             name = f"{law} law, velocity {reading}"
             axes.plot(run["height"], run[column], label=name, **look, **fill)
-    one = float(frame.loc[frame["height"] == 1, "critical_angle_lost_deg"].iloc[0])
-    axes.axhline(one, color=COLOURS[0], ls="--", lw=1, label=f"one contact, theory {one:.2f} deg")
+    single = float(frame.loc[frame["height"] == 1, "critical_angle_lost_deg"].iloc[0])
+    axes.axhline(
+        single, color=COLOURS[0], ls="--", lw=1, label=f"one contact, theory {single:.2f} deg"
+    )
     draw_others(axes, published, None)
     axes.set_xticks(_ticks(frame))
     axes.set_ylim(bottom=0)
@@ -404,9 +409,9 @@ def critical_angle_against_height(
 
 
 def collapse_on_gamma(frame: pd.DataFrame, solver: str, heights: Sequence[int]) -> Figure:
-    """Draw alpha against Gamma for several heights: colour the height, symbol the way to Gamma."""
+    """Draw alpha against Gamma: colours for heights, symbols for stiffness, mass and gravity."""
     figure, grid = _grid(frame)
-    ways = ["stiffness_N_per_m", "mass_kg", "gravity_m_per_s2"]
+    varied = ["stiffness_N_per_m", "mass_kg", "gravity_m_per_s2"]
     for (_, part), axes in grid:
         for i, height in enumerate(heights):
             tower = part[part["height"] == height].sort_values("gamma")
@@ -417,10 +422,10 @@ def collapse_on_gamma(frame: pd.DataFrame, solver: str, heights: Sequence[int]) 
             }
             line = tower.drop_duplicates("gamma")
             axes.plot(line["gamma"], line["impulse_ratio"], label=f"n = {height}", **look)
-            for j, (_, way) in enumerate(tower.groupby(ways, sort=False)):
+            for j, (_, points) in enumerate(tower.groupby(varied, sort=False)):
                 symbol: dict[str, Any] = _WAYS[j % 3] | {"color": style.COLOURS[i % 7]}
-                axes.plot(way["gamma"], way["impulse_ratio"], **symbol)
-        for j, ((k, m, g), _) in enumerate(part.groupby(ways, sort=False)):
+                axes.plot(points["gamma"], points["impulse_ratio"], **symbol)
+        for j, ((k, m, g), _) in enumerate(part.groupby(varied, sort=False)):
             name = f"k = {style.power(k)} N/m, m = {m:g} kg, g = {g:g} m/s2"
             axes.plot([], [], **_WAYS[j % 3] | {"color": "0.3", "label": name})
         axes.axhline(1, color="0.6", lw=0.8, zorder=0)
@@ -592,27 +597,32 @@ def peak_error(
     """Draw relative errors of the peak deformation of two particles under RK4.
 
     ``by_step`` maps a name to (steps in units of 1/omega, errors), and its
-    legend tells the measured order; ``by_stiffness`` maps a name to (stiffness
+    legend has the measured order; ``by_stiffness`` maps a name to (stiffness
     [N/m], errors). With the step in units of the contact time stiffness does not
     matter at all, and with one step in seconds the error of the largest sample
     grows as k h^2. The source reports one that falls with k: that is not the
     error of RK4, but would take steps that shrink faster than k^(-1/2).
     """
     figure = panels(1, 2, width=5.2, height=3.8)
-    left, right = figure.axes
+    step_axes, stiffness_axes = figure.axes
     for i, (name, (steps, errors)) in enumerate(by_step.items()):
         slope, half = measured_order(steps, errors)
-        left.loglog(
+        step_axes.loglog(
             steps, errors, color=COLOURS[i % 7], marker=MARKERS[i % 6], linestyle="none",
             markersize=4, label=f"{name}: order {slope:.2f} ± {half:.2f}",
         )  # fmt: skip
     span = np.sort(np.concatenate([np.asarray(steps) for steps, _ in by_step.values()]))
-    left.loglog(
+    step_axes.loglog(
         span, sampled_peak_error(span), color="0.4", linewidth=1, label="bound of a sample, (ωh)²/4"
     )
-    label(left, "step (1/omega)", "relative error of peak deformation", "two particles, RK4")
-    draw_against_stiffness(right, by_stiffness)
-    label(right, "stiffness (N/m)", "relative error of peak deformation", "two particles, RK4")
+    label(step_axes, "step (1/omega)", "relative error of peak deformation", "two particles, RK4")
+    draw_against_stiffness(stiffness_axes, by_stiffness)
+    label(
+        stiffness_axes,
+        "stiffness (N/m)",
+        "relative error of peak deformation",
+        "two particles, RK4",
+    )
     legend_below(figure)
     return figure
 

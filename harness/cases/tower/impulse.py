@@ -77,17 +77,19 @@ def impulse_table(
     rows: list[ImpulseRow] = []
     done, total = 0, sum(map(len, groups))
     for group in groups:
-        found = {}
+        impulses = {}
         for run in towers(group, solver=name, profiles=profiles, engine=engine):
-            found[run.tower.height] = _impulses(run, windows, engine)
+            impulses[run.tower.height] = _impulses(run, windows, engine)
             done += 1
             progress("towers", done, total)
-        one = group[0]
-        k, speed = one.each("stiffness")[0], one.speed
+        first = group[0]
+        k, speed = first.each("stiffness")[0], first.speed
         rows += [
-            ImpulseRow(height, k, speed, one.law, window, end, value, value / found[1][window][1])
+            ImpulseRow(
+                height, k, speed, first.law, window, end, value, value / impulses[1][window][1]
+            )
             for height in wanted
-            for window, (end, value) in found[height].items()
+            for window, (end, value) in impulses[height].items()
         ]
     return rows
 
@@ -96,23 +98,23 @@ def _impulses(
     run: TowerRun, windows: Sequence[Window], engine: Engine | None
 ) -> dict[Window, tuple[float, float]]:
     """Return each window's end [s] and impulse [N s], NaN where there is none."""
-    found: dict[Window, tuple[float, float]] = {}
+    impulses: dict[Window, tuple[float, float]] = {}
     for window in windows:
         try:
-            whole = covering(run, window, engine)
+            covered = covering(run, window, engine)
         except RequestError:
-            found[window] = (math.nan, math.nan)
+            impulses[window] = (math.nan, math.nan)
             continue
-        end = window_end(whole, window)
-        found[window] = end, impulse_until(whole, end)
-    return found
+        end = window_end(covered, window)
+        impulses[window] = end, impulse_until(covered, end)
+    return impulses
 
 
 READINGS: tuple[Reading, ...] = get_args(Reading)
 
 
 class Way(NamedTuple):
-    """One of the ways to a given Gamma; the speed follows."""
+    """Stiffness, mass and gravity that reach a given Gamma; the speed follows."""
 
     stiffness: float  # [N/m]
     mass: float  # [kg]
@@ -175,18 +177,18 @@ def impulse_by_gamma(
 ) -> pd.DataFrame:
     """Return alpha(n) [1] against Gamma [1], each value reached in different ``ways``.
 
-    Columns as of :func:`impulse_angles`, and mass and gravity of the way. Each
+    Columns as of :func:`impulse_angles`, and mass [kg] and gravity [m/s2]. Each
     Gamma must be greater than 0.
     """
     frames = []
-    for gamma, way in itertools.product(gammas, ways):
-        speed = way.gravity / (gamma * math.sqrt(way.stiffness / way.mass))
-        case = Tower(mass=way.mass, gravity=way.gravity)
+    for gamma, point in itertools.product(gammas, ways):
+        speed = point.gravity / (gamma * math.sqrt(point.stiffness / point.mass))
+        case = Tower(mass=point.mass, gravity=point.gravity)
         frame = impulse_angles(
-            heights=heights, stiffnesses=(way.stiffness,), speeds=(speed,), laws=laws,
+            heights=heights, stiffnesses=(point.stiffness,), speeds=(speed,), laws=laws,
             windows=windows, solver=solver, case=case,
         )  # fmt: skip
-        frames.append(frame.assign(mass_kg=way.mass, gravity_m_per_s2=way.gravity))
+        frames.append(frame.assign(mass_kg=point.mass, gravity_m_per_s2=point.gravity))
     return pd.concat(frames, ignore_index=True)
 
 

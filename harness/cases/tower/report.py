@@ -1,4 +1,4 @@
-"""Say what a report shows of the tower: the laws, engines beside one another, and the figures."""
+"""Sections of a report on the tower: the laws, the engines compared, and the figures."""
 
 from __future__ import annotations
 
@@ -30,33 +30,33 @@ def drawings(main: CodeEvidence | None, own: OwnEvidence) -> Iterator[Drawing]:
     yield from _towers(own)
 
 
-def _comparisons(main: CodeEvidence | None, own: OwnEvidence) -> Iterator[Drawing]:
+def _comparisons(main: CodeEvidence | None, solvers: OwnEvidence) -> Iterator[Drawing]:
     """Yield codes against the exact propagator, and law against law."""
-    codes = [one for one in (main, own) if one is not None]
-    for law in own.same_law:
+    codes = [evidence for evidence in (main, solvers) if evidence is not None]
+    for law in solvers.same_law:
         by_law: list[SeriesComparison] = [c for code in codes for c in code.same_law.get(law, [])]
         names = " and ".join(code.who for code in codes if law in code.same_law)
         yield WORDS.drawing(
             "same-law-{law}", partial(figures.same_law, by_law), law=law, names=names
         )
-    convergence = [found for code in codes for found in code.convergence]
+    convergence = [row for code in codes for row in code.convergence]
     if convergence:
         yield WORDS.drawing(
             "error-against-step",
             lambda: figures.error_against_step(convergence),
             particles=convergence[0].reference.tower.particles,
         )
-    if own.different_law:
+    if solvers.different_law:
         yield WORDS.drawing(
-            "different-law", lambda: figures.different_law(own.different_law), band=DIVERGENCE
+            "different-law", lambda: figures.different_law(solvers.different_law), band=DIVERGENCE
         )
 
 
-def _impulses(own: OwnEvidence) -> Iterator[Drawing]:
+def _impulses(solvers: OwnEvidence) -> Iterator[Drawing]:
     """Yield alpha(n) and the critical angle that it leads to."""
-    if own.impulses is None or own.scaling is None:
+    if solvers.impulses is None or solvers.scaling is None:
         return
-    frame, by_gamma, scaling = own.impulses, own.by_gamma, own.scaling
+    frame, by_gamma, scaling = solvers.impulses, solvers.by_gamma, solvers.scaling
     yield WORDS.drawing("impulse-ratio", lambda: figures.ratio_against_height(frame, "exact"))
     yield WORDS.drawing(
         "critical-angle-against-height",
@@ -64,11 +64,11 @@ def _impulses(own: OwnEvidence) -> Iterator[Drawing]:
             frame, solver="exact", published=PEYNEAU_ROUX
         ),
     )
-    if own.ways is not None:
-        ways = own.ways
-        heights = sorted({int(n) for n in ways["height"]})
+    if solvers.ways is not None:
+        frames = solvers.ways
+        heights = sorted({int(n) for n in frames["height"]})
         yield WORDS.drawing(
-            "collapse-on-gamma", lambda: figures.collapse_on_gamma(ways, "exact", heights)
+            "collapse-on-gamma", lambda: figures.collapse_on_gamma(frames, "exact", heights)
         )
     if by_gamma is not None:
         yield WORDS.drawing(
@@ -78,13 +78,13 @@ def _impulses(own: OwnEvidence) -> Iterator[Drawing]:
     yield WORDS.drawing("energy-scaling", lambda: figures.energy_scaling(scaling, PEYNEAU_ROUX))
 
 
-def _towers(own: OwnEvidence) -> Iterator[Drawing]:
+def _towers(solvers: OwnEvidence) -> Iterator[Drawing]:
     """Yield single runs in time, and the errors of RK4."""
-    if own.collisions:
+    if solvers.collisions:
         yield WORDS.drawing(
-            "two-and-three-particles", lambda: figures.velocity_and_deformation(own.collisions)
+            "two-and-three-particles", lambda: figures.velocity_and_deformation(solvers.collisions)
         )
-    for law, towers in own.by_law.items():
+    for law, towers in solvers.by_law.items():
         case = towers[0].tower
         yield WORDS.drawing(
             "force-and-contacts-{law}",
@@ -93,14 +93,15 @@ def _towers(own: OwnEvidence) -> Iterator[Drawing]:
             stiffness=power(case.stiffness),
             speed=case.speed,
         )
-    if own.collapse:
-        yield WORDS.drawing("collapse", lambda: figures.collapse(own.collapse))
-    if own.peak_by_step:
+    if solvers.collapse:
+        yield WORDS.drawing("collapse", lambda: figures.collapse(solvers.collapse))
+    if solvers.peak_by_step:
         yield WORDS.drawing(
-            "peak-deformation-error", lambda: peak_error(own.peak_by_step, own.peak_by_stiffness)
+            "peak-deformation-error",
+            lambda: peak_error(solvers.peak_by_step, solvers.peak_by_stiffness),
         )
-    if own.drifts:
-        yield WORDS.drawing("energy-drift", lambda: figures.energy_drift_in_time(own.drifts))
+    if solvers.drifts:
+        yield WORDS.drawing("energy-drift", lambda: figures.energy_drift_in_time(solvers.drifts))
 
 
 LAWS_HEIGHTS = (1, 2, 3, 4, 9, 19)
@@ -115,17 +116,17 @@ def sections(
 
 
 def _sections(
-    main: CodeEvidence | None, own: OwnEvidence, beside: Sequence[CodeEvidence]
+    main: CodeEvidence | None, solvers: OwnEvidence, engines: Sequence[CodeEvidence]
 ) -> Iterator[Section]:
-    if own.impulses is not None:
-        yield opening_section(own.impulses)
-        yield WORDS.section("laws", tables=(laws_table(own),))
-    table = towers_table(beside)
-    orders = [found for one in beside for found in one.convergence]
+    if solvers.impulses is not None:
+        yield opening_section(solvers.impulses)
+        yield WORDS.section("laws", tables=(laws_table(solvers),))
+    table = towers_table(engines)
+    orders = [convergence for evidence in engines for convergence in evidence.convergence]
     if table.rows or orders:
         tables = (table,) if table.rows else ()
-        yield WORDS.section("engines", tables=tables, drawings=tuple(_engines(beside)))
-    yield Section(drawings=tuple(drawings(main, own)))
+        yield WORDS.section("engines", tables=tables, drawings=tuple(_engines(engines)))
+    yield Section(drawings=tuple(drawings(main, solvers)))
 
 
 def opening_section(frame: pd.DataFrame) -> Section:
@@ -179,22 +180,26 @@ def laws_table(own: OwnEvidence) -> Table:
 
 def towers_table(beside: Sequence[CodeEvidence]) -> Table:
     """Return the errors of engines at each height, and the order of the error in the step."""
-    towers = [tower for one in beside for tower in one.towers]
+    towers = [tower for evidence in beside for tower in evidence.towers]
     heights = sorted({tower.height for tower in towers})
     by_engine = {(t.engine, t.height): t for t in towers}
-    orders = {found.solver: found.l2_order for one in beside for found in one.convergence}
+    orders = {
+        convergence.solver: convergence.l2_order
+        for evidence in beside
+        for convergence in evidence.convergence
+    }
     rows = []
     for engine in dict.fromkeys(tower.engine for tower in towers):
         cells, steps = [], 0.0
         for height in heights:
             tower = by_engine.get((engine, height))
             errors = () if tower is None else (tower.peak_error, tower.impulse_error)
-            known = [abs(error) for error in errors if not math.isnan(error)]
-            cells.append(f"{max(known):.1e}" if known else "")
+            finite = [abs(error) for error in errors if not math.isnan(error)]
+            cells.append(f"{max(finite):.1e}" if finite else "")
             steps = tower.steps_per_contact if tower else steps
         order = orders.get(engine)
-        told = f"{order.value:.2f}" if order and order.interval[0] > 0.0 else ""
-        rows.append((engine, f"{steps:.0f}", *cells, told))
+        slope = f"{order.value:.2f}" if order and order.interval[0] > 0.0 else ""
+        rows.append((engine, f"{steps:.0f}", *cells, slope))
     return Table(
         "Towers",
         "Towers under the overlap law: the larger of the relative errors of peak force and "
@@ -205,8 +210,8 @@ def towers_table(beside: Sequence[CodeEvidence]) -> Table:
     )
 
 
-def _engines(beside: Sequence[CodeEvidence]) -> Iterator[Drawing]:
-    """Yield the figure of engines beside one another."""
-    convergence = [found for one in beside for found in one.convergence]
+def _engines(engines: Sequence[CodeEvidence]) -> Iterator[Drawing]:
+    """Yield the figure that compares engines."""
+    convergence = [row for evidence in engines for row in evidence.convergence]
     if convergence:
         yield WORDS.drawing("engines-tower-error", lambda: tower_error_against_step(convergence))

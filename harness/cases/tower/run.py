@@ -84,7 +84,7 @@ def run_towers(
 def read(
     case: Tower, timing: Timing, output: Output, traits: Traits, profiles: bool = False
 ) -> TowerRun:
-    """Return the run that a table of positions, velocities and forces tells of.
+    """Return the run in a table of positions, velocities and forces.
 
     Raise EngineOutputError for what is missing or cut, for samples at other times than were asked
     for, and for a tower in which nothing ever touches; EngineNaNError for values that are not
@@ -126,24 +126,24 @@ def read(
         raise EngineOutputError(f"{output.who}: no contact of the tower ever presses")
     speed = float(v[-1, 0])
     push = case.each("mass")[0] * (case.speed - speed + case.gravity * timing.steps * timing.step)
-    own = {"final_velocity_m_per_s": speed, "impulse_Ns": push}
-    output.check_numbers(own, "is what its series says")
+    totals = {"final_velocity_m_per_s": speed, "impulse_Ns": push}
+    output.check_numbers(totals, "is what its series says")
     displacement = x - case.each("diameter")[0] * np.arange(count)
     return _tower_run(
         case, timing.step, time, displacement, v, force, output.provenance, profiles=profiles
     )
 
 
-def _check_times(time: Floats, timing: Timing, clock: str, who: str) -> None:
+def _check_times(time: Floats, timing: Timing, clock: str, engine_name: str) -> None:
     """Raise EngineOutputError for samples (M,) [s] at other times than were asked for."""
-    known = timing.step * timing.every * np.arange(time.size)
-    off = np.abs(time - known)
+    expected = timing.step * timing.every * np.arange(time.size)
+    off = np.abs(time - expected)
     # steps are counted: what is left of them is the rounding of a product
     if off.max() > (LATE if clock == "time_s" else 1e-6) * timing.step:
         row = int(off.argmax())
         raise EngineOutputError(
-            f"{who} wrote samples at other times than were asked for: row {row + 1} "
-            f"at {time[row]:.9g} s, not {known[row]:.9g} s"
+            f"{engine_name} wrote samples at other times than were asked for: row {row + 1} "
+            f"at {time[row]:.9g} s, not {expected[row]:.9g} s"
         )
 
 
@@ -165,14 +165,14 @@ def _same_motion(
     motion: tuple[Floats, Floats, Floats],
     least: float,
     traits: Traits,
-    who: str,
+    engine_name: str,
 ) -> None:
     """Raise EngineOutputError for positions, velocities or forces that contradict each other.
 
     ``motion`` are positions [m], velocities [m/s] and accelerations [m/s2], each (M, N); ``least``
-    [m/s2] is the least acceleration that can be told from rounding. Samples too coarse to follow
-    the fastest mode of the chain tell only that a particle goes by the mean of its velocities, to
-    within what they change in an interval.
+    [m/s2] is the least acceleration above rounding. Samples too coarse to follow the fastest mode
+    of the chain show only that a particle moves by the mean of its velocities, to within their
+    change in an interval.
     """
     interval = timing.step * timing.every
     x, v, a = motion
@@ -185,12 +185,12 @@ def _same_motion(
         room = interval * np.abs(np.diff(v, axis=0)).max(initial=0.0)
         if moved.max(initial=0.0) > room + 10.0 ** (1 - traits.digits) * np.abs(x).max():
             raise EngineOutputError(
-                f"{who} wrote positions and velocities that contradict each other"
+                f"{engine_name} wrote positions and velocities that contradict each other"
             )
         return
     late = 0.0 if traits.integrator == "velocity-verlet" else LATE * timing.step
     digit = max(10.0 ** (1 - traits.digits), ROUNDINGS_OF_A_SAMPLE * float(np.finfo(float).eps))
-    scales = [float(np.abs(one).max(initial=0.0)) for one in motion]
+    scales = [float(np.abs(column).max(initial=0.0)) for column in motion]
     of_positions = digit * (scales[0] + interval * scales[1])
     of_velocities = digit * (scales[1] + interval * scales[2]) + interval * least
     for of, values, rates, rounding in (
@@ -201,13 +201,13 @@ def _same_motion(
         if place is not None:
             row, particle = place
             raise EngineOutputError(
-                f"{who} wrote {of} that contradict each other: particle {particle + 1} at "
+                f"{engine_name} wrote {of} that contradict each other: particle {particle + 1} at "
                 f"{row * interval:.6g} s"
             )
 
 
 def _rounding(case: Tower, step: float, traits: Traits, x: Floats, v: Floats) -> float:
-    """Return the least force [N] that can be told from rounding."""
+    """Return the least force [N] above rounding."""
     mass, stiffness = case.each("mass")[0], case.each("stiffness")[0]
     rounding = ROUNDINGS * float(np.finfo(float).eps)
     pressed = stiffness * float(np.abs(x).max())
@@ -331,8 +331,8 @@ def towers(  # noqa: PLR0913 - keywords of a public function
     if name in SOLVERS:
         for case in cases:
             seconds = duration * case.contact_time
-            told = partial(progress, f"tower of height {case.height}, {case.law} law")
-            yield SOLVERS[name](case, seconds, steps_per_contact, samples, profiles, told)
+            report = partial(progress, f"tower of height {case.height}, {case.law} law")
+            yield SOLVERS[name](case, seconds, steps_per_contact, samples, profiles, report)
         return
     with opened(engine or name, fresh=fresh) as running:
         runs = run_towers(
@@ -379,7 +379,7 @@ def covering(
     t0, long = run.tower.contact_time, run
     if long.time[-1] < (touch_time(run) + SEARCH * t0) * (1 - 1e-9):
         long = _longer(run, touch_time(run) / t0 + SEARCH, engine, progress)
-    end = max(window_end(long, one) for one in {window, "turnaround"})
+    end = max(window_end(long, name) for name in {window, "turnaround"})
     return long if end <= long.time[-1] else _longer(run, end / t0 * MARGIN, engine, progress)
 
 
@@ -398,24 +398,29 @@ def _longer(run: TowerRun, duration: float, engine: Engine | None, progress: Pro
 
 def _rk4(
     case: Tower, seconds: float, steps: float | None, samples: int | None, profiles: bool,
-    told: Told,
+    progress: Told,
 ) -> TowerRun:  # fmt: skip
     from harness.solvers.chain import rk4
 
     return rk4.run(
-        case, seconds, steps_per_contact=steps, samples=samples, profiles=profiles, progress=told
+        case,
+        seconds,
+        steps_per_contact=steps,
+        samples=samples,
+        profiles=profiles,
+        progress=progress,
     )
 
 
 def _exact(
     case: Tower, seconds: float, steps: float | None, samples: int | None, profiles: bool,
-    told: Told,
+    progress: Told,
 ) -> TowerRun:  # fmt: skip
     from harness.solvers.chain import exact
 
     if steps is not None:
         raise RequestError(f"steps_per_contact = {steps}: the exact solver has no step")
-    return exact.run(case, seconds, samples=samples, profiles=profiles, progress=told)
+    return exact.run(case, seconds, samples=samples, profiles=profiles, progress=progress)
 
 
 SOLVERS: dict[str, Solver] = {"rk4": _rk4, "exact": _exact}
@@ -436,12 +441,12 @@ RATIO = Tower(stiffness=1e6, speed=2.0)
 
 
 def record_name(case: Tower, solver: str, what: str = NAME) -> str:
-    """Return the name of the record of a tower run; ``what`` is what it tells of the tower."""
+    """Return the name of the record of a tower run; ``what`` is its content."""
     return f"{solver}/{what}-{case.law}-n{case.height}-k{_short(case)}-v{case.speed:g}"
 
 
 def label(case: Tower) -> str:
-    """Return what tells a tower from others of its solver, in words."""
+    """Return the label of a tower among those of its solver."""
     return f"{case.law} law, n = {case.height}, k = {_short(case)} N/m, {case.speed:g} m/s"
 
 
@@ -456,15 +461,15 @@ def tower_record(run: TowerRun) -> BaselineRecord:
     The impulse is NaN where the run shows no window.
     """
     try:
-        found = impulse(run)
+        value = impulse(run)
     except RequestError:
-        found = math.nan
+        value = math.nan
     series = {"grain_force_N": run.grain_force, "grain_velocity_m_per_s": run.grain_velocity}
     least = LEAST_FORCE * peak_force(run)
     events = contact_events(run, least)
     quantities = by_name(
         Row("peak_force_N", peak_force(run), 0.0, "N"),
-        Row("impulse_Ns", found, 0.0, "N s"),
+        Row("impulse_Ns", value, 0.0, "N s"),
         Row("contact_changes", float(len(events)), 0.0, ""),
     )
     if events:

@@ -108,7 +108,7 @@ PROPERTIES: tuple[Property, ...] = ("stiffness", "mass", "diameter")
 
 
 def values_of(case: Tower, timing: Timing) -> dict[str, Value]:
-    """Return what a script is told of a tower of equal particles.
+    """Return a script's values for a tower of equal particles.
 
     Raise RequestError for unequal particles, which scripts do not have.
     """

@@ -175,7 +175,7 @@ class CodeEvidence:
     """Runs of one code held against the exact propagator.
 
     ``who`` is the code as reports write it. ``same_law`` maps a law to comparisons of forces;
-    ``convergence`` are errors over a ladder of steps; ``towers`` are peak forces and impulses of an
+    ``convergence`` are errors over refined steps; ``towers`` are peak forces and impulses of an
     engine beside the main one.
     """
 
@@ -187,7 +187,7 @@ class CodeEvidence:
 
 @dataclass
 class OwnEvidence(CodeEvidence):
-    """What the harness's own solvers left of chain and tower.
+    """Runs of chain and tower by the harness's own solvers.
 
     ``collisions`` are free chains of two and three particles, with profiles; ``by_law`` the towers
     of each law; ``collapse`` one tower over stiffnesses; ``drifts`` one tower over solvers and
@@ -448,17 +448,17 @@ def own_findings(study: Study) -> Findings:
 
     A part that goes wrong becomes a failed row; the other parts go on.
     """
-    level, found = LEVELS[study.level], Findings(NAME, evidence=OwnEvidence("RK4"))
+    level, findings = LEVELS[study.level], Findings(NAME, evidence=OwnEvidence("RK4"))
     parts = [Part("chain solvers", chain_checks)]
     if level.chain_figures:
-        parts.append(Part("chain figures", partial(chain_evidence, found.evidence)))
-    parts += [Part(f"rk4, {law} law", partial(_same_law, law, study, found)) for law in LAWS]
+        parts.append(Part("chain figures", partial(chain_evidence, findings.evidence)))
+    parts += [Part(f"rk4, {law} law", partial(_same_law, law, study, findings)) for law in LAWS]
     parts += [
-        Part("laws apart", partial(_laws_apart, found.evidence)),
-        Part("impulse table, exact", partial(_impulses, level, found)),
+        Part("laws apart", partial(_laws_apart, findings.evidence)),
+        Part("impulse table, exact", partial(_impulses, level, findings)),
     ]
-    found.checks += rows_of_parts(NAME, parts)
-    return found
+    findings.checks += rows_of_parts(NAME, parts)
+    return findings
 
 
 def _same_law(law: Law, study: Study, findings: Findings) -> list[Check]:
@@ -537,12 +537,12 @@ def chain_checks() -> list[Check]:
 
 def _grain_on_one() -> list[Check]:
     case = Tower(height=1)
-    own = (1.0, 1e6, case.speed, case.gravity)
+    impact = (1.0, 1e6, case.speed, case.gravity)
     run = tower(case, solver="exact")
     end = first_contact_end(run)
     rows = [
-        ("contact time of a grain on one particle, s", end, contact_time_on_fixed(*own)),
-        ("its impulse, N s", impulse_until(run, end), impulse_on_fixed(*own)),
+        ("contact time of a grain on one particle, s", end, contact_time_on_fixed(*impact)),
+        ("its impulse, N s", impulse_until(run, end), impulse_on_fixed(*impact)),
     ]
     width = CLOSED_FORM
     return [
@@ -644,7 +644,9 @@ def _engine_under_same_law(
     runs = run_towers(engine, cases, DURATION, profiles=True)
     for number, (case, run) in enumerate(zip(cases, runs, strict=True), 1):
         name = f"{engine.name}, {law} law, n = {case.height}"
-        rows += rows_of_parts(NAME, [asked(Part(name, partial(_one, case, run, study, findings)))])
+        rows += rows_of_parts(
+            NAME, [asked(Part(name, partial(_run_rows, case, run, study, findings)))]
+        )
         if isinstance(run, EngineError):
             findings.errors[record_name(case, engine.name)] = run
         study.progress(stage, number, len(heights) + 1)
@@ -657,7 +659,9 @@ def _engine_under_same_law(
     return rows
 
 
-def _one(case: Tower, run: TowerRun | EngineError, study: Study, findings: Findings) -> list[Check]:
+def _run_rows(
+    case: Tower, run: TowerRun | EngineError, study: Study, findings: Findings
+) -> list[Check]:
     """Keep the record of a run and return its rows."""
     run = whole(run)
     # samples at the same times: nothing needs to be interpolated
