@@ -1,7 +1,7 @@
 """The case ``columns``: critical angles of a grain over columns of particles that give way.
 
-They are held against the rigid incline, the reference DEM and the limit of stiff columns, and
-shown beside both readings of the source. Tolerances and their reasons are in ``case.toml``.
+They are compared with the rigid incline, the reference DEM, the limit of stiff columns, and both
+readings of the source. Tolerances and their reasons are in ``case.toml``.
 """
 
 from __future__ import annotations
@@ -145,11 +145,11 @@ def damped_cases(level: LevelName) -> list[Columns]:
 def damped_angles(cases: Sequence[Columns], engine: Engine) -> list[Angle]:
     """Return the critical angles by passage, side by side; raise the first EngineError."""
 
-    def one(case: Columns) -> Angle:
+    def angle_of(case: Columns) -> Angle:
         angle = critical_angle(case, engine)
         return _angle(case, angle.value_deg, angle.uncertainty_deg)
 
-    return parallel_map(one, cases, cores())
+    return parallel_map(angle_of, cases, cores())
 
 
 ELASTIC: dict[LevelName, tuple[int, ...]] = {"quick": (), "default": (2, 4), "full": (2, 4, 8)}
@@ -241,20 +241,20 @@ def _one_particle(engine: Engine) -> list[Check]:
     return [judge(row, Kind.CROSS_CODE, _apart(over, on), 0.0, ONE)]
 
 
-def _apart(one: InclineRun, other: InclineRun) -> float:
+def _apart(run: InclineRun, other: InclineRun) -> float:
     """Return the largest distance [m] of two paths where both have samples; at least 100."""
-    if one.trajectory is None or other.trajectory is None:
+    if run.trajectory is None or other.trajectory is None:
         raise EngineOutputError("a run left no path")
-    rows = min(one.trajectory.x_m.size, other.trajectory.x_m.size)
+    rows = min(run.trajectory.x_m.size, other.trajectory.x_m.size)
     if rows < 100:
         raise EngineOutputError(f"the paths have {rows} samples in common: 100 are needed")
-    a, b = one.trajectory, other.trajectory
+    a, b = run.trajectory, other.trajectory
     return float(np.hypot(a.x_m[:rows] - b.x_m[:rows], a.y_m[:rows] - b.y_m[:rows]).max())
 
 
 def _two_codes(engine: Engine, law: Law) -> list[Check]:
     """Hold the margins of passages over three particles against the reference DEM's."""
-    rows, own = [], ReferenceDEM()
+    rows, reference = [], ReferenceDEM()
     for inside in INSIDE:
         # soft and with the source's contact: an external force costs a millisecond a step
         case = Columns(
@@ -266,22 +266,22 @@ def _two_codes(engine: Engine, law: Law) -> list[Check]:
             rows.append(not_tested(row, Kind.CROSS_CODE, reason, "m g d"))
             continue
         (theirs,) = complete(run_columns(engine, [case], "passage"))
-        (ours,) = complete(run_columns(own, [case], "passage"))
+        (ours,) = complete(run_columns(reference, [case], "passage"))
         rows.append(judge(row, Kind.CROSS_CODE, theirs.margin, ours.margin, TWO_CODES))
     return rows
 
 
 def _angles(level: LevelName, angles: Angles) -> Iterator[Check]:
-    """Find the angles of a level and yield the highest columns' beside the source's."""
+    """Measure the angles of a level and compare the highest columns' with the source's."""
     engine = ReferenceDEM()
     angles.found += damped_angles(damped_cases(level), engine)
     angles.found += elastic_angles(level, engine)
     for law in LAWS:
         for inside in INSIDE:
-            found = angles.of(law=law, inside=inside)
-            if not found:
+            at_law = angles.of(law=law, inside=inside)
+            if not at_law:
                 continue
-            top = max(found, key=lambda angle: (angle.n, angle.stiffness))
+            top = max(at_law, key=lambda angle: (angle.n, angle.stiffness))
             for reading, words in READINGS.items():
                 yield finding(
                     f"columns: n = {top.n}, {law} law, {inside}, against the source ({words})",
@@ -308,8 +308,8 @@ def _stiff(stiffnesses: Sequence[float]) -> Iterator[Check]:
         yield judge(row, Kind.ANALYTIC, at[ORDERED].order, 1.0, FIRST_ORDER)
         rigid = limit(
             [1.0 / k for k in at],
-            [one.value for one in at.values()],
-            [one.uncertainty for one in at.values()],
+            [result.value for result in at.values()],
+            [result.uncertainty for result in at.values()],
             (0.5, 1.0, 1.5),
         )
         row = f"columns: n = 4, {law} law, damped, critical angle of stiff columns"
@@ -326,15 +326,17 @@ def sections(angles: Angles) -> Sequence[Section]:
     if not angles.found:
         return ()
     drawing = WORDS.drawing("critical-angle-columns", lambda: figure(angles))
-    told = finding_in_words(angles)
+    paragraphs = finding_in_words(angles)
     return (
-        WORDS.section("columns", paragraphs=told, tables=(_table(angles),), drawings=(drawing,)),
+        WORDS.section(
+            "columns", paragraphs=paragraphs, tables=(_table(angles),), drawings=(drawing,)
+        ),
     )
 
 
 def finding_in_words(angles: Angles) -> list[str]:
-    """Return what the angles say against the source's, a sentence for each law."""
-    told = []
+    """Compare the angles with the source's in a sentence for each law."""
+    sentences = []
     for law in LAWS:
         high = [a for a in angles.of(law=law, inside="damped") if a.n > 1]
         if not high:
@@ -356,7 +358,7 @@ def finding_in_words(angles: Angles) -> list[str]:
             words += f"Over elastic columns the angle is {low:.2f} to {top:.2f} deg. "
         every = [*high, *elastic]
         falls = any(a.value - a.uncertainty <= 0.5 * (lost + closed_form()) for a in every)
-        told.append(
+        sentences.append(
             words
             + (
                 "Some angle falls as far as half way to the source's."
@@ -365,7 +367,7 @@ def finding_in_words(angles: Angles) -> list[str]:
                 "impulses spread through a column does not lower the critical angle of this grain."
             )
         )
-    return told
+    return sentences
 
 
 def _table(angles: Angles) -> Table:
@@ -399,8 +401,8 @@ def _value(angle: Angle) -> str:
 
 def figure(angles: Angles) -> Figure:
     """Draw the angles over n, a panel a law."""
-    found = panels(1, 2)
-    for axes, law in zip(found.axes, LAWS, strict=True):
+    drawing = panels(1, 2)
+    for axes, law in zip(drawing.axes, LAWS, strict=True):
         axes.set_title(f"{law} law")
         groups = sorted({(a.inside, a.stiffness) for a in angles.of(law=law)})
         for i, (inside, k) in enumerate(groups):
@@ -424,8 +426,8 @@ def figure(angles: Angles) -> Figure:
         axes.set_xscale("log", base=2)
         axes.set_xticks([n for n, _ in heights], [str(n) for n, _ in heights])
         label(axes, "particles of a column, n", "critical angle (deg)")
-    legend_below(found)
-    return found
+    legend_below(drawing)
+    return drawing
 
 
 class ColumnsSearch(Columns, Search):
@@ -450,12 +452,12 @@ class ColumnsCase(Case[Columns]):
     @property
     def presets(self) -> Mapping[str, Columns]:
         """Return columns of four particles under each named contact and both laws."""
-        found = {
+        presets = {
             f"{name}, {law}": Columns(contact=contact, law=law, steps_per_contact=100.0)
             for law in ("overlap", "deformable")
             for name, contact in CONTACTS.items()
         }
-        return {"plastic": found.pop("plastic, overlap"), **found}
+        return {"plastic": presets.pop("plastic, overlap"), **presets}
 
     def derived(self) -> Sequence[Case[Any]]:
         """Return the critical angle."""

@@ -144,7 +144,7 @@ def loaded(case: Columns, force: float, beta: float) -> Loaded:
     load, k = force * math.cos(beta), case.stiffness
     added, half = force / k, 0.5 if case.deformable else 0.0
     added += half * load / k
-    top = _ways(case) * load / k + half * force / k
+    top = _top_compliance(case) * load / k + half * force / k
     return Loaded(added + half * weight_along(case) / k, top, 0.5 * (force * added + load * top))
 
 
@@ -177,17 +177,18 @@ def crest_energy(case: Columns) -> float:
 def allowed(case: Columns) -> float:
     """Return the margin [J] up to which a grain that moves back is trapped.
 
-    Its own energy, without what the column holds, is not highest at the crest: the column's way
-    s changes there as the load turns, by (ways m g / k) sin(theta) per radian, which makes
-    m g (s' cos(theta))^2 / 2 d. Four times this is allowed.
+    The energy of the grain, without that stored in the column, is not highest at the crest: the
+    displacement s of the column's top changes there as the load turns, by
+    (compliance m g / k) sin(theta) per radian, which adds m g (s' cos(theta))^2 / 2 d. Four
+    times this is allowed.
     """
     weight, tilt = case.mass * case.gravity, math.radians(case.angle)
-    turn = _ways(case) * weight / case.stiffness * math.sin(tilt) * math.cos(tilt)
+    turn = _top_compliance(case) * weight / case.stiffness * math.sin(tilt) * math.cos(tilt)
     return 2.0 * weight / case.diameter * turn**2
 
 
-def _ways(case: Columns) -> int:
-    """Return the way of a top under a load on it, in load / k."""
+def _top_compliance(case: Columns) -> int:
+    """Return the displacement of a column's top under a load on it, in load / k."""
     return 2 * case.n - 3 if case.deformable else case.n - 1
 
 
@@ -254,8 +255,8 @@ def margin(case: Columns, well: int, x: Number, y: Number, vx: Number, vy: Numbe
     """Return the energy [J] above that of a grain at rest on the crest after ``well`` wells."""
     tilt = math.radians(case.angle)
     height = y * math.cos(tilt) - x * math.sin(tilt)
-    own = 0.5 * case.mass * (vx * vx + vy * vy) + case.mass * case.gravity * height
-    above: Number = own - crest_energy(case) + margin_offset(case, well)
+    energy = 0.5 * case.mass * (vx * vx + vy * vy) + case.mass * case.gravity * height
+    above: Number = energy - crest_energy(case) + margin_offset(case, well)
     return above
 
 
@@ -284,7 +285,7 @@ TOUCHING = "touching"
 
 
 def values_of(case: Columns, route: Route, every: int | None = None) -> dict[str, Value]:
-    """Return what a script is told of a run; with ``every``, samples every so many steps."""
+    """Return a script's values for a run; with ``every``, samples every so many steps."""
     return {**values_of_incline(case, route, every), **case.values(*OWN)}
 
 
@@ -343,17 +344,17 @@ def job_of(case: Columns, route: Route, every: int | None = None) -> Job:
 
 
 def _decided(case: Columns, route: str) -> Callable[[Table], bool]:
-    """Return what tells from a path so far whether the outcome is decided."""
+    """Return a function that tests whether a path so far decides the outcome."""
 
     def decided(table: Table) -> bool:
-        found = judge(case, route, path_in(table), table[TOUCHING])
-        return found.motion is not Motion.UNDECIDED
+        judgement = judge(case, route, path_in(table), table[TOUCHING])
+        return judgement.motion is not Motion.UNDECIDED
 
     return decided
 
 
 def read(case: Columns, route: Route, output: Output, every: int | None = None) -> InclineRun:
-    """Return the run that an output tells of; errors as for the incline."""
+    """Return the run in an output; errors as for the incline."""
 
     def judged(looks: Table) -> Judgement:
         return judge(case, route, path_in(looks), looks[TOUCHING])

@@ -148,9 +148,9 @@ SAME = (
 
 
 def values_of(case: Drop) -> dict[str, Value]:
-    """Return what a script is told of a drop."""
-    told = {**case.values(*SAME, "steps"), "series_every": case.every}
-    return {**told, **contact_values(case.contact)}
+    """Return a script's values for a drop."""
+    values = {**case.values(*SAME, "steps"), "series_every": case.every}
+    return {**values, **contact_values(case.contact)}
 
 
 def case_of(values: Mapping[str, Any]) -> Drop:
@@ -208,7 +208,7 @@ def run_drops(engine: Engine, cases: Sequence[Drop]) -> list[DropRun | EngineErr
 
 
 def read(case: Drop, output: Output) -> DropRun:
-    """Return the drop that an output tells of, every sample of it.
+    """Return the drop in an output, every sample of it.
 
     Raise EngineOutputError for what is missing or cut, or ran with other settings, EngineNaNError
     for values that are not finite.
@@ -252,31 +252,31 @@ def rest(case: Drop, spring: Spring) -> tuple[float, float]:
 
 
 def _linear_impact(case: Drop) -> dict[str, Reference]:
-    """Return the overlap of a collision that has turned within the run, and what one over leaves.
+    """Return the largest overlap of a collision that turns within the run, and the end speed.
 
     The motion turns at half the time at which the clipped force vanishes.
     """
     zeta, unit = case.contact.zeta_against_full_mass, math.sqrt(case.mass / case.stiffness)
-    left = (case.steps * case.step - max(case.gap, 0.0) / case.speed) / unit
+    remaining = (case.steps * case.step - max(case.gap, 0.0) / case.speed) / unit
     turns = 0.5 * duration_clipped(zeta)
     if case.contact.tail == "clipped":
         parts = duration_clipped(zeta)
     else:  # from critical damping on it creeps back for ever
         parts = duration_unclipped(zeta) if zeta < 1.0 else math.inf
-    found = {}
-    if left >= turns:
+    references = {}
+    if remaining >= turns:
         deepest = case.speed * math.exp(-zeta * turns) * unit
-        found["largest_sampled_overlap_m"] = Reference(deepest, "closed form")
-    if left >= parts:
-        found["restitution"] = Reference(restitution(case), "closed form")
-        found["end_speed_m_per_s"] = Reference(restitution(case) * case.speed, "closed form")
-    return found
+        references["largest_sampled_overlap_m"] = Reference(deepest, "closed form")
+    if remaining >= parts:
+        references["restitution"] = Reference(restitution(case), "closed form")
+        references["end_speed_m_per_s"] = Reference(restitution(case) * case.speed, "closed form")
+    return references
 
 
 def _hertz_impact(case: Drop) -> dict[str, Reference]:
     e = hertz_impact(case).restitution
-    found = {"restitution": e, "end_speed_m_per_s": e * case.speed}
-    return {name: Reference(value, "integrated") for name, value in found.items()}
+    values = {"restitution": e, "end_speed_m_per_s": e * case.speed}
+    return {name: Reference(value, "integrated") for name, value in values.items()}
 
 
 def _falling(case: Drop) -> dict[str, Reference]:
@@ -402,7 +402,7 @@ def _flying(contact: Contact, duration: float, every: int) -> Drop:
 
 
 def _onset(traits: Traits) -> DropTest:
-    """Return the collision that tells whether the force begins in the step after the contact."""
+    """Return a collision whose result depends on whether the force begins one step late."""
     case = _flying(_any_contact(traits), duration=0.2, every=1)
     resolution = 10.0 ** (1 - traits.digits)
     return DropTest(
@@ -429,8 +429,8 @@ def _static(traits: Traits) -> DropTest:
     contact = _any_contact(traits)
     # soft, so that single precision can tell the overlap
     case = Drop(contact=contact, stiffness=1e4, gravity=9.81, duration=40.0, every=1000)
-    left = 2.0 * math.exp(-contact.zeta_against_full_mass * math.pi * case.duration)
-    return _rest("m g / k", case, left, traits)
+    amplitude = 2.0 * math.exp(-contact.zeta_against_full_mass * math.pi * case.duration)
+    return _rest("m g / k", case, amplitude, traits)
 
 
 def _static_hertz(traits: Traits) -> DropTest:
@@ -445,8 +445,8 @@ def _static_hertz(traits: Traits) -> DropTest:
     return _rest("(m g / K)^(2/3)", case, math.exp(-0.5 * TIMES_TO_REST), traits)
 
 
-def _rest(name: str, case: Drop, left: float, traits: Traits) -> DropTest:
-    """Return the test of the overlap at rest; ``left`` is the part of the motion left."""
+def _rest(name: str, case: Drop, amplitude: float, traits: Traits) -> DropTest:
+    """Return the test of the overlap at rest; ``amplitude`` is the part of the motion left."""
     overlap, _ = rest(case, traits.spring)
     digits = 10.0 ** (1 - traits.digits) * case.diameter / overlap
     return DropTest(
@@ -457,7 +457,7 @@ def _rest(name: str, case: Drop, left: float, traits: Traits) -> DropTest:
         1.0,
         Tolerance(
             "",
-            left + 10.0 * digits + 1e-9,
+            amplitude + 10.0 * digits + 1e-9,
             0.0,
             "what the dashpot has left of the motion, and the digits of the output",
         ),
@@ -641,14 +641,14 @@ class DropCase(Case[Drop]):
         return max(0.0, more / (longer.steps - short.steps) * steps)
 
     def verify(self, engine: Engine, study: Study) -> Findings:
-        """Run the drops that an engine can state and judge each against what its rules ask for."""
+        """Run the drops that an engine supports and judge each against the value of its rules."""
         tests = list(drop_tests(engine.traits))
         findings = Findings(self.name, engine.name)
         try:
             runs = run_drops(engine, [test.case for test in tests])
         except EngineError as error:
             runs = [error] * len(tests)
-        made = []
+        completed = []
         for test, run in zip(tests, runs, strict=True):
             check = _judged(f"{engine.name}: {test.name}", test, run)
             findings.checks.append(check)
@@ -657,10 +657,10 @@ class DropCase(Case[Drop]):
                 findings.errors[name] = run
             elif math.isfinite(check.value):
                 findings.records.append(_record(name, test, run, check.value))
-                made.append((test, run))
+                completed.append((test, run))
         for name, reason in _refused(engine).items():
             findings.checks.append(not_tested(name, Kind.ANALYTIC, reason))
-        findings.evidence = DropEvidence(engine.title, tuple(made))
+        findings.evidence = DropEvidence(engine.title, tuple(completed))
         return findings
 
     def sections(
@@ -668,16 +668,20 @@ class DropCase(Case[Drop]):
     ) -> Sequence[Section]:
         """Return the collisions of the engines, with a figure of the main one's."""
         every = [*([main] if main is not None else []), *beside.values()]
-        shown = [one.evidence for one in every if one.evidence is not None and one.evidence.made]
-        if not shown:
+        drawn = [
+            findings.evidence
+            for findings in every
+            if findings.evidence is not None and findings.evidence.made
+        ]
+        if not drawn:
             return ()
         rows = [
-            (one.who, test.name, f"{test.measure(run):.8g}", f"{test.expected:.8g}")
-            for one in shown
-            for test, run in one.made
+            (evidence.who, test.name, f"{test.measure(run):.8g}", f"{test.expected:.8g}")
+            for evidence in drawn
+            for test, run in evidence.made
         ]
         table = WORDS.table("Drops", tuple(dict.fromkeys(rows)))
-        first = shown[0]
+        first = drawn[0]
         drawing = WORDS.drawing(
             "drop-collisions", lambda: speeds_of_collisions(first.made, first.who)
         )
@@ -685,7 +689,7 @@ class DropCase(Case[Drop]):
 
 
 def _refused(engine: Engine) -> dict[str, str]:
-    """Return why the engine refuses a named contact, by the name of the row that says so."""
+    """Return the engine's reasons to refuse named contacts, by the name of their row."""
     return {
         f"{engine.name}: restitution head-on, {contact.name} contact": refused
         for contact in (SOURCE, PLASTIC)
