@@ -12,11 +12,11 @@ one that is missing is a failed row of its name. A part of a verification (:clas
 rows whatever becomes of the others.
 
 A quantity that takes several runs for one value, such as a critical angle, is measured by a case of
-its own, which ``derived`` returns: it names what it ``varied``, and overrides ``measure``. Whoever
-asks for the quantity by its name (``run``, ``sweep``) is given that case by ``measuring``.
+its own, which ``derived`` returns: it names what it ``varied``, and overrides ``measure``. ``run``
+and ``sweep`` get that case from ``measuring``, by the name of the quantity.
 
 A study (:class:`CaseStudy`) is a question that one case answers with many runs, from the runs to a
-verdict in words. A workflow that knows no case makes the runs and hands the rows back.
+verdict in words. A workflow for any case does the runs and returns the rows.
 """
 
 from __future__ import annotations
@@ -66,7 +66,7 @@ Value = TypeVar("Value")
 
 
 class Once:
-    """Keeps values by their keys: who asks first computes one, the others wait for it."""
+    """Values by their keys: the first thread to need one computes it, the others wait for it."""
 
     def __init__(self) -> None:
         self._values: dict[Hashable, Future[Any]] = {}
@@ -139,21 +139,21 @@ def asked(part: Part) -> Part:
 
 
 def failed_part(name: str, error: Exception, unit: str = "", kind: Kind = Kind.CROSS_CODE) -> Check:
-    """Return the failed row of a part that raised: of an engine that died, or of an error here."""
+    """Return the failed row of a part that raised: an engine's failure, or an error here."""
     if isinstance(error, EngineError):
         return failed_run(name, kind, error, unit)
     return failed(name, kind, f"{type(error).__name__}: {error}", Triage.HARNESS, unit)
 
 
 def text_of(case: type) -> dict[str, Any]:
-    """Return what stands in the file beside a case's module; {} where there is none."""
-    return _beside(getattr(sys.modules[case.__module__], "__file__", None) or "")
+    """Return the content of the TOML file of a case's module; {} where there is none."""
+    return _toml_of(getattr(sys.modules[case.__module__], "__file__", None) or "")
 
 
 @cache
-def _beside(module: str) -> dict[str, Any]:
-    own = Path(module).with_suffix(".toml")
-    file = own if own.is_file() else own.with_name("case.toml")
+def _toml_of(module: str) -> dict[str, Any]:
+    named = Path(module).with_suffix(".toml")
+    file = named if named.is_file() else named.with_name("case.toml")
     return tomllib.loads(file.read_text("utf-8")) if file.is_file() else {}
 
 
@@ -163,19 +163,19 @@ def tolerances_of(module: str, section: str = "tolerances") -> dict[str, Toleran
     ``regression`` is the section of those of the baseline's records.
     """
     none = {"unit": "", "absolute": 0.0, "relative": 0.0}
-    told = _beside(module)[section]
-    return {name: Tolerance(**{**none, **one}) for name, one in told.items()}
+    tables = _toml_of(module)[section]
+    return {name: Tolerance(**{**none, **table}) for name, table in tables.items()}
 
 
 class Words:
-    """What a report says of a case but for its numbers, as ``case.toml`` beside a module has it.
+    """The texts of a report on a case, without its numbers, from ``case.toml`` of a module.
 
     ``figures`` have a title and a caption, ``sections`` a title and paragraphs, ``tables`` a
-    caption and a head. What stands in braces is a value that is given with the name.
+    caption and a head. Names in braces are replaced by the values passed.
     """
 
     def __init__(self, module: str) -> None:
-        self._told, self._folder = _beside(module), Path(module).parent
+        self._told, self._folder = _toml_of(module), Path(module).parent
 
     def drawing(self, name: str, draw: Callable[[], Figure], **values: Any) -> Drawing:
         """Return a figure by its name, which is that of its file; raise KeyError for another."""
@@ -185,19 +185,19 @@ class Words:
 
     def section(self, name: str, **parts: Any) -> Section:
         """Return a section with its ``parts``, those of :class:`Section`; raise KeyError."""
-        told = self._told["sections"][name]
+        texts = self._told["sections"][name]
         further = parts.pop("paragraphs", ())
-        return Section(told["title"], (*told.get("paragraphs", ()), *further), **parts)
+        return Section(texts["title"], (*texts.get("paragraphs", ()), *further), **parts)
 
     def opening(self, figure: str = "", **values: Any) -> Opening:
-        """Return what the case answers, with ``sketch.svg`` beside it; raise KeyError for none."""
-        told = self._told["opening"]
+        """Return the report's opening with the case's sketch; raise KeyError for none."""
+        texts = self._told["opening"]
         return Opening(
-            told["title"],
+            texts["title"],
             (self._folder / "sketch.svg").read_text("utf-8"),
-            tuple(step.format(**values) for step in told["steps"]),
-            told["source"],
-            tuple(told["terms"].items()),
+            tuple(step.format(**values) for step in texts["steps"]),
+            texts["source"],
+            tuple(texts["terms"].items()),
             figure,
         )
 
@@ -208,9 +208,9 @@ class Words:
         **values: Any,
     ) -> Table:
         """Return a table by its label, with rows; raise KeyError for another."""
-        told = self._told["tables"][name]
-        caption = told["caption"].format(**values)
-        return Table(name, caption, tuple(told["head"]), tuple(rows))
+        texts = self._told["tables"][name]
+        caption = texts["caption"].format(**values)
+        return Table(name, caption, tuple(texts["head"]), tuple(rows))
 
 
 P = TypeVar("P", bound=Parameters)
@@ -225,7 +225,7 @@ ReferenceKind = Literal["closed form", "integrated", "none"]
 
 @dataclass(frozen=True)
 class Reference:
-    """What a quantity is expected to be, and where that comes from.
+    """The expected value of a quantity, and its origin.
 
     ``quick`` says that an integrated one costs milliseconds, as a closed form does: figures draw
     it between the points too.
@@ -261,11 +261,12 @@ class Plan(Generic[P]):
 
 @dataclass(frozen=True)
 class Study:
-    """How a verification is to be done: how much of it, and how to open another engine by name.
+    """Settings of a verification: its level, and how to open another engine by name.
 
     ``role`` is that of the engine: ``main``, or ``other`` for one that is compared with it.
-    ``missing`` are the names of engines that were asked for and could not be run, ``cases`` are
-    verified. ``once`` makes what several parts share; a case keys its entries by its parameters.
+    ``missing`` are the names of requested engines that could not be run, ``cases`` are
+    verified. ``once`` holds values that several parts share; a case keys its entries by its
+    parameters.
     ``only`` is a shell-style pattern: trials and rows that it does not match are left out.
     """
 
@@ -284,7 +285,7 @@ class Study:
         return not pattern or any(fnmatchcase(name.casefold(), pattern) for name in names)
 
     def keeps(self, row: Check, case: str) -> bool:
-        """Return whether a row of a case is asked for: by its name, or by its place."""
+        """Return whether a row of a case is selected: by its name, or by its place."""
         cell = row.cell
         place = () if cell is None else places(cell.case, cell.submodel, cell.system)
         return self.selects(row.name, row.name.rpartition(": ")[2], case, *place)
@@ -367,12 +368,12 @@ class Case(ABC, Generic[P]):
         Raise RequestError for a name that is not known, and for names of several of them.
         """
         options = [self, *self.derived()]
-        known = {quantity.name: case for case in options for quantity in case.quantities}
+        measurable = {quantity.name: case for case in options for quantity in case.quantities}
         for name in names:
-            if name not in known:
-                must = ", ".join(known)
+            if name not in measurable:
+                must = ", ".join(measurable)
                 raise RequestError(f"--quantity {name!r}: case {self.name!r} measures {must}")
-        chosen = list(dict.fromkeys(known[name] for name in names))
+        chosen = list(dict.fromkeys(measurable[name] for name in names))
         if len(chosen) > 1:
             sets = " or of ".join(", ".join(q.name for q in case.quantities) for case in options)
             raise RequestError(
@@ -391,8 +392,8 @@ class Case(ABC, Generic[P]):
     @property
     def default(self) -> P:
         """Return the parameters of a run for which none are given: the first preset."""
-        found: P = next(iter(self.presets.values()), None) or self.parameters()  # type: ignore[assignment]
-        return found
+        parameters: P = next(iter(self.presets.values()), None) or self.parameters()  # type: ignore[assignment]
+        return parameters
 
     @abstractmethod
     def job(self, parameters: P) -> Job:
@@ -415,9 +416,9 @@ class Case(ABC, Generic[P]):
         return 0.0 if rules is None else job_seconds(self.job(parameters), rules)
 
     def part_seconds(self, parameters: P, rules: Traits) -> float:
-        """Return what the longest part of a run between two restart files is expected to take [s].
+        """Return the expected time of the longest part of a run between two restart files [s].
 
-        All of it unless the case says otherwise.
+        By default that of the whole run.
         """
         return self.seconds(parameters, rules)
 
@@ -436,7 +437,7 @@ class Case(ABC, Generic[P]):
         return ()
 
     def planned(self, level: LevelName, engine: Engine) -> Sequence[Planned]:
-        """Return the checks that :meth:`verify` must leave; none where the case does not say."""
+        """Return the checks that :meth:`verify` must return; none by default."""
         return [
             Planned(name)
             for plan in self.plans(level, engine.traits)
@@ -446,8 +447,8 @@ class Case(ABC, Generic[P]):
     def verify(self, engine: Engine, study: Study) -> Findings:
         """Run the plans of a level in an engine and judge each quantity against its reference.
 
-        The role of the engine is that of the study: a case may have less to do, or something else,
-        for an engine beside the main one.
+        The role of the engine is that of the study: a case may have fewer or other checks
+        for an engine that is compared with the main one.
         """
         plans = self.plans(study.level, engine.traits)
         findings, runnable = Findings(self.name, engine.name), []
@@ -482,7 +483,7 @@ class Case(ABC, Generic[P]):
     def sections(
         self, main: Findings | None, own: Findings, beside: Mapping[str, Findings]
     ) -> Sequence[Section]:
-        """Return the parts of the report: of the main engine, own solvers, engines beside it."""
+        """Return the sections of the report: of the main engine, own solvers, other engines."""
         return ()
 
     def profile(self, parameters: P, output: Output) -> Mapping[str, Sequence[float]]:
@@ -515,8 +516,8 @@ class Case(ABC, Generic[P]):
             if name not in declared:
                 raise EngineError(f"{where} returned {name!r}, which it does not declare")
             if not isinstance(value, (int, float)):
-                told = " ".join(repr(value).split())[:60]
-                raise EngineError(f"{where} returned {name} = {told}: not one number")
+                content = " ".join(repr(value).split())[:60]
+                raise EngineError(f"{where} returned {name} = {content}: not one number")
         profile = self.profile(parameters, output)
         return Measured(values, output.provenance, output.seconds, output.ranks, profile)
 
@@ -532,7 +533,7 @@ class Case(ABC, Generic[P]):
         try:
             if isinstance(output, EngineError):
                 raise output
-            found = self.measured(plan.parameters, output, engine.traits)
+            result = self.measured(plan.parameters, output, engine.traits)
         except EngineError as error:
             return [failed_run(name, Kind.ANALYTIC, error)]
         references = self.references(plan.parameters, engine.traits)
@@ -540,7 +541,7 @@ class Case(ABC, Generic[P]):
             judge(
                 f"{name}: {quantity}",
                 Kind.ANALYTIC if references[quantity].kind == "closed form" else Kind.CROSS_CODE,
-                found.values[quantity],
+                result.values[quantity],
                 references[quantity].value,
                 tolerance,
             )
@@ -565,7 +566,7 @@ class Arm:
 
 @dataclass(frozen=True)
 class Conclusion:
-    """What a study found: rows of results, the verdict in sentences, the sections of its report.
+    """Result of a study: its rows, the verdict in sentences, the sections of its report.
 
     ``test`` is how the verdict follows from the numbers, stated before they are known.
     """

@@ -6,7 +6,7 @@ is that of contacts (the virial, half to each sphere) and of fluctuations, posit
 
 In steady uniform flow the momentum balance fixes the stress at every height, whatever the law:
 P(z) A is the weight above times cos(angle), tau(z) A the same times sin(angle), so mu = tan(angle).
-What the contacts say is held against it, and so is the force on the base.
+The stress of the contacts and the force on the base are compared with it.
 """
 
 from __future__ import annotations
@@ -108,7 +108,7 @@ class Slices:
 
     @classmethod
     def of(cls, case: Flow, output: Output) -> Slices:
-        """Return the slices that an output tells of; raise EngineOutputError for none."""
+        """Return the slices in an output; raise EngineOutputError for none."""
         rows = output.rows("slice", 2 + len(SUMS))
         if not len(rows):
             raise EngineOutputError(f"{output.who} left no profile of the flow")
@@ -125,7 +125,9 @@ class Slices:
     def mean(self, block: int | None = None) -> Slices:
         """Return one block, or the mean over all, as slices of one block."""
         chosen = slice(None) if block is None else slice(block, block + 1)
-        sums = {name: one[chosen].mean(axis=0, keepdims=True) for name, one in self.sums.items()}
+        sums = {
+            name: values[chosen].mean(axis=0, keepdims=True) for name, values in self.sums.items()
+        }
         return Slices(self.height, sums, self.area, self.angle)
 
     def total(self, name: str) -> Floats:
@@ -134,23 +136,23 @@ class Slices:
 
     def profile(self) -> dict[str, Floats]:
         """Return the profile of the first block, each (slices,), over windows of a diameter."""
-        one = {name: values[0] for name, values in self.sums.items()}
-        mass = np.where(one["mass"] > 0.0, one["mass"], np.nan)
-        speed = one["momentum"] / mass
-        moving = one["momentum"] * np.nan_to_num(speed)  # of the mean flow of a slice
-        kinetic = {"xx": one["mxx"] - moving, "yy": one["myy"], "zz": one["mzz"]}
+        sums = {name: values[0] for name, values in self.sums.items()}
+        mass = np.where(sums["mass"] > 0.0, sums["mass"], np.nan)
+        speed = sums["momentum"] / mass
+        moving = sums["momentum"] * np.nan_to_num(speed)  # of the mean flow of a slice
+        kinetic = {"xx": sums["mxx"] - moving, "yy": sums["myy"], "zz": sums["mzz"]}
         volume = self.area * SLICE * WINDOW
-        total = _windowed(one["mass"])
+        total = _windowed(sums["mass"])
         there = np.where(total > 0.0, total, np.nan)
-        flow = _windowed(one["momentum"]) / there
-        normal = _windowed(kinetic["zz"] - one["virial_zz"]) / volume
-        shear = -_windowed(one["mxz"] - one["virial_xz"]) / volume
-        above = (np.cumsum(one["mass"][::-1])[::-1] - 0.5 * one["mass"]) / self.area
+        flow = _windowed(sums["momentum"]) / there
+        normal = _windowed(kinetic["zz"] - sums["virial_zz"]) / volume
+        shear = -_windowed(sums["mxz"] - sums["virial_xz"]) / volume
+        above = (np.cumsum(sums["mass"][::-1])[::-1] - 0.5 * sums["mass"]) / self.area
         rate = np.gradient(flow, SLICE)
         with np.errstate(invalid="ignore", divide="ignore"):
             return {
                 "height": self.height,
-                "solid_fraction": _windowed(one["volume"]) / volume,
+                "solid_fraction": _windowed(sums["volume"]) / volume,
                 "velocity": flow,
                 "granular_temperature": _windowed(sum(kinetic.values())) / (3.0 * there),
                 "shear_rate": rate,
@@ -191,7 +193,7 @@ class Measurement:
 
     @classmethod
     def of(cls, case: Flow, output: Output) -> Measurement:
-        """Return what an output tells; raise EngineOutputError where a part is missing.
+        """Return the measurement in an output; raise EngineOutputError where a part is missing.
 
         EngineLostAtomsError for a grain below the base, EngineUndecidedError for a flow that
         stopped: it has no means.
@@ -242,23 +244,25 @@ class Measurement:
 
     def profile(self) -> dict[str, Floats]:
         """Return the profile, each (slices,), with uncertainties by the scatter of the blocks."""
-        found = self.slices.mean().profile()
+        profile = self.slices.mean().profile()
         with np.errstate(invalid="ignore", divide="ignore"):
             each = [self.slices.mean(block).profile() for block in range(len(self.blocks))]
         half = _half_width(len(each))
         for name in UNCERTAIN:
-            scatter = np.std([one[name] for one in each], axis=0, ddof=1)
-            found[f"{name}_uncertainty"] = np.asarray(half * scatter)
-        return found
+            scatter = np.std([block_profile[name] for block_profile in each], axis=0, ddof=1)
+            profile[f"{name}_uncertainty"] = np.asarray(half * scatter)
+        return profile
 
     def quantities(self) -> dict[str, float]:
         """Return the declared quantities."""
-        found = self._means()
+        values = self._means()
         measured = [self._of_middle(self.slices.mean(block)) for block in range(len(self.blocks))]
         for name, value in self._of_middle(self.slices.mean()).items():
-            found[name] = value
-            found[f"{name}_uncertainty"] = mean_of([one[name] for one in measured]).half_width
-        return found
+            values[name] = value
+            values[f"{name}_uncertainty"] = mean_of(
+                [block_values[name] for block_values in measured]
+            ).half_width
+        return values
 
     def _means(self) -> dict[str, float]:
         _, speed, _, touching, height, along, out, first, last, *levers = self.blocks.T
@@ -327,16 +331,16 @@ def read(case: Flow, output: Output) -> Mapping[str, float]:
     that becomes faster or slower: it has no steady state, or not yet.
     """
     measured = Measurement.of(case, output)
-    found, drift = {**measured.quantities(), "steps": output.number("steps")}, measured.drift
+    values, drift = {**measured.quantities(), "steps": output.number("steps")}, measured.drift
     if abs(drift.value) > min(max(drift.half_width, STEADY), NEVER_STEADY):
         change = "faster" if drift.value > 0.0 else "slower"
         raise EngineUndecidedError(
             f"undecided: the flow becomes {change}: its kinetic energy changes by "
             f"{100 * drift.value:+.0f} +- {100 * drift.half_width:.0f} % over flow_time = "
             f"{case.flow_time:g}",
-            found,
+            values,
         )
-    return found
+    return values
 
 
 PLANNED = Flow(layers=4, length=8, width=4, angle=16.0, settle_time=50.0, flow_time=100.0)
@@ -369,15 +373,15 @@ class FlowCase(Case[Flow]):
 
     def profile(self, parameters: Flow, output: Output) -> Mapping[str, Sequence[float]]:
         """Return the profile over the height, in d, m and sqrt(d/g)."""
-        found = Measurement.of(parameters, output).profile()
-        there = np.isfinite(found["velocity"])
-        return {name: values[there].tolist() for name, values in found.items()}
+        profile = Measurement.of(parameters, output).profile()
+        there = np.isfinite(profile["velocity"])
+        return {name: values[there].tolist() for name, values in profile.items()}
 
     def references(self, parameters: Flow, traits: Traits) -> Mapping[str, Reference]:
         """Return the momentum balance: tan(angle), and 1 for what is held against the weight."""
         tangent = Reference(math.tan(math.radians(parameters.angle)), "closed form")
-        one = {name: Reference(value, "closed form") for name, value in REFERENCES.items()}
-        return {"mu": tangent, **one}
+        references = {name: Reference(value, "closed form") for name, value in REFERENCES.items()}
+        return {"mu": tangent, **references}
 
     def seconds(self, parameters: Flow, rules: Traits | None, solver: str = "") -> float:
         """Return what a flow is expected to take [s], good to a factor of three."""
@@ -403,12 +407,12 @@ def flow_law_figure(rows: pd.DataFrame) -> Figure:
     figure = panels(1, 2, width=4.6, height=3.8)
     columns = (("mu", "friction mu = tau / P"), ("solid_fraction", "solid fraction, middle half"))
     for axes, (name, words) in zip(figure.axes, columns, strict=True):
-        for number, (layers, own) in enumerate(rows.groupby("layers")):
+        for number, (layers, points) in enumerate(rows.groupby("layers")):
             axes.errorbar(
-                own["inertial_number"],
-                own[name],
-                xerr=own["inertial_number_uncertainty"],
-                yerr=own[f"{name}_uncertainty"],
+                points["inertial_number"],
+                points[name],
+                xerr=points["inertial_number_uncertainty"],
+                yerr=points[f"{name}_uncertainty"],
                 ls="none",
                 lw=1,
                 marker=MARKERS[number % len(MARKERS)],

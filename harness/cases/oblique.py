@@ -1,7 +1,7 @@
 """A sphere meets a wall or another sphere at an angle: friction over a whole contact.
 
-What friction makes of the velocity along the surface, and of the spin. Laws without partial slip
-are drawn beside the whole curve of Maw, Barber and Fawcett (1976).
+The tangential velocity and the spin after the contact. Laws without partial slip are drawn with the
+whole curve of Maw, Barber and Fawcett (1976).
 """
 
 from __future__ import annotations
@@ -86,9 +86,9 @@ def _rebounds(case: ObliqueCase, law: str) -> Array:
             angle=angle,
             speed=1.0 / math.cos(math.radians(angle)),
         )
-        told = case.expected(parameters, Rules())
-        left = told["tangential_ratio"].value - told["rim_speed_ratio"].value
-        reached.append(psi * left / told["normal_restitution"].value)
+        references = case.expected(parameters, Rules())
+        slip_ratio = references["tangential_ratio"].value - references["rim_speed_ratio"].value
+        reached.append(psi * slip_ratio / references["normal_restitution"].value)
     return np.array(reached)
 
 
@@ -144,16 +144,20 @@ OVER_ANGLE = OverAngle(
 def ratio_over_angle(
     case: ContactCase[Oblique], climbed: Sequence[RefinedTrial], who: str
 ) -> Figure:
-    """Draw the ratio that the laws ask for, Coulomb's where all slides, and an engine's limits."""
+    """Draw the laws' expected ratios, Coulomb's under gross sliding, and an engine's limits."""
     figure = panels(1, 1, width=8.0, height=4.4)
     axes = figure.axes[0]
-    walls = [one for one in climbed if one.trial.system == "wall" and one.trial.submodel in SHOWN]
-    for number, one in enumerate(walls):
+    walls = [
+        refined
+        for refined in climbed
+        if refined.trial.system == "wall" and refined.trial.submodel in SHOWN
+    ]
+    for number, refined in enumerate(walls):
         colour = COLOURS[(number + 1) % len(COLOURS)]
-        name = in_words(one.trial.submodel)
-        axes.plot(ANGLES, _ratios(case, one), color=colour, ls=STYLES[number], label=name)
-        reached = one.limits["tangential_ratio"].value
-        axes.plot(one.trial.parameters.angle, reached, "o", color=colour, mfc="none")
+        name = in_words(refined.trial.submodel)
+        axes.plot(ANGLES, _ratios(case, refined), color=colour, ls=STYLES[number], label=name)
+        reached = refined.limits["tangential_ratio"].value
+        axes.plot(refined.trial.parameters.angle, reached, "o", color=colour, mfc="none")
     angles, slides = sliding(0.3, 1.0)
     axes.plot(angles, slides, color=BLACK, lw=0.8, label="sliding throughout, e = 1")
     axes.set(xlabel=AXES[0], ylabel=AXES[1])
@@ -171,11 +175,11 @@ def sliding(friction: float, restitution: float) -> tuple[Array, Array]:
     return angles[slides], ratio[slides]
 
 
-def _ratios(case: ContactCase[Oblique], one: RefinedTrial) -> Array:
-    found = expected_scan(
-        case, one, "angle", ANGLES.tolist(), lambda changed: (changed.velocity, ZERO)
+def _ratios(case: ContactCase[Oblique], refined: RefinedTrial) -> Array:
+    scan = expected_scan(
+        case, refined, "angle", ANGLES.tolist(), lambda changed: (changed.velocity, ZERO)
     )
-    return found["tangential_ratio"]
+    return scan["tangential_ratio"]
 
 
 LEAST_ANGLE = 1e-6
@@ -228,16 +232,16 @@ class ObliqueCase(Friction, ContactCase[Oblique]):
         return (over_angle, *super().drawings(evidence))
 
     def verify_own(self, study: Study) -> Findings:
-        """Hold Mindlin's laws, which stick as a whole, beside partial slip."""
+        """Compare Mindlin's laws, which stick as a whole, with partial slip."""
         return Findings(self.name) if study.level == "quick" else beside_partial_slip(self)
 
     def sections(
         self, main: Findings | None, own: Findings, beside: Mapping[str, Findings]
     ) -> Sequence[Section]:
-        """Add the curve of partial slip to what every contact case tells."""
-        made = super().sections(main, own, beside)
+        """Add the curve of partial slip to the sections of a contact case."""
+        sections = super().sections(main, own, beside)
         further = drawn_beside(own.evidence or {})
-        return [replace(one, drawings=(*one.drawings, *further)) for one in made]
+        return [replace(section, drawings=(*section.drawings, *further)) for section in sections]
 
     def plot(self, one: Tried, who: str) -> Plot:
         """Return the velocity ratio over the angle; of mdr between spheres the motion alone."""

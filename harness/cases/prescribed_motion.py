@@ -1,9 +1,9 @@
-"""Forces and torques along a motion that is given: the contact law alone, without an integrator.
+"""Forces and torques along a prescribed motion: the contact law alone, without an integrator.
 
-Pressed, sheared, sheared back, lifted, rolled, twisted. What resists rolling or twisting is turned
-forth and back beside the shear as well, rolling without slip, so that neither is felt by friction:
-springs and dashpots act there below their limits, slide, and come back. Two spheres that stick are
-also turned as one body: the spring must turn with the contact.
+Pressed, sheared, sheared back, lifted, rolled, twisted. Laws of rolling or twisting resistance are
+also turned forth and back during the shear, rolling without slip, so that friction is not changed:
+their springs and dashpots act there below their limits, slide, and come back. Two spheres that
+stick are also turned as one body: the spring must turn with the contact.
 """
 
 from __future__ import annotations
@@ -115,22 +115,22 @@ def tangential_ratio(motion: Motion) -> Array:
 
 
 def levers(case: ContactCase[PrescribedMotion], found: Findings) -> Iterator[Check]:
-    """Yield what a pair that turns as one body does by the lever of an engine's slip."""
-    for one in found.evidence.refined if found.evidence else ():
-        shown = one.finest.turned and one.trial.submodel == SHOWN
-        if not shown or one.rules.velocity_lever == "contact_point":
+    """Yield the rows of a pair turned as one body, by the lever of an engine's slip velocity."""
+    for refined in found.evidence.refined if found.evidence else ():
+        is_judged = refined.finest.turned and refined.trial.submodel == SHOWN
+        if not is_judged or refined.rules.velocity_lever == "contact_point":
             continue
-        rules = one.rules.replace(velocity_lever="contact_point")
-        objective = case.expected(one.finest, rules)["turned_ratio"].value
-        reached = one.limits["turned_ratio"]
+        rules = refined.rules.replace(velocity_lever="contact_point")
+        objective = case.expected(refined.finest, rules)["turned_ratio"].value
+        reached = refined.limits["turned_ratio"]
         yield finding(
-            f"{case.name}, {one.trial.system}: {SHOWN}, {found.engine}: what turning strains",
+            f"{case.name}, {refined.trial.system}: {SHOWN}, {found.engine}: what turning strains",
             reached.value,
             objective,
             "",
             "expected with levers that reach to the contact: the forces turn with the pair; with "
-            f"the lever {one.rules.velocity_lever} a turn by {one.finest.turned:g} rad strains the "
-            f"spring by that times the overlap of {1e6 * one.finest.overlap:g} µm",
+            f"the lever {refined.rules.velocity_lever} a turn by {refined.finest.turned:g} rad "
+            f"strains the spring by that times the overlap of {1e6 * refined.finest.overlap:g} µm",
             reached.uncertainty,
         )
 
@@ -160,13 +160,13 @@ class PrescribedMotion(ContactSystem):
 
     @property
     def roll_forth(self) -> float:
-        """Return the angle of rolling beside the shear [rad]."""
+        """Return the angle of rolling during the shear [rad]."""
         forth = 3.0 * self.forth * self.radius / self.reduced_radius
         return forth if self.rolling != "none" else 0.0
 
     @property
     def twist_forth(self) -> float:
-        """Return the angle of twisting beside the shear [rad]."""
+        """Return the angle of twisting during the shear [rad]."""
         return 1.5 * self.forth if self.twisting != "none" else 0.0
 
     def check(self) -> None:
@@ -177,10 +177,10 @@ class PrescribedMotion(ContactSystem):
                 f"got partner = {self.partner!r}"
             )
         pressed(self, "overlap", "m", self.overlap)
-        (least, most), left = overlaps(self), (1.0 - self.lift) * self.overlap
+        (least, most), remaining = overlaps(self), (1.0 - self.lift) * self.overlap
         if self.partner == "sphere":
             reach = self.radius + self.second_radius
-            most = math.sqrt(0.9 * left * (2.0 * reach - 1.1 * left))
+            most = math.sqrt(0.9 * remaining * (2.0 * reach - 1.1 * remaining))
         why = "resolved, and a tenth of the overlap must be left beside the top of a sphere"
         between("shear", self.shear, "m", (least, most), why)
         if self.roll_forth and self.partner == "sphere":
@@ -188,7 +188,7 @@ class PrescribedMotion(ContactSystem):
             aside = math.sqrt(most * most - self.shear * self.shear)
             between("forth", self.forth, "rad", (1e-9, self.forth * aside / along), why)
         pull = dashpots(self, self.overlap) * self.lift * self.overlap
-        push = energy(self, left) / left
+        push = energy(self, remaining) / remaining
         why = "the dashpot takes more than half of the force as the sphere is lifted"
         between("duration", self.duration, "s", (pull / push, 1e9), why)
 
@@ -341,12 +341,12 @@ class PrescribedMotionCase(ContactCase[PrescribedMotion]):
         pressed = parameters.radius * np.where(force[:, 2] > 0.0, force[:, 2], np.nan)
         named_curves = {}
         if parameters.rolling != "none":
-            shown = (turned > -SLACK) & (turned < 1e3 * parameters.turn + SLACK)
-            named_curves["rolling"] = turned[shown], (torque[:, 0] / pressed)[shown]
+            turning = (turned > -SLACK) & (turned < 1e3 * parameters.turn + SLACK)
+            named_curves["rolling"] = turned[turning], (torque[:, 0] / pressed)[turning]
         if parameters.twisting != "none":
             turned = turned - 1e3 * parameters.turn
-            shown = turned > -SLACK
-            named_curves["twisting"] = turned[shown], (torque[:, 2] / pressed)[shown]
+            turning = turned > -SLACK
+            named_curves["twisting"] = turned[turning], (torque[:, 2] / pressed)[turning]
         return named_curves
 
 

@@ -75,7 +75,7 @@ class PullOffCase(ContactCase[PullOff]):
     def scene(self, parameters: PullOff) -> ContactScene:
         """Return the pull, which parts half a step before the end."""
         bodies = tuple(parameters.bodies(-parameters.overlap, ZERO))
-        way = parameters.overlap * (1.0 - self.closed_forms(parameters)["parting_ratio"])
+        distance = parameters.overlap * (1.0 - self.closed_forms(parameters)["parting_ratio"])
         steps = parameters.steps_per_contact
         still = (ZERO,) * len(bodies)
         pull = Segment(steps, ((0.0, 0.0, parameters.speed), *still[1:]), still)
@@ -83,7 +83,7 @@ class PullOffCase(ContactCase[PullOff]):
             bodies,
             parameters.planes,
             parameters.law,
-            step=way / parameters.speed / (steps - 0.5),
+            step=distance / parameters.speed / (steps - 0.5),
             steps=steps,
             segments=(pull,),
         )

@@ -62,9 +62,9 @@ def qualify(
     if tell is not None and engine.fingerprint() is None:
         seconds = sum(case.seconds_to_verify(engine) for case in chosen)
         announce(engine, "its qualification", seconds, tell)
-    found = {case.name: case.verify(engine, study or Study()) for case in chosen}
-    checks = tuple(check for findings in found.values() for check in findings.checks)
-    return Qualification(engine.name, checks, found)
+    by_case = {case.name: case.verify(engine, study or Study()) for case in chosen}
+    checks = tuple(check for findings in by_case.values() for check in findings.checks)
+    return Qualification(engine.name, checks, by_case)
 
 
 def announce(engine: Engine, what: str, seconds: float, tell: Callable[[str], None]) -> None:

@@ -1,7 +1,7 @@
-"""The cases that the harness knows: by folder, and by entry points of other packages.
+"""The registry of cases: by folder, and by entry points of other packages.
 
-A folder of this package with a module ``case``, or a module with a TOML file beside it, is a case
-of its name, with hyphens for underscores. Another package names its cases under the entry point
+A folder of this package with a module ``case``, or a module with a TOML file of its name, is a case
+of that name, with hyphens for underscores. Another package names its cases under the entry point
 ``dem_harness.cases``. A case is imported when it is used, not to list names.
 """
 
@@ -143,8 +143,8 @@ def _loaded(point: EntryPoint) -> Case[Any]:
     try:
         case = point.load()
     except Exception as error:
-        told = " ".join(f"{type(error).__name__}: {error}".split())
-        raise RequestError(f"{where}: {point.value} does not import: {told}") from None
+        message = " ".join(f"{type(error).__name__}: {error}".split())
+        raise RequestError(f"{where}: {point.value} does not import: {message}") from None
     if not isinstance(case, Case):
         raise RequestError(
             f"{where}: {point.value} is no case but {type(case).__name__}: must be an instance "

@@ -32,12 +32,12 @@ def _sent(parameters: Spin) -> tuple[Vector, Vector]:
     return (0.0, 0.0, -parameters.speed), (0.0, parameters.spin, 0.0)
 
 
-def _ratio(parameters: Spin, left: Array) -> Array:
+def _ratio(parameters: Spin, rim_ratio: Array) -> Array:
     """Return the spin ratio of a sphere, the other without spin.
 
     An impulse J changes the velocity at the contact by 7/2 J / m*, and r omega by 5/2 J / m.
     """
-    return 1.0 - 5.0 / 7.0 * parameters.reduced_mass / parameters.mass * (1.0 - left)
+    return 1.0 - 5.0 / 7.0 * parameters.reduced_mass / parameters.mass * (1.0 - rim_ratio)
 
 
 OVER_ANGLE = OverAngle(

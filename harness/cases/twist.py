@@ -96,7 +96,7 @@ class TwistCase(RestingCase[Twist]):
         if parameters.normal not in ("hooke", "hertz") or not swings:
             return {}
         end = self.scene(parameters).duration
-        spins = [self._left(parameters, time) for time in (0.5 * end, end)]
+        spins = [self._spin_after(parameters, time) for time in (0.5 * end, end)]
         lost = (spins[0] - spins[1]) / (0.5 * end)
         return {
             "halfway_spin_ratio": spins[0] / parameters.spin,
@@ -104,7 +104,7 @@ class TwistCase(RestingCase[Twist]):
             "deceleration_ratio": lost / self._slipping(parameters),
         }
 
-    def _left(self, parameters: Twist, time: float) -> float:
+    def _spin_after(self, parameters: Twist, time: float) -> float:
         """Return the spin after a time [rad/s]; its load is the weight, at rest."""
         load = parameters.mass * parameters.gravity
         overlap = rest_overlap(parameters, load)
