@@ -77,7 +77,7 @@ def converted(kind: Any, tokens: Sequence[Token]) -> Any:
 
 
 def default_text(value: Any) -> str | None:
-    """Return how the help shows a default; None for a flag, and where the words say it."""
+    """Return the text of a default in the help; None for a flag or an empty default."""
     if value is None or value is False or value == "":
         return None
     return f"{value:g}" if isinstance(value, float) else str(value)

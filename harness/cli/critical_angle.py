@@ -127,7 +127,7 @@ class InclineOptions:
         )
 
     def _steps(self, engine: str, contact: Contact) -> float | None:
-        """Return the steps per contact that are asked for, in either way; None where none are."""
+        """Return the requested steps per contact, from either option; None without one."""
         from harness.engines.registry import engine_class
 
         if self.engine_step is None:
@@ -185,7 +185,7 @@ class AngleFilmOptions(FilmOptions):
     0.05 deg or three times its uncertainty]"""
 
     def angles(self) -> list[float]:
-        """Return the angles that are asked for; raise RequestError for what is no angle."""
+        """Return the requested angles [deg]; raise RequestError for one that is not an angle."""
         if self.film_angles is None:
             return []
         if self.film is None:
@@ -204,7 +204,7 @@ class AngleFilmOptions(FilmOptions):
         return angles
 
     def film_of(self, case: Incline, engine: Engine, record: Mapping[str, Any]) -> Film | None:
-        """Return the film of a case, None where none is asked for."""
+        """Return the film of a case, None where none is requested."""
         if self.film is None:
             return None
         from harness.cases.incline.film import angles_beside, incline_film

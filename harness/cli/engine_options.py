@@ -98,7 +98,7 @@ class ProgramOptions(CacheOptions, WhereOptions):
         }
 
     def check_names(self, engines: Iterable[str], option: str = "--engine") -> None:
-        """Raise RequestError for a program or option whose engine is not asked for.
+        """Raise RequestError for a program or option whose engine is not requested.
 
         ``engines`` are the engines that will run, ``option`` is how one is asked for.
         """
@@ -193,7 +193,7 @@ class EngineOptions(IntegratorOptions):
         return self.open(self.engine, self.integrator)
 
     def without_launcher(self) -> EngineOptions:
-        """Return the same options for engines beside the main one: its executable is not theirs."""
+        """Return the same options for the other engines, without the main engine's executable."""
         return replace(self, lmp=None, mpirun=None)
 
 
@@ -228,12 +228,12 @@ class SolverOptions(ProgramOptions):
 
     @property
     def own_solver(self) -> str | None:
-        """Return the solver of the harness that is asked for, None for an engine."""
+        """Return the requested solver of the harness, None for an engine."""
         return self.solver if self.solver in OWN else None
 
     @contextmanager
     def run(self) -> Iterator[Engine | None]:
-        """Yield the engine that is asked for; None for a solver of the harness.
+        """Yield the requested engine; None for a solver of the harness.
 
         Raise RequestError for a name that is not known, and for options of another engine.
         """
@@ -291,7 +291,7 @@ def answer(
 
 
 def qualification(engine: Engine | None, recording: Recording) -> dict[str, Any]:
-    """Qualify an engine and return what a record says of it; one that fails sets the status to 3.
+    """Qualify an engine and return the result for a record; a failure sets the status to 3.
 
     Nothing of those that others are held against.
     """

@@ -38,6 +38,6 @@ class FilmOptions:
         return 120 if self.frames is None else self.frames
 
     def write(self, make: Callable[[int], Film]) -> None:
-        """Write the film that ``make`` returns for a number of pictures, if one is asked for."""
+        """Write the film that ``make`` returns for a number of pictures, if one is requested."""
         if self.film is not None:
             write_all({("--film", self.film): make(self.pictures).write})

@@ -60,7 +60,7 @@ class SearchOptions:
 
     @property
     def wanted(self) -> HistoryQuery:
-        """Return what was asked for."""
+        """Return the query of the history."""
         return cast("HistoryQuery", {k: v for k, v in vars(self).items() if v is not None})
 
 
@@ -164,7 +164,7 @@ def _quantity(row: Mapping[str, Any]) -> tuple[str, ...]:
 
 
 def _cut(text: str) -> str:
-    """Return a text that leaves room for the columns beside it; JSON has it in full."""
+    """Return a text cut to the width that the other columns leave; JSON has it in full."""
     return text if len(text) <= LONGEST else text[: LONGEST - 1] + "…"
 
 

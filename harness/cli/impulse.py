@@ -136,7 +136,7 @@ class FigureOptions:
     def write(
         self, frame: pd.DataFrame, points: ReferencePoints | None, reading: Reading, solver: str
     ) -> None:
-        """Write the table and the figure, where they are asked for."""
+        """Write the table and the figure, where they are requested."""
 
         def draw() -> Figure:
             from harness.cases.tower.figures import critical_angle_against_height

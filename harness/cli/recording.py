@@ -1,4 +1,4 @@
-"""Write down each run of a command in the history: start, quantities, end.
+"""Record each run of a command in the history: start, quantities, end.
 
 The name of a quantity says which run it is of: runs of the same name can be drawn over one another.
 Parameters are named where they are not the default.

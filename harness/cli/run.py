@@ -42,7 +42,7 @@ class CaseOptions(CostOptions):
             raise RequestError(f"--profile {self.profile}: case {case!r} has no profile")
 
     def write_profile(self, result: RunResult) -> None:
-        """Write the profile, if one is asked for."""
+        """Write the profile, if one is requested."""
         if self.profile is not None:
             import pandas as pd
 

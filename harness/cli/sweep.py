@@ -186,7 +186,7 @@ def _launcher(options: SweepOptions, engines: Sequence[str], ranks: int) -> str:
 
 
 def _planned(options: SweepOptions) -> SweepPlan:
-    """Return what is asked for; raise RequestError, which names the file where there is one."""
+    """Return the requested plan; raise RequestError, which names the file where there is one."""
     from harness.workflows.sweep_plan import plan
 
     try:

@@ -293,7 +293,7 @@ def verify(
 
 
 def engines_of(wanted: str | None) -> tuple[str, ...]:
-    """Return the engines that are asked for; raise RequestError for one that is not known."""
+    """Return the requested engines; raise RequestError for one that is not known."""
     if wanted is None:
         return ()
     from harness.workflows.engine_status import selected_engines
@@ -338,7 +338,7 @@ def _say_cost(choice: VerifyOptions, fresh: bool) -> None:
     kept = "" if fresh else "; runs that are kept are not made again"
     cost = {case.name: case.cost.get(choice.level) for case in cases}
     each = ", ".join(n if s is None else f"{n} {s:.0f} s" for n, s in cost.items())
-    # of what a pattern leaves out nobody knows the part
+    # the part of the time that a pattern leaves out is not known
     complete = cases and not choice.only and None not in cost.values()
     total = f"; {sum(filter(None, cost.values())):.0f} s of CPU time in all" if complete else ""
     request = f"level {choice.level}, {len(cases)} cases ({each}{total})"
