@@ -137,7 +137,7 @@ OVER_ANGLE = OverAngle(
     angle=lambda parameters: parameters.angle,
     sent=lambda changed: (changed.velocity, ZERO),
     # the velocity at the contact of solid spheres changes by 7/2 of that of the centre
-    ratio=lambda _, left: 1.0 - 2.0 / 7.0 * (1.0 - left),
+    ratio=lambda _, rim_ratio: 1.0 - 2.0 / 7.0 * (1.0 - rim_ratio),
 )
 
 

@@ -427,7 +427,7 @@ def _depth_of_onset(run: DropRun, resolution: float) -> float:
 def _static(traits: Traits) -> DropTest:
     """Return the grain that comes to rest under its weight: the overlap is m g / k."""
     contact = _any_contact(traits)
-    # soft, so that single precision can tell the overlap
+    # soft, so that single precision resolves the overlap
     case = Drop(contact=contact, stiffness=1e4, gravity=9.81, duration=40.0, every=1000)
     amplitude = 2.0 * math.exp(-contact.zeta_against_full_mass * math.pi * case.duration)
     return _rest("m g / k", case, amplitude, traits)

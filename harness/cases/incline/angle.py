@@ -713,7 +713,7 @@ def extrapolated_critical_angle(
     contact that rebounds too much for a passage, before any run.
     """
     case = case or Incline(contact=PLASTIC)
-    rungs = (ladder or Ladder()).cases(case)
-    check_passage(*rungs)
-    angles = critical_angles(rungs, engine, fresh=fresh, stage=stage, progress=progress)
+    cases = (ladder or Ladder()).cases(case)
+    check_passage(*cases)
+    angles = critical_angles(cases, engine, fresh=fresh, stage=stage, progress=progress)
     return extrapolate(complete(angles))

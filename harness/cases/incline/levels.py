@@ -77,12 +77,12 @@ class Ladder(Parameters):
 
     def cases(self, case: Incline) -> list[Incline]:
         """Return the refined cases, the costliest first so that no core idles at the end."""
-        rungs = [
+        refined = [
             case.replace(stiffness=case.stiffness * factor, steps_per_contact=steps)
             for factor in self.factors
             for steps in self.steps_per_contact
         ]
-        return sorted(rungs, key=lambda rung: rung.step)
+        return sorted(refined, key=lambda refined_case: refined_case.step)
 
 
 QUICK_LADDER = Ladder(factors=(0.1, 10**-0.5, 1.0, 10**0.5), steps_per_contact=(50.0, 100.0, 200.0))

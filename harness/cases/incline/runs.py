@@ -90,7 +90,7 @@ def read_by(
     Errors are those of :func:`read`.
     """
     _check_settings(case, route, output)
-    # a script that judges by its own looks names its route, and tells whether the grain touches
+    # a script that judges by its own looks names its route, and prints whether the grain touches
     judged = output.has("route") or output.has("touching") or not output.tables
     path = path_in(output.table(COLUMNS)) if every is not None else None
     if judged:

@@ -240,14 +240,14 @@ class TowerShock(Scene):
         highest = self.motion.drawn_centres - self.motion.drawn_widths / 2
         top = max(float(highest.min()) / self._diameter, -2.0) - 0.1
         width = min(max(88.0, 1.15 * tall / (particles - 0.3 - top)), 300.0)
-        left, right = 118 + width, 760.0
+        x0, x1 = 118 + width, 760.0
         tower = self.axes(figure, 88, bottom, width, tall)
         field = figure.add_axes(
-            (left / 880, bottom / self.height, (right - left) / 880, tall / self.height),
+            (x0 / 880, bottom / self.height, (x1 - x0) / 880, tall / self.height),
             sharey=tower,
         )
         chain = figure.add_axes(
-            (left / 880, 52 / self.height, (right - left) / 880, 62 / self.height), sharex=field
+            (x0 / 880, 52 / self.height, (x1 - x0) / 880, 62 / self.height), sharex=field
         )
         self._tower(tower, top)
         self._field(figure, field, bottom, tall)
