@@ -52,7 +52,7 @@ def engine_seconds(steps: float, particles: int, rules: Traits) -> float:
 
 
 def job_seconds(job: Job, rules: Traits) -> float:
-    """Return what a job's scene is expected to take [s]; 0 where there is none to tell from."""
+    """Return the expected time of a job's scene [s]; 0 for a job without a scene."""
     if job.template.scene is None:
         return 0.0
     scene = job.template.scene(job.values, rules.spring)
@@ -119,7 +119,7 @@ class Pace:
 
 
 class ReadValues(dict[str, Any]):
-    """The values of a job, which keep the names that were read; one that asks for all read all."""
+    """The values of a job, which record the names read; to read all of them counts for each."""
 
     def __init__(self, values: Mapping[str, Any]) -> None:
         super().__init__(values)
@@ -180,9 +180,9 @@ def who(engine: Engine | type[Engine]) -> str:
 
 
 def checked_run(run: Run) -> Run:
-    """Return an engine's ``run`` whose outcomes are what the contract says.
+    """Return an engine's ``run`` with its outcomes checked against the contract.
 
-    Of another package's engine, what it raises becomes the error of its jobs, and a value that a
+    In another package's engine an exception becomes the error of its jobs, and a value that a
     job's template has an engine read must have been read.
     """
 
@@ -209,7 +209,7 @@ def checked_run(run: Run) -> Run:
 
 
 def checked_call(name: str, call: Callable[..., Any]) -> Callable[..., Any]:
-    """Return a method of an engine that returns what the contract says or raises a HarnessError."""
+    """Return a method of an engine with its result checked: it raises a HarnessError otherwise."""
     expected = EXPECTED[name]
 
     @functools.wraps(call)

@@ -1,19 +1,19 @@
-"""The contract of an engine: identify, what it can state, run; it knows no case.
+"""The contract of an engine: identify, supported jobs, run; independent of cases.
 
-Many runs: in one process, after one that dies or hangs, in batches, or each on its own.
+Many runs: in one process, after one that fails or hangs, in batches, or each in its own process.
 
-A *job* is a template with values; an *output* is the named numbers and tables that came back,
-with log and provenance. A case makes jobs and reads outputs; the two meet in
-``engines/<code>/templates/<template>`` and nowhere else.
+A *job* is a template with values; an *output* is the named numbers and tables of its result,
+with log and provenance. A case makes jobs and reads outputs; only
+``engines/<code>/templates/<template>`` depends on both a case and a code.
 
 To add an engine, subclass :class:`Engine`, or :class:`harness.engines.programs.ScriptedEngine`
 for a code that runs script files, and name it under the entry point ``dem_harness.engines``
 (an engine of this package: one line in ``registry.py``):
 
-1. ``traits`` declares the rules of its contacts, which decide what it is held against;
-2. ``identify`` returns who it is, or raises EngineMissingError with what to install;
-3. ``run`` returns one Output for each job, in order, or the EngineError in its place: what goes
-   wrong in one run must not touch the others.
+1. ``traits`` declares the rules of its contacts, which decide its references;
+2. ``identify`` returns its provenance, or raises EngineMissingError with what to install;
+3. ``run`` returns one Output for each job, in order, or the EngineError in its place: a failed
+   run must not affect the others.
 
 An engine without a script language takes the job's *scene* instead: positions, velocities,
 contact, gravity and step as arrays (:class:`harness.parameters.scene.ContactScene`). Units are
@@ -90,7 +90,7 @@ def each_alone(
     """
     most, hung = 2 * workers, 0
 
-    def one(item: Item) -> Result | EngineError:
+    def outcome_of(item: Item) -> Result | EngineError:
         nonlocal hung
         if hung >= most:
             return EngineTimeoutError(f"{who}: not run after {most} in a row that hung")
@@ -98,17 +98,17 @@ def each_alone(
         hung = hung + 1 if isinstance(outcome, EngineTimeoutError) else 0
         return outcome
 
-    yield from parallel_each(one, items, min(workers, len(items)))
+    yield from parallel_each(outcome_of, items, min(workers, len(items)))
 
 
 def run_in_turn(
     items: Sequence[Item], run_batch: Callable[[Sequence[Item]], list[Outcome]]
 ) -> list[Outcome]:
-    """Return the outcome of each item, in order, from as many batches as it takes.
+    """Return the outcome of each item, in order, from as many batches as needed.
 
-    ``run_batch`` may return fewer outcomes than it was given items, as a process that dies does,
-    but one at least: it is called again with the rest. Two batches in a row that hang at
-    their first item end it: the rest would cost the time limit each.
+    ``run_batch`` may return fewer outcomes than items, where its process ends early, but at least
+    one: it is called again with the rest. After two batches in a row that hang at their first
+    item the rest are not run: each would take the time limit.
     """
     done: list[Outcome] = []
     hung = False
@@ -130,15 +130,15 @@ def collect(
     ended: Ended,
     who: str,
 ) -> list[Outcome]:
-    """Return the outputs of finished runs of a process, and an error for the one it died at.
+    """Return the outputs of finished runs of a process, and an error for the one that failed.
 
-    ``read`` returns the output of a run, ``error_of`` the error that the process's end and the log
-    of the run it was at (empty: of none) speak of. That a run ended cleanly is known by the
-    beginning of the next, or by the end of the process: where that failed after all runs had
-    finished, none of them counts. A log that raises EngineOutputError ends the list with it.
+    ``read`` returns the output of a run, ``error_of`` the error by the end of the process and the
+    log of the run it was at (empty: of none). A run ended cleanly where the next one began, or
+    where the process ended well: where it failed after all runs had finished, none of them counts.
+    A log that raises EngineOutputError ends the list with it.
     """
     done: list[Outcome] = []
-    whole: list[str] = []
+    finished_logs: list[str] = []
     try:
         for log in logs:
             if not finished(log):
@@ -147,12 +147,12 @@ def collect(
                 )
                 error.log = "\n".join(dict.fromkeys(text for text in (log, ended.said) if text))
                 return [*done, error]
-            whole.append(log)
+            finished_logs.append(log)
             done.append(_read(read, len(done), log))
     except EngineOutputError as error:
         return [*done, error]
     death = error_of("")
-    return done if death is None else [_late(death, log) for log in whole]
+    return done if death is None else [_late(death, log) for log in finished_logs]
 
 
 def _read(read: Callable[[int], Output], index: int, log: str) -> Outcome:
@@ -180,7 +180,7 @@ __all__ = ["Engine", "Job", "Output", "Template", "Value", "Values", "Variation"
 
 @dataclass(frozen=True)
 class Template:
-    """What a case asks engines to simulate: the name of a template, with defaults for its values.
+    """A system to simulate: the name of a template, with defaults for its values.
 
     ``variants`` maps the name of a variant to its defaults; the first is the main one, and a case
     with one script names it "". ``notes`` is a sentence on each variant for the head of its script.
@@ -221,13 +221,13 @@ class Job:
 
 @dataclass(frozen=True)
 class Variation:
-    """Another way to run a job that must change nothing: what it is told, on how many MPI ranks.
+    """A variation of a job that must not change its result: other settings, other MPI ranks.
 
-    ``against`` names the variation that it is held against, the job as it stands unless given.
-    Where it is ``exact`` no bit may change, else round-off only, of coordinates that it makes as
-    large as ``reach`` [m]; ``why`` says for what reason. One that breaks whatever the law is not
-    ``everywhere``: shorter levels judge it for a few laws. ``carried``: it takes thousands of
-    steps, and a way through the room, to have an effect on two spheres.
+    ``against`` names the variation to compare with, by default the unchanged job. Where it is
+    ``exact`` no bit may change, else round-off only, of coordinates as large as ``reach`` [m];
+    ``why`` is the reason. One whose failure does not depend on the law is not ``everywhere``:
+    shorter levels judge it for a few laws. ``carried``: it has an effect on two spheres only after
+    thousands of steps and a long displacement.
     """
 
     name: str
@@ -336,21 +336,21 @@ class Engine(ABC):
 
     @classmethod
     def twin_options(cls, **options: Any) -> Mapping[str, Any] | None:  # noqa: ARG003
-        """Return what opens another way to run the installation that ``options`` open.
+        """Return the options of the other interface to the installation that ``options`` open.
 
-        None where there is no other way.
+        None where there is no other.
         """
         return None
 
     def twin(self) -> Engine | None:
-        """Return another way to run the same installation, or None where there is no other.
+        """Return the other interface to the same installation, or None where there is no other.
 
-        Raise EngineMissingError where there is one that is not here. Close it after use.
+        Raise EngineMissingError where it is not installed. Close it after use.
         """
         return None
 
     def variations(self, job: Job, ends: Sequence[Vector]) -> Sequence[Variation]:  # noqa: ARG002
-        """Return the other ways to run a job with its samples that must change nothing.
+        """Return the variations of a job with its samples that must not change its result.
 
         ``ends`` are the means of the particles' places at the start and at the end [m].
         """

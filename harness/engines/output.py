@@ -92,10 +92,10 @@ class Output:
         return self._number(name, self.text(name))
 
     def check_numbers(self, expected: Mapping[str, float], source: str = "was requested") -> None:
-        """Raise EngineOutputError where a result is another number than is known of the run.
+        """Raise EngineOutputError where a result differs from a number derived from the run.
 
-        ``expected`` are numbers by the names of results, of what ``source`` says; a result that is
-        not there is not checked. It may be off by what printing it with 15 digits leaves.
+        ``expected`` are numbers by the names of results, and ``source`` is their origin; a missing
+        result is not checked. It may differ by the rounding of 15 printed digits.
         """
         for name, value in expected.items():
             if self.has(name) and abs(self.number(name) - value) > PRINTED * abs(value):

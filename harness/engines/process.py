@@ -2,7 +2,7 @@
 
 An environment of a release lies in the cache folder, made once, dropped when that is too full. It
 is a folder with a file :data:`COMPLETE`, written last, whose time is that of the last use.
-Whoever uses or makes one holds a lock beside it; only one that nobody holds is dropped.
+A process that uses or makes one holds its lock; only an environment without a holder is dropped.
 """
 
 from __future__ import annotations
@@ -93,7 +93,7 @@ class Ended:
     timed_out: bool
 
     def error(self, engine: str, limit: float) -> EngineError | None:
-        """Return the error that its end speaks of, or None where it ended well.
+        """Return the error by the end of the process, or None where it ended well.
 
         ``engine`` is its name in the error, ``limit`` [s] the time that it had.
         """
@@ -126,7 +126,7 @@ class Processes:
         environment: Mapping[str, str] | None = None,
         progress: Callable[[], int] = int,
     ) -> Ended:
-        """Run a command in a folder, one thread, its words in ``folder/said``; wait for its end.
+        """Run a command in a folder, one thread, its output in ``folder/said``; wait for its end.
 
         Time is over ``seconds`` after the start, or after ``progress`` last changed. The whole
         process group is killed then, when the program ends, and when the harness is interrupted
@@ -187,7 +187,7 @@ def environment_in(folder: Path, environment: Mapping[str, str] | None = None) -
 
 
 def signal_of(code: int) -> signal.Signals | None:
-    """Return the signal that an exit status speaks of, a process's own or its shell's."""
+    """Return the signal of an exit status, a process's own or its shell's."""
     if 0 <= code <= 128:
         return None
     with contextlib.suppress(ValueError):
@@ -196,7 +196,7 @@ def signal_of(code: int) -> signal.Signals | None:
 
 
 def way_of_death(code: int) -> str:
-    """Return what an exit status says: a signal's name, or the status."""
+    """Return the text of an exit status: a signal's name, or the status."""
     number = signal_of(code)
     return f"exit status {code}" if number is None else f"signal {number.name}"
 
@@ -204,8 +204,8 @@ def way_of_death(code: int) -> str:
 def death(engine: str, code: int, text: str) -> EngineError:
     """Return the error of a program that ended with a bad exit status, after these words.
 
-    The status comes first: of a program that died of a fault only the last line is read, since
-    what it said before is no reason. What it said decides where it ended itself.
+    The status comes first: after a fatal signal only the last line of output is used, since the
+    lines before it give no reason. Where the program ended by itself its output decides.
     """
     ending, number, last = way_of_death(code), signal_of(code), last_words(text)
     if number is signal.SIGXFSZ or (number not in FAULTS and os.strerror(errno.EFBIG) in text):
@@ -226,7 +226,7 @@ def death(engine: str, code: int, text: str) -> EngineError:
 
 
 def last_words(text: str) -> str:
-    """Return the last line of what a program said, in brackets; nothing where it said nothing."""
+    """Return the last line of a program's output, in brackets; nothing for empty output."""
     line = _last_line(text)
     return f" (its last line: {line[:160]})" if line else ""
 
@@ -240,7 +240,7 @@ def _last_line(text: str) -> str:
 
 
 def first_words(text: str) -> str:
-    """Return the first line of what a program said, in brackets; nothing where it said nothing."""
+    """Return the first line of a program's output, in brackets; nothing for empty output."""
     lines = re.findall(r".*\w.*", text)
     return f" (it says: {lines[0].strip()[:120]})" if lines else ""
 
@@ -374,7 +374,7 @@ COMPLETE = "complete"
 
 
 def environments_folder() -> Path:
-    """Return where environments are kept unless told otherwise."""
+    """Return the default folder of environments."""
     return cache_place().path / FOLDER
 
 

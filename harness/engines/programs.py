@@ -1,6 +1,6 @@
-"""Engines that run script files through a program: find it, ask who it is, run it.
+"""Engines that run script files through a program: find it, read its version, run it.
 
-A program is known by its content: a version does not tell a release from one with a line changed.
+A program is identified by its content: a modified release may print the same version.
 
 To make such an engine, subclass :class:`ScriptedEngine` beside a folder ``templates`` with a file
 ``<template>.<extension>.j2`` for each template of a case that the code can state, and give
@@ -101,8 +101,8 @@ def facts(
 
 def tree_files(folder: Path) -> list[Path]:
     """Return the files below a folder, in order, but for byte code, which follows from them."""
-    found = (path for path in folder.rglob("*") if "__pycache__" not in path.parts)
-    return sorted(path for path in found if path.is_file())
+    paths = (path for path in folder.rglob("*") if "__pycache__" not in path.parts)
+    return sorted(path for path in paths if path.is_file())
 
 
 def program_files(program: Path) -> list[Path]:
@@ -110,15 +110,15 @@ def program_files(program: Path) -> list[Path]:
     with program.open("rb") as stream:
         if stream.read(2) == b"#!":
             return []
-    found = with_libraries(program.resolve())
-    return [program, *found] if found else []
+    libraries = with_libraries(program.resolve())
+    return [program, *libraries] if libraries else []
 
 
 @cache
 def with_libraries(program: Path, *more: Path) -> list[Path]:
     """Return a program or library, what the loader gives it, and ``more``; nothing on failure.
 
-    The loader is asked once: the fingerprint of an engine is asked for with every batch of runs.
+    The loader runs once: the fingerprint of an engine is needed with every batch of runs.
     """
     done = ask_program(["ldd", str(program)], LOADER_SECONDS)
     if done is None:
@@ -129,9 +129,9 @@ def with_libraries(program: Path, *more: Path) -> list[Path]:
 
 
 def ask_program(words: Sequence[str], seconds: float) -> subprocess.CompletedProcess[str] | None:
-    """Return what a program says and its exit status, within so many seconds of wall time.
+    """Return the output and exit status of a program within so many seconds of wall time.
 
-    None where it cannot be started or takes longer. It is given no input.
+    None where it cannot be started or takes longer. It has no input.
     """
     try:
         return subprocess.run(
@@ -174,9 +174,9 @@ NO_FILES: Mapping[str, str] = {}
 class ProgramEngine(ScriptSource):
     """The part of an engine that is its ``program``, by default the first of ``programs`` on PATH.
 
-    ``workers`` processes run side by side, as many as there are cores unless told otherwise.
-    ``self_contained`` says that the program with its libraries is all that decides a result, else
-    ``installed_files`` may name what does: runs are cached under their contents. Raise
+    ``workers`` processes run in parallel, by default as many as there are cores.
+    ``self_contained`` means that a result depends on the program and its libraries alone, else
+    ``installed_files`` may name the other files: runs are cached under their contents. Raise
     RequestError for no worker, a named program that is not there, EngineMissingError where none is
     named and there is none.
     """
@@ -218,15 +218,15 @@ class ProgramEngine(ScriptSource):
         return None
 
     def identify(self) -> Provenance:
-        """Return version and executable, asked once."""
+        """Return version and executable, read once."""
         return self._identity
 
     @cached_property
     def _identity(self) -> Provenance:
-        who = self.ask_version()
-        # what a program says of itself goes to terminals and pages
-        version = "".join(c if c.isprintable() else "?" for c in who.engine_version)
-        return replace(who, engine_version=version, integrator=self.traits.integrator)
+        identity = self.ask_version()
+        # the version text of a program goes to terminals and pages
+        version = "".join(c if c.isprintable() else "?" for c in identity.engine_version)
+        return replace(identity, engine_version=version, integrator=self.traits.integrator)
 
     @classmethod
     def fingerprint_of(cls, **options: Any) -> Mapping[str, Any] | None:
@@ -262,7 +262,7 @@ class ProgramEngine(ScriptSource):
         return self.fingerprint_of(program=self.program, **self.given())
 
     def ask(self, words: Sequence[str], files: Mapping[str, str] = NO_FILES) -> tuple[str, Ended]:
-        """Run a command once, beside these files; return what it says first and how it ended."""
+        """Run a command once in a folder with these files; return its first output and its end."""
         with fresh_folder() as folder:
             for name, text in files.items():
                 (folder / name).write_text(text, encoding="utf-8")
@@ -278,7 +278,7 @@ class ProgramEngine(ScriptSource):
         self.processes.close()
 
     def start(self, words: Sequence[str], folder: Path, seconds: float) -> Ended:
-        """Run a command in a folder; a new file there is progress, and what it says."""
+        """Run a command in a folder; a new file there is progress, and so is output."""
         return self.processes.run(
             words,
             folder,
@@ -289,9 +289,9 @@ class ProgramEngine(ScriptSource):
         )
 
     def progress(self, folder: Path) -> int:
-        """Return a number that changes as a process gets on: of its files, and what it says."""
-        said = folder / "said"
-        return len(list(folder.iterdir())) + (said.stat().st_size if said.exists() else 0)
+        """Return a number that changes as a process gets on: of its files, and its output."""
+        output = folder / "said"
+        return len(list(folder.iterdir())) + (output.stat().st_size if output.exists() else 0)
 
 
 def fresh_folder() -> AbstractContextManager[Path]:
@@ -304,8 +304,8 @@ def find_program(option: str, name: str) -> str:
 
     Raise RequestError naming the option, such as ``lmp`` or ``program NAME=``.
     """
-    beside = str(Path(sys.executable).parent)
-    path = shutil.which(name) or shutil.which(name, path=beside)
+    python_folder = str(Path(sys.executable).parent)
+    path = shutil.which(name) or shutil.which(name, path=python_folder)
     if path is None:
         option += "" if option.endswith("=") else " "
         raise RequestError(
@@ -321,8 +321,8 @@ def launcher_of(ranks: int, program: str | None = None) -> str:
     the installation is that of this Python.
     """
     named = program if program and Path(program).name != program else sys.executable
-    beside = Path(named).with_name("mpirun")
-    return f"{shlex.quote(str(beside)) if beside.exists() else 'mpirun'} -n {ranks}"
+    mpirun = Path(named).with_name("mpirun")
+    return f"{shlex.quote(str(mpirun)) if mpirun.exists() else 'mpirun'} -n {ranks}"
 
 
 def launcher_words(launcher: str | None) -> list[str]:
@@ -386,11 +386,11 @@ class ScriptedEngine(ProgramEngine):
         return f"{Path(self.program).name} {task.script.name} {self.words(task)}"
 
     def words(self, task: Task) -> str:
-        """Return what a command line says of a task: NAME=VALUE, lists without spaces."""
+        """Return the command line's words for a task: NAME=VALUE, lists without spaces."""
         return " ".join(f"{name}={str(v).replace(' ', '')}" for name, v in task.values.items())
 
     def error_of(self, ended: Ended, log: str) -> EngineError | None:  # noqa: ARG002
-        """Return the error that the end of a process speaks of, or None where it ended well.
+        """Return the error by the end of a process, or None where it ended well.
 
         ``log`` is that of the task it was at, empty where all had finished.
         """
@@ -409,7 +409,7 @@ class ScriptedEngine(ProgramEngine):
         return self.output(task, self.log_of(folder, index), text_of(series), seconds)
 
     def ranks_in(self, log: str) -> int:  # noqa: ARG002
-        """Return how many MPI ranks a log speaks of."""
+        """Return the number of MPI ranks in a log."""
         return 1
 
     def table(self, series: str) -> Table:

@@ -49,17 +49,17 @@ def tables_of(
     raised = row.mass * (row.along * x0 + row.normal * y0)
     stages = [Stage(stage.place - x0, stage.floor + raised) for stage in scene.stages]
     ends, touches = _through(stages, mover, row)
-    found: dict[str, Table] = {}
+    tables: dict[str, Table] = {}
     if scene.stages:
         touching = {} if mover.touching is None else {"touching": np.array(touches, dtype=float)}
-        found[STAGES] = {**_table(ends, origin), **touching}
+        tables[STAGES] = {**_table(ends, origin), **touching}
     if not scene.every:
-        found[SERIES] = _table(ends, origin)
+        tables[SERIES] = _table(ends, origin)
     else:
         samples = np.column_stack(list(vars(mover.trajectory()).values()))
         steps = scene.every * np.arange(len(samples))
-        found[SERIES] = _table(np.column_stack([steps, samples]), origin)
-    return found
+        tables[SERIES] = _table(np.column_stack([steps, samples]), origin)
+    return tables
 
 
 def _through(
@@ -264,7 +264,7 @@ class Reference(Engine):
         ]
         provenance = self.identify()
 
-        def one(system: tuple[ContactScene, Row]) -> Output | EngineError:
+        def run_scene(system: tuple[ContactScene, Row]) -> Output | EngineError:
             started = time.perf_counter()
             scene, row = system
             try:
@@ -275,7 +275,7 @@ class Reference(Engine):
             seconds = time.perf_counter() - started
             return Output((), provenance, tables, seconds=seconds, title=self.title)
 
-        return parallel_map(one, systems, self.workers)
+        return parallel_map(run_scene, systems, self.workers)
 
     def follow(self, scene: ContactScene) -> Trajectory:
         """Return the first particle's path over all steps of a scene, whatever its stages.

@@ -83,14 +83,14 @@ def _named(file: str) -> Iterator[None]:
             places.append((getattr(error, "name", None) or file, line))
         where, line = places[-1] if places else (file, None)
         place = f"{where}, line {line}" if line else where
-        said = " ".join(str(error).split())[:160]
+        message = " ".join(str(error).split())[:160]
         raise EngineError(
-            f"template {place} cannot be rendered: {type(error).__name__}: {said}"
+            f"template {place} cannot be rendered: {type(error).__name__}: {message}"
         ) from error
 
 
 def _source(folders: Sequence[Folder], name: str) -> tuple[str, str, None] | None:
-    """Return a template with its name, by which errors know it."""
+    """Return a template with its name, for errors."""
     text = text_in(folders, name)
     return None if text is None else (text, name, None)
 
@@ -176,7 +176,7 @@ def scene_values(scene: ContactScene) -> dict[str, Datum]:
     """Return the data of a scene by their names in scripts, SI; the dashpot as its coefficient."""
     (x, y), (vx, vy) = scene.position.T.tolist(), scene.velocity.T.tolist()
     return {
-        **{"x": x, "y": y, "vx": vx, "vy": vy, "fixed": [int(one) for one in scene.fixed]},
+        **{"x": x, "y": y, "vx": vx, "vy": vy, "fixed": [int(held) for held in scene.fixed]},
         **{"mass": float(scene.mass[0]), "diameter": float(scene.diameter[0])},
         "period": scene.period or 0.0,
         **{"gravity_x": scene.gravity[0], "gravity_y": scene.gravity[1]},
@@ -234,7 +234,7 @@ class ScriptSource(Engine):
         """Return a value as the code's scripts write it, at full precision; long lists in lines."""
         text = str(value)
         if isinstance(value, list) and len(text) > LONG:
-            return "[" + "".join(f"\n        {one}," for one in value) + "\n    ]"
+            return "[" + "".join(f"\n        {item}," for item in value) + "\n    ]"
         return text
 
     @classmethod
@@ -262,7 +262,7 @@ class ScriptSource(Engine):
         """Return whether there is a script of this name, or one was rendered, or of its scene."""
         key = (cls, template.package, template.name)
         with _LOCK:
-            if any(known[:3] == key for known in _RENDERED):
+            if any(rendered[:3] == key for rendered in _RENDERED):
                 return True
         return cls._source(template) is not None or cls.takes_scene(template)
 
@@ -287,9 +287,9 @@ class ScriptSource(Engine):
         """
         chosen = variant or template.main
         if chosen not in template.variants:
-            known = ", ".join(template.variants)
+            variants = ", ".join(template.variants)
             raise RequestError(
-                f"{template.name!r} has no variant {variant!r}: must be one of {known}"
+                f"{template.name!r} has no variant {variant!r}: must be one of {variants}"
             )
         if not cls.renders_variants or cls.takes_scene(template):
             chosen = template.main
@@ -313,8 +313,8 @@ class ScriptSource(Engine):
         texts = {}
         for template in templates:
             if cls.states(template):
-                one = [template.main] if cls.takes_scene(template) else template.variants
-                for variant in one:
+                variants = [template.main] if cls.takes_scene(template) else template.variants
+                for variant in variants:
                     script = cls.script(template, variant)
                     texts[f"{folder}/{script.name}".lstrip("/")] = script.text
         return texts
@@ -337,9 +337,9 @@ class ScriptSource(Engine):
 
     def _refuses_scene(self, job: Job) -> str:
         """Return why a scene cannot be run: no value of the template's, or no such scene."""
-        known = {*job.template.variants[job.template.main], "series_every"}
+        names = {*job.template.variants[job.template.main], "series_every"}
         for name, value in job.values.items():
-            if name not in known:
+            if name not in names:
                 return f"template {job.template.name!r} has no value {name!r} ({name} = {value!r})"
         try:
             scene = self._scene(job)
@@ -376,33 +376,33 @@ class ScriptSource(Engine):
 
     def script_digest(self, job: Job) -> str:
         """Return the SHA-256 of the script that a job runs, and of the data of its scene."""
-        own = self.script(job.template, job.variant).sha256
+        digest = self.script(job.template, job.variant).sha256
         if not self.takes_scene(job.template):
-            return own
+            return digest
         data = json.dumps(self.scene_values(self._scene(job)), sort_keys=True)
-        return own + hashlib.sha256(data.encode()).hexdigest()
+        return digest + hashlib.sha256(data.encode()).hexdigest()
 
     def _values(self, job: Job) -> Values:
         """Return the values of a job, with the defaults of a variant that has no script."""
-        own = self.renders_variants or not job.variant
-        defaults = {} if own else job.template.variants[job.variant]
+        in_script = self.renders_variants or not job.variant
+        defaults = {} if in_script else job.template.variants[job.variant]
         return {**defaults, **job.values, **self.settings(job)}
 
     @classmethod
     def _render(cls, template: Template, variant: str) -> Script:
         source = cls._source(template)
-        stem, own = template.name, template.variants[variant]
-        known: Mapping[str, Datum] = own
+        stem, settings = template.name, template.variants[variant]
+        data: Mapping[str, Datum] = settings
         if cls.takes_scene(template) and template.scene is not None:
             source = f"{SCENE}.{cls.extension}.j2"
-            scene = template.scene({"series_every": LOOK, **own}, cls.traits.spring)
-            known = cls.scene_values(scene)
+            scene = template.scene({"series_every": LOOK, **settings}, cls.traits.spring)
+            data = cls.scene_values(scene)
         elif source is None:
             raise RequestError(f"engine {cls.name!r} has no template {template.name!r}")
         elif variant and cls.renders_variants:
             stem = f"{template.name}-{variant}"
         name = f"{stem}.{cls.extension}"
-        defaults = {key: cls.literal(value) for key, value in known.items()}
+        defaults = {key: cls.literal(value) for key, value in data.items()}
         values = {
             **defaults,
             "defaults": defaults,
@@ -423,7 +423,7 @@ class ScriptSource(Engine):
             raise EngineError(f"{who(cls)}: case {template.name!r}{package}: {error}") from error
         scripted = SCENE_ALLOWED if cls.takes_scene(template) else template.allowed
         allowed = {**scripted, **cls.allowed}
-        values["allowed"] = {n: one for n, one in allowed.items() if n in variables}
+        values["allowed"] = {n: limits for n, limits in allowed.items() if n in variables}
         return Script(name, render(values), variables)
 
     @classmethod

@@ -1,4 +1,4 @@
-"""What an engine declares of itself: the rules it follows, which decide what it is held against.
+"""Traits of an engine: the rules it follows, which decide its references.
 
 Of contacts with friction it declares the contact models that it states, each under rules of its
 own; ``engines/README.md`` says what else lets an engine take part in their cases. A job that no
@@ -46,11 +46,11 @@ DASHPOTS = "none velocity mass_velocity coeff_restitution"
 def takes(normal: str, damping: str, tangential: str, **more: str) -> States:
     """Return ``states`` of a model from the words that each value may be, with blanks between.
 
-    It resists slip alone, and the code has one interface, unless ``more`` says otherwise.
+    By default it resists slip alone, and the code has one interface; ``more`` are other values.
     """
     law = {"normal": normal, "damping": damping, "tangential": tangential}
-    found = {**law, "rolling": "none", "twisting": "none", "interface": "current", **more}
-    return {name: tuple(text.split()) for name, text in found.items()}
+    states = {**law, "rolling": "none", "twisting": "none", "interface": "current", **more}
+    return {name: tuple(text.split()) for name, text in states.items()}
 
 
 @dataclass(frozen=True)
@@ -75,8 +75,8 @@ class ContactModel:
 
     def fitting(self, values: ContactValues) -> tuple[int, str]:
         """Return how many values fit before the first that does not, and the name of that one."""
-        for number, (name, known) in enumerate(self.states.items()):
-            if name in values and values[name] not in known:
+        for number, (name, supported) in enumerate(self.states.items()):
+            if name in values and values[name] not in supported:
                 return number, name
         return len(self.states), ""
 
@@ -95,16 +95,16 @@ class ContactModel:
 
 
 def never_attracts(values: ContactValues) -> str:
-    """Return why a dashpot cannot be stated in a code that clips it, or nothing where it can."""
+    """Return why a code that clips forces does not support a dashpot, or nothing where it does."""
     if values["damping"] != "none" and values["clipped"] != "yes":
         return "never attracts (clipped = yes)"
     return ""
 
 
 def stating(models: Sequence[ContactModel], values: ContactValues) -> tuple[ContactModel, str]:
-    """Return the first model that states a job's contact and nothing, or the closest and why not.
+    """Return the first model that supports a job's contact and "", or the closest and its reasons.
 
-    Of models that are equally close each says why not. Without models an empty one that states all.
+    Models that are equally close each give a reason. Without models an empty one supports all.
     """
     if not models:
         return ContactModel(""), ""
@@ -122,17 +122,17 @@ def stating(models: Sequence[ContactModel], values: ContactValues) -> tuple[Cont
 
 
 def _refusals(closest: Sequence[tuple[ContactModel, str]], values: ContactValues) -> Iterator[str]:
-    """Yield why models do not state values, those together that the same value keeps from it."""
-    found: dict[tuple[str, str], list[ContactModel]] = {}
+    """Yield why models do not support values, a reason for each value and lack in common."""
+    groups: dict[tuple[str, str], list[ContactModel]] = {}
     for model, name in closest:
-        found.setdefault((name, model.lacks(values, name)), []).append(model)
-    for (name, reason), those in found.items():
-        who = _either(model.name for model in those)
+        groups.setdefault((name, model.lacks(values, name)), []).append(model)
+    for (name, reason), those in groups.items():
+        names = _either(model.name for model in those)
         if reason:
-            yield f"its {who} {reason}"
+            yield f"its {names} {reason}"
             continue
-        known = _either(str(word) for model in those for word in model.states[name])
-        yield f"its {who} takes {name} = {known}, not {values[name]}"
+        supported = _either(str(word) for model in those for word in model.states[name])
+        yield f"its {names} takes {name} = {supported}, not {values[name]}"
 
 
 def _either(words: Iterable[str]) -> str:
@@ -192,7 +192,7 @@ class Traits:
     """Traps that users fall into, a sentence each; the report shows them."""
 
     def missing(self, why: str) -> str:
-        """Return why an engine is missing, with how to get it where that is not said yet."""
+        """Return why an engine is missing, with the install hint unless the reason has it."""
         return why if self.install_hint in why else f"{why}; to get it: {self.install_hint}"
 
     def refuses(self, values: Mapping[str, Any]) -> str:
@@ -213,4 +213,6 @@ class Traits:
     def fixed_values(self) -> dict[str, str]:
         """Return the values that the rules leave no choice in: scripts need none of them."""
         states = self.frictionless.states
-        return {name: str(known[0]) for name, known in states.items() if len(known) == 1}
+        return {
+            name: str(supported[0]) for name, supported in states.items() if len(supported) == 1
+        }

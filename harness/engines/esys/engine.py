@@ -85,7 +85,7 @@ def environment(folder: Path) -> Mapping[str, str]:
 
 
 def without_frame(said: str) -> str:
-    """Return what a process said without the lines of dashes that the launcher frames it in."""
+    """Return a process's output without the launcher's frame of dashed lines."""
     return "".join(f"{line}\n" for line in said.splitlines() if line.strip("-"))
 
 
@@ -140,7 +140,7 @@ class Esys(ScriptedEngine):
     """ESyS-Particle with Hertz's contact where it is damped, linear springs where it is not.
 
     ``launcher`` is the command that starts ``program`` on two ranks (Open MPI's
-    ``mpirun.openmpi``, or ``mpirun``, unless told otherwise). Runs over a row that differ by the
+    ``mpirun.openmpi``, or ``mpirun``, by default). Runs over a row that differ by the
     grain's start only share a model.
     """
 
@@ -183,13 +183,13 @@ class Esys(ScriptedEngine):
         workers: int | None = None,
         limits: Limits | None = None,
     ) -> None:
-        found = self.find(program)
+        path = self.find(program)
         self._launcher = find_launcher(launcher)
-        super().__init__(found, workers, limits)
+        super().__init__(path, workers, limits)
 
     @classmethod
     def installed_files(cls, program: Path) -> list[Path]:
-        """Return the program, its libraries, and its modules of Python beside it."""
+        """Return the program, its libraries, and its Python modules."""
         prefix = program.resolve().parent.parent
         modules = [*prefix.glob("lib/python3*/*-packages/esys")]
         loaded = program_files(program)
@@ -211,9 +211,9 @@ class Esys(ScriptedEngine):
         Raise EngineMissingError when there is none, as with another MPI's launcher.
         """
         words = [*self._launcher, *RANKS, self.program, "version.py"]
-        said, ended = self.ask(words, {"version.py": GREETING})
-        found = re.findall(r"^RESULT version = (.*)$", said, re.MULTILINE)
-        if len(found) != 1:
+        output, ended = self.ask(words, {"version.py": GREETING})
+        versions = re.findall(r"^RESULT version = (.*)$", output, re.MULTILINE)
+        if len(versions) != 1:
             reason = "it gave no answer" if ended.timed_out else f"exit status {ended.code}"
             raise EngineMissingError(
                 f"{shlex.join(self._launcher)} does not run {self.program}: {reason}"
@@ -221,7 +221,7 @@ class Esys(ScriptedEngine):
                 "that it was built with"
             )
         how = Path(self._launcher[0]).name
-        return Provenance(self.name, found[0], (), self.program, how)
+        return Provenance(self.name, versions[0], (), self.program, how)
 
     def refuses(self, job: Job) -> str:
         """Return why it cannot run a job: besides the rules, a step that is not stable."""
@@ -252,8 +252,8 @@ class Esys(ScriptedEngine):
             raise RequestError("speed = 0.0 m/s: a Hertz contact needs a speed or gravity above 0")
         coefficient = 0.0 if scene.forces else 1.25 * k / math.sqrt(overlap)
         relaxation = 1.6 * scene.damping_ratio * math.sqrt(effective / k)
-        own = {"coefficient": coefficient, "relaxation": relaxation}
-        return {**super().scene_values(scene), **own}
+        dashpot = {"coefficient": coefficient, "relaxation": relaxation}
+        return {**super().scene_values(scene), **dashpot}
 
     def shares(self, tasks: Sequence[Task]) -> list[list[int]]:
         """Return the indices of the tasks of each model."""
@@ -268,14 +268,14 @@ class Esys(ScriptedEngine):
         return list(models.values())
 
     def run_batch(self, tasks: Sequence[Task]) -> list[Output | EngineError]:
-        """Run tasks in one model; where that dies, each runs in a model of its own."""
+        """Run tasks in one model; where that fails, run each in a model of its own."""
         outcomes = super().run_batch(tasks)
-        whole = len(outcomes) == len(tasks) and all(isinstance(one, Output) for one in outcomes)
-        if len(tasks) == 1 or whole:
+        outputs = [outcome for outcome in outcomes if isinstance(outcome, Output)]
+        if len(tasks) == 1 or len(outputs) == len(outcomes) == len(tasks):
             return outcomes
         if isinstance(outcomes[-1], EngineTimeoutError):
             return [copy(outcomes[-1]) for _ in tasks]
-        return [one for task in tasks for one in self.run_batch([task])]
+        return [outcome for task in tasks for outcome in self.run_batch([task])]
 
     def command(self, folder: Path, tasks: Sequence[Task]) -> list[str]:  # noqa: ARG002
         """Return the words that run one model."""
@@ -290,7 +290,7 @@ class Esys(ScriptedEngine):
         return environment(folder)
 
     def error_of(self, ended: Ended, log: str) -> EngineError | None:  # noqa: ARG002
-        """Return the error that the end of a process speaks of, or None where it ended well."""
+        """Return the error by the end of a process, or None where it ended well."""
         ended = replace(ended, said=without_frame(ended.said))
         raised = re.findall(r"^(\w*(?:Error|Exception)\b.*)$", ended.said, re.MULTILINE)
         crashed = ended.timed_out or signal_of(ended.code) in FAULTS

@@ -44,7 +44,7 @@ RULES = {"velocity_lever": "contact_point", "wall_lever": "height"}
 
 
 def dashpot(values: ContactValues) -> str:
-    """Return why a dashpot cannot be stated, or nothing where it can."""
+    """Return why a dashpot is not supported, or nothing where it is."""
     reason = never_attracts(values)
     if not reason and values["damping"] != "none" and values["tangential"] != "none":
         return "has a dashpot along the surface that is tied to the normal one, and limited twice"
@@ -52,7 +52,7 @@ def dashpot(values: ContactValues) -> str:
 
 
 def springs(values: ContactValues) -> str:
-    """Return why linear springs cannot be stated, or nothing where they can."""
+    """Return why linear springs are not supported, or nothing where they are."""
     if values["tangential"] != "none" and not of_a_material(values):
         return "has k_t of less than 4/3 k_n: it is 2 (1 - nu) / (2 - nu) of it"
     return dashpot(values)
@@ -171,11 +171,11 @@ class Kratos(ScriptedEngine):
     @classmethod
     def installed_files(cls, program: Path) -> list[Path]:
         """Return the Python, and the package of Kratos that it would import."""
-        asked = ask_program([str(program), "-c", WHERE], ASK_SECONDS)
-        if asked is None:
+        reply = ask_program([str(program), "-c", WHERE], ASK_SECONDS)
+        if reply is None:
             return []
-        package, interpreter = Path(asked.stdout.strip()), program_files(program)
-        if asked.returncode != 0 or not package.is_absolute() or not interpreter:
+        package, interpreter = Path(reply.stdout.strip()), program_files(program)
+        if reply.returncode != 0 or not package.is_absolute() or not interpreter:
             return []
         return [*interpreter, *tree_files(package.parent)]
 
@@ -194,7 +194,7 @@ class Kratos(ScriptedEngine):
         return {"releases": ", ".join(RELEASES)}
 
     def settings(self, job: Job) -> Values:  # noqa: ARG002
-        """Return the integrator, which every script is told."""
+        """Return the integrator, a setting of every script."""
         return {"scheme": self._scheme}
 
     def ask_version(self) -> Provenance:
@@ -203,9 +203,11 @@ class Kratos(ScriptedEngine):
         words = [line.split(maxsplit=1) for line in ended.said.splitlines()]
         releases = [word[1] for word in words if len(word) == 2 and word[0] == "KRATOS"]
         if not releases or ended.code != 0:
-            said = last_words(ended.said)
+            message = last_words(ended.said)
             raise EngineMissingError(
-                self.traits.missing(f"{self.program} has no Kratos with its DEM application{said}")
+                self.traits.missing(
+                    f"{self.program} has no Kratos with its DEM application{message}"
+                )
             )
         return Provenance(self.name, releases[-1], ("DEMApplication",), self.program, "worker")
 
@@ -223,21 +225,23 @@ class Kratos(ScriptedEngine):
         return replace(ended, said=_without_farewell(ended.said))
 
     def error_of(self, ended: Ended, log: str) -> EngineError | None:  # noqa: ARG002
-        """Return the error that the end of a process speaks of, or None where it ended well."""
-        said = ended.said
+        """Return the error by the end of a process, or None where it ended well."""
+        output = ended.said
         if ended.code != 0 and not ended.timed_out and signal_of(ended.code) not in FAULTS:
-            if re.search(r"^(?:ModuleNotFound|Import)Error: ", said, re.MULTILINE):
-                missing = f"no Kratos{last_words(said)}"
+            if re.search(r"^(?:ModuleNotFound|Import)Error: ", output, re.MULTILINE):
+                missing = f"no Kratos{last_words(output)}"
                 return EngineMissingError(self.traits.missing(missing))
-            if "is not a number" in said:
-                return EngineNaNError(f"Kratos met a value that is not a number{last_words(said)}")
+            if "is not a number" in output:
+                return EngineNaNError(
+                    f"Kratos met a value that is not a number{last_words(output)}"
+                )
             # Kratos's own message of an error is long, and starts the same
-            refusal = re.search(r"^RuntimeError: (?:Error: )?(.*)$", said, re.MULTILINE)
+            refusal = re.search(r"^RuntimeError: (?:Error: )?(.*)$", output, re.MULTILINE)
             if refusal is not None:
                 return EngineInputError(f"Kratos refused its input: {refusal[1].strip()[:160]}")
         return ended.error(self.title, self.limits.seconds)
 
 
-def _without_farewell(said: str) -> str:
-    """Return what a process said without the lines that Kratos ends with."""
-    return "\n".join(line for line in said.splitlines() if not line.startswith(FAREWELL))
+def _without_farewell(output: str) -> str:
+    """Return a process's output without the lines that Kratos ends with."""
+    return "\n".join(line for line in output.splitlines() if not line.startswith(FAREWELL))

@@ -52,15 +52,15 @@ def as_tangential(kind: str, values: ContactValues) -> str:
         return why
     if values[f"{kind}_damping"] != 0.0:
         return f"has {kind} springs without a dashpot only"
-    own = float(values["tangential_stiffness"])
+    stiffness = float(values["tangential_stiffness"])
     if kind == "rolling":
-        tie = f"k_t = {own:.6g} N/m"
+        tie = f"k_t = {stiffness:.6g} N/m"
     elif "radius_2" in values and values["planes"]:
         return "has twisting springs of k_t R*^2, and R* at a wall is another"
     else:
-        own *= _reduced_radius(values) ** 2
-        tie = f"k_t R*^2 = {own:.6g} N m"
-    return "" if _equal(values[f"{kind}_stiffness"], own) else f"has {kind} springs of {tie}"
+        stiffness *= _reduced_radius(values) ** 2
+        tie = f"k_t R*^2 = {stiffness:.6g} N m"
+    return "" if _equal(values[f"{kind}_stiffness"], stiffness) else f"has {kind} springs of {tie}"
 
 
 def as_normal(kind: str, values: ContactValues) -> str:
@@ -83,12 +83,12 @@ def _of_normal(kind: str, values: ContactValues, least: float, most: float) -> s
     R*^2, so that R* is in neither.
     """
     limit, unit = SPRINGS[kind]
-    whole = float(values["normal_stiffness"]) * float(values[f"{kind}_friction"]) ** 2
+    full = float(values["normal_stiffness"]) * float(values[f"{kind}_friction"]) ** 2
     stiffness = float(values[f"{kind}_stiffness"])
-    if whole > 0.0 and least * whole * (1.0 - SAME) <= stiffness <= most * whole * (1.0 + SAME):
+    if full > 0.0 and least * full * (1.0 - SAME) <= stiffness <= most * full * (1.0 + SAME):
         return ""
     more, factor = ("", f"{least:g} ") if least == most else (" or more", "")
-    return f"has {kind} springs of {factor}k_n {limit}^2 = {least * whole:.6g} {unit}{more}"
+    return f"has {kind} springs of {factor}k_n {limit}^2 = {least * full:.6g} {unit}{more}"
 
 
 def _turns_aside(kind: str, values: ContactValues) -> str:
@@ -108,26 +108,26 @@ def _turns_aside(kind: str, values: ContactValues) -> str:
 
 def _reduced_radius(values: ContactValues) -> float:
     """Return R* of the pair, or of the sphere on a wall [m]."""
-    one = float(values["radius_1"])
+    radius = float(values["radius_1"])
     if "radius_2" not in values:
-        return one
+        return radius
     other = float(values["radius_2"])
-    return one * other / (one + other)
+    return radius * other / (radius + other)
 
 
 def from_material(values: ContactValues) -> str:
     """Return why model hertz does not have a tangential dashpot, or nothing where it has."""
     poisson = float(values["poisson_ratio"])
-    own = math.sqrt(2.0 * (1.0 - poisson) / (2.0 - poisson))
+    ratio = math.sqrt(2.0 * (1.0 - poisson) / (2.0 - poisson))
     if values["tangential"] == "none" or values["tangential_damping"] == 0.0:
         return ""
-    if _equal(values["tangential_damping"], own):
+    if _equal(values["tangential_damping"], ratio):
         return ""
-    return f"has no tangential dashpot but of {own:.9g} times the normal one, or none"
+    return f"has no tangential dashpot but of {ratio:.9g} times the normal one, or none"
 
 
-def _equal(one: str | float, other: str | float) -> bool:
-    return math.isclose(float(one), float(other), rel_tol=SAME)
+def _equal(value: str | float, other: str | float) -> bool:
+    return math.isclose(float(value), float(other), rel_tol=SAME)
 
 
 _SPRINGS = "none linear_nohistory linear_history linear_history_classic"
@@ -174,10 +174,10 @@ _STRETCH = re.compile(r"\n? +Step \n +\d+ \n +\d+ \nLoop time of .*\n")
 
 
 class Liggghts(LammpsLanguage):
-    """LIGGGHTS-PUBLIC's executable, ``liggghts`` on PATH unless ``program`` says otherwise.
+    """LIGGGHTS-PUBLIC's executable, by default ``liggghts`` on PATH, or ``program``.
 
-    It is started without an MPI launcher. ``workers`` processes run side by side, as many as
-    there are cores unless told otherwise. Raise RequestError for a program that is not there,
+    It is started without an MPI launcher. ``workers`` processes run in parallel, by default as
+    many as there are cores. Raise RequestError for a program that is not there,
     EngineMissingError where none was named and there is none.
     """
 
@@ -223,14 +223,14 @@ class Liggghts(LammpsLanguage):
 
         Raise EngineMissingError when it is not LIGGGHTS, or lacks the contact model.
         """
-        said, _ = self.ask([self.program, "-log", "none", "-help"])
-        version = re.search(r"^LIGGGHTS \(Version ([^,)\n]+)", said, re.MULTILINE)
+        output, _ = self.ask([self.program, "-log", "none", "-help"])
+        version = re.search(r"^LIGGGHTS \(Version ([^,)\n]+)", output, re.MULTILINE)
         program = f"--program liggghts={self.program}"
         if version is None:
             raise EngineMissingError(
-                f"{program} is not LIGGGHTS: its -help names no version{first_words(said)}"
+                f"{program} is not LIGGGHTS: its -help names no version{first_words(output)}"
             )
-        if MODEL not in said.split():
+        if MODEL not in output.split():
             raise EngineMissingError(
                 f"{program} ({version[1]}) was built without the contact model {MODEL}"
             )
@@ -239,7 +239,7 @@ class Liggghts(LammpsLanguage):
     def command(self, folder: Path, tasks: Sequence[Task]) -> list[str]:  # noqa: ARG002
         """Return the words that run ``batch.in``.
 
-        Its screen is a file: without one it dies as it reads triangles, which it tells there.
+        Its screen is a file: without one it crashes as it reports the triangles that it reads.
         """
         return [self.program, "-in", "batch.in", "-log", "none", "-screen", "screen.txt"]
 
@@ -251,5 +251,5 @@ class Liggghts(LammpsLanguage):
         return {**os.environ, **ALONE, "TMPDIR": str(folder)}
 
     def log_of(self, folder: Path, index: int) -> str:
-        """Return the log of a task without what is said of each short run."""
+        """Return the log of a task without the messages of each short run."""
         return _STRETCH.sub("", super().log_of(folder, index))

@@ -57,7 +57,7 @@ GROWS = (1.0,)
 
 
 def solid(values: ContactValues) -> str:
-    """Return why a contact of Mindlin's cannot be stated, or nothing where it can."""
+    """Return why a contact of Mindlin's is not supported, or nothing where it is."""
     if values["normal"] == "dmt" and (values["damping"] != "none" or values["friction"]):
         return "has dmt without dashpot and friction only"
     if values["rolling"] == "sds" and values["rolling_damping"] != 0.0:
@@ -68,7 +68,7 @@ def solid(values: ContactValues) -> str:
 
 
 def springs(values: ContactValues) -> str:
-    """Return why springs of rolling and twisting cannot be stated, or nothing where they can."""
+    """Return why springs of rolling and twisting are not supported, or nothing where they are."""
     for kind in ("rolling", "twisting"):
         if values[kind] == "sds" and values[f"{kind}_damping"] != 0.0:
             return f"has {kind} springs without a dashpot only"
@@ -79,8 +79,8 @@ def springs(values: ContactValues) -> str:
     return ""
 
 
-def _told(states: States, *names: str) -> States:
-    """Return states with some before the others: what is refused first is what is told."""
+def _ordered(states: States, *names: str) -> States:
+    """Return states with some before the others: a refusal names the first unsupported one."""
     return {name: states[name] for name in dict.fromkeys((*names, *states))}
 
 
@@ -90,7 +90,7 @@ TURNING = "Law2_ScGeom6D_CohFrictPhys_CohesionMoment"
 CONTACTS = (
     ContactModel(
         "Law2_ScGeom_ViscElPhys_Basic",
-        _told(
+        _ordered(
             takes("hooke", DASHPOTS, "none linear_history linear_history_classic"),
             *("normal", "rolling", "twisting"),
         ),
@@ -100,7 +100,7 @@ CONTACTS = (
     ),
     ContactModel(
         TURNING,
-        _told(
+        _ordered(
             takes(*_TURNS, rolling="sds", twisting="none sds"),
             *("normal", "rolling", "twisting", "tangential"),
         ),
@@ -110,7 +110,7 @@ CONTACTS = (
     ),
     ContactModel(
         TURNING,
-        _told(takes(*_TURNS, twisting="sds"), "normal", "twisting", "rolling", "tangential"),
+        _ordered(takes(*_TURNS, twisting="sds"), "normal", "twisting", "rolling", "tangential"),
         TURNING_RULES,
         springs,
         GROWS,
@@ -192,11 +192,11 @@ class Yade(ScriptedEngine):
 
     def ask_version(self) -> Provenance:
         """Return the version that the program names."""
-        said, _ = self.ask([self.program, "--version"])
-        named = re.search(r"^Yade version: (\S+)", said, re.MULTILINE)
+        output, _ = self.ask([self.program, "--version"])
+        named = re.search(r"^Yade version: (\S+)", output, re.MULTILINE)
         if named is None:
             raise EngineMissingError(
-                f"{self.program} is not Yade: it names no version{first_words(said)}"
+                f"{self.program} is not Yade: it names no version{first_words(output)}"
             )
         return Provenance(self.name, named[1], (), self.program, "executable")
 
