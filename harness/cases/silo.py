@@ -360,7 +360,8 @@ class SiloCase(BulkCase[Silo]):
                 BEVERLOO_FACTOR,
                 "",
                 f"C of Beverloo's law with k = {BEVERLOO_MARGIN:g}; 0.55 to 0.65 was measured in "
-                "silos much wider than their orifice and hundreds of grains across",
+                "silos much wider than their orifice, this one is "
+                f"{p.silo_radius / p.orifice_radius:.3g} times as wide",
             ),
         ]
 

@@ -129,7 +129,8 @@ class BulkCase(Case[P]):
                 findings.checks.append(failed_run(name, Kind.ANALYTIC, error))
         if not rows:
             if undecided:
-                findings.checks += [not_tested(n, Kind.ANALYTIC, undecided[0]) for n in names]
+                why = f"{len(undecided)} of {len(trials)} seeds have no value; {undecided[0]}"
+                findings.checks += [not_tested(n, Kind.ANALYTIC, why) for n in names]
             return findings
         findings.evidence = Runs(
             engine.title, tuple(rows), tuple(curves), len(undecided), law_of(engine.traits)

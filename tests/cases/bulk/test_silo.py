@@ -9,6 +9,7 @@ from scipy.integrate import quad
 
 from harness.cases.bulk.materials import check_memory
 from harness.cases.bulk.seeds import Runs
+from harness.cases.contract import Study
 from harness.cases.silo import CASE, Silo, arching, largest_elastic_energy, largest_gain, values_of
 from harness.comparison.verdicts import Verdict
 from harness.engines.contract import Job
@@ -187,6 +188,32 @@ def test_arches_are_shown_with_their_probability():
     assert row.value == 0.4
     # Wilson: centre (k + z^2/2)/(n + z^2), z = 1.96
     assert row.note == "2 of 5 seeds; 95 % interval 0.118 to 0.769"
+
+
+class Arching:
+    """An engine whose first runs arch."""
+
+    name, title, traits = "lammps", "LAMMPS", TRAITS
+
+    def __init__(self, arches):
+        self.arches = arches
+
+    def refuses(self, _):
+        return ""
+
+    def run(self, jobs):
+        p, first = Silo(), self.arches
+        return [output(p, series(p, stop=900.0 * (i < first))) for i in range(len(jobs))]
+
+
+def test_seeds_that_arch_have_no_rate_and_are_counted():
+    rows = {row.name.rpartition(": ")[2]: row for row in CASE.verify(Arching(1), Study()).checks}
+    assert rows["arching"].value == pytest.approx(1 / 12)
+    assert rows["no energy is gained"].verdict is Verdict.PASS
+    rows = CASE.verify(Arching(5), Study("quick")).checks
+    assert [row.name for row in rows] == [f"silo: lammps: {name}" for name in CASE.judged]
+    assert {row.verdict for row in rows} == {Verdict.NOT_TESTED}
+    assert rows[0].note.startswith("5 of 5 seeds have no value; seed 1: undecided: arching: 900")
 
 
 @pytest.fixture(scope="module")
