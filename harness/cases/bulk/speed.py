@@ -103,7 +103,7 @@ def drawn(rows: Sequence[Row]) -> Figure:
     axes.set_xticks(range(len(cases)), cases)
     axes.set(yscale="log", ylabel="time of a particle and step (us)")
     axes.margins(y=0.15)
-    axes.legend(title="one core", ncols=len(codes), fontsize=8)
+    figure.legend(title="one core", ncols=len(codes), fontsize=8, loc="outside upper center")
     return figure
 
 
