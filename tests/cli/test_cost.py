@@ -99,9 +99,7 @@ def test_the_usual_is_below_the_limit_in_every_engine():
     lammps = engine_class("lammps").traits
     for case in all_cases().values():
         for name, parameters in case.presets.items():
-            if name.startswith(
-                PUBLISHED
-            ):
+            if name.startswith(PUBLISHED):
                 longest = (6 if case.name == "penetration" else 300) * MOST_SECONDS
                 assert MOST_SECONDS < case.seconds(parameters, lammps) < longest
             else:
