@@ -314,7 +314,7 @@ class SiloCase(BulkCase[Silo]):
         return {
             **found,
             "beverloo_factor": found["discharge_rate_kg_per_s"] / scale if scale else math.nan,
-            "energy_gain_ratio": largest_gain(energy) / above,
+            "energy_rise_ratio": largest_gain(energy) / above,
             "bed_kinetic_ratio": output.number("bed_kinetic_J") / flowing,
             "bed_height_m": surface,
             "bed_solid_fraction": solid,
@@ -342,7 +342,7 @@ class SiloCase(BulkCase[Silo]):
 
     def judge(self, names: Sequence[str], runs: Runs, p: Silo) -> list[Check]:
         """Return energy gained and bed at rest, of the worst seed; arches and Beverloo as seen."""
-        gain, moves = runs.worst("energy_gain_ratio"), runs.worst("bed_kinetic_ratio")
+        gain, moves = runs.worst("energy_rise_ratio"), runs.worst("bed_kinetic_ratio")
         above = p.weight * 0.5 * runs.sample("bed_height_m").mean
         bound = Tolerance(
             "",

@@ -532,11 +532,15 @@ class Spheres:
         """Take spheres away whose centres are below a height."""
         below = [node for node in self.nodes if height > node.Z]
         if below:
-            low, high = (Kratos.Array3([x, x, z]) for x, z in ((-AWAY, -AWAY), (AWAY, height)))
             destroyer = DEM.ParticleCreatorDestructor()
-            destroyer.MarkParticlesForErasingGivenBoundingBox(self.parts[0], low, high)
+            for node in below:
+                node.Set(Kratos.TO_ERASE, True)
+                self.parts[0].GetElement(node.Id).Set(Kratos.TO_ERASE, True)
             destroyer.DestroyMarkedParticles(self.parts[0])
             self.strategy.RebuildListOfDiscontinuumSphericParticles()
+            # it erases those that are marked, some of them with the next search
+            if self.parts[0].NumberOfElements() < len(self.nodes) - len(below):
+                sys.exit("ERROR: Kratos erased other spheres than those below")
             gone = {node.Id for node in below}
             kept = [i for i, node in enumerate(self.nodes) if node.Id not in gone]
             for name in ("nodes", "radii", "masses"):

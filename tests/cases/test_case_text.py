@@ -44,10 +44,9 @@ def test_values_stand_in_name_title_and_caption_of_a_figure(words):
 
 
 def test_a_section_and_a_table_have_the_words_and_the_parts_that_are_given(words):
-    table = words.table("Both", [("overlap", "1")], (1,), speed=4.0)
+    table = words.table("Both", [("overlap", "1")], speed=4.0)
     assert (table.label, table.caption) == ("Both", "At 4 m/s.")
     assert (table.head, table.rows) == (("law", "force (N)"), (("overlap", "1"),))
-    assert (table.numeric, table.prose) == ({1}, set())
     section = words.section("laws", paragraphs=["By a half."], tables=(table,))
     assert section.title == "The laws"
     assert section.paragraphs == ("They differ.", "By a half.")

@@ -9,8 +9,8 @@ import pytest
 
 from harness.cases.layers.study import LayersStudy
 from harness.cli.baseline import _print_changes
+from harness.cli.files import print_line, print_record
 from harness.cli.releases import _print as print_releases
-from harness.cli.reproduce import _print as print_reproduction
 from harness.cli.study import _print as print_study
 from harness.comparison.releases import Column, release_matrix
 from harness.observables.provenance import Provenance
@@ -49,12 +49,9 @@ PRINTED = {
     "baseline accept": lambda: _print_changes(
         SimpleNamespace(changes=changes([moved(one) for one in RECORDS], BASELINE))
     ),
-    "reproduce": lambda: print_reproduction(
-        {
-            "statements": 181,
-            "folder": "x",
-            "differences": ["table-1-9: found 0.626 for 0.627; " * 5],
-        }
+    "reproduce": lambda: (
+        print_record({"statements": 181, "folder": "x"}),
+        print_line("table-1-9: found 0.626 for 0.627; " * 5),
     ),
 }
 

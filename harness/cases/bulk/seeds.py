@@ -30,8 +30,6 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
 
-import numpy as np
-
 P = TypeVar("P", bound=Parameters)
 
 MARGIN = Tolerance(

@@ -21,6 +21,7 @@ from harness.cases.registry import get_case
 from harness.engines.contract import Engine, Job
 from harness.engines.registry import engine_class
 from harness.errors import EngineError
+from harness.shown.figure import house_style
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -101,9 +102,11 @@ def drawn(rows: Sequence[Row]) -> Figure:
         )
         axes.bar_label(bars, fmt="%.2g", fontsize=8)
     axes.set_xticks(range(len(cases)), cases)
-    axes.set(yscale="log", ylabel="time of a particle and step (us)")
+    axes.set(yscale="log", ylabel="time of a particle and step (µs)")
+    axes.grid(axis="x", visible=False)
+    axes.set_axisbelow(True)
     axes.margins(y=0.15)
-    axes.legend(title="one core", ncols=len(codes), fontsize=8)
+    figure.legend(title="one core", ncols=len(codes), fontsize=8, loc="outside upper center")
     return figure
 
 
@@ -115,7 +118,8 @@ def main(words: Sequence[str]) -> None:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(COLUMNS)
         writer.writerows([*row[:4], f"{row[4]:.3g}"] for row in rows)
-    drawn(rows).savefig(folder / "speed.svg")
+    with house_style():
+        drawn(rows).savefig(folder / "speed.svg", metadata={"Date": None})
 
 
 if __name__ == "__main__":

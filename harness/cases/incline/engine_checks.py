@@ -98,7 +98,7 @@ class EngineAngle(Row, Record):
 
     JSON: ClassVar = {
         "engine": "who",
-        "contact": "contact",
+        "contact": "contact.name",
         "tail": "contact.tail",
         "effective_mass": "contact.effective_mass",
         "spring": "spring",
