@@ -422,6 +422,7 @@ def test_every_case_and_submodel_is_invariant_but_for_known_defects():
 
 
 @pytest.mark.slow
+@pytest.mark.timeout(1800)  # four ranks that poll on two cores
 def test_ranks_change_no_bit_of_any_case_and_submodel_but_for_known_defects(lmp):  # noqa: ARG001
     cases = tuple(case for case in all_cases().values() if isinstance(case, ContactCase))
     with Lammps() as engine:
