@@ -95,17 +95,17 @@ class PredictedValue:
         return [self.case.observed(recorded, motion)[self.quantity] for motion in motions]
 
     def _scene_of(self, level: Any, prediction: Prediction | None) -> tuple[ContactScene, Rules]:
-        """Return the scene of a level, and the rules of the run, as the defect makes them."""
-        scene = self.case.scene(level)
-        if prediction is None:
-            return scene, self.rules
-        return as_the_defect_makes_it(scene, self.rules, prediction)
+        """Return the scene of a level, and the rules in it, as the defect makes them."""
+        scene, rules = self.case.scene(level), self.rules
+        if prediction is not None:
+            scene, rules = as_the_defect_makes_it(scene, rules, prediction)
+        return scene, self.case.rules_in_scene(level, rules)
 
     def _stepped(self, level: Any, prediction: Prediction | None) -> Motion:
         scene, rules = self._scene_of(level, prediction)
         scheme: Mapping[str, Any] = prediction.scheme if prediction else {}
         departures = Departures(**scheme)
-        return _advanced(scene, self.case.rules_in_scene(level, rules), departures)
+        return _advanced(scene, rules, departures)
 
     def _by_steps(self, prediction: Prediction) -> tuple[float, float]:
         """Return the limit that the scheme leaves on the same ladder: nothing else differs."""
@@ -119,11 +119,9 @@ class PredictedValue:
         """Return the value by the integration, and the width that its own kinks and jumps need."""
         finest = self.levels[-1]
         scene, rules = self._scene_of(finest, prediction)
-        rules = self.case.rules_in_scene(finest, rules)
         reached = followed(scene, rules)
         value = self.case.observed(finest, reached.motion)[self.quantity]
-        as_it_is = self.case.rules_in_scene(finest, self.rules)
-        over = math.isfinite(followed(self.case.scene(finest), as_it_is).ended)
+        over = math.isfinite(followed(*self._scene_of(finest, None)).ended)
         if over and not math.isfinite(reached.ended):
             value = self._cut_short(prediction)
         kinked = reached.kinked or reached.jumps or jumps_at_the_end(scene, rules)
@@ -143,7 +141,6 @@ class PredictedValue:
         values = []
         for level in self.levels:
             scene, rules = self._scene_of(level, prediction)
-            rules = self.case.rules_in_scene(level, rules)
             values.append(self.case.observed(level, followed(scene, rules).motion))
         reached = self.limits(values).get(self.quantity)
         return reached.value if reached else math.nan
