@@ -85,7 +85,7 @@ def test_every_link_leads_to_a_file_and_a_heading():
 
 
 def test_every_command_is_understood():
-    from harness.cli.app import app
+    from harness.cli.command import app
 
     assert len(commands()) > 40
     refused = {}

@@ -80,8 +80,7 @@ def _status() -> int:
     """Run the command and return its exit status; errors are printed here."""
     from cyclopts import CycloptsError
 
-    from harness.cli.app import app
-    from harness.cli.command import usage_message, with_options
+    from harness.cli.command import app, usage_message, with_options
     from harness.errors import HarnessError
 
     words = sys.argv[1:]

@@ -1,4 +1,4 @@
-"""Make commands of functions, by cyclopts: signatures are options, docstrings are their help.
+"""The app and its commands, functions of which cyclopts makes options and help.
 
 Options that several commands share are fields of a frozen dataclass that :func:`options` marks; a
 command takes it as one parameter, and each field is an option. Whole numbers and paths are checked
@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Annotated, Any, Literal, TypeVar, dataclass_transform, get_args, get_type_hints
 
 from cyclopts import (
+    App,
     CoercionError,
     CycloptsError,
     Group,
@@ -25,6 +26,7 @@ from cyclopts import (
     convert,
 )
 
+from harness import __version__
 from harness.errors import RequestError
 
 Json = Annotated[bool, Parameter(help="Print one JSON object on stdout, and nothing else.")]
@@ -122,3 +124,44 @@ def usage_message(error: CycloptsError) -> str:
             message += f"; did you mean {near}?"
     command = " ".join(["dem-harness", *(error.command_chain or ())])
     return f"{message}\nsee {command} --help"
+
+
+app = App(
+    name="dem-harness",
+    help="""Check discrete element (DEM) codes against theory.
+
+    The frictionless incline (critical angle 10.2078 deg), the tower hit by a dropped grain,
+    contacts with friction and layers, in closed form, in solvers of this package and in DEM codes.
+
+    Exit status: 0 all verdicts hold; 1 a verdict failed; 2 the request was
+    wrong; 3 an engine could not be run, died or does not qualify; 4 internal error;
+    130 interrupted; 143 terminated.
+    """,
+    version=f"dem-harness {__version__}",
+    version_flags="--version",
+    group_parameters=panel("Options"),
+    default_parameter=Parameter(
+        negative=(), converter=converted, allow_repeating=True, show_default=default_text
+    ),
+    help_format="markdown",
+    suppress_keyboard_interrupt=False,
+)
+
+COMMANDS = """
+    verify:verify publish:reproduce incline:theory incline:critical_angle tower:tower tower:impulse
+    cases:cases cases:run sweep:sweep study:study publish:inputs cases:engines releases:releases
+    releases:upstream releases:defect baseline:diff kept:history publish:site kept:cache
+    baseline:baseline
+"""
+"""Module and function of each command, in the order of the help; imported when it is run."""
+
+for place, command in enumerate(COMMANDS.split()):
+    app.command(f"harness.cli.{command}", sort_key=place)
+app.register_install_completion_command()
+
+
+@app.command(name="--show-completion")
+def show_completion() -> int:
+    """Show completion for the current shell, to copy it or customize the installation."""
+    print(app.generate_completion())
+    return 0

@@ -13,6 +13,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
+from harness.cli.command import File, options
 from harness.errors import RequestError, cannot_write
 from harness.report.plain import json_text, one_line
 
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from harness.observables.reference import Points, ReferencePoints
-
+    from harness.report.film import Film
 
 GAP = 2
 """Blanks between two columns."""
@@ -300,3 +301,33 @@ def _text_of(path: Path) -> tuple[str, str]:
             "UTF-8 is expected"
         ) from None
     return text, name
+
+
+@options("Film")
+class FilmOptions:
+    """A film of the motion, and its length."""
+
+    film: File = None
+    """Write a film of the motion to this file: .gif, or .mp4 where ffmpeg is on the path."""
+    frames: int | None = None
+    """Pictures of the film, 20 a second. [default: 120]"""
+
+    def check(self) -> None:
+        """Raise RequestError, before anything is run, for a film that cannot be written."""
+        if self.film is None:
+            if self.frames is not None:
+                raise RequestError(f"--frames {self.frames}: goes with --film only")
+            return
+        from harness.report.film import check_film
+
+        check_film(self.film, self.pictures, "--film")
+
+    @property
+    def pictures(self) -> int:
+        """Return the number of pictures."""
+        return 120 if self.frames is None else self.frames
+
+    def write(self, make: Callable[[int], Film]) -> None:
+        """Write the film that ``make`` returns for a number of pictures, if one is requested."""
+        if self.film is not None:
+            write_all({("--film", self.film): make(self.pictures).write})

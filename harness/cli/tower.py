@@ -1,19 +1,40 @@
-"""``dem-harness tower``."""
+"""``dem-harness tower`` and ``dem-harness impulse``: one run of a tower, a table over towers."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+import re
+from collections.abc import Hashable, Iterable, Mapping, Sequence
 from functools import partial
-from typing import TYPE_CHECKING, Any, Literal
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from harness.cli.command import File, Json, options
+from cyclopts import Parameter
+
+from harness.cli.command import File, Json, Reading, options
 from harness.cli.engine_options import CostOptions, SolverOptions, answer, completed
-from harness.cli.files import check_target, write_all
-from harness.cli.film import FilmOptions
+from harness.cli.files import (
+    FORMATS,
+    FilmOptions,
+    Writer,
+    check_target,
+    print_wrapped,
+    read_reference,
+    save_figure,
+    write_all,
+)
+from harness.errors import RequestError
 from harness.report.plain import write_csv
 
 if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.figure import Figure
+    from rich.table import Table
+
+    from harness.cases.tower.impulse import TableOptions as Over
     from harness.engines.contract import Engine
+    from harness.observables.reference import ReferencePoints
+    from harness.observables.row import Row
     from harness.observables.tower import TowerRun
     from harness.parameters.tower import Tower
     from harness.report.film import Film
@@ -99,7 +120,7 @@ def tower(
     """
     from harness.cases.tower.run import covering
     from harness.cases.tower.run import tower as run_tower
-    from harness.cli.recording import recorded, tower_quantities
+    from harness.cli.recording import recorded
     from harness.observables.windows import summary
 
     check_target(run.series, "--series")
@@ -151,3 +172,291 @@ def _short(value: object) -> str:
     if isinstance(value, list):
         return f"{value[1]} at {value[0]:.4g};"
     return f"{value:.8g}" if isinstance(value, float) else str(value)
+
+
+FIRST, ACROSS = 11, 17
+"""Characters of a table's column of heights with its frame, and of each run."""
+
+MOST_ESTIMATED = 20
+"""Heights whose cost is estimated one by one."""
+
+
+@options()
+class ImpulseOptions(CostOptions):
+    """The rows of the table, and how an impulse ratio becomes an angle."""
+
+    heights: str = "1-19"
+    """Heights, as `1-19` or `1,2,5`."""
+    stiffness: Annotated[list[str] | None, Parameter(metavar="NUMBERS")] = None
+    """Normal stiffnesses [N/m], commas or repeated. [default: 1e5,1e6,1e7]"""
+    speed: Annotated[list[str] | None, Parameter(metavar="NUMBERS")] = None
+    """Speeds of the grain [m/s], commas or repeated. [default: 2,4]"""
+    law: Literal["overlap", "deformable", "both"] = "both"
+    """Contact law: what DEM codes do, the source's, or both."""
+    window: Literal["turnaround", "structure", "first-contact", "all"] = "turnaround"
+    """Impulse until: `turnaround`, twice the time of closest approach (the source's);
+    `structure`, the grain's chain swings from all contacts to one; `first-contact`, the grain
+    first detaches."""
+    gravity: float = 9.81
+    """Gravity along the motion [m/s2]."""
+    mass: float = 1.0
+    """Mass of each particle [kg]."""
+    reading: Reading = "lost"
+    """Critical angle from alpha: `lost` rescales the velocity lost in the shock, sqrt(shock) = 1
+    - alpha/2, and falls with height; `kept` the velocity kept, alpha/2, and rises. The source
+    prints both."""
+
+    def case(self) -> Tower:
+        """Return what the towers have in common."""
+        from harness.parameters.tower import Tower
+
+        return Tower(mass=self.mass, gravity=self.gravity)
+
+    def over(self) -> Over:
+        """Return what the table runs over; raise RequestError for lists that cannot be read."""
+        from harness.observables.windows import WINDOWS
+
+        ranges: Over = {"heights": _heights(self.heights)}
+        if self.stiffness:
+            ranges["stiffnesses"] = _numbers(self.stiffness, "--stiffness")
+        if self.speed:
+            ranges["speeds"] = _numbers(self.speed, "--speed")
+        if self.law != "both":
+            ranges["laws"] = (self.law,)
+        ranges["windows"] = WINDOWS if self.window == "all" else (self.window,)
+        return ranges
+
+    def check_cost(self, solver: str | None, engine: Engine | None) -> None:
+        """State what a table costs; raise RequestError for one too long, unless it is forced."""
+        from harness.cases.tower.case import tower_seconds
+        from harness.cases.tower.impulse import families
+        from harness.engines.border import OWN_SECONDS
+
+        over, rules = self.over(), engine.traits if engine else None
+        every = list(over["heights"])
+        # some of many heights stand for all
+        over["heights"] = some = every[:: math.ceil(len(every) / MOST_ESTIMATED)]
+        seconds = sum(
+            tower_seconds(case, solver, rules)
+            for group in families(self.case(), **over)
+            for case in group
+        )
+        work = f"the table (--heights {self.heights})"
+        self.agree(seconds * len(every) / len(some), work, None if rules else OWN_SECONDS)
+
+
+@options()
+class FigureOptions:
+    """Files that are read and written."""
+
+    reference: File = None
+    """Measured angles for the figure: CSV with the columns h_over_d and theta_deg."""
+    figure: File = None
+    """Draw critical angle against height: .svg, .png or .pdf."""
+    csv: File = None
+    """Write the table to this file."""
+
+    def points(self) -> ReferencePoints | None:
+        """Return the measured angles, if there are any.
+
+        Raise RequestError for files that cannot be read or written, and points that nothing shows.
+        """
+        check_target(self.figure, "--figure", FORMATS)
+        check_target(self.csv, "--csv")
+        if self.figure and self.csv and self.figure.resolve() == self.csv.resolve():
+            raise RequestError(f"--figure and --csv {self.csv}: must be two files")
+        if self.reference is None:
+            return None
+        if self.figure is None:
+            raise RequestError(
+                f"--reference {self.reference}: is drawn in a figure only; add --figure FILE"
+            )
+        return read_reference(self.reference)
+
+    def write(
+        self, frame: pd.DataFrame, points: ReferencePoints | None, reading: Reading, solver: str
+    ) -> None:
+        """Write the table and the figure, where they are requested."""
+
+        def draw() -> Figure:
+            from harness.cases.tower.figures import critical_angle_against_height
+            from harness.observables.reference import PEYNEAU_ROUX
+
+            return critical_angle_against_height(
+                frame, readings=(reading,), solver=solver, published=PEYNEAU_ROUX, reference=points
+            )
+
+        writers: dict[tuple[str, Path], Writer] = {}
+        if self.csv is not None:
+            writers["--csv", self.csv] = lambda path: write_csv(frame, path)
+        if self.figure is not None:
+            writers["--figure", self.figure] = save_figure(draw, self.figure.suffix)
+        write_all(writers)
+
+
+def impulse(
+    table: ImpulseOptions = ImpulseOptions(),
+    files: FigureOptions = FigureOptions(),
+    solver: SolverOptions = SolverOptions(),
+    *,
+    json: Json = False,
+) -> int:
+    """Impulse on the grain and critical angle against the height of the tower.
+
+    alpha(n) = J(n) / J(1): the impulse on a grain dropped on a tower of height n,
+    over that on a rigid base. It rescales the shock in the well of the incline,
+    hence the critical angle. Without options: the source's six runs, both laws.
+
+    For example:
+
+        dem-harness impulse --heights 1-4 --stiffness 1e6 --speed 2
+        dem-harness impulse --law overlap --figure angles.svg --reference measured.csv
+    """
+    from harness.cases.tower.impulse import impulse_angles
+    from harness.cli.recording import recorded
+
+    points, name, case = files.points(), solver.solver, table.case()
+    with recorded("impulse", quiet=json) as recording, solver.run() as engine:
+        table.check_cost(solver.own_solver, engine)
+        frame = impulse_angles(
+            case=case,
+            solver=solver.own_solver,
+            reading=table.reading,
+            engine=engine,
+            progress=recording.progress,
+            **table.over(),
+        )
+        record = completed({"solver": name, "reading": table.reading}, engine, recording)
+        recording.engine = engine.identify().to_json() if engine else solver.own_record
+        record["rows"] = frame.to_dict(orient="records")
+        others = {"mass_kg": table.mass, "gravity_m_per_s2": table.gravity}
+        recording.quantities = impulse_quantities(record["rows"], name, others)
+    files.write(frame, points, table.reading, name)
+    if points is not None:
+        pairs = zip(points.heights, points.angles_deg, strict=True)
+        record["reference"] = [{"h_over_d": h, "theta_deg": angle} for h, angle in pairs]
+    return answer(record, name, json, lambda record: _print_tables(frame, record))
+
+
+_MOST = 10_000
+
+
+def _heights(text: str) -> list[int]:
+    """Return the heights of ``1-19,30``, each once, in the order given.
+
+    Raise RequestError for what is not one, and for heights outside 1 to 10000.
+    """
+    numbers: dict[int, None] = {}
+    for part in text.split(","):
+        ends = re.fullmatch(r"(\d{1,9})(?:-(\d{1,9}))?", part.strip(), re.ASCII)
+        if ends is None:
+            raise RequestError(
+                f"--heights {text!r}: {part.strip()!r} must be a whole number or a range, as 1-19"
+            )
+        first, last = int(ends[1]), int(ends[2] or ends[1])
+        if not 1 <= first <= last <= _MOST:
+            raise RequestError(f"--heights {text!r}: {part.strip()} must rise within 1 to {_MOST}")
+        numbers |= dict.fromkeys(range(first, last + 1))
+    return list(numbers)
+
+
+def _numbers(texts: Iterable[str], option: str) -> list[float]:
+    """Return the numbers of ``["1e5,1e6", "1e7"]``, each once, in the order given.
+
+    Raise RequestError for what is not one; its range is for the parameters to judge.
+    """
+    numbers: dict[float, None] = {}
+    for text in texts:
+        for part in text.split(","):
+            try:
+                numbers[float(part)] = None
+            except ValueError:
+                raise RequestError(f"{option} {text!r}: {part!r} is not a number") from None
+    return list(numbers)
+
+
+def _print_tables(frame: pd.DataFrame, record: Mapping[str, Any]) -> None:
+    from rich.console import Console
+
+    console = Console(width=None if Console().is_terminal else 120, markup=False)
+    for (law, window), part in frame.groupby(["law", "window"], sort=False):
+        title = f"{law} law, {window} window, {record['solver']}; alpha and critical angle (deg)"
+        print_wrapped(f"{title} of each run, reading: velocity {record['reading']}")
+        runs = list(part.groupby(["stiffness_N_per_m", "speed_m_per_s"], sort=False))
+        tables = math.ceil(len(runs) / max(1, (console.width - FIRST) // ACROSS))
+        each = math.ceil(len(runs) / tables)
+        for first in range(0, len(runs), each):
+            console.print(_table(runs[first : first + each]))
+
+
+def _table(runs: Sequence[tuple[Any, pd.DataFrame]]) -> Table:
+    from rich.table import Table
+
+    table = Table()
+    table.add_column("height", justify="right")
+    for (stiffness, speed), _ in runs:
+        name = f"k = {stiffness:.3g} N/m\nv0 = {speed:g} m/s"
+        table.add_column(name, justify="right", no_wrap=True)
+    columns = [_cells(run) for _, run in runs]
+    for height, *cells in zip(runs[0][1]["height"], *columns, strict=True):
+        table.add_row(str(height), *cells)
+    return table
+
+
+def _cells(run: pd.DataFrame) -> Iterable[str]:
+    """Yield impulse ratio and angle of each height; - where the window does not exist."""
+    for ratio, angle in zip(run["impulse_ratio"], run["critical_angle_deg"], strict=True):
+        degrees = "-" if angle != angle else format(angle, "6.3f")
+        yield "-" if ratio != ratio else f"{ratio:.4f}  {degrees}"
+
+
+_TOWER_DEFAULTS = {"mass_kg": 1.0, "gravity_m_per_s2": 9.81, "base": "fixed"}
+_TOWER = (
+    ("impulse_Ns", "impulse, {window} window", "N s"),
+    ("peak_force_N", "peak force", "N"),
+    ("turnaround_s", "turnaround", "s"),
+    ("energy_drift", "energy drift", ""),
+)
+"""Key, name and unit of what ``tower`` measures."""
+
+
+def tower_quantities(record: Mapping[str, Any]) -> list[Row]:
+    """Return impulse, peak force, turnaround and energy drift of ``tower``."""
+    from harness.cli.recording import non_default
+    from harness.observables.row import Row
+
+    case = (
+        (
+            f"{record['solver']}, {record['law']} law, n = {record['height']}, "
+            f"k = {record['stiffness_N_per_m']:.12g} N/m, v0 = {record['speed_m_per_s']:.12g} m/s, "
+            f"{record['duration_s'] / record['contact_time_s']:.6g} t0"
+        )
+        + ("" if record["step_s"] is None else f", step {record['step_s']:.6g} s")
+        + non_default(record, _TOWER_DEFAULTS)
+    )
+    window = record["window"]
+    return [
+        Row(f"tower: {name.format(window=window)}: {case}", float(record[key]), math.nan, unit)
+        for key, name, unit in _TOWER
+    ]
+
+
+def impulse_quantities(
+    rows: Iterable[Mapping[Hashable, Any]], solver: str, others: Mapping[str, float]
+) -> list[Row]:
+    """Return the impulse ratio of each row of ``impulse``; ``others`` are mass and gravity."""
+    from harness.cli.recording import non_default
+    from harness.observables.row import Row
+
+    rest = non_default(others, _TOWER_DEFAULTS)
+    return [
+        Row(
+            f"impulse ratio alpha({row['height']}): {solver}, {row['law']} law, "
+            f"{row['window']} window, k = {row['stiffness_N_per_m']:.12g} N/m, "
+            f"v0 = {row['speed_m_per_s']:.12g} m/s{rest}",
+            row["impulse_ratio"],
+            math.nan,
+            "",
+        )
+        for row in rows
+    ]

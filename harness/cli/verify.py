@@ -25,6 +25,7 @@ from harness.report.plain import one_line
 if TYPE_CHECKING:
     from rich.table import Table
 
+    from harness.comparison.verdicts import Check
     from harness.store.entries import Entries
     from harness.workflows.progress import Progress
 
@@ -272,7 +273,7 @@ def verify(
         dem-harness verify --quick --output mine
         dem-harness verify --engines all --cases incline,tower
     """
-    from harness.cli.recording import recorded, verdicts
+    from harness.cli.recording import recorded
 
     choice.check()
     others = engines_of(choice.engines)
@@ -281,7 +282,7 @@ def verify(
         record = _record(choice, engine, folder, recording.progress)
         recording.cached = record["cached"]
         recording.status, recording.folder = record["status"], folder
-        recording.engine, recording.quantities = record["engine"] or {}, verdicts(record["checks"])
+        recording.engine, recording.quantities = record["engine"] or {}, _checks(record)
     with closed_pipe_allowed():
         if json:
             print_json({**record, "folder": str(folder)})
@@ -290,6 +291,14 @@ def verify(
     for error in record["engine_errors"] if record["status"] == 3 else ():
         print(f"dem-harness: {error}", file=sys.stderr)
     return int(record["status"])
+
+
+def _checks(record: Record) -> list[Check]:
+    from harness.comparison.verdicts import Check
+    from harness.shown import adapter
+
+    checks: list[Check] = adapter(list[Check]).validate_python(record["checks"])
+    return checks
 
 
 def engines_of(wanted: str | None) -> tuple[str, ...]:

@@ -8,7 +8,7 @@ from cyclopts.argument import Argument
 
 from harness.cases.contract import Case
 from harness.cases.registry import all_cases
-from harness.cli.app import app
+from harness.cli.command import app
 
 NUMBERS = (
     *("nan", "inf", "-inf", "-0", "0", "1", "2", "3.5", "-1", "1e308", "-1e308", "1e-308"),

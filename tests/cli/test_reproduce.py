@@ -27,7 +27,7 @@ class NoEngine:
 def run_here(monkeypatch, tmp_path, capsys):
     """Run the command in this process and in an empty folder, with a ledger of one row."""
     from harness.cli import recording
-    from harness.cli.reproduce import ReproduceOptions, reproduce
+    from harness.cli.publish import ReproduceOptions, reproduce
 
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(recording, "recorded", lambda *_, **__: _recorder())

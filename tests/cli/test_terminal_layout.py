@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from harness.cli.diff import _print as print_diff
+from harness.cli.baseline import _print as print_diff
 from harness.cli.sweep import _print as print_sweep
 from harness.cli.verify import WIDEST, print_verification
 from harness.comparison.run_diff import RowChange, diff_runs

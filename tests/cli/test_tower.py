@@ -89,7 +89,7 @@ def test_bad_requests_end_with_status_2(monkeypatch, capsys, words, said):
 
 def test_help_is_fast_and_loads_nothing_heavy():
     code = (
-        "import sys; from harness.cli.app import app\n"
+        "import sys; from harness.cli.command import app\n"
         "try: app(['tower', '--help'])\n"
         "except SystemExit: pass\n"
         "assert not {'numba', 'numpy', 'pandas', 'matplotlib'} & set(sys.modules)"

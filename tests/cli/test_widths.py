@@ -5,7 +5,7 @@ import sys
 import pytest
 
 from harness.cli import main
-from harness.cli.app import app
+from harness.cli.command import app
 from harness.cli.files import print_columns
 from harness.engines import registry
 from harness.report.plain import printable

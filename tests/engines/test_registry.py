@@ -4,8 +4,8 @@ from importlib.metadata import EntryPoint
 import pytest
 
 from harness import workflows
+from harness.cli.cases import engines
 from harness.cli.engine_options import WhereOptions
-from harness.cli.engines import engines
 from harness.engines import registry
 from harness.engines.contract import Engine, Template
 from harness.engines.lammps.engine import Lammps

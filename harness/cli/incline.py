@@ -1,22 +1,23 @@
-"""``dem-harness critical-angle``."""
+"""``dem-harness critical-angle`` and ``theory``: the incline, measured and in closed form."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter
 
-from harness.cli.command import ContactName, Json, options, panel
+from harness.cli.command import ContactName, Json, Reading, options, panel
 from harness.cli.engine_options import CostOptions, EngineOptions, answer, completed
-from harness.cli.files import print_record, print_wrapped
-from harness.cli.film import FilmOptions
+from harness.cli.files import FilmOptions, print_json, print_record, print_wrapped
 from harness.errors import RequestError
 
 if TYPE_CHECKING:
     from harness.cases.incline.system import Incline
     from harness.engines.contract import Engine
+    from harness.observables.row import Row
     from harness.parameters.law import Contact
     from harness.report.film import Film
     from harness.workflows.progress import Progress
@@ -236,7 +237,7 @@ def critical_angle(
         dem-harness critical-angle --film bumps.gif --film-angles 9.5,10.5
     """
     from harness.cases.incline.closed_forms import angles_beside
-    from harness.cli.recording import angle_quantities, recorded
+    from harness.cli.recording import recorded
 
     touching = contact.contact_or("plastic" if route.extrapolate else "source")
     route.check(system)
@@ -276,3 +277,84 @@ def _print(record: Mapping[str, Any]) -> None:
         apart = record["critical_angle_deg"] - expected
         print_wrapped(f"closed form: {expected:.7g} deg, {apart:+.2g} deg apart")
     print_record(record)
+
+
+def theory(
+    *,
+    shock: float | None = None,
+    restitution: float | None = None,
+    impulse_ratio: float | None = None,
+    reading: Reading | None = None,
+    json: Json = False,
+) -> int:
+    """Critical angle of the incline in closed form.
+
+    tan(theta_c / 2) = tan(15 deg) (1 - sqrt(shock)) / (1 + sqrt(shock));
+    10.2078 deg without rebound. With --restitution two readings of the source make the shock of
+    one collision: one_shock_kept_deg, one_shock_lost_deg. event_driven_deg is the angle of rigid
+    spheres by events, every rebound followed, up to a restitution of 0.7.
+
+    For example:
+
+        dem-harness theory --restitution 0.5
+        dem-harness theory --shock 0.1 --json
+
+    Parameters
+    ----------
+    shock
+        Energy after over energy before the shock, 0 to 1. [default: 1/4]
+    restitution
+        Normal restitution e, 0 to 1, that makes the shock.
+    impulse_ratio
+        Impulse ratio alpha = J(n)/J(1), 0 to 2, that makes the shock.
+    reading
+        How e or alpha makes a shock: `kept`, energy after over before (default for e); `lost`,
+        from the velocity lost, as the source prints it (default for alpha).
+    """
+    from harness.workflows import theory as closed_forms
+
+    record = closed_forms(
+        shock=shock, restitution=restitution, impulse_ratio=impulse_ratio, reading=reading
+    ).to_json()
+    (print_json if json else print_record)(record)
+    return 0
+
+
+_INCLINE_DEFAULTS = {
+    "diameter_m": 1.0,
+    "density_kg_per_m3": 6.0 / math.pi,
+    "gravity_m_per_s2": 9.81,
+}
+
+
+def angle_quantities(record: Mapping[str, Any]) -> list[Row]:
+    """Return the critical angle of ``critical-angle`` and the closed form."""
+    from harness.cli.recording import non_default
+    from harness.observables.row import Row
+
+    if record.get("extrapolated"):
+        where = "extrapolated"
+    else:
+        where = (
+            f"k = {record['stiffness_N_per_m']:.12g} N/m, "
+            f"{record['steps_per_contact']:.12g} steps per contact"
+        )
+    if record.get("wells", 10) != 10:
+        where += f", {record['wells']} wells"
+    name = f"critical angle: {record['method']}, {_contact(record)}, {where}"
+    return [
+        Row(
+            name + non_default(record, _INCLINE_DEFAULTS),
+            record["critical_angle_deg"],
+            record["uncertainty_deg"],
+            "deg",
+            record.get("closed_form_deg", math.nan),
+        )
+    ]
+
+
+def _contact(record: Mapping[str, Any]) -> str:
+    if record["contact"] != "custom":
+        return f"{record['contact']} contact"
+    mass = "" if record["effective_mass"] == "full" else ", half mass"
+    return f"damping ratio {record['damping_ratio']:.12g}, tail {record['tail']}{mass}"

@@ -1,4 +1,4 @@
-"""``dem-harness reproduce``."""
+"""``dem-harness inputs``, ``reproduce`` and ``site``: what a repository publishes."""
 
 from __future__ import annotations
 
@@ -122,3 +122,69 @@ def _committed(folder: Path) -> pd.DataFrame:
     except (ValueError, KeyError):
         raise RequestError(f"{path}: is not a ledger as dem-harness reproduce writes it") from None
     return frame
+
+
+DEFAULT = Path("reports/runs/site")
+
+
+def site(*runs: Path, output: Path = DEFAULT, history: bool = False, json: Json = False) -> int:
+    """Build a static site of the committed reports and of runs.
+
+    It starts with the state of every code, case and release; then come verification, contacts,
+    known defects (a page each), releases, layers, reproduction, LAMMPS's own tests, and what moved
+    over time. It works offline and from any static host, below any address.
+
+    For example:
+
+        dem-harness site
+        dem-harness site reports/runs/monday reports/runs/tuesday --output public
+
+    Parameters
+    ----------
+    runs
+        Folders that `verify --output` wrote; their pages join the site.
+    output
+        Folder of the site; an older site in it is replaced.
+    history
+        Look through the recorded runs of this machine for what moved.
+    """
+    from harness.workflows import site as build
+
+    built = build(output, runs, history=history)
+    if json:
+        print_json(built.to_json())
+    else:
+        print_record(built.summary())
+    return 0
+
+
+def inputs(*, folder: Path = Path("inputs"), check: bool = False, json: Json = False) -> int:
+    """Write the generated LAMMPS scripts, or check that the written ones are up to date.
+
+    For example:
+
+        dem-harness inputs --check
+        dem-harness inputs --folder mine
+
+    Parameters
+    ----------
+    folder
+        Where the scripts are.
+    check
+        Write nothing; fail (status 1) when a script differs or is missing.
+    """
+    from harness.workflows import engine_status as verb
+    from harness.workflows import progress_bars
+
+    with progress_bars("inputs", quiet=json):
+        written = [] if check else [str(path) for path in verb.inputs(folder)]
+        outdated = verb.outdated_inputs(folder) if check else {}
+    if json:
+        print_json({"up_to_date": not outdated, "outdated": outdated} if check
+                   else {"written": written})  # fmt: skip
+    elif not check:
+        print("\n".join(written))
+    else:
+        print("\n".join(f"{folder / name}: {difference}" for name, difference in outdated.items())
+              or f"{folder}: every script is what would be written")  # fmt: skip
+    return 1 if outdated else 0
