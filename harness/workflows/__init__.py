@@ -16,12 +16,11 @@ _HOMES = {
     "harness.cases.tower.impulse": "energy_scaling_angles impulse_angles impulse_by_gamma "
     "impulse_table",
     "harness.cases.tower.run": "tower",
-    "harness.workflows.baseline": "accept_baseline compare_with_baseline diff",
+    "harness.workflows.baseline": "accept_baseline compare_with_baseline diff releases",
     "harness.workflows.case_runs": "case_details cases film film_section run",
     "harness.workflows.engine_status": "engines inputs outdated_inputs",
     "harness.workflows.history_search": "history",
     "harness.workflows.progress": "progress_bars",
-    "harness.workflows.release_runs": "releases",
     "harness.workflows.static_site": "site",
     "harness.workflows.study_run": "study",
     "harness.workflows.sweep_run": "sweep",
@@ -45,12 +44,11 @@ if TYPE_CHECKING:
         impulse_table,
     )
     from harness.cases.tower.run import tower
-    from harness.workflows.baseline import accept_baseline, compare_with_baseline, diff
+    from harness.workflows.baseline import accept_baseline, compare_with_baseline, diff, releases
     from harness.workflows.case_runs import case_details, cases, film, film_section, run
     from harness.workflows.engine_status import engines, inputs, outdated_inputs
     from harness.workflows.history_search import history
     from harness.workflows.progress import progress_bars
-    from harness.workflows.release_runs import releases
     from harness.workflows.static_site import site
     from harness.workflows.study_run import study
     from harness.workflows.sweep_run import sweep

@@ -1,17 +1,19 @@
-"""Compare a run with the baseline or with another run; accept it as the new baseline."""
+"""Compare a run with the baseline, with another run, or with runs of other releases."""
 
 from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol, cast
 
 from pydantic import ValidationError
 
-from harness.comparison.regression import Baseline
+from harness.comparison.regression import Baseline, BaselineRecord
+from harness.comparison.releases import Column, ReleaseMatrix, release_matrix
 from harness.comparison.run_diff import RunDiff, diff_runs
 from harness.comparison.verdicts import Check, Kind
 from harness.comparison.verification import (
@@ -22,13 +24,21 @@ from harness.comparison.verification import (
     counted,
     read_published,
 )
+from harness.engines.contract import Engine
+from harness.engines.registry import DEFAULT, engine_class
 from harness.errors import EngineError, RequestError
 from harness.shown import Result
 from harness.store.acceptance import RecordChange, changes, check_target, write
 from harness.store.baseline import bounded_text, checkout_baseline, committed
-from harness.store.cache import EngineChoice
+from harness.store.cache import EngineChoice, keeping
 from harness.workflows.progress import Progress, silent
-from harness.workflows.verification import chosen_baseline, verify
+from harness.workflows.verification import (
+    checked_level,
+    chosen_baseline,
+    chosen_cases,
+    here,
+    verify,
+)
 
 if TYPE_CHECKING:
     from harness.shown.figure import Figure
@@ -181,3 +191,102 @@ def _json(path: Path) -> Any:
         raise RequestError(f"{path}: is no UTF-8 text, a {FILE} is expected") from None
     except (json.JSONDecodeError, RecursionError) as error:
         raise RequestError(f"{path}: is damaged, no JSON ({error})") from None
+
+
+Remember = Callable[[Engine], Engine]
+"""Takes an open engine and returns the one to use."""
+
+
+class Releases(Protocol):
+    """The part of an engine's class that opens its releases."""
+
+    @classmethod
+    def check_release(cls, name: str) -> None:
+        """Raise RequestError for a name that is neither of a release nor of a program."""
+
+    @classmethod
+    def release(cls, name: str, folder: Path | None = None) -> Engine:
+        """Return the engine of a release, installed in a folder if need be.
+
+        Raise EngineMissingError when it cannot be installed.
+        """
+
+
+def releases(
+    names: Sequence[str],
+    *,
+    level: str = "quick",
+    cases: str | Iterable[str] | None = None,
+    engine: str = DEFAULT,
+    folder: Path | None = None,
+    remember: Remember | None = None,
+    fresh: bool = False,
+    progress: Progress = silent,
+) -> ReleaseMatrix:
+    """Run the cases of a level of ``verify`` in each release of an engine and return the matrix.
+
+    ``names`` are releases, which are installed under the user's cache folder (or ``folder``), or
+    paths of executables. The first that runs is the reference. A release that cannot be installed
+    or run is a column that says so. Runs are kept, unless ``remember`` wraps the engines otherwise;
+    ``fresh`` runs them again. Raise RequestError for a name that is neither, or given twice, and
+    for an engine without releases.
+    """
+    checked_level(level)
+    chosen = chosen_cases(cases)
+    opens = _releases_of(engine)
+    _check(names, opens)
+    keep = remember or partial(keeping, fresh=fresh)
+    columns, title = [], engine.upper()
+    for number, name in enumerate(names):
+        progress("releases", number, len(names))
+
+        def report(stage: str, done: int, total: int, name: str = name) -> None:
+            progress(f"{name}: {stage}", done, total)
+
+        try:
+            with opens.release(name, folder) as installed:
+                title = installed.title
+                verification = verify(
+                    level, cases=cases, engine=keep(installed), progress=report, baseline=False
+                )
+        except EngineError as error:
+            columns.append(Column(name, None, error=f"{error.kind}: {error}"))
+        else:
+            columns.append(_column(name, verification))
+    progress("releases", len(names), len(names))
+    tolerances = {case.name: case.regression for case in chosen}
+    requested = cases if isinstance(cases, str) else ",".join(cases or ())
+    return release_matrix(level, here(), columns, tolerances, title, requested)
+
+
+def _releases_of(engine: str) -> Releases:
+    kind = engine_class(engine)
+    if not (hasattr(kind, "release") and hasattr(kind, "check_release")):
+        raise RequestError(f"--engine {engine!r}: has no releases that can be installed")
+    return cast(Releases, kind)
+
+
+def _check(names: Sequence[str], opens: Releases) -> None:
+    """Raise RequestError, before anything runs, for a request that cannot be met."""
+    if not names:
+        raise RequestError("releases: name at least one, or an executable")
+    twice = sorted({name for name in names if list(names).count(name) > 1})
+    if twice:
+        raise RequestError(f"release {twice[0]!r}: is named twice")
+    for name in names:
+        opens.check_release(name)
+
+
+def _column(name: str, verification: Verification) -> Column:
+    """Return what a release measured itself; own solvers are the same in each."""
+    records: tuple[BaselineRecord, ...] = tuple(
+        record for findings in verification.main.values() for record in findings.records
+    )
+    errors = {
+        record: f"{error.kind}: {error}"
+        for findings in verification.main.values()
+        for record, error in findings.errors.items()
+    }
+    died = verification.engine_errors[0] if verification.engine_errors and not records else ""
+    checks = tuple(check for check in verification.checks if check.cell is not None)
+    return Column(name, verification.provenance, records, died, errors, checks)

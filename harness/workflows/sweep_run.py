@@ -388,7 +388,7 @@ class Sweep(Result):
         beside it.
         """
         from harness.report.sweep_figures import sweep_figure
-        from harness.workflows.sweep_references import reference_lines
+        from harness.workflows.sweep_plan import reference_lines
 
         frame = self.to_frame()
         for name in self.over[2:]:

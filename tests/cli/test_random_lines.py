@@ -75,7 +75,7 @@ def quick(monkeypatch, files):  # noqa: ARG001
 
     monkeypatch.setattr(harness.workflows, "verify", cut, raising=False)
     monkeypatch.setattr(harness.workflows, "study", cut, raising=False)
-    monkeypatch.setattr("harness.workflows.release_runs.verify", cut)
+    monkeypatch.setattr("harness.workflows.baseline.verify", cut)
     monkeypatch.setattr("harness.workflows.baseline.verify", cut, raising=False)
     monkeypatch.setattr("harness.reproduction.run.reproduce", cut)
     monkeypatch.setattr("harness.workflows.engine_status.inputs", answered)

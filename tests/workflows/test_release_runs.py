@@ -29,7 +29,7 @@ class Released(fakes.Toy):
 
 @pytest.fixture(autouse=True)
 def released(monkeypatch):
-    monkeypatch.setattr("harness.workflows.release_runs.engine_class", lambda _: Released)
+    monkeypatch.setattr("harness.workflows.baseline.engine_class", lambda _: Released)
 
 
 def test_each_release_is_held_against_the_first_that_runs():
@@ -61,6 +61,6 @@ def test_a_request_that_cannot_be_met_is_refused_before_anything_runs(names, sai
 
 
 def test_an_engine_without_releases_is_refused(monkeypatch):
-    monkeypatch.setattr("harness.workflows.release_runs.engine_class", lambda _: fakes.Toy)
+    monkeypatch.setattr("harness.workflows.baseline.engine_class", lambda _: fakes.Toy)
     with pytest.raises(RequestError, match="has no releases"):
         releases(["2022"], engine="toy")
