@@ -10,9 +10,8 @@ from xml.etree import ElementTree as Xml
 
 from harness.comparison.verdicts import Check, Kind, Verdict
 from harness.comparison.verification import Verification
-from harness.report.markdown import table_lines
+from harness.report.markdown import table_lines, tail
 from harness.report.plain import markdown_text
-from harness.report.templating import tail
 from harness.report.text import (
     KINDS,
     KindSummary,

@@ -7,27 +7,27 @@ written aside and renamed at the end.
 from __future__ import annotations
 
 import difflib
+import json
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from importlib import resources
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from harness.comparison.releases import Column, ReleaseChange, ReleaseMatrix, ReleaseRow, untested
 from harness.comparison.run_diff import RowChange, RunDiff
-from harness.comparison.verification import Results, Verification
+from harness.comparison.verification import SCHEMA, Results, Verification, json_schema
 from harness.files import check_folder, whole_folder
-from harness.report.cells import FOLDER, addresses, cell_pages
 from harness.report.ci import junit, short_markdown
 from harness.report.figures import changes as draw_changes
 from harness.report.gallery import Drawn, data_uri, draw_sections, picture, size, write_drawn
+from harness.report.markdown import style
 from harness.report.matrix import defect_scripts
-from harness.report.page import report_markdown, report_page
+from harness.report.page import FOLDER, addresses, cell_pages, report_markdown, report_page
 from harness.report.plain import json_text, safe_path, write_csv
 from harness.report.render import WIDE, Figure, html_page, markdown_page
-from harness.report.schema import NAME, published
 from harness.report.sections import Section, Table, divergence_section, engines_section
-from harness.report.templating import style
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -71,7 +71,7 @@ def _fill(verification: Verification, folder: Path, drawn: Sequence[Drawn]) -> N
     write_csv(verification.to_frame(), folder / "results.csv", errors="replace")
     texts = {
         "results.json": json_text(verification.to_json()),
-        NAME: published(),
+        SCHEMA_FILE: committed_schema(),
         "junit.xml": junit(verification),
         "summary.md": short_markdown(verification),
         "report.md": report_markdown(verification, drawn),
@@ -357,3 +357,25 @@ def _cell_tables(matrix: ReleaseMatrix) -> Iterator[Table]:
     )
     head = ("release", "reason", "cells", "cases")
     yield Table("Why cells were not tested", "", head, tuple(reasons))
+
+
+SCHEMA_FILE = "results.schema.json"
+
+
+def committed_schema() -> str:
+    """Return the committed schema, which lies beside results.json in every report."""
+    return resources.files("harness.report").joinpath(SCHEMA_FILE).read_text(encoding="utf-8")
+
+
+def generated_schema() -> str:
+    """Return the schema as the dataclasses of :mod:`harness.comparison.verification` give it."""
+    schema = {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "$id": f"urn:dem-harness:results:{SCHEMA}",
+        **json_schema(),
+    }
+    return json.dumps(schema, indent=2, ensure_ascii=False) + "\n"
+
+
+if __name__ == "__main__":
+    Path(__file__).with_name(SCHEMA_FILE).write_text(generated_schema(), encoding="utf-8")

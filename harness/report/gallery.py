@@ -28,10 +28,10 @@ from markupsafe import Markup
 
 from harness.files import end_with
 from harness.report.film import Film, base64_uri, gif, png
+from harness.report.markdown import environment
 from harness.report.plain import one_line, safe_path
 from harness.report.sections import CellText, Drawing, Line, Plot, Section
 from harness.report.style import COLOURS, house_style, lay_out, plain_powers
-from harness.report.templating import environment
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

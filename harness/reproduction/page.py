@@ -21,10 +21,10 @@ from harness.observables.windows import WINDOWS
 from harness.report import render
 from harness.report.film import base64_uri
 from harness.report.gallery import Picture, picture
+from harness.report.markdown import markdown_environment
 from harness.report.plain import write_csv
 from harness.report.render import markdown_page
 from harness.report.sections import Label, Table
-from harness.report.templating import markdown_environment
 from harness.reproduction.claims import ClaimStatus, Statement
 from harness.reproduction.figures import angle_against_mfix_step, angle_against_restitution
 from harness.reproduction.findings import FindingTables

@@ -16,8 +16,8 @@ from harness.comparison.known_defects import KnownDefect, Prediction
 from harness.comparison.releases import ReleaseChange
 from harness.comparison.verdicts import Check, Verdict
 from harness.comparison.verification import Results
-from harness.report.causes import runs_of_script
 from harness.report.markdown import tables
+from harness.report.matrix import runs_of_script
 from harness.report.sections import Label, Table, TableCell
 from harness.report.text import SEVERITY
 from harness.store.known_defects import script_of

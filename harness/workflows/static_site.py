@@ -18,8 +18,8 @@ from harness.files import check_writable, whole_folder
 from harness.observables.row import Row, numbered
 from harness.report.gallery import Picture, picture
 from harness.report.plain import json_text, safe_path
+from harness.report.render import START, STYLE, Site
 from harness.report.sections import Table
-from harness.report.site import START, STYLE, Site
 from harness.report.text import headline
 from harness.shown import Result, number
 from harness.store.baseline import checkout_baseline

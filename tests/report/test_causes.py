@@ -15,7 +15,7 @@ from harness.comparison.verdicts import (
     not_tested,
 )
 from harness.errors import EngineTimeoutError
-from harness.report.causes import causes
+from harness.report.matrix import causes
 from harness.report.page import report_page
 from harness.report.sections import Table
 

@@ -17,9 +17,9 @@ from harness.comparison.verdicts import (
     not_tested,
 )
 from harness.errors import EngineNaNError
-from harness.report.cells import addresses, cell_pages
 from harness.report.folder import write
 from harness.report.gallery import draw_sections
+from harness.report.page import addresses, cell_pages
 from harness.report.sections import CellText, Line, Plot, Section, Table
 
 WIDTH = Tolerance("N", 1e-6, 0.0, "a millionth, for a test")

@@ -6,8 +6,8 @@ from dataclasses import replace
 import jsonschema
 
 from harness.comparison.verification import read_published
+from harness.report.folder import committed_schema
 from harness.report.plain import finite
-from harness.report.schema import published
 from harness.report.sections import TITLE, engines_section
 
 
@@ -29,6 +29,6 @@ def test_each_engine_has_a_row_with_what_became_of_it(declared):
 def test_results_are_valid_and_read_back(verification, declared):
     found = replace(verification, engines=declared)
     record = json.loads(json.dumps(finite(found.to_json())))
-    jsonschema.Draft202012Validator(json.loads(published())).validate(record)
+    jsonschema.Draft202012Validator(json.loads(committed_schema())).validate(record)
     assert read_published(record).engines.declared == declared
     assert verification.to_json()["engines"] is None

@@ -2,9 +2,8 @@
 
 import pytest
 
-from harness.report.markdown import document, tables
-from harness.report.site import Site
-from harness.report.templating import markdown_environment
+from harness.report.markdown import document, markdown_environment, tables
+from harness.report.render import Site
 
 TEXT = """# A title
 

@@ -3,9 +3,9 @@ import math
 import pytest
 
 from harness.observables.row import Row
+from harness.report.markdown import number
 from harness.report.page import report_markdown
 from harness.report.plain import markdown_text, one_line, printable, safe_path
-from harness.report.templating import number
 from harness.report.text import headline_lines, summary, value_text
 
 
