@@ -29,11 +29,9 @@ from harness.observables.reference import Trajectory
 from harness.parameters.law import STIFFEST, Spring
 from harness.parameters.plane_scene import STAGES, Stage
 from harness.parameters.scene import ContactScene
-from harness.solvers.grain.adaptive import Adaptive
 from harness.solvers.grain.columns import OverColumns
-from harness.solvers.grain.row import Grain, Row, row_of
-from harness.solvers.grain.schemes import FIXED_STEP, fewest_steps_per_contact
-from harness.solvers.grain.trajectory import FixedStep, TrajectoryIntegrator
+from harness.solvers.grain.row import FIXED_STEP, Grain, Row, fewest_steps_per_contact, row_of
+from harness.solvers.grain.trajectory import Adaptive, FixedStep, TrajectoryIntegrator
 
 COLUMNS = ("step", "time_s", "x_m", "y_m", "vx_m_per_s", "vy_m_per_s")
 

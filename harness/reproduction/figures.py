@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from itertools import groupby
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
@@ -42,7 +42,6 @@ from harness.report.style import (
     panels,
 )
 from harness.reproduction.figure_data import VelocitySeries, WindowChoice
-from harness.reproduction.findings import FindingTables
 from harness.reproduction.schematics import (
     ForceDiagram,
     LayerDrawing,
@@ -50,6 +49,9 @@ from harness.reproduction.schematics import (
     QuartierSystem,
     TowersInTime,
 )
+
+if TYPE_CHECKING:
+    from harness.reproduction.run import FindingTables
 
 _LAWS: dict[str, tuple[str, str]] = {"deformable": (BLUE, "o"), "overlap": (ORANGE, "s")}
 _ANGLE = "critical angle (deg)"

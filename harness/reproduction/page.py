@@ -27,10 +27,9 @@ from harness.report.render import markdown_page
 from harness.report.sections import Label, Table
 from harness.reproduction.claims import ClaimStatus, Statement
 from harness.reproduction.figures import angle_against_mfix_step, angle_against_restitution
-from harness.reproduction.findings import FindingTables
 from harness.reproduction.movies import Movie
 from harness.reproduction.movies import films as draw_films
-from harness.reproduction.run import Reproduction, SourceFigure
+from harness.reproduction.run import FindingTables, Reproduction, SourceFigure
 
 if TYPE_CHECKING:
     from jinja2 import Environment

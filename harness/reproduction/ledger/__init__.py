@@ -13,7 +13,7 @@ from functools import partial
 
 from harness.engines.contract import Engine
 from harness.reproduction.claims import PRINTED, SOURCES, Ledger, Printed, Statement, untestable
-from harness.reproduction.ledger import appendix, background, errata, methods, results
+from harness.reproduction.ledger import appendix, background, methods, results
 from harness.workflows.progress import Progress, silent
 
 Section = Callable[[Printed], Iterable[Statement]]
@@ -38,14 +38,14 @@ def statements(
         results.discussion_statements,
         appendix.appendix_chains_statements,
         appendix.appendix_window_statements,
-        errata.beyond_statements,
+        appendix.beyond_statements,
     )
     rows = [untestable(s) for s in SOURCES.values() if s.untestable and not s.title]
     for done, section in enumerate(sections):
         progress("ledger", done, len(sections) + 1)
         rows += section(printed)
     progress("ledger", len(sections), len(sections) + 1)
-    rows += errata.restatement_statements(printed, Ledger(tuple(rows)))
+    rows += appendix.restatement_statements(printed, Ledger(tuple(rows)))
     progress("ledger", len(sections) + 1, len(sections) + 1)
     return in_order(rows)
 

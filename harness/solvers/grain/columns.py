@@ -16,8 +16,7 @@ from numpy.typing import NDArray
 from harness.compiled import compiled
 from harness.errors import EngineNaNError
 from harness.parameters.scene import ContactScene
-from harness.solvers.grain.row import ROUNDING, Grain, Row, normal_force
-from harness.solvers.grain.schemes import WATCH
+from harness.solvers.grain.row import ROUNDING, WATCH, Grain, Row, normal_force
 from harness.solvers.grain.trajectory import InFixedSteps
 
 Floats = NDArray[np.float64]

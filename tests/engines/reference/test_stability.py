@@ -10,9 +10,10 @@ from harness.cases.incline.system import Incline, start_in_well
 from harness.engines.reference import INTEGRATORS, Reference
 from harness.errors import RequestError
 from harness.parameters.law import PLASTIC, SOURCE
-from harness.solvers.grain.row import Grain, Row
-from harness.solvers.grain.schemes import (
+from harness.solvers.grain.row import (
     FIXED_STEP,
+    Grain,
+    Row,
     advance,
     begin,
     fewest_steps_per_contact,

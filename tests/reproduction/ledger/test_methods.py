@@ -6,8 +6,8 @@ from scipy.integrate import solve_ivp
 
 from harness.reproduction.claims import PRINTED, SOURCES
 from harness.reproduction.ledger import methods
+from harness.reproduction.ledger.appendix import impulse_ratio_at
 from harness.reproduction.ledger.background import collide
-from harness.reproduction.ledger.errata import impulse_ratio_at
 from harness.reproduction.ledger.methods import peak_error, pushes, rise_time
 from harness.theory.incline import steady_energy
 

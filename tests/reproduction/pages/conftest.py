@@ -6,8 +6,7 @@ import pytest
 
 from harness.observables.provenance import Provenance
 from harness.reproduction.claims import Ledger, Source, compare, untestable
-from harness.reproduction.findings import FindingTables
-from harness.reproduction.run import source_figures
+from harness.reproduction.run import FindingTables, source_figures
 from harness.theory.chain import shock_from_restitution
 from harness.theory.incline import critical_angle
 from tests.reproduction.doubles import FateEngine
