@@ -45,7 +45,7 @@ def defect(
     output
         File for the test, in place of the terminal.
     """
-    from harness.store.known_defects import known_defects, script_of
+    from harness.store.baseline import known_defects, script_of
     from harness.upstream.defect_test import defect_named
 
     if not name:

@@ -86,7 +86,7 @@ def run(
     """
     from harness.cli.recording import recorded, run_quantities
     from harness.engines.border import MOST_SECONDS
-    from harness.engines.typed import named_values
+    from harness.engines.registry import named_values
     from harness.workflows import run as run_case
     from harness.workflows.sweep_plan import names_in
 

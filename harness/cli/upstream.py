@@ -44,8 +44,7 @@ def upstream(
     from harness.files import check_folder, whole_folder
     from harness.report.plain import write_csv
     from harness.upstream.definition import read_tests
-    from harness.upstream.report import report
-    from harness.upstream.runs import run_upstream, wheel_lmp
+    from harness.upstream.runs import report, run_upstream, wheel_lmp
     from harness.workflows.progress import progress_bars
 
     tests = read_tests(path)

@@ -16,8 +16,7 @@ from harness.report.sections import Table
 from harness.report.site import START, STYLE, Site
 from harness.report.text import headline
 from harness.shown import Result
-from harness.store.baseline import checkout_baseline
-from harness.store.known_defects import known_defects
+from harness.store.baseline import checkout_baseline, known_defects
 from harness.workflows import site_board as board
 from harness.workflows.baseline import FILE, read_results
 from harness.workflows.site_board import DefectPage, SiteRun, text_state
