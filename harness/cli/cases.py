@@ -178,7 +178,7 @@ def run(
     """
     from harness.cli.recording import recorded
     from harness.engines.border import MOST_SECONDS
-    from harness.engines.typed import named_values
+    from harness.engines.registry import named_values
     from harness.workflows import run as run_case
     from harness.workflows.sweep_plan import names_in
 

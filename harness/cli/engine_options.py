@@ -68,7 +68,7 @@ class WhereOptions:
     @property
     def programs(self) -> dict[str, str]:
         """Return the programs by the engines' names; raise RequestError for what is no pair."""
-        from harness.engines.typed import named_values
+        from harness.engines.registry import named_values
 
         return named_values(self.program or (), "--program")
 
@@ -86,7 +86,7 @@ class ProgramOptions(CacheOptions, WhereOptions):
 
         Raise RequestError for options that cannot be read.
         """
-        from harness.engines.typed import check_launcher, engine_settings
+        from harness.engines.registry import check_launcher, engine_settings
 
         check_launcher(self.mpirun)
         return {
@@ -102,10 +102,10 @@ class ProgramOptions(CacheOptions, WhereOptions):
 
         ``engines`` are the engines that will run, ``option`` is how one is asked for.
         """
-        from harness.engines import typed
+        from harness.engines import registry
 
-        settings = typed.engine_settings(self.engine_option or ())
-        typed.check_names(self.programs, settings, engines, option)
+        settings = registry.engine_settings(self.engine_option or ())
+        registry.check_names(self.programs, settings, engines, option)
 
     @contextlib.contextmanager
     def open(self, name: str, integrator: str | None = None) -> Iterator[Engine]:
@@ -127,8 +127,7 @@ def with_restarts(options: Chosen, engines: Iterable[str], seconds: float = math
     """
     from time import time_ns
 
-    from harness.engines.registry import options_of
-    from harness.engines.typed import engine_settings
+    from harness.engines.registry import engine_settings, options_of
     from harness.files import RESTARTS, cache_place
 
     place = cache_place(options.cache).path.absolute() / RESTARTS

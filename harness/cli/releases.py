@@ -170,8 +170,7 @@ def upstream(
     from harness.files import check_folder, whole_folder
     from harness.report.plain import write_csv
     from harness.upstream.definition import read_tests
-    from harness.upstream.report import report
-    from harness.upstream.runs import run_upstream, wheel_lmp
+    from harness.upstream.runs import report, run_upstream, wheel_lmp
     from harness.workflows.progress import progress_bars
 
     tests = read_tests(path)
@@ -233,7 +232,7 @@ def defect(
     output
         File for the test, in place of the terminal.
     """
-    from harness.store.known_defects import known_defects, script_of
+    from harness.store.baseline import known_defects, script_of
     from harness.upstream.defect_test import defect_named
 
     if not name:

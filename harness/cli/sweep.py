@@ -76,7 +76,7 @@ class SweepOptions(IntegratorOptions):
 
     def request(self) -> SweepRequest:
         """Return what is to be run: of a case, or of a file with these options on top."""
-        from harness.engines.typed import named_values
+        from harness.engines.registry import named_values
         from harness.workflows.sweep_plan import SweepRequest, request_in, with_options
 
         target = self.target

@@ -365,9 +365,8 @@ def _what_counts(words: Sequence[str]) -> list[str]:
 
 def _key(choice: VerifyOptions, engine: EngineOptions) -> str | None:
     """Return the key of a verification; None with other engines, not all of which have a digest."""
-    from harness.store.baseline import digest
+    from harness.store.baseline import digest, with_further
     from harness.store.entries import digest_of_files, verification_key
-    from harness.store.known_defects import with_further
     from harness.workflows.verification import Selection, checked_level
 
     if choice.engines is not None:

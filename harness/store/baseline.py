@@ -1,23 +1,13 @@
-"""The committed baseline: a table of records and one of series for each engine.
+"""The committed baseline: a table of records and one of series for each engine, and known defects.
 
-Read a text file that a user names, up to a largest size: a device does not end.
+``<engine>.csv`` has a line for each quantity of each record, sorted and exact to the last bit;
+``<engine>.series.csv`` a line for each sample. Parameters are one line of text, ``contact.tail =
+attractive; height = 17; step_s = 1e-06``: names of nested parameters joined by dots, sorted; a
+value as JSON, a text without its quotes where nothing else could be meant.
 
-Read named overrides of the regression tolerances from a TOML file.
-
-Write parameters as one line of text, and read them back exactly.
-
-``contact.tail = attractive; height = 17; step_s = 1e-06``: names of nested parameters joined by
-dots, sorted; a value as JSON, a text without its quotes where nothing else could be meant.
-
-Write the tables of one engine's baseline as text: sorted, and exact to the last bit.
-
-Read the tables of one engine's baseline; the error for a damaged line names it.
-
-Read the baseline: of each engine a table of its records, and one of their series.
-
-``<engine>.csv`` has a line for each quantity of each record, sorted; ``<engine>.series.csv`` a line
-for each sample. The committed ones lie in ``reports/baseline`` of the project; a wheel carries
-them in ``harness/store/committed``. A checkout's own come first.
+The committed tables lie in ``reports/baseline`` of the project, overrides of tolerances and known
+defects in ``inputs``; a wheel carries them in ``harness/store/committed``. A checkout's own come
+first.
 """
 
 from __future__ import annotations
@@ -38,6 +28,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 import harness
+from harness.comparison.known_defects import KnownDefect
 from harness.comparison.regression import Baseline, BaselineRecord, Override
 from harness.comparison.series import Series
 from harness.comparison.verdicts import Tolerance
@@ -69,15 +60,22 @@ def read_overrides(path: Path) -> tuple[Override, ...]:
     (patterns with * and ?), ``absolute``, ``relative`` and a ``reason``. Raise RequestError,
     naming file and override, for anything else.
     """
+    tables = _toml_tables(path, "override", f"--tolerances {path}")
+    return tuple(_override(path, name, table) for name, table in tables.items())
+
+
+def _toml_tables(path: Path, key: str, label: str) -> dict[str, dict[str, Any]]:
+    """Return the tables ``[KEY.NAME]`` of a file; RequestError, with its label, for another."""
     try:
         record = tomllib.loads(bounded_text(path))
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
         reason = error.strerror if isinstance(error, OSError) else error
-        raise RequestError(f"--tolerances {path}: cannot be read: {reason}") from None
-    tables = record.pop("override", {})
-    if record or not isinstance(tables, dict):
-        raise RequestError(f"--tolerances {path}: holds tables [override.NAME] and nothing else")
-    return tuple(_override(path, name, table) for name, table in tables.items())
+        raise RequestError(f"{label}: cannot be read: {reason}") from None
+    tables = record.pop(key, {})
+    named = isinstance(tables, dict) and all(isinstance(table, dict) for table in tables.values())
+    if record or not named:
+        raise RequestError(f"{label}: holds tables [{key}.NAME] and nothing else")
+    return dict(tables)
 
 
 def _override(path: Path, name: str, table: Mapping[str, Any]) -> Override:
@@ -419,7 +417,7 @@ def committed_tolerances() -> Path | None:
 
 
 KNOWN_DEFECTS = "known-defects.toml"
-"""File of ``inputs``, read by :mod:`harness.store.known_defects`."""
+"""File of ``inputs``."""
 
 
 def committed_file(name: str) -> Path | None:
@@ -468,3 +466,51 @@ def read_baseline(folder: Path, tolerances: Path | None = None) -> Baseline:
     for table in tables_in(folder):
         records |= {record.name: record for record in read_tables(table)}
     return Baseline(records, str(folder), overrides, digest_of(folder))
+
+
+DEFECTS = "reports/defects/"
+"""Where the scripts lie in a checkout."""
+
+
+def script_of(defect: KnownDefect) -> str:
+    """Return the script that shows a defect, of the project or of the wheel; empty without one."""
+    package = Path(harness.__file__).parent
+    files = [package.parent / defect.script]
+    if defect.script.startswith(DEFECTS):
+        below = defect.script.removeprefix(DEFECTS)
+        files.append(package / "store" / "committed" / "defects" / below)
+    return next((file.read_text(encoding="utf-8") for file in files if file.is_file()), "")
+
+
+def known_defects(path: Path | None = None) -> tuple[KnownDefect, ...]:
+    """Return the defects of a file, the committed one unless given; none where there is no file.
+
+    Each is a table ``[defect.NAME]`` with the fields of
+    :class:`~harness.comparison.known_defects.KnownDefect`. Raise RequestError, naming file and
+    defect, for anything else.
+    """
+    path = path or committed_file(KNOWN_DEFECTS)
+    if path is None:
+        return ()
+    defects = []
+    for name, table in _toml_tables(path, "defect", f"known defects {path}").items():
+        try:
+            defects.append(KnownDefect(**{**table, "name": name}))
+        except RequestError as error:
+            raise RequestError(f"known defects {path}, [defect.{name}]: {error}") from None
+    return tuple(defects)
+
+
+def with_further(path: Path | None) -> tuple[KnownDefect, ...]:
+    """Return the committed defects and those of a file; RequestError for a name of both."""
+    committed = known_defects()
+    if path is None:
+        return committed
+    further, names = known_defects(path), {defect.name for defect in committed}
+    for defect in further:
+        if defect.name in names:
+            raise RequestError(
+                f"--known-defects {path}, [defect.{defect.name}]: is known already; "
+                "take another name"
+            )
+    return (*committed, *further)

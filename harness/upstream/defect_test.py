@@ -19,7 +19,7 @@ from harness.engines.programs import fresh_folder
 from harness.errors import RequestError
 from harness.parameters.rules import Rules
 from harness.solvers.pair.stepping import advance
-from harness.store.known_defects import known_defects, script_of
+from harness.store.baseline import known_defects, script_of
 from harness.upstream.definition import UpstreamTest
 from harness.upstream.runs import run_script, run_test
 from harness.upstream.scene import scene_of

@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 from importlib.metadata import version
 from itertools import accumulate
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -49,15 +49,14 @@ from harness.errors import (
 )
 from harness.parameters.rules import Rules
 from harness.parameters.scene import ContactScene
+from harness.report.render import markdown_page
+from harness.report.sections import Table
 from harness.shown import Record
 from harness.solvers.pair.integration import integrate
 from harness.solvers.pair.stepping import Departures, NotSteppedError, advance
-from harness.store.known_defects import known_defects
+from harness.store.baseline import known_defects
 from harness.upstream.definition import COLUMNS, RECORDED, STATE, UpstreamTest
 from harness.upstream.scene import scene_of
-
-if TYPE_CHECKING:
-    pass
 
 Floats = NDArray[np.float64]
 State = Mapping[str, Floats]
@@ -157,9 +156,7 @@ class UpstreamRuns(Record):
 
     outcomes: tuple[Outcome, ...]
 
-    JSON: ClassVar = {
-        "rows": "outcomes",
-    }
+    JSON: ClassVar = {"rows": "outcomes"}
     ROWS: ClassVar = "outcomes"
 
     @property
@@ -336,24 +333,26 @@ def _held_against_law(
     name = f"{test.name}: integrated law, step to zero, {outcome.release}"
     at = test.judged_segment
     steps = sum(test.segments[: at + 1])
+
+    def unjudged(row: Check, why: str) -> Outcome:
+        return replace(outcome, checks=(*outcome.checks, row), why=why)
+
     try:
         scene = scene_of(plain.log, plain.states[0], steps, plain.timestep)
         expected, smooth = _integrated(scene)
     except RequestError as error:
-        row = not_tested(name, Kind.CROSS_CODE, str(error))
-        return replace(outcome, checks=(*outcome.checks, row), why=str(error))
+        return unjudged(not_tested(name, Kind.CROSS_CODE, str(error)), str(error))
     divisors = [n for n in FINER if steps * n <= MOST_STEPS]
     divisors = divisors if len(divisors) >= FEWEST else list(FINER[:FEWEST])
     try:
         runs = [plain, *(run_test(test, lmp, finer=n, limits=limits) for n in divisors[1:])]
     except EngineError as error:
-        row = failed_run(name, Kind.CROSS_CODE, error)
-        return replace(outcome, checks=(*outcome.checks, row), why=str(error))
+        return unjudged(failed_run(name, Kind.CROSS_CODE, error), str(error))
     measured = np.array([_motion(run.states[at + 1]) for run in runs])
     scale = _scale(scene, expected)
     if not scale:
-        row = not_tested(name, Kind.CROSS_CODE, "nothing moves in it: it holds a force alone")
-        return replace(outcome, checks=(*outcome.checks, row), why=row.note)
+        why = "nothing moves in it: it holds a force alone"
+        return unjudged(not_tested(name, Kind.CROSS_CODE, why), why)
     values, errors = _limits(np.array(divisors, dtype=float), measured / scale, smooth=smooth)
     apart = np.abs(values - expected / scale)
     worst = np.unravel_index(np.argmax(apart), apart.shape)
@@ -496,3 +495,63 @@ def _limits(divisors: Floats, measured: Floats, *, smooth: bool) -> tuple[Floats
         jitter = 0.0 if smooth else abs(float(y[-1] - y[-2]))
         values[place], errors[place] = extrapolated.value, max(extrapolated.uncertainty, jitter)
     return values, errors
+
+
+# ---- the page: what passes in which release, what a tolerance hides
+
+WRONG = ("test", "release", "recorded", "law", "difference", "step", "upstream allows", "why")
+
+
+def report(runs: UpstreamRuns) -> str:
+    """Return the page of runs as Markdown."""
+    wrong = [_wrong(outcome) for outcome in runs.outcomes]
+    return markdown_page(
+        "upstream.md.j2",
+        "LAMMPS's own granular tests",
+        "harness.upstream",
+        counts=runs.summary(),
+        wrong=Table("What fails", "", WRONG, tuple(filter(None, wrong))),
+        tests=_matrix(runs),
+        untested=Table("Not tested", "", ("release", "why", "tests"), tuple(_untested(runs))),
+    )
+
+
+def _wrong(outcome: Outcome) -> tuple[str, ...]:
+    """Return the row of an outcome that fails; of another nothing."""
+    record = outcome.to_json()
+    if not {record["recorded"], record["law"]} & {"fail", "known defect"}:
+        return ()
+    sizes = (outcome.law_difference, outcome.step_error, outcome.tolerance)
+    failed = dict.fromkeys(check.note for check in outcome.checks if check.verdict == "fail")
+    return (
+        outcome.test,
+        outcome.release,
+        str(record["recorded"]),
+        f"{record['law']}{', **hidden**' if outcome.hides else ''}",
+        *(f"{size:.2g}" if size == size else "-" for size in sizes),
+        outcome.defect or "; ".join(failed),
+    )
+
+
+def _matrix(runs: UpstreamRuns) -> Table:
+    words = {"not tested": "-", "none": "-"}
+    cells: dict[str, dict[str, str]] = {}
+    for outcome in runs.outcomes:
+        record = outcome.to_json()
+        both = (str(record[name]) for name in ("recorded", "law"))
+        verdicts = " / ".join(words.get(verdict, verdict) for verdict in both)
+        cells.setdefault(outcome.test, {})[outcome.release] = verdicts
+    releases = dict.fromkeys(outcome.release for outcome in runs.outcomes)
+    rows = ((test, *(row.get(release, "-") for release in releases)) for test, row in cells.items())
+    return Table("All tests", "", ("test", *releases), tuple(rows))
+
+
+def _untested(runs: UpstreamRuns) -> list[tuple[str, str, str]]:
+    reasons: dict[tuple[str, str], set[str]] = {}
+    for outcome in runs.outcomes:
+        for check in outcome.checks:
+            if check.verdict == "not tested":
+                why = check.note.partition(" (src")[0].partition("undecided: ")
+                text = "undecided: its step is too coarse" if why[1] else why[0]
+                reasons.setdefault((outcome.release, text), set()).add(outcome.test)
+    return [(release, why, str(len(tests))) for (release, why), tests in reasons.items()]

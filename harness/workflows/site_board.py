@@ -20,7 +20,7 @@ from harness.report.markdown import tables
 from harness.report.matrix import runs_of_script
 from harness.report.sections import Label, Table, TableCell
 from harness.report.text import SEVERITY
-from harness.store.known_defects import script_of
+from harness.store.baseline import script_of
 
 MAIN, RELEASES = "example", "releases"
 CONTACTS, UPSTREAM = "releases/contacts", "upstream"

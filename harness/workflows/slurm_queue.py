@@ -56,7 +56,7 @@ class ExecutorOptions:
     @property
     def further(self) -> dict[str, Any]:
         """Return the further options by name; raise RequestError for what is no pair."""
-        from harness.engines.typed import named_values
+        from harness.engines.registry import named_values
 
         texts = named_values(self.sbatch or (), "--sbatch")
         return {name: int(text) if text.isdecimal() else text for name, text in texts.items()}

@@ -22,8 +22,7 @@ from harness.report.render import START, STYLE, Site
 from harness.report.sections import Table
 from harness.report.text import headline
 from harness.shown import Result, number
-from harness.store.baseline import checkout_baseline
-from harness.store.known_defects import known_defects
+from harness.store.baseline import checkout_baseline, known_defects
 from harness.workflows import history as recorded_history
 from harness.workflows import site_board as board
 from harness.workflows.baseline import FILE, read_results

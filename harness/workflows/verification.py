@@ -46,16 +46,22 @@ from harness.comparison.verdicts import Check, Kind, judge_plan
 from harness.comparison.verification import DeclaredEngine, Findings, Verification
 from harness.engines.contract import Engine
 from harness.engines.process import parallel_map
-from harness.engines.registry import DEFAULT, engine_class, open_engine
+from harness.engines.registry import (
+    DEFAULT,
+    check_launcher,
+    check_names,
+    engine_class,
+    engine_settings,
+    named_values,
+    open_engine,
+)
 from harness.engines.traits import Traits
-from harness.engines.typed import check_launcher, check_names, engine_settings, named_values
 from harness.errors import EngineError, EngineMissingError, RequestError
 from harness.observables.provenance import Provenance
 from harness.report.sections import Section
-from harness.store.baseline import committed, read_baseline
+from harness.store.baseline import committed, read_baseline, script_of, with_further
 from harness.store.cache import EngineChoice, opened
 from harness.store.entries import tell_stderr
-from harness.store.known_defects import script_of, with_further
 from harness.workflows.engine_status import (
     NO_TRAITS,
     EngineSelection,

@@ -9,7 +9,7 @@ import pytest
 from harness.cli.engine_options import EngineOptions, ProgramOptions
 from harness.cli.verify import VerifyOptions, _kept, _key
 from harness.engines import registry
-from harness.engines.typed import named_values
+from harness.engines.registry import named_values
 from harness.errors import RequestError
 from harness.store.entries import Entries
 from tests import engine_doubles as doubles

@@ -8,7 +8,7 @@ import pytest
 import harness
 from harness.cases.registry import all_cases
 from harness.errors import RequestError
-from harness.store.known_defects import known_defects, script_of
+from harness.store.baseline import known_defects, script_of
 
 ROOT = Path(harness.__file__).parent.parent
 

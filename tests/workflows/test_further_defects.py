@@ -6,9 +6,8 @@ from pathlib import Path
 import pytest
 
 from harness.errors import RequestError
-from harness.store import known_defects as store
-from harness.store.baseline import read_baseline
-from harness.store.known_defects import known_defects, with_further
+from harness.store import baseline as store
+from harness.store.baseline import known_defects, read_baseline, with_further
 from harness.workflows.verification import Selection, verify
 
 COMMITTED = Path(__file__).parents[2] / "inputs" / "known-defects.toml"

@@ -11,8 +11,8 @@ import pytest
 
 from harness.comparison.verdicts import Kind, Tolerance, judge
 from harness.errors import RequestError
+from harness.store.baseline import known_defects
 from harness.store.history import History, RunEnd, RunStart
-from harness.store.known_defects import known_defects
 from harness.workflows import site
 from tests.published_run import RUN
 

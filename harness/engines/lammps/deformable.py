@@ -14,15 +14,25 @@ Along columns the compressions are those of each column, at whose end is a grain
 the grain ends every chain, so that its two contacts in a well know nothing of each other. Dashpots
 act on the closed contacts, as LAMMPS's own pair style has them; like it they see the velocities of
 the half step. This shares no code with the reference DEM.
+
+The script has ``fix deformable all external pf/callback 1 1``; the law is set up at the line that
+begins with :data:`MOTION`, after the particles are there.
 """
 
 from __future__ import annotations
 
+import re
+from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from typing import Any, Self
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+MOTION = re.compile(r"^# ---- motion.*$", re.MULTILINE)
 
 SLACK = 1e-13
 """Forces and gaps this far below zero, over the largest overlap, are rounding."""
@@ -31,8 +41,71 @@ MOST_PIVOTS = 100
 """Exchanges for each contact before giving up; from the last step's set it takes none or one."""
 
 
-class DeformableLaw:
-    """Contact forces from positions, in the form that LAMMPS's ``fix external`` calls.
+def run_deformable(lammps: Any, script: Path, values: Mapping[str, str]) -> None:
+    """Run a script under the deformable law, along columns where it has ``n`` particles in each.
+
+    As two files, beside the script: jumps find their labels within a file only. Raise RuntimeError
+    for what goes wrong in the force.
+    """
+    parts = MOTION.split(script.read_text(encoding="utf-8"))
+    if len(parts) != 2:
+        raise RuntimeError("ERROR: the script has no one line '# ---- motion' for its force")
+    setting, motion = (script.with_suffix(f".{name}") for name in ("setting", "motion"))
+    setting.write_text(parts[0], encoding="utf-8")
+    motion.write_text(parts[1], encoding="utf-8")
+    lammps.file(str(setting))
+    stiffness, diameter = float(values["stiffness"]), float(values["diameter"])
+    law: ExternalForce
+    if "n" in values:
+        first, inner = (float(lammps.extract_variable(name)) for name in ("eta", "eta_in"))
+        count, height, clipped = int(values["spheres"]), int(values["n"]), values["tail"]
+        damping = first, inner
+        law = DeformableColumns(count, height, stiffness, diameter, damping, clipped == "clipped")
+    else:
+        law = DeformableLaw(int(values["height"]), stiffness, diameter)
+    lammps.set_fix_external_callback("deformable", law, lammps)
+    try:
+        lammps.file(str(motion))
+    finally:
+        if law.failure:
+            raise RuntimeError(f"ERROR: {law.failure}")
+
+
+class ExternalForce(ABC):
+    """Contact forces in the form that LAMMPS's ``fix external`` calls.
+
+    An exception would be lost on its way through LAMMPS: it is kept in ``failure``, and forces that
+    are not numbers end the run.
+    """
+
+    failure = ""
+
+    @abstractmethod
+    def total(self, x: Floats, v: Floats) -> Floats:
+        """Return the forces [N] of particles in the order of their ids, at x [m] and v [m/s].
+
+        All have the shape (N, 2). Raise ArithmeticError when the contacts cannot be found.
+        """
+
+    def __call__(
+        self, lammps: Any, _step: int, count: int, tags: NDArray[np.int32], x: Floats, f: Floats
+    ) -> None:
+        """Set the forces on the particles that LAMMPS hands over, by their ids from 1."""
+        place = np.asarray(tags[:count]) - 1
+        velocity = np.asarray(lammps.numpy.extract_atom("v"))[:count]
+        ordered = np.empty((2, count, 2))
+        ordered[:, place] = x[:count, :2], velocity[:, :2]
+        try:
+            force = self.total(*ordered)
+        except ArithmeticError as error:
+            self.failure = str(error)
+            force = np.full((count, 2), np.nan)
+        f[:count] = 0.0
+        f[:count, :2] = force[place]
+
+
+class DeformableLaw(ExternalForce):
+    """Contact forces from positions along a chain.
 
     ``height`` contacts between particles of stiffness ``stiffness`` [N/m] that
     just touch at distances of ``diameter`` [m].
@@ -43,14 +116,8 @@ class DeformableLaw:
         self._touching = diameter * np.arange(height + 1)
         self._matrix = np.eye(height) + 0.5 * np.eye(height, k=1) + 0.5 * np.eye(height, k=-1)
         self._closed = np.zeros(height, dtype=bool)
-        self.failure = ""
 
-    @classmethod
-    def of(cls, values: Mapping[str, str], _lammps: object) -> Self:
-        """Return the law of a job, from the values of its script."""
-        return cls(int(values["height"]), float(values["stiffness"]), float(values["diameter"]))
-
-    def forces(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
+    def forces(self, x: Floats) -> Floats:
         """Return the contact forces [N], shape (height,), at positions x [m], grain first.
 
         Raise ArithmeticError when the contacts cannot be found.
@@ -58,7 +125,7 @@ class DeformableLaw:
         displacement = x - self._touching
         return self.forces_at(displacement[:-1] - displacement[1:])
 
-    def forces_at(self, overlap: NDArray[np.float64]) -> NDArray[np.float64]:
+    def forces_at(self, overlap: Floats) -> Floats:
         """Return the contact forces [N], shape (height,), at overlaps [m]; errors likewise."""
         if not np.isfinite(overlap).all():
             raise ArithmeticError(f"deformable law: overlaps are not numbers: {overlap.tolist()}")
@@ -78,42 +145,19 @@ class DeformableLaw:
             f"deformable law: no contact set found at overlaps {overlap.tolist()}"
         )
 
-    def __call__(
-        self,
-        _caller: object,
-        _step: int,
-        count: int,
-        tags: NDArray[np.int32],
-        x: NDArray[np.float64],
-        f: NDArray[np.float64],
-    ) -> None:
-        """Set the forces on the particles that LAMMPS hands over, by their ids from 1.
-
-        An exception would be lost on its way through LAMMPS: it is kept in
-        ``failure``, and forces that are not numbers end the run.
-        """
-        place = np.asarray(tags[:count]) - 1
-        ordered = np.empty(count)
-        ordered[place] = x[:count, 0]
-        try:
-            contact = self.forces(ordered)
-        except ArithmeticError as error:
-            self.failure = str(error)
-            contact = np.full(count - 1, np.nan)
-        total = np.zeros(count)
-        total[:-1] -= contact
-        total[1:] += contact
-        f[:count] = 0.0
-        f[:count, 0] = total[place]
+    def total(self, x: Floats, v: Floats) -> Floats:  # noqa: ARG002
+        """Return the forces on a chain along x, grain first."""
+        contact = self.forces(x[:, 0])
+        total = np.zeros_like(x)
+        total[:-1, 0] -= contact
+        total[1:, 0] += contact
+        return total
 
 
-Floats = NDArray[np.float64]
-
-
-class DeformableColumns:
+class DeformableColumns(ExternalForce):
     """Contact forces on a grain and ``count`` columns of ``height`` particles, a diameter apart.
 
-    In ``of``, dashpots have the coefficients of the script's variables ``eta`` and ``eta_in``.
+    ``damping`` are the coefficients [kg/s] of the grain's dashpots, and of those within columns.
     """
 
     def __init__(
@@ -123,22 +167,9 @@ class DeformableColumns:
         self._laws = [DeformableLaw(height, stiffness, diameter) for _ in range(count)]
         self._shape, self._d, self._clipped = (count, height), diameter, clipped
         self._damping = np.array([damping[0], *[damping[1]] * (height - 1)])
-        self.failure = ""
 
-    @classmethod
-    def of(cls, values: Mapping[str, str], lammps: Any) -> Self:
-        """Return the law of a job, from the values of its script."""
-        eta = (float(lammps.extract_variable(name)) for name in ("eta", "eta_in"))
-        return cls(
-            int(values["spheres"]), int(values["n"]), float(values["stiffness"]),
-            float(values["diameter"]), (next(eta), next(eta)), values["tail"] == "clipped",
-        )  # fmt: skip
-
-    def forces(self, x: Floats, v: Floats) -> Floats:
-        """Return the forces [N] on columns, then the grain, at x [m] and v [m/s], all (N, 2).
-
-        Raise ArithmeticError when the contacts cannot be found.
-        """
+    def total(self, x: Floats, v: Floats) -> Floats:
+        """Return the forces on columns, one after the other from the top, then the grain."""
         count, height = self._shape
         y, u = x[:-1, 1].reshape(self._shape), v[:-1, 1].reshape(self._shape)
         axes, period = self._d * np.arange(count), self._d * count
@@ -162,19 +193,3 @@ class DeformableColumns:
         on_columns[:, :-1, 1] += force[:, 1:]
         on_columns[:, 1:, 1] -= force[:, 1:]
         return np.vstack([on_columns.reshape(-1, 2), force[:, 0] @ normal])
-
-    def __call__(
-        self, lammps: Any, _step: int, count: int, tags: NDArray[np.int32], x: Floats, f: Floats
-    ) -> None:
-        """Set the forces on the particles that LAMMPS hands over; failures as for one chain."""
-        place = np.asarray(tags[:count]) - 1
-        velocity = np.asarray(lammps.numpy.extract_atom("v"))[:count]
-        ordered = np.empty((2, count, 2))
-        ordered[:, place] = x[:count, :2], velocity[:, :2]
-        try:
-            force = self.forces(*ordered)
-        except ArithmeticError as error:
-            self.failure = str(error)
-            force = np.full((count, 2), np.nan)
-        f[:count] = 0.0
-        f[:count, :2] = force[place]

@@ -16,7 +16,6 @@ from pathlib import Path
 from typing import Any
 
 from harness.engines.contract import Job, Value, Values, Variation, Vector
-from harness.engines.lammps.external_forces import FORCES
 from harness.engines.lammps.language import LammpsLanguage, packages_in, version_in
 from harness.engines.lammps.releases import executable_of, fingerprint, in_use, is_release, is_wheel
 from harness.engines.lammps.restarts import (
@@ -27,7 +26,7 @@ from harness.engines.lammps.restarts import (
     link_into,
     progress_in,
 )
-from harness.engines.lammps.workers import SLEEPING, InProcess, Order, check_greeting
+from harness.engines.lammps.workers import DEFORMABLE, SLEEPING, InProcess, Order, check_greeting
 from harness.engines.output import Output
 from harness.engines.process import Limits, cores, first_words, way_of_death
 from harness.engines.programs import find_program, launcher_of, launcher_words
@@ -301,7 +300,7 @@ class Lammps(LammpsLanguage):
     def refuses(self, job: Job) -> str:
         """Return why LAMMPS cannot run a job: an executable cannot call back for a force."""
         law = job.values.get("law")
-        if law in FORCES and self.program and self.states(job.template):
+        if law == DEFORMABLE and self.program and self.states(job.template):
             return (
                 f"law = {law!r} runs in LAMMPS in-process only, where the harness can give "
                 "the forces: leave --lmp and --mpirun out, or choose law 'overlap'"
@@ -341,8 +340,8 @@ class Lammps(LammpsLanguage):
 
     def command_line(self, task: Task) -> str:
         """Return the command that runs a task again, with a note on a force that it lacks."""
-        law = task.values.get("law")
-        note = f"\n# with the {law} law as an external force" if law in FORCES else ""
+        forced = task.values.get("law") == DEFORMABLE
+        note = f"\n# with the {DEFORMABLE} law as an external force" if forced else ""
         return super().command_line(task) + note
 
     def resumes(self, job: Job) -> bool:

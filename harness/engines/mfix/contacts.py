@@ -16,8 +16,15 @@ from typing import Any
 
 import numpy as np
 
-from harness.engines.mfix.output import Frame, particle, row_of
-from harness.engines.mfix.system import FIRST_STEP, Scheme
+from harness.engines.mfix.system import (
+    FIRST_STEP,
+    LEAST_FACTOR,
+    Frame,
+    Scheme,
+    nominal_restitution,
+    particle,
+    row_of,
+)
 from harness.engines.output import Table
 from harness.engines.traits import (
     DASHPOTS,
@@ -100,9 +107,6 @@ def _state(contact: ContactInput, frame: Frame) -> list[list[float]]:
 
 UNUSED = 1e-20
 """Restitution of pairs that never meet: it keeps them from setting the step."""
-
-LEAST_FACTOR = 10.0
-"""What MFiX takes at least for ``DTSOLID_FACTOR``."""
 
 MOST_FRAMES = 20_000
 
@@ -239,7 +243,10 @@ class ContactInput:
         along = self._number("tangential_damping") * zeta * math.sqrt(3.5 * stiff / shear)
         if not self.linear and couple.meets and along >= 1.0:
             raise RequestError(f"has a tangential damping ratio of less than 1, not {along:.4g}")
-        return {"normal": _restitution(zeta), "tangential": _restitution(min(along, 0.99))}
+        return {
+            "normal": nominal_restitution(zeta),
+            "tangential": nominal_restitution(min(along, 0.99)),
+        }
 
     @cached_property
     def factor(self) -> float:
@@ -321,10 +328,6 @@ class ContactInput:
             # MFiX stops at once where a tenth of DT is more than TSTOP, else takes its own step
             "first": min(1e-4, self.steps * self.step),
         }
-
-
-def _restitution(zeta: float) -> float:
-    return math.exp(-math.pi * zeta / math.sqrt(1.0 - zeta * zeta))
 
 
 def _needs(values: ContactValues) -> str:

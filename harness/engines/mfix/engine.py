@@ -1,8 +1,8 @@
 """MFiX-DEM as an engine of the harness: the batch solver that a user builds, its inputs, its runs.
 
 A run is stated from its scene (``system.py``) as a keyword file and a list of particles, runs in a
-fresh folder, and is read from the frames that MFiX writes (``output.py``). The folder ``recorded``
-holds output of 21.3.2.
+fresh folder, and is read from the frames that MFiX writes. The folder ``recorded`` holds output of
+21.3.2.
 """
 
 from __future__ import annotations
@@ -28,11 +28,15 @@ from harness.engines.mfix.contacts import (
     ContactInput,
     contact_table,
 )
-from harness.engines.mfix.output import Frame, check_end, forced_table, path_table, read_frames
 from harness.engines.mfix.system import (
     REFERENCE,
+    Frame,
     Scheme,
     System,
+    check_end,
+    forced_table,
+    path_table,
+    read_frames,
     steps_per_contact,
     system_of,
 )
@@ -83,10 +87,9 @@ def states_contact(template: Template) -> bool:
 def contact_files(contact: ContactInput, title: str = "") -> dict[str, str]:
     """Return the inputs of a contact with friction, by their names."""
     values = {"title": title or "A contact with friction.", **contact.context()}
-    return {
-        KEYWORDS: _render("contacts.dat.j2", particles=len(contact.balls), **_written(values)),
-        PARTICLES: _lines(contact.particles()),
-    }
+    values["particles"] = len(contact.balls)
+    keywords = _render("contacts.dat.j2", **_written(values))
+    return {KEYWORDS: keywords, PARTICLES: _lines(contact.particles())}
 
 
 def system_files(system: System, title: str = "") -> dict[str, str]:
@@ -97,36 +100,35 @@ def system_files(system: System, title: str = "") -> dict[str, str]:
 def keyword_file(system: System, title: str = "") -> str:
     """Return the text of ``mfix.dat``; its title is the system's name unless given."""
     width, height = system.box
-    regions = [{"name": GRAIN, "data": "P"}]
-    if system.forces:
-        regions.append({"name": FORCE, "data": "F"})
-    return _render(
-        "mfix.dat.j2",
-        title=title or system.name,
-        name=system.name,
-        forces=system.forces,
-        held=bool(system.held),
+    values = {
+        "title": title or system.name,
+        "name": system.name,
+        "forces": system.forces,
+        "held": bool(system.held),
         # half a step less: MFiX rounds the number of steps up, in single precision
-        stop=_number((system.first + system.steps - 0.5) * system.step),
-        start=_number(system.first * system.step) if system.first else "",
-        gravity_x=_number(system.gravity[0]),
-        gravity_y=_number(system.gravity[1]),
-        width=_number(width),
-        height=_number(height),
-        columns=_cells(width, system.diameter),
-        rows=_cells(height, system.diameter),
-        search_columns=_search_cells(width, system.diameter),
-        search_rows=_search_cells(height, system.diameter),
-        diameter=_number(system.diameter),
-        density=_number(system.density),
-        particles=len(system.mobile) + len(system.held),
-        stiffness=_number(system.stiffness),
-        restitution=_number(system.restitution),
-        factor=_number(system.factor),
-        scheme=system.scheme,
-        interval=_number(system.every * system.step),
-        regions=regions,
-    )
+        "stop": (system.first + system.steps - 0.5) * system.step,
+        "start": system.first * system.step if system.first else "",
+        "gravity_x": float(system.gravity[0]),
+        "gravity_y": float(system.gravity[1]),
+        "width": width,
+        "height": height,
+        "columns": _cells(width, system.diameter),
+        "rows": _cells(height, system.diameter),
+        "search_columns": _search_cells(width, system.diameter),
+        "search_rows": _search_cells(height, system.diameter),
+        "diameter": system.diameter,
+        "density": system.density,
+        "particles": len(system.spheres),
+        "stiffness": system.stiffness,
+        "restitution": system.restitution,
+        "factor": system.factor,
+        "scheme": system.scheme,
+        "interval": system.every * system.step,
+        "regions": [{"name": GRAIN, "data": "P"}, {"name": FORCE, "data": "F"}][
+            : 1 + system.forces
+        ],
+    }
+    return _render("mfix.dat.j2", **_written(values))
 
 
 def particle_file(system: System) -> str:

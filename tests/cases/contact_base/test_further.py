@@ -10,7 +10,7 @@ from harness.cases.registry import get_case
 from harness.comparison.known_defects import mark_known_defects
 from harness.comparison.verdicts import Verdict
 from harness.engines.lammps.engine import Lammps
-from harness.store.known_defects import known_defects
+from harness.store.baseline import known_defects
 
 pytestmark = [pytest.mark.live, pytest.mark.usefixtures("lammps_here")]
 

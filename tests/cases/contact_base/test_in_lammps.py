@@ -22,7 +22,7 @@ from harness.comparison.verification import Findings
 from harness.engines.lammps.engine import Lammps
 from harness.observables.provenance import Provenance, release_of
 from harness.solvers.pair import normal
-from harness.store.known_defects import known_defects
+from harness.store.baseline import known_defects
 from harness.theory.contact import damping_ratio
 from harness.workflows.case_runs import run
 

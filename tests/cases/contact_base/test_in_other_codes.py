@@ -11,7 +11,7 @@ from harness.comparison.known_defects import mark_known_defects
 from harness.comparison.verdicts import Kind, Verdict
 from harness.engines.registry import DEFAULT, engine_class, engine_names
 from harness.errors import EngineMissingError, RequestError
-from harness.store.known_defects import known_defects
+from harness.store.baseline import known_defects
 from tests.cases.contact_base.perturbed import Planted
 
 pytestmark = pytest.mark.live

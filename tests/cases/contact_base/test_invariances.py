@@ -20,7 +20,7 @@ from harness.engines.lammps.engine import DEFAULTS, SORTED, Lammps, variations
 from harness.engines.output import SERIES
 from harness.errors import EngineMissingError
 from harness.observables.provenance import release_of
-from harness.store.known_defects import known_defects
+from harness.store.baseline import known_defects
 
 pytestmark = [pytest.mark.live, pytest.mark.usefixtures("lammps_here")]
 

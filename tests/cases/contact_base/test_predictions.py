@@ -18,7 +18,7 @@ from harness.parameters.law import ContactLaw
 from harness.parameters.rules import Rules
 from harness.parameters.scene import Body, ContactScene
 from harness.solvers.pair.stepping import Departures, advance
-from harness.store.known_defects import known_defects
+from harness.store.baseline import known_defects
 
 LAW = ContactLaw(
     normal="hertz",

@@ -13,7 +13,7 @@ from harness.cases.registry import get_case
 from harness.comparison.verdicts import Cell, Kind, Tolerance, judge
 from harness.engines.registry import open_engine
 from harness.errors import RequestError
-from harness.store.known_defects import known_defects
+from harness.store.baseline import known_defects
 from harness.workflows.case_runs import parameters_of
 
 STRONG = {"damping": "velocity", "damping_coefficient": "1e5"}

@@ -30,7 +30,7 @@ from harness.parameters.law import ContactLaw
 from harness.parameters.rules import Rules
 from harness.parameters.scene import Body, ContactScene, Plane
 from harness.solvers.pair.system import effective_moduli
-from harness.store.known_defects import known_defects
+from harness.store.baseline import known_defects
 
 MODULI = st.floats(1e5, 1e12)
 RATIOS = st.floats(-0.9, 0.49)

@@ -14,7 +14,7 @@ from harness.comparison.known_defects import mark_known_defects
 from harness.comparison.verdicts import Verdict
 from harness.engines.esys.engine import CONTACTS, RANKS, environment, find_launcher
 from harness.engines.traits import stating
-from harness.store.known_defects import known_defects
+from harness.store.baseline import known_defects
 
 OBLIQUE = get_case("oblique")
 PAIR = OBLIQUE.default.replace(partner="sphere")

@@ -1,3 +1,5 @@
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -7,6 +9,7 @@ from harness.engines.lammps.deformable import DeformableLaw
 from harness.solvers.chain.forces import contact_forces
 
 STIFFNESS, DIAMETER = 1e6, 1.0
+LAMMPS = SimpleNamespace(numpy=SimpleNamespace(extract_atom=lambda _: np.zeros((9, 3))))
 
 
 def _positions(overlaps):
@@ -55,9 +58,9 @@ def test_called_by_lammps_it_orders_by_id_and_obeys_newton():
     x = np.zeros((4, 3))
     x[:, 0] = _positions([1e-3, 5e-4, -1e-3])
     f, g = np.full((4, 3), np.nan), np.full((4, 3), np.nan)
-    law(None, 0, 4, np.array([1, 2, 3, 4]), x, f)
+    law(LAMMPS, 0, 4, np.array([1, 2, 3, 4]), x, f)
     shuffled = np.array([2, 0, 3, 1])
-    law(None, 0, 4, np.array([1, 2, 3, 4])[shuffled], x[shuffled], g)
+    law(LAMMPS, 0, 4, np.array([1, 2, 3, 4])[shuffled], x[shuffled], g)
     np.testing.assert_array_equal(g, f[shuffled])
     assert f[:, 0].sum() == pytest.approx(0.0, abs=1e-9)
     assert np.all(f[:, 1:] == 0.0)
@@ -67,6 +70,6 @@ def test_positions_that_are_not_numbers_stop_the_run():
     law = DeformableLaw(2, STIFFNESS, DIAMETER)
     x = np.array([[0.0, 0, 0], [np.nan, 0, 0], [2.0, 0, 0]])
     f = np.zeros((3, 3))
-    law(None, 0, 3, np.array([1, 2, 3]), x, f)
+    law(LAMMPS, 0, 3, np.array([1, 2, 3]), x, f)
     assert np.isnan(f[:, 0]).all()
     assert law.failure

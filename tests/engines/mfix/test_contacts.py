@@ -12,7 +12,7 @@ from harness.cases.registry import get_case
 from harness.comparison.verdicts import Verdict
 from harness.engines.mfix.contacts import CONTACTS, ContactInput, contact_table
 from harness.engines.mfix.engine import KEYWORDS, PARTICLES, contact_files
-from harness.engines.mfix.output import read_frame
+from harness.engines.mfix.system import read_frame
 from harness.engines.traits import stating
 from harness.errors import EngineOutputError
 

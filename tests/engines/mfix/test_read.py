@@ -9,7 +9,7 @@ import pytest
 from harness.cases.grain import path_in
 from harness.cases.incline.system import start_in_well
 from harness.cases.incline.verification import START_SPEED, STIFFNESS, case_at, recorded_path
-from harness.engines.mfix.output import path_table, read_frame, read_frames
+from harness.engines.mfix.system import path_table, read_frame, read_frames
 from harness.errors import EngineNaNError, EngineOutputError
 
 ROWS = 300
