@@ -101,7 +101,5 @@ def test_the_step_of_the_well_is_bounded_as_the_reference_bounds_it(zeta):
     """Written as a linear contact: sqrt(15/8) times as fast, with a smaller damping ratio."""
     contact = Contact(restitution=None, damping_ratio=zeta)
     faster = math.sqrt(STIFFEST)
-    linear = row.fewest_steps_per_contact(
-        row.FIXED_STEP["mfix-euler"].growth, zeta / faster
-    )
+    linear = row.fewest_steps_per_contact(row.FIXED_STEP["mfix-euler"].growth, zeta / faster)
     assert fewest_steps_per_contact(contact) == pytest.approx(faster * linear, rel=1e-6)
