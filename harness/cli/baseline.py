@@ -10,7 +10,8 @@ from cyclopts import App, Parameter
 
 from harness.cli.command import File, Folder, Json, Level, options
 from harness.cli.engine_options import EngineOptions
-from harness.cli.files import check_source, print_json, print_line
+from harness.cli.files import check_source, print_json, print_line, recorded
+from harness.cli.verify import Printer, print_regression
 from harness.report.plain import one_line
 
 if TYPE_CHECKING:
@@ -36,7 +37,6 @@ class BaselineOptions:
         self, engine: EngineOptions, tolerances: Path | None, quiet: bool
     ) -> BaselineComparison:
         """Run the cases and compare; the run is recorded."""
-        from harness.cli.recording import recorded
         from harness.workflows.baseline import compare_with_baseline
 
         with recorded("baseline", quiet=quiet) as recording, engine.run() as opened:
@@ -90,8 +90,6 @@ def compare(
         dem-harness baseline compare --level quick
         dem-harness baseline compare --baseline mine --json
     """
-    from harness.cli.verify import print_regression
-
     check_source(choice.baseline, "--baseline", folder=True)
     check_source(choice.tolerances, "--tolerances")
     compared = choice.run(engine, choice.tolerances, json)
@@ -212,7 +210,6 @@ def _print(difference: RunDiff) -> None:
     from rich.table import Table
     from rich.text import Text
 
-    from harness.cli.verify import Printer
     from harness.comparison.run_diff import RowChange
 
     printer = Printer()

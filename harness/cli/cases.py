@@ -18,7 +18,14 @@ from harness.cli.engine_options import (
     answer,
     completed,
 )
-from harness.cli.files import check_target, print_columns, print_json, print_wrapped, write_all
+from harness.cli.files import (
+    check_target,
+    print_columns,
+    print_json,
+    print_wrapped,
+    recorded,
+    write_all,
+)
 from harness.errors import RequestError
 from harness.report.plain import write_csv
 
@@ -176,7 +183,6 @@ def run(
     case
         A case that `dem-harness cases` lists.
     """
-    from harness.cli.recording import recorded
     from harness.engines.border import MOST_SECONDS
     from harness.engines.registry import named_values
     from harness.workflows import run as run_case

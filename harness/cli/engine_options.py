@@ -15,12 +15,11 @@ from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 from cyclopts import Parameter
 
 from harness.cli.command import Folder, Name, options
-from harness.cli.files import print_json
+from harness.cli.files import Recording, print_json
 from harness.errors import EngineError, HarnessError, RequestError
 from harness.report.plain import printable
 
 if TYPE_CHECKING:
-    from harness.cli.recording import Recording
     from harness.engines.contract import Engine
     from harness.store.entries import Entries
 

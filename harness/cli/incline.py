@@ -11,7 +11,14 @@ from cyclopts import Parameter
 
 from harness.cli.command import ContactName, Json, Reading, options, panel
 from harness.cli.engine_options import CostOptions, EngineOptions, answer, completed
-from harness.cli.files import FilmOptions, print_json, print_record, print_wrapped
+from harness.cli.files import (
+    FilmOptions,
+    non_default,
+    print_json,
+    print_record,
+    print_wrapped,
+    recorded,
+)
 from harness.errors import RequestError
 
 if TYPE_CHECKING:
@@ -237,7 +244,6 @@ def critical_angle(
         dem-harness critical-angle --film bumps.gif --film-angles 9.5,10.5
     """
     from harness.cases.incline.closed_forms import angles_beside
-    from harness.cli.recording import recorded
 
     touching = contact.contact_or("plastic" if route.extrapolate else "source")
     route.check(system)
@@ -329,7 +335,6 @@ _INCLINE_DEFAULTS = {
 
 def angle_quantities(record: Mapping[str, Any]) -> list[Row]:
     """Return the critical angle of ``critical-angle`` and the closed form."""
-    from harness.cli.recording import non_default
     from harness.observables.row import Row
 
     if record.get("extrapolated"):

@@ -9,7 +9,14 @@ from cyclopts import Parameter
 
 from harness.cli.command import Folder, Json, options
 from harness.cli.engine_options import EngineOptions
-from harness.cli.files import output_folder, print_json, print_line, print_record, read_reference
+from harness.cli.files import (
+    output_folder,
+    print_json,
+    print_line,
+    print_record,
+    read_reference,
+    recorded,
+)
 from harness.errors import RequestError
 
 if TYPE_CHECKING:
@@ -93,7 +100,6 @@ def reproduce(
 def _reproduced(
     engine: EngineOptions, points: ReferencePoints | None, folder: Path | None, quiet: bool
 ) -> Reproduction:
-    from harness.cli.recording import recorded
     from harness.reproduction.page import check_folder, write
     from harness.reproduction.run import reproduce as reproduce_with
 

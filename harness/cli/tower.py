@@ -18,8 +18,10 @@ from harness.cli.files import (
     FilmOptions,
     Writer,
     check_target,
+    non_default,
     print_wrapped,
     read_reference,
+    recorded,
     save_figure,
     write_all,
 )
@@ -120,7 +122,6 @@ def tower(
     """
     from harness.cases.tower.run import covering
     from harness.cases.tower.run import tower as run_tower
-    from harness.cli.recording import recorded
     from harness.observables.windows import summary
 
     check_target(run.series, "--series")
@@ -313,7 +314,6 @@ def impulse(
         dem-harness impulse --law overlap --figure angles.svg --reference measured.csv
     """
     from harness.cases.tower.impulse import impulse_angles
-    from harness.cli.recording import recorded
 
     points, name, case = files.points(), solver.solver, table.case()
     with recorded("impulse", quiet=json) as recording, solver.run() as engine:
@@ -422,7 +422,6 @@ _TOWER = (
 
 def tower_quantities(record: Mapping[str, Any]) -> list[Row]:
     """Return impulse, peak force, turnaround and energy drift of ``tower``."""
-    from harness.cli.recording import non_default
     from harness.observables.row import Row
 
     case = (
@@ -445,7 +444,6 @@ def impulse_quantities(
     rows: Iterable[Mapping[Hashable, Any]], solver: str, others: Mapping[str, float]
 ) -> list[Row]:
     """Return the impulse ratio of each row of ``impulse``; ``others`` are mass and gravity."""
-    from harness.cli.recording import non_default
     from harness.observables.row import Row
 
     rest = non_default(others, _TOWER_DEFAULTS)

@@ -17,8 +17,15 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import Parameter
 
 from harness.cli.command import File, Folder, Json, options
-from harness.cli.engine_options import EngineOptions
-from harness.cli.files import check_source, closed_pipe_allowed, output_folder, print_json
+from harness.cli.engine_options import EngineOptions, runs_made
+from harness.cli.files import (
+    check_source,
+    closed_pipe_allowed,
+    given_words,
+    output_folder,
+    print_json,
+    recorded,
+)
 from harness.errors import RequestError
 from harness.report.plain import one_line
 
@@ -273,8 +280,6 @@ def verify(
         dem-harness verify --quick --output mine
         dem-harness verify --engines all --cases incline,tower
     """
-    from harness.cli.recording import recorded
-
     choice.check()
     others = engines_of(choice.engines)
     engine.check_names((engine.engine, *others), "--engines")
@@ -328,7 +333,6 @@ def _record(
 
 def _say_cost(choice: VerifyOptions, fresh: bool) -> None:
     """Say on stderr which cases are run, and what the same request took when it was last run."""
-    from harness.cli.recording import given_words
     from harness.store.entries import tell_stderr
     from harness.workflows import history
     from harness.workflows.verification import Selection, checked_level
@@ -411,7 +415,6 @@ def _kept(entries: Entries | None, key: str | None, folder: Path) -> dict[str, A
 def _measured(
     choice: VerifyOptions, engine: EngineOptions, folder: Path, progress: Progress
 ) -> dict[str, Any]:
-    from harness.cli.engine_options import runs_made
     from harness.report.folder import write
     from harness.workflows import film_section, sections
     from harness.workflows import verify as verify_with

@@ -314,11 +314,7 @@ Curve = tuple[NDArray[np.float64], NDArray[np.float64], str, dict[str, Any]]
 class Traces:
     """Curves against time, faint as a whole, bold as far as the film is, and a cursor."""
 
-    def __init__(
-        self,
-        axes: Axes,
-        curves: Iterable[tuple[NDArray[np.float64], NDArray[np.float64], str, dict[str, Any]]],
-    ) -> None:
+    def __init__(self, axes: Axes, curves: Iterable[Curve]) -> None:
         self._lines = []
         for time, values, name, look in curves:
             axes.plot(time, values, lw=1, alpha=0.25, **look)

@@ -1,33 +1,51 @@
 """Write reports into folders, complete or not at all: of runs, studies, differences, releases.
 
 A folder is checked before anything is run: it must be new or empty, and writable. Everything is
-written aside and renamed at the end.
+written aside and renamed at the end. Of a run there is more for CI: Markdown that fits a comment or
+the summary of a job, and JUnit XML.
 """
 
 from __future__ import annotations
 
 import difflib
 import json
+import math
+import re
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+from xml.etree import ElementTree as Xml
 
 from harness.comparison.releases import Column, ReleaseChange, ReleaseMatrix, ReleaseRow, untested
 from harness.comparison.run_diff import RowChange, RunDiff
+from harness.comparison.verdicts import Check, Kind, Verdict
 from harness.comparison.verification import SCHEMA, Results, Verification, json_schema
 from harness.files import check_folder, whole_folder
-from harness.report.ci import junit, short_markdown
 from harness.report.figures import changes as draw_changes
 from harness.report.gallery import Drawn, data_uri, draw_sections, picture, size, write_drawn
-from harness.report.markdown import style
+from harness.report.markdown import style, table_lines, tail
 from harness.report.matrix import defect_scripts
 from harness.report.page import FOLDER, addresses, cell_pages, report_markdown, report_page
-from harness.report.plain import json_text, safe_path, write_csv
+from harness.report.plain import json_text, markdown_text, safe_path, write_csv
 from harness.report.render import WIDE, Figure, html_page, markdown_page
 from harness.report.sections import Section, Table, divergence_section, engines_section
+from harness.report.text import (
+    KINDS,
+    KindSummary,
+    by_severity,
+    details,
+    explained,
+    happened,
+    numbers,
+    provenance,
+    summaries,
+    summary,
+    triage,
+)
+from harness.shown import number
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -314,8 +332,8 @@ def _counts(matrix: ReleaseMatrix) -> Table:
     """Return how many values of each release are of each class."""
     classes = [str(change) for change in ReleaseChange if change != "reference"]
     rows = []
-    for number, column in enumerate(matrix.columns):
-        counts = matrix.counts(number)
+    for place, column in enumerate(matrix.columns):
+        counts = matrix.counts(place)
         provenance = column.provenance.engine_version if column.provenance else column.error
         rows.append((column.release, provenance, *(str(counts.get(c, "")) for c in classes)))
     return Table("Releases", "", ("release", matrix.engine, *classes), tuple(rows))
@@ -328,8 +346,8 @@ def _release_row(
     value = row.cells[matrix.reference].value
     cells = [row.record, row.quantity, "-" if value is None else f"{value:.12g} {row.unit}"]
     cells.append(f"{row.tolerance:.1g}")
-    for number, column in others:
-        cell = row.cells[number]
+    for place, column in others:
+        cell = row.cells[place]
         apart = f" ({cell.difference:+.1e})" if cell.difference else ""
         # why a release has no such cell is told once, by reason
         note = "" if cell.note == column.reasons.get(row.record) else cell.note
@@ -352,8 +370,8 @@ def _cell_tables(matrix: ReleaseMatrix) -> Iterator[Table]:
     yield Table("Cells of the matrix that do not hold in every release", "", head, tuple(cells))
     reasons = (
         (column.release, reason, str(len(cells)), ", ".join(sorted({cell.case for cell in cells})))
-        for number, column in enumerate(matrix.columns)
-        for reason, cells in untested(matrix.cells, number).items()
+        for place, column in enumerate(matrix.columns)
+        for reason, cells in untested(matrix.cells, place).items()
     )
     head = ("release", "reason", "cells", "cases")
     yield Table("Why cells were not tested", "", head, tuple(reasons))
@@ -379,3 +397,167 @@ def generated_schema() -> str:
 
 if __name__ == "__main__":
     Path(__file__).with_name(SCHEMA_FILE).write_text(generated_schema(), encoding="utf-8")
+
+
+def opening_markdown(verification: Verification) -> list[str]:
+    """Return the outcome kind by kind, and the headlines as a list."""
+    outcome, counts, *headlines = map(markdown_text, summary(verification))
+    return [f"**{outcome}**", counts, "", *(f"- {line}" for line in headlines)]
+
+
+LIMIT = 60_000
+"""Characters. A comment on GitHub holds 65,536, of which others may want some."""
+
+SEVERE = (Verdict.FAIL, Verdict.KNOWN_DEFECT, Verdict.FIXED, Verdict.NOT_TESTED)
+HEAD = ("check", "value", "expected", "difference", "tolerance", "")
+
+
+def short_markdown(verification: Verification) -> str:
+    """Return outcome, failed rows, and all others folded away by kind; under 60,000 characters."""
+    lines = ["## DEM verification", "", *opening_markdown(verification), ""]
+    severe = [check for check in by_severity(verification.checks) if check.verdict in SEVERE]
+    if severe:
+        lines += ["| check | kind | what happened |", "|---|---|---|"]
+        lines += [*_within(LIMIT // 3, [_severe(check) for check in severe]), ""]
+    for kind in summaries(verification.checks):
+        rows = [check for check in kind.checks if check.verdict not in SEVERE]
+        if rows:
+            lines += _folded(kind.kind, rows, (LIMIT // 2) // len(KINDS))
+    lines += ["<details><summary>Provenance</summary>", ""]
+    lines += [f"- {name}: {markdown_text(text)[:1500]}" for name, text in provenance(verification)]
+    return "\n".join([*lines, "", "</details>", ""])
+
+
+def _severe(check: Check) -> str:
+    about = "" if check.engine_died else triage(check)
+    note = "" if math.isnan(check.value) else check.note
+    texts = (happened(check), about, details(check), note)
+    mark = "**failed**" if check.verdict is Verdict.FAIL else str(check.verdict)
+    happening = markdown_text("; ".join(filter(None, texts)))[:600]
+    return f"| {mark} {markdown_text(check.name)} | {check.kind} | {happening} |"
+
+
+def _folded(kind: Kind, rows: Sequence[Check], room: int) -> list[str]:
+    cells = [
+        (c.name, *map(number, (c.value, c.expected)), number(c.difference, 2),
+         number(c.tolerance, 2), c.unit)
+        for c in rows
+    ]  # fmt: skip
+    head, rule, *table = table_lines(HEAD, cells, range(1, 5))
+    title = f"<details><summary>{KINDS[kind]} ({len(rows)})</summary>"
+    return [title, "", head, rule, *_within(room, table), "", "</details>", ""]
+
+
+def _within(room: int, rows: Sequence[str]) -> list[str]:
+    """Return the rows that there is room for, and a last one that counts the others."""
+    kept: list[str] = []
+    for row in rows:
+        room -= len(row) + 1
+        if room < 0:
+            return [*kept, f"| and {len(rows) - len(kept)} more, in report.html | | |"]
+        kept.append(row)
+    return kept
+
+
+_NOT_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
+"""What XML 1.0 cannot hold, not even escaped."""
+
+
+def junit(verification: Verification) -> str:
+    """Return the checks as JUnit XML: a suite for each kind, a test case for each check.
+
+    A verdict that failed is a ``failure``, an engine that died an ``error``. What was
+    not tested, known defects, those that are fixed, and a finding, which nobody judges, are
+    ``skipped`` with the reason.
+    """
+    rows = summaries(verification.checks)
+    suites = [
+        _suite(verification, row, verification.seconds if row is rows[0] else 0.0) for row in rows
+    ]
+    root = Xml.Element("testsuites", name="dem-harness", time=f"{verification.seconds:.3f}")
+    for key in ("tests", "failures", "errors"):  # Jenkins's schema knows no more here
+        root.set(key, str(sum(int(suite.get(key, "0")) for suite in suites)))
+    root.extend(suites)
+    Xml.indent(root)
+    return '<?xml version="1.0" encoding="UTF-8"?>\n' + Xml.tostring(root, "unicode") + "\n"
+
+
+def _suite(verification: Verification, row: KindSummary, seconds: float) -> Xml.Element:
+    """Return the suite of a kind; the first carries the time, which no check has of its own."""
+    cases = _cases(row)
+    suite = Xml.Element(
+        "testsuite",
+        name=f"dem-harness {row.kind}",
+        tests=str(len(cases)),
+        failures=str(sum(case.find("failure") is not None for case in cases)),
+        errors=str(sum(case.find("error") is not None for case in cases)),
+        skipped=str(sum(case.find("skipped") is not None for case in cases)),
+        time=f"{seconds:.3f}",
+        timestamp=verification.started[:19],
+    )
+    engine = verification.provenance
+    label = engine.label if engine else "none"
+    properties = Xml.SubElement(suite, "properties")
+    for name, value in (
+        ("level", verification.level),
+        ("engine", label),
+        ("platform", verification.platform),
+    ):
+        Xml.SubElement(properties, "property", name=name, value=_clean(value))
+    suite.extend(cases)
+    return suite
+
+
+def _cases(row: KindSummary) -> list[Xml.Element]:
+    """Return the test cases of a kind; a name that comes again is numbered, as readers need."""
+    seen: Counter[str] = Counter()
+    cases = []
+    for check in row.checks:
+        seen[check.name] += 1
+        again = f" ({seen[check.name]})" if seen[check.name] > 1 else ""
+        case = Xml.Element(
+            "testcase",
+            classname=f"dem-harness.{check.kind}",
+            name=_clean(check.name + again),
+            time="0.000",
+        )
+        _outcome(case, check)
+        cases.append(case)
+    return cases
+
+
+def _outcome(case: Xml.Element, check: Check) -> None:
+    if check.verdict is Verdict.FAIL:
+        kind = "error" if check.engine_died else "failure"
+        message = check.note if check.engine_died else numbers(check)
+        trouble = Xml.SubElement(
+            case, kind, type=_clean(triage(check) or "verdict"), message=_clean(message)
+        )
+        trouble.text = _clean(_story(check))
+    elif check.verdict is Verdict.NOT_TESTED:
+        Xml.SubElement(case, "skipped", message=_clean(f"not tested: {check.note}"))
+    elif check.verdict in (Verdict.KNOWN_DEFECT, Verdict.FIXED):
+        message = f"{check.verdict}: {numbers(check)}. {check.note}"
+        Xml.SubElement(case, "skipped", message=_clean(message))
+    elif check.verdict is Verdict.FINDING:
+        message = f"finding, not judged: {numbers(check)}. {check.note}"
+        Xml.SubElement(case, "skipped", message=_clean(message))
+    else:
+        Xml.SubElement(case, "system-out").text = _clean(numbers(check))
+
+
+def _story(check: Check) -> str:
+    about = triage(check)
+    lines = [
+        f"{check.kind}: {check.name}",
+        numbers(check),
+        check.why and f"tolerance: {check.why}",
+        about and f"class: {about}. {details(check)} {explained(check)}",
+        check.note,
+        check.log and f"log: logs/{check.log_name}\n{tail(check.log)}",
+    ]
+    return "\n".join(line for line in lines if line)
+
+
+def _clean(text: str) -> str:
+    return _NOT_XML.sub("?", text)

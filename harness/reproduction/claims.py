@@ -18,7 +18,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from importlib import resources
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 import pandas as pd
@@ -28,10 +28,6 @@ from harness.comparison import compare as rows
 from harness.comparison.compare import Change
 from harness.observables.row import Row, by_name
 from harness.shown import Record
-
-if TYPE_CHECKING:
-    import pandas as pd
-
 
 _NUMPY = ("abs", "cos", "exp", "isfinite", "nan", "pi", "radians", "sin", "sqrt", "sum")
 _BUILT_IN = (all, bool, len, max, min, range, round, zip)

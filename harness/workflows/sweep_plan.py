@@ -30,7 +30,7 @@ from harness.store.baseline import bounded_text
 from harness.workflows.case_runs import NO_RULES, PRESET, parameters_in, parameters_of, usual_engine
 
 if TYPE_CHECKING:
-    from harness.report.sweep_figures import ReferenceLine
+    from harness.report.figures import ReferenceLine
 
 MOST_VALUES = 100_000
 """Of one parameter, and runs of one sweep: each is a row that is held in memory."""
@@ -399,7 +399,7 @@ def _value(point: SweepPoint, column: str) -> Any:
 def _line(
     chosen: SweepPlan, name: str, across: str, points: Sequence[SweepPoint], rules: Traits
 ) -> ReferenceLine | None:
-    from harness.report.sweep_figures import DENSE, ReferenceLine, is_logarithmic
+    from harness.report.figures import DENSE, ReferenceLine, is_logarithmic
 
     x: list[Any] = [_value(point, across) for point in points]
     references = _references(chosen.case, name, [p.parameters for p in points], rules)

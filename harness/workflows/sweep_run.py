@@ -387,7 +387,7 @@ class Sweep(Result):
         the first that was measured. What it is expected to be is a line, ``points`` are drawn
         beside it.
         """
-        from harness.report.sweep_figures import sweep_figure
+        from harness.report.figures import sweep_figure
         from harness.workflows.sweep_plan import reference_lines
 
         frame = self.to_frame()

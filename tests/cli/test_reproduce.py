@@ -26,11 +26,11 @@ class NoEngine:
 @pytest.fixture
 def run_here(monkeypatch, tmp_path, capsys):
     """Run the command in this process and in an empty folder, with a ledger of one row."""
-    from harness.cli import recording
+    from harness.cli import publish
     from harness.cli.publish import ReproduceOptions, reproduce
 
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(recording, "recorded", lambda *_, **__: _recorder())
+    monkeypatch.setattr(publish, "recorded", lambda *_, **__: _recorder())
 
     asked = {}
 

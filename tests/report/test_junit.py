@@ -3,7 +3,7 @@ from dataclasses import replace
 from xml.etree import ElementTree
 
 from harness.comparison.verdicts import Kind
-from harness.report.ci import junit
+from harness.report.folder import junit
 
 
 def parsed(found):

@@ -1,7 +1,7 @@
 from dataclasses import replace
 
 from harness.comparison.verdicts import Verdict
-from harness.report.ci import short_markdown
+from harness.report.folder import short_markdown
 from harness.report.text import headline
 
 COMMENT = 65_536

@@ -7,7 +7,7 @@ from harness.comparison.verdicts import Kind, Planned, Triage, Verdict
 from harness.comparison.verification import read_published
 from harness.engines import registry as engine_registry
 from harness.errors import EngineCrashError, RequestError
-from harness.report.ci import short_markdown
+from harness.report.folder import short_markdown
 from harness.report.plain import finite
 from harness.workflows import sections, verify
 from harness.workflows.engine_status import EngineSelection, selected_engines
