@@ -229,12 +229,11 @@ def _raised(engine: Engine, call: str, error: Exception) -> EngineError:
     of_engine = [frame for frame in frames if frame.filename == file]
     place = [*frames, *of_engine][-1]
     text = " ".join(f"{type(error).__name__}: {error}".split()).strip(": ")[:160]
-    wrapped = EngineError(
+    message = (
         f"{who(engine)}: {call} raised {text} ({Path(place.filename).name}, line {place.lineno}), "
         "must raise an EngineError, or return one for the job"
     )
-    wrapped.log = "".join(traceback.format_exception(error))
-    return wrapped
+    return EngineError(message).with_log("".join(traceback.format_exception(error)))
 
 
 def _checked(engine: Engine, job: Job, outcome: Any) -> Output | EngineError:

@@ -461,8 +461,7 @@ class ScriptedEngine(ProgramEngine):
         for task, output in zip(tasks, self.execute(tasks), strict=True):
             log = self.headed(task, output.log)
             if isinstance(output, EngineError):
-                output.log = log
-                outputs.append(output)
+                outputs.append(output.with_log(log))
             else:
                 self._logs.setdefault(task.script.name, log)
                 outputs.append(replace(output, log=log))

@@ -270,7 +270,7 @@ PACKAGES = ("jinja2", "matplotlib", "numba", "numpy", "pandas", "pydantic", "sci
 RECORD = "record.json"
 REPORT = "report/"
 VERIFICATION_ERRORS = (ValueError, KeyError, zipfile.BadZipFile)
-"""What :func:`unpack` raises for bytes that are not those of a verification."""
+"""What :func:`unpack_verification` raises for bytes that are not those of a verification."""
 
 
 def verification_key(
@@ -319,7 +319,7 @@ def pack_verification(folder: Path, record: Mapping[str, Any]) -> bytes:
 def unpack_verification(payload: bytes, folder: Path) -> dict[str, Any]:
     """Write a kept report into a new folder and return the record.
 
-    Raise one of :data:`DECODE_ERRORS` when the bytes are not those of a verification, also where
+    Raise one of :data:`VERIFICATION_ERRORS` when the bytes are not those of a verification, also where
     a name leads out of the folder; then nothing is written.
     """
     with zipfile.ZipFile(io.BytesIO(payload)) as archive:
