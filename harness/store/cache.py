@@ -1,10 +1,7 @@
-"""The cache of engines' outputs: as bytes, around an engine, listed and cleared.
+"""The cache of engines' outputs: kept as bytes, read in place of a run, listed and cleared.
 
-Convert outputs of engines to bytes and back, exactly: arrays as npz, the rest as JSON.
-
-Wrap an engine with a cache: outputs of earlier runs are read, only the other jobs are run.
-
-List and clear the cache: results by case, environments of releases, compiled kernels.
+An output is kept exactly, arrays as npz, the rest as JSON. Besides outputs the cache holds whole
+verifications, environments of releases and compiled kernels.
 """
 
 from __future__ import annotations
