@@ -74,7 +74,7 @@ class ImpulseOptions(CostOptions):
 
     def over(self) -> Over:
         """Return what the table runs over; raise RequestError for lists that cannot be read."""
-        from harness.observables.windows import WINDOWS
+        from harness.observables.tower import WINDOWS
 
         ranges: Over = {"heights": _heights(self.heights)}
         if self.stiffness:

@@ -100,7 +100,7 @@ def tower(
     from harness.cases.tower.run import covering
     from harness.cases.tower.run import tower as run_tower
     from harness.cli.recording import recorded, tower_quantities
-    from harness.observables.windows import summary
+    from harness.observables.tower import summary
 
     check_target(run.series, "--series")
     film.check()

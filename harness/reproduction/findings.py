@@ -13,7 +13,7 @@ from harness.cases.incline.verification import EULER, angle_in_scheme, case_at, 
 from harness.cases.tower.impulse import impulse_angles
 from harness.engines.contract import Engine
 from harness.engines.reference import Reference
-from harness.observables.windows import WINDOWS
+from harness.observables.tower import WINDOWS
 from harness.parameters.law import Contact
 from harness.theory.chain import shock_from_restitution
 from harness.theory.incline import critical_angle as closed_form

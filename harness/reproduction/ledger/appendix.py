@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from scipy.optimize import brentq
 
-from harness.observables.windows import turnaround
+from harness.observables.tower import turnaround
 from harness.parameters.tower import LAWS, Tower
 from harness.reproduction.claims import SOURCES, Printed, Statement, claim, compare
 from harness.reproduction.ledger.samples import (

@@ -14,7 +14,7 @@ from scipy.optimize import brentq
 
 from harness.cases.tower.run import covering, tower
 from harness.comparison.convergence import slope_order
-from harness.observables.windows import impulse
+from harness.observables.tower import impulse
 from harness.parameters.tower import LAWS, Law, Tower
 from harness.reproduction.claims import (
     SOURCES,
