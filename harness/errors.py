@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import errno
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, Self
 
 FULL = (errno.ENOSPC, errno.EDQUOT)
 """Numbers of the system's errors that speak of a full disk."""
@@ -55,6 +55,11 @@ class EngineError(HarnessError, RuntimeError):
     def __init_subclass__(cls, kind: str = "", **more: object) -> None:
         super().__init_subclass__(**more)
         cls.kind = kind or cls.kind
+
+    def with_log(self, log: str) -> Self:
+        """Return the error with this log."""
+        self.log = log
+        return self
 
 
 class EngineMissingError(EngineError, kind="not found"):

@@ -67,7 +67,7 @@ from harness.errors import (
     HarnessError,
     RequestError,
 )
-from harness.observables.windows import impulse
+from harness.observables.tower import impulse
 from harness.parameters.law import Contact, EffectiveMass, Tail
 from harness.parameters.rules import Rules
 from harness.parameters.tower import Tower

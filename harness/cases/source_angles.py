@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import cache
 
-from harness.observables.windows import SEARCH, impulse
+from harness.observables.tower import SEARCH, impulse
 from harness.parameters.tower import Law, Tower
 from harness.solvers.chain import exact
 from harness.theory.chain import Reading, shock_from_impulse_ratio

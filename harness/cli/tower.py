@@ -122,7 +122,7 @@ def tower(
     """
     from harness.cases.tower.run import covering
     from harness.cases.tower.run import tower as run_tower
-    from harness.observables.windows import summary
+    from harness.observables.tower import summary
 
     check_target(run.series, "--series")
     film.check()
@@ -215,7 +215,7 @@ class ImpulseOptions(CostOptions):
 
     def over(self) -> Over:
         """Return what the table runs over; raise RequestError for lists that cannot be read."""
-        from harness.observables.windows import WINDOWS
+        from harness.observables.tower import WINDOWS
 
         ranges: Over = {"heights": _heights(self.heights)}
         if self.stiffness:

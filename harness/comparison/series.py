@@ -1,6 +1,4 @@
-"""Two series of samples: aligned in time, and where they part for good.
-
-Two series in time, brought to common times.
+"""Two series of samples: brought to common times, and where they part for good.
 
 Where both have samples at the same times, to round-off, those are taken and nothing is
 interpolated. Else the series with more samples is interpolated to the times of the other, by
@@ -9,15 +7,12 @@ sampling interval that holds one are left out, and so are pieces too short to te
 error is measured, not assumed: the same splines through every second sample miss the samples in
 between by it. At half the spacing it is some 16 times smaller.
 
-When two series of the same case diverge.
-
-The difference of two runs crosses zero while they part, and a change of
-contacts that is seen a sample later makes a spike that is gone with the next
-sample. So neither the first sample out of the band nor the first after which
-all are out of it will do. The *divergence* is the start of the last excursion: the
-first sample outside the band since the series was last inside it for as long as
-:data:`RETURN` of the record. A series that ends inside the band for that long has
-come back; then its longest excursion counts, and ``stays`` is false.
+The difference of two runs crosses zero while they part, and a change of contacts that is seen a
+sample later makes a spike that is gone with the next sample. So neither the first sample out of the
+band nor the first after which all are out of it will do. The *divergence* is the start of the last
+excursion: the first sample outside the band since the series was last inside it for as long as
+:data:`RETURN` of the record. A series that ends inside the band for that long has come back; then
+its longest excursion counts, and ``stays`` is false.
 """
 
 from __future__ import annotations

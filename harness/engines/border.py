@@ -17,7 +17,7 @@ import functools
 import json
 import sys
 import traceback
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -118,6 +118,16 @@ class Pace:
             self.longest, self.seconds_per_step = steps, seconds / steps
 
 
+def _reads_all(name: str) -> Any:
+    """Return a method of a dictionary as one that counts for each of its names."""
+
+    def method(self: ReadValues, *arguments: Any) -> Any:
+        self.read.update(dict.keys(self))
+        return getattr(dict(dict.items(self)), name)(*arguments)
+
+    return method
+
+
 class ReadValues(dict[str, Any]):
     """The values of a job, which record the names read; to read all of them counts for each."""
 
@@ -138,37 +148,11 @@ class ReadValues(dict[str, Any]):
         self.read.add(name)
         return super().get(name, default)
 
-    def _all(self) -> dict[str, Any]:
-        self.read.update(super().keys())
-        return dict(super().items())
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._all())
-
-    def __or__(self, other: Any) -> Any:
-        return self._all() | other
-
-    def __ror__(self, other: Any) -> Any:
-        return other | self._all()
-
     def __reduce__(self) -> tuple[Any, ...]:
-        return dict, (self._all(),)
+        return dict, (self.copy(),)
 
-    def keys(self) -> Any:
-        """Return all names."""
-        return self._all().keys()
-
-    def values(self) -> Any:
-        """Return all values."""
-        return self._all().values()
-
-    def items(self) -> Any:
-        """Return all names and values."""
-        return self._all().items()
-
-    def copy(self) -> dict[str, Any]:
-        """Return all of them."""
-        return self._all()
+    __iter__, __or__, __ror__ = map(_reads_all, ("__iter__", "__or__", "__ror__"))
+    keys, values, items, copy = map(_reads_all, ("keys", "values", "items", "copy"))
 
 
 def who(engine: Engine | type[Engine]) -> str:
@@ -245,12 +229,11 @@ def _raised(engine: Engine, call: str, error: Exception) -> EngineError:
     of_engine = [frame for frame in frames if frame.filename == file]
     place = [*frames, *of_engine][-1]
     text = " ".join(f"{type(error).__name__}: {error}".split()).strip(": ")[:160]
-    wrapped = EngineError(
+    message = (
         f"{who(engine)}: {call} raised {text} ({Path(place.filename).name}, line {place.lineno}), "
         "must raise an EngineError, or return one for the job"
     )
-    wrapped.log = "".join(traceback.format_exception(error))
-    return wrapped
+    return EngineError(message).with_log("".join(traceback.format_exception(error)))
 
 
 def _checked(engine: Engine, job: Job, outcome: Any) -> Output | EngineError:

@@ -145,30 +145,20 @@ def collect(
                 error = error_of(log) or EngineOutputError(
                     f"{who} ended without a result{last_words(ended.said)}"
                 )
-                error.log = "\n".join(dict.fromkeys(text for text in (log, ended.said) if text))
-                return [*done, error]
+                texts = dict.fromkeys(filter(None, (log, ended.said)))
+                return [*done, error.with_log("\n".join(texts))]
             finished_logs.append(log)
-            done.append(_read(read, len(done), log))
+            try:
+                done.append(read(len(done)))
+            except EngineError as error:
+                done.append(error.with_log(log))
     except EngineOutputError as error:
         return [*done, error]
     death = error_of("")
-    return done if death is None else [_late(death, log) for log in finished_logs]
-
-
-def _read(read: Callable[[int], Output], index: int, log: str) -> Outcome:
-    """Return the output of a finished run, or the error that it raises."""
-    try:
-        return read(index)
-    except EngineError as error:
-        error.log = log
-        return error
-
-
-def _late(death: EngineError, log: str) -> EngineError:
-    """Return the error of a run whose process failed after its results were there."""
-    error = EngineCrashError(f"{death}, after its results were written")
-    error.log = log
-    return error
+    if death is None:
+        return done
+    late = f"{death}, after its results were written"
+    return [EngineCrashError(late).with_log(log) for log in finished_logs]
 
 
 Value = str | int | float

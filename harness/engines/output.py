@@ -157,25 +157,13 @@ _HEADER = 9
 """Lines above the particles of a frame of a dump."""
 
 _UNITS = {
-    "x": "x_m",
-    "xu": "x_m",
-    "yu": "y_m",
-    "zu": "z_m",
-    "y": "y_m",
-    "z": "z_m",
-    "vx": "vx_m_per_s",
-    "vy": "vy_m_per_s",
-    "vz": "vz_m_per_s",
-    "fx": "fx_N",
-    "fy": "fy_N",
-    "fz": "fz_N",
+    **{f"{axis}u": f"{axis}_m" for axis in "xyz"},
+    **{axis: f"{axis}_m" for axis in "xyz"},
+    **{f"v{axis}": f"v{axis}_m_per_s" for axis in "xyz"},
+    **{f"f{axis}": f"f{axis}_N" for axis in "xyz"},
+    **{f"omega{axis}": f"w{axis}_rad_per_s" for axis in "xyz"},
+    **{f"tq{axis}": f"t{axis}_N_m" for axis in "xyz"},
     "radius": "radius_m",
-    "omegax": "wx_rad_per_s",
-    "omegay": "wy_rad_per_s",
-    "omegaz": "wz_rad_per_s",
-    "tqx": "tx_N_m",
-    "tqy": "ty_N_m",
-    "tqz": "tz_N_m",
 }
 """Columns of a dump in SI units, by their names there."""
 

@@ -98,14 +98,9 @@ class Ended:
         ``engine`` is its name in the error, ``limit`` [s] the time that it had.
         """
         if self.timed_out:
-            return self._logged(EngineTimeoutError(f"{engine} did not finish within {limit:g} s"))
-        if self.code == 0:
-            return None
-        return self._logged(death(engine, self.code, self.said))
-
-    def _logged(self, error: EngineError) -> EngineError:
-        error.log = self.said
-        return error
+            message = f"{engine} did not finish within {limit:g} s"
+            return EngineTimeoutError(message).with_log(self.said)
+        return death(engine, self.code, self.said).with_log(self.said) if self.code else None
 
 
 class Processes:

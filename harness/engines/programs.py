@@ -40,6 +40,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import replace
 from functools import cache, cached_property
+from itertools import chain
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -192,6 +193,8 @@ class ProgramEngine(ScriptSource):
         if workers is not None and workers < 1:
             raise RequestError(f"workers = {workers!r}: must be at least 1")
         self.program = self.find(program)
+        self.opened_with: dict[str, Any] = {"program": self.program}
+        """The options by which :meth:`fingerprint_of` knows this engine."""
         self.limits = limits or Limits()
         self.workers = workers or cores()
         self.processes = Processes()
@@ -249,17 +252,13 @@ class ProgramEngine(ScriptSource):
         """Return the options, given or not, that decide a result and that no job states."""
         return {}
 
-    def given(self) -> Mapping[str, Any]:
-        """Return the options that this engine was opened with, for :meth:`deciding`."""
-        return {}
-
     def fingerprint(self) -> Mapping[str, Any] | None:
         """Return :meth:`fingerprint_of` this program, read once."""
         return self._fingerprint
 
     @cached_property
     def _fingerprint(self) -> Mapping[str, Any] | None:
-        return self.fingerprint_of(program=self.program, **self.given())
+        return self.fingerprint_of(**self.opened_with)
 
     def ask(self, words: Sequence[str], files: Mapping[str, str] = NO_FILES) -> tuple[str, Ended]:
         """Run a command once in a folder with these files; return its first output and its end."""
@@ -326,12 +325,17 @@ def launcher_of(ranks: int, program: str | None = None) -> str:
 
 
 def launcher_words(launcher: str | None) -> list[str]:
-    """Return the words of an MPI launcher, its program as a path; raise RequestError for none."""
+    """Return the words of an MPI launcher, its program as a path; of None nothing.
+
+    Raise RequestError for one without words, that cannot be read, or whose program is not there.
+    """
+    if launcher is None:
+        return []
     try:
-        words = shlex.split(launcher or "")
+        words = shlex.split(launcher) or [""]
     except ValueError as error:
         raise RequestError(f"--mpirun {launcher!r} cannot be read: {error}") from None
-    return [find_program("mpirun", words[0]), *words[1:]] if words else []
+    return [find_program("mpirun", words[0]), *words[1:]]
 
 
 def with_stages(output: Output) -> Output:
@@ -434,14 +438,12 @@ class ScriptedEngine(ProgramEngine):
 
     def execute(self, tasks: Sequence[Task]) -> list[Output | EngineError]:
         """Run tasks, shared out over processes, and return their outputs in order."""
-        results: dict[int, Output | EngineError] = {}
 
-        def serve(share: Sequence[int]) -> None:
-            results.update(
-                zip(share, run_in_turn([tasks[i] for i in share], self.run_batch), strict=True)
-            )
+        def run_share(share: Sequence[int]) -> list[tuple[int, Output | EngineError]]:
+            outcomes = run_in_turn([tasks[i] for i in share], self.run_batch)
+            return [*zip(share, outcomes, strict=True)]
 
-        parallel_map(serve, self.shares(tasks), self.workers)
+        results = dict(chain(*parallel_map(run_share, self.shares(tasks), self.workers)))
         return [results[index] for index in range(len(tasks))]
 
     # ---- what every one does ---------------------------------------------------------------
@@ -459,8 +461,7 @@ class ScriptedEngine(ProgramEngine):
         for task, output in zip(tasks, self.execute(tasks), strict=True):
             log = self.headed(task, output.log)
             if isinstance(output, EngineError):
-                output.log = log
-                outputs.append(output)
+                outputs.append(output.with_log(log))
             else:
                 self._logs.setdefault(task.script.name, log)
                 outputs.append(replace(output, log=log))

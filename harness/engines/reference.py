@@ -1,8 +1,6 @@
-"""The reference DEM as an engine of the harness: one grain on fixed spheres.
+"""The reference DEM as an engine of the harness: one grain on equal fixed spheres.
 
-Move the grain by stage after stage, and make the tables of what it did.
-
-The scenes that the reference DEM can run: one mobile particle on equal fixed spheres.
+The grain is moved stage after stage, and the tables say what it did.
 """
 
 from __future__ import annotations

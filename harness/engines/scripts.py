@@ -129,23 +129,14 @@ class Script:
         """Return the SHA-256 of the text, in hexadecimal."""
         return hashlib.sha256(self.text.encode()).hexdigest()
 
-    def ignores(self, name: str) -> bool:
-        """Return whether the text has a value's name no more often than it declares it."""
-        if name not in self._ignored:  # asked for each value of each job
-            stem = name.rpartition("_")[0] + "_"
-            declared = [
-                variable
-                for variable in self.variables
-                if variable == name or variable.startswith(stem)
-            ]
-            # it may be put together of its stem and a letter
-            uses = self.text.count(stem if "_" in name else name)
-            self._ignored[name] = uses <= len(declared)
-        return self._ignored[name]
 
-    @cached_property
-    def _ignored(self) -> dict[str, bool]:
-        return {}
+@cache  # asked for each value of each job
+def _ignored(script: Script, name: str) -> bool:
+    """Return whether the text has a value's name no more often than it declares it."""
+    stem = name.rpartition("_")[0] + "_"
+    declared = [v for v in script.variables if v == name or v.startswith(stem)]
+    # it may be put together of its stem and a letter
+    return script.text.count(stem if "_" in name else name) <= len(declared)
 
 
 Datum = Value | list[float] | list[int]
@@ -170,22 +161,6 @@ SCENE_ALLOWED = {
     "tail": Allowed(words=("attractive", "clipped")),
 }
 """What the data of a scene may be, for scripts that are run by hand."""
-
-
-def scene_values(scene: ContactScene) -> dict[str, Datum]:
-    """Return the data of a scene by their names in scripts, SI; the dashpot as its coefficient."""
-    (x, y), (vx, vy) = scene.position.T.tolist(), scene.velocity.T.tolist()
-    return {
-        **{"x": x, "y": y, "vx": vx, "vy": vy, "fixed": [int(held) for held in scene.fixed]},
-        **{"mass": float(scene.mass[0]), "diameter": float(scene.diameter[0])},
-        "period": scene.period or 0.0,
-        **{"gravity_x": scene.gravity[0], "gravity_y": scene.gravity[1]},
-        **{"stiffness": scene.stiffness, "damping": scene.law.damping_coefficient or 0.0},
-        **{"tail": scene.tail, "step": scene.step, "steps": scene.steps, "every": scene.every},
-        "forces": int(scene.forces),
-        "places": [stage.place for stage in scene.stages],
-        "floors": [stage.floor for stage in scene.stages],
-    }
 
 
 def unstated(scene: ContactScene) -> str:
@@ -254,8 +229,22 @@ class ScriptSource(Engine):
 
     @classmethod
     def scene_values(cls, scene: ContactScene) -> dict[str, Datum]:
-        """Return the data of a scene by the names of the engine's script."""
-        return scene_values(scene)
+        """Return the data of a scene by the names of the engine's script.
+
+        SI; the dashpot as its coefficient.
+        """
+        (x, y), (vx, vy) = scene.position.T.tolist(), scene.velocity.T.tolist()
+        return {
+            **{"x": x, "y": y, "vx": vx, "vy": vy, "fixed": [int(held) for held in scene.fixed]},
+            **{"mass": float(scene.mass[0]), "diameter": float(scene.diameter[0])},
+            "period": scene.period or 0.0,
+            **{"gravity_x": scene.gravity[0], "gravity_y": scene.gravity[1]},
+            **{"stiffness": scene.stiffness, "damping": scene.law.damping_coefficient or 0.0},
+            **{"tail": scene.tail, "step": scene.step, "steps": scene.steps, "every": scene.every},
+            "forces": int(scene.forces),
+            "places": [stage.place for stage in scene.stages],
+            "floors": [stage.floor for stage in scene.stages],
+        }
 
     @classmethod
     def states(cls, template: Template) -> bool:
@@ -359,7 +348,7 @@ class ScriptSource(Engine):
         """Return which value a script declares and never uses, where that changes the motion."""
         neutral = job.template.neutral
         for name, value in job.values.items():
-            if name in neutral and value != neutral[name] and script.ignores(name):
+            if name in neutral and value != neutral[name] and _ignored(script, name):
                 return f"its script {script.name} declares {name!r} and never uses it ({value!r})"
         return ""
 

@@ -332,7 +332,7 @@ class ContactLaw(Parameters):
     @staticmethod
     def taken(models: Mapping[str, Any]) -> set[str]:
         """Return the coefficients that submodels take, ``{"normal": "hooke", ...}``."""
-        return {name for row in _rows(models) for name in (*row.takes, *row.may_take)}
+        return {name for row in _rows(models) for name in row.coefficients}
 
     @model_validator(mode="before")
     @classmethod
@@ -388,20 +388,12 @@ class ContactLaw(Parameters):
         """Raise ValueError for a coefficient that a submodel needs, or that only others take."""
         model = getattr(self, part)
         row = rows.get(model, Submodel(""))
-        own = (*row.takes, *row.may_take)
-        known = {
-            name for submodel in rows.values() for name in (*submodel.takes, *submodel.may_take)
-        }
-        for name in sorted(known.difference(own)):
-            if getattr(self, name) is not None:
-                allowed = ", ".join(
-                    other
-                    for other, submodel in rows.items()
-                    if name in (*submodel.takes, *submodel.may_take)
-                )
+        known = {name for submodel in rows.values() for name in submodel.coefficients}
+        for name in sorted(known.difference(row.coefficients)):
+            if (value := getattr(self, name)) is not None:
+                takers = ", ".join(n for n, other in rows.items() if name in other.coefficients)
                 raise ValueError(
-                    f"{name} = {getattr(self, name)!r}: {part} = {model!r} takes none "
-                    f"({part} = {allowed} does)"
+                    f"{name} = {value!r}: {part} = {model!r} takes none ({part} = {takers} does)"
                 )
         for name in row.takes:
             if getattr(self, name) is None:
@@ -491,65 +483,38 @@ def _default(name: str, models: Mapping[str, Any], given: Mapping[str, Any]) -> 
 
 
 def _check_mdr(law: ContactLaw) -> None:
-    """Raise ValueError for what the branches of mdr are not stated with."""
+    """Raise ValueError for what the branches of mdr are not stated with.
+
+    A sphere that swells or is squeezed has no rolling or twisting resistance: their levers are R*
+    and the contact radius, which no source defines for it. Adhesion is alone: the only code with
+    mdr, LAMMPS, is without it in the limit of a small step (mdr-adhesion-fades), and whatever
+    adhesion is stated with, the comparison would find that alone. Besides, a contact that yields
+    begins apart here, as pull-off does not; Coulomb's limit under a tension has no definition in
+    the source; a bulk that responds alone leaves no springs that hold.
+    """
+    values = {name: getattr(law, name) for name in ("yield_stress", "surface_energy")}
+    branches = [f"{name} = {value!r}" for name, value in values.items() if value is not None]
+    branches += ["bulk_response = True"] if law.bulk_response else []
     if law.bulk_response and law.damping == "mdr":
         raise ValueError(
             "damping = 'mdr': must be none or velocity beside bulk_response = True: its stiffness "
             "is that of the elastic contact, of which the bulk's leaves nothing"
         )
-    _check_resistance(law)
-    _check_adhesion(law)
-    poisson = law.poisson_ratio or 0.0
-    if law.lags and not 0.0 <= poisson < 0.5:
-        branch = _branches(law)[0]
-        raise ValueError(
-            f"poisson_ratio = {poisson!r}: must be from 0 to below 0.5 beside {branch}: "
-            "the bulk modulus must be finite"
-        )
-
-
-def _branches(law: ContactLaw) -> list[str]:
-    """Return the branches beside the elastic one that a law of mdr has, with their values."""
-    given = {
-        "yield_stress": law.yield_stress is not None,
-        "surface_energy": law.surface_energy is not None,
-        "bulk_response": law.bulk_response,
-    }
-    return [f"{name} = {getattr(law, name)!r}" for name, is_given in given.items() if is_given]
-
-
-def _check_resistance(law: ContactLaw) -> None:
-    """Raise ValueError for rolling or twisting resistance of a sphere that swells or is squeezed.
-
-    Their levers are R* and the contact radius, which no source defines for it.
-    """
+    parts = [p for p in SUBMODELS if p != "normal" and getattr(law, p) != "none"]
+    beside = {part: f"{part} = {getattr(law, part)!r}" for part in parts}
     for part in ("rolling", "twisting"):
-        if law.lags and getattr(law, part) != "none":
-            raise ValueError(
-                f"{part} = {getattr(law, part)!r}: must be none beside {_branches(law)[0]}"
-            )
-
-
-def _check_adhesion(law: ContactLaw) -> None:
-    """Raise ValueError for adhesion beside something else.
-
-    The only code with mdr, LAMMPS, is without adhesion in the limit of a small step
-    (mdr-adhesion-fades): whatever adhesion is stated with, the comparison would find that alone.
-    Besides, a contact that yields begins apart here, as pull-off does not; Coulomb's limit under a
-    tension has no definition in the source; a bulk that responds alone leaves no springs that hold.
-    """
-    if law.surface_energy is None:
-        return
-    branches = _branches(law)
-    beside = [
-        f"{part} = {getattr(law, part)!r}"
-        for part in ("damping", "tangential", "rolling", "twisting")
-        if getattr(law, part) != "none"
-    ]
-    others = [text for text in branches if not text.startswith("surface_energy")] + beside
-    if others:
+        if law.lags and part in beside:
+            raise ValueError(f"{beside[part]}: must be none beside {branches[0]}")
+    others = [text for text in branches if not text.startswith("surface_energy")]
+    others += beside.values()
+    if law.surface_energy is not None and others:
         raise ValueError(
             f"surface_energy = {law.surface_energy!r}: normal = mdr is stated with it alone, not "
             f"beside {others[0]}: LAMMPS's adhesion fades with the step (mdr-adhesion-fades), so "
             "that nothing could be held against it"
+        )
+    if law.lags and not 0.0 <= (law.poisson_ratio or 0.0) < 0.5:
+        raise ValueError(
+            f"poisson_ratio = {law.poisson_ratio!r}: must be from 0 to below 0.5 beside "
+            f"{branches[0]}: the bulk modulus must be finite"
         )

@@ -67,6 +67,11 @@ class Submodel:
     takes: tuple[str, ...] = ()
     may_take: tuple[str, ...] = ()
 
+    @property
+    def coefficients(self) -> tuple[str, ...]:
+        """Return all that it takes or may take."""
+        return (*self.takes, *self.may_take)
+
 
 @dataclass(frozen=True)
 class Dashpot(Submodel):
@@ -94,16 +99,12 @@ class Dashpot(Submodel):
     @property
     def unit(self) -> str:
         """Return the unit of its coefficient, as in ``kg/s``; a pure number has none."""
-        above: list[str] = []
-        below: list[str] = []
-        for name, power in zip(("m", "kg", "s"), self.dimensions, strict=True):
-            if power:
-                size = name if abs(power) == 1 else f"{name}{abs(power)}"
-                (above if power > 0 else below).append(size)
+        powers = [*zip(("m", "kg", "s"), self.dimensions, strict=True)]
+        above = " ".join(name if n == 1 else f"{name}{n}" for name, n in powers if n > 0)
+        below = " ".join(name if n == -1 else f"{name}{-n}" for name, n in powers if n < 0)
         if not below:
-            return " ".join(above)
-        divisor = " ".join(below) if len(below) == 1 else f"({' '.join(below)})"
-        return f"{' '.join(above) or '1'}/{divisor}"
+            return above
+        return f"{above or '1'}/{f'({below})' if ' ' in below else below}"
 
     def growth(self, normal: str) -> float:
         """Return q of eta_n ~ overlap^q as a contact begins, with an elastic force."""
@@ -271,8 +272,8 @@ SUBMODELS: Mapping[str, Mapping[str, Submodel]] = {
 """By the part of the law; a part whose value is not here, ``none``, is not there."""
 
 COEFFICIENTS = frozenset(
-    name for rows in SUBMODELS.values() for row in rows.values() for name in row.takes
-).union(*(row.may_take for rows in SUBMODELS.values() for row in rows.values()))
+    name for rows in SUBMODELS.values() for row in rows.values() for name in row.coefficients
+)
 """The names of all coefficients that a submodel takes or may take."""
 
 

@@ -24,9 +24,9 @@ from harness.comparison.convergence import slope_order
 from harness.engines.contract import Engine
 from harness.errors import EngineError, RequestError
 from harness.observables.reference import PEYNEAU_ROUX, ReferencePoints, Trajectory
-from harness.observables.tower import TowerRun
-from harness.observables.windows import (
+from harness.observables.tower import (
     SEARCH,
+    TowerRun,
     contact_changes,
     impulse_until,
     structure_end,

@@ -27,8 +27,7 @@ from harness.cases.tower.figures import (
 from harness.cases.tower.verification import Curve
 from harness.observables.reference import ReferencePoints
 from harness.observables.row import Row
-from harness.observables.tower import TowerRun
-from harness.observables.windows import significant_contacts
+from harness.observables.tower import TowerRun, significant_contacts
 from harness.report import style
 from harness.report.style import (
     BLACK,

@@ -29,8 +29,7 @@ from harness.cases.tower.run import tower
 from harness.cases.tower.verification import PAIR
 from harness.engines.contract import Engine
 from harness.errors import EngineError
-from harness.observables.tower import TowerRun
-from harness.observables.windows import SIGNIFICANT_FORCE
+from harness.observables.tower import SIGNIFICANT_FORCE, TowerRun
 from harness.parameters.tower import Tower
 from harness.report.film import FRAME_MS, INK, Scene, Traces, gif, png
 from harness.report.style import COLOURS, RED, STYLES, label, power

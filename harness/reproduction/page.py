@@ -17,7 +17,7 @@ import pandas as pd
 
 from harness.errors import RequestError
 from harness.files import check_writable, whole_folder
-from harness.observables.windows import WINDOWS
+from harness.observables.tower import WINDOWS
 from harness.report import render
 from harness.report.film import base64_uri
 from harness.report.gallery import Picture, picture

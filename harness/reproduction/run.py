@@ -23,7 +23,7 @@ from harness.engines.contract import Engine
 from harness.engines.reference import Reference
 from harness.observables.provenance import Provenance
 from harness.observables.reference import PEYNEAU_ROUX, ReferencePoints, Trajectory
-from harness.observables.windows import WINDOWS
+from harness.observables.tower import WINDOWS
 from harness.parameters.law import Contact
 from harness.parameters.tower import Tower
 from harness.reproduction import figure_data, schematics

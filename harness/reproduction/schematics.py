@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 
 from harness.cases.tower.impulse import HEIGHTS, STIFFNESSES
 from harness.cases.tower.run import tower
-from harness.observables.tower import TowerRun
-from harness.observables.windows import contact_changes, grain_alone, significant_contacts
+from harness.observables.tower import TowerRun, contact_changes, grain_alone, significant_contacts
 from harness.parameters.tower import Tower
 from harness.reproduction.claims import Statement, claim_of_facts
 from harness.theory import incline

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import shutil
-import subprocess
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
@@ -14,6 +13,7 @@ import numpy as np
 
 from harness.comparison.compare import ROUND_OFF, Change, Pair, compare
 from harness.comparison.regression import Baseline, BaselineRecord, changed_parameters
+from harness.engines.programs import ask_program
 from harness.errors import RequestError
 from harness.files import whole_folder
 from harness.observables.row import Row
@@ -36,18 +36,8 @@ def commit() -> str:
     if not (folder / ".git").exists():
         return ""
     command = ["git", "-C", str(folder), "describe", "--always", "--dirty", "--exclude", "*"]
-    try:
-        done = subprocess.run(
-            [*command, "--abbrev=40"],
-            stdin=subprocess.DEVNULL,
-            capture_output=True,
-            text=True,
-            timeout=10.0,
-            check=False,
-        )
-    except (OSError, subprocess.TimeoutExpired):
-        return ""
-    return done.stdout.strip() if done.returncode == 0 else ""
+    done = ask_program([*command, "--abbrev=40"], 10.0)
+    return done.stdout.strip() if done is not None and done.returncode == 0 else ""
 
 
 METADATA = ("engine_version", "how", "platform", "script_sha256", "levels", "label", "family")

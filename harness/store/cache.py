@@ -1,10 +1,7 @@
-"""The cache of engines' outputs: as bytes, around an engine, listed and cleared.
+"""The cache of engines' outputs: kept as bytes, read in place of a run, listed and cleared.
 
-Convert outputs of engines to bytes and back, exactly: arrays as npz, the rest as JSON.
-
-Wrap an engine with a cache: outputs of earlier runs are read, only the other jobs are run.
-
-List and clear the cache: results by case, environments of releases, compiled kernels.
+An output is kept exactly, arrays as npz, the rest as JSON. Besides outputs the cache holds whole
+verifications, environments of releases and compiled kernels.
 """
 
 from __future__ import annotations
@@ -17,7 +14,7 @@ import threading
 import zipfile
 import zlib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
@@ -73,6 +70,9 @@ def keeping(engine: Engine, *, fresh: bool = False) -> Engine:
 
 
 FACTS = "facts"
+PLAIN = ("log", "seconds", "title", "ranks")
+"""Fields of an output that JSON has as they are."""
+
 OUTPUT_ERRORS = (ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile, zlib.error)
 """What unpacking raises for bytes that are not those of an output."""
 
@@ -90,14 +90,12 @@ def pack_output(output: Output, template: str = "") -> bytes:
             place = f"array {len(arrays)}"
             arrays[place] = np.stack([columns[name] for name in names])
             tables[table] |= {name: f"{place}/{row}" for row, name in enumerate(names)}
+    plain = {name: getattr(output, name) for name in PLAIN}
     facts = {
+        **plain,
         "results": output.results,
-        "provenance": {f.name: getattr(output.provenance, f.name) for f in fields(Provenance)},
+        "provenance": vars(output.provenance),
         "tables": tables,
-        "log": output.log,
-        "seconds": output.seconds,
-        "title": output.title,
-        "ranks": output.ranks,
         "template": template,
     }
     stream = io.BytesIO()
@@ -109,7 +107,7 @@ def pack_output(output: Output, template: str = "") -> bytes:
 def unpack_output(data: bytes) -> Output:
     """Return the output from its bytes; ``seconds`` are those of the run when it was made.
 
-    Raise one of :data:`DECODE_ERRORS` when the bytes are not those of an output.
+    Raise one of :data:`OUTPUT_ERRORS` when the bytes are not those of an output.
     """
     with np.load(io.BytesIO(data), allow_pickle=False) as stored:
         arrays = {name: stored[name] for name in stored.files}
@@ -122,10 +120,7 @@ def unpack_output(data: bytes) -> Output:
             table: {column: _array(arrays, place) for column, place in columns.items()}
             for table, columns in facts["tables"].items()
         },
-        log=facts["log"],
-        seconds=facts["seconds"],
-        title=facts["title"],
-        ranks=facts.get("ranks", 1),
+        **{name: facts[name] for name in PLAIN},
     )
 
 
@@ -173,35 +168,26 @@ class CachedEngine(Engine):
         """Return the outputs in order, those kept without running them."""
         self._engine.check(jobs)
         fingerprint = self._engine.fingerprint()
-        if fingerprint is None and not self._runs:
-            raise NotKeptError(f"{self._engine.title}: keeps no run")
-        if fingerprint is None:
-            return self._counted(self._engine.run(jobs))
-        keys = [run_key(self._engine, job, fingerprint) for job in jobs]
-        results: dict[int, Output | EngineError] = {}
-        for index, key in enumerate(keys):
-            kept = None if self._fresh else self._kept(key)
-            if kept is not None:
-                results[index] = kept
+        keys = [] if fingerprint is None else [run_key(self._engine, j, fingerprint) for j in jobs]
+        results: dict[int, Output | EngineError] = dict(self._kept(keys))
         missing = [index for index in range(len(jobs)) if index not in results]
         if missing and not self._runs:
             raise NotKeptError(f"{self._engine.title}: {len(missing)} runs are not kept")
-        outputs = self._counted(self._engine.run([jobs[i] for i in missing])) if missing else []
+        outputs = self._engine.run([jobs[i] for i in missing]) if missing else []
+        with self._lock:
+            self.ran += len(outputs)
         for index, output in zip(missing, outputs, strict=True):
             results[index] = output
-            if isinstance(output, Output):
+            if keys and isinstance(output, Output):
                 self._entries.put(keys[index], pack_output(output, jobs[index].template.name))
         return [results[index] for index in range(len(jobs))]
 
     def kept(self, jobs: Sequence[Job]) -> dict[int, Output]:
         """Return the outputs that are kept, by the places of their jobs; nothing is run."""
         fingerprint = self._engine.fingerprint()
-        if fingerprint is None or self._fresh:
+        if fingerprint is None:
             return {}
-        outputs = (
-            (i, self._kept(run_key(self._engine, j, fingerprint))) for i, j in enumerate(jobs)
-        )
-        return {place: output for place, output in outputs if output is not None}
+        return dict(self._kept(run_key(self._engine, job, fingerprint) for job in jobs))
 
     def of_kept(self) -> CachedEngine:
         """Return the engine as it reads what is kept, and raises NotKeptError for other runs."""
@@ -215,23 +201,20 @@ class CachedEngine(Engine):
         """End the engine's processes."""
         self._engine.close()
 
-    def _kept(self, key: str) -> Output | None:
-        data = self._entries.get(key)
-        if data is None:
-            return None
-        try:
-            output = unpack_output(data)
-        except OUTPUT_ERRORS as error:
-            self._entries.drop(key, f"not a run: {error}")
-            return None
-        with self._lock:
-            self.read += 1
-        return output
-
-    def _counted(self, results: list[Output | EngineError]) -> list[Output | EngineError]:
-        with self._lock:
-            self.ran += len(results)
-        return results
+    def _kept(self, keys: Iterable[str]) -> Iterator[tuple[int, Output]]:
+        """Yield the place and the output of each key that has one, nothing where all run again."""
+        for place, key in enumerate(() if self._fresh else keys):
+            data = self._entries.get(key)
+            if data is None:
+                continue
+            try:
+                output = unpack_output(data)
+            except OUTPUT_ERRORS as error:
+                self._entries.drop(key, f"not a run: {error}")
+                continue
+            with self._lock:
+                self.read += 1
+            yield place, output
 
 
 _PASSED_ON = frozenset(

@@ -1,13 +1,8 @@
-"""Payloads under keys: what decides a result, its checksum, whole verifications.
+"""Payloads under keys, each with its checksum; whole verifications, each under one key.
 
-Make the keys of the cache: a digest of everything that decides a result.
-
-Store payloads under keys, each with its checksum; a damaged entry is dropped, never used.
-
-An entry is a file of four parts: a line with the form of the file, a line with
-the key, a line with the SHA-256 of the payload, and the payload.
-
-Keep whole verifications, the report's folder with the record, each under one key.
+A key is a digest of everything that decides a result. An entry is a file of four parts: a line with
+the form of the file, a line with the key, a line with the SHA-256 of the payload, and the payload.
+A damaged one is dropped, never used.
 """
 
 from __future__ import annotations
@@ -270,7 +265,7 @@ PACKAGES = ("jinja2", "matplotlib", "numba", "numpy", "pandas", "pydantic", "sci
 RECORD = "record.json"
 REPORT = "report/"
 VERIFICATION_ERRORS = (ValueError, KeyError, zipfile.BadZipFile)
-"""What :func:`unpack` raises for bytes that are not those of a verification."""
+"""What :func:`unpack_verification` raises for bytes that are not those of a verification."""
 
 
 def verification_key(
@@ -319,8 +314,8 @@ def pack_verification(folder: Path, record: Mapping[str, Any]) -> bytes:
 def unpack_verification(payload: bytes, folder: Path) -> dict[str, Any]:
     """Write a kept report into a new folder and return the record.
 
-    Raise one of :data:`DECODE_ERRORS` when the bytes are not those of a verification, also where
-    a name leads out of the folder; then nothing is written.
+    Raise one of :data:`VERIFICATION_ERRORS` when the bytes are not those of a verification, also
+    where a name leads out of the folder; then nothing is written.
     """
     with zipfile.ZipFile(io.BytesIO(payload)) as archive:
         record: dict[str, Any] = json.loads(archive.read(RECORD))

@@ -267,8 +267,7 @@ def run_script(text: str, lmp: str, folder: Path, limits: Limits) -> str:
     if error is not None:
         if not ended.timed_out and closing_error(log or ended.said):
             error = error_from_text(log or ended.said, ended.code)
-        error.log = f"{log}\n{ended.said}"
-        raise error
+        raise error.with_log(f"{log}\n{ended.said}")
     return log
 
 

@@ -7,7 +7,7 @@ import time
 import pytest
 
 from harness.cases.tower.impulse import impulse_angles
-from harness.observables.windows import WINDOWS
+from harness.observables.tower import WINDOWS
 
 pytestmark = pytest.mark.benchmark
 

@@ -18,7 +18,7 @@ from harness.engines.programs import fresh_folder
 from harness.engines.reference import Reference
 from harness.engines.registry import engine_class
 from harness.errors import EngineMissingError
-from harness.observables.windows import impulse
+from harness.observables.tower import impulse
 from harness.parameters.law import CLIPPED, PLASTIC, SOURCE
 from harness.parameters.tower import Tower
 from harness.theory.incline import critical_angle as closed_form

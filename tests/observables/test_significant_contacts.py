@@ -1,6 +1,6 @@
 import numpy as np
 
-from harness.observables.windows import SIGNIFICANT_FORCE, significant_contacts
+from harness.observables.tower import SIGNIFICANT_FORCE, significant_contacts
 from harness.parameters.tower import Tower
 from harness.solvers.chain import exact
 

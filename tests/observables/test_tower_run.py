@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from harness.errors import RequestError
-from harness.observables import windows
-from harness.observables.tower import COLUMNS, SERIES
-from harness.observables.windows import (
+from harness.observables import tower as windows
+from harness.observables.tower import (
+    COLUMNS,
+    SERIES,
     contact_changes,
     grain_alone,
     grain_velocity_at,

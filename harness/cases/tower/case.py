@@ -31,9 +31,9 @@ from harness.engines.border import engine_seconds
 from harness.engines.contract import Engine, Job, Output
 from harness.engines.traits import Traits
 from harness.errors import EngineOutputError, RequestError
-from harness.observables.tower import TowerRun
-from harness.observables.windows import (
+from harness.observables.tower import (
     SEARCH,
+    TowerRun,
     energy_drift,
     grain_velocity_at,
     impulse,

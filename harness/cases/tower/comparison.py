@@ -24,8 +24,7 @@ from scipy.integrate import trapezoid
 from harness.comparison.convergence import slope_order
 from harness.comparison.series import Samples, align, distinct, missing
 from harness.errors import RequestError
-from harness.observables.tower import Floats, TowerRun
-from harness.observables.windows import peak_force
+from harness.observables.tower import Floats, TowerRun, peak_force
 
 if TYPE_CHECKING:
     import pandas as pd

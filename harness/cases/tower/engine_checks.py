@@ -31,8 +31,7 @@ from harness.comparison.verdicts import Check, Kind, Tolerance, finding, judge, 
 from harness.comparison.verification import Findings
 from harness.engines.contract import Engine
 from harness.errors import EngineError, RequestError
-from harness.observables.tower import TowerRun
-from harness.observables.windows import SEARCH, impulse, peak_force, window_end
+from harness.observables.tower import SEARCH, TowerRun, impulse, peak_force, window_end
 from harness.parameters.law import Contact
 from harness.parameters.tower import Tower
 

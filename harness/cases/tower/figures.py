@@ -20,8 +20,7 @@ from harness.cases.tower.comparison import Order, SeriesComparison, StepConverge
 from harness.comparison.convergence import slope_order
 from harness.observables.reference import ReferencePoints
 from harness.observables.row import Row
-from harness.observables.tower import Floats, TowerRun
-from harness.observables.windows import significant_contacts
+from harness.observables.tower import Floats, TowerRun, significant_contacts
 from harness.report import style
 from harness.report.style import COLOURS, MARKERS, STYLES, label, legend_below, named, panels, power
 

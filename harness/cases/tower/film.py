@@ -21,8 +21,7 @@ from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from harness.errors import RequestError
-from harness.observables.tower import TowerRun
-from harness.observables.windows import SIGNIFICANT_FORCE, significant_contacts
+from harness.observables.tower import SIGNIFICANT_FORCE, TowerRun, significant_contacts
 from harness.report.film import Film, Scene
 from harness.report.style import BLACK, RED, label, power
 

@@ -13,8 +13,7 @@ from harness.cases.contract import Progress, silent
 from harness.cases.tower.run import SOLVERS, chosen_solver, covering, towers
 from harness.engines.contract import Engine
 from harness.errors import RequestError
-from harness.observables.tower import TowerRun
-from harness.observables.windows import ImpulseRow, Window, impulse_until, window_end
+from harness.observables.tower import ImpulseRow, TowerRun, Window, impulse_until, window_end
 from harness.parameters.tower import LAWS, Law, Tower
 from harness.store.cache import EngineChoice, opened
 from harness.theory import incline

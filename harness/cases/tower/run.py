@@ -25,8 +25,17 @@ from harness.errors import EngineError, EngineOutputError, RequestError
 from harness.observables.provenance import Provenance
 from harness.observables.reference import FEWEST, contradiction
 from harness.observables.row import Row, by_name
-from harness.observables.tower import Floats, Profiles, TowerRun
-from harness.observables.windows import SEARCH, Window, impulse, peak_force, touch_time, window_end
+from harness.observables.tower import (
+    SEARCH,
+    Floats,
+    Profiles,
+    TowerRun,
+    Window,
+    impulse,
+    peak_force,
+    touch_time,
+    window_end,
+)
 from harness.parameters.tower import Property, Tower
 from harness.store.cache import EngineChoice, opened
 

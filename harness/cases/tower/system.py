@@ -12,7 +12,7 @@ from pydantic import Field
 
 from harness.engines.contract import Job, Template, Value
 from harness.errors import RequestError
-from harness.observables.windows import SEARCH
+from harness.observables.tower import SEARCH
 from harness.parameters.allowed import COUNT, Allowed, allowed_in
 from harness.parameters.law import Contact, Spring, contact_allowed
 from harness.parameters.scene import ContactScene, in_plane, spheres

@@ -66,8 +66,7 @@ from harness.comparison.verdicts import (
 from harness.comparison.verification import Findings
 from harness.engines.contract import Engine
 from harness.errors import EngineError
-from harness.observables.tower import TowerRun
-from harness.observables.windows import first_contact_end, impulse, impulse_until
+from harness.observables.tower import TowerRun, first_contact_end, impulse, impulse_until
 from harness.parameters.tower import LAWS, Law, Tower
 from harness.shown import Record
 from harness.theory.chain import (

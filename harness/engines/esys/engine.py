@@ -31,7 +31,7 @@ from harness.engines.programs import (
     RUNS,
     ScriptedEngine,
     digest,
-    find_program,
+    launcher_words,
     program_files,
     tree_files,
 )
@@ -92,15 +92,9 @@ def without_frame(said: str) -> str:
 def find_launcher(words: str | None) -> list[str]:
     """Return the launcher's words, its program as a path."""
     if words is not None:
-        try:
-            first, *options = shlex.split(words) or [""]
-        except ValueError as error:
-            raise RequestError(f"--mpirun {words!r}: {str(error).lower()}") from None
-        return [find_program("mpirun", first), *options]
-    for name in LAUNCHERS:
-        path = shutil.which(name)
-        if path is not None:
-            return [path]
+        return launcher_words(words)
+    if path := next(filter(None, map(shutil.which, LAUNCHERS)), None):
+        return [path]
     raise EngineMissingError(
         "ESyS-Particle needs the launcher of Open MPI, mpirun.openmpi: apt install openmpi-bin"
     )
@@ -186,6 +180,7 @@ class Esys(ScriptedEngine):
         path = self.find(program)
         self._launcher = find_launcher(launcher)
         super().__init__(path, workers, limits)
+        self.opened_with["launcher"] = shlex.join(self._launcher)
 
     @classmethod
     def installed_files(cls, program: Path) -> list[Path]:
@@ -200,10 +195,6 @@ class Esys(ScriptedEngine):
         """Return the launcher, with a digest of its program."""
         words = find_launcher(options.get("launcher"))
         return {"launcher": f"{shlex.join(words)} {digest(Path(words[0]))}"}
-
-    def given(self) -> Mapping[str, Any]:
-        """Return the launcher that was given or found."""
-        return {"launcher": shlex.join(self._launcher)}
 
     def ask_version(self) -> Provenance:
         """Return the version that a short run names.

@@ -159,6 +159,7 @@ class Kratos(ScriptedEngine):
     ) -> None:
         super().__init__(program, workers, limits)
         self._scheme: Scheme = scheme
+        self.opened_with["scheme"] = scheme
         self.traits = replace(type(self).traits, integrator=REFERENCE[scheme])
 
     @classmethod
@@ -183,10 +184,6 @@ class Kratos(ScriptedEngine):
     def deciding(cls, **options: Any) -> Mapping[str, str]:
         """Return the integrator."""
         return {"scheme": options.get("scheme", "Velocity_Verlet")}
-
-    def given(self) -> Mapping[str, Any]:
-        """Return the integrator that was given."""
-        return {"scheme": self._scheme}
 
     @classmethod
     def context(cls, template: Template, variant: str) -> Mapping[str, Any]:  # noqa: ARG003

@@ -10,7 +10,6 @@ import os
 import shlex
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
-from functools import cached_property
 from itertools import accumulate
 from pathlib import Path
 from typing import Any
@@ -223,9 +222,9 @@ class Lammps(LammpsLanguage):
         self._restarts = Path(restarts) if restarts else None
         self._environment = ExitStack()
         self._crowded = False
-        self._asked = {"lmp": lmp, "launcher": launcher, "program": program}
         self._launcher = launcher_words(launcher)
         super().__init__(_executable(lmp, launcher, program), workers, limits)
+        self.opened_with = {"lmp": lmp, "launcher": launcher, "program": program}
         self.workers = 1 if self._launcher else self._with_room()
         self._inprocess = None if self.program else InProcess(self.workers, self.limits)
         self.ready = self._inprocess is not None
@@ -267,7 +266,7 @@ class Lammps(LammpsLanguage):
 
     def twin(self) -> Lammps | None:
         """Return the executable on PATH, or beside this Python, of LAMMPS in-process."""
-        options = self.twin_options(**self._asked)
+        options = self.twin_options(**self.opened_with)
         try:
             return None if options is None else Lammps(limits=self.limits, **options)
         except RequestError as error:
@@ -292,10 +291,6 @@ class Lammps(LammpsLanguage):
     def environment(self, folder: Path) -> Mapping[str, str] | None:
         """Return the harness's own; of more ranks than cores, with waiting ranks that sleep."""
         return {**SLEEPING, **os.environ} if self._crowded else super().environment(folder)
-
-    @cached_property
-    def _fingerprint(self) -> Mapping[str, Any] | None:
-        return self.fingerprint_of(**self._asked)
 
     def refuses(self, job: Job) -> str:
         """Return why LAMMPS cannot run a job: an executable cannot call back for a force."""

@@ -333,8 +333,7 @@ class Solver:
             try:
                 return self._output(folder, ended, log)
             except EngineError as error:
-                error.log = log
-                return error
+                return error.with_log(log)
 
     def close(self) -> None:
         """End what runs and remove the temporary files."""
@@ -470,8 +469,7 @@ class Mfix(Engine):
             try:
                 table = _read(system, scene, done)
             except EngineError as error:
-                error.log = done.log
-                return error
+                return error.with_log(done.log)
             if scene.decided is None or scene.decided(table):
                 break
         return Output((), self.identify(), {SERIES: table}, done.log, seconds, self.title)
@@ -483,8 +481,7 @@ class Mfix(Engine):
         try:
             table = contact_table(contact, done.frames)
         except EngineError as error:
-            error.log = done.log
-            return error
+            return error.with_log(done.log)
         return Output((), self.identify(), {SERIES: table}, done.log, done.seconds, self.title)
 
 

@@ -16,7 +16,7 @@ from scipy.optimize import brentq
 
 from harness.cases.tower.run import covering, tower
 from harness.comparison.convergence import slope_order
-from harness.observables.windows import impulse, turnaround
+from harness.observables.tower import impulse, turnaround
 from harness.parameters.tower import LAWS, Law, Tower
 from harness.reproduction.claims import (
     SOURCES,

@@ -12,7 +12,7 @@ from scipy.optimize import brentq
 
 from harness.cases.tower.impulse import STIFFNESSES
 from harness.cases.tower.run import tower
-from harness.observables.windows import impulse
+from harness.observables.tower import impulse
 from harness.parameters.tower import LAWS, Tower
 from harness.reproduction.claims import SOURCES, Printed, Statement, claim, compare, untestable
 from harness.reproduction.ledger.samples import (

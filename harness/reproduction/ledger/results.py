@@ -10,7 +10,7 @@ import numpy as np
 
 from harness.cases.tower.impulse import angle_from_impulse_ratio
 from harness.observables.reference import PEYNEAU_ROUX
-from harness.observables.windows import impulse
+from harness.observables.tower import impulse
 from harness.parameters.tower import LAWS, Tower
 from harness.reproduction.claims import SOURCES, Printed, Statement, claim, compare
 from harness.reproduction.ledger.background import stiffness_of_springs

@@ -19,8 +19,7 @@ from scipy.integrate import solve_ivp
 
 from harness.cases.tower.impulse import SPEEDS, STIFFNESSES, impulse_table
 from harness.cases.tower.run import tower
-from harness.observables.tower import TowerRun
-from harness.observables.windows import ImpulseRow, grain_alone
+from harness.observables.tower import ImpulseRow, TowerRun, grain_alone
 from harness.parameters.tower import Law, Tower
 from harness.solvers.chain import forces
 from harness.solvers.chain.forces import contact_forces

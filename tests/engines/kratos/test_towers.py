@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from harness.engines.kratos.engine import Kratos
-from harness.observables.windows import impulse
+from harness.observables.tower import impulse
 from harness.parameters.tower import Tower
 from harness.solvers.chain import exact
 from tests.engines.tower_runs import KINDS, force_difference, run

@@ -6,7 +6,7 @@ from harness.cases.incline.system import Incline
 from harness.cases.tower.run import run_towers
 from harness.engines.lammps.engine import Lammps
 from harness.errors import RequestError
-from harness.observables.windows import first_contact_end, impulse
+from harness.observables.tower import first_contact_end, impulse
 from harness.parameters.tower import Tower
 from harness.solvers.chain import exact
 from tests.engines.tower_runs import KINDS, force_difference, run

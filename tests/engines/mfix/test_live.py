@@ -11,7 +11,7 @@ from harness.engines.mfix.contacts import CONTACT
 from harness.engines.mfix.engine import Mfix
 from harness.engines.mfix.system import REFERENCE
 from harness.engines.reference import Reference
-from harness.observables.windows import turnaround
+from harness.observables.tower import turnaround
 from harness.parameters.tower import Tower
 from harness.solvers.chain import exact
 

@@ -9,7 +9,7 @@ from harness.cases.tower.run import run_towers
 from harness.cases.tower.system import start_displacements, timing_of
 from harness.comparison.convergence import slope_order
 from harness.errors import EngineOutputError
-from harness.observables.windows import turnaround
+from harness.observables.tower import turnaround
 from harness.parameters.tower import Tower
 from harness.solvers.chain import exact
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from harness.cases.tower.run import tower
-from harness.observables.windows import significant_contacts
+from harness.observables.tower import significant_contacts
 from harness.parameters.tower import Tower
 from harness.reproduction import schematics
 from harness.reproduction.claims import ClaimStatus

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from harness.observables.windows import energy_drift, impulse
+from harness.observables.tower import energy_drift, impulse
 from harness.parameters.tower import Tower
 from harness.solvers.chain import exact, rk4
 from harness.solvers.chain.forces import forces_of_overlaps

@@ -7,8 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from harness.observables import windows
-from harness.observables.windows import energy_drift, impulse, impulse_until, peak_force
+from harness.observables import tower as windows
+from harness.observables.tower import energy_drift, impulse, impulse_until, peak_force
 from harness.parameters.tower import Tower
 from harness.solvers.chain import exact
 from harness.solvers.chain.forces import forces_of_overlaps

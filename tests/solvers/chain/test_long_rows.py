@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from harness.observables.windows import impulse_until
+from harness.observables.tower import impulse_until
 from harness.parameters.tower import Tower
 from harness.solvers.chain import rk4, rk4_deformable
 from harness.solvers.chain.forces import forces_of_overlaps

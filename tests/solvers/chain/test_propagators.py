@@ -7,7 +7,7 @@ import math
 import pytest
 
 from harness.errors import RequestError
-from harness.observables.windows import energy_drift, impulse_until
+from harness.observables.tower import energy_drift, impulse_until
 from harness.parameters.tower import Tower
 from harness.solvers.chain import exact, rk4
 from harness.theory import chain

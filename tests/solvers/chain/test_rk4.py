@@ -11,7 +11,7 @@ from scipy.stats import t as student
 
 from harness.comparison.convergence import slope_order
 from harness.errors import RequestError
-from harness.observables.windows import energy_drift
+from harness.observables.tower import energy_drift
 from harness.parameters.tower import Tower
 from harness.solvers.chain import exact, rk4
 
