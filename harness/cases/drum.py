@@ -15,6 +15,7 @@ from pydantic import Field, model_validator
 
 from harness.cases.bulk.materials import PACKED, Sphere, check_memory, check_step
 from harness.cases.bulk.mixing import cells_of, lacey_index, surface_angle
+from harness.cases.bulk.rules import ALLOWED
 from harness.cases.bulk.seeds import BulkCase, Curve, Runs
 from harness.comparison.verdicts import Check, Kind, Tolerance, judge
 from harness.engines.border import engine_seconds
@@ -194,7 +195,7 @@ def values_of(p: Drum) -> dict[str, Value]:
     return {**values, **more, "damping": "coeff_restitution"}
 
 
-TEMPLATE = Template(NAME, {"": values_of(Drum())}, allowed=allowed_in(Drum))
+TEMPLATE = Template(NAME, {"": values_of(Drum())}, allowed=allowed_in(Drum) | ALLOWED)
 
 
 def check_walls(p: Drum, table: Table, who: str) -> None:

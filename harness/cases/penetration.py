@@ -15,6 +15,7 @@ from pydantic import Field, model_validator
 
 from harness.cases.bulk.materials import PACKED, Sphere, check_step
 from harness.cases.bulk.places import PUBLISHED, PUBLISHED_BOX, Box, data_file, read_places
+from harness.cases.bulk.rules import ALLOWED
 from harness.cases.bulk.seeds import BulkCase, Curve, Runs
 from harness.comparison.verdicts import Check, Kind, Tolerance, judge
 from harness.engines.border import engine_seconds
@@ -236,7 +237,7 @@ def values_of(p: Penetration) -> dict[str, Value]:
     return {**values, **more, **box, "damping": "coeff_restitution"}
 
 
-TEMPLATE = Template(NAME, {"": values_of(Penetration())}, allowed=allowed_in(Penetration))
+TEMPLATE = Template(NAME, {"": values_of(Penetration())}, allowed=allowed_in(Penetration) | ALLOWED)
 
 
 def largest_elastic_energy(p: Penetration) -> float:

@@ -16,6 +16,7 @@ from scipy.optimize import brentq
 from scipy.stats import binomtest
 
 from harness.cases.bulk.materials import PACKED, Sphere, check_memory, check_step
+from harness.cases.bulk.rules import ALLOWED
 from harness.cases.bulk.seeds import BulkCase, Curve, Runs
 from harness.comparison.verdicts import Check, Kind, Tolerance, finding, judge
 from harness.engines.border import engine_seconds
@@ -180,7 +181,7 @@ def values_of(p: Silo) -> dict[str, Value]:
     return {**values, **more, "damping": "coeff_restitution"}
 
 
-TEMPLATE = Template(NAME, {"": values_of(Silo())}, allowed=allowed_in(Silo))
+TEMPLATE = Template(NAME, {"": values_of(Silo())}, allowed=allowed_in(Silo) | ALLOWED)
 
 
 def largest_elastic_energy(p: Silo) -> float:
