@@ -71,7 +71,9 @@ def rebound(restitution, attracts):
         return 1.0 if time < 1e-3 else left
 
     over.terminal = True
-    path = solve_ivp(force, (0, 50), [1e-12, 1.0], events=over, rtol=1e-10, max_step=0.05)
+    path = solve_ivp(
+        force, (0, 50), [1e-12, 1.0], events=over, rtol=1e-10, atol=1e-12, max_step=0.05
+    )
     return -path.y[1, -1]
 
 
