@@ -13,16 +13,24 @@ from typing import TYPE_CHECKING
 import numpy as np
 from pydantic import Field, model_validator
 
-from harness.cases.bulk.materials import PACKED, Sphere, check_memory, check_step
+from harness.cases.bulk.materials import (
+    PACKED,
+    Bed,
+    Sphere,
+    SteelModulus,
+    StepSize,
+    check_memory,
+    values_of,
+)
 from harness.cases.bulk.mixing import cells_of, lacey_index, surface_angle
+from harness.cases.bulk.rules import ALLOWED
 from harness.cases.bulk.seeds import BulkCase, Curve, Runs
 from harness.comparison.verdicts import Check, Kind, Tolerance, judge
 from harness.engines.border import engine_seconds
-from harness.engines.contract import Job, Output, Template, Value
+from harness.engines.contract import Job, Output, Template
 from harness.engines.traits import Traits
 from harness.errors import EngineLostAtomsError
 from harness.parameters.allowed import allowed_in
-from harness.parameters.base import Parameters
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -34,9 +42,6 @@ if TYPE_CHECKING:
 NAME = "drum"
 COLUMNS = ("step", "x_m", "y_m", "z_m")
 
-FRAMES = 100
-"""Rows of the series: places of all grains, the large ones first."""
-
 STEADY = 1.0 / 3.0
 """Share of the turn after which the surface is that of a drum that turns."""
 
@@ -44,18 +49,16 @@ LAST = 1.0 / 6.0
 """Share of the turn over which the mixing index is averaged, up to the end."""
 
 
-class Drum(Parameters):
+class Drum(Bed):
     """A drum of steel about the y axis: large grains below small ones, then it turns."""
+
+    ROWS = 100
+    DERIVED = frozenset({"settle_time", "turn", "cell"})
 
     large_layers: int = Field(
         1, ge=-1000, le=1000, description="[-] layers of large grains above the axis"
     )
     small_layers: int = Field(4, ge=1, le=1000, description="[-] layers of small grains above them")
-    spacing: float = Field(1.2, gt=1.0, le=3.0, description="[-] of the lattices, in diameters")
-    scatter: float = Field(
-        0.19, ge=0.0, le=1.0, description="[-] range of the first places, in diameters"
-    )
-    seed: int = Field(1, ge=1, le=10000, description="[-] of the first places")
     large_radius: float = Field(2e-3, gt=0.0, description="[m] of a large grain")
     large_density: float = Field(2000.0, gt=0.0, description="[kg/m3] of large grains")
     large_youngs_modulus: float = Field(1.25e5, gt=0.0, description="[Pa] of large grains")
@@ -68,33 +71,22 @@ class Drum(Parameters):
     small_friction: float = Field(0.3, ge=0.0, le=2.0, description="[-] between small grains")
     mixed_restitution: float = Field(0.45, gt=0.05, le=1.0, description="[-] of large on small")
     mixed_friction: float = Field(0.2, ge=0.0, le=2.0, description="[-] of large on small")
-    steel_youngs_modulus: float = Field(5.25e7, gt=0.0, description="[Pa] of the drum")
-    steel_restitution: float = Field(0.4, gt=0.05, le=1.0, description="[-] on the drum")
-    steel_friction: float = Field(0.2, ge=0.0, le=2.0, description="[-] on the drum")
-    poisson_ratio: float = Field(0.2, ge=0.0, lt=0.5, description="[-] of all")
+    steel_youngs_modulus: SteelModulus = 5.25e7
     drum_radius: float = Field(0.024, gt=0.0, le=10.0, description="[m] of the drum")
     drum_length: float = Field(0.02, gt=0.0, le=10.0, description="[m] of the drum")
     speed: float = Field(4.08, gt=0.0, le=1e3, description="[rad/s] of the drum")
     turn: float = Field(180.0, gt=0.0, le=1e6, description="[deg] by which the drum turns")
     cell: float = Field(8e-3, gt=0.0, description="[m] edge of the cells of the mixing index")
-    gravity: float = Field(9.81, gt=0.0, description="[m/s2] downward")
-    settle_time: float = Field(0.2, ge=0.0, description="[s] before the drum turns")
-    step_size: float = Field(3.5e-5, gt=0.0, description="[s] time step")
+    step_size: StepSize = 3.5e-5
 
     @model_validator(mode="after")
     def _holds(self) -> Drum:
-        if self.scatter > self.spacing - 1.0:
-            raise ValueError(
-                f"scatter = {self.scatter:g}: grains overlap at the start; must be at most "
-                f"spacing - 1 = {self.spacing - 1.0:.4g}"
-            )
         for kind, number in (("large", self.large_grains), ("small", self.small_grains)):
             if number == 0:
                 raise ValueError(
                     f"{kind}_layers = {getattr(self, f'{kind}_layers')}: no {kind} grain finds "
                     "room in the drum"
                 )
-        check_step(self.step_size, self.longest_step)
         return self
 
     @property
@@ -166,35 +158,17 @@ class Drum(Parameters):
         )
 
     @property
-    def duration(self) -> float:
+    def time(self) -> float:
         """Return how long the drum turns [s]."""
         return math.radians(self.turn) / self.speed
 
     @property
     def every(self) -> int:
         """Return the steps between two rows of the series."""
-        return max(1, round(self.duration / self.step_size / FRAMES))
-
-    @property
-    def settle_steps(self) -> int:
-        """Return the steps before the drum turns, a multiple of :attr:`every`."""
-        return self.every * math.ceil(self.settle_time / self.step_size / self.every - 1e-9)
-
-    @property
-    def steps(self) -> int:
-        """Return the steps in which it turns, a multiple of :attr:`every`."""
-        return self.every * math.ceil(self.duration / self.step_size / self.every - 1e-9)
+        return max(1, round(self.time / self.step_size / self.ROWS))
 
 
-def values_of(p: Drum) -> dict[str, Value]:
-    """Return the values of a script."""
-    derived = {"settle_time", "turn", "cell"}
-    values: dict[str, Value] = {n: v for n, v in dict(p).items() if n not in derived}
-    more = {"settle_steps": p.settle_steps, "steps": p.steps, "series_every": p.every}
-    return {**values, **more, "damping": "coeff_restitution"}
-
-
-TEMPLATE = Template(NAME, {"": values_of(Drum())}, allowed=allowed_in(Drum))
+TEMPLATE = Template(NAME, {"": values_of(Drum())}, allowed=allowed_in(Drum) | ALLOWED)
 
 
 def check_walls(p: Drum, table: Table, who: str) -> None:

@@ -79,14 +79,6 @@ PARAMETERS = {
 
 
 ALLOWED = {
-    "large_layers": (
-        lambda value: not (value < -1000 or value > 1000 or value != value),
-        ": must be a whole number, greater than or equal to -1000 and less than or equal to 1000",
-    ),
-    "small_layers": (
-        lambda value: not (value < 1 or value > 1000 or value != value),
-        ": must be a whole number, greater than or equal to 1 and less than or equal to 1000",
-    ),
     "spacing": (
         lambda value: not (value <= 1 or value > 3 or value != value),
         ": must be greater than 1 and less than or equal to 3",
@@ -98,6 +90,38 @@ ALLOWED = {
     "seed": (
         lambda value: not (value < 1 or value > 10000 or value != value),
         ": must be a whole number, greater than or equal to 1 and less than or equal to 10000",
+    ),
+    "poisson_ratio": (
+        lambda value: not (value < 0 or value >= 0.5 or value != value),
+        ": must be greater than or equal to 0 and less than 0.5",
+    ),
+    "steel_youngs_modulus": (
+        lambda value: not (value <= 0 or value != value),
+        " Pa: must be greater than 0",
+    ),
+    "steel_restitution": (
+        lambda value: not (value <= 0.05 or value > 1 or value != value),
+        ": must be greater than 0.05 and less than or equal to 1",
+    ),
+    "steel_friction": (
+        lambda value: not (value < 0 or value > 2 or value != value),
+        ": must be greater than or equal to 0 and less than or equal to 2",
+    ),
+    "gravity": (
+        lambda value: not (value <= 0 or value != value),
+        " m/s2: must be greater than 0",
+    ),
+    "step_size": (
+        lambda value: not (value <= 0 or value != value),
+        " s: must be greater than 0",
+    ),
+    "large_layers": (
+        lambda value: not (value < -1000 or value > 1000 or value != value),
+        ": must be a whole number, greater than or equal to -1000 and less than or equal to 1000",
+    ),
+    "small_layers": (
+        lambda value: not (value < 1 or value > 1000 or value != value),
+        ": must be a whole number, greater than or equal to 1 and less than or equal to 1000",
     ),
     "large_radius": (
         lambda value: not (value <= 0 or value != value),
@@ -147,22 +171,6 @@ ALLOWED = {
         lambda value: not (value < 0 or value > 2 or value != value),
         ": must be greater than or equal to 0 and less than or equal to 2",
     ),
-    "steel_youngs_modulus": (
-        lambda value: not (value <= 0 or value != value),
-        " Pa: must be greater than 0",
-    ),
-    "steel_restitution": (
-        lambda value: not (value <= 0.05 or value > 1 or value != value),
-        ": must be greater than 0.05 and less than or equal to 1",
-    ),
-    "steel_friction": (
-        lambda value: not (value < 0 or value > 2 or value != value),
-        ": must be greater than or equal to 0 and less than or equal to 2",
-    ),
-    "poisson_ratio": (
-        lambda value: not (value < 0 or value >= 0.5 or value != value),
-        ": must be greater than or equal to 0 and less than 0.5",
-    ),
     "drum_radius": (
         lambda value: not (value <= 0 or value > 10 or value != value),
         " m: must be greater than 0 and less than or equal to 10",
@@ -174,14 +182,6 @@ ALLOWED = {
     "speed": (
         lambda value: not (value <= 0 or value > 1000 or value != value),
         " rad/s: must be greater than 0 and less than or equal to 1000",
-    ),
-    "gravity": (
-        lambda value: not (value <= 0 or value != value),
-        " m/s2: must be greater than 0",
-    ),
-    "step_size": (
-        lambda value: not (value <= 0 or value != value),
-        " s: must be greater than 0",
     ),
     "scheme": (
         lambda value: value in ["Velocity_Verlet", "Symplectic_Euler"],

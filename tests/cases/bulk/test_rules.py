@@ -1,16 +1,19 @@
 """Which codes follow one law, what becomes of means that differ, what is left to level default."""
 
+import math
 from dataclasses import replace
 
 import pytest
+from scipy.integrate import solve_ivp
 
 from harness.cases.bulk.equivalence import Sample, equivalence
-from harness.cases.bulk.rules import differing, law_of
+from harness.cases.bulk.rules import Law, differing, law_of, with_tail
 from harness.cases.bulk.seeds import MARGIN, Runs, too_slow
 from harness.cases.contract import Study
 from harness.cases.penetration import CASE
 from harness.comparison.verdicts import Verdict
 from harness.engines.registry import engine_class
+from harness.theory.contact import damping_ratio
 
 LAWS = {
     name: law_of(engine_class(name).traits) for name in ("lammps", "liggghts", "yade", "kratos")
@@ -19,19 +22,73 @@ LAWS = {
 
 def test_lammps_and_liggghts_follow_one_law_yade_and_kratos_others():
     assert LAWS["lammps"] == LAWS["liggghts"]
-    assert "attracts" in LAWS["lammps"]
-    assert len(set(LAWS.values())) == 3
+    assert "attracts" in LAWS["lammps"].words
+    assert len({law.words for law in LAWS.values()}) == 3
 
 
 def test_the_laws_are_those_declared_with_the_contact_models():
-    assert "grows by increments; the dashpot never attracts" in LAWS["yade"]
-    assert "shrinks with the overlap" in LAWS["kratos"]
-    assert "dashpot along the surface that is tied to the normal one" in LAWS["kratos"]
+    assert "grows by increments; the dashpot never attracts" in LAWS["yade"].words
+    assert "shrinks with the overlap" in LAWS["kratos"].words
+    assert "dashpot along the surface that is tied to the normal one" in LAWS["kratos"].words
+    assert [law.inexact != "" for law in LAWS.values()] == [False, False, False, True]
     yade = engine_class("yade").traits
     mindlin = yade.contact_models[-1]
     states = {**mindlin.states, "tangential": ("mindlin",)}
     other = replace(yade, contact_models=(replace(mindlin, states=states),))
-    assert "times the stiffness of the overlap as it is; the dashpot never" in law_of(other)
+    assert "times the stiffness of the overlap as it is; the dashpot never" in law_of(other).words
+
+
+def test_the_values_of_a_law_state_it_in_scripts():
+    job = CASE.job(CASE.default)
+    values = LAWS["kratos"].stated(job.values)
+    assert values["tangential"] == "mindlin_rescale/force"
+    assert values["clipped"] == "yes"
+    # sqrt(k_t/k_n) = sqrt(4 G*/E*) of nu = 0.2
+    assert values["tangential_damping"] == pytest.approx((1.6 / 1.8) ** 0.5)
+    for name in ("restitution", "steel_restitution"):
+        assert values[name] == with_tail(job.values[name])
+    same = {name: values[name] for name in job.values if not name.endswith("restitution")}
+    assert same == {name: job.values[name] for name in same}
+    own = LAWS["lammps"].stated(job.values)
+    assert {name: own[name] for name in job.values} == job.values
+
+
+def rebound(restitution, attracts):
+    """Return the restitution of Hertz's spring with the dashpot of one that has a tail, or not.
+
+    x'' = -x^1.5 - 2 sqrt(5/6) zeta sqrt(1.5) x^0.25 x' from x = 0 at speed 1, until the overlap is
+    gone, or the force.
+    """
+    eta = 2.0 * math.sqrt(1.25) * damping_ratio(restitution)
+
+    def force(_, state):
+        x = max(state[0], 0.0)
+        return [state[1], -(x**1.5) - eta * x**0.25 * state[1]]
+
+    def over(time, state):
+        x = max(state[0], 0.0)
+        left = x if attracts else x**1.25 + eta * state[1]
+        return 1.0 if time < 1e-3 else left
+
+    over.terminal = True
+    path = solve_ivp(
+        force, (0, 50), [1e-12, 1.0], events=over, rtol=1e-10, atol=1e-12, max_step=0.05
+    )
+    return -path.y[1, -1]
+
+
+@pytest.mark.parametrize("restitution", [0.3, 0.4, 0.45, 0.5, 0.8])
+def test_a_restitution_without_a_tail_is_that_of_the_same_dashpot(restitution):
+    """The fit is within 3e-4 of the restitution; a law with a tail would miss it by far more."""
+    stated = with_tail(restitution)
+    assert rebound(stated, attracts=False) == pytest.approx(restitution, abs=3e-4)
+    assert rebound(stated, attracts=True) == pytest.approx(stated, abs=1e-5)
+    assert abs(rebound(restitution, attracts=False) - restitution) > 0.005
+
+
+def test_restitutions_without_a_tail_end_at_one_and_at_critical_damping():
+    assert with_tail(1.0) == 1.0
+    assert with_tail(0.1) == 0.0
 
 
 @pytest.mark.parametrize(
@@ -47,7 +104,8 @@ def test_means_that_differ_are_a_failure_under_one_law_and_a_finding_between_two
     ratio, laws, verdict
 ):
     one, other = Sample("one", (ratio,) * 5), Sample("other", (1.0,) * 5)
-    check = differing(equivalence("x", one, other, MARGIN), "one", laws[0], "other", laws[1])
+    first, second = map(Law, laws)
+    check = differing(equivalence("x", one, other, MARGIN), "one", first, "other", second)
     assert check.verdict is verdict
     assert ("one: a; other: b" in check.note) == (laws[0] != laws[1])
     assert check.value == pytest.approx(ratio)
@@ -60,6 +118,48 @@ def test_engines_of_two_laws_are_compared_by_the_case():
     for code, verdict in (("liggghts", Verdict.FAIL), ("yade", Verdict.FINDING)):
         checks = list(CASE.compared([one, Runs(code, (far,) * 5, law=LAWS[code])]))
         assert [check.verdict for check in checks[:2]] == [verdict, Verdict.PASS]
+
+
+RULED = Runs("Main", (), rules="Other")
+UNDER = {
+    "same": (1.0, 1.1, Law("b"), Verdict.PASS),
+    "another friction in the other code": (1.3, 1.1, Law("b"), Verdict.FAIL),
+    "undecided": (1.05, 1.1, Law("b"), Verdict.NOT_TESTED),
+    "rules that are stated in part": (1.3, 1.1, Law("near"), Verdict.FINDING),
+}
+
+
+@pytest.mark.parametrize("name", UNDER)
+def test_a_code_is_held_against_the_main_one_under_its_own_rules(name):
+    """Whatever the rules do, the verdict is of the code; what they do is a finding of a size."""
+    ratio, effect, law, verdict = UNDER[name]
+    spread = (0.96, 1.04, 1.0, 1.02, 0.98)
+
+    def rows(mean):
+        return tuple(dict.fromkeys(CASE.equivalent, mean * part) for part in spread)
+
+    ruled = replace(RULED, rows=rows(effect), law=law)
+    other = Runs("Other", rows(effect * ratio), law=Law("b"), main=ruled)
+    checks = {c.name: c for c in CASE.compared([Runs("Main", rows(1.0), law=Law("a")), other])}
+    depth = CASE.equivalent[0]
+    held = checks[f"penetration: Main under the rules of Other against Other: {depth}"]
+    assert held.verdict is verdict
+    rule = checks[f"penetration: Main under the rules of Other against Main: {depth}"]
+    assert rule.verdict is Verdict.FINDING
+    assert rule.value == pytest.approx(effect)
+    assert "what the rules do" in rule.note
+    assert "interval of the ratio" in rule.note
+    own = checks[f"penetration: Main against Other: {depth}"]
+    assert own.verdict is Verdict.FINDING
+
+
+def test_rules_that_the_main_code_cannot_state_are_not_tested_with_the_reason():
+    rows = (dict.fromkeys(CASE.equivalent, 1.0),) * 5
+    other = Runs("Other", rows, law=Law("b"), main="its script has no variable")
+    checks = list(CASE.compared([Runs("Main", rows, law=Law("a")), other]))
+    unstated = [check for check in checks if "the rules of Other" in check.name]
+    assert {check.verdict for check in unstated} == {Verdict.NOT_TESTED}
+    assert len(unstated) == len(CASE.equivalent)
 
 
 @pytest.mark.parametrize("code", ["yade", "kratos"])

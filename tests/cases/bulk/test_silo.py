@@ -193,7 +193,7 @@ def test_arches_are_shown_with_their_probability():
 class Arching:
     """An engine whose first runs arch."""
 
-    name, title, traits = "lammps", "LAMMPS", TRAITS
+    name, title, traits, workers = "lammps", "LAMMPS", TRAITS, 99
 
     def __init__(self, arches):
         self.arches = arches
