@@ -32,6 +32,7 @@ from harness.comparison.verdicts import (
 )
 from harness.comparison.verification import Findings
 from harness.engines.contract import Engine, Job, Output
+from harness.engines.traits import Traits
 from harness.errors import EngineError, EngineUndecidedError
 from harness.parameters.base import Parameters
 from harness.report.sections import Section
@@ -115,6 +116,10 @@ class BulkCase(Case[P]):
     def curves(self, p: P, output: Output) -> Sequence[tuple[Floats, Floats]]:
         """Return x and y of each of :attr:`drawn`, in its units."""
 
+    def law(self, traits: Traits) -> Law:
+        """Return by which rules an engine follows the law."""
+        return law_of(traits)
+
     def names(self, engine: Engine) -> list[str]:
         """Return the names of the rows of an engine."""
         return [f"{self.name}: {engine.name}: {check}" for check in self.judged]
@@ -135,7 +140,7 @@ class BulkCase(Case[P]):
         if reason := engine.refuses(self.job(trials[0])) or too_slow(engine, study.level):
             findings.checks += [not_tested(name, Kind.ANALYTIC, reason) for name in names]
             return findings
-        law = law_of(engine.traits)
+        law = self.law(engine.traits)
         runs, failed = self._runs(engine, Runs(engine.title, (), law=law), trials)
         findings.checks += failed
         if not runs.rows:
@@ -144,7 +149,7 @@ class BulkCase(Case[P]):
                 findings.checks += [not_tested(n, Kind.ANALYTIC, why) for n in names]
             return findings
         findings.checks += self.judge(names, runs, self.default)
-        if main.name != engine.name and law_of(main.traits).words != law.words:
+        if main.name != engine.name and self.law(main.traits).words != law.words:
             beside, failed = study.once(
                 (self.name, law.words), lambda: self._under(main, law, engine.title, study.level)
             )
