@@ -331,7 +331,8 @@ class HeapCase(BulkCase[Heap]):
         law = law_of(traits)
         if self.default.rolling_friction == 0.0:
             return law
-        return replace(law, words=f"{law.words}; the rolling spring is {rolling_of(traits)}")
+        words = f"{law.words}; the rolling spring is {rolling_of(traits)}"
+        return replace(law, words=words, values={})  # no script states the spring of another code
 
     def curves(self, p: Heap, output: Output) -> Sequence[tuple[Floats, Floats]]:
         """Return the profile at the end [mm], and the angle [deg] over time [s]."""

@@ -81,8 +81,8 @@ def with_tail(restitution: float) -> float:
 class Law:
     """The rules by which an engine follows the law, in ``words``: equal for equal rules.
 
-    ``values`` state them in scripts that can; ``inexact`` is what they leave out, in the engine's
-    words, empty where they state all.
+    ``values`` state them in scripts that can, and are empty where none does; ``inexact`` is what
+    they leave out, in the engine's words, empty where they state all.
     """
 
     words: str = ""

@@ -149,7 +149,8 @@ class BulkCase(Case[P]):
                 findings.checks += [not_tested(n, Kind.ANALYTIC, why) for n in names]
             return findings
         findings.checks += self.judge(names, runs, self.default)
-        if main.name != engine.name and self.law(main.traits).words != law.words:
+        ruled = main.name != engine.name and self.law(main.traits).words != law.words
+        if ruled and law.values:
             beside, failed = study.once(
                 (self.name, law.words), lambda: self._under(main, law, engine.title, study.level)
             )

@@ -215,7 +215,7 @@ def test_the_elastic_energy_of_columns_is_below_its_bound():
 class Moving:
     """An engine whose first heaps still move."""
 
-    name, title, traits = "lammps", "LAMMPS", TRAITS
+    name, title, traits, workers = "lammps", "LAMMPS", TRAITS, 2
 
     def __init__(self, moving):
         self.moving = moving
