@@ -22,8 +22,12 @@ if TYPE_CHECKING:
     from harness.comparison.known_defects import Prediction
     from harness.engines.contract import Value
 
-SMALLER: Mapping[str, Mapping[str, int]] = {"silo": {"layers": 14}}
-"""Parameters that are not the defaults: 840 grains of the silo in place of 1,200."""
+CHEAPER: Mapping[str, Mapping[str, float]] = {
+    "silo": {"layers": 14},
+    "penetration": {"youngs_modulus": 1e6, "steel_youngs_modulus": 2.1e8, "step_size": 1.5e-5},
+}
+"""Parameters that are not the defaults: 840 grains of the silo in place of 1,200, and grains and
+sphere of the penetration ten times softer, so that a third of the steps do."""
 
 SLOPE = 0.01
 """Overlap over radius at which linear springs and dashpots are those of Hertz's law."""
@@ -74,7 +78,7 @@ class Switch:
 
 def default(case: str) -> Any:
     """Return the parameters of a case in this study."""
-    return get_case(case).default.replace(**SMALLER.get(case, {}))
+    return get_case(case).default.replace(**CHEAPER.get(case, {}))
 
 
 def switches() -> Iterator[Switch]:
