@@ -20,6 +20,7 @@ from harness.cases.contract import Case, LevelName, Study, Words
 from harness.comparison.verdicts import Check, Kind, Planned, Tolerance, failed_run, not_tested
 from harness.comparison.verification import Findings
 from harness.engines.contract import Engine, Output
+from harness.engines.traits import Traits
 from harness.errors import EngineError, EngineUndecidedError
 from harness.parameters.base import Parameters
 from harness.report.sections import Section
@@ -93,6 +94,10 @@ class BulkCase(Case[P]):
     def curves(self, p: P, output: Output) -> Sequence[tuple[Floats, Floats]]:
         """Return x and y of each of :attr:`drawn`, in its units."""
 
+    def law(self, traits: Traits) -> str:
+        """Return by which rules an engine follows the law, in words."""
+        return law_of(traits)
+
     def names(self, engine: Engine) -> list[str]:
         """Return the names of the rows of an engine."""
         return [f"{self.name}: {engine.name}: {check}" for check in self.judged]
@@ -130,7 +135,7 @@ class BulkCase(Case[P]):
                 findings.checks += [not_tested(n, Kind.ANALYTIC, why) for n in names]
             return findings
         findings.evidence = Runs(
-            engine.title, tuple(rows), tuple(curves), len(undecided), law_of(engine.traits)
+            engine.title, tuple(rows), tuple(curves), len(undecided), self.law(engine.traits)
         )
         findings.checks += self.judge(names, findings.evidence, p)
         return findings
