@@ -11,7 +11,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import Parameter
 
 from harness.cli.command import File, Json, Name, Settings, options
-from harness.cli.engine_options import CostOptions, IntegratorOptions, answer, completed
+from harness.cli.engine_options import (
+    CostOptions,
+    IntegratorOptions,
+    answer,
+    completed,
+    with_restarts,
+)
 from harness.cli.files import check_target, print_wrapped, write_all
 from harness.errors import RequestError
 from harness.report.plain import write_csv
@@ -73,6 +79,10 @@ def run(
 ) -> int:
     """One run of any case: its parameters, what it measures, and what is expected.
 
+    A run of LAMMPS that takes long leaves restart files with the kept results, where the same
+    command goes on after it was cut. With --force a run, or its part between two of them, has two
+    hours in place of five minutes.
+
     For example:
 
         dem-harness run tower --set height=2 --set speed=4
@@ -88,11 +98,14 @@ def run(
     from harness.engines.border import MOST_SECONDS
     from harness.engines.typed import named_values
     from harness.workflows import run as run_case
+    from harness.workflows.study_run import RUN_SECONDS
     from harness.workflows.sweep_plan import names_in
 
     values = named_values(choice.settings or (), "--set")
     choice.check_profile(case)
-    runner.check_names([runner.engine or "lammps"])
+    engines = [runner.engine or "lammps"]
+    runner.check_names(engines)
+    runner = with_restarts(runner, engines, RUN_SECONDS if choice.force else math.inf)
     more: dict[str, Any] = {}
 
     @contextmanager

@@ -15,11 +15,13 @@ from typing import TYPE_CHECKING, ClassVar, TypeVar
 import numpy as np
 
 from harness.cases.bulk.equivalence import FEWEST, Sample, equivalence, interval
+from harness.cases.bulk.restarts import longest_part
 from harness.cases.bulk.rules import differing, law_of
 from harness.cases.contract import Case, LevelName, Study, Words
 from harness.comparison.verdicts import Check, Kind, Planned, Tolerance, failed_run, not_tested
 from harness.comparison.verification import Findings
 from harness.engines.contract import Engine, Output
+from harness.engines.traits import Traits
 from harness.errors import EngineError, EngineUndecidedError
 from harness.parameters.base import Parameters
 from harness.report.sections import Section
@@ -92,6 +94,10 @@ class BulkCase(Case[P]):
     @abstractmethod
     def curves(self, p: P, output: Output) -> Sequence[tuple[Floats, Floats]]:
         """Return x and y of each of :attr:`drawn`, in its units."""
+
+    def part_seconds(self, parameters: P, rules: Traits) -> float:
+        """Return the expected time between two restart files [s], of the whole run without any."""
+        return self.seconds(parameters, rules) * longest_part(self.job(parameters).values)
 
     def names(self, engine: Engine) -> list[str]:
         """Return the names of the rows of an engine."""
