@@ -23,6 +23,7 @@ from harness.cases.bulk.materials import (
     values_of,
 )
 from harness.cases.bulk.mixing import cells_of, lacey_index, surface_angle
+from harness.cases.bulk.restarts import check_rows, restart_values
 from harness.cases.bulk.rules import ALLOWED
 from harness.cases.bulk.seeds import BulkCase, Curve, Runs
 from harness.comparison.verdicts import Check, Kind, Tolerance, judge
@@ -266,7 +267,8 @@ class DrumCase(BulkCase[Drum]):
     def job(self, parameters: Drum) -> Job:
         """Return the job of one drum; raise RequestError for more grains than memory holds."""
         check_memory(parameters.grains)
-        return Job(TEMPLATE, values_of(parameters), sampled=True)
+        values = {**values_of(parameters), **restart_values(parameters)}
+        return Job(TEMPLATE, values, sampled=True)
 
     def read(self, parameters: Drum, output: Output, traits: Traits) -> Mapping[str, float]:
         """Return mixing, angle of the surface, state of the bed.
@@ -277,6 +279,7 @@ class DrumCase(BulkCase[Drum]):
         known = {"large": p.large_grains, "small": p.small_grains}
         output.check_numbers({**known, "steps": p.settle_steps + p.steps})
         table = output.table(COLUMNS)
+        check_rows(table["step"] - p.settle_steps, p.steps, output.who)
         check_walls(p, table, output.who)
         angle = turned(p, table)
         late, last = (angle >= share * p.turn for share in (STEADY, 1.0 - LAST))

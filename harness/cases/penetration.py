@@ -25,6 +25,7 @@ from harness.cases.bulk.materials import (
 )
 from harness.cases.bulk.materials import values_of as bed_values
 from harness.cases.bulk.places import PUBLISHED, PUBLISHED_BOX, Box, data_file, read_places
+from harness.cases.bulk.restarts import check_rows, restart_values
 from harness.cases.bulk.rules import ALLOWED
 from harness.cases.bulk.seeds import BulkCase, Curve, Runs
 from harness.comparison.verdicts import Check, Kind, Tolerance, judge
@@ -289,7 +290,8 @@ class PenetrationCase(BulkCase[Penetration]):
 
     def job(self, parameters: Penetration) -> Job:
         """Return the job of one impact."""
-        return Job(TEMPLATE, values_of(parameters), sampled=True)
+        values = {**values_of(parameters), **restart_values(parameters)}
+        return Job(TEMPLATE, values, sampled=True)
 
     def read(self, parameters: Penetration, output: Output, traits: Traits) -> Mapping[str, float]:
         """Return depth, deceleration, energies, state of the bed.
@@ -305,7 +307,9 @@ class PenetrationCase(BulkCase[Penetration]):
             )
         impact = p.impact_energy
         released = output.number("bed_kinetic_J") + output.number("release_potential_J") + impact
-        found = height_quantities(p, output.table(COLUMNS), released)
+        table = output.table(COLUMNS)
+        check_rows(table["time_s"], p.steps * p.step_size, output.who)
+        found = height_quantities(p, table, released)
         mean_height = output.number("mean_height_m")
         surface = 2.0 * mean_height
         work = p.grains * (p.settle_steps + p.steps)

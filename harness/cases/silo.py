@@ -25,6 +25,7 @@ from harness.cases.bulk.materials import (
     check_memory,
     values_of,
 )
+from harness.cases.bulk.restarts import check_rows, restart_values
 from harness.cases.bulk.rules import ALLOWED
 from harness.cases.bulk.seeds import BulkCase, Curve, Runs
 from harness.comparison.verdicts import Check, Kind, Tolerance, finding, judge
@@ -241,7 +242,8 @@ class SiloCase(BulkCase[Silo]):
     def job(self, parameters: Silo) -> Job:
         """Return the job of one discharge; raise RequestError for more grains than memory holds."""
         check_memory(parameters.grains)
-        return Job(TEMPLATE, values_of(parameters), sampled=True)
+        values = {**values_of(parameters), **restart_values(parameters)}
+        return Job(TEMPLATE, values, sampled=True)
 
     def read(self, parameters: Silo, output: Output, traits: Traits) -> Mapping[str, float]:
         """Return rate, energies, state and loads of the bed.
@@ -251,6 +253,7 @@ class SiloCase(BulkCase[Silo]):
         p = parameters
         output.check_numbers({"steps": p.settle_steps + p.steps})
         table = output.table(COLUMNS)
+        check_rows(table["time_s"], p.steps * p.step_size, output.who)
         check_walls(p, output.number("grains"), table, output.who)
         surface = p.surface(output.number("mean_height_m"))
         solid = p.grains * p.grain.volume / p.volume(surface)

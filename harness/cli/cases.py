@@ -17,6 +17,7 @@ from harness.cli.engine_options import (
     WhereOptions,
     answer,
     completed,
+    with_restarts,
 )
 from harness.cli.files import (
     check_target,
@@ -172,6 +173,10 @@ def run(
 ) -> int:
     """One run of any case: its parameters, what it measures, and what is expected.
 
+    A run of LAMMPS that takes long leaves restart files with the kept results, where the same
+    command goes on after it was cut. With --force a run, or its part between two of them, has two
+    hours in place of five minutes.
+
     For example:
 
         dem-harness run tower --set height=2 --set speed=4
@@ -186,11 +191,14 @@ def run(
     from harness.engines.border import MOST_SECONDS
     from harness.engines.registry import named_values
     from harness.workflows import run as run_case
+    from harness.workflows.study_run import RUN_SECONDS
     from harness.workflows.sweep_plan import names_in
 
     values = named_values(choice.settings or (), "--set")
     choice.check_profile(case)
-    runner.check_names([runner.engine or "lammps"])
+    engines = [runner.engine or "lammps"]
+    runner.check_names(engines)
+    runner = with_restarts(runner, engines, RUN_SECONDS if choice.force else math.inf)
     more: dict[str, Any] = {}
 
     @contextmanager

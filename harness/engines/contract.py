@@ -194,6 +194,10 @@ class Template:
         return next(iter(self.variants))
 
 
+RESTART_EVERY = "restart_every"
+"""Value of a job: steps between restart files. A code without them leaves it out."""
+
+
 @dataclass(frozen=True)
 class Job:
     """One run: a template, the values set in it, and whether its table of samples is wanted.

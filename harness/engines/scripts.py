@@ -31,7 +31,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from harness import __version__
 from harness.engines.border import who
-from harness.engines.contract import Engine, Job, Template, Value, Values
+from harness.engines.contract import RESTART_EVERY, Engine, Job, Template, Value, Values
 from harness.errors import EngineError, HarnessError, RequestError
 from harness.parameters.allowed import COUNT, Allowed
 from harness.parameters.plane_scene import LOOK
@@ -319,7 +319,7 @@ class ScriptSource(Engine):
         script, values = self.script(job.template, job.variant), self._values(job)
         fixed = self.traits.fixed_values
         for name, value in values.items():
-            if name in script.variables or name in self.unused_values:
+            if name in {*script.variables, *self.unused_values, RESTART_EVERY}:
                 continue
             if name not in fixed or fixed[name] != value:
                 return f"its script {script.name} has no variable {name!r} ({name} = {value!r})"

@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, ClassVar, TypeVar
 import numpy as np
 
 from harness.cases.bulk.equivalence import FEWEST, Sample, equivalence, interval
+from harness.cases.bulk.restarts import longest_part
 from harness.cases.bulk.rules import Law, differing, law_of
 from harness.cases.contract import Case, LevelName, Study, Words
 from harness.comparison.verdicts import (
@@ -119,6 +120,10 @@ class BulkCase(Case[P]):
     def law(self, traits: Traits) -> Law:
         """Return by which rules an engine follows the law."""
         return law_of(traits)
+
+    def part_seconds(self, parameters: P, rules: Traits) -> float:
+        """Return the expected time between two restart files [s], of the whole run without any."""
+        return self.seconds(parameters, rules) * longest_part(self.job(parameters).values)
 
     def names(self, engine: Engine) -> list[str]:
         """Return the names of the rows of an engine."""

@@ -16,7 +16,7 @@ from harness.cases.bulk.materials import Sphere
 from harness.cases.registry import get_case
 from harness.parameters.rules import Rules
 from harness.solvers.pair.normal import coefficient
-from harness.store.known_defects import known_defects
+from harness.store.baseline import known_defects
 
 if TYPE_CHECKING:
     from harness.comparison.known_defects import Prediction

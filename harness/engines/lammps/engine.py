@@ -18,10 +18,12 @@ from harness.engines.contract import Job, Value, Values, Variation, Vector
 from harness.engines.lammps.language import LammpsLanguage, packages_in, version_in
 from harness.engines.lammps.releases import executable_of, fingerprint, in_use, is_release, is_wheel
 from harness.engines.lammps.restarts import (
+    EVERY,
     FILES,
     PREFIX,
     RestartFolder,
     can_resume,
+    leaves_restarts,
     link_into,
     progress_in,
 )
@@ -185,7 +187,8 @@ class Lammps(LammpsLanguage):
     ``program`` is another name for ``lmp``. ``workers`` processes run side by side, as many as
     there are cores unless told otherwise (one under a launcher, which has ranks of its own), at
     most as many as shared memory has room for. Runs that can go on after they were cut leave their
-    restart files in ``restarts``.
+    restart files in ``restarts``: long ones, and with ``restart_every`` [steps] all whose scripts
+    can.
     Raise RequestError when the executable or the launcher is not there.
     """
 
@@ -218,13 +221,16 @@ class Lammps(LammpsLanguage):
         limits: Limits | None = None,
         program: str | None = None,
         restarts: str | None = None,
+        restart_every: int | None = None,
     ) -> None:
         self._restarts = Path(restarts) if restarts else None
+        self._restart_every = restart_every
         self._environment = ExitStack()
         self._crowded = False
         self._launcher = launcher_words(launcher)
         super().__init__(_executable(lmp, launcher, program), workers, limits)
         self.opened_with = {"lmp": lmp, "launcher": launcher, "program": program}
+        self.opened_with |= {EVERY: restart_every}
         self.workers = 1 if self._launcher else self._with_room()
         self._inprocess = None if self.program else InProcess(self.workers, self.limits)
         self.ready = self._inprocess is not None
@@ -239,7 +245,9 @@ class Lammps(LammpsLanguage):
         """Return the contents of LAMMPS and its libraries; None for a wrapper that hides them."""
         launcher = options.get("launcher")
         lmp = _executable(options.get("lmp"), launcher, options.get("program"))
-        return fingerprint(lmp, launcher)
+        found = fingerprint(lmp, launcher)
+        every = options.get(EVERY)
+        return found if found is None or every is None else {**found, EVERY: every}
 
     @classmethod
     def twin_options(cls, **options: Any) -> Mapping[str, Any] | None:
@@ -291,6 +299,14 @@ class Lammps(LammpsLanguage):
     def environment(self, folder: Path) -> Mapping[str, str] | None:
         """Return the harness's own; of more ranks than cores, with waiting ranks that sleep."""
         return {**SLEEPING, **os.environ} if self._crowded else super().environment(folder)
+
+    def settings(self, job: Job) -> Values:
+        """Return the steps between restart files, where they are requested of all runs."""
+        every = self._restart_every
+        script = self.script(job.template, job.variant)
+        if every is None or not leaves_restarts(script, sampled=job.sampled):
+            return {}
+        return {EVERY: every}
 
     def refuses(self, job: Job) -> str:
         """Return why LAMMPS cannot run a job: an executable cannot call back for a force."""

@@ -4,6 +4,9 @@ A script that can has the variables ``restart_every`` (steps, 0: never), ``resta
 their names begin) and ``resume``. It begins anew at each restart file, whether it was cut there or
 not, so the numbers of a run depend on ``restart_every`` and not on where it was cut. A folder
 belongs to one script, its values and one LAMMPS; it is removed when the run has ended.
+
+Two restart files take turns. Before a run goes on, the last one is looked at: where it is cut
+short, the one before is taken, by the state of that time, where the script keeps it (``before``).
 """
 
 from __future__ import annotations
@@ -11,6 +14,8 @@ from __future__ import annotations
 import contextlib
 import fcntl
 import hashlib
+import os
+import re
 import shutil
 import time
 from collections.abc import Mapping
@@ -18,15 +23,19 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, Self
 
+from harness.engines.contract import RESTART_EVERY
 from harness.engines.output import Output
-from harness.engines.scripts import Task
+from harness.engines.scripts import Script, Task
 from harness.errors import EngineError, EngineInputError, EngineOutputError
 from harness.files import lock_file
 
-EVERY, FILES, RESUME = "restart_every", "restart_files", "resume"
+EVERY, FILES, RESUME = RESTART_EVERY, "restart_files", "resume"
 NAME = "run"
-STATE = f"{NAME}.state"
-"""Written last: with it, the rest is whole."""
+STATE, BEFORE = f"{NAME}.state", f"{NAME}.before"
+"""Written last: with it, the rest is whole; and the state before it."""
+
+END = b"LammpS RestartT\0"
+"""The last bytes of a restart file that is whole."""
 
 BEGUN, SPENT = "begun", "seconds"
 """Files: when the part began that runs, and the wall time [s] of those before."""
@@ -38,9 +47,15 @@ ABANDONED_SECONDS = 60 * 86400.0
 
 
 def can_resume(task: Task) -> bool:
-    """Return whether a task writes restart files at all; one that writes a series does not."""
-    supported = {EVERY, FILES, RESUME} <= task.script.variables
-    return supported and not task.job.sampled and int(task.values.get(EVERY, 0)) > 0
+    """Return whether a task writes restart files at all."""
+    supported = leaves_restarts(task.script, sampled=task.job.sampled)
+    return supported and int(task.values.get(EVERY, 0)) > 0
+
+
+def leaves_restarts(script: Script, *, sampled: bool) -> bool:
+    """Return whether a script can leave restart files, and keeps its series with them."""
+    supported = {EVERY, FILES, RESUME} <= script.variables
+    return supported and (not sampled or f"${{{FILES}}}.rows" in script.text)
 
 
 class RestartFolder:
@@ -66,6 +81,7 @@ class RestartFolder:
             fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
             self.held = True
             self._drop_abandoned()
+            self._drop_cut()
             self.seconds = self._seconds_before()
         return self
 
@@ -117,12 +133,35 @@ class RestartFolder:
         begun.touch()
         return seconds
 
+    def _drop_cut(self) -> None:
+        """Go back to the state before where the last restart file is cut short; to none if need be.
+
+        A script that is killed between the moves of its two states has left the one before alone.
+        """
+        state, before = self.path / STATE, self.path / BEFORE
+        if not is_whole(state):
+            state.unlink(missing_ok=True)
+            if is_whole(before):
+                before.replace(state)
+
     def _drop_abandoned(self) -> None:
         oldest = time.time() - ABANDONED_SECONDS
         for other in self.path.parent.iterdir():
             with contextlib.suppress(OSError):
                 if other.is_dir() and other.stat().st_mtime < oldest:
                     shutil.rmtree(other)
+
+
+def is_whole(state: Path) -> bool:
+    """Return whether a state is there and its restart file has its end."""
+    with contextlib.suppress(OSError):
+        turn = re.search(r"^variable turn equal ([01])$", state.read_text("utf-8"), re.MULTILINE)
+        if turn is None:
+            return False
+        with (state.parent / f"{NAME}.{turn[1]}").open("rb") as file:
+            file.seek(-len(END), os.SEEK_END)
+            return file.read() == END
+    return False
 
 
 def link_into(folder: Path, path: Path) -> None:

@@ -6,7 +6,6 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from harness.store.known_defects import known_defects
 from scipy.integrate import solve_ivp
 
 from harness.cases.bulk.defects import (
@@ -39,6 +38,7 @@ from harness.cases.registry import get_case
 from harness.engines.registry import engine_class
 from harness.errors import EngineError, EngineMissingError
 from harness.solvers.pair.normal import TSUJI
+from harness.store.baseline import known_defects
 
 SWITCHES = list(switches())
 A, B = Variant({"damping": "a"}), Variant({"damping": "b"})

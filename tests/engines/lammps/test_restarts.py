@@ -12,7 +12,7 @@ from harness import __version__
 from harness.cases.layers.case import CASE
 from harness.cases.layers.system import Layers, job_of, restart_steps
 from harness.engines.lammps.engine import Lammps
-from harness.engines.lammps.restarts import STATE, RestartFolder
+from harness.engines.lammps.restarts import END, STATE, RestartFolder
 from harness.engines.process import Limits
 from harness.errors import EngineCrashError, EngineInputError, EngineTimeoutError
 from harness.workflows.study_run import RESTART_LINES, script_digest
@@ -144,12 +144,15 @@ def test_the_limit_of_time_holds_between_two_restart_files(lammps_here, tmp_path
 
 
 def test_two_processes_do_not_write_into_one_folder_and_the_time_of_parts_is_summed(tmp_path):
-    task = Lammps.__new__(Lammps).task(job())
+    engine = Lammps.__new__(Lammps)
+    engine._restart_every = None
+    task = engine.task(job())
     with RestartFolder(tmp_path, task, {}) as first, RestartFolder(tmp_path, task, {}) as second:
         assert (first.held, second.held) == (True, False)
         assert "restart_files" not in second.task.values
         assert first.task.values["resume"] == "no"
-        (first.path / STATE).touch()
+        (first.path / STATE).write_text("variable turn equal 1\n", encoding="utf-8")
+        (first.path / "run.1").write_bytes(END)
         os.utime(first.path / STATE, (time.time() + 100.0,) * 2)
         assert isinstance(first.ended(EngineCrashError("killed")), EngineCrashError)
     with RestartFolder(tmp_path, task, {}) as again:
