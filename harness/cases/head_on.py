@@ -13,6 +13,7 @@ from harness.cases.contact.impact import head_on, impact, overlap_of, relative_v
 from harness.cases.contact.limits import NORMALS, Scan
 from harness.cases.contact.motion import Motion, crossing, peak, value_at
 from harness.cases.contact.parameters import ContactSystem, Speed, met
+from harness.cases.contact.report import ContactDisplay, force_over_overlap
 from harness.cases.contact.submodels import (
     BRANCHES,
     COHESIVE,
@@ -74,10 +75,21 @@ class HeadOnCase(ContactCase[HeadOn]):
             quantities["largest_overlap_m"] = value_at(turn, motion.time, overlap, rate)
         return quantities
 
+    @property
+    def display(self) -> HeadOnDisplay:
+        """Return how head-on impacts are shown."""
+        return HeadOnDisplay(self)
+
+    def closed_forms(self, parameters: HeadOn) -> Mapping[str, float]:
+        """Return what is known exactly of linear springs, Hertz's and constant restitution."""
+        return head_on(parameters, parameters.speed)
+
+
+class HeadOnDisplay(ContactDisplay):
+    """Shows the force over the overlap, too."""
+
     def drawings(self, evidence: Evidence) -> Sequence[Drawing]:
         """Return the errors, and the force over the overlap."""
-        from harness.cases.contact.report import force_over_overlap
-
         force = Drawing(
             "head-on-force",
             "head-on: force over overlap",
@@ -86,10 +98,6 @@ class HeadOnCase(ContactCase[HeadOn]):
             lambda: force_over_overlap(evidence.refined, evidence.who),
         )
         return (force, *super().drawings(evidence))
-
-    def closed_forms(self, parameters: HeadOn) -> Mapping[str, float]:
-        """Return what is known exactly of linear springs, Hertz's and constant restitution."""
-        return head_on(parameters, parameters.speed)
 
 
 CASE = HeadOnCase()

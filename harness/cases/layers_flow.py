@@ -21,10 +21,12 @@ import numpy as np
 from pydantic import Field
 from scipy import stats
 
-from harness.cases.contract import Case, LevelName, Plan, Reference, tolerances_of
+from harness.cases.contract import Case, LevelName, Plan, Reference
+from harness.cases.display import Display
 from harness.cases.layers.averages import Mean, mean_of
 from harness.cases.layers.case import PACKED
 from harness.cases.layers.system import CONTACT_ALLOWED, Packing, values_of
+from harness.cases.text import tolerances_of
 from harness.engines.border import engine_seconds
 from harness.engines.contract import Job, Output, Template
 from harness.engines.traits import Traits
@@ -394,6 +396,15 @@ class FlowCase(Case[Flow]):
     def plans(self, level: LevelName, traits: Traits) -> Sequence[Plan[Flow]]:
         """Return a small flow, whose balances are judged."""
         return [Plan("a small flow", PLANNED, TOLERANCES)]
+
+    @property
+    def display(self) -> FlowDisplay:
+        """Return how flows are shown: by the law that they follow."""
+        return FlowDisplay(self)
+
+
+class FlowDisplay(Display):
+    """Shows friction and solid fraction over the inertial number."""
 
     def figures(self, rows: pd.DataFrame) -> Mapping[str, Callable[[], Figure]]:
         """Return friction and solid fraction over the inertial number."""

@@ -4,12 +4,13 @@ import csv
 import subprocess
 import sys
 from collections import defaultdict
+from importlib import import_module
 from importlib.metadata import EntryPoint
 from pathlib import Path
 
 import pytest
 
-from harness.cases import registry
+from harness.cases import contract, registry
 from harness.cases.contract import Case
 from harness.cases.drop.case import TEMPLATE, Drop
 from harness.cases.incline.case import InclineCase
@@ -210,7 +211,27 @@ def test_a_name_in_the_baseline_has_the_unit_that_its_case_declares():
     assert units["largest_overlap_m"] == {"m"}
 
 
-@pytest.mark.parametrize("member", ["expected_rows", "verify_beside", "by_default"])
-def test_a_case_with_a_member_of_an_earlier_version_is_refused_by_name(member):
-    with pytest.raises(TypeError, match=rf"Old\.{member}: is not called any more"):
+@pytest.mark.parametrize(
+    ("member", "place"),
+    [
+        ("expected_rows", "`planned` of the verification"),
+        ("verify_beside", "`study.role`"),
+        ("by_default", "unless others are named"),
+        ("verify", "`run`, a member of what the property `verification` returns"),
+        ("planned", "the property `verification`"),
+        ("regression", "TOML file"),
+        ("sections", "the property `display`"),
+    ],
+)
+def test_a_case_with_a_member_of_an_earlier_version_is_refused_by_name_and_place(member, place):
+    with pytest.raises(TypeError, match=rf"Old\.{member}: is not called any more: .*{place}"):
         type("Old", (InclineCase,), {member: None})
+
+
+def test_what_lay_in_the_contract_is_found_there_still():
+    """By packages that were written for it."""
+    for module, names in contract._MOVED.items():
+        for name in names:
+            assert getattr(contract, name) is getattr(import_module(module), name)
+    with pytest.raises(AttributeError, match="'nothing'"):
+        _ = contract.nothing

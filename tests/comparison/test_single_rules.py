@@ -6,8 +6,8 @@ import pytest
 
 from harness.cases.contact.motion import followed
 from harness.cases.contact.verification import verify_trials
-from harness.cases.contract import Study
 from harness.cases.registry import get_case
+from harness.cases.verification import Study
 from harness.comparison.known_defects import mark_known_defects, with_single_rules
 from harness.comparison.verdicts import Verdict
 from harness.engines.output import Output

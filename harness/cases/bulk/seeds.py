@@ -10,13 +10,16 @@ from abc import abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
-from typing import TYPE_CHECKING, ClassVar, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
 import numpy as np
 
 from harness.cases.bulk.equivalence import FEWEST, Sample, equivalence, interval
 from harness.cases.bulk.rules import differing, law_of
-from harness.cases.contract import Case, LevelName, Study, Words
+from harness.cases.contract import Case, LevelName
+from harness.cases.display import Display
+from harness.cases.text import Words
+from harness.cases.verification import Study, Verification
 from harness.comparison.verdicts import Check, Kind, Planned, Tolerance, failed_run, not_tested
 from harness.comparison.verification import Findings
 from harness.engines.contract import Engine, Output
@@ -93,36 +96,52 @@ class BulkCase(Case[P]):
     def curves(self, p: P, output: Output) -> Sequence[tuple[Floats, Floats]]:
         """Return x and y of each of :attr:`drawn`, in its units."""
 
+    @property
+    def verification(self) -> BulkVerification:
+        """Return how bulk cases are verified: by means over seeds."""
+        return BulkVerification(self)
+
+    @property
+    def display(self) -> BulkDisplay:
+        """Return how bulk cases are shown: curves of all seeds, and their means."""
+        return BulkDisplay(self)
+
+
+class BulkVerification(Verification):
+    """Runs the seeds of a level, judges the worst, and compares engines by their means."""
+
+    case: BulkCase[Any]
+
     def names(self, engine: Engine) -> list[str]:
         """Return the names of the rows of an engine."""
-        return [f"{self.name}: {engine.name}: {check}" for check in self.judged]
+        return [f"{self.case.name}: {engine.name}: {check}" for check in self.case.judged]
 
     def planned(self, level: LevelName, engine: Engine) -> Sequence[Planned]:
         """Return the checks of an engine; the comparison of engines names its own."""
         return [Planned(name) for name in self.names(engine)]
 
-    def verify(self, engine: Engine, study: Study) -> Findings:
+    def run(self, engine: Engine, study: Study) -> Findings:
         """Run the seeds of a level and judge them; one without its event has no row."""
-        findings = Findings(self.name, engine.name)
-        p = self.default
-        trials = [p.replace(seed=seed) for seed in range(1, self.seeds[study.level] + 1)]
+        findings = Findings(self.case.name, engine.name)
+        p = self.case.default
+        trials = [p.replace(seed=seed) for seed in range(1, self.case.seeds[study.level] + 1)]
         names = self.names(engine)
-        if reason := engine.refuses(self.job(trials[0])) or too_slow(engine, study.level):
+        if reason := engine.refuses(self.case.job(trials[0])) or too_slow(engine, study.level):
             findings.checks += [not_tested(name, Kind.ANALYTIC, reason) for name in names]
             return findings
         rows, curves, undecided = [], [], []
         for seed, (trial, output) in enumerate(
-            zip(trials, engine.run([self.job(trial) for trial in trials]), strict=True), 1
+            zip(trials, engine.run([self.case.job(trial) for trial in trials]), strict=True), 1
         ):
             try:
                 if isinstance(output, EngineError):
                     raise output
-                rows.append(self.measured(trial, output, engine.traits).values)
-                curves.append(tuple(self.curves(trial, output)))
+                rows.append(self.case.measured(trial, output, engine.traits).values)
+                curves.append(tuple(self.case.curves(trial, output)))
             except EngineUndecidedError as error:
                 undecided.append(f"seed {seed}: {error}")
             except EngineError as error:
-                name = f"{self.name}: {engine.name}: seed {seed}"
+                name = f"{self.case.name}: {engine.name}: seed {seed}"
                 findings.checks.append(failed_run(name, Kind.ANALYTIC, error))
         if not rows:
             if undecided:
@@ -132,18 +151,18 @@ class BulkCase(Case[P]):
         findings.evidence = Runs(
             engine.title, tuple(rows), tuple(curves), len(undecided), law_of(engine.traits)
         )
-        findings.checks += self.judge(names, findings.evidence, p)
+        findings.checks += self.case.judge(names, findings.evidence, p)
         return findings
 
-    def across(self, beside: Mapping[str, Findings]) -> Sequence[Check]:
+    def compare(self, engines: Mapping[str, Findings]) -> Sequence[Check]:
         """Hold every two engines against one another by their means over the seeds."""
-        return list(self.compared([f.evidence for f in beside.values() if f.evidence is not None]))
+        return list(self.compared([f.evidence for f in engines.values() if f.evidence is not None]))
 
     def compared(self, engines: Sequence[Runs]) -> Iterator[Check]:
         """Yield the rows that hold every two engines against one another."""
         for one, other in combinations(engines, 2):
-            for quantity in self.equivalent:
-                name = f"{self.name}: {one.engine} against {other.engine}: {quantity}"
+            for quantity in self.case.equivalent:
+                name = f"{self.case.name}: {one.engine} against {other.engine}: {quantity}"
                 first, second = one.sample(quantity), other.sample(quantity)
                 if min(len(first.values), len(second.values)) < FEWEST:
                     few = f"fewer than {FEWEST} seeds gave a value"
@@ -152,18 +171,24 @@ class BulkCase(Case[P]):
                     check = equivalence(name, first, second, MARGIN)
                     yield differing(check, one.engine, one.law, other.engine, other.law)
 
+
+class BulkDisplay(Display):
+    """Shows the curves of all runs and the means over the seeds."""
+
+    case: BulkCase[Any]
+
     def sections(
         self,
         main: Findings | None,
-        own: Findings,
-        beside: Mapping[str, Findings],
+        solvers: Findings,
+        engines: Mapping[str, Findings],
     ) -> Sequence[Section]:
         """Return the curves of all runs and the means over the seeds."""
-        every = [f.evidence for f in (main, *beside.values()) if f is not None and f.evidence]
+        every = [f.evidence for f in (main, *engines.values()) if f is not None and f.evidence]
         found = list({one.engine: one for one in every}.values())
         if not found:
             return ()
-        words = Words(str(sys.modules[type(self).__module__].__file__))
+        words = Words(str(sys.modules[type(self.case).__module__].__file__))
         table = words.table("Means", list(self._means(found)))
         table = replace(table, head=("quantity", *(one.engine for one in found)))
         seeds = len(found[0].rows)
@@ -173,13 +198,13 @@ class BulkCase(Case[P]):
                 lambda place=place, curve=curve: draw(found, place, curve),  # type: ignore[misc]
                 seeds=seeds,
             )
-            for place, curve in enumerate(self.drawn)
+            for place, curve in enumerate(self.case.drawn)
         )
-        return (words.section(self.name, tables=(table,), drawings=drawings),)
+        return (words.section(self.case.name, tables=(table,), drawings=drawings),)
 
     def _means(self, engines: Sequence[Runs]) -> Iterator[tuple[str, ...]]:
         """Yield the rows of the table: a quantity, its mean and interval in each engine."""
-        for quantity in self.quantities:
+        for quantity in self.case.quantities:
             cells = []
             for one in engines:
                 sample = one.sample(quantity.name)

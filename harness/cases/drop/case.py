@@ -18,16 +18,11 @@ from typing import TYPE_CHECKING, Any, get_args
 import numpy as np
 from pydantic import Field, model_validator
 
-from harness.cases.contract import (
-    Case,
-    LevelName,
-    Reference,
-    Study,
-    Words,
-    failed_part,
-    tolerances_of,
-)
+from harness.cases.contract import Case, LevelName, Reference
+from harness.cases.display import Display
 from harness.cases.grain import COLUMNS, Grain, path_in, run_jobs, whole
+from harness.cases.text import Words
+from harness.cases.verification import Study, Verification, failed_part
 from harness.comparison.regression import BaselineRecord, made_by, record_name
 from harness.comparison.verdicts import Check, Kind, Planned, Tolerance, judge, not_tested
 from harness.comparison.verification import Findings
@@ -563,7 +558,6 @@ class DropCase(Case[Drop]):
     group = "contacts"
     qualifies = True
     template = TEMPLATE
-    regression = tolerances_of(__file__, "regression")
 
     @property
     def presets(self) -> Mapping[str, Drop]:
@@ -616,12 +610,26 @@ class DropCase(Case[Drop]):
         linear = traits.spring == "linear"
         return _linear_impact(parameters) if linear else _hertz_impact(parameters)
 
+    @property
+    def verification(self) -> DropVerification:
+        """Return how drops are verified: those that an engine's rules support."""
+        return DropVerification(self)
+
+    @property
+    def display(self) -> DropDisplay:
+        """Return how drops are shown: a table of engines, the collisions of the first."""
+        return DropDisplay(self)
+
+
+class DropVerification(Verification):
+    """Runs the drops that an engine supports; engines qualify by it."""
+
     def planned(self, level: LevelName, engine: Engine) -> Sequence[Planned]:
         """Return a check for each drop, and for each named contact that the engine refuses."""
         drops = [f"{engine.name}: {test.name}" for test in drop_tests(engine.traits)]
         return [Planned(name) for name in (*drops, *_refused(engine))]
 
-    def seconds_to_verify(self, engine: Engine) -> float:
+    def seconds(self, engine: Engine) -> float:
         """Return the steps of the drops times what one takes, from runs of different lengths [s].
 
         The first run is not timed: an engine may compile then. What starting a run takes drops out.
@@ -640,10 +648,10 @@ class DropCase(Case[Drop]):
             return 0.0  # which its verification tells
         return max(0.0, more / (longer.steps - short.steps) * steps)
 
-    def verify(self, engine: Engine, study: Study) -> Findings:
+    def run(self, engine: Engine, study: Study) -> Findings:
         """Run the drops that an engine supports and judge each against the value of its rules."""
         tests = list(drop_tests(engine.traits))
-        findings = Findings(self.name, engine.name)
+        findings = Findings(NAME, engine.name)
         try:
             runs = run_drops(engine, [test.case for test in tests])
         except EngineError as error:
@@ -663,11 +671,15 @@ class DropCase(Case[Drop]):
         findings.evidence = DropEvidence(engine.title, tuple(completed))
         return findings
 
+
+class DropDisplay(Display):
+    """Shows the drops of all engines, and the collisions of the first."""
+
     def sections(
-        self, main: Findings | None, own: Findings, beside: Mapping[str, Findings]
+        self, main: Findings | None, solvers: Findings, engines: Mapping[str, Findings]
     ) -> Sequence[Section]:
         """Return the collisions of the engines, with a figure of the main one's."""
-        every = [*([main] if main is not None else []), *beside.values()]
+        every = [*([main] if main is not None else []), *engines.values()]
         drawn = [
             findings.evidence
             for findings in every

@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
 from typing import TYPE_CHECKING
 
-from harness.cases.contract import Words
+from harness.cases.display import Display
+from harness.cases.text import Words
 from harness.cases.tower import figures
 from harness.cases.tower.comparison import DIVERGENCE, SeriesComparison
 from harness.cases.tower.figures import peak_error, tower_error_against_step
+from harness.cases.tower.film import tower_film
 from harness.cases.tower.run import RATIO, of_ratio
+from harness.cases.tower.run import tower as run_tower
+from harness.cases.tower.system import TowerRunParameters
 from harness.cases.tower.verification import CodeEvidence, OwnEvidence
 from harness.observables.reference import PEYNEAU_ROUX
 from harness.report.sections import Drawing, Section, Table
@@ -20,7 +24,36 @@ from harness.report.style import power
 if TYPE_CHECKING:
     import pandas as pd
 
+    from harness.comparison.verification import Findings
+    from harness.engines.contract import Engine
+    from harness.report.film import Film
+
 WORDS = Words(__file__)
+
+
+class TowerDisplay(Display):
+    """Shows where the laws differ, the towers of engines, and the shock in motion."""
+
+    def sections(
+        self, main: Findings | None, solvers: Findings, engines: Mapping[str, Findings]
+    ) -> Sequence[Section]:
+        """Return where the laws differ, the towers of engines, and the figures."""
+        others = [findings.evidence for findings in engines.values()]
+        return sections(main.evidence if main else None, solvers.evidence, others)
+
+    def film(
+        self, engine: Engine, parameters: TowerRunParameters | None = None, frames: int = 120
+    ) -> Film | None:
+        """Return the film of a run, by default of an impulse through ten particles."""
+        filmed = parameters or TowerRunParameters(height=9, duration=6.0)
+        run = run_tower(
+            filmed.tower,
+            duration=filmed.duration,
+            steps_per_contact=filmed.steps_per_contact,
+            profiles=True,
+            engine=engine,
+        )
+        return tower_film(run, frames)
 
 
 def drawings(main: CodeEvidence | None, own: OwnEvidence) -> Iterator[Drawing]:

@@ -17,16 +17,9 @@ import numpy as np
 import pandas as pd
 from scipy.special import jn_zeros
 
-from harness.cases.contract import (
-    LevelName,
-    Part,
-    Study,
-    asked,
-    planned_in,
-    rows_of_parts,
-    tolerances_of,
-)
+from harness.cases.contract import LevelName
 from harness.cases.grain import whole
+from harness.cases.text import tolerances_of
 from harness.cases.tower.comparison import (
     SeriesComparison,
     StepConvergence,
@@ -52,6 +45,7 @@ from harness.cases.tower.run import (
     tower_record,
 )
 from harness.cases.tower.system import job_of, timing_of
+from harness.cases.verification import Part, Study, asked, planned_in, rows_of_parts
 from harness.comparison.series import Comparison
 from harness.comparison.verdicts import (
     Check,

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from harness.cases.bulk.seeds import Runs
-from harness.cases.contract import Study
 from harness.cases.penetration import CASE, Penetration, largest_elastic_energy, values_of
+from harness.cases.verification import Study
 from harness.comparison.verdicts import Verdict
 from harness.engines.contract import Job
 from harness.engines.lammps.engine import Lammps
@@ -200,7 +200,7 @@ def test_liggghts_starts_from_the_same_bed_and_settles_to_the_same_height(lammps
 
 @pytest.mark.slow
 def test_level_quick_leaves_the_rows_that_it_names(lammps):
-    found = CASE.verify(lammps, Study("quick"))
+    found = CASE.verification.run(lammps, Study("quick"))
     assert [row.name for row in found.checks] == [
-        planned.name for planned in CASE.planned("quick", lammps)
+        planned.name for planned in CASE.verification.planned("quick", lammps)
     ]

@@ -7,8 +7,8 @@ import pytest
 from harness.cases.bulk.equivalence import Sample, equivalence
 from harness.cases.bulk.rules import differing, law_of
 from harness.cases.bulk.seeds import MARGIN, Runs, too_slow
-from harness.cases.contract import Study
 from harness.cases.penetration import CASE
+from harness.cases.verification import Study
 from harness.comparison.verdicts import Verdict
 from harness.engines.registry import engine_class
 
@@ -66,7 +66,7 @@ def test_engines_of_two_laws_are_compared_by_the_case():
 def test_slow_codes_are_not_tested_at_level_quick_with_the_reason(code):
     engine = engine_class(code).__new__(engine_class(code))
     engine._scheme = "Velocity_Verlet"
-    found = CASE.verify(engine, Study("quick"))
+    found = CASE.verification.run(engine, Study("quick"))
     assert [check.name for check in found.checks] == CASE.names(engine)
     assert {check.verdict for check in found.checks} == {Verdict.NOT_TESTED}
     assert "level default runs it" in found.checks[0].note

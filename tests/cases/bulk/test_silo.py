@@ -9,8 +9,8 @@ from scipy.integrate import quad
 
 from harness.cases.bulk.materials import check_memory
 from harness.cases.bulk.seeds import Runs
-from harness.cases.contract import Study
 from harness.cases.silo import CASE, Silo, arching, largest_elastic_energy, largest_gain, values_of
+from harness.cases.verification import Study
 from harness.comparison.verdicts import Verdict
 from harness.engines.contract import Job
 from harness.engines.lammps.engine import Lammps
@@ -207,10 +207,13 @@ class Arching:
 
 
 def test_seeds_that_arch_have_no_rate_and_are_counted():
-    rows = {row.name.rpartition(": ")[2]: row for row in CASE.verify(Arching(1), Study()).checks}
+    rows = {
+        row.name.rpartition(": ")[2]: row
+        for row in CASE.verification.run(Arching(1), Study()).checks
+    }
     assert rows["arching"].value == pytest.approx(1 / 12)
     assert rows["no energy is gained"].verdict is Verdict.PASS
-    rows = CASE.verify(Arching(5), Study("quick")).checks
+    rows = CASE.verification.run(Arching(5), Study("quick")).checks
     assert [row.name for row in rows] == [f"silo: lammps: {name}" for name in CASE.judged]
     assert {row.verdict for row in rows} == {Verdict.NOT_TESTED}
     assert rows[0].note.startswith("5 of 5 seeds have no value; seed 1: undecided: arching: 900")

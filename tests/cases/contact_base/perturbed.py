@@ -7,8 +7,8 @@ import numpy as np
 from harness.cases.contact.contact_case import ContactCase
 from harness.cases.contact.motion import COLUMNS, TEMPLATE, followed, rules_of
 from harness.cases.contact.verification import verify_trials
-from harness.cases.contract import Study
 from harness.cases.registry import built_in, get_case
+from harness.cases.verification import Study
 from harness.comparison.verdicts import Verdict
 from harness.engines.contract import Engine
 from harness.engines.lammps.engine import Lammps

@@ -9,8 +9,8 @@ from dataclasses import replace
 import pytest
 
 from harness.cases.contact.verification import verify_trials
-from harness.cases.contract import Study
 from harness.cases.registry import get_case
+from harness.cases.verification import Study
 from harness.comparison.verdicts import Kind, Verdict
 from harness.engines.lammps.engine import Lammps
 from tests.cases.contact_base.perturbed import (

@@ -5,8 +5,8 @@ import math
 import pytest
 
 from harness.cases.contact.verification import verify_trials
-from harness.cases.contract import Study
 from harness.cases.registry import all_cases, get_case
+from harness.cases.verification import Study
 from harness.comparison.known_defects import mark_known_defects
 from harness.comparison.verdicts import Kind, Verdict
 from harness.engines.registry import DEFAULT, engine_class, engine_names
@@ -59,7 +59,7 @@ def test_every_case_holds_under_the_rules_that_a_code_declares(code):
         own = type(case)()
         own.submodels, own.beside = few, ()
         own.systems = dict(list(case.systems.items())[:2])
-        found = own.verify(code, Study("quick"))
+        found = own.verification.run(code, Study("quick"))
         judged = [check for check in found.checks if check.judged]
         assert {check.cell.submodel for check in judged} == submodels, name
         assert [check for check in judged if check.verdict is not Verdict.PASS] == []
@@ -122,7 +122,7 @@ def test_no_row_fails_at_quick_in_any_engine_and_uncertainties_cover_what_is_lef
                 if name != DEFAULT and not engine.traits.contact_models:
                     continue
                 for case in contacts:
-                    found = case.verify(engine, Study("quick"))
+                    found = case.verification.run(engine, Study("quick"))
                     rows += mark_known_defects(found.checks, known_defects(), versions)
         except EngineMissingError:
             continue

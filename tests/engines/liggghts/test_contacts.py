@@ -5,8 +5,8 @@ from dataclasses import replace
 import pytest
 
 from harness.cases.contact.verification import verify_trials
-from harness.cases.contract import Study
 from harness.cases.registry import get_case
+from harness.cases.verification import Study
 from harness.comparison.verdicts import Verdict
 from harness.engines.liggghts.engine import CONTACTS
 from harness.engines.traits import stating

@@ -7,8 +7,8 @@ import pytest
 from harness.cases.contact.submodels import Trial
 from harness.cases.contact.transformations import first_runs
 from harness.cases.contact.verification import verify_trials
-from harness.cases.contract import Study
 from harness.cases.registry import get_case
+from harness.cases.verification import Study
 from harness.comparison.verdicts import Verdict
 from harness.engines.mfix.contacts import CONTACTS, ContactInput, contact_table
 from harness.engines.mfix.engine import KEYWORDS, PARTICLES, contact_files

@@ -12,8 +12,8 @@ from harness.cases.contact import motion as template
 from harness.cases.contact.motion import followed, motion_of, powers_of, rules_of
 from harness.cases.contact.submodels import ROLLING_UNDAMPED, TURNING_UNDAMPED, TWISTING_UNDAMPED
 from harness.cases.contact.verification import verify_trials
-from harness.cases.contract import Study
 from harness.cases.registry import get_case
+from harness.cases.verification import Study
 from harness.comparison.verdicts import Verdict
 from harness.engines.traits import stating
 from harness.engines.yade.engine import CONTACTS, TURNING, Yade
