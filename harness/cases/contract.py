@@ -21,12 +21,10 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from importlib import import_module
+from pkgutil import resolve_name
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, Literal, TypeVar, get_args
 
-from harness.cases.display import Display
 from harness.cases.text import text_of
-from harness.cases.verification import Verification
 from harness.comparison.verdicts import Tolerance
 from harness.engines.border import job_seconds
 from harness.engines.contract import Engine, Job, Output, Template
@@ -36,7 +34,9 @@ from harness.observables.provenance import Observable, Provenance, numbers
 from harness.parameters.base import Parameters
 
 if TYPE_CHECKING:
+    from harness.cases.display import Display
     from harness.cases.study import CaseStudy
+    from harness.cases.verification import Verification
 
 P = TypeVar("P", bound=Parameters)
 
@@ -82,8 +82,8 @@ class Plan(Generic[P]):
     tolerances: Mapping[str, Tolerance]
 
 
-_VERIFICATION = "a member of what the property `verification` returns (cases/verification.py)"
-_DISPLAY = "a member of what the property `display` returns (cases/display.py)"
+_VERIFICATION = "a member of the class that `verified_by` names (cases/verification.py)"
+_DISPLAY = "a member of the class that `shown_by` names (cases/display.py)"
 
 GONE = {
     "by_default": "`verify` runs incline and tower unless others are named",
@@ -120,6 +120,10 @@ class Case(ABC, Generic[P]):
     template: ClassVar[Template]
     solvers: ClassVar[tuple[str, ...]] = ()
     """Solvers of this package that run it beside engines."""
+    verified_by: ClassVar[str] = "harness.cases.verification:Verification"
+    """The class of :attr:`verification`, as ``module:Class``: by plans, unless it names another."""
+    shown_by: ClassVar[str] = "harness.cases.display:Display"
+    """The class of :attr:`display`: by rows alone, unless it names another."""
     varied: tuple[str, ...] = ()
     """Parameters that :meth:`measure` varies over several runs for one value: none may be set."""
 
@@ -228,13 +232,15 @@ class Case(ABC, Generic[P]):
 
     @property
     def verification(self) -> Verification:
-        """Return how the case is verified: by its plans."""
-        return Verification(self)
+        """Return what verifies the case."""
+        verification: Verification = resolve_name(self.verified_by)(self)
+        return verification
 
     @property
     def display(self) -> Display:
-        """Return how the case is shown: by the rows of its verification alone."""
-        return Display(self)
+        """Return what shows the case."""
+        display: Display = resolve_name(self.shown_by)(self)
+        return display
 
     def measured(self, parameters: P, output: Output, traits: Traits) -> Measured:
         """Return the quantities of an output; raise EngineError for one that is not declared."""
@@ -271,5 +277,5 @@ if not TYPE_CHECKING:
         """Return what lay here in earlier versions, for packages written for them."""
         for module, names in _MOVED.items():
             if name in names:
-                return getattr(import_module(module), name)
+                return resolve_name(f"{module}:{name}")
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

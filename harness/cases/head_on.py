@@ -48,6 +48,7 @@ class HeadOnCase(ContactCase[HeadOn]):
     """A sphere meets a wall or a sphere head-on: restitution, contact time, peaks."""
 
     name = "head-on"
+    shown_by = "harness.cases.head_on:HeadOnDisplay"
     sets: ClassVar[Told] = {"elastic": {}, **HEAD_ON}
     systems: ClassVar[Told] = {**SYSTEMS, **TWO_MATERIALS}
     submodels = (*NORMAL, *COHESIVE, *OLD_NORMAL, *BRANCHES, *OLD_CLIPPED, *TOGETHER)
@@ -74,11 +75,6 @@ class HeadOnCase(ContactCase[HeadOn]):
             quantities["contact_time_s"] = float(end - begin)
             quantities["largest_overlap_m"] = value_at(turn, motion.time, overlap, rate)
         return quantities
-
-    @property
-    def display(self) -> HeadOnDisplay:
-        """Return how head-on impacts are shown."""
-        return HeadOnDisplay(self)
 
     def closed_forms(self, parameters: HeadOn) -> Mapping[str, float]:
         """Return what is known exactly of linear springs, Hertz's and constant restitution."""

@@ -359,6 +359,7 @@ class FlowCase(Case[Flow]):
     name = NAME
     group = "layers"
     template = TEMPLATE
+    shown_by = "harness.cases.layers_flow:FlowDisplay"
 
     @property
     def presets(self) -> Mapping[str, Flow]:
@@ -396,11 +397,6 @@ class FlowCase(Case[Flow]):
     def plans(self, level: LevelName, traits: Traits) -> Sequence[Plan[Flow]]:
         """Return a small flow, whose balances are judged."""
         return [Plan("a small flow", PLANNED, TOLERANCES)]
-
-    @property
-    def display(self) -> FlowDisplay:
-        """Return how flows are shown: by the law that they follow."""
-        return FlowDisplay(self)
 
 
 class FlowDisplay(Display):

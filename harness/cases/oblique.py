@@ -217,6 +217,8 @@ class ObliqueCase(Friction, ContactCase[Oblique]):
     """A sphere meets a wall or a sphere at an angle: velocity ratios and spin."""
 
     name = "oblique"
+    verified_by = "harness.cases.oblique:ObliqueVerification"
+    shown_by = "harness.cases.oblique:ObliqueDisplay"
     sets: ClassVar[Told] = {"usual": SLIDING, **OBLIQUE}
     beside = (*Friction.beside, *ROLLING_UNDAMPED)
     shown = "tangential_ratio"
@@ -227,16 +229,6 @@ class ObliqueCase(Friction, ContactCase[Oblique]):
     invariant = submodels
     over_ranks = ("mindlin_rescale/force", "old hooke/history")
     scan = Scan("tangential_ratio", "angle", (5.0, 15.0, 25.0, 35.0, 45.0, 55.0, 65.0, 75.0, 85.0))
-
-    @property
-    def verification(self) -> ObliqueVerification:
-        """Return how oblique impacts are verified."""
-        return ObliqueVerification(self)
-
-    @property
-    def display(self) -> ObliqueDisplay:
-        """Return how oblique impacts are shown."""
-        return ObliqueDisplay(self)
 
     def scene(self, parameters: Oblique) -> ContactScene:
         """Return the impact; samples before and after it."""

@@ -206,6 +206,7 @@ class PrescribedMotionCase(ContactCase[PrescribedMotion]):
     """Forces along a given motion: pressed, sheared to and fro, lifted, rolled, twisted."""
 
     name = "prescribed-motion"
+    verified_by = "harness.cases.prescribed_motion:PrescribedMotionVerification"
     submodels = (
         *(*TANGENTIAL, *OLD_TANGENTIAL, *ROLLING, *TWISTING),
         *(*COHESIVE_FRICTION, *TURNING),
@@ -264,11 +265,6 @@ class PrescribedMotionCase(ContactCase[PrescribedMotion]):
             every=half,
             segments=pieces,
         )
-
-    @property
-    def verification(self) -> PrescribedMotionVerification:
-        """Return how prescribed motions are verified."""
-        return PrescribedMotionVerification(self)
 
     def observed(self, parameters: PrescribedMotion, motion: Motion) -> Mapping[str, float]:
         """Return forces and torques at the ends of the pieces."""

@@ -1,10 +1,9 @@
 """How a case is verified: the parts of a verification, its settings, and by default plans.
 
 A verification runs in an engine and leaves rows. A case that is judged by its plans needs nothing
-of this; one of another shape returns a subclass of :class:`Verification` from its property
-``verification``, and names in ``planned`` the checks that must be there: one that is missing is a
-failed row of its name. A part of a verification (:class:`Part`) leaves rows whatever becomes of
-the others.
+of this; one of another shape names a subclass of :class:`Verification` in ``verified_by``, whose
+``planned`` names the checks that must be there: one that is missing is a failed row of its name. A
+part of a verification (:class:`Part`) leaves rows whatever becomes of the others.
 """
 
 from __future__ import annotations

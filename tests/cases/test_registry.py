@@ -217,10 +217,10 @@ def test_a_name_in_the_baseline_has_the_unit_that_its_case_declares():
         ("expected_rows", "`planned` of the verification"),
         ("verify_beside", "`study.role`"),
         ("by_default", "unless others are named"),
-        ("verify", "`run`, a member of what the property `verification` returns"),
-        ("planned", "the property `verification`"),
+        ("verify", "`run`, a member of the class that `verified_by` names"),
+        ("planned", "`verified_by`"),
         ("regression", "TOML file"),
-        ("sections", "the property `display`"),
+        ("sections", "`shown_by`"),
     ],
 )
 def test_a_case_with_a_member_of_an_earlier_version_is_refused_by_name_and_place(member, place):

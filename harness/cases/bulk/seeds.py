@@ -80,6 +80,8 @@ class BulkCase(Case[P]):
     """A system of many grains, run from several seeds (parameter ``seed``)."""
 
     group = "bulk"
+    verified_by = "harness.cases.bulk.seeds:BulkVerification"
+    shown_by = "harness.cases.bulk.seeds:BulkDisplay"
     seeds: ClassVar[Mapping[LevelName, int]]
     """Runs of a level."""
     judged: ClassVar[tuple[str, ...]]
@@ -95,16 +97,6 @@ class BulkCase(Case[P]):
     @abstractmethod
     def curves(self, p: P, output: Output) -> Sequence[tuple[Floats, Floats]]:
         """Return x and y of each of :attr:`drawn`, in its units."""
-
-    @property
-    def verification(self) -> BulkVerification:
-        """Return how bulk cases are verified: by means over seeds."""
-        return BulkVerification(self)
-
-    @property
-    def display(self) -> BulkDisplay:
-        """Return how bulk cases are shown: curves of all seeds, and their means."""
-        return BulkDisplay(self)
 
 
 class BulkVerification(Verification):

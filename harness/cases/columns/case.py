@@ -441,6 +441,8 @@ class ColumnsCase(Case[Columns]):
     group = "incline"
     quantities = INCLINE.quantities
     template = TEMPLATE
+    verified_by = "harness.cases.columns.case:ColumnsVerification"
+    shown_by = "harness.cases.columns.case:ColumnsDisplay"
 
     @property
     def presets(self) -> Mapping[str, Columns]:
@@ -468,16 +470,6 @@ class ColumnsCase(Case[Columns]):
         """Return the margin of rigid spheres; none for what rebounds."""
         rebounds = parameters.n > 1 and parameters.inside == "elastic"
         return {} if rebounds else INCLINE.references(parameters, traits)
-
-    @property
-    def verification(self) -> ColumnsVerification:
-        """Return how columns are verified: in their limits."""
-        return ColumnsVerification(self)
-
-    @property
-    def display(self) -> ColumnsDisplay:
-        """Return how columns are shown: the critical angle against their height."""
-        return ColumnsDisplay(self)
 
 
 class ColumnsVerification(Verification):

@@ -55,8 +55,7 @@ from harness.parameters.rules import Rules
 from harness.parameters.scene import ZERO, ContactScene, Vector
 
 if TYPE_CHECKING:
-    from harness.cases.contact.report import ContactDisplay, OverAngle
-    from harness.cases.contact.verification import ContactVerification
+    from harness.cases.contact.report import OverAngle
 
 
 P = TypeVar("P", bound=ContactSystem)
@@ -84,6 +83,8 @@ class ContactCase(Case[P]):
 
     group: ClassVar[str] = "contacts"
     template: ClassVar[Template] = TEMPLATE
+    verified_by = "harness.cases.contact.verification:ContactVerification"
+    shown_by = "harness.cases.contact.report:ContactDisplay"
     submodels: ClassVar[Sequence[Submodel]]
     beside: ClassVar[Sequence[Submodel]] = ()
     """Submodels that codes compared with one another go through as well."""
@@ -239,20 +240,6 @@ class ContactCase(Case[P]):
         """Return what a page draws of a motion, by name: x and y, each (M,)."""
         overlap, _ = overlap_of(parameters, motion)
         return {"": (1e6 * overlap, motion.force[:, 0, 2])}
-
-    @property
-    def verification(self) -> ContactVerification:
-        """Return how contact cases are verified: in the limit of a small step."""
-        from harness.cases.contact.verification import ContactVerification
-
-        return ContactVerification(self)
-
-    @property
-    def display(self) -> ContactDisplay:
-        """Return how contact cases are shown: errors, codes, a page for each cell."""
-        from harness.cases.contact.report import ContactDisplay
-
-        return ContactDisplay(self)
 
 
 class Friction:

@@ -43,6 +43,7 @@ from harness.cases.contact.transformations import (
     chosen,
     first_runs,
     later_runs,
+    selected,
     why_not,
 )
 from harness.cases.contract import LevelName
@@ -241,8 +242,7 @@ def invariances(
     """
     level = study.level
     trials = [
-        first_runs(case, trial, level)
-        for trial in case.verification.selected(chosen(case, level), study)
+        first_runs(case, trial, level) for trial in selected(case, chosen(case, level), study)
     ]
     _run(trials, engine)
     for runs in trials:
@@ -275,7 +275,7 @@ def _all_over_ranks(cases: Sequence[ContactCase[Any]], engine: Engine, study: St
     trials = [
         first_runs(case, trial, level)
         for case in cases
-        for trial in case.verification.selected(chosen(case, level), study)
+        for trial in selected(case, chosen(case, level), study)
         if _most_ranks(case, trial, level) > 1
     ]
     for runs in trials:

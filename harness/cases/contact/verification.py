@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -30,9 +30,9 @@ from harness.cases.contact.limits import (
 from harness.cases.contact.motion import followed, jumps_at_the_end, powers_of, rules_of
 from harness.cases.contact.predictions import PredictedValue
 from harness.cases.contact.submodels import Submodel, Trial
-from harness.cases.contact.transformations import chosen
+from harness.cases.contact.transformations import chosen, labels, selected
 from harness.cases.contract import LevelName
-from harness.cases.verification import Study, Verification, places
+from harness.cases.verification import Study, Verification
 from harness.comparison.convergence import Limit
 from harness.comparison.regression import BaselineRecord, made_by, name_in_cell
 from harness.comparison.verdicts import (
@@ -89,17 +89,7 @@ class ContactVerification(Verification):
         """Return the places of the trials of a level, those of invariances too, and their rows."""
         every = (*self.case.submodels, *self.case.beside)
         trials = (*self.case.trials(level, every), *chosen(self.case, level))
-        return {name for trial in trials for name in self._labels(trial)}
-
-    def selected(self, trials: Iterable[Trial], study: Study) -> Iterator[Trial]:
-        """Yield the trials that a study asks for: by their place, or by a row that they leave."""
-        return (trial for trial in trials if study.selects(*self._labels(trial)))
-
-    def _labels(self, trial: Trial) -> Iterator[str]:
-        yield from places(self.case.name, trial.submodel, trial.system)
-        for quantity in self.case.quantities:
-            yield quantity.name
-            yield f"{self.case.name}, {trial.system}: {trial.submodel}: {quantity.name}"
+        return {name for trial in trials for name in labels(self.case, trial)}
 
     def planned(self, level: LevelName, engine: Engine) -> Sequence[Planned]:
         """Return a check for each trial, and one for the invariances of each that has any."""
@@ -132,7 +122,7 @@ class ContactVerification(Verification):
         return findings
 
     def _trials(self, engine: Engine, study: Study, submodels: Sequence[Submodel]) -> Findings:
-        trials = self.selected(self.case.trials(study.level, submodels), study)
+        trials = selected(self.case, self.case.trials(study.level, submodels), study)
         return verify_trials(self.case, engine, study, trials)
 
     def _with_invariances(

@@ -558,6 +558,8 @@ class DropCase(Case[Drop]):
     group = "contacts"
     qualifies = True
     template = TEMPLATE
+    verified_by = "harness.cases.drop.case:DropVerification"
+    shown_by = "harness.cases.drop.case:DropDisplay"
 
     @property
     def presets(self) -> Mapping[str, Drop]:
@@ -609,16 +611,6 @@ class DropCase(Case[Drop]):
             return {}
         linear = traits.spring == "linear"
         return _linear_impact(parameters) if linear else _hertz_impact(parameters)
-
-    @property
-    def verification(self) -> DropVerification:
-        """Return how drops are verified: those that an engine's rules support."""
-        return DropVerification(self)
-
-    @property
-    def display(self) -> DropDisplay:
-        """Return how drops are shown: a table of engines, the collisions of the first."""
-        return DropDisplay(self)
 
 
 class DropVerification(Verification):

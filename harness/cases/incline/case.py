@@ -16,8 +16,6 @@ from harness.parameters.law import CONTACTS
 
 if TYPE_CHECKING:
     from harness.cases.incline.angle import CriticalAngle
-    from harness.cases.incline.report import InclineDisplay
-    from harness.cases.incline.verification import InclineVerification
 
 STEPS = {"plastic": 100.0}
 """Steps per contact time of a preset, where they are not the default."""
@@ -29,6 +27,8 @@ class InclineCase(Case[Incline]):
     name = NAME
     group = "incline"
     template = TEMPLATE
+    verified_by = "harness.cases.incline.verification:InclineVerification"
+    shown_by = "harness.cases.incline.report:InclineDisplay"
     solvers = ("hard-sphere",)
 
     @property
@@ -73,20 +73,6 @@ class InclineCase(Case[Incline]):
     def seconds(self, parameters: Incline, rules: Traits | None, solver: str = "") -> float:
         """Return what one passage is expected to take an engine of these rules [s]."""
         return 0.0 if rules is None else run_seconds(parameters, "passage", rules)
-
-    @property
-    def verification(self) -> InclineVerification:
-        """Return how the incline is verified: its angles, paths and shocks."""
-        from harness.cases.incline.verification import InclineVerification
-
-        return InclineVerification(self)
-
-    @property
-    def display(self) -> InclineDisplay:
-        """Return how the incline is shown: contacts, angles, engines, the grain in motion."""
-        from harness.cases.incline.report import InclineDisplay
-
-        return InclineDisplay(self)
 
 
 def _search(case: Incline, **options: Any) -> CriticalAngle:

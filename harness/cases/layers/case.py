@@ -118,6 +118,8 @@ class LayersCase(Case[Layers]):
     group = "layers"
     quantities = QUANTITIES
     template = TEMPLATE
+    verified_by = "harness.cases.layers.case:LayersVerification"
+    shown_by = "harness.cases.layers.case:LayersDisplay"
 
     @property
     def presets(self) -> Mapping[str, Layers]:
@@ -172,16 +174,6 @@ class LayersCase(Case[Layers]):
             start = {"start_angle_deg": START}
             plans.append(Plan("one grain on a row starts", RAISED, start))
         return plans
-
-    @property
-    def verification(self) -> LayersVerification:
-        """Return how layers are verified: by the plans, with the profile of a small flow."""
-        return LayersVerification(self)
-
-    @property
-    def display(self) -> LayersDisplay:
-        """Return how layers are shown: by that profile."""
-        return LayersDisplay(self)
 
 
 class LayersVerification(Verification):

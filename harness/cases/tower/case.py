@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from functools import lru_cache, partial
-from typing import TYPE_CHECKING
 
 from harness.cases.contract import Case, LevelName, Measured, Reference
 from harness.cases.tower import engine_checks
@@ -44,9 +43,6 @@ from harness.observables.windows import (
 from harness.parameters.tower import Tower
 from harness.theory import chain
 
-if TYPE_CHECKING:
-    from harness.cases.tower.report import TowerDisplay
-
 SAMPLES_PER_T0 = 1000
 
 
@@ -83,6 +79,8 @@ class TowerCase(Case[TowerRunParameters]):
     name = NAME
     group = "chains"
     template = TEMPLATE
+    verified_by = "harness.cases.tower.case:TowerVerification"
+    shown_by = "harness.cases.tower.report:TowerDisplay"
     solvers = ("exact", "rk4")
 
     @property
@@ -140,18 +138,6 @@ class TowerCase(Case[TowerRunParameters]):
             case, solver, rules, duration=duration, steps_per_contact=parameters.steps_per_contact
         )
         return of_engine + tower_seconds(case, "exact", duration=duration)
-
-    @property
-    def verification(self) -> TowerVerification:
-        """Return how the tower is verified: law by law, against the exact propagator."""
-        return TowerVerification(self)
-
-    @property
-    def display(self) -> TowerDisplay:
-        """Return how the tower is shown: laws, engines, figures, the shock in motion."""
-        from harness.cases.tower.report import TowerDisplay
-
-        return TowerDisplay(self)
 
 
 @lru_cache(maxsize=64)

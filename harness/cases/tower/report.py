@@ -39,7 +39,7 @@ class TowerDisplay(Display):
     ) -> Sequence[Section]:
         """Return where the laws differ, the towers of engines, and the figures."""
         others = [findings.evidence for findings in engines.values()]
-        return sections(main.evidence if main else None, solvers.evidence, others)
+        return tuple(_sections(main.evidence if main else None, solvers.evidence, others))
 
     def film(
         self, engine: Engine, parameters: TowerRunParameters | None = None, frames: int = 120
@@ -139,13 +139,6 @@ def _towers(solvers: OwnEvidence) -> Iterator[Drawing]:
 
 LAWS_HEIGHTS = (1, 2, 3, 4, 9, 19)
 """Heights of the table of both laws."""
-
-
-def sections(
-    main: CodeEvidence | None, own: OwnEvidence, beside: Sequence[CodeEvidence]
-) -> tuple[Section, ...]:
-    """Return the parts of the report; those without evidence are left out."""
-    return tuple(_sections(main, own, beside))
 
 
 def _sections(
