@@ -12,8 +12,10 @@ import pytest
 
 from harness.cases import contract, registry
 from harness.cases.contract import Case
+from harness.cases.display import Display
 from harness.cases.drop.case import TEMPLATE, Drop
 from harness.cases.incline.case import InclineCase
+from harness.cases.verification import Verification
 from harness.cli.cases import cases
 from harness.errors import RequestError
 from harness.observables.provenance import Observable
@@ -39,7 +41,12 @@ class Unitless(Ball):
     quantities = (Observable("height", "", "", "of the bounce"),)
 
 
-GOOD, UNITLESS, NONE = Ball(), Unitless(), object()
+class Unverified(Ball):
+    name = "unverified"
+    verified_by = "tests.cases.test_registry:BallVerification"
+
+
+GOOD, UNITLESS, UNVERIFIED, NONE = Ball(), Unitless(), Unverified(), object()
 
 
 def point(name, value):
@@ -50,6 +57,7 @@ HERE = "tests.cases.test_registry"
 POINTS = [
     point("ball", f"{HERE}:GOOD"),
     point("unitless", f"{HERE}:UNITLESS"),
+    point("unverified", f"{HERE}:UNVERIFIED"),
     point("nothing", f"{HERE}:NONE"),
     point("broken", "no_such_package.case:CASE"),
     point("incline", "another_package.case:CASE"),
@@ -67,6 +75,13 @@ def test_the_folders_are_the_cases():
     assert isinstance(registry.get_case("incline"), InclineCase)
     assert all(case.name == name for name, case in registry.all_cases().items())
     assert registry.faults() == ()
+
+
+def test_what_verifies_and_shows_a_case_is_there():
+    for case in registry.all_cases().values():
+        assert isinstance(case.verification, Verification)
+        assert isinstance(case.display, Display)
+        assert case.verification.case is case.display.case is case
 
 
 def test_listing_names_imports_no_numerics():
@@ -110,6 +125,7 @@ def test_a_case_of_another_package_is_one_like_the_others(plugged):  # noqa: ARG
     ("name", "words"),
     [
         ("unitless", "quantity 'height' has no unit"),
+        ("unverified", "verified_by = 'tests.cases.test_registry:BallVerification': .*has no attr"),
         ("nothing", "is no case but object"),
         ("broken", "does not import: ModuleNotFoundError"),
         ("misnamed", "its case has the name 'ball'"),
@@ -157,7 +173,7 @@ def test_the_list_of_cases_names_those_that_cannot_be_used(plugged, capsys):  # 
     cases(json=True)
     told = capsys.readouterr().err.splitlines()
     assert told == [f"dem-harness: {fault}" for fault in registry.faults()]
-    assert len(told) == 5
+    assert len(told) == 6
 
 
 def ambiguous(cases):
