@@ -26,10 +26,7 @@ from harness.cases.contact.parameters import (
     tangential_stiffness,
 )
 from harness.cases.contact.submodels import SLIDING, TANGENTIAL, Told
-from harness.cases.contact.surroundings import (
-    SurroundedCase,
-    refused,
-)
+from harness.cases.contact.surroundings import SurroundedCase, refused
 from harness.engines.contract import Value
 from harness.errors import RequestError
 from harness.parameters.scene import ZERO, ContactScene, Vector

@@ -19,12 +19,7 @@ from harness.cases.contact.impact import impact, relative_velocity
 from harness.cases.contact.limits import Evidence, RefinedTrial, Scan
 from harness.cases.contact.motion import Array, Motion
 from harness.cases.contact.parameters import ContactSystem, Speed, between, met
-from harness.cases.contact.report import (
-    ANGLES,
-    ContactDisplay,
-    OverAngle,
-    expected_scan,
-)
+from harness.cases.contact.report import ANGLES, ContactDisplay, OverAngle, expected_scan
 from harness.cases.contact.submodels import (
     HERTZ,
     OBLIQUE,

@@ -17,12 +17,7 @@ from harness.cases.tower.system import (
     job_of,
     timing_of,
 )
-from harness.cases.tower.verification import (
-    CodeEvidence,
-    engine_findings,
-    own_findings,
-    planned,
-)
+from harness.cases.tower.verification import CodeEvidence, engine_findings, own_findings, planned
 from harness.cases.verification import Part, Study, Verification, rows_of_parts
 from harness.comparison.verdicts import Planned
 from harness.comparison.verification import Findings
