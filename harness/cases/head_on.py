@@ -52,7 +52,7 @@ class HeadOnCase(ContactCase[HeadOn]):
     sets: ClassVar[Told] = {"elastic": {}, **HEAD_ON}
     systems: ClassVar[Told] = {**SYSTEMS, **TWO_MATERIALS}
     submodels = (*NORMAL, *COHESIVE, *OLD_NORMAL, *BRANCHES, *OLD_CLIPPED, *TOGETHER)
-    beside = NORMAL_BESIDE
+    other_submodels = NORMAL_BESIDE
     invariant = (*NORMAL, *COHESIVE, *OLD_NORMAL, *BRANCHES, *TOGETHER)
     over_ranks = ("jkr", "mdr, yield")
     scan = Scan("largest_force_N", "speed", (0.1, 0.2, 0.5, 1.0, 2.0, 3.0), NORMALS)

@@ -215,8 +215,8 @@ class ObliqueCase(Friction, ContactCase[Oblique]):
     verified_by = "harness.cases.oblique:ObliqueVerification"
     shown_by = "harness.cases.oblique:ObliqueDisplay"
     sets: ClassVar[Told] = {"usual": SLIDING, **OBLIQUE}
-    beside = (*Friction.beside, *ROLLING_UNDAMPED)
-    shown = "tangential_ratio"
+    other_submodels = (*Friction.other_submodels, *ROLLING_UNDAMPED)
+    drawn_quantity = "tangential_ratio"
     over_angle = OVER_ANGLE
     systems: ClassVar[Told] = {**SYSTEMS, **TWO_MATERIALS}
     two_materials_of = "mindlin"

@@ -211,7 +211,7 @@ class PrescribedMotionCase(ContactCase[PrescribedMotion]):
         *(*TANGENTIAL, *OLD_TANGENTIAL, *ROLLING, *TWISTING),
         *(*COHESIVE_FRICTION, *TURNING),
     )
-    beside = (
+    other_submodels = (
         *(*TANGENTIAL_BESIDE, *ROLLING_BESIDE),
         *(*ROLLING_UNDAMPED, *TWISTING_UNDAMPED, *TURNING_UNDAMPED, *TWISTING_BESIDE),
     )

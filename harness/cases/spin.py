@@ -74,9 +74,9 @@ class SpinCase(Friction, ContactCase[Spin]):
     """A spinning sphere meets a wall or a sphere: spin left, velocity gained."""
 
     name = "spin"
-    beside = (*Friction.beside, *ROLLING_ON)
+    other_submodels = (*Friction.other_submodels, *ROLLING_ON)
     sets: ClassVar[Told] = {"usual": SLIDING, **SPIN}
-    shown = "spin_ratio"
+    drawn_quantity = "spin_ratio"
     over_angle = OVER_ANGLE
     scan = Scan("spin_ratio", "spin", (25.0, 50.0, 100.0, 150.0, 200.0, 300.0, 400.0))
 

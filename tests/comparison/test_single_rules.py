@@ -35,7 +35,7 @@ class OtherRules(Perturbed):
 def noted(case, submodel, system, seconds=60.0, **planted):
     """Return the rows of a trial as a verification has them, those that fail by their notes."""
     engine = OtherRules(get_case(case), **planted)
-    every = engine.case.trials("default", (*engine.case.submodels, *engine.case.beside))
+    every = engine.case.trials("default", (*engine.case.submodels, *engine.case.other_submodels))
     trials = [one for one in every if (one.submodel, one.system) == (submodel, system)]
     assert trials
     raw = verify_trials(engine.case, engine, Study("quick"), trials).checks

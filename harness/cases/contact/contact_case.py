@@ -86,7 +86,7 @@ class ContactCase(Case[P]):
     verified_by = "harness.cases.contact.verification:ContactVerification"
     shown_by = "harness.cases.contact.report:ContactDisplay"
     submodels: ClassVar[Sequence[Submodel]]
-    beside: ClassVar[Sequence[Submodel]] = ()
+    other_submodels: ClassVar[Sequence[Submodel]] = ()
     """Submodels that codes compared with one another go through as well."""
     systems: ClassVar[Told] = SYSTEMS
     two_materials_of: ClassVar[str] = ""
@@ -105,7 +105,7 @@ class ContactCase(Case[P]):
     formula: ClassVar[str]
     scan: ClassVar[Scan]
     """The figure with all codes."""
-    shown: ClassVar[str] = ""
+    drawn_quantity: ClassVar[str] = ""
     """The quantity whose error is drawn; the first unless named."""
     over_angle: ClassVar[OverAngle | None] = None
     """A ratio that pages draw over the angle of an impact, in place of the motion."""
@@ -208,7 +208,7 @@ class ContactCase(Case[P]):
         Those of the case unless others are given.
         """
         base, coarsest = self.default, STEPS[level][0]
-        names = [each.name for each in (*self.submodels, *self.beside) if each.quick]
+        names = [each.name for each in (*self.submodels, *self.other_submodels) if each.quick]
         for submodel in self.submodels if submodels is None else submodels:
             systems = {
                 system: self._values(submodel, system, coarsest)
@@ -246,7 +246,7 @@ class Friction:
     """What cases with friction along the surface go through; stands before ``ContactCase``."""
 
     submodels: ClassVar[Sequence[Submodel]] = (*TANGENTIAL, *OLD_TANGENTIAL)
-    beside: ClassVar[Sequence[Submodel]] = TANGENTIAL_BESIDE
+    other_submodels: ClassVar[Sequence[Submodel]] = TANGENTIAL_BESIDE
 
 
 REST_SAMPLES = 4

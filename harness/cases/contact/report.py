@@ -586,7 +586,7 @@ def errors_drawn(case: ContactCase[Any], evidence: Evidence) -> Drawing:
     first = next(
         candidate
         for candidate in case.quantities
-        if candidate.name == (case.shown or candidate.name)
+        if candidate.name == (case.drawn_quantity or candidate.name)
     )
     words = in_words(first.name, first.unit)
     return Drawing(

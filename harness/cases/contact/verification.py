@@ -83,11 +83,13 @@ class ContactVerification(Verification):
     def supported(self, engine: Engine) -> Sequence[Submodel]:
         """Return the submodels that an engine is verified with: more than its own by any other."""
         case = self.case
-        return case.submodels if engine.name == DEFAULT else (*case.submodels, *case.beside)
+        return (
+            case.submodels if engine.name == DEFAULT else (*case.submodels, *case.other_submodels)
+        )
 
     def selectable(self, level: LevelName) -> set[str]:
         """Return the places of the trials of a level, those of invariances too, and their rows."""
-        every = (*self.case.submodels, *self.case.beside)
+        every = (*self.case.submodels, *self.case.other_submodels)
         trials = (*self.case.trials(level, every), *chosen(self.case, level))
         return {name for trial in trials for name in labels(self.case, trial)}
 
@@ -101,7 +103,7 @@ class ContactVerification(Verification):
     def run(self, engine: Engine, study: Study) -> Findings:
         """Judge each trial in the limit of a small step, and that nothing else changes it.
 
-        An engine beside the main one goes through the trials of submodels ``beside``, too, but
+        An engine beside the main one goes through the trials of ``other_submodels``, too, but
         through none that it ran as the main one.
         """
         case, key, supported = self.case, (self.case.name, engine.name), self.supported(engine)
@@ -109,7 +111,7 @@ class ContactVerification(Verification):
             return study.once(key, lambda: self._with_invariances(engine, study, supported))
         done: Findings | None = study.once(key, lambda: None)
         ran = supported if done else ()
-        submodels = [each for each in (*case.submodels, *case.beside) if each not in ran]
+        submodels = [each for each in (*case.submodels, *case.other_submodels) if each not in ran]
         if not done and study.level == "full":
             findings = self._with_invariances(engine, study, submodels)
         else:

@@ -112,7 +112,7 @@ class Level:
     engines: tuple[tuple[float, float], ...] = (STATED,)
     phases_of_engines: int = 4
 
-    def beside(self) -> list[Incline]:
+    def other_angles(self) -> list[Incline]:
         """Return the cases of the source's contact and the clipped one, the costliest first."""
         cases = [
             Incline(contact=contact, stiffness=stiffness, steps_per_contact=steps)

@@ -294,7 +294,7 @@ def reference_parts(verifying: Verifying) -> list[Part]:
 def _requested_cases(verifying: Verifying) -> list[Incline]:
     """Return the cases whose angles the engine measures over stiffness and step."""
     ladder = verifying.level.ladder.cases(Incline(contact=PLASTIC))
-    return verifying.stated([*ladder, *verifying.level.beside()])
+    return verifying.stated([*ladder, *verifying.level.other_angles()])
 
 
 def _reference_angle_parts(verifying: Verifying, reference: Reference) -> Iterator[Part]:
@@ -633,7 +633,7 @@ def _angle_parts(verifying: Verifying) -> list[Part]:
     angle = [_extrapolated_name(verifying.who)]
     if not refusal(Incline(contact=PLASTIC)):
         angle.append(INTERVAL)
-    refused = [_cell_name(case) for case in verifying.level.beside() if refusal(case)]
+    refused = [_cell_name(case) for case in verifying.level.other_angles() if refusal(case)]
     return [
         part("extrapolation", _extrapolation, angle),
         part("source's and clipped contact", _other_angles, refused),
@@ -705,7 +705,7 @@ def _extrapolation(verifying: Verifying) -> list[Check]:
 
 
 def _other_angles(verifying: Verifying) -> list[Check]:
-    level, requested = verifying.level, verifying.level.beside()
+    level, requested = verifying.level, verifying.level.other_angles()
     rows = [row for case in requested for row in verifying.untested(_cell_name(case), case)]
     cases = verifying.stated(requested)
     angles = critical_angles(

@@ -141,7 +141,7 @@ def _finest(
     engine: Engine, study: Study, evidence: CodeEvidence, *, first_order: bool
 ) -> list[Check]:
     """Hold peak force and impulse at the finest step against the exact ones, in one batch."""
-    cases = [CASE.replace(height=height) for height in LEVELS[study.level].beside]
+    cases = [CASE.replace(height=height) for height in LEVELS[study.level].other_heights]
     exact = [_exact(case, study) for case in cases]
     ends = [window_end(run, "turnaround") / run.tower.contact_time for run in exact]
     runs = run_towers(engine, cases, max(SEARCH, *ends) * MARGIN, steps_per_contact=FINEST_STEPS)

@@ -56,11 +56,11 @@ class TowerDisplay(Display):
         return tower_film(run, frames)
 
 
-def drawings(main: CodeEvidence | None, own: OwnEvidence) -> Iterator[Drawing]:
+def drawings(main: CodeEvidence | None, solvers: OwnEvidence) -> Iterator[Drawing]:
     """Yield the figures for which there is evidence."""
-    yield from _comparisons(main, own)
-    yield from _impulses(own)
-    yield from _towers(own)
+    yield from _comparisons(main, solvers)
+    yield from _impulses(solvers)
+    yield from _towers(solvers)
 
 
 def _comparisons(main: CodeEvidence | None, solvers: OwnEvidence) -> Iterator[Drawing]:
@@ -177,11 +177,11 @@ def opening_section(frame: pd.DataFrame) -> Section:
     )
 
 
-def laws_table(own: OwnEvidence) -> Table:
+def laws_table(solvers: OwnEvidence) -> Table:
     """Return alpha and angles under both laws, and how far the force is apart, height by height."""
-    assert own.impulses is not None
-    frame = own.impulses
-    forces = {c.run.tower.height: c.force for c in own.different_law}
+    assert solvers.impulses is not None
+    frame = solvers.impulses
+    forces = {c.run.tower.height: c.force for c in solvers.different_law}
     stiffness, speed, one_run = RATIO.each("stiffness")[0], RATIO.speed, of_ratio(frame)
     rows = []
     for row in (
@@ -204,14 +204,14 @@ def laws_table(own: OwnEvidence) -> Table:
     return WORDS.table("Both laws", rows, stiffness=power(stiffness), speed=speed)
 
 
-def towers_table(beside: Sequence[CodeEvidence]) -> Table:
+def towers_table(engines: Sequence[CodeEvidence]) -> Table:
     """Return the errors of engines at each height, and the order of the error in the step."""
-    towers = [tower for evidence in beside for tower in evidence.towers]
+    towers = [tower for evidence in engines for tower in evidence.towers]
     heights = sorted({tower.height for tower in towers})
     by_engine = {(t.engine, t.height): t for t in towers}
     orders = {
         convergence.solver: convergence.l2_order
-        for evidence in beside
+        for evidence in engines
         for convergence in evidence.convergence
     }
     rows = []

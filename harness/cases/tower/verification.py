@@ -85,9 +85,6 @@ ORDER = _TOLD["ORDER"]
 FINEST = _TOLD["FINEST"]
 FORCE: dict[Law, Tolerance] = {law: _TOLD[f"FORCE_{law}"] for law in LAWS}
 
-REGRESSION = tolerances_of(__file__, "regression")
-"""Of the baseline's records, by quantity; ``series`` is the band about every series."""
-
 
 GAMMAS = tuple(float(gamma) for gamma in np.geomspace(1e-4, 0.3, 25))
 """From stiff and fast to soft and slow: the source's six runs lie between 0.0008 and 0.016."""
@@ -110,7 +107,7 @@ class Level:
     """Heights of the towers, of those in engines beside the main one, and Gammas of alpha's map."""
 
     heights: tuple[int, ...]
-    beside: tuple[int, ...]
+    other_heights: tuple[int, ...]
     gammas: tuple[float, ...]
     chain_figures: bool = True
 

@@ -133,7 +133,7 @@ def trials_of(submodel, level):
     return [
         (case, trial)
         for case in contact_cases()
-        for trial in case.trials(level, (*case.submodels, *case.beside))
+        for trial in case.trials(level, (*case.submodels, *case.other_submodels))
         if trial.submodel == submodel
     ]
 
@@ -143,7 +143,7 @@ def submodels_of(level):
     plan = (
         trial.submodel
         for case in contact_cases()
-        for trial in case.trials(level, (*case.submodels, *case.beside))
+        for trial in case.trials(level, (*case.submodels, *case.other_submodels))
     )
     return list(dict.fromkeys(plan))
 

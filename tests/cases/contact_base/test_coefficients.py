@@ -52,7 +52,9 @@ def test_a_percent_of_any_coefficient_of_the_other_laws_turns_a_row_at_level_def
 
 
 def test_every_submodel_of_every_contact_case_is_among_them():
-    names = {one.name for case in contact_cases() for one in (*case.submodels, *case.beside)}
+    names = {
+        one.name for case in contact_cases() for one in (*case.submodels, *case.other_submodels)
+    }
     assert names == {*QUICK, *LONGER}
 
 

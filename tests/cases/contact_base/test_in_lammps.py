@@ -72,7 +72,7 @@ def test_mindlin_with_a_dashpot_has_a_limit_where_it_sticks_at_touch(
     lammps, friction, restitution, converges
 ):
     case, name = get_case("oblique"), "mindlin, coeff_restitution"
-    submodels = [one for one in case.beside if one.name == name]
+    submodels = [one for one in case.other_submodels if one.name == name]
     (trial,) = (one for one in case.trials("default", submodels) if one.system == "wall")
     assert trial.parameters.tangential_damping == 0.5
     changed = trial.parameters.replace(friction=friction, restitution=restitution)

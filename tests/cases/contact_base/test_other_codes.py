@@ -76,7 +76,7 @@ def compared(declared, rules, submodels, engine=Code):
 
     case = Told()
     case.submodels = [one for one in kind.submodels if one.name in submodels]
-    case.beside, case.invariant, case.scan = (), (), replace(kind.scan, families=())
+    case.other_submodels, case.invariant, case.scan = (), (), replace(kind.scan, families=())
     case.systems = {"wall": kind.systems["wall"]}
     code = engine(declared, Rules(**rules), scenes)
     return case, code, case.verification.run(code, Study("quick", role="other"))
@@ -120,7 +120,9 @@ def test_a_law_that_a_code_cannot_state_is_not_tested_with_the_reason():
 def test_what_was_run_as_the_main_engine_is_not_run_again():
     case, code, _ = compared(OWN, OWN, {"linear_history"}, Main)
     study, before = Study("quick"), len(code.jobs)
-    case.beside = [one for one in type(case).submodels if one.name == "linear_history_classic"]
+    case.other_submodels = [
+        one for one in type(case).submodels if one.name == "linear_history_classic"
+    ]
     main = case.verification.run(code, study)
     beside = case.verification.run(code, replace(study, role="other"))
     # each submodel once more, in as many runs as the first took to be decided
@@ -136,7 +138,9 @@ def test_what_was_run_as_the_main_engine_is_not_run_again():
 def test_any_other_main_engine_goes_through_all_submodels_at_once():
     case, code, _ = compared(OWN, OWN, {"linear_history"})
     study = Study("quick")
-    case.beside = [one for one in type(case).submodels if one.name == "linear_history_classic"]
+    case.other_submodels = [
+        one for one in type(case).submodels if one.name == "linear_history_classic"
+    ]
     found = case.verification.run(code, study)
     names = {"linear_history", "linear_history_classic"}
     assert {c.cell.submodel for c in found.checks if c.cell} == names

@@ -45,7 +45,7 @@ def test_what_esys_cannot_be_told_is_named(changes, said):
 def found_in(engine, name, submodel, system):
     """Return what a case finds of a submodel in a system."""
     case = get_case(name)
-    submodels = [one for one in (*case.submodels, *case.beside) if one.name == submodel]
+    submodels = [one for one in (*case.submodels, *case.other_submodels) if one.name == submodel]
     trials = [one for one in case.trials("default", submodels) if one.system == system]
     return verify_trials(case, engine, Study("default"), trials)
 

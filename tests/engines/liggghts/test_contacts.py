@@ -17,7 +17,7 @@ TWIST, ROLL, PATH = (get_case(one) for one in ("twist", "rolling-resistance", "p
 
 def trial(case, submodel, system):
     """Return a trial of level default."""
-    few = [one for one in (*case.submodels, *case.beside) if one.name == submodel]
+    few = [one for one in (*case.submodels, *case.other_submodels) if one.name == submodel]
     (found,) = [one for one in case.trials("default", few) if one.system == system]
     return found
 

@@ -207,7 +207,7 @@ def test_the_mean_spin_turns_the_springs_of_rolling(yade, base):
 )
 def test_yade_holds_against_the_law_under_its_rules(yade, name, submodel, system, widest):
     case = get_case(name)
-    submodels = [one for one in case.beside if one.name == submodel]
+    submodels = [one for one in case.other_submodels if one.name == submodel]
     trials = [one for one in case.trials("default", submodels) if one.system == system]
     checks = verify_trials(case, yade, Study("default"), trials).checks
     judged = [check for check in checks if check.judged]
