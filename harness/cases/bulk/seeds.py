@@ -213,6 +213,7 @@ class BulkCase(Case[P]):
         """
         for one, other in combinations(engines, 2):
             yield from self._pair(one, other)
+        seen: set[str] = set()
         for one in engines:
             if isinstance(one.main, str):
                 for quantity in self.equivalent:
@@ -220,9 +221,10 @@ class BulkCase(Case[P]):
                     yield not_tested(name, Kind.CROSS_CODE, one.main)
             elif one.main is not None:
                 yield from self._pair(one.main, one)
-                for own in engines:
-                    if own.engine == one.main.engine:
-                        yield from map(effect, self._pair(one.main, own))
+                owns = [own for own in engines if own.engine == one.main.engine]
+                if one.main.title not in seen:
+                    yield from (effect(row) for own in owns for row in self._pair(one.main, own))
+                seen.add(one.main.title)
 
     def _pair(self, one: Runs, other: Runs) -> Iterator[Check]:
         """Yield the rows that hold two engines against one another."""
@@ -245,7 +247,8 @@ class BulkCase(Case[P]):
         """Return the curves of all runs and the means over the seeds."""
         every = [f.evidence for f in (main, *beside.values()) if f is not None and f.evidence]
         found = list({one.engine: one for one in every}.values())
-        under = [one.main for one in found if isinstance(one.main, Runs)]
+        ruled = [one.main for one in found if isinstance(one.main, Runs)]
+        under = list({one.title: one for one in ruled}.values())
         if not found:
             return ()
         words = Words(str(sys.modules[type(self).__module__].__file__))
