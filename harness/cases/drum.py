@@ -13,16 +13,25 @@ from typing import TYPE_CHECKING
 import numpy as np
 from pydantic import Field, model_validator
 
-from harness.cases.bulk.materials import PACKED, Sphere, check_memory, check_step
+from harness.cases.bulk.materials import (
+    PACKED,
+    Bed,
+    Sphere,
+    SteelModulus,
+    StepSize,
+    check_memory,
+)
+from harness.cases.bulk.materials import values_of as bed_values
 from harness.cases.bulk.mixing import cells_of, lacey_index, surface_angle
+from harness.cases.bulk.places import PUBLISHED, Cylinder, read_grains, write_grains
+from harness.cases.bulk.rules import ALLOWED
 from harness.cases.bulk.seeds import BulkCase, Curve, Runs
 from harness.comparison.verdicts import Check, Kind, Tolerance, judge
 from harness.engines.border import engine_seconds
 from harness.engines.contract import Job, Output, Template, Value
 from harness.engines.traits import Traits
-from harness.errors import EngineLostAtomsError
+from harness.errors import EngineLostAtomsError, RequestError
 from harness.parameters.allowed import allowed_in
-from harness.parameters.base import Parameters
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -34,9 +43,6 @@ if TYPE_CHECKING:
 NAME = "drum"
 COLUMNS = ("step", "x_m", "y_m", "z_m")
 
-FRAMES = 100
-"""Rows of the series: places of all grains, the large ones first."""
-
 STEADY = 1.0 / 3.0
 """Share of the turn after which the surface is that of a drum that turns."""
 
@@ -44,18 +50,21 @@ LAST = 1.0 / 6.0
 """Share of the turn over which the mixing index is averaged, up to the end."""
 
 
-class Drum(Parameters):
+class Drum(Bed):
     """A drum of steel about the y axis: large grains below small ones, then it turns."""
 
+    ROWS = 100
+    DERIVED = frozenset({"settle_time", "turn", "cell"})
+
+    places: str = Field(
+        "",
+        description="[-] file of the grains' places, lines of radius x y z [m] from the middle of "
+        "the axis; published: that of Dosta and others; empty: lattices that settle",
+    )
     large_layers: int = Field(
         1, ge=-1000, le=1000, description="[-] layers of large grains above the axis"
     )
     small_layers: int = Field(4, ge=1, le=1000, description="[-] layers of small grains above them")
-    spacing: float = Field(1.2, gt=1.0, le=3.0, description="[-] of the lattices, in diameters")
-    scatter: float = Field(
-        0.19, ge=0.0, le=1.0, description="[-] range of the first places, in diameters"
-    )
-    seed: int = Field(1, ge=1, le=10000, description="[-] of the first places")
     large_radius: float = Field(2e-3, gt=0.0, description="[m] of a large grain")
     large_density: float = Field(2000.0, gt=0.0, description="[kg/m3] of large grains")
     large_youngs_modulus: float = Field(1.25e5, gt=0.0, description="[Pa] of large grains")
@@ -68,33 +77,22 @@ class Drum(Parameters):
     small_friction: float = Field(0.3, ge=0.0, le=2.0, description="[-] between small grains")
     mixed_restitution: float = Field(0.45, gt=0.05, le=1.0, description="[-] of large on small")
     mixed_friction: float = Field(0.2, ge=0.0, le=2.0, description="[-] of large on small")
-    steel_youngs_modulus: float = Field(5.25e7, gt=0.0, description="[Pa] of the drum")
-    steel_restitution: float = Field(0.4, gt=0.05, le=1.0, description="[-] on the drum")
-    steel_friction: float = Field(0.2, ge=0.0, le=2.0, description="[-] on the drum")
-    poisson_ratio: float = Field(0.2, ge=0.0, lt=0.5, description="[-] of all")
+    steel_youngs_modulus: SteelModulus = 5.25e7
     drum_radius: float = Field(0.024, gt=0.0, le=10.0, description="[m] of the drum")
     drum_length: float = Field(0.02, gt=0.0, le=10.0, description="[m] of the drum")
     speed: float = Field(4.08, gt=0.0, le=1e3, description="[rad/s] of the drum")
     turn: float = Field(180.0, gt=0.0, le=1e6, description="[deg] by which the drum turns")
     cell: float = Field(8e-3, gt=0.0, description="[m] edge of the cells of the mixing index")
-    gravity: float = Field(9.81, gt=0.0, description="[m/s2] downward")
-    settle_time: float = Field(0.2, ge=0.0, description="[s] before the drum turns")
-    step_size: float = Field(3.5e-5, gt=0.0, description="[s] time step")
+    step_size: StepSize = 3.5e-5
 
     @model_validator(mode="after")
     def _holds(self) -> Drum:
-        if self.scatter > self.spacing - 1.0:
-            raise ValueError(
-                f"scatter = {self.scatter:g}: grains overlap at the start; must be at most "
-                f"spacing - 1 = {self.spacing - 1.0:.4g}"
-            )
-        for kind, number in (("large", self.large_grains), ("small", self.small_grains)):
-            if number == 0:
+        for kind in ("large", "small") if not self.places else ():
+            if getattr(self, f"{kind}_grains") == 0:
                 raise ValueError(
                     f"{kind}_layers = {getattr(self, f'{kind}_layers')}: no {kind} grain finds "
                     "room in the drum"
                 )
-        check_step(self.step_size, self.longest_step)
         return self
 
     @property
@@ -117,15 +115,33 @@ class Drum(Parameters):
     @property
     def large_grains(self) -> int:
         """Return how many large grains there are: in the drum, below the split."""
+        if self.places:
+            return len(self.bed[0])
         low, high = -self.drum_radius, self.split - self.large_radius * (1.0 + self.scatter)
         return self._sites(self.large_radius, low, high)
 
     @property
     def small_grains(self) -> int:
         """Return how many small grains there are: so many layers above the split."""
+        if self.places:
+            return len(self.bed[1])
         low = self.split + self.small_radius * (1.0 + self.scatter)
         high = low + 2.0 * self.small_layers * self.small_radius * self.spacing
         return self._sites(self.small_radius, low, high)
+
+    @property
+    def bed(self) -> tuple[Floats, Floats]:
+        """Return the places of large and of small grains of a file, (N, 3) [m] each.
+
+        Raise RequestError for a bad file, or one without a kind.
+        """
+        radii = (("large_radius", self.large_radius), ("small_radius", self.small_radius))
+        rows = read_grains(self.places, radii, Cylinder(self.drum_radius, self.drum_length))
+        large = rows[:, 0] == self.large_radius
+        for (name, radius), number in zip(radii, (large.sum(), (~large).sum()), strict=True):
+            if number == 0:
+                raise RequestError(f"places {self.places}: no grain of {name} = {radius:g} m")
+        return rows[large, 1:], rows[~large, 1:]
 
     def _sites(self, radius: float, low: float, high: float) -> int:
         """Return how many sites (i + 1/2) pitches have room in the drum between two heights."""
@@ -166,35 +182,30 @@ class Drum(Parameters):
         )
 
     @property
-    def duration(self) -> float:
+    def time(self) -> float:
         """Return how long the drum turns [s]."""
         return math.radians(self.turn) / self.speed
 
     @property
     def every(self) -> int:
         """Return the steps between two rows of the series."""
-        return max(1, round(self.duration / self.step_size / FRAMES))
-
-    @property
-    def settle_steps(self) -> int:
-        """Return the steps before the drum turns, a multiple of :attr:`every`."""
-        return self.every * math.ceil(self.settle_time / self.step_size / self.every - 1e-9)
-
-    @property
-    def steps(self) -> int:
-        """Return the steps in which it turns, a multiple of :attr:`every`."""
-        return self.every * math.ceil(self.duration / self.step_size / self.every - 1e-9)
+        return max(1, round(self.time / self.step_size / self.ROWS))
 
 
 def values_of(p: Drum) -> dict[str, Value]:
-    """Return the values of a script."""
-    derived = {"settle_time", "turn", "cell"}
-    values: dict[str, Value] = {n: v for n, v in dict(p).items() if n not in derived}
-    more = {"settle_steps": p.settle_steps, "steps": p.steps, "series_every": p.every}
-    return {**values, **more, "damping": "coeff_restitution"}
+    """Return the values of a script; places are in a file that is named by its content."""
+    more: dict[str, Value] = {"bed": "lattice", "places": "none"}
+    if p.places:
+        rim = p.drum_radius + 4.0 * p.large_radius
+        half = 0.5 * p.drum_length + 4.0 * p.large_radius
+        kinds = zip(p.bed, (p.large, p.small), strict=True)
+        grains = [(places, kind.radius, kind.density) for places, kind in kinds]
+        path = write_grains(grains, ((-rim, rim), (-half, half), (-rim, rim)))
+        more = {"bed": "file", "places": str(path)}
+    return {**bed_values(p), **more}
 
 
-TEMPLATE = Template(NAME, {"": values_of(Drum())}, allowed=allowed_in(Drum))
+TEMPLATE = Template(NAME, {"": values_of(Drum())}, allowed=allowed_in(Drum) | ALLOWED)
 
 
 def check_walls(p: Drum, table: Table, who: str) -> None:
@@ -267,16 +278,15 @@ class DrumCase(BulkCase[Drum]):
 
     def source_of(self, preset: str) -> str:
         """Return where materials and process were published."""
-        if preset == "published":
-            return "Dosta and others 2024, filled from lattices: 8,208 and 30,384 grains"
+        if preset == PUBLISHED:
+            return "Dosta and others 2024, the bed of 38,000"
         return "Dosta and others 2024 (moduli four thousand times smaller, a quarter of the size)"
 
     @property
     def presets(self) -> Mapping[str, Drum]:
         """Return seven hundred soft grains, and the drum of 38,000 as published."""
         published = Drum(
-            large_layers=1,
-            small_layers=16,
+            places=PUBLISHED,
             large_youngs_modulus=5e8,
             small_youngs_modulus=1e9,
             steel_youngs_modulus=2.1e11,
@@ -284,10 +294,10 @@ class DrumCase(BulkCase[Drum]):
             drum_length=0.06,
             speed=2.0,
             turn=math.degrees(10.0),
-            settle_time=0.3,
+            settle_time=0.0,
             step_size=8e-7,
         )
-        return {"small": Drum(), "published": published}
+        return {"small": Drum(), PUBLISHED: published}
 
     def job(self, parameters: Drum) -> Job:
         """Return the job of one drum; raise RequestError for more grains than memory holds."""

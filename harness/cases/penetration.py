@@ -13,8 +13,19 @@ from typing import TYPE_CHECKING
 import numpy as np
 from pydantic import Field, model_validator
 
-from harness.cases.bulk.materials import PACKED, Sphere, check_step
+from harness.cases.bulk.materials import (
+    PACKED,
+    BedOfOneKind,
+    Duration,
+    SettleTime,
+    Sphere,
+    SteelModulus,
+    StepSize,
+    YoungsModulus,
+)
+from harness.cases.bulk.materials import values_of as bed_values
 from harness.cases.bulk.places import PUBLISHED, PUBLISHED_BOX, Box, data_file, read_places
+from harness.cases.bulk.rules import ALLOWED
 from harness.cases.bulk.seeds import BulkCase, Curve, Runs
 from harness.comparison.verdicts import Check, Kind, Tolerance, judge
 from harness.engines.border import engine_seconds
@@ -22,7 +33,6 @@ from harness.engines.contract import Job, Output, Template, Value
 from harness.engines.traits import Traits
 from harness.errors import CombinationError, EngineLostAtomsError, EngineOutputError
 from harness.parameters.allowed import allowed_in
-from harness.parameters.base import Parameters
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -32,15 +42,14 @@ if TYPE_CHECKING:
 NAME = "penetration"
 COLUMNS = ("time_s", "z_m", "vz_m_per_s", "kinetic_J", "potential_J")
 
-SAMPLES = 600
-"""Rows of the series."""
-
 FINAL = 0.1
 """Share of the time after the release over which the final height is averaged."""
 
 
-class Penetration(Parameters):
+class Penetration(BedOfOneKind):
     """A bed that settles, and a steel sphere that falls on it. Walls are of steel."""
+
+    ROWS = 600
 
     places: str = Field(
         "",
@@ -54,31 +63,16 @@ class Penetration(Parameters):
     along: int = Field(12, ge=2, le=1000, description="[-] grains of the first lattice along x")
     across: int = Field(10, ge=2, le=1000, description="[-] the same along y")
     layers: int = Field(9, ge=1, le=1000, description="[-] the same along z")
-    spacing: float = Field(
-        1.2, gt=1.0, le=3.0, description="[-] of the lattice, in diameters; the box is as wide"
-    )
-    scatter: float = Field(
-        0.19, ge=0.0, le=1.0, description="[-] range of the first places, in diameters"
-    )
-    seed: int = Field(1, ge=1, le=10000, description="[-] of the first places")
-    radius: float = Field(1e-3, gt=0.0, description="[m] of a grain")
-    density: float = Field(2500.0, gt=0.0, description="[kg/m3] of the grains")
-    youngs_modulus: float = Field(1e7, gt=0.0, description="[Pa] of the grains")
-    poisson_ratio: float = Field(0.2, ge=0.0, lt=0.5, description="[-] of grains and steel")
-    restitution: float = Field(0.5, gt=0.05, le=1.0, description="[-] between grains")
-    friction: float = Field(0.3, ge=0.0, le=2.0, description="[-] between grains")
+    youngs_modulus: YoungsModulus = 1e7
     steel_radius: float = Field(4e-3, gt=0.0, description="[m] of the sphere")
     steel_density: float = Field(7200.0, gt=0.0, description="[kg/m3] of the sphere")
-    steel_youngs_modulus: float = Field(2.1e9, gt=0.0, description="[Pa] of sphere and walls")
-    steel_restitution: float = Field(0.4, gt=0.05, le=1.0, description="[-] on steel")
-    steel_friction: float = Field(0.2, ge=0.0, le=2.0, description="[-] on steel")
+    steel_youngs_modulus: SteelModulus = 2.1e9
     start_height: float = Field(0.026, gt=0.0, description="[m] of the sphere above the floor")
     offset: float = Field(0.0, description="[m] of the sphere from the middle of the box along x")
     speed: float = Field(0.3, gt=0.0, le=100.0, description="[m/s] of the sphere, downward")
-    gravity: float = Field(9.81, gt=0.0, description="[m/s2] downward")
-    settle_time: float = Field(0.12, ge=0.0, description="[s] before the release")
-    duration: float = Field(0.1, gt=0.0, description="[s] after the release")
-    step_size: float = Field(5e-6, gt=0.0, description="[s] time step")
+    settle_time: SettleTime = 0.12
+    duration: Duration = 0.1
+    step_size: StepSize = 5e-6
 
     @model_validator(mode="after")
     def _holds(self) -> Penetration:
@@ -91,11 +85,6 @@ class Penetration(Parameters):
             raise ValueError(
                 f"length = {self.length:g} m, width = {self.width:g} m: must be 0 without places, "
                 "the box is as wide as the lattice"
-            )
-        if self.scatter > self.spacing - 1.0:
-            raise ValueError(
-                f"scatter = {self.scatter:g}: grains overlap at the start; must be at most "
-                f"spacing - 1 = {self.spacing - 1.0:.4g}"
             )
         if not self.places:
             check_start(self)
@@ -110,13 +99,7 @@ class Penetration(Parameters):
                 f"offset = {self.offset:g} m: the sphere is in a wall; must be within "
                 f"{0.5 * self.box.length - self.steel_radius:.4g}"
             )
-        check_step(self.step_size, self.longest_step)
         return self
-
-    @property
-    def pitch(self) -> float:
-        """Return the distance of the lattice's sites [m]."""
-        return 2.0 * self.radius * self.spacing
 
     @property
     def box(self) -> Box:
@@ -144,11 +127,6 @@ class Penetration(Parameters):
     def grains(self) -> int:
         """Return how many grains there are."""
         return len(self.bed) if self.places else self.along * self.across * self.layers
-
-    @property
-    def grain(self) -> Sphere:
-        """Return a grain of the bed."""
-        return Sphere(self.radius, self.density, self.youngs_modulus, self.poisson_ratio)
 
     @property
     def steel(self) -> Sphere:
@@ -182,21 +160,6 @@ class Penetration(Parameters):
         return 0.5 * self.steel_mass * self.speed**2
 
     @property
-    def every(self) -> int:
-        """Return the steps between two rows of the series."""
-        return max(1, math.ceil(self.duration / self.step_size / SAMPLES))
-
-    @property
-    def settle_steps(self) -> int:
-        """Return the steps before the release, a multiple of :attr:`every`."""
-        return self.every * math.ceil(self.settle_time / self.step_size / self.every - 1e-9)
-
-    @property
-    def steps(self) -> int:
-        """Return the steps after the release, a multiple of :attr:`every`."""
-        return self.every * math.ceil(self.duration / self.step_size / self.every - 1e-9)
-
-    @property
     def solid_volume(self) -> float:
         """Return the volume of all grains [m3]."""
         return self.grains * self.grain.volume
@@ -219,9 +182,6 @@ def check_start(p: Penetration) -> None:
 
 def values_of(p: Penetration) -> dict[str, Value]:
     """Return the values of a script; places are in a file that is named by its content."""
-    derived = {"settle_time", "duration"}
-    values: dict[str, Value] = {n: v for n, v in dict(p).items() if n not in derived}
-    more = {"settle_steps": p.settle_steps, "steps": p.steps, "series_every": p.every}
     box: dict[str, Value] = {
         "bed": "lattice",
         "places": "none",
@@ -233,10 +193,10 @@ def values_of(p: Penetration) -> dict[str, Value]:
         top = p.bed_top + 2.0 * (p.start_height + p.steel_radius)
         path = data_file(p.bed, p.radius, p.density, p.box, top)
         box |= {"bed": "file", "places": str(path)}
-    return {**values, **more, **box, "damping": "coeff_restitution"}
+    return {**bed_values(p), **box}
 
 
-TEMPLATE = Template(NAME, {"": values_of(Penetration())}, allowed=allowed_in(Penetration))
+TEMPLATE = Template(NAME, {"": values_of(Penetration())}, allowed=allowed_in(Penetration) | ALLOWED)
 
 
 def largest_elastic_energy(p: Penetration) -> float:

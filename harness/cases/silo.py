@@ -15,15 +15,24 @@ from pydantic import Field, model_validator
 from scipy.optimize import brentq
 from scipy.stats import binomtest
 
-from harness.cases.bulk.materials import PACKED, Sphere, check_memory, check_step
+from harness.cases.bulk.materials import (
+    PACKED,
+    BedOfOneKind,
+    Radius,
+    SteelModulus,
+    StepSize,
+    YoungsModulus,
+    check_memory,
+    values_of,
+)
+from harness.cases.bulk.rules import ALLOWED
 from harness.cases.bulk.seeds import BulkCase, Curve, Runs
 from harness.comparison.verdicts import Check, Kind, Tolerance, finding, judge
 from harness.engines.border import engine_seconds
-from harness.engines.contract import Job, Output, Template, Value
+from harness.engines.contract import Job, Output, Template
 from harness.engines.traits import Traits
 from harness.errors import EngineLostAtomsError, EngineOutputError, EngineUndecidedError
 from harness.parameters.allowed import allowed_in
-from harness.parameters.base import Parameters
 from harness.theory.bulk import (
     BEVERLOO_FACTOR,
     BEVERLOO_MARGIN,
@@ -41,9 +50,6 @@ if TYPE_CHECKING:
 NAME = "silo"
 COLUMNS = ("time_s", "remaining", "astray", "kinetic_J", "potential_J")
 
-SAMPLES = 500
-"""Rows of the series."""
-
 STEADY = 0.1, 0.6
 """Shares of the grains that have left between which the discharge is steady: after its beginning,
 and while the bed is higher than the cone."""
@@ -52,39 +58,21 @@ STRESS_RATIO = 0.5
 """K of Janssen's formula; 0.3 to 1 is usual. It is 1 - sin phi (Jaky) for an angle of 30 deg."""
 
 
-class Silo(Parameters):
+class Silo(BedOfOneKind):
     """A cylinder on a cone, of steel, filled with grains; its orifice is opened."""
 
-    layers: int = Field(20, ge=1, le=10000, description="[-] grains of the first lattice along z")
-    spacing: float = Field(1.2, gt=1.0, le=3.0, description="[-] of the lattice, in diameters")
-    scatter: float = Field(
-        0.19, ge=0.0, le=1.0, description="[-] range of the first places, in diameters"
-    )
-    seed: int = Field(1, ge=1, le=10000, description="[-] of the first places")
-    radius: float = Field(2e-3, gt=0.0, description="[m] of a grain")
-    density: float = Field(2500.0, gt=0.0, description="[kg/m3] of the grains")
-    youngs_modulus: float = Field(1e6, gt=0.0, description="[Pa] of the grains")
-    poisson_ratio: float = Field(0.2, ge=0.0, lt=0.5, description="[-] of grains and steel")
-    restitution: float = Field(0.5, gt=0.05, le=1.0, description="[-] between grains")
-    friction: float = Field(0.3, ge=0.0, le=2.0, description="[-] between grains")
-    steel_youngs_modulus: float = Field(2.1e8, gt=0.0, description="[Pa] of the walls")
-    steel_restitution: float = Field(0.4, gt=0.05, le=1.0, description="[-] on walls")
-    steel_friction: float = Field(0.2, ge=0.0, le=2.0, description="[-] on walls")
+    ROWS = 500
+
+    radius: Radius = 2e-3
+    youngs_modulus: YoungsModulus = 1e6
+    steel_youngs_modulus: SteelModulus = 2.1e8
     silo_radius: float = Field(0.024, gt=0.0, le=10.0, description="[m] of the cylinder")
     orifice_radius: float = Field(0.012, gt=0.0, le=10.0, description="[m] of the orifice")
     cone_height: float = Field(0.012, gt=0.0, le=10.0, description="[m] from orifice to cylinder")
-    gravity: float = Field(9.81, gt=0.0, description="[m/s2] downward")
-    settle_time: float = Field(0.2, ge=0.0, description="[s] before the opening")
-    duration: float = Field(1.0, gt=0.0, description="[s] after the opening")
-    step_size: float = Field(4e-5, gt=0.0, description="[s] time step")
+    step_size: StepSize = 4e-5
 
     @model_validator(mode="after")
     def _holds(self) -> Silo:
-        if self.scatter > self.spacing - 1.0:
-            raise ValueError(
-                f"scatter = {self.scatter:g}: grains overlap at the start; must be at most "
-                f"spacing - 1 = {self.spacing - 1.0:.4g}"
-            )
         if self.orifice_radius >= self.silo_radius:
             raise ValueError(
                 f"orifice_radius = {self.orifice_radius:g} m: must be less than silo_radius = "
@@ -95,18 +83,7 @@ class Silo(Parameters):
                 f"silo_radius = {self.silo_radius:g} m: no grain of radius = {self.radius:g} m "
                 "finds room; must be some diameters"
             )
-        check_step(self.step_size, self.longest_step)
         return self
-
-    @property
-    def grain(self) -> Sphere:
-        """Return a grain."""
-        return Sphere(self.radius, self.density, self.youngs_modulus, self.poisson_ratio)
-
-    @property
-    def pitch(self) -> float:
-        """Return the distance of the lattice's sites [m]."""
-        return 2.0 * self.radius * self.spacing
 
     @property
     def in_layer(self) -> int:
@@ -134,21 +111,6 @@ class Silo(Parameters):
         impact = self.grain.impact_step(self.steel_youngs_modulus, speed)
         return min(self.grain.rayleigh_step, impact)
 
-    @property
-    def every(self) -> int:
-        """Return the steps between two rows of the series."""
-        return max(1, math.ceil(self.duration / self.step_size / SAMPLES))
-
-    @property
-    def settle_steps(self) -> int:
-        """Return the steps before the opening, a multiple of :attr:`every`."""
-        return self.every * math.ceil(self.settle_time / self.step_size / self.every - 1e-9)
-
-    @property
-    def steps(self) -> int:
-        """Return the steps after the opening, a multiple of :attr:`every`."""
-        return self.every * math.ceil(self.duration / self.step_size / self.every - 1e-9)
-
     def volume(self, height: float) -> float:
         """Return the volume within the walls up to a height over the orifice [m3]."""
         return self._moment(height, 0)
@@ -172,15 +134,7 @@ class Silo(Parameters):
         return math.pi * float(cone + self.silo_radius**2 * shaft)
 
 
-def values_of(p: Silo) -> dict[str, Value]:
-    """Return the values of a script."""
-    derived = {"settle_time", "duration"}
-    values: dict[str, Value] = {n: v for n, v in dict(p).items() if n not in derived}
-    more = {"settle_steps": p.settle_steps, "steps": p.steps, "series_every": p.every}
-    return {**values, **more, "damping": "coeff_restitution"}
-
-
-TEMPLATE = Template(NAME, {"": values_of(Silo())}, allowed=allowed_in(Silo))
+TEMPLATE = Template(NAME, {"": values_of(Silo())}, allowed=allowed_in(Silo) | ALLOWED)
 
 
 def largest_elastic_energy(p: Silo) -> float:

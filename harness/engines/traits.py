@@ -60,7 +60,8 @@ class ContactModel:
     ``states`` are the words or numbers that a value of a job may be, by its name (``damping``,
     ``rolling``, ``clipped``: yes or no, ``interface``, ``planes``, ``motion_1``, ...); one that is
     not named may be any. ``needs`` returns why values that fit so far cannot be stated (a
-    coefficient that the code ties to another), or nothing. ``rules`` is what
+    coefficient that the code ties to another), or nothing; ``nearest`` what the code puts in place
+    of such values. ``rules`` is what
     :class:`~harness.parameters.rules.Rules` is told. ``turning`` are powers of the step in
     the errors of springs that turn, beside those of its traits. ``mixes``: it takes the materials
     of two bodies; another takes one, which a job may state in place of both.
@@ -72,6 +73,7 @@ class ContactModel:
     needs: Callable[[ContactValues], str] | None = None
     turning: tuple[float, ...] = ()
     mixes: bool = False
+    nearest: Callable[[ContactValues], ContactValues] | None = None
 
     def fitting(self, values: ContactValues) -> tuple[int, str]:
         """Return how many values fit before the first that does not, and the name of that one."""

@@ -72,10 +72,6 @@ PARAMETERS = {
 
 
 ALLOWED = {
-    "layers": (
-        lambda value: not (value < 1 or value > 10000 or value != value),
-        ": must be a whole number, greater than or equal to 1 and less than or equal to 10000",
-    ),
     "spacing": (
         lambda value: not (value <= 1 or value > 3 or value != value),
         ": must be greater than 1 and less than or equal to 3",
@@ -85,6 +81,34 @@ ALLOWED = {
         ": must be greater than or equal to 0 and less than or equal to 1",
     ),
     "seed": (
+        lambda value: not (value < 1 or value > 10000 or value != value),
+        ": must be a whole number, greater than or equal to 1 and less than or equal to 10000",
+    ),
+    "poisson_ratio": (
+        lambda value: not (value < 0 or value >= 0.5 or value != value),
+        ": must be greater than or equal to 0 and less than 0.5",
+    ),
+    "steel_youngs_modulus": (
+        lambda value: not (value <= 0 or value != value),
+        " Pa: must be greater than 0",
+    ),
+    "steel_restitution": (
+        lambda value: not (value <= 0.05 or value > 1 or value != value),
+        ": must be greater than 0.05 and less than or equal to 1",
+    ),
+    "steel_friction": (
+        lambda value: not (value < 0 or value > 2 or value != value),
+        ": must be greater than or equal to 0 and less than or equal to 2",
+    ),
+    "gravity": (
+        lambda value: not (value <= 0 or value != value),
+        " m/s2: must be greater than 0",
+    ),
+    "step_size": (
+        lambda value: not (value <= 0 or value != value),
+        " s: must be greater than 0",
+    ),
+    "layers": (
         lambda value: not (value < 1 or value > 10000 or value != value),
         ": must be a whole number, greater than or equal to 1 and less than or equal to 10000",
     ),
@@ -100,27 +124,11 @@ ALLOWED = {
         lambda value: not (value <= 0 or value != value),
         " Pa: must be greater than 0",
     ),
-    "poisson_ratio": (
-        lambda value: not (value < 0 or value >= 0.5 or value != value),
-        ": must be greater than or equal to 0 and less than 0.5",
-    ),
     "restitution": (
         lambda value: not (value <= 0.05 or value > 1 or value != value),
         ": must be greater than 0.05 and less than or equal to 1",
     ),
     "friction": (
-        lambda value: not (value < 0 or value > 2 or value != value),
-        ": must be greater than or equal to 0 and less than or equal to 2",
-    ),
-    "steel_youngs_modulus": (
-        lambda value: not (value <= 0 or value != value),
-        " Pa: must be greater than 0",
-    ),
-    "steel_restitution": (
-        lambda value: not (value <= 0.05 or value > 1 or value != value),
-        ": must be greater than 0.05 and less than or equal to 1",
-    ),
-    "steel_friction": (
         lambda value: not (value < 0 or value > 2 or value != value),
         ": must be greater than or equal to 0 and less than or equal to 2",
     ),
@@ -135,14 +143,6 @@ ALLOWED = {
     "cone_height": (
         lambda value: not (value <= 0 or value > 10 or value != value),
         " m: must be greater than 0 and less than or equal to 10",
-    ),
-    "gravity": (
-        lambda value: not (value <= 0 or value != value),
-        " m/s2: must be greater than 0",
-    ),
-    "step_size": (
-        lambda value: not (value <= 0 or value != value),
-        " s: must be greater than 0",
     ),
     "scheme": (
         lambda value: value in ["Velocity_Verlet", "Symplectic_Euler"],
@@ -247,11 +247,12 @@ def fraction(site, seed, shift):
     return sine - math.floor(sine)
 
 
-def data_file(path):
-    """Return the centres in the section Atoms: number, type, diameter, density, x, y, z."""
+def data_file(path, kind=1):
+    """Return centres of a type in the section Atoms: number, type, diameter, density, x, y, z."""
     _, _, section = Path(path).read_text(encoding="utf-8").partition("\nAtoms")
     rows = [line.split() for line in section.splitlines()[1:]]
-    return [[float(word) for word in row[4:7]] for row in rows if len(row) >= 7]
+    grains = [row for row in rows if len(row) >= 7 and int(row[1]) == kind]
+    return [[float(word) for word in row[4:7]] for row in grains]
 
 
 def plane(place, normal, size):

@@ -1,4 +1,6 @@
-"""The materials of Dosta and others (2024), and what they allow a step to be.
+"""Parameters that bulk cases share: grains, materials, pairs, steps, and how long a step may be.
+
+The materials are those of Dosta and others (2024).
 
 Each pair is stated, as LAMMPS mixes the tangential stiffness wrongly: for one Poisson's ratio
 E12 = 2 E1 E2/(E1 + E2) gives E* and G* of the pair, as 1/E* = (1 - nu^2)(1/E1 + 1/E2).
@@ -23,9 +25,17 @@ from __future__ import annotations
 
 import math
 import os
+from abc import abstractmethod
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated, ClassVar
+
+from pydantic import Field, model_validator
 
 from harness.errors import RequestError
+from harness.parameters.base import Parameters
+
+if TYPE_CHECKING:
+    from harness.engines.contract import Value
 
 RAYLEIGH = 0.2
 """Of the time in which a Rayleigh wave goes round half a sphere, the longest step."""
@@ -94,6 +104,107 @@ def check_step(step_size: float, longest: float) -> None:
             f"step_size = {step_size:g} s: must be at most {longest:.4g}, "
             f"{RAYLEIGH:g} of the Rayleigh time and 1/{STEPS_IN_IMPACT:g} of an impact"
         )
+
+
+Radius = Annotated[float, Field(gt=0.0, description="[m] of a grain")]
+YoungsModulus = Annotated[float, Field(gt=0.0, description="[Pa] of the grains")]
+SteelModulus = Annotated[float, Field(gt=0.0, description="[Pa] of all that is of steel")]
+SettleTime = Annotated[float, Field(ge=0.0, description="[s] before the bed is disturbed")]
+Duration = Annotated[float, Field(gt=0.0, description="[s] after that")]
+StepSize = Annotated[float, Field(gt=0.0, description="[s] time step")]
+
+
+class Bed(Parameters):
+    """Grains on a lattice that settle between walls of steel, and are then disturbed."""
+
+    ROWS: ClassVar[int]
+    """Of the series, about."""
+    DERIVED: ClassVar[frozenset[str]]
+    """Parameters that scripts are not told."""
+
+    spacing: float = Field(1.2, gt=1.0, le=3.0, description="[-] of a lattice, in diameters")
+    scatter: float = Field(
+        0.19, ge=0.0, le=1.0, description="[-] range of the first places, in diameters"
+    )
+    seed: int = Field(1, ge=1, le=10000, description="[-] of the first places")
+    poisson_ratio: float = Field(0.2, ge=0.0, lt=0.5, description="[-] of all")
+    steel_youngs_modulus: SteelModulus = 2.1e11
+    steel_restitution: float = Field(0.4, gt=0.05, le=1.0, description="[-] on steel")
+    steel_friction: float = Field(0.2, ge=0.0, le=2.0, description="[-] on steel")
+    gravity: float = Field(9.81, gt=0.0, description="[m/s2] downward")
+    settle_time: SettleTime = 0.2
+    step_size: StepSize = 1e-6
+
+    @model_validator(mode="after")
+    def _can_begin(self) -> Bed:
+        if self.scatter > self.spacing - 1.0:
+            raise ValueError(
+                f"scatter = {self.scatter:g}: grains overlap at the start; must be at most "
+                f"spacing - 1 = {self.spacing - 1.0:.4g}"
+            )
+        check_step(self.step_size, self.longest_step)
+        return self
+
+    @property
+    @abstractmethod
+    def longest_step(self) -> float:
+        """Return the longest step [s] by Rayleigh waves and by the shortest impact."""
+
+    @property
+    @abstractmethod
+    def time(self) -> float:
+        """Return how long the bed is disturbed [s]."""
+
+    @property
+    def every(self) -> int:
+        """Return the steps between two rows of the series."""
+        return max(1, math.ceil(self.time / self.step_size / self.ROWS))
+
+    @property
+    def settle_steps(self) -> int:
+        """Return the steps before the bed is disturbed, a multiple of :attr:`every`."""
+        return self.every * math.ceil(self.settle_time / self.step_size / self.every - 1e-9)
+
+    @property
+    def steps(self) -> int:
+        """Return the steps after that, a multiple of :attr:`every`."""
+        return self.every * math.ceil(self.time / self.step_size / self.every - 1e-9)
+
+
+def values_of(p: Bed) -> dict[str, Value]:
+    """Return the values of a script."""
+    values: dict[str, Value] = {n: v for n, v in dict(p).items() if n not in p.DERIVED}
+    more = {"settle_steps": p.settle_steps, "steps": p.steps, "series_every": p.every}
+    return {**values, **more, "damping": "coeff_restitution"}
+
+
+class BedOfOneKind(Bed):
+    """Grains of one kind."""
+
+    DERIVED = frozenset({"settle_time", "duration"})
+
+    layers: int = Field(20, ge=1, le=10000, description="[-] grains of the first lattice along z")
+    radius: Radius = 1e-3
+    density: float = Field(2500.0, gt=0.0, description="[kg/m3] of the grains")
+    youngs_modulus: YoungsModulus = 1e9
+    restitution: float = Field(0.5, gt=0.05, le=1.0, description="[-] between grains")
+    friction: float = Field(0.3, ge=0.0, le=2.0, description="[-] between grains")
+    duration: Duration = 1.0
+
+    @property
+    def grain(self) -> Sphere:
+        """Return a grain."""
+        return Sphere(self.radius, self.density, self.youngs_modulus, self.poisson_ratio)
+
+    @property
+    def pitch(self) -> float:
+        """Return the distance of the lattice's sites [m]."""
+        return 2.0 * self.radius * self.spacing
+
+    @property
+    def time(self) -> float:
+        """Return how long the bed is disturbed [s]."""
+        return self.duration
 
 
 GRAIN_BYTES = 2000

@@ -1,28 +1,40 @@
 """Bulk cases: the same system from many seeds, means over them, engines against one another.
 
 Bulk is chaotic: motions of one seed part between codes, so that means over seeds are compared.
+Where a code follows the law by other rules than the main engine, the main engine runs the seeds
+under these rules too: then the two are held against one another, and what the rules do is shown.
 """
 
 from __future__ import annotations
 
+import math
 import sys
 from abc import abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import combinations
 from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
 import numpy as np
 
 from harness.cases.bulk.equivalence import FEWEST, Sample, equivalence, interval
-from harness.cases.bulk.rules import differing, law_of
+from harness.cases.bulk.rules import Law, differing, law_of
 from harness.cases.contract import Case, LevelName
 from harness.cases.display import Display
 from harness.cases.text import Words
 from harness.cases.verification import Study, Verification
-from harness.comparison.verdicts import Check, Kind, Planned, Tolerance, failed_run, not_tested
+from harness.comparison.verdicts import (
+    Check,
+    Kind,
+    Planned,
+    Tolerance,
+    Verdict,
+    failed_run,
+    finding,
+    not_tested,
+)
 from harness.comparison.verification import Findings
-from harness.engines.contract import Engine, Output
+from harness.engines.contract import Engine, Job, Output
 from harness.errors import EngineError, EngineUndecidedError
 from harness.parameters.base import Parameters
 from harness.report.sections import Section
@@ -57,19 +69,29 @@ class Curve:
 class Runs:
     """The runs of an engine: quantities of each seed, and its curves, each (x, y).
 
-    ``undecided`` runs ended without the event that they wait for, and have no row. ``law`` says by
-    which rules the engine follows the law.
+    ``undecided`` runs ended without the event that they wait for, and have no row; ``why`` says it
+    of the first. ``law`` says by which rules the engine follows the law, ``rules`` whose they are
+    where they are not its own. ``main`` is the main engine under these rules where its own are
+    others, or why it cannot be.
     """
 
     engine: str
     rows: tuple[Mapping[str, float], ...]
     curves: tuple[tuple[tuple[Floats, Floats], ...], ...] = ()
     undecided: int = 0
-    law: str = ""
+    why: str = ""
+    law: Law = field(default_factory=Law)
+    rules: str = ""
+    main: Runs | str | None = None
+
+    @property
+    def title(self) -> str:
+        """Return who ran, under whose rules."""
+        return f"{self.engine} under the rules of {self.rules}" if self.rules else self.engine
 
     def sample(self, quantity: str) -> Sample:
         """Return the values of a quantity over the seeds."""
-        return Sample(self.engine, tuple(row[quantity] for row in self.rows))
+        return Sample(self.title, tuple(row[quantity] for row in self.rows))
 
     def worst(self, quantity: str) -> float:
         """Return the largest value over the seeds; NaN where one is."""
@@ -113,18 +135,70 @@ class BulkVerification(Verification):
         return [Planned(name) for name in self.names(engine)]
 
     def run(self, engine: Engine, study: Study) -> Findings:
-        """Run the seeds of a level and judge them; one without its event has no row."""
+        """Run the seeds of a level and judge them; one without its event has no row.
+
+        The first engine that is verified is the main one, which also runs under others' rules.
+        """
         findings = Findings(self.case.name, engine.name)
-        p = self.case.default
-        trials = [p.replace(seed=seed) for seed in range(1, self.case.seeds[study.level] + 1)]
+        main: Engine = study.once((self.case.name, "main"), lambda: engine)
+        trials = self.trials(engine, study.level)
         names = self.names(engine)
         if reason := engine.refuses(self.case.job(trials[0])) or too_slow(engine, study.level):
             findings.checks += [not_tested(name, Kind.ANALYTIC, reason) for name in names]
             return findings
-        rows, curves, undecided = [], [], []
-        for seed, (trial, output) in enumerate(
-            zip(trials, engine.run([self.case.job(trial) for trial in trials]), strict=True), 1
-        ):
+        law = law_of(engine.traits)
+        runs, failed = self._runs(engine, Runs(engine.title, (), law=law), trials)
+        findings.checks += failed
+        if not runs.rows:
+            if runs.undecided:
+                why = f"{runs.undecided} of {len(trials)} seeds have no value; {runs.why}"
+                findings.checks += [not_tested(n, Kind.ANALYTIC, why) for n in names]
+            return findings
+        findings.checks += self.case.judge(names, runs, self.case.default)
+        if main.name != engine.name and law_of(main.traits).words != law.words:
+            beside, failed = study.once(
+                (self.case.name, law.words),
+                lambda: self._under(main, law, engine.title, study.level),
+            )
+            findings.checks += failed
+            runs = replace(runs, main=beside)
+        findings.evidence = runs
+        return findings
+
+    def trials(self, engine: Engine, level: LevelName) -> list[Any]:
+        """Return the parameters of each seed of a level: of a slow engine not too many."""
+        number = self.case.seeds[level]
+        if level == "default" and engine.traits.microseconds_per_step > QUICK:
+            number = min(number, SLOW_SEEDS)
+        return [self.case.default.replace(seed=seed) for seed in range(1, number + 1)]
+
+    def _under(
+        self, main: Engine, law: Law, title: str, level: LevelName
+    ) -> tuple[Runs | str, list[Check]]:
+        """Return the runs of the main engine under another's rules, or why it cannot state them."""
+        trials = self.trials(main, level)
+        if reason := main.refuses(self._job(trials[0], law)):
+            return f"{main.title} cannot state the rules of {title}: {reason}", []
+        near = replace(law, words="as near to them as its script states") if law.inexact else law
+        runs, failed = self._runs(main, Runs(main.title, (), law=near, rules=title), trials)
+        return runs if runs.rows else "no seed gave a value", failed
+
+    def _job(self, trial: Any, law: Law | None) -> Job:
+        job = self.case.job(trial)
+        return replace(job, values=law.stated(job.values)) if law else job
+
+    def _runs(self, engine: Engine, runs: Runs, trials: Sequence[Any]) -> tuple[Runs, list[Check]]:
+        """Return runs with rows and curves, and the checks of those that failed.
+
+        A few at a time, so that an engine that keeps its runs goes on where it was stopped.
+        """
+        law = runs.law if runs.rules else None
+        rows, curves, undecided, failed = [], [], [], []
+        few = max(engine.workers, 1)
+        outputs: list[Output | EngineError] = []
+        for first in range(0, len(trials), few):
+            outputs += engine.run([self._job(t, law) for t in trials[first : first + few]])
+        for seed, (trial, output) in enumerate(zip(trials, outputs, strict=True), 1):
             try:
                 if isinstance(output, EngineError):
                     raise output
@@ -133,35 +207,48 @@ class BulkVerification(Verification):
             except EngineUndecidedError as error:
                 undecided.append(f"seed {seed}: {error}")
             except EngineError as error:
-                name = f"{self.case.name}: {engine.name}: seed {seed}"
-                findings.checks.append(failed_run(name, Kind.ANALYTIC, error))
-        if not rows:
-            if undecided:
-                why = f"{len(undecided)} of {len(trials)} seeds have no value; {undecided[0]}"
-                findings.checks += [not_tested(n, Kind.ANALYTIC, why) for n in names]
-            return findings
-        findings.evidence = Runs(
-            engine.title, tuple(rows), tuple(curves), len(undecided), law_of(engine.traits)
-        )
-        findings.checks += self.case.judge(names, findings.evidence, p)
-        return findings
+                who = runs.title if runs.rules else engine.name
+                name = f"{self.case.name}: {who}: seed {seed}"
+                failed.append(failed_run(name, Kind.ANALYTIC, error))
+        runs = replace(runs, rows=tuple(rows), curves=tuple(curves))
+        return replace(runs, undecided=len(undecided), why="".join(undecided[:1])), failed
 
     def compare(self, engines: Mapping[str, Findings]) -> Sequence[Check]:
         """Hold every two engines against one another by their means over the seeds."""
         return list(self.compared([f.evidence for f in engines.values() if f.evidence is not None]))
 
     def compared(self, engines: Sequence[Runs]) -> Iterator[Check]:
-        """Yield the rows that hold every two engines against one another."""
+        """Yield the rows that hold every two engines against one another.
+
+        Then those of the main engine under the rules of each engine that has others: against that
+        engine, and against itself, which is what the rules do, a finding.
+        """
         for one, other in combinations(engines, 2):
-            for quantity in self.case.equivalent:
-                name = f"{self.case.name}: {one.engine} against {other.engine}: {quantity}"
-                first, second = one.sample(quantity), other.sample(quantity)
-                if min(len(first.values), len(second.values)) < FEWEST:
-                    few = f"fewer than {FEWEST} seeds gave a value"
-                    yield not_tested(name, Kind.CROSS_CODE, few)
-                else:
-                    check = equivalence(name, first, second, MARGIN)
-                    yield differing(check, one.engine, one.law, other.engine, other.law)
+            yield from self._pair(one, other)
+        seen: set[str] = set()
+        for one in engines:
+            if isinstance(one.main, str):
+                for quantity in self.case.equivalent:
+                    name = f"{self.case.name}: the rules of {one.engine}: {quantity}"
+                    yield not_tested(name, Kind.CROSS_CODE, one.main)
+            elif one.main is not None:
+                yield from self._pair(one.main, one)
+                owns = [own for own in engines if own.engine == one.main.engine]
+                if one.main.title not in seen:
+                    yield from (effect(row) for own in owns for row in self._pair(one.main, own))
+                seen.add(one.main.title)
+
+    def _pair(self, one: Runs, other: Runs) -> Iterator[Check]:
+        """Yield the rows that hold two engines against one another."""
+        for quantity in self.case.equivalent:
+            name = f"{self.case.name}: {one.title} against {other.title}: {quantity}"
+            first, second = one.sample(quantity), other.sample(quantity)
+            if min(len(first.values), len(second.values)) < FEWEST:
+                few = f"fewer than {FEWEST} seeds gave a value"
+                yield not_tested(name, Kind.CROSS_CODE, few)
+            else:
+                check = equivalence(name, first, second, MARGIN)
+                yield differing(check, one.title, one.law, other.title, other.law)
 
 
 class BulkDisplay(Display):
@@ -170,19 +257,18 @@ class BulkDisplay(Display):
     case: BulkCase[Any]
 
     def sections(
-        self,
-        main: Findings | None,
-        solvers: Findings,
-        engines: Mapping[str, Findings],
+        self, main: Findings | None, solvers: Findings, engines: Mapping[str, Findings]
     ) -> Sequence[Section]:
         """Return the curves of all runs and the means over the seeds."""
         every = [f.evidence for f in (main, *engines.values()) if f is not None and f.evidence]
         found = list({one.engine: one for one in every}.values())
+        ruled = [one.main for one in found if isinstance(one.main, Runs)]
+        under = list({one.title: one for one in ruled}.values())
         if not found:
             return ()
         words = Words(str(sys.modules[type(self.case).__module__].__file__))
-        table = words.table("Means", list(self._means(found)))
-        table = replace(table, head=("quantity", *(one.engine for one in found)))
+        table = words.table("Means", list(self._means([*found, *under])))
+        table = replace(table, head=("quantity", *(one.title for one in (*found, *under))))
         seeds = len(found[0].rows)
         drawings = tuple(
             words.drawing(
@@ -212,6 +298,9 @@ class BulkDisplay(Display):
 QUICK = 3.0
 """[us] for a step of ten particles: slower engines are not run at level quick."""
 
+SLOW_SEEDS = 12
+"""Most seeds of such engines at level default: a bed takes them up to twenty times as long."""
+
 
 def too_slow(engine: Engine, level: LevelName) -> str:
     """Return why an engine is not run at a level, or nothing where it is."""
@@ -222,6 +311,15 @@ def too_slow(engine: Engine, level: LevelName) -> str:
         f"it takes {cost:g} us for a step of ten particles, beyond the {QUICK:g} us of level "
         "quick, which is to end within minutes; level default runs it"
     )
+
+
+def effect(check: Check) -> Check:
+    """Return the comparison of an engine with itself under other rules: what they do, a finding."""
+    if check.verdict is Verdict.NOT_TESTED and math.isnan(check.value):
+        return check
+    note = check.note.partition("; undecided")[0]
+    note = f"what the rules do, in one code: {note}; its sign is not predicted"
+    return finding(check.name, check.value, 1.0, "", note, uncertainty=check.uncertainty)
 
 
 def draw(engines: Sequence[Runs], place: int, curve: Curve) -> Figure:

@@ -6,6 +6,7 @@ with friction that it states, their laws and rules, are read off the source of 1
 
 from __future__ import annotations
 
+import math
 import re
 import sys
 from collections.abc import Mapping, Sequence
@@ -51,6 +52,12 @@ def dashpot(values: ContactValues) -> str:
     return reason
 
 
+def tied(values: ContactValues) -> ContactValues:
+    """Return its dashpot along the surface, 2 gamma sqrt(m* k_t), over the normal one."""
+    poisson = float(values["poisson_ratio"])
+    return {"tangential_damping": math.sqrt(2.0 * (1.0 - poisson) / (2.0 - poisson))}
+
+
 def springs(values: ContactValues) -> str:
     """Return why linear springs are not supported, or nothing where they are."""
     if values["tangential"] != "none" and not of_a_material(values):
@@ -81,6 +88,7 @@ CONTACTS = (
         takes("hertz", "none coeff_restitution", "none mindlin_rescale/force"),
         RULES,
         dashpot,
+        nearest=tied,
     ),
     ContactModel("DEM_D_Hertz_viscous_Coulomb_DMT", takes("dmt", "none", "none"), RULES),
 )

@@ -156,11 +156,14 @@ def test_the_worst_seed_decides():
 def test_codes_that_part_fail_in_the_quantity_that_parts():
     same = impacts()
     other = impacts("LIGGGHTS", final_depth_m=1.1 * same.rows[0]["final_depth_m"])
-    found = {row.name.rpartition(": ")[2]: row.verdict for row in CASE.compared([same, other])}
+    found = {
+        row.name.rpartition(": ")[2]: row.verdict
+        for row in CASE.verification.compared([same, other])
+    }
     assert found.pop("final_depth_m") is Verdict.FAIL
     assert set(found.values()) == {Verdict.PASS}
     few = replace(other, rows=other.rows[:3])
-    assert {row.verdict for row in CASE.compared([same, few])} == {Verdict.NOT_TESTED}
+    assert {row.verdict for row in CASE.verification.compared([same, few])} == {Verdict.NOT_TESTED}
 
 
 @pytest.fixture(scope="module")

@@ -174,13 +174,16 @@ def test_a_planted_fault_turns_its_check(fault, verdicts):
 
 def test_codes_of_other_rates_fail_and_few_or_scattered_seeds_decide_nothing():
     same, other = runs(), runs("LIGGGHTS", discharge_rate_per_s=1700.0)
-    verdicts = {row.name.rpartition(": ")[2]: row.verdict for row in CASE.compared([same, other])}
+    verdicts = {
+        row.name.rpartition(": ")[2]: row.verdict
+        for row in CASE.verification.compared([same, other])
+    }
     assert verdicts.pop("discharge_rate_per_s") is Verdict.FAIL
     assert set(verdicts.values()) == {Verdict.PASS}
     near = runs("LIGGGHTS", discharge_rate_per_s=2000.0 / 0.95)
-    assert next(CASE.compared([same, near])).verdict is Verdict.NOT_TESTED
+    assert next(CASE.verification.compared([same, near])).verdict is Verdict.NOT_TESTED
     few = Runs("LIGGGHTS", same.rows[:3])
-    assert {row.verdict for row in CASE.compared([same, few])} == {Verdict.NOT_TESTED}
+    assert {row.verdict for row in CASE.verification.compared([same, few])} == {Verdict.NOT_TESTED}
 
 
 def test_arches_are_shown_with_their_probability():
@@ -193,7 +196,7 @@ def test_arches_are_shown_with_their_probability():
 class Arching:
     """An engine whose first runs arch."""
 
-    name, title, traits = "lammps", "LAMMPS", TRAITS
+    name, title, traits, workers = "lammps", "LAMMPS", TRAITS, 99
 
     def __init__(self, arches):
         self.arches = arches
@@ -264,5 +267,5 @@ def test_walls_of_twice_the_triangles_let_as_much_pass():
             pairs = zip(trials, engine.run(jobs), strict=True)
             rows = tuple(CASE.read(p, found, TRAITS) for p, found in pairs)
             samples.append(Runs(f"{facets} facets", rows))
-    row = next(CASE.compared(samples))
+    row = next(CASE.verification.compared(samples))
     assert row.verdict is Verdict.PASS, row.note
