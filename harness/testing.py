@@ -36,7 +36,6 @@ import numpy as np
 
 from harness.cases.contact.contact_case import ContactCase
 from harness.cases.contact.verification import verify_trials
-from harness.cases.contract import Study
 from harness.cases.drop.case import TEMPLATE as DROP
 from harness.cases.drop.case import Drop
 from harness.cases.drop.case import job_of as drop_job
@@ -51,6 +50,7 @@ from harness.cases.tower.run import run_towers
 from harness.cases.tower.system import TEMPLATE as TOWER
 from harness.cases.tower.system import job_of as tower_job
 from harness.cases.tower.system import timing_of
+from harness.cases.verification import Study
 from harness.comparison.verdicts import Verdict
 from harness.engines.contract import Engine, Job, Output, Template
 from harness.engines.process import Limits, signal_of

@@ -40,7 +40,7 @@ class BounceCase(ContactCase[Bounce]):
 
     name = "bounce"
     submodels = (*NORMAL, *OLD_NORMAL)
-    beside = NORMAL_BESIDE
+    other_submodels = NORMAL_BESIDE
     # off a sphere it would fall, but not within a contact: round-off sideways has no time to grow
     systems: ClassVar[Told] = {name: SYSTEMS[name] for name in ("wall", "frozen sphere")}
     sets: ClassVar[Told] = {"usual": NORMAL[1].law, **BOUNCE}

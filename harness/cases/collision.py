@@ -53,8 +53,8 @@ class CollisionCase(ContactCase[Collision]):
         *(one for one in ROLLING if one.name == "rolling sds, linear_history"),
         *(one for one in TANGENTIAL if one.name == "mindlin"),
     )
-    beside = (*TANGENTIAL_BESIDE, *ROLLING_UNDAMPED)
-    shown = "tangential_ratio"
+    other_submodels = (*TANGENTIAL_BESIDE, *ROLLING_UNDAMPED)
+    drawn_quantity = "tangential_ratio"
     has_invariances = False  # of the same laws those of an oblique impact
     sets: ClassVar[Told] = {"usual": {"partner": "sphere", **SLIDING}}
     systems: ClassVar[Told] = {

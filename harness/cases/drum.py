@@ -20,17 +20,18 @@ from harness.cases.bulk.materials import (
     SteelModulus,
     StepSize,
     check_memory,
-    values_of,
 )
+from harness.cases.bulk.materials import values_of as bed_values
 from harness.cases.bulk.mixing import cells_of, lacey_index, surface_angle
+from harness.cases.bulk.places import PUBLISHED, Cylinder, read_grains, write_grains
 from harness.cases.bulk.restarts import check_rows, restart_values
 from harness.cases.bulk.rules import ALLOWED
 from harness.cases.bulk.seeds import BulkCase, Curve, Runs
 from harness.comparison.verdicts import Check, Kind, Tolerance, judge
 from harness.engines.border import engine_seconds
-from harness.engines.contract import Job, Output, Template
+from harness.engines.contract import Job, Output, Template, Value
 from harness.engines.traits import Traits
-from harness.errors import EngineLostAtomsError
+from harness.errors import EngineLostAtomsError, RequestError
 from harness.parameters.allowed import allowed_in
 
 if TYPE_CHECKING:
@@ -56,6 +57,11 @@ class Drum(Bed):
     ROWS = 100
     DERIVED = frozenset({"settle_time", "turn", "cell"})
 
+    places: str = Field(
+        "",
+        description="[-] file of the grains' places, lines of radius x y z [m] from the middle of "
+        "the axis; published: that of Dosta and others; empty: lattices that settle",
+    )
     large_layers: int = Field(
         1, ge=-1000, le=1000, description="[-] layers of large grains above the axis"
     )
@@ -82,8 +88,8 @@ class Drum(Bed):
 
     @model_validator(mode="after")
     def _holds(self) -> Drum:
-        for kind, number in (("large", self.large_grains), ("small", self.small_grains)):
-            if number == 0:
+        for kind in ("large", "small") if not self.places else ():
+            if getattr(self, f"{kind}_grains") == 0:
                 raise ValueError(
                     f"{kind}_layers = {getattr(self, f'{kind}_layers')}: no {kind} grain finds "
                     "room in the drum"
@@ -110,15 +116,33 @@ class Drum(Bed):
     @property
     def large_grains(self) -> int:
         """Return how many large grains there are: in the drum, below the split."""
+        if self.places:
+            return len(self.bed[0])
         low, high = -self.drum_radius, self.split - self.large_radius * (1.0 + self.scatter)
         return self._sites(self.large_radius, low, high)
 
     @property
     def small_grains(self) -> int:
         """Return how many small grains there are: so many layers above the split."""
+        if self.places:
+            return len(self.bed[1])
         low = self.split + self.small_radius * (1.0 + self.scatter)
         high = low + 2.0 * self.small_layers * self.small_radius * self.spacing
         return self._sites(self.small_radius, low, high)
+
+    @property
+    def bed(self) -> tuple[Floats, Floats]:
+        """Return the places of large and of small grains of a file, (N, 3) [m] each.
+
+        Raise RequestError for a bad file, or one without a kind.
+        """
+        radii = (("large_radius", self.large_radius), ("small_radius", self.small_radius))
+        rows = read_grains(self.places, radii, Cylinder(self.drum_radius, self.drum_length))
+        large = rows[:, 0] == self.large_radius
+        for (name, radius), number in zip(radii, (large.sum(), (~large).sum()), strict=True):
+            if number == 0:
+                raise RequestError(f"places {self.places}: no grain of {name} = {radius:g} m")
+        return rows[large, 1:], rows[~large, 1:]
 
     def _sites(self, radius: float, low: float, high: float) -> int:
         """Return how many sites (i + 1/2) pitches have room in the drum between two heights."""
@@ -167,6 +191,19 @@ class Drum(Bed):
     def every(self) -> int:
         """Return the steps between two rows of the series."""
         return max(1, round(self.time / self.step_size / self.ROWS))
+
+
+def values_of(p: Drum) -> dict[str, Value]:
+    """Return the values of a script; places are in a file that is named by its content."""
+    more: dict[str, Value] = {"bed": "lattice", "places": "none"}
+    if p.places:
+        rim = p.drum_radius + 4.0 * p.large_radius
+        half = 0.5 * p.drum_length + 4.0 * p.large_radius
+        kinds = zip(p.bed, (p.large, p.small), strict=True)
+        grains = [(places, kind.radius, kind.density) for places, kind in kinds]
+        path = write_grains(grains, ((-rim, rim), (-half, half), (-rim, rim)))
+        more = {"bed": "file", "places": str(path)}
+    return {**bed_values(p), **more}
 
 
 TEMPLATE = Template(NAME, {"": values_of(Drum())}, allowed=allowed_in(Drum) | ALLOWED)
@@ -242,16 +279,15 @@ class DrumCase(BulkCase[Drum]):
 
     def source_of(self, preset: str) -> str:
         """Return where materials and process were published."""
-        if preset == "published":
-            return "Dosta and others 2024, filled from lattices: 8,208 and 30,384 grains"
+        if preset == PUBLISHED:
+            return "Dosta and others 2024, the bed of 38,000"
         return "Dosta and others 2024 (moduli four thousand times smaller, a quarter of the size)"
 
     @property
     def presets(self) -> Mapping[str, Drum]:
         """Return seven hundred soft grains, and the drum of 38,000 as published."""
         published = Drum(
-            large_layers=1,
-            small_layers=16,
+            places=PUBLISHED,
             large_youngs_modulus=5e8,
             small_youngs_modulus=1e9,
             steel_youngs_modulus=2.1e11,
@@ -259,10 +295,10 @@ class DrumCase(BulkCase[Drum]):
             drum_length=0.06,
             speed=2.0,
             turn=math.degrees(10.0),
-            settle_time=0.3,
+            settle_time=0.0,
             step_size=8e-7,
         )
-        return {"small": Drum(), "published": published}
+        return {"small": Drum(), PUBLISHED: published}
 
     def job(self, parameters: Drum) -> Job:
         """Return the job of one drum; raise RequestError for more grains than memory holds."""

@@ -13,6 +13,7 @@ from harness.cases.contact.impact import head_on, impact, overlap_of, relative_v
 from harness.cases.contact.limits import NORMALS, Scan
 from harness.cases.contact.motion import Motion, crossing, peak, value_at
 from harness.cases.contact.parameters import ContactSystem, Speed, met
+from harness.cases.contact.report import ContactDisplay, force_over_overlap
 from harness.cases.contact.submodels import (
     BRANCHES,
     COHESIVE,
@@ -47,10 +48,11 @@ class HeadOnCase(ContactCase[HeadOn]):
     """A sphere meets a wall or a sphere head-on: restitution, contact time, peaks."""
 
     name = "head-on"
+    shown_by = "harness.cases.head_on:HeadOnDisplay"
     sets: ClassVar[Told] = {"elastic": {}, **HEAD_ON}
     systems: ClassVar[Told] = {**SYSTEMS, **TWO_MATERIALS}
     submodels = (*NORMAL, *COHESIVE, *OLD_NORMAL, *BRANCHES, *OLD_CLIPPED, *TOGETHER)
-    beside = NORMAL_BESIDE
+    other_submodels = NORMAL_BESIDE
     invariant = (*NORMAL, *COHESIVE, *OLD_NORMAL, *BRANCHES, *TOGETHER)
     over_ranks = ("jkr", "mdr, yield")
     scan = Scan("largest_force_N", "speed", (0.1, 0.2, 0.5, 1.0, 2.0, 3.0), NORMALS)
@@ -74,10 +76,16 @@ class HeadOnCase(ContactCase[HeadOn]):
             quantities["largest_overlap_m"] = value_at(turn, motion.time, overlap, rate)
         return quantities
 
+    def closed_forms(self, parameters: HeadOn) -> Mapping[str, float]:
+        """Return what is known exactly of linear springs, Hertz's and constant restitution."""
+        return head_on(parameters, parameters.speed)
+
+
+class HeadOnDisplay(ContactDisplay):
+    """Shows the force over the overlap, too."""
+
     def drawings(self, evidence: Evidence) -> Sequence[Drawing]:
         """Return the errors, and the force over the overlap."""
-        from harness.cases.contact.report import force_over_overlap
-
         force = Drawing(
             "head-on-force",
             "head-on: force over overlap",
@@ -86,10 +94,6 @@ class HeadOnCase(ContactCase[HeadOn]):
             lambda: force_over_overlap(evidence.refined, evidence.who),
         )
         return (force, *super().drawings(evidence))
-
-    def closed_forms(self, parameters: HeadOn) -> Mapping[str, float]:
-        """Return what is known exactly of linear springs, Hertz's and constant restitution."""
-        return head_on(parameters, parameters.speed)
 
 
 CASE = HeadOnCase()

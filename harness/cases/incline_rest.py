@@ -35,7 +35,7 @@ class InclineRestCase(RestingCase[InclineRest]):
 
     name = "incline-rest"
     submodels = ROLLING
-    beside = (*ROLLING_BESIDE, *ROLLING_UNDAMPED)
+    other_submodels = (*ROLLING_BESIDE, *ROLLING_UNDAMPED)
     every_level = ("wall, rests",)
     # tan(angle) over mu_r = 0.05: 0.35, so that a spring without a dashpot holds it as well; 1.4
     systems: ClassVar[Told] = {"wall, rests": {"angle": 1.0}, "wall, rolls": {"angle": 4.0}}

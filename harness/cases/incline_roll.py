@@ -38,8 +38,8 @@ class InclineRollCase(Friction, RestingCase[InclineRoll]):
 
     name = "incline-roll"
     # a linear spring without a dashpot rings on: what its phase is off hides the limit
-    beside = (
-        *(one for one in Friction.beside if one.name != "linear_history, elastic"),
+    other_submodels = (
+        *(one for one in Friction.other_submodels if one.name != "linear_history, elastic"),
         *ROLLING_ON,
     )
     sets: ClassVar[Told] = {"rolls": SLIDING}

@@ -21,10 +21,12 @@ import numpy as np
 from pydantic import Field
 from scipy import stats
 
-from harness.cases.contract import Case, LevelName, Plan, Reference, tolerances_of
+from harness.cases.contract import Case, LevelName, Plan, Reference
+from harness.cases.display import Display
 from harness.cases.layers.averages import Mean, mean_of
 from harness.cases.layers.case import PACKED
 from harness.cases.layers.system import CONTACT_ALLOWED, Packing, values_of
+from harness.cases.text import tolerances_of
 from harness.engines.border import engine_seconds
 from harness.engines.contract import Job, Output, Template
 from harness.engines.traits import Traits
@@ -357,6 +359,7 @@ class FlowCase(Case[Flow]):
     name = NAME
     group = "layers"
     template = TEMPLATE
+    shown_by = "harness.cases.layers_flow:FlowDisplay"
 
     @property
     def presets(self) -> Mapping[str, Flow]:
@@ -394,6 +397,10 @@ class FlowCase(Case[Flow]):
     def plans(self, level: LevelName, traits: Traits) -> Sequence[Plan[Flow]]:
         """Return a small flow, whose balances are judged."""
         return [Plan("a small flow", PLANNED, TOLERANCES)]
+
+
+class FlowDisplay(Display):
+    """Shows friction and solid fraction over the inertial number."""
 
     def figures(self, rows: pd.DataFrame) -> Mapping[str, Callable[[], Figure]]:
         """Return friction and solid fraction over the inertial number."""

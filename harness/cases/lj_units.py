@@ -49,7 +49,7 @@ class LjUnitsCase(SurroundedCase[InLjUnits]):
         *(one for one in TANGENTIAL if one.name == "mindlin_rescale/force"),
         *(one for one in COHESIVE_FRICTION if one.name == "mindlin, jkr"),
     )
-    shown = "tangential_ratio"
+    drawn_quantity = "tangential_ratio"
     sets: ClassVar[Told] = {"usual": SLIDING}
     systems: ClassVar[Told] = {
         name: SYSTEMS[name] for name in ("wall", "two spheres", "unequal spheres")

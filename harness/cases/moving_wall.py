@@ -16,7 +16,7 @@ import numpy as np
 from pydantic import Field
 
 from harness.cases.contact.contact_case import Resting, RestingCase, rolling
-from harness.cases.contact.limits import Scan, Tried
+from harness.cases.contact.limits import Scan
 from harness.cases.contact.motion import Array, Motion
 from harness.cases.contact.parameters import (
     Speed,
@@ -26,13 +26,10 @@ from harness.cases.contact.parameters import (
     tangential_stiffness,
 )
 from harness.cases.contact.submodels import SLIDING, TANGENTIAL, Told
-from harness.cases.contact.surroundings import ClosedFormCase, SurroundedCase, refused
-from harness.cases.contract import Reference
+from harness.cases.contact.surroundings import SurroundedCase, refused
 from harness.engines.contract import Value
 from harness.errors import RequestError
-from harness.parameters.rules import Rules
 from harness.parameters.scene import ZERO, ContactScene, Vector
-from harness.report.sections import Plot
 from harness.theory.contact import driven
 
 INSTANTS = 4000
@@ -187,18 +184,9 @@ class MovingWallCase(RestingCase[MovingWall], SurroundedCase[MovingWall]):
         wall = parameters.largest * np.sin(w * times)
         return rate + wall if factor == 1.0 else (rate + wall) / factor
 
-    def expected(self, parameters: MovingWall, rules: Rules) -> Mapping[str, Reference]:
-        """Return the closed forms of an oscillation, else what the integration gives as well."""
-        if parameters.moves == "shear":
-            return super().expected(parameters, rules)
-        exact = self.closed_forms(parameters)
-        return {name: Reference(value, "closed form") for name, value in exact.items()}
-
-    def plot(self, one: Tried, who: str) -> Plot:
-        """Return the motion, of an oscillating plane that of the run alone."""
-        if one.finest.moves == "shear":
-            return super().plot(one, who)
-        return ClosedFormCase.plot(self, one, who)  # type: ignore[arg-type]
+    def is_integrated(self, parameters: MovingWall) -> bool:
+        """Return whether the plane runs off: no scene has one that oscillates."""
+        return parameters.moves == "shear"
 
 
 CASE = MovingWallCase()

@@ -16,10 +16,10 @@ from pydantic import Field
 
 from harness.cases.contact.contact_case import ContactCase, Friction
 from harness.cases.contact.impact import impact, relative_velocity
-from harness.cases.contact.limits import Evidence, RefinedTrial, Scan, Tried
+from harness.cases.contact.limits import Evidence, RefinedTrial, Scan
 from harness.cases.contact.motion import Array, Motion
 from harness.cases.contact.parameters import ContactSystem, Speed, between, met
-from harness.cases.contact.report import ANGLES, OverAngle, expected_scan, ratio_plot
+from harness.cases.contact.report import ANGLES, ContactDisplay, OverAngle, expected_scan
 from harness.cases.contact.submodels import (
     HERTZ,
     OBLIQUE,
@@ -30,12 +30,13 @@ from harness.cases.contact.submodels import (
     TWO_MATERIALS,
     Told,
 )
-from harness.cases.contract import Study
+from harness.cases.contact.verification import ContactVerification
+from harness.cases.verification import Study
 from harness.comparison.verdicts import finding
 from harness.comparison.verification import Findings
 from harness.parameters.rules import Rules
 from harness.parameters.scene import ZERO, ContactScene
-from harness.report.sections import Drawing, Plot, Section
+from harness.report.sections import Drawing, Section
 from harness.report.style import BLACK, COLOURS, STYLES, Figure, legend_below, panels
 from harness.shown import in_words
 from harness.theory.contact import (
@@ -211,44 +212,18 @@ class ObliqueCase(Friction, ContactCase[Oblique]):
     """A sphere meets a wall or a sphere at an angle: velocity ratios and spin."""
 
     name = "oblique"
+    verified_by = "harness.cases.oblique:ObliqueVerification"
+    shown_by = "harness.cases.oblique:ObliqueDisplay"
     sets: ClassVar[Told] = {"usual": SLIDING, **OBLIQUE}
-    beside = (*Friction.beside, *ROLLING_UNDAMPED)
-    shown = "tangential_ratio"
+    other_submodels = (*Friction.other_submodels, *ROLLING_UNDAMPED)
+    drawn_quantity = "tangential_ratio"
+    over_angle = OVER_ANGLE
     systems: ClassVar[Told] = {**SYSTEMS, **TWO_MATERIALS}
     two_materials_of = "mindlin"
     submodels = (*Friction.submodels, *RUBBING)
     invariant = submodels
     over_ranks = ("mindlin_rescale/force", "old hooke/history")
     scan = Scan("tangential_ratio", "angle", (5.0, 15.0, 25.0, 35.0, 45.0, 55.0, 65.0, 75.0, 85.0))
-
-    def drawings(self, evidence: Evidence) -> Sequence[Drawing]:
-        """Return the velocity ratio over the angle, and the errors."""
-        over_angle = Drawing(
-            "oblique-ratio",
-            "oblique: velocity ratio over the angle",
-            "Tangential velocity after over that before, by law, for a sphere on a wall.",
-            lambda: ratio_over_angle(self, evidence.refined, evidence.who),
-        )
-        return (over_angle, *super().drawings(evidence))
-
-    def verify_own(self, study: Study) -> Findings:
-        """Compare Mindlin's laws, which stick as a whole, with partial slip."""
-        return Findings(self.name) if study.level == "quick" else beside_partial_slip(self)
-
-    def sections(
-        self, main: Findings | None, own: Findings, beside: Mapping[str, Findings]
-    ) -> Sequence[Section]:
-        """Add the curve of partial slip to the sections of a contact case."""
-        sections = super().sections(main, own, beside)
-        further = drawn_beside(own.evidence or {})
-        return [replace(section, drawings=(*section.drawings, *further)) for section in sections]
-
-    def plot(self, one: Tried, who: str) -> Plot:
-        """Return the velocity ratio over the angle; of mdr between spheres the motion alone."""
-        if one.finest.normal == "mdr" and one.finest.partner != "wall":
-            # its integration takes seconds at glancing angles, with a bulk response minutes
-            return super().plot(one, who)
-        return ratio_plot(self, one, who, OVER_ANGLE)
 
     def scene(self, parameters: Oblique) -> ContactScene:
         """Return the impact; samples before and after it."""
@@ -271,6 +246,40 @@ class ObliqueCase(Friction, ContactCase[Oblique]):
     def sizes(self, parameters: Oblique) -> Mapping[str, float]:
         """Return Coulomb's limit of the impulses' ratio, 1 at most: a larger one is not reached."""
         return {"tangential_impulse_ratio": min(parameters.friction or 1.0, 1.0)}
+
+
+class ObliqueVerification(ContactVerification):
+    """Compares laws with partial slip, too."""
+
+    case: ObliqueCase
+
+    def run_solvers(self, study: Study) -> Findings:
+        """Compare Mindlin's laws, which stick as a whole, with partial slip."""
+        if study.level == "quick":
+            return super().run_solvers(study)
+        return beside_partial_slip(self.case)
+
+
+class ObliqueDisplay(ContactDisplay):
+    """Shows velocity ratios over the angle, and the curve of partial slip."""
+
+    def drawings(self, evidence: Evidence) -> Sequence[Drawing]:
+        """Return the velocity ratio over the angle, and the errors."""
+        over_angle = Drawing(
+            "oblique-ratio",
+            "oblique: velocity ratio over the angle",
+            "Tangential velocity after over that before, by law, for a sphere on a wall.",
+            lambda: ratio_over_angle(self.case, evidence.refined, evidence.who),
+        )
+        return (over_angle, *super().drawings(evidence))
+
+    def sections(
+        self, main: Findings | None, solvers: Findings, engines: Mapping[str, Findings]
+    ) -> Sequence[Section]:
+        """Add the curve of partial slip to the sections of a contact case."""
+        sections = super().sections(main, solvers, engines)
+        further = drawn_beside(solvers.evidence or {})
+        return [replace(section, drawings=(*section.drawings, *further)) for section in sections]
 
 
 CASE = ObliqueCase()

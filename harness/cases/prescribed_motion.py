@@ -48,7 +48,8 @@ from harness.cases.contact.submodels import (
     TWO_MATERIALS,
     Told,
 )
-from harness.cases.contract import Study
+from harness.cases.contact.verification import ContactVerification
+from harness.cases.verification import Study
 from harness.comparison.verdicts import Check, finding
 from harness.comparison.verification import Findings
 from harness.engines.contract import Engine
@@ -205,11 +206,12 @@ class PrescribedMotionCase(ContactCase[PrescribedMotion]):
     """Forces along a given motion: pressed, sheared to and fro, lifted, rolled, twisted."""
 
     name = "prescribed-motion"
+    verified_by = "harness.cases.prescribed_motion:PrescribedMotionVerification"
     submodels = (
         *(*TANGENTIAL, *OLD_TANGENTIAL, *ROLLING, *TWISTING),
         *(*COHESIVE_FRICTION, *TURNING),
     )
-    beside = (
+    other_submodels = (
         *(*TANGENTIAL_BESIDE, *ROLLING_BESIDE),
         *(*ROLLING_UNDAMPED, *TWISTING_UNDAMPED, *TURNING_UNDAMPED, *TWISTING_BESIDE),
     )
@@ -263,11 +265,6 @@ class PrescribedMotionCase(ContactCase[PrescribedMotion]):
             every=half,
             segments=pieces,
         )
-
-    def verify(self, engine: Engine, study: Study) -> Findings:
-        """Add what the lever of the engine makes of a pair that turns as one body."""
-        findings = super().verify(engine, study)
-        return replace(findings, checks=[*findings.checks, *levers(self, findings)])
 
     def observed(self, parameters: PrescribedMotion, motion: Motion) -> Mapping[str, float]:
         """Return forces and torques at the ends of the pieces."""
@@ -371,6 +368,15 @@ def _turning(parameters: PrescribedMotion) -> Iterator[tuple[str, float]]:
         first, _, back = limited_forces(k, eta, limit * load, pieces)
         yield f"{name}_forth_ratio", first / load / lever
         yield f"{name}_back_ratio", back / load / lever
+
+
+class PrescribedMotionVerification(ContactVerification):
+    """Adds a finding on the lever of torques."""
+
+    def run(self, engine: Engine, study: Study) -> Findings:
+        """Add what the lever of the engine makes of a pair that turns as one body."""
+        findings = super().run(engine, study)
+        return replace(findings, checks=[*findings.checks, *levers(self.case, findings)])
 
 
 CASE = PrescribedMotionCase()

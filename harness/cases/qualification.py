@@ -6,8 +6,9 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from harness.cases.contract import Case, Study
+from harness.cases.contract import Case
 from harness.cases.registry import all_cases
+from harness.cases.verification import Study
 from harness.comparison.verdicts import Check, Verdict
 from harness.comparison.verification import Findings
 from harness.engines.border import STATED_SECONDS, in_words
@@ -60,9 +61,9 @@ def qualify(
     wanted = all_cases().values() if cases is None else cases
     chosen = [case for case in wanted if case.qualifies and engine.states(case.template)]
     if tell is not None and engine.fingerprint() is None:
-        seconds = sum(case.seconds_to_verify(engine) for case in chosen)
+        seconds = sum(case.verification.seconds(engine) for case in chosen)
         announce(engine, "its qualification", seconds, tell)
-    by_case = {case.name: case.verify(engine, study or Study()) for case in chosen}
+    by_case = {case.name: case.verification.run(engine, study or Study()) for case in chosen}
     checks = tuple(check for findings in by_case.values() for check in findings.checks)
     return Qualification(engine.name, checks, by_case)
 

@@ -150,6 +150,10 @@ def _loaded(point: EntryPoint) -> Case[Any]:
             f"{where}: {point.value} is no case but {type(case).__name__}: must be an instance "
             "of harness.cases.contract.Case"
         )
+    try:
+        case.verification  # noqa: B018 - what it names must be there before anything runs
+    except (ImportError, AttributeError, ValueError) as error:
+        raise RequestError(f"{where}: verified_by = {case.verified_by!r}: {error}") from None
     without = [quantity.name for quantity in case.quantities if not quantity.unit]
     if without:
         raise RequestError(f"{where}: quantity {without[0]!r} has no unit ('1' for a pure number)")

@@ -31,7 +31,7 @@ class RollingResistanceCase(RestingCase[RollingResistance]):
 
     name = "rolling-resistance"
     submodels = ROLLING
-    beside = (*ROLLING_BESIDE, *ROLLING_UNDAMPED)
+    other_submodels = (*ROLLING_BESIDE, *ROLLING_UNDAMPED)
     every_level = ("wall, stands",)
     sets: ClassVar[Told] = {"rolls": {"friction": 0.3, **ROLLING[0].law}}
     systems: ClassVar[Told] = {"wall, rolls": {}, "wall, stands": {"speed": 2e-3}}

@@ -44,7 +44,7 @@ class SlipToRollCase(Friction, RestingCase[SlipToRoll]):
     """A sphere slides on a floor until it rolls, at 5/7 of its speed."""
 
     name = "slip-to-roll"
-    beside = (*Friction.beside, *ROLLING_ON)
+    other_submodels = (*Friction.other_submodels, *ROLLING_ON)
     sets: ClassVar[Told] = {"usual": SLIDING, **MFIX}
     systems: ClassVar[Told] = {"wall": {}}
     scan = Scan("speed_ratio", "duration", (0.1, 0.3, 0.5, 0.7, 0.9, 1.1, 1.3, 1.5))

@@ -10,13 +10,12 @@ from pydantic import Field
 
 from harness.cases.contact.contact_case import ContactCase, Friction
 from harness.cases.contact.impact import impact, relative_velocity
-from harness.cases.contact.limits import Scan, Tried
+from harness.cases.contact.limits import Scan
 from harness.cases.contact.motion import Array, Motion
 from harness.cases.contact.parameters import ContactSystem, Speed, Turning, met
-from harness.cases.contact.report import OverAngle, ratio_plot
+from harness.cases.contact.report import OverAngle
 from harness.cases.contact.submodels import ROLLING_ON, SLIDING, SPIN, Told
 from harness.parameters.scene import ContactScene, Vector
-from harness.report.sections import Plot
 
 
 def _spin(parameters: Spin, angle: float) -> float:
@@ -75,14 +74,11 @@ class SpinCase(Friction, ContactCase[Spin]):
     """A spinning sphere meets a wall or a sphere: spin left, velocity gained."""
 
     name = "spin"
-    beside = (*Friction.beside, *ROLLING_ON)
+    other_submodels = (*Friction.other_submodels, *ROLLING_ON)
     sets: ClassVar[Told] = {"usual": SLIDING, **SPIN}
-    shown = "spin_ratio"
+    drawn_quantity = "spin_ratio"
+    over_angle = OVER_ANGLE
     scan = Scan("spin_ratio", "spin", (25.0, 50.0, 100.0, 150.0, 200.0, 300.0, 400.0))
-
-    def plot(self, one: Tried, who: str) -> Plot:
-        """Return the spin that is left over the angle of the velocity at the contact."""
-        return ratio_plot(self, one, who, OVER_ANGLE)
 
     def scene(self, parameters: Spin) -> ContactScene:
         """Return the impact; samples before and after it."""

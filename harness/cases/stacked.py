@@ -89,7 +89,7 @@ class StackedCase(ContactCase[Stacked]):
 
     name = "stacked"
     submodels = tuple(one for one in NORMAL if "clipped" not in one.name)
-    beside = tuple(one for one in (*NORMAL, *NORMAL_BESIDE) if "clipped" in one.name)
+    other_submodels = tuple(one for one in (*NORMAL, *NORMAL_BESIDE) if "clipped" in one.name)
     sets: ClassVar[Told] = {"usual": {"partner": "sphere", **NORMAL[1].law}, **MFIX}
     lasts = True
     systems: ClassVar[Told] = {

@@ -46,7 +46,7 @@ class TwistCase(RestingCase[Twist]):
 
     name = "twist"
     submodels = TWISTING
-    beside = (*TWISTING_BESIDE, *TWISTING_UNDAMPED)
+    other_submodels = (*TWISTING_BESIDE, *TWISTING_UNDAMPED)
     lasts = True
     every_level = ("wall, stands", "wall, swings")
     sets: ClassVar[Told] = {"spins": {"friction": 0.3, **TWISTING[0].law}}

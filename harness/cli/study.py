@@ -29,7 +29,7 @@ from harness.workflows.slurm_queue import ExecutorOptions
 Executors = Annotated[ExecutorOptions, Parameter(name="*", group=panel("Where it runs"))]
 
 if TYPE_CHECKING:
-    from harness.cases.contract import Level
+    from harness.cases.contract import LevelName
     from harness.workflows.study_run import StudyResult
     from harness.workflows.sweep_run import Executor
 
@@ -63,7 +63,7 @@ class StudyOptions(CostOptions, ProgramOptions):
     """Folder of the report. [default: reports/runs/DATE-study]"""
 
     @property
-    def level(self) -> Level:
+    def level(self) -> LevelName:
         """Return how much is run; raise RequestError for both options."""
         if self.quick and self.full:
             raise RequestError("--quick and --full: give one of them only")

@@ -349,7 +349,7 @@ def _say_cost(choice: VerifyOptions, fresh: bool) -> None:
     ]
     last = f"took {took[0]:.0f} s when last run" if took else "no earlier run tells what it takes"
     kept = "" if fresh else "; runs that are kept are not made again"
-    cost = {case.name: case.cost.get(choice.level) for case in cases}
+    cost = {case.name: case.verification.cost.get(choice.level) for case in cases}
     each = ", ".join(n if s is None else f"{n} {s:.0f} s" for n, s in cost.items())
     # the part of the time that a pattern leaves out is not known
     complete = cases and not choice.only and None not in cost.values()

@@ -77,10 +77,11 @@ def duration_unclipped(zeta: float) -> float:
 
 
 def largest_overlap(zeta: float) -> float:
-    """Return omega x / v [-] where x' = 0; zeta below 1.
+    """Return omega x / v [-] where x' = 0.
 
     x = exp(-zeta omega t) sin(root omega t) / root, root^2 = 1 - zeta^2, turns where
-    tan(root omega t) = root / zeta, half the time of :func:`duration_clipped`.
+    tan(root omega t) = root / zeta, half the time of :func:`duration_clipped`; beyond zeta = 1
+    with sinh and tanh.
     """
     return math.exp(-0.5 * zeta * duration_clipped(zeta))
 

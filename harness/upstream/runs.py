@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from harness.cases.contact.predictions import as_the_defect_makes_it
-from harness.cases.contract import failed_part
+from harness.cases.verification import failed_part
 from harness.comparison.convergence import limit
 from harness.comparison.known_defects import KnownDefect
 from harness.comparison.verdicts import (

@@ -254,7 +254,7 @@ def releases(
         else:
             columns.append(_column(name, verification))
     progress("releases", len(names), len(names))
-    tolerances = {case.name: case.regression for case in chosen}
+    tolerances = {case.name: case.verification.regression for case in chosen}
     requested = cases if isinstance(cases, str) else ",".join(cases or ())
     return release_matrix(level, here(), columns, tolerances, title, requested)
 

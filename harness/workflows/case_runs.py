@@ -14,6 +14,7 @@ from pydantic_core import PydanticUndefined
 
 from harness import __version__
 from harness.cases.contract import Case, Measured, Reference
+from harness.cases.display import Display
 from harness.cases.registry import MAIN, all_cases, get_case
 from harness.engines.border import refuse_endless
 from harness.engines.contract import Engine
@@ -88,7 +89,7 @@ def _info(case: Case[Any]) -> CaseInfo:
         derived={
             quantity.name: quantity.unit for more in case.derived() for quantity in more.quantities
         },
-        verify_seconds=dict(case.cost),
+        verify_seconds=dict(case.verification.cost),
     )
 
 
@@ -436,9 +437,15 @@ def film(
     chosen = get_case(case)
     check_frames(frames, "film")
     with opened(engine, fresh=fresh) as running:
-        movie = chosen.film(running, parameters_of(chosen, settings) if settings else None, frames)
+        movie = chosen.display.film(
+            running, parameters_of(chosen, settings) if settings else None, frames
+        )
     if movie is None:
-        have = [other.name for other in all_cases().values() if type(other).film is not Case.film]
+        have = [
+            other.name
+            for other in all_cases().values()
+            if type(other.display).film is not Display.film
+        ]
         raise RequestError(f"film: case {case!r} has none; must be one of {', '.join(have)}")
     return movie
 
@@ -449,7 +456,7 @@ def film_section(cases: Iterable[str], engine: Engine) -> Section:
     for name in cases:
         case = get_case(name)
         try:
-            movie = case.film(engine) if engine.states(case.template) else None
+            movie = case.display.film(engine) if engine.states(case.template) else None
         except HarnessError as error:
             failures.append(f"The film of case {name} could not be made: {error}")
         else:

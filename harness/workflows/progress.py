@@ -17,8 +17,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
-from harness.cases.contract import Progress as Progress
-from harness.cases.contract import silent as silent
+from harness.cases.verification import Progress as Progress
+from harness.cases.verification import silent as silent
 
 if TYPE_CHECKING:
     from rich.progress import Task

@@ -17,18 +17,9 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
-from harness.cases.contract import (
-    Arm,
-    Case,
-    CaseStudy,
-    Conclusion,
-    EngineOf,
-    Level,
-    Measured,
-    Row,
-    StudyCost,
-)
+from harness.cases.contract import Case, LevelName, Measured
 from harness.cases.registry import all_cases, get_case
+from harness.cases.study import Arm, CaseStudy, Conclusion, EngineOf, Row, StudyCost
 from harness.engines.registry import engine_class
 from harness.errors import EngineMissingError, EngineUndecidedError, HarnessError, RequestError
 from harness.files import RESTARTS, cache_place
@@ -262,7 +253,7 @@ class StudyResult(Result):
     case: str
     title: str
     question: str
-    level: Level
+    level: LevelName
     engine: str
     runs: tuple[Row, ...]
     conclusion: Conclusion
@@ -317,7 +308,7 @@ def study_of(name: str) -> tuple[Case[Any], CaseStudy]:
     return case, case_study
 
 
-def planned(name: str, level: Level) -> tuple[int, float]:
+def planned(name: str, level: LevelName) -> tuple[int, float]:
     """Return how many runs a level of a study has, and their time on one core [s], kept or not.
 
     Raise RequestError for a case without a study.
@@ -328,7 +319,9 @@ def planned(name: str, level: Level) -> tuple[int, float]:
     return len(runs), sum(case.seconds(parameters, rules) for parameters, _ in runs)
 
 
-def cost_of(name: str, level: Level, engine_of: EngineOf, earlier: Path | None = None) -> StudyCost:
+def cost_of(
+    name: str, level: LevelName, engine_of: EngineOf, earlier: Path | None = None
+) -> StudyCost:
     """Return what a level of a study costs, by the wall times in a runs.csv or as measured here.
 
     Raise RequestError for a case without a study and for a bad file, EngineError where an engine
@@ -349,7 +342,7 @@ def cost_of(name: str, level: Level, engine_of: EngineOf, earlier: Path | None =
 
 def study(
     name: str,
-    level: Level = "default",
+    level: LevelName = "default",
     *,
     points: ReferencePoints | None = None,
     executor_of: ExecutorOf | None = None,

@@ -406,7 +406,7 @@ class Sweep(Result):
     def own_figures(self) -> Mapping[str, Callable[[], AnyFigure]]:
         """Return what draws the figures that the case has of such rows, by their names."""
         frame = self.to_frame()
-        return get_case(self.case).figures(frame[frame["status"] == DONE])
+        return get_case(self.case).display.figures(frame[frame["status"] == DONE])
 
     def _column(self, quantity: str) -> str:
         matching = (name for name in self.quantities if name.startswith(f"{quantity}_"))

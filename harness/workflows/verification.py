@@ -23,9 +23,10 @@ from pathlib import Path
 from typing import Any, Literal
 
 from harness import __version__
-from harness.cases.contract import LEVELS, Case, LevelName, Study, failed_part
+from harness.cases.contract import LEVELS, Case, LevelName
 from harness.cases.qualification import announce, qualify
 from harness.cases.registry import all_cases, cases_named, get_case, names_in
+from harness.cases.verification import Study, failed_part
 from harness.comparison.known_defects import (
     KnownDefect,
     defect_of,
@@ -106,7 +107,7 @@ class Selection:
         word, kinds = self.keyword.casefold(), " ".join(kind.value for kind in Kind)
         if self.only or not word or re.search(r"[^\w.]", word) or word in f"dem-harness {kinds}":
             return self.only
-        listed = all(case.lists_rows for case in chosen_cases(self.cases))
+        listed = all(case.verification.lists_rows for case in chosen_cases(self.cases))
         return f"*{word}*" if listed and self._matching(f"*{word}*", level) else ""
 
     def chosen(self, level: LevelName) -> list[Case[Any]]:
@@ -120,10 +121,12 @@ class Selection:
             return chosen_cases(self.cases)
         matching = self._matching(only, level)
         matching = matching or [
-            case for case in self._searched if self.cases and not case.lists_rows
+            case for case in self._searched if self.cases and not case.verification.lists_rows
         ]
         if not matching:
-            names = {name for case in self._searched for name in case.selectable(level)}
+            names = {
+                name for case in self._searched for name in case.verification.selectable(level)
+            }
             raise nothing_matches(only, names)
         return matching
 
@@ -139,7 +142,9 @@ class Selection:
 
     def _matching(self, only: str, level: LevelName) -> list[Case[Any]]:
         study = Study(level, only=only)
-        return [case for case in self._searched if study.selects(*case.selectable(level))]
+        return [
+            case for case in self._searched if study.selects(*case.verification.selectable(level))
+        ]
 
 
 def nothing_matches(only: str, names: Iterable[str]) -> RequestError:
@@ -234,7 +239,7 @@ def baseline_rows(
         baseline,
         measured.level,
         expected,
-        {case.name: case.regression for case in measured.cases},
+        {case.name: case.verification.regression for case in measured.cases},
     )
 
 
@@ -353,7 +358,7 @@ class OtherEngines:
         if not engine.states(case.template):
             return untested(engine.name, [case], f"it has no template {case.template.name!r}")
         try:
-            findings = case.verify(engine, replace(self.study, role="other"))
+            findings = case.verification.run(engine, replace(self.study, role="other"))
             findings.checks[:] = [
                 row for row in findings.checks if self.study.keeps(row, case.name)
             ]
@@ -369,7 +374,7 @@ class OtherEngines:
         study = replace(self.study, missing=missing)
         for case in self.cases:
             try:
-                recorded = case.recorded(study)
+                recorded = case.verification.recorded(study)
             except Exception as error:
                 self.checks.append(failed_part(f"{case.name}: recorded results", error))
                 continue
@@ -380,7 +385,7 @@ class OtherEngines:
     def _across(self, case: Case[Any]) -> None:
         by_engine = {name: by[case.name] for name, by in self.findings.items() if case.name in by}
         try:
-            self.checks += case.across(by_engine)
+            self.checks += case.verification.compare(by_engine)
         except Exception as error:
             self.checks.append(failed_part(f"{case.name}: engines against another", error))
 
@@ -451,13 +456,15 @@ class MainRun:
         if self.engine is not None and self.provenance is not None:
             for case in self.cases:
                 if self.engine.states(case.template):
-                    verify_main = partial(case.verify, self.engine, self.study)
+                    verify_main = partial(case.verification.run, self.engine, self.study)
                     parts.append((case, self.engine.name, verify_main))
                 else:
                     why = f"it has no template {case.template.name!r}"
                     self.checks += untested(self.engine.name, [case], why)
                     self.broken[case.name] = f"{self.engine.name}: {why}"
-        parts += [(case, "", partial(case.verify_own, self.study)) for case in self.cases]
+        parts += [
+            (case, "", partial(case.verification.run_solvers, self.study)) for case in self.cases
+        ]
         outcomes = parallel_map(self._found_or_failed, parts, SIDE_BY_SIDE)
         for (case, engine, _), outcome in zip(parts, outcomes, strict=True):
             self._keep(case, engine, outcome)
@@ -487,7 +494,7 @@ class MainRun:
         if died:
             self.broken.setdefault(case.name, f"its part ended early: {died}")
         elif engine and self.engine is not None and not self.study.only:
-            planned = case.planned(self.study.level, self.engine)
+            planned = case.verification.planned(self.study.level, self.engine)
             if planned:
                 name = f"{case.name}: rows of level {self.study.level}, {engine}"
                 self.checks += judge_plan(name, outcome.checks, planned)
@@ -696,7 +703,7 @@ def sections(verification: Verification) -> list[Section]:
     for name in sorted(verification.cases, key=lambda name: not get_case(name).qualifies):
         solvers = verification.solvers.get(name, Findings(name))
         try:
-            result += get_case(name).sections(
+            result += get_case(name).display.sections(
                 verification.main.get(name), solvers, verification.of_case(name)
             )
         except Exception as error:

@@ -55,6 +55,8 @@ from yade import (
 )
 
 PARAMETERS = {
+    "bed": "lattice",  # lattice, or file: the grains of a data file of atom_style sphere
+    "places": "none",  # the data file, large grains of type 1
     "large_layers": 1,  # of large grains above the axis; below it they fill the drum
     "small_layers": 4,  # of that of small ones, on top of it
     "spacing": 1.2,  # of both, in diameters
@@ -205,7 +207,7 @@ def value_of(name, text):
         sys.exit(f"ERROR: {name}: no such parameter; there are {', '.join(PARAMETERS)}")
     kind = type(PARAMETERS[name])
     try:
-        value = kind(text)
+        value = json.loads(text) if kind is list and isinstance(text, str) else kind(text)
     except ValueError:
         what = {int: "a whole number", list: "a list"}.get(kind, "a number")
         sys.exit(f"ERROR: {name} = {text}: must be {what}")
@@ -295,11 +297,12 @@ def fraction(site, seed, shift):
     return sine - math.floor(sine)
 
 
-def data_file(path):
-    """Return the centres in the section Atoms: number, type, diameter, density, x, y, z."""
+def data_file(path, kind=1):
+    """Return centres of a type in the section Atoms: number, type, diameter, density, x, y, z."""
     _, _, section = Path(path).read_text(encoding="utf-8").partition("\nAtoms")
     rows = [line.split() for line in section.splitlines()[1:]]
-    return [[float(word) for word in row[4:7]] for row in rows if len(row) >= 7]
+    grains = [row for row in rows if len(row) >= 7 and int(row[1]) == kind]
+    return [[float(word) for word in row[4:7]] for row in grains]
 
 
 def plane(place, normal, size):
@@ -401,8 +404,11 @@ class Drum:
         base = split + p.small_radius * (1 + p.scatter)
         top = base + 2 * p.small_layers * p.small_radius * p.spacing
         below = split - p.large_radius * (1 + p.scatter)
-        self.large = self.lattice(p.large_radius, -math.inf, below)
-        self.small = self.lattice(p.small_radius, base, top)
+        if p.bed == "file":
+            self.large, self.small = (data_file(p.places, kind) for kind in (1, 2))
+        else:
+            self.large = self.lattice(p.large_radius, -math.inf, below)
+            self.small = self.lattice(p.small_radius, base, top)
         for place in self.large:
             self.spheres.add(LARGE, place, p.large_radius)
         for place in self.small:

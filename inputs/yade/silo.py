@@ -256,11 +256,12 @@ def fraction(site, seed, shift):
     return sine - math.floor(sine)
 
 
-def data_file(path):
-    """Return the centres in the section Atoms: number, type, diameter, density, x, y, z."""
+def data_file(path, kind=1):
+    """Return centres of a type in the section Atoms: number, type, diameter, density, x, y, z."""
     _, _, section = Path(path).read_text(encoding="utf-8").partition("\nAtoms")
     rows = [line.split() for line in section.splitlines()[1:]]
-    return [[float(word) for word in row[4:7]] for row in rows if len(row) >= 7]
+    grains = [row for row in rows if len(row) >= 7 and int(row[1]) == kind]
+    return [[float(word) for word in row[4:7]] for row in grains]
 
 
 def plane(place, normal, size):

@@ -5,7 +5,7 @@ import matplotlib.figure
 import pytest
 
 import harness.cases
-from harness.cases.contract import Words, tolerances_of
+from harness.cases.text import Words, tolerances_of
 from harness.comparison.verdicts import Tolerance
 
 TOLD = """
@@ -72,7 +72,7 @@ def test_what_the_file_does_not_tell_is_an_error(words):
 def test_every_figure_section_and_table_that_is_told_is_used_and_none_is_missing(case):
     folder = Path(harness.cases.__path__[0]) / case
     code = "".join(path.read_text(encoding="utf-8") for path in folder.rglob("*.py"))
-    told = Words(str(folder / "case.py"))._told
+    told = Words(str(folder / "case.py"))._texts
     for sort, method in (("figures", "drawing"), ("sections", "section"), ("tables", "table")):
         used = re.findall(rf'WORDS\.{method}\(\s*"([^"]+)"', code)
         assert sorted(used) == sorted(told.get(sort, {})), sort

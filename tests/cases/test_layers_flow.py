@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from harness.cases.contract import Study
 from harness.cases.layers_flow import (
     CASE,
     GRAIN_DENSITY,
@@ -21,6 +20,7 @@ from harness.cases.layers_flow import (
     Slices,
     flow_law_figure,
 )
+from harness.cases.verification import Study
 from harness.comparison.verdicts import Verdict
 from harness.engines.lammps.engine import Lammps
 from harness.engines.output import Output
@@ -191,8 +191,8 @@ def test_the_figure_has_a_colour_for_each_thickness():
     figure = flow_law_figure(rows)
     (legend,) = figure.legends
     assert [text.get_text() for text in legend.get_texts()] == ["2 layers", "4 layers"]
-    assert set(CASE.figures(rows)) == {"flow-law"}
-    assert CASE.figures(rows.head(0)) == {}
+    assert set(CASE.display.figures(rows)) == {"flow-law"}
+    assert CASE.display.figures(rows.head(0)) == {}
 
 
 @pytest.fixture(scope="module")
@@ -203,7 +203,7 @@ def engine(lammps_here):  # noqa: ARG001
 
 @pytest.mark.live
 def test_the_balances_hold_in_lammps_and_a_wrong_angle_or_area_is_seen(engine, monkeypatch):
-    findings = CASE.verify(engine, Study("quick"))
+    findings = CASE.verification.run(engine, Study("quick"))
     assert {row.name.rpartition(": ")[2] for row in findings.checks} == set(TOLERANCES)
     assert {row.verdict for row in findings.checks} == {Verdict.PASS}, findings.checks
     (output,) = engine.run([CASE.job(PLANNED)])

@@ -10,7 +10,6 @@ from dataclasses import replace
 
 import pytest
 
-from harness.cases.contract import Study
 from harness.cases.drop.case import CASE as DROP
 from harness.cases.incline import verification
 from harness.cases.incline import verification as incline_checks
@@ -19,6 +18,7 @@ from harness.cases.tower import run as engine_runs
 from harness.cases.tower import verification as against_exact
 from harness.cases.tower import verification as tower_checks
 from harness.cases.tower.case import CASE as TOWER
+from harness.cases.verification import Study
 from harness.comparison.verdicts import Kind, Triage, Verdict, missing_from
 from harness.engines.lammps.engine import Lammps
 from harness.engines.reference import Reference
@@ -102,7 +102,7 @@ def planted(engine, kept, target, output=None, values=None):
 
 
 def assert_seen(case, engine, fault):
-    checks = case.verify(engine, QUICK).checks
+    checks = case.verification.run(engine, QUICK).checks
     assert engine.acted
     failed = [row for row in checks if row.verdict is Verdict.FAIL]
     shown = [f"{row.name}: {row.note}" for row in failed]
@@ -173,7 +173,7 @@ values = pytest.mark.parametrize(("case", "target", "fault", "change"), VALUES)
 
 @pytest.mark.parametrize("case", ALIKE, ids=lambda case: case.name)
 def test_an_engine_without_a_fault_passes(case):
-    found = case.verify(Mutant(ALIKE[case](), KEPT), QUICK)
+    found = case.verification.run(Mutant(ALIKE[case](), KEPT), QUICK)
     assert not [row for row in found.checks if row.verdict is Verdict.FAIL]
 
 
@@ -247,7 +247,10 @@ def test_other_values_than_were_asked_for_show(case, target, fault, change):
 def test_each_row_of_the_plan_is_expected_whatever_an_engine_refuses(case, rules):
     engine = Mutant(ALIKE[case](), KEPT)
     engine.traits = replace(engine.traits, **rules)
-    found, planned = case.verify(engine, QUICK).checks, case.planned("quick", engine)
+    found, planned = (
+        case.verification.run(engine, QUICK).checks,
+        case.verification.planned("quick", engine),
+    )
     assert missing_from(found, planned) == []
     assert len(found) == len(planned)
 
@@ -275,10 +278,10 @@ def lammps():
 @pytest.mark.parametrize("case", ALIKE, ids=lambda case: case.name)
 def test_lammps_without_a_fault_passes(lammps, case):
     engine = Mutant(*lammps)
-    found = case.verify(engine, QUICK)
+    found = case.verification.run(engine, QUICK)
     assert not [row for row in found.checks if row.verdict is Verdict.FAIL]
-    assert missing_from(found.checks, case.planned("quick", engine)) == []
-    assert len(found.checks) == len(case.planned("quick", engine))
+    assert missing_from(found.checks, case.verification.planned("quick", engine)) == []
+    assert len(found.checks) == len(case.verification.planned("quick", engine))
 
 
 @pytest.mark.slow

@@ -4,15 +4,18 @@ import csv
 import subprocess
 import sys
 from collections import defaultdict
+from importlib import import_module
 from importlib.metadata import EntryPoint
 from pathlib import Path
 
 import pytest
 
-from harness.cases import registry
+from harness.cases import contract, registry
 from harness.cases.contract import Case
+from harness.cases.display import Display
 from harness.cases.drop.case import TEMPLATE, Drop
 from harness.cases.incline.case import InclineCase
+from harness.cases.verification import Verification
 from harness.cli.cases import cases
 from harness.errors import RequestError
 from harness.observables.provenance import Observable
@@ -38,7 +41,12 @@ class Unitless(Ball):
     quantities = (Observable("height", "", "", "of the bounce"),)
 
 
-GOOD, UNITLESS, NONE = Ball(), Unitless(), object()
+class Unverified(Ball):
+    name = "unverified"
+    verified_by = "tests.cases.test_registry:BallVerification"
+
+
+GOOD, UNITLESS, UNVERIFIED, NONE = Ball(), Unitless(), Unverified(), object()
 
 
 def point(name, value):
@@ -49,6 +57,7 @@ HERE = "tests.cases.test_registry"
 POINTS = [
     point("ball", f"{HERE}:GOOD"),
     point("unitless", f"{HERE}:UNITLESS"),
+    point("unverified", f"{HERE}:UNVERIFIED"),
     point("nothing", f"{HERE}:NONE"),
     point("broken", "no_such_package.case:CASE"),
     point("incline", "another_package.case:CASE"),
@@ -66,6 +75,13 @@ def test_the_folders_are_the_cases():
     assert isinstance(registry.get_case("incline"), InclineCase)
     assert all(case.name == name for name, case in registry.all_cases().items())
     assert registry.faults() == ()
+
+
+def test_what_verifies_and_shows_a_case_is_there():
+    for case in registry.all_cases().values():
+        assert isinstance(case.verification, Verification)
+        assert isinstance(case.display, Display)
+        assert case.verification.case is case.display.case is case
 
 
 def test_listing_names_imports_no_numerics():
@@ -109,6 +125,7 @@ def test_a_case_of_another_package_is_one_like_the_others(plugged):  # noqa: ARG
     ("name", "words"),
     [
         ("unitless", "quantity 'height' has no unit"),
+        ("unverified", "verified_by = 'tests.cases.test_registry:BallVerification': .*has no attr"),
         ("nothing", "is no case but object"),
         ("broken", "does not import: ModuleNotFoundError"),
         ("misnamed", "its case has the name 'ball'"),
@@ -156,7 +173,7 @@ def test_the_list_of_cases_names_those_that_cannot_be_used(plugged, capsys):  # 
     cases(json=True)
     told = capsys.readouterr().err.splitlines()
     assert told == [f"dem-harness: {fault}" for fault in registry.faults()]
-    assert len(told) == 5
+    assert len(told) == 6
 
 
 def ambiguous(cases):
@@ -210,7 +227,27 @@ def test_a_name_in_the_baseline_has_the_unit_that_its_case_declares():
     assert units["largest_overlap_m"] == {"m"}
 
 
-@pytest.mark.parametrize("member", ["expected_rows", "verify_beside", "by_default"])
-def test_a_case_with_a_member_of_an_earlier_version_is_refused_by_name(member):
-    with pytest.raises(TypeError, match=rf"Old\.{member}: is not called any more"):
+@pytest.mark.parametrize(
+    ("member", "place"),
+    [
+        ("expected_rows", "`planned` of the verification"),
+        ("verify_beside", "`study.role`"),
+        ("by_default", "unless others are named"),
+        ("verify", "`run`, a member of the class that `verified_by` names"),
+        ("planned", "`verified_by`"),
+        ("regression", "TOML file"),
+        ("sections", "`shown_by`"),
+    ],
+)
+def test_a_case_with_a_member_of_an_earlier_version_is_refused_by_name_and_place(member, place):
+    with pytest.raises(TypeError, match=rf"Old\.{member}: is not called any more: .*{place}"):
         type("Old", (InclineCase,), {member: None})
+
+
+def test_what_lay_in_the_contract_is_found_there_still():
+    """By packages that were written for it."""
+    for module, names in contract._MOVED.items():
+        for name in names:
+            assert getattr(contract, name) is getattr(import_module(module), name)
+    with pytest.raises(AttributeError, match="'nothing'"):
+        _ = contract.nothing

@@ -9,7 +9,7 @@ from harness.comparison.verdicts import Tolerance
 
 def tolerances_of(case):
     """Return the tolerances of a case: those of its modules, and of its baseline."""
-    found = dict(get_case(case).regression)
+    found = dict(get_case(case).verification.regression)
     home = import_module(f"harness.cases.{case.replace('-', '_')}")
     inside = pkgutil.iter_modules(getattr(home, "__path__", ()), f"{home.__name__}.")
     for module in (home.__name__, *(one.name for one in inside)):

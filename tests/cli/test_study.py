@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from harness.cases.contract import Conclusion
+from harness.cases.study import Conclusion
 from harness.cli.study import _write
 from harness.workflows.study_run import StudyResult
 

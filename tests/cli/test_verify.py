@@ -99,7 +99,7 @@ def test_an_unwritable_engine_option_leaves_no_folder(harness, tmp_path):
 
 
 def test_verify_says_what_each_case_costs(capsys):
-    cost = {name: all_cases()[name].cost["quick"] for name in ("drop", "incline")}
+    cost = {name: all_cases()[name].verification.cost["quick"] for name in ("drop", "incline")}
     _say_cost(VerifyOptions(quick=True, cases="drop,incline"), fresh=True)
     said = " ".join(capsys.readouterr().err.split())
     for name, seconds in cost.items():

@@ -6,8 +6,8 @@ import pytest
 
 from harness.cases.contact.motion import followed
 from harness.cases.contact.verification import verify_trials
-from harness.cases.contract import Study
 from harness.cases.registry import get_case
+from harness.cases.verification import Study
 from harness.comparison.known_defects import mark_known_defects, with_single_rules
 from harness.comparison.verdicts import Verdict
 from harness.engines.output import Output
@@ -35,7 +35,7 @@ class OtherRules(Perturbed):
 def noted(case, submodel, system, seconds=60.0, **planted):
     """Return the rows of a trial as a verification has them, those that fail by their notes."""
     engine = OtherRules(get_case(case), **planted)
-    every = engine.case.trials("default", (*engine.case.submodels, *engine.case.beside))
+    every = engine.case.trials("default", (*engine.case.submodels, *engine.case.other_submodels))
     trials = [one for one in every if (one.submodel, one.system) == (submodel, system)]
     assert trials
     raw = verify_trials(engine.case, engine, Study("quick"), trials).checks

@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from harness.cases.contact.verification import verify_trials
-from harness.cases.contract import Study
 from harness.cases.registry import get_case
+from harness.cases.verification import Study
 from harness.comparison.verdicts import Verdict
 from harness.testing import engine_checks
 

@@ -7,10 +7,10 @@ runs the real LAMMPS.
 
 from pathlib import Path
 
-from harness.cases.contract import Study
 from harness.cases.incline.checks import InclineEvidence, Verifying, passages
 from harness.cases.registry import get_case
 from harness.cases.tower.run import record_name, run_towers, tower_record
+from harness.cases.verification import Study
 from harness.comparison.regression import Baseline, Expected, against_baseline
 from harness.comparison.verification import Findings
 from harness.errors import EngineError

@@ -98,6 +98,14 @@ def test_the_largest_overlap_is_that_of_the_integrated_motion(zeta):
     assert abs(x[-1]) < 1e-12
 
 
+@pytest.mark.parametrize("zeta", [1.1, 2.0, 10.0])
+def test_the_largest_overlap_beyond_critical_damping_is_that_of_the_integrated_motion(zeta):
+    root = math.sqrt(zeta * zeta - 1.0)
+    t = np.linspace(0.0, duration_clipped(zeta), 200_001)
+    x = np.exp(-zeta * t) * np.sinh(root * t) / root
+    assert largest_overlap(zeta) == pytest.approx(x.max(), rel=1e-9)
+
+
 @pytest.mark.parametrize("tail", ["attractive", "clipped"])
 @pytest.mark.parametrize("integrator", ["velocity-verlet", "mfix-euler"])
 @pytest.mark.parametrize("steps", [8.0, 15.0, 20.0, 50.0])

@@ -8,6 +8,8 @@ from pydantic import Field
 
 from harness.cases import registry as cases
 from harness.cases.contract import Case, Measured, Plan, Reference
+from harness.cases.display import Display
+from harness.cases.verification import Verification
 from harness.comparison.regression import BaselineRecord, made_by
 from harness.comparison.verdicts import Kind, Planned, Tolerance, judge
 from harness.comparison.verification import Findings
@@ -49,7 +51,10 @@ class Line(Case):
     )
     template = Template("line", {"": {}}, scene=lambda values, spring: None)  # noqa: ARG005
     solvers = ("pencil",)
-    regression = MappingProxyType({"y": NARROW})
+
+    @property
+    def verification(self):
+        return LineVerification(self)
 
     @property
     def presets(self):
@@ -75,17 +80,27 @@ class Line(Case):
         return [Plan("usual", LineParameters(), {"y": NARROW})]
 
 
+class LineVerification(Verification):
+    regression = MappingProxyType({"y": NARROW})
+
+
 class Kept(Line):
     """Leaves a record for the baseline, in the main engine and from its solver."""
 
     name = "kept"
 
-    def verify(self, engine, study):
-        found = super().verify(engine, study)
+    @property
+    def verification(self):
+        return KeptVerification(self)
+
+
+class KeptVerification(LineVerification):
+    def run(self, engine, study):
+        found = super().run(engine, study)
         if study.role == "other":
             found.published = {"kept": [{"engine": engine.name}]}
             return found
-        (output,) = engine.run([self.job(LineParameters())])
+        (output,) = engine.run([self.case.job(LineParameters())])
         found.records.append(record(output.number("y"), output.provenance))
         found.published = {"kept_y_m": output.number("y")}
         return found
@@ -94,16 +109,16 @@ class Kept(Line):
         if "missing" not in study.missing:
             return {}
         check = judge("missing (recorded): y", Kind.CROSS_CODE, 6.0, 6.0, NARROW)
-        return {"missing (recorded)": Findings(self.name, "missing (recorded)", [check])}
+        return {"missing (recorded)": Findings("kept", "missing (recorded)", [check])}
 
-    def across(self, beside):
-        if len(beside) < 2:
+    def compare(self, engines):
+        if len(engines) < 2:
             return []
-        return [judge(" and ".join(beside), Kind.CROSS_CODE, 1.0, 1.0, NARROW)]
+        return [judge(" and ".join(engines), Kind.CROSS_CODE, 1.0, 1.0, NARROW)]
 
-    def verify_own(self, study):  # noqa: ARG002
+    def run_solvers(self, study):  # noqa: ARG002
         check = judge("kept: by pencil", Kind.ANALYTIC, 6.0, 6.0, NARROW)
-        return Findings(self.name, checks=[check], records=[record(6.0, None)])
+        return Findings("kept", checks=[check], records=[record(6.0, None)])
 
     def planned(self, level, engine):  # noqa: ARG002
         return [Planned("kept")]
@@ -120,16 +135,28 @@ class Raising(Line):
 
     name = "raising"
 
-    def verify(self, engine, study):  # noqa: ARG002
+    @property
+    def verification(self):
+        return RaisingVerification(self)
+
+    @property
+    def display(self):
+        return RaisingDisplay(self)
+
+
+class RaisingVerification(Verification):
+    def run(self, engine, study):  # noqa: ARG002
         raise IndexError("list index out of range")
 
-    def verify_own(self, study):  # noqa: ARG002
+    def run_solvers(self, study):  # noqa: ARG002
         raise ZeroDivisionError("by nothing")
 
-    def across(self, beside):  # noqa: ARG002
+    def compare(self, engines):  # noqa: ARG002
         raise KeyError("nobody")
 
-    def sections(self, main, own, beside):  # noqa: ARG002
+
+class RaisingDisplay(Display):
+    def sections(self, main, solvers, engines):  # noqa: ARG002
         raise RuntimeError("no ink")
 
 

@@ -5,8 +5,8 @@ from dataclasses import replace
 
 import pytest
 
-from harness.cases.contract import Study
 from harness.cases.drop.case import CASE, DropCase
+from harness.cases.verification import Study, Verification
 from harness.comparison.verification import Findings
 from harness.engines.border import in_words
 from harness.workflows import verification
@@ -23,10 +23,16 @@ class Falls(DropCase):
     name = "falls"
     qualifies = False
 
-    def verify(self, engine, study):
+    @property
+    def verification(self):
+        return TwoFalls(self)
+
+
+class TwoFalls(Verification):
+    def run(self, engine, study):
         assert study.role == "other"
-        engine.run([self.job(PARAMETERS)] * 2)
-        return Findings(self.name, engine.name)
+        engine.run([self.case.job(PARAMETERS)] * 2)
+        return Findings("falls", engine.name)
 
 
 def of_seconds(per_step):

@@ -6,8 +6,9 @@ from types import SimpleNamespace
 import pytest
 
 from harness import pytest_plugin
-from harness.cases.contract import Study
+from harness.cases.contact.transformations import selected
 from harness.cases.registry import get_case
+from harness.cases.verification import Study
 from harness.engines.registry import open_engine
 from harness.errors import RequestError
 from harness.workflows import verification
@@ -76,10 +77,10 @@ def test_rows_are_kept_by_name_and_by_place():
     trials = list(case.trials("quick"))
     for trial in trials:
         only = f"bounce/{trial.submodel}/{trial.system}"
-        same = [one for one in case.wanted(trials, Study(only=only)) if one != trial]
+        same = [one for one in selected(case, trials, Study(only=only)) if one != trial]
         assert all((one.submodel, one.system) == (trial.submodel, trial.system) for one in same)
-        assert trial in case.wanted(trials, Study(only=only))
-    assert not list(case.wanted(trials, Study(only="nothing of it")))
+        assert trial in selected(case, trials, Study(only=only))
+    assert not list(selected(case, trials, Study(only="nothing of it")))
 
 
 class Counted:

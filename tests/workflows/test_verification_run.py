@@ -67,7 +67,9 @@ def test_a_plan_is_a_row_and_the_rows_are_counted():
 
 def test_rows_that_are_missing_are_a_failure(monkeypatch):
     monkeypatch.setattr(
-        fakes.Line, "planned", lambda *_: [Planned("line: usual"), Planned("line: other")]
+        fakes.LineVerification,
+        "planned",
+        lambda *_: [Planned("line: usual"), Planned("line: other")],
     )
     check = row(verified(), "rows of level quick")
     assert (check.verdict, check.kind) == (Verdict.FAIL, Kind.ANALYTIC)
@@ -158,14 +160,14 @@ def test_records_are_held_against_the_baseline():
 
 def leave(monkeypatch, change):
     """Have the case change what it found."""
-    kept = fakes.Kept.verify
+    kept = fakes.KeptVerification.run
 
     def verify_less(self, engine, study):
         found = kept(self, engine, study)
         change(found)
         return found
 
-    monkeypatch.setattr(fakes.Kept, "verify", verify_less)
+    monkeypatch.setattr(fakes.KeptVerification, "run", verify_less)
 
 
 def test_a_record_that_is_missing_without_a_reason_fails(monkeypatch):

@@ -13,14 +13,17 @@ from abc import abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import combinations
-from typing import TYPE_CHECKING, ClassVar, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
 import numpy as np
 
 from harness.cases.bulk.equivalence import FEWEST, Sample, equivalence, interval
 from harness.cases.bulk.restarts import longest_part
 from harness.cases.bulk.rules import Law, differing, law_of
-from harness.cases.contract import Case, LevelName, Study, Words
+from harness.cases.contract import Case, LevelName
+from harness.cases.display import Display
+from harness.cases.text import Words
+from harness.cases.verification import Study, Verification
 from harness.comparison.verdicts import (
     Check,
     Kind,
@@ -101,6 +104,8 @@ class BulkCase(Case[P]):
     """A system of many grains, run from several seeds (parameter ``seed``)."""
 
     group = "bulk"
+    verified_by = "harness.cases.bulk.seeds:BulkVerification"
+    shown_by = "harness.cases.bulk.seeds:BulkDisplay"
     seeds: ClassVar[Mapping[LevelName, int]]
     """Runs of a level."""
     judged: ClassVar[tuple[str, ...]]
@@ -125,27 +130,33 @@ class BulkCase(Case[P]):
         """Return the expected time between two restart files [s], of the whole run without any."""
         return self.seconds(parameters, rules) * longest_part(self.job(parameters).values)
 
+
+class BulkVerification(Verification):
+    """Runs the seeds of a level, judges the worst, and compares engines by their means."""
+
+    case: BulkCase[Any]
+
     def names(self, engine: Engine) -> list[str]:
         """Return the names of the rows of an engine."""
-        return [f"{self.name}: {engine.name}: {check}" for check in self.judged]
+        return [f"{self.case.name}: {engine.name}: {check}" for check in self.case.judged]
 
     def planned(self, level: LevelName, engine: Engine) -> Sequence[Planned]:
         """Return the checks of an engine; the comparison of engines names its own."""
         return [Planned(name) for name in self.names(engine)]
 
-    def verify(self, engine: Engine, study: Study) -> Findings:
+    def run(self, engine: Engine, study: Study) -> Findings:
         """Run the seeds of a level and judge them; one without its event has no row.
 
         The first engine that is verified is the main one, which also runs under others' rules.
         """
-        findings = Findings(self.name, engine.name)
-        main: Engine = study.once((self.name, "main"), lambda: engine)
+        findings = Findings(self.case.name, engine.name)
+        main: Engine = study.once((self.case.name, "main"), lambda: engine)
         trials = self.trials(engine, study.level)
         names = self.names(engine)
-        if reason := engine.refuses(self.job(trials[0])) or too_slow(engine, study.level):
+        if reason := engine.refuses(self.case.job(trials[0])) or too_slow(engine, study.level):
             findings.checks += [not_tested(name, Kind.ANALYTIC, reason) for name in names]
             return findings
-        law = self.law(engine.traits)
+        law = self.case.law(engine.traits)
         runs, failed = self._runs(engine, Runs(engine.title, (), law=law), trials)
         findings.checks += failed
         if not runs.rows:
@@ -153,23 +164,24 @@ class BulkCase(Case[P]):
                 why = f"{runs.undecided} of {len(trials)} seeds have no value; {runs.why}"
                 findings.checks += [not_tested(n, Kind.ANALYTIC, why) for n in names]
             return findings
-        findings.checks += self.judge(names, runs, self.default)
-        ruled = main.name != engine.name and self.law(main.traits).words != law.words
+        findings.checks += self.case.judge(names, runs, self.case.default)
+        ruled = main.name != engine.name and self.case.law(main.traits).words != law.words
         if ruled and law.values:
             beside, failed = study.once(
-                (self.name, law.words), lambda: self._under(main, law, engine.title, study.level)
+                (self.case.name, law.words),
+                lambda: self._under(main, law, engine.title, study.level),
             )
             findings.checks += failed
             runs = replace(runs, main=beside)
         findings.evidence = runs
         return findings
 
-    def trials(self, engine: Engine, level: LevelName) -> list[P]:
+    def trials(self, engine: Engine, level: LevelName) -> list[Any]:
         """Return the parameters of each seed of a level: of a slow engine not too many."""
-        number = self.seeds[level]
+        number = self.case.seeds[level]
         if level == "default" and engine.traits.microseconds_per_step > QUICK:
             number = min(number, SLOW_SEEDS)
-        return [self.default.replace(seed=seed) for seed in range(1, number + 1)]
+        return [self.case.default.replace(seed=seed) for seed in range(1, number + 1)]
 
     def _under(
         self, main: Engine, law: Law, title: str, level: LevelName
@@ -182,11 +194,11 @@ class BulkCase(Case[P]):
         runs, failed = self._runs(main, Runs(main.title, (), law=near, rules=title), trials)
         return runs if runs.rows else "no seed gave a value", failed
 
-    def _job(self, trial: P, law: Law | None) -> Job:
-        job = self.job(trial)
+    def _job(self, trial: Any, law: Law | None) -> Job:
+        job = self.case.job(trial)
         return replace(job, values=law.stated(job.values)) if law else job
 
-    def _runs(self, engine: Engine, runs: Runs, trials: Sequence[P]) -> tuple[Runs, list[Check]]:
+    def _runs(self, engine: Engine, runs: Runs, trials: Sequence[Any]) -> tuple[Runs, list[Check]]:
         """Return runs with rows and curves, and the checks of those that failed.
 
         A few at a time, so that an engine that keeps its runs goes on where it was stopped.
@@ -201,20 +213,20 @@ class BulkCase(Case[P]):
             try:
                 if isinstance(output, EngineError):
                     raise output
-                rows.append(self.measured(trial, output, engine.traits).values)
-                curves.append(tuple(self.curves(trial, output)))
+                rows.append(self.case.measured(trial, output, engine.traits).values)
+                curves.append(tuple(self.case.curves(trial, output)))
             except EngineUndecidedError as error:
                 undecided.append(f"seed {seed}: {error}")
             except EngineError as error:
                 who = runs.title if runs.rules else engine.name
-                name = f"{self.name}: {who}: seed {seed}"
+                name = f"{self.case.name}: {who}: seed {seed}"
                 failed.append(failed_run(name, Kind.ANALYTIC, error))
         runs = replace(runs, rows=tuple(rows), curves=tuple(curves))
         return replace(runs, undecided=len(undecided), why="".join(undecided[:1])), failed
 
-    def across(self, beside: Mapping[str, Findings]) -> Sequence[Check]:
+    def compare(self, engines: Mapping[str, Findings]) -> Sequence[Check]:
         """Hold every two engines against one another by their means over the seeds."""
-        return list(self.compared([f.evidence for f in beside.values() if f.evidence is not None]))
+        return list(self.compared([f.evidence for f in engines.values() if f.evidence is not None]))
 
     def compared(self, engines: Sequence[Runs]) -> Iterator[Check]:
         """Yield the rows that hold every two engines against one another.
@@ -224,21 +236,23 @@ class BulkCase(Case[P]):
         """
         for one, other in combinations(engines, 2):
             yield from self._pair(one, other)
+        seen: set[str] = set()
         for one in engines:
             if isinstance(one.main, str):
-                for quantity in self.equivalent:
-                    name = f"{self.name}: the rules of {one.engine}: {quantity}"
+                for quantity in self.case.equivalent:
+                    name = f"{self.case.name}: the rules of {one.engine}: {quantity}"
                     yield not_tested(name, Kind.CROSS_CODE, one.main)
             elif one.main is not None:
                 yield from self._pair(one.main, one)
-                for own in engines:
-                    if own.engine == one.main.engine:
-                        yield from map(effect, self._pair(one.main, own))
+                owns = [own for own in engines if own.engine == one.main.engine]
+                if one.main.title not in seen:
+                    yield from (effect(row) for own in owns for row in self._pair(one.main, own))
+                seen.add(one.main.title)
 
     def _pair(self, one: Runs, other: Runs) -> Iterator[Check]:
         """Yield the rows that hold two engines against one another."""
-        for quantity in self.equivalent:
-            name = f"{self.name}: {one.title} against {other.title}: {quantity}"
+        for quantity in self.case.equivalent:
+            name = f"{self.case.name}: {one.title} against {other.title}: {quantity}"
             first, second = one.sample(quantity), other.sample(quantity)
             if min(len(first.values), len(second.values)) < FEWEST:
                 few = f"fewer than {FEWEST} seeds gave a value"
@@ -247,19 +261,23 @@ class BulkCase(Case[P]):
                 check = equivalence(name, first, second, MARGIN)
                 yield differing(check, one.title, one.law, other.title, other.law)
 
+
+class BulkDisplay(Display):
+    """Shows the curves of all runs and the means over the seeds."""
+
+    case: BulkCase[Any]
+
     def sections(
-        self,
-        main: Findings | None,
-        own: Findings,
-        beside: Mapping[str, Findings],
+        self, main: Findings | None, solvers: Findings, engines: Mapping[str, Findings]
     ) -> Sequence[Section]:
         """Return the curves of all runs and the means over the seeds."""
-        every = [f.evidence for f in (main, *beside.values()) if f is not None and f.evidence]
+        every = [f.evidence for f in (main, *engines.values()) if f is not None and f.evidence]
         found = list({one.engine: one for one in every}.values())
-        under = [one.main for one in found if isinstance(one.main, Runs)]
+        ruled = [one.main for one in found if isinstance(one.main, Runs)]
+        under = list({one.title: one for one in ruled}.values())
         if not found:
             return ()
-        words = Words(str(sys.modules[type(self).__module__].__file__))
+        words = Words(str(sys.modules[type(self.case).__module__].__file__))
         table = words.table("Means", list(self._means([*found, *under])))
         table = replace(table, head=("quantity", *(one.title for one in (*found, *under))))
         seeds = len(found[0].rows)
@@ -269,13 +287,13 @@ class BulkCase(Case[P]):
                 lambda place=place, curve=curve: draw(found, place, curve),  # type: ignore[misc]
                 seeds=seeds,
             )
-            for place, curve in enumerate(self.drawn)
+            for place, curve in enumerate(self.case.drawn)
         )
-        return (words.section(self.name, tables=(table,), drawings=drawings),)
+        return (words.section(self.case.name, tables=(table,), drawings=drawings),)
 
     def _means(self, engines: Sequence[Runs]) -> Iterator[tuple[str, ...]]:
         """Yield the rows of the table: a quantity, its mean and interval in each engine."""
-        for quantity in self.quantities:
+        for quantity in self.case.quantities:
             cells = []
             for one in engines:
                 sample = one.sample(quantity.name)

@@ -24,17 +24,8 @@ from harness.cases.columns.system import (
     read,
     run_columns,
 )
-from harness.cases.contract import (
-    Case,
-    LevelName,
-    Part,
-    Reference,
-    Study,
-    Words,
-    planned_in,
-    rows_of_parts,
-    tolerances_of,
-)
+from harness.cases.contract import Case, LevelName, Reference
+from harness.cases.display import Display
 from harness.cases.grain import complete
 from harness.cases.incline.angle import step_limit
 from harness.cases.incline.case import CASE as INCLINE
@@ -42,6 +33,8 @@ from harness.cases.incline.runs import run_inclines
 from harness.cases.incline.searched import Search, SearchedAngle
 from harness.cases.incline.system import Incline, InclineRun, Motion
 from harness.cases.source_angles import READINGS, source_angles
+from harness.cases.text import Words, tolerances_of
+from harness.cases.verification import Part, Study, Verification, planned_in, rows_of_parts
 from harness.comparison.convergence import limit
 from harness.comparison.verdicts import Check, Kind, Planned, finding, judge, not_tested
 from harness.comparison.verification import Findings
@@ -448,6 +441,8 @@ class ColumnsCase(Case[Columns]):
     group = "incline"
     quantities = INCLINE.quantities
     template = TEMPLATE
+    verified_by = "harness.cases.columns.case:ColumnsVerification"
+    shown_by = "harness.cases.columns.case:ColumnsDisplay"
 
     @property
     def presets(self) -> Mapping[str, Columns]:
@@ -476,27 +471,35 @@ class ColumnsCase(Case[Columns]):
         rebounds = parameters.n > 1 and parameters.inside == "elastic"
         return {} if rebounds else INCLINE.references(parameters, traits)
 
+
+class ColumnsVerification(Verification):
+    """Holds an engine against the incline, and the reference DEM against stiff columns."""
+
     def planned(self, level: LevelName, engine: Engine) -> Sequence[Planned]:
         """Return the checks of the parts that need an engine."""
         return planned_in(engine_parts(engine))
 
-    def verify(self, engine: Engine, study: Study) -> Findings:
+    def run(self, engine: Engine, study: Study) -> Findings:
         """Hold an engine against the incline for one particle, and against the reference DEM."""
-        rows = rows_of_parts(self.name, engine_parts(engine))
-        return Findings(self.name, engine.name, rows)
+        rows = rows_of_parts(NAME, engine_parts(engine))
+        return Findings(NAME, engine.name, rows)
 
-    def verify_own(self, study: Study) -> Findings:
+    def run_solvers(self, study: Study) -> Findings:
         """Hold the reference DEM against the limit of stiff columns; find the angles."""
         angles = Angles()
-        rows = rows_of_parts(self.name, own_parts(study, angles), "deg")
+        rows = rows_of_parts(NAME, own_parts(study, angles), "deg")
         records = {"columns": angles.records()}
-        return Findings(self.name, checks=rows, evidence=angles, published=records)
+        return Findings(NAME, checks=rows, evidence=angles, published=records)
+
+
+class ColumnsDisplay(Display):
+    """Shows the critical angle against the height of the columns."""
 
     def sections(
-        self, main: Findings | None, own: Findings, beside: Mapping[str, Findings]
+        self, main: Findings | None, solvers: Findings, engines: Mapping[str, Findings]
     ) -> Sequence[Section]:
         """Return the critical angle against the height of the columns."""
-        return sections(own.evidence)
+        return sections(solvers.evidence)
 
 
 CASE = ColumnsCase()

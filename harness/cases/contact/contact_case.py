@@ -8,13 +8,13 @@ from __future__ import annotations
 
 import math
 from abc import abstractmethod
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
 from pydantic import Field
 
 from harness.cases.contact.impact import overlap_of
-from harness.cases.contact.limits import AGAIN, STEPS, Scan, measured_scan
+from harness.cases.contact.limits import STEPS, Scan
 from harness.cases.contact.motion import (
     TEMPLATE,
     Array,
@@ -47,19 +47,15 @@ from harness.cases.contact.submodels import (
     Told,
     Trial,
 )
-from harness.cases.contract import Case, LevelName, Reference, Study, places, text_of
-from harness.comparison.verdicts import Planned
-from harness.comparison.verification import Findings
+from harness.cases.contract import Case, LevelName, Reference
 from harness.engines.border import engine_seconds
-from harness.engines.contract import Engine, Job, Output, Template
-from harness.engines.registry import DEFAULT
+from harness.engines.contract import Job, Output, Template
 from harness.engines.traits import Traits
 from harness.parameters.rules import Rules
 from harness.parameters.scene import ZERO, ContactScene, Vector
-from harness.report.sections import Drawing, Plot, Section
 
 if TYPE_CHECKING:
-    from harness.cases.contact.limits import Evidence, Tried
+    from harness.cases.contact.report import OverAngle
 
 
 P = TypeVar("P", bound=ContactSystem)
@@ -87,8 +83,10 @@ class ContactCase(Case[P]):
 
     group: ClassVar[str] = "contacts"
     template: ClassVar[Template] = TEMPLATE
+    verified_by = "harness.cases.contact.verification:ContactVerification"
+    shown_by = "harness.cases.contact.report:ContactDisplay"
     submodels: ClassVar[Sequence[Submodel]]
-    beside: ClassVar[Sequence[Submodel]] = ()
+    other_submodels: ClassVar[Sequence[Submodel]] = ()
     """Submodels that codes compared with one another go through as well."""
     systems: ClassVar[Told] = SYSTEMS
     two_materials_of: ClassVar[str] = ""
@@ -107,8 +105,10 @@ class ContactCase(Case[P]):
     formula: ClassVar[str]
     scan: ClassVar[Scan]
     """The figure with all codes."""
-    shown: ClassVar[str] = ""
+    drawn_quantity: ClassVar[str] = ""
     """The quantity whose error is drawn; the first unless named."""
+    over_angle: ClassVar[OverAngle | None] = None
+    """A ratio that pages draw over the angle of an impact, in place of the motion."""
     every_level: ClassVar[Sequence[str]] = ()
     """Systems in which the shortest level runs each submodel, whoever's turn it is."""
     powers: ClassVar[tuple[float, ...]] = ()
@@ -118,8 +118,7 @@ class ContactCase(Case[P]):
 
     def __init_subclass__(cls, **more: Any) -> None:
         super().__init_subclass__(**more)
-        cls.formula = text_of(cls).get("formula", "")
-        cls.regression = {quantity.name: AGAIN for quantity in getattr(cls, "quantities", ())}
+        cls.formula = cls.text.get("formula", "")
 
     @property
     def presets(self) -> Mapping[str, P]:
@@ -171,7 +170,10 @@ class ContactCase(Case[P]):
 
     def expected(self, parameters: P, rules: Rules) -> Mapping[str, Reference]:
         """Return what is expected under rules; closed forms where these change nothing."""
-        scene, exact = self.scene(parameters), dict(self.closed_forms(parameters))
+        exact = dict(self.closed_forms(parameters))
+        if not self.is_integrated(parameters):
+            return {name: Reference(value, "closed form") for name, value in exact.items()}
+        scene = self.scene(parameters)
         integrated = self.observed(parameters, followed(scene, rules).motion)
         if rules != Rules():
             plain = self.observed(parameters, followed(scene, Rules()).motion)
@@ -185,6 +187,10 @@ class ContactCase(Case[P]):
             **{name: Reference(value, "closed form") for name, value in exact.items()},
         }
 
+    def is_integrated(self, parameters: P) -> bool:
+        """Return whether the scene moves as a run does; if not, closed forms are all there is."""
+        return True
+
     def rules_in_scene(self, parameters: P, rules: Rules) -> Rules:
         """Return the rules under which the scene is integrated for a run under ``rules``."""
         return rules
@@ -194,10 +200,6 @@ class ContactCase(Case[P]):
         scene = self.scene(parameters)
         return 0.0 if rules is None else engine_seconds(scene.steps, len(scene.bodies), rules)
 
-    def stated(self, engine: Engine) -> Sequence[Submodel]:
-        """Return the submodels that an engine is verified with: more than its own by any other."""
-        return self.submodels if engine.name == DEFAULT else (*self.submodels, *self.beside)
-
     def trials(
         self, level: LevelName, submodels: Sequence[Submodel] | None = None
     ) -> Iterator[Trial]:
@@ -206,7 +208,7 @@ class ContactCase(Case[P]):
         Those of the case unless others are given.
         """
         base, coarsest = self.default, STEPS[level][0]
-        names = [each.name for each in (*self.submodels, *self.beside) if each.quick]
+        names = [each.name for each in (*self.submodels, *self.other_submodels) if each.quick]
         for submodel in self.submodels if submodels is None else submodels:
             systems = {
                 system: self._values(submodel, system, coarsest)
@@ -230,79 +232,6 @@ class ContactCase(Case[P]):
         """Return what a submodel in a system changes of the case's parameters."""
         return {**PLAIN, **submodel.law, **self.systems[system], "steps_per_contact": steps}
 
-    lists_rows = True
-
-    def selectable(self, level: LevelName) -> set[str]:
-        """Return the places of the trials of a level, those of invariances too, and their rows."""
-        from harness.cases.contact.transformations import chosen
-
-        every = (*self.submodels, *self.beside)
-        trials = (*self.trials(level, every), *chosen(self, level))
-        return {name for trial in trials for name in self._labels(trial)}
-
-    def wanted(self, trials: Iterable[Trial], study: Study) -> Iterator[Trial]:
-        """Yield the trials that a study asks for: by their place, or by a row that they leave."""
-        return (trial for trial in trials if study.selects(*self._labels(trial)))
-
-    def _labels(self, trial: Trial) -> Iterator[str]:
-        yield from places(self.name, trial.submodel, trial.system)
-        for quantity in self.quantities:
-            yield quantity.name
-            yield f"{self.name}, {trial.system}: {trial.submodel}: {quantity.name}"
-
-    def planned(self, level: LevelName, engine: Engine) -> Sequence[Planned]:
-        """Return a check for each trial, and one for the invariances of each that has any."""
-        from harness.cases.contact.transformations import chosen
-
-        trials = self.trials(level, self.stated(engine))
-        values = [Planned(trial.row_name(self.name, engine.name)) for trial in trials]
-        moved = [trial.row_name(self.name, engine.name) for trial in chosen(self, level)]
-        return [*values, *(Planned(name, invariance=True) for name in moved)]
-
-    def verify(self, engine: Engine, study: Study) -> Findings:
-        """Judge each trial in the limit of a small step, and that nothing else changes it.
-
-        An engine beside the main one goes through the trials of submodels ``beside``, too, but
-        through none that it ran as the main one.
-        """
-        from harness.cases.contact.limits import Evidence
-        from harness.cases.contact.verification import verify_trials
-
-        key, supported = (self.name, engine.name), self.stated(engine)
-        if study.role == "main":
-            return study.once(key, lambda: self._with_invariances(engine, study, supported))
-        done: Findings | None = study.once(key, lambda: None)
-        ran = supported if done else ()
-        submodels = [each for each in (*self.submodels, *self.beside) if each not in ran]
-        if not done and study.level == "full":
-            findings = self._with_invariances(engine, study, submodels)
-        else:
-            trials = self.wanted(self.trials(study.level, submodels), study)
-            findings = verify_trials(self, engine, study, trials)
-        first: Evidence = done.evidence if done and done.evidence else Evidence(engine.title, ())
-        refined = (*first.refined, *findings.evidence.refined)
-        failed = (*first.failed, *findings.evidence.failed)
-        scans = measured_scan(self, engine)
-        findings.evidence = Evidence(engine.title, refined, scans, failed=failed)
-        return findings
-
-    def _with_invariances(
-        self, engine: Engine, study: Study, submodels: Sequence[Submodel]
-    ) -> Findings:
-        from harness.cases.contact.invariance import invariances
-        from harness.cases.contact.verification import verify_trials
-
-        trials = self.wanted(self.trials(study.level, submodels), study)
-        findings = verify_trials(self, engine, study, trials)
-        findings.checks += invariances(self, engine, study, contact_cases(study))
-        return findings
-
-    def drawings(self, evidence: Evidence) -> Sequence[Drawing]:
-        """Return the figures of a case: the error of a quantity over the step."""
-        from harness.cases.contact.report import errors_drawn
-
-        return (errors_drawn(self, evidence),)
-
     def axes(self, parameters: P) -> tuple[str, str]:
         """Return the names of the axes of :meth:`curves`, with units."""
         return "overlap (µm)", "force (N)"
@@ -312,33 +241,12 @@ class ContactCase(Case[P]):
         overlap, _ = overlap_of(parameters, motion)
         return {"": (1e6 * overlap, motion.force[:, 0, 2])}
 
-    def plot(self, trial: Tried, engine: str) -> Plot:
-        """Return what a page shows of a trial in an engine, by its title, beside the errors."""
-        from harness.cases.contact.report import motion_plot
-
-        return motion_plot(self, trial, engine)
-
-    def sections(
-        self, main: Findings | None, findings: Findings, others: Mapping[str, Findings]
-    ) -> Sequence[Section]:
-        """Return formula, limits and figure of each trial in the main engine."""
-        from harness.cases.contact.report import sections_of
-
-        if main is None or not main.evidence:
-            return ()
-        return sections_of(self, main, tuple(others.values()))
-
-
-def contact_cases(study: Study) -> list[ContactCase[Any]]:
-    """Return the contact cases that a study goes through."""
-    return [case for case in study.cases if isinstance(case, ContactCase)]
-
 
 class Friction:
     """What cases with friction along the surface go through; stands before ``ContactCase``."""
 
     submodels: ClassVar[Sequence[Submodel]] = (*TANGENTIAL, *OLD_TANGENTIAL)
-    beside: ClassVar[Sequence[Submodel]] = TANGENTIAL_BESIDE
+    other_submodels: ClassVar[Sequence[Submodel]] = TANGENTIAL_BESIDE
 
 
 REST_SAMPLES = 4

@@ -43,9 +43,11 @@ from harness.cases.contact.transformations import (
     chosen,
     first_runs,
     later_runs,
+    selected,
     why_not,
 )
-from harness.cases.contract import LevelName, Study
+from harness.cases.contract import LevelName
+from harness.cases.verification import Study
 from harness.comparison.verdicts import Cell, Check, Kind, Tolerance, failed_run, judge, not_tested
 from harness.engines.contract import Engine, Output
 from harness.engines.traits import Traits
@@ -239,7 +241,9 @@ def invariances(
     on several ranks costs more than the runs in it.
     """
     level = study.level
-    trials = [first_runs(case, trial, level) for trial in case.wanted(chosen(case, level), study)]
+    trials = [
+        first_runs(case, trial, level) for trial in selected(case, chosen(case, level), study)
+    ]
     _run(trials, engine)
     for runs in trials:
         runs.runs |= {
@@ -271,7 +275,7 @@ def _all_over_ranks(cases: Sequence[ContactCase[Any]], engine: Engine, study: St
     trials = [
         first_runs(case, trial, level)
         for case in cases
-        for trial in case.wanted(chosen(case, level), study)
+        for trial in selected(case, chosen(case, level), study)
         if _most_ranks(case, trial, level) > 1
     ]
     for runs in trials:

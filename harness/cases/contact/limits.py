@@ -326,7 +326,7 @@ def _value(case: ContactCase[Any], parameters: Any, motion: Any) -> float:
 
 def rows_of(case: ContactCase[Any], name: str) -> list[Any]:
     """Return the parameters of a scan with a submodel."""
-    submodel = next(each for each in (*case.submodels, *case.beside) if each.name == name)
+    submodel = next(each for each in (*case.submodels, *case.other_submodels) if each.name == name)
     system = next(iter(case.systems.values()))
     settings = {**PLAIN, **submodel.law, **system, "steps_per_contact": SCAN_STEPS}
     base = case.default.replace(**settings)

@@ -28,7 +28,8 @@ from harness.cases.contact.limits import (
     rows_of,
 )
 from harness.cases.contact.motion import Array, Motion, asked_for, followed
-from harness.cases.contract import places
+from harness.cases.display import Display
+from harness.cases.verification import places
 from harness.comparison.verification import Findings
 from harness.engines.registry import DEFAULT
 from harness.parameters.allowed import unit_in
@@ -280,18 +281,25 @@ def errors_plot(case: ContactCase[Any], trial: RefinedTrial) -> Plot:
     )
 
 
+def trial_plot(case: ContactCase[Any], trial: Tried, engine: str) -> Plot:
+    """Return what a page shows of a trial in an engine, beside the errors: motion or ratio."""
+    # of mdr between spheres an integration takes seconds at glancing angles, or minutes
+    slow = trial.finest.normal == "mdr" and trial.finest.partner != "wall"
+    if case.over_angle is None or slow:
+        return motion_plot(case, trial, engine)
+    return ratio_plot(case, trial, engine, case.over_angle)
+
+
 def motion_plot(case: ContactCase[Any], trial: Tried, engine: str) -> Plot:
-    """Return the motion of a trial: the law integrated, and an engine's samples if it left some."""
-    parameters, scene = trial.finest, case.scene(trial.finest)
-    every = _finer(scene)
-    if every == scene.every:  # as it was integrated when it was judged
-        law = followed(scene, trial.rules).motion
-    else:
-        law = followed(replace(scene, every=every), trial.rules, DRAWN).motion
+    """Return the motion of a trial: the law integrated, and an engine's samples if it left some.
+
+    The samples alone of a motion that no scene has.
+    """
+    parameters, integrated = trial.finest, case.is_integrated(trial.finest)
     x_name, y_name = case.axes(parameters)
-    drawn = [("the law", law, 1)]
+    drawn = [("the law", _law(case.scene(parameters), trial.rules), 1)] if integrated else []
     if isinstance(trial, RefinedTrial):
-        drawn.append((engine, trial.motion, _thinned(trial.motion)))
+        drawn.append((engine, trial.motion, _thinned(trial.motion) if integrated else 1))
     lines = [
         Line(f"{name}, {by}" if name else by, x[::every], y[::every], marked=by == engine)
         for by, motion, every in drawn
@@ -299,16 +307,26 @@ def motion_plot(case: ContactCase[Any], trial: Tried, engine: str) -> Plot:
     ]
     # a code that tells no forces has no points in a figure of forces
     sampled = any(line.marked and np.isfinite(line.y).any() for line in lines)
-    samples = "; samples of the run with the finest step" if sampled else f"; no points of {engine}"
+    samples = "samples of the run with the finest step" if sampled else f"no points of {engine}"
     title = f"{y_name.partition(' (')[0]} over {x_name.partition(' (')[0]}"
     return Plot(
         title[:1].upper() + title[1:],
-        f"The law integrated{samples}.",
+        f"The law integrated; {samples}."
+        if integrated
+        else "Samples of the run with the finest step; the closed form is that of the quantities.",
         x_name,
         y_name,
         tuple(lines),
         group=trial.trial.system,
     )
+
+
+def _law(scene: ContactScene, rules: Rules) -> Motion:
+    """Return the motion of a scene with samples enough for a line."""
+    every = _finer(scene)
+    if every == scene.every:  # as it was integrated when it was judged
+        return followed(scene, rules).motion
+    return followed(replace(scene, every=every), rules, DRAWN).motion
 
 
 def _thinned(motion: Motion) -> int:
@@ -408,60 +426,76 @@ def expected_scan(
     return {quantity: np.array([row[quantity] for row in rows]) for quantity in rows[0]}
 
 
-def sections_of(
-    case: ContactCase[Any], main: Findings, others: Sequence[Findings] = ()
-) -> Sequence[Section]:
-    """Return one section with the figures of a case.
+class ContactDisplay(Display):
+    """Shows errors over the step, all codes on the law, and a page for each cell of the matrix."""
 
-    Values, errors and runs are on pages of the matrix's cells, those of the engines ``others``,
-    too.
-    """
-    evidence: Evidence = main.evidence
-    title = f"Contact: {case.name}"
-    drawings = tuple(case.drawings(evidence)) if evidence.refined and evidence.drawn else ()
-    scans = [
-        (findings.evidence.who, findings.evidence.scans) for findings in others if findings.evidence
-    ]
-    if any(scanned for _, scanned in scans):
-        drawings = (codes_drawn(case, scans), *drawings)
-    # the main engine may stand beside itself, with more submodels
-    engines = {findings.engine: findings for findings in (main, *others) if findings.evidence}
-    cells = tuple(cell for engine in engines.values() for cell in _cells(case, engine))
-    return (Section(title, (case.summary, case.formula), (), (), drawings, cells),)
+    case: ContactCase[Any]
 
+    def drawings(self, evidence: Evidence) -> Sequence[Drawing]:
+        """Return the figures of a case: the error of a quantity over the step."""
+        return (errors_drawn(self.case, evidence),)
 
-def _cells(case: ContactCase[Any], findings: Findings) -> Iterator[CellText]:
-    """Yield the text of each submodel, in all its systems in the order of the case."""
-    evidence: Evidence = findings.evidence
-    systems = [*case.systems]
-    by_submodel: dict[str, list[Tried]] = {}
-    for trial in evidence.tried:
-        by_submodel.setdefault(trial.trial.submodel, []).append(trial)
-    for name, cell in by_submodel.items():
-        cell.sort(key=lambda trial: systems.index(trial.trial.system))
-        failed = [trial for trial in cell if isinstance(trial, Failed)]
-        formula = Table(
-            "The law",
-            "n points to the first sphere, m* and R* are the reduced mass and radius.",
-            ("part", "formula"),
-            (*formulas(cell[0].finest.law), *_rules(case, cell)),
-        )
-        yield CellText(
-            case.name,
-            name,
-            findings.engine,
-            evidence.who,
-            (
-                case.summary,
-                f"Expected: {case.formula}",
-                *(f"{trial.trial.system}: {evidence.who} {trial.why}." for trial in failed),
-            ),
-            (*_asked_of(case, failed), formula, _parameters(cell)),
-            tuple(pair for trial in cell for pair in _commands(case, trial, findings.engine)),
-            partial(_plots, case, cell, evidence),
-            frozenset(name for trial in cell for name in _inputs(case, trial)),
-            INVARIANCES,
-        )
+    def sections(
+        self, main: Findings | None, solvers: Findings, engines: Mapping[str, Findings]
+    ) -> Sequence[Section]:
+        """Return one section with the figures of a case.
+
+        Values, errors and runs are on pages of the matrix's cells, those of other engines, too.
+        """
+        if main is None or not main.evidence:
+            return ()
+        case, evidence = self.case, main.evidence
+        drawings = tuple(self.drawings(evidence)) if evidence.refined and evidence.drawn else ()
+        with_evidence = [findings for findings in engines.values() if findings.evidence]
+        scans = [(findings.evidence.who, findings.evidence.scans) for findings in with_evidence]
+        if any(scanned for _, scanned in scans):
+            drawings = (codes_drawn(case, scans), *drawings)
+        # the main engine may stand beside itself, with more submodels
+        by_engine = {findings.engine: findings for findings in (main, *with_evidence)}
+        cells = tuple(cell for engine in by_engine.values() for cell in self._cells(engine))
+        text = (case.summary, case.formula)
+        return (Section(f"Contact: {case.name}", text, (), (), drawings, cells),)
+
+    def _cells(self, findings: Findings) -> Iterator[CellText]:
+        """Yield the text of each submodel, in all its systems in the order of the case."""
+        case, evidence = self.case, findings.evidence
+        systems = [*case.systems]
+        by_submodel: dict[str, list[Tried]] = {}
+        for trial in evidence.tried:
+            by_submodel.setdefault(trial.trial.submodel, []).append(trial)
+        for name, cell in by_submodel.items():
+            cell.sort(key=lambda trial: systems.index(trial.trial.system))
+            failed = [trial for trial in cell if isinstance(trial, Failed)]
+            formula = Table(
+                "The law",
+                "n points to the first sphere, m* and R* are the reduced mass and radius.",
+                ("part", "formula"),
+                (*formulas(cell[0].finest.law), *_rules(case, cell)),
+            )
+            yield CellText(
+                case.name,
+                name,
+                findings.engine,
+                evidence.who,
+                (
+                    case.summary,
+                    f"Expected: {case.formula}",
+                    *(f"{trial.trial.system}: {evidence.who} {trial.why}." for trial in failed),
+                ),
+                (*_asked_of(case, failed), formula, _parameters(cell)),
+                tuple(pair for trial in cell for pair in _commands(case, trial, findings.engine)),
+                partial(self._plots, cell, evidence),
+                frozenset(name for trial in cell for name in _inputs(case, trial)),
+                INVARIANCES,
+            )
+
+    def _plots(self, cell: Sequence[Tried], evidence: Evidence) -> Sequence[Plot]:
+        """Return the plots of a submodel; without the curves of the law at level quick."""
+        plots = []
+        for trial in cell:
+            plots += [trial_plot(self.case, trial, evidence.who)] if evidence.drawn else []
+            plots += [errors_plot(self.case, trial)] if isinstance(trial, RefinedTrial) else []
+        return plots
 
 
 def _commands(case: ContactCase[Any], trial: Tried, engine: str) -> Iterator[tuple[str, str]]:
@@ -505,15 +539,6 @@ def _asked_of(case: ContactCase[Any], failed: Sequence[Failed]) -> Iterator[Tabl
             ("system", "quantity", "reference", "unit", "by"),
             rows,
         )
-
-
-def _plots(case: ContactCase[Any], cell: Sequence[Tried], evidence: Evidence) -> Sequence[Plot]:
-    """Return the plots of a submodel; without the curves of the law at level quick."""
-    plots = []
-    for trial in cell:
-        plots += [case.plot(trial, evidence.who)] if evidence.drawn else []
-        plots += [errors_plot(case, trial)] if isinstance(trial, RefinedTrial) else []
-    return plots
 
 
 def _rules(case: ContactCase[Any], cell: Sequence[Tried]) -> Iterator[tuple[str, str]]:
@@ -561,7 +586,7 @@ def errors_drawn(case: ContactCase[Any], evidence: Evidence) -> Drawing:
     first = next(
         candidate
         for candidate in case.quantities
-        if candidate.name == (case.shown or candidate.name)
+        if candidate.name == (case.drawn_quantity or candidate.name)
     )
     words = in_words(first.name, first.unit)
     return Drawing(

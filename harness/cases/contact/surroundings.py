@@ -10,14 +10,10 @@ from collections.abc import Mapping
 from typing import ClassVar
 
 from harness.cases.contact.contact_case import ContactCase, P
-from harness.cases.contact.limits import RefinedTrial, Tried
 from harness.cases.contact.motion import Motion, default_values, motion_of, values_of
 from harness.cases.contact.parameters import ContactSystem
-from harness.cases.contract import Reference
 from harness.engines.contract import Job, Output, Template, Value
-from harness.parameters.rules import Rules
 from harness.parameters.scene import ContactScene
-from harness.report.sections import Line, Plot
 
 NONE: dict[str, Value] = {
     **{"wall": "plane", "wall_radius": 1.0},
@@ -70,23 +66,9 @@ class SurroundedCase(ContactCase[P]):
 class ClosedFormCase(SurroundedCase[P]):
     """A case whose quantities are all known exactly, and whose scene does not move as it does."""
 
-    def expected(self, parameters: P, rules: Rules) -> Mapping[str, Reference]:
-        """Return the closed forms: no rule of a contact changes them."""
-        exact = self.closed_forms(parameters)
-        return {name: Reference(value, "closed form") for name, value in exact.items()}
-
-    def plot(self, one: Tried, who: str) -> Plot:
-        """Return the samples of the run with the finest step."""
-        x_name, y_name = self.axes(one.finest)
-        curves = self.curves(one.finest, one.motion) if isinstance(one, RefinedTrial) else {}
-        lines = tuple(
-            Line(f"{name}, {who}" if name else who, x, y, marked=True)
-            for name, (x, y) in curves.items()
-        )
-        title = f"{y_name.partition(' (')[0]} over {x_name.partition(' (')[0]}"
-        text = "Samples of the run with the finest step; the closed form is that of the quantities."
-        group = one.trial.system
-        return Plot(title[:1].upper() + title[1:], text, x_name, y_name, lines, group=group)
+    def is_integrated(self, parameters: P) -> bool:
+        """Return False: no scene moves as the run does."""
+        return False
 
 
 def refused(parameters: ContactSystem, **allowed: tuple[str, ...]) -> None:

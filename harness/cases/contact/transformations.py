@@ -17,7 +17,7 @@ parts.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import starmap
 from typing import TYPE_CHECKING, Any
@@ -28,6 +28,7 @@ from harness.cases.contact.motion import Array, Motion, job_of
 from harness.cases.contact.parameters import ContactSystem
 from harness.cases.contact.submodels import Submodel, Trial
 from harness.cases.contract import LevelName
+from harness.cases.verification import Study, places
 from harness.engines.contract import Engine, Job, Variation
 from harness.errors import EngineError
 from harness.parameters.law import ContactLaw
@@ -370,6 +371,19 @@ def chosen(case: ContactCase[Any], level: LevelName) -> Iterator[Trial]:
         here = trial.system in systems.get(trial.submodel, ())
         if level == "full" or here or _is_carried(case, trial, level):
             yield replace(trial, parameters=trial.parameters.replace(steps_per_contact=STEPS))
+
+
+def selected(case: ContactCase[Any], trials: Iterable[Trial], study: Study) -> Iterator[Trial]:
+    """Yield the trials that a study asks for: by their place, or by a row that they leave."""
+    return (trial for trial in trials if study.selects(*labels(case, trial)))
+
+
+def labels(case: ContactCase[Any], trial: Trial) -> Iterator[str]:
+    """Yield what a pattern may call a trial: its place, its quantities, its rows."""
+    yield from places(case.name, trial.submodel, trial.system)
+    for quantity in case.quantities:
+        yield quantity.name
+        yield f"{case.name}, {trial.system}: {trial.submodel}: {quantity.name}"
 
 
 def _is_carried(case: ContactCase[Any], trial: Trial, level: LevelName) -> bool:

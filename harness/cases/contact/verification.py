@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from harness.cases.contact.invariance import invariances
 from harness.cases.contact.limits import (
+    AGAIN,
     FINEST,
     RECORDED,
     SECONDS,
@@ -19,6 +21,7 @@ from harness.cases.contact.limits import (
     Failed,
     RefinedTrial,
     lasting_powers,
+    measured_scan,
     powers,
     refine,
     unresolved,
@@ -26,14 +29,17 @@ from harness.cases.contact.limits import (
 )
 from harness.cases.contact.motion import followed, jumps_at_the_end, powers_of, rules_of
 from harness.cases.contact.predictions import PredictedValue
-from harness.cases.contact.submodels import Trial
-from harness.cases.contract import LevelName, Study
+from harness.cases.contact.submodels import Submodel, Trial
+from harness.cases.contact.transformations import chosen, labels, selected
+from harness.cases.contract import LevelName
+from harness.cases.verification import Study, Verification
 from harness.comparison.convergence import Limit
 from harness.comparison.regression import BaselineRecord, made_by, name_in_cell
 from harness.comparison.verdicts import (
     Cell,
     Check,
     Kind,
+    Planned,
     Tolerance,
     decided,
     failed_run,
@@ -44,6 +50,7 @@ from harness.comparison.verdicts import (
 )
 from harness.comparison.verification import Findings
 from harness.engines.contract import Engine, Output
+from harness.engines.registry import DEFAULT
 from harness.errors import EngineError, EngineNaNError, RequestError
 from harness.observables.row import Row
 from harness.parameters.rules import Rules
@@ -59,6 +66,75 @@ Run = tuple[Any, Output | EngineError]
 
 MOVED = 10.0
 """Errors of a level by which the levels must differ for their order to be known."""
+
+
+class ContactVerification(Verification):
+    """Goes through the trials of a contact case, in the limit of a small step each."""
+
+    case: ContactCase[Any]
+
+    lists_rows = True
+
+    @property
+    def regression(self) -> Mapping[str, Tolerance]:
+        """Return the same tolerance for each quantity."""
+        return {quantity.name: AGAIN for quantity in self.case.quantities}
+
+    def supported(self, engine: Engine) -> Sequence[Submodel]:
+        """Return the submodels that an engine is verified with: more than its own by any other."""
+        case = self.case
+        return (
+            case.submodels if engine.name == DEFAULT else (*case.submodels, *case.other_submodels)
+        )
+
+    def selectable(self, level: LevelName) -> set[str]:
+        """Return the places of the trials of a level, those of invariances too, and their rows."""
+        every = (*self.case.submodels, *self.case.other_submodels)
+        trials = (*self.case.trials(level, every), *chosen(self.case, level))
+        return {name for trial in trials for name in labels(self.case, trial)}
+
+    def planned(self, level: LevelName, engine: Engine) -> Sequence[Planned]:
+        """Return a check for each trial, and one for the invariances of each that has any."""
+        trials = self.case.trials(level, self.supported(engine))
+        values = [Planned(_name(self.case, trial, engine)) for trial in trials]
+        moved = [_name(self.case, trial, engine) for trial in chosen(self.case, level)]
+        return [*values, *(Planned(name, invariance=True) for name in moved)]
+
+    def run(self, engine: Engine, study: Study) -> Findings:
+        """Judge each trial in the limit of a small step, and that nothing else changes it.
+
+        An engine beside the main one goes through the trials of ``other_submodels``, too, but
+        through none that it ran as the main one.
+        """
+        case, key, supported = self.case, (self.case.name, engine.name), self.supported(engine)
+        if study.role == "main":
+            return study.once(key, lambda: self._with_invariances(engine, study, supported))
+        done: Findings | None = study.once(key, lambda: None)
+        ran = supported if done else ()
+        submodels = [each for each in (*case.submodels, *case.other_submodels) if each not in ran]
+        if not done and study.level == "full":
+            findings = self._with_invariances(engine, study, submodels)
+        else:
+            findings = self._trials(engine, study, submodels)
+        first: Evidence = done.evidence if done and done.evidence else Evidence(engine.title, ())
+        refined = (*first.refined, *findings.evidence.refined)
+        failed = (*first.failed, *findings.evidence.failed)
+        scans = measured_scan(case, engine)
+        findings.evidence = Evidence(engine.title, refined, scans, failed=failed)
+        return findings
+
+    def _trials(self, engine: Engine, study: Study, submodels: Sequence[Submodel]) -> Findings:
+        trials = selected(self.case, self.case.trials(study.level, submodels), study)
+        return verify_trials(self.case, engine, study, trials)
+
+    def _with_invariances(
+        self, engine: Engine, study: Study, submodels: Sequence[Submodel]
+    ) -> Findings:
+        findings = self._trials(engine, study, submodels)
+        verifications = [case.verification for case in study.cases]
+        contacts = [each.case for each in verifications if isinstance(each, ContactVerification)]
+        findings.checks += invariances(self.case, engine, study, contacts)
+        return findings
 
 
 def verify_trials(

@@ -4,6 +4,13 @@ Each error of an engine that is known to occur shows here: a dashpot that is sil
 takes another effective mass (restitution), a contact that is found late (onset), a force along the
 tangent (oblique), a wrong spring (static), a wrong clock (fall). Expected are closed forms, and
 Hertz's impact, which is integrated.
+
+It is in the group of contacts and no ``ContactCase``. Engines qualify by it that state no contact
+with friction: the reference DEM, codes of other packages. It looks at a single step: what a
+contact case extrapolates away with the step, such as a contact that is found one late, is what an
+engine fails by here. And its parameters are the source's, ``contact.*`` with tail and effective
+mass, whose scripts and baseline stay: by the template of contact cases LAMMPS's restitution
+differs in the 15th digit.
 """
 
 from __future__ import annotations
@@ -18,16 +25,11 @@ from typing import TYPE_CHECKING, Any, get_args
 import numpy as np
 from pydantic import Field, model_validator
 
-from harness.cases.contract import (
-    Case,
-    LevelName,
-    Reference,
-    Study,
-    Words,
-    failed_part,
-    tolerances_of,
-)
+from harness.cases.contract import Case, LevelName, Reference
+from harness.cases.display import Display
 from harness.cases.grain import COLUMNS, Grain, path_in, run_jobs, whole
+from harness.cases.text import Words
+from harness.cases.verification import Study, Verification, failed_part
 from harness.comparison.regression import BaselineRecord, made_by, record_name
 from harness.comparison.verdicts import Check, Kind, Planned, Tolerance, judge, not_tested
 from harness.comparison.verification import Findings
@@ -56,6 +58,7 @@ from harness.theory.contact import (
     duration_clipped,
     duration_unclipped,
     impact,
+    largest_overlap,
     restitution_clipped,
     restitution_unclipped,
 )
@@ -258,14 +261,12 @@ def _linear_impact(case: Drop) -> dict[str, Reference]:
     """
     zeta, unit = case.contact.zeta_against_full_mass, math.sqrt(case.mass / case.stiffness)
     remaining = (case.steps * case.step - max(case.gap, 0.0) / case.speed) / unit
-    turns = 0.5 * duration_clipped(zeta)
-    if case.contact.tail == "clipped":
-        parts = duration_clipped(zeta)
-    else:  # from critical damping on it creeps back for ever
+    parts = clipped = duration_clipped(zeta)
+    if case.contact.tail != "clipped":  # from critical damping on it creeps back for ever
         parts = duration_unclipped(zeta) if zeta < 1.0 else math.inf
     references = {}
-    if remaining >= turns:
-        deepest = case.speed * math.exp(-zeta * turns) * unit
+    if remaining >= 0.5 * clipped:
+        deepest = case.speed * largest_overlap(zeta) * unit
         references["largest_sampled_overlap_m"] = Reference(deepest, "closed form")
     if remaining >= parts:
         references["restitution"] = Reference(restitution(case), "closed form")
@@ -563,7 +564,8 @@ class DropCase(Case[Drop]):
     group = "contacts"
     qualifies = True
     template = TEMPLATE
-    regression = tolerances_of(__file__, "regression")
+    verified_by = "harness.cases.drop.case:DropVerification"
+    shown_by = "harness.cases.drop.case:DropDisplay"
 
     @property
     def presets(self) -> Mapping[str, Drop]:
@@ -616,12 +618,16 @@ class DropCase(Case[Drop]):
         linear = traits.spring == "linear"
         return _linear_impact(parameters) if linear else _hertz_impact(parameters)
 
+
+class DropVerification(Verification):
+    """Runs the drops that an engine supports; engines qualify by it."""
+
     def planned(self, level: LevelName, engine: Engine) -> Sequence[Planned]:
         """Return a check for each drop, and for each named contact that the engine refuses."""
         drops = [f"{engine.name}: {test.name}" for test in drop_tests(engine.traits)]
         return [Planned(name) for name in (*drops, *_refused(engine))]
 
-    def seconds_to_verify(self, engine: Engine) -> float:
+    def seconds(self, engine: Engine) -> float:
         """Return the steps of the drops times what one takes, from runs of different lengths [s].
 
         The first run is not timed: an engine may compile then. What starting a run takes drops out.
@@ -640,10 +646,10 @@ class DropCase(Case[Drop]):
             return 0.0  # which its verification tells
         return max(0.0, more / (longer.steps - short.steps) * steps)
 
-    def verify(self, engine: Engine, study: Study) -> Findings:
+    def run(self, engine: Engine, study: Study) -> Findings:
         """Run the drops that an engine supports and judge each against the value of its rules."""
         tests = list(drop_tests(engine.traits))
-        findings = Findings(self.name, engine.name)
+        findings = Findings(NAME, engine.name)
         try:
             runs = run_drops(engine, [test.case for test in tests])
         except EngineError as error:
@@ -663,11 +669,15 @@ class DropCase(Case[Drop]):
         findings.evidence = DropEvidence(engine.title, tuple(completed))
         return findings
 
+
+class DropDisplay(Display):
+    """Shows the drops of all engines, and the collisions of the first."""
+
     def sections(
-        self, main: Findings | None, own: Findings, beside: Mapping[str, Findings]
+        self, main: Findings | None, solvers: Findings, engines: Mapping[str, Findings]
     ) -> Sequence[Section]:
         """Return the collisions of the engines, with a figure of the main one's."""
-        every = [*([main] if main is not None else []), *beside.values()]
+        every = [*([main] if main is not None else []), *engines.values()]
         drawn = [
             findings.evidence
             for findings in every

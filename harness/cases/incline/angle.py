@@ -40,7 +40,6 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal, TypeVar
 import numpy as np
 from scipy.optimize import brentq, root_scalar
 
-from harness.cases.contract import Progress, silent
 from harness.cases.grain import complete
 from harness.cases.incline.closed_forms import (
     ONE_SHOCK,
@@ -59,6 +58,7 @@ from harness.cases.incline.system import (
     Route,
     settled_before,
 )
+from harness.cases.verification import Progress, silent
 from harness.comparison.convergence import Limit, limit
 from harness.engines.contract import Engine
 from harness.engines.process import cores, parallel_map

@@ -2,26 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from functools import partial
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from harness.cases.contract import Case, LevelName, Measured, Part, Reference, Study, rows_of_parts
-from harness.cases.incline.levels import REGRESSION, run_seconds
+from harness.cases.contract import Case, Measured, Reference
+from harness.cases.incline.levels import run_seconds
 from harness.cases.incline.runs import read
 from harness.cases.incline.searched import InclineSearch, SearchedAngle
 from harness.cases.incline.system import NAME, TEMPLATE, Incline, job_of
-from harness.comparison.verdicts import Check, Planned
-from harness.comparison.verification import Findings
-from harness.engines.contract import Engine, Job, Output
+from harness.engines.contract import Job, Output
 from harness.engines.traits import Traits
 from harness.parameters.law import CONTACTS
-from harness.report.sections import Section
 
 if TYPE_CHECKING:
     from harness.cases.incline.angle import CriticalAngle
-    from harness.cases.incline.engine_checks import EngineAngle
-    from harness.report.film import Film
 
 STEPS = {"plastic": 100.0}
 """Steps per contact time of a preset, where they are not the default."""
@@ -33,8 +27,9 @@ class InclineCase(Case[Incline]):
     name = NAME
     group = "incline"
     template = TEMPLATE
+    verified_by = "harness.cases.incline.verification:InclineVerification"
+    shown_by = "harness.cases.incline.report:InclineDisplay"
     solvers = ("hard-sphere",)
-    regression = REGRESSION
 
     @property
     def presets(self) -> Mapping[str, Incline]:
@@ -78,110 +73,6 @@ class InclineCase(Case[Incline]):
     def seconds(self, parameters: Incline, rules: Traits | None, solver: str = "") -> float:
         """Return what one passage is expected to take an engine of these rules [s]."""
         return 0.0 if rules is None else run_seconds(parameters, "passage", rules)
-
-    def planned(self, level: LevelName, engine: Engine) -> Sequence[Planned]:
-        """Return the checks of a level; one for each run that an engine refuses."""
-        from harness.cases.incline.verification import planned
-
-        return planned(level, engine)
-
-    def verify(self, engine: Engine, study: Study) -> Findings:
-        """Hold an engine against the closed form, the reference DEM and itself.
-
-        Of an engine beside the main one the critical angles, against theory and the reference DEM.
-        """
-        if study.role == "other":
-            return self._angles(engine, study)
-        from harness.cases.incline.checks import InclineEvidence, Verifying
-        from harness.cases.incline.verification import incline_checks
-        from harness.theory.incline import critical_angle
-
-        evidence = InclineEvidence(engine.title, critical_angle())
-        findings = Findings(self.name, engine.name, evidence=evidence)
-        findings.checks += incline_checks(Verifying(engine, study, findings, evidence))
-        findings.records[:] = {record.name: record for record in findings.records}.values()
-        every = [angle for angles in evidence.by_contact.values() for angle in angles]
-        extrapolated = evidence.extrapolated
-        findings.published = {
-            "closed_form_deg": evidence.closed_form_deg,
-            "extrapolated": extrapolated.to_json() if extrapolated else None,
-            "critical_angles": [angle.to_json() for angle in (*every, *evidence.routes)],
-        }
-        return findings
-
-    def verify_own(self, study: Study) -> Findings:
-        """Hold the closed forms against second routes, and the adaptive reference DEM.
-
-        At level full also the reference DEM with restitution against rigid spheres.
-        """
-        from harness.cases.incline.checks import (
-            Stiffening,
-            restitution_checks,
-            rigid_checks,
-            theory_checks,
-        )
-
-        parts = [Part("closed forms", theory_checks), Part("restitution", restitution_checks)]
-        stiffening: list[Stiffening] = []
-        if study.level == "full":
-            parts.append(Part("rigid spheres", lambda: list(rigid_checks(stiffening))))
-        return Findings(self.name, checks=rows_of_parts("theory", parts), evidence=stiffening)
-
-    def _angles(self, engine: Engine, study: Study) -> Findings:
-        from harness.cases.incline.engine_checks import angle_checks
-
-        angles: list[EngineAngle] = []
-        return _other_engine(engine.name, partial(angle_checks, engine, study, angles), angles)
-
-    def recorded(self, study: Study) -> Mapping[str, Findings]:
-        """Return the recorded angles of an engine that is missing."""
-        from harness.cases.incline.verification import MFIX, RECORDED_NAME, recorded_checks
-
-        if MFIX not in study.missing:
-            return {}
-        angles: list[EngineAngle] = []
-        run = partial(recorded_checks, study.level, angles)
-        return {RECORDED_NAME: _other_engine(RECORDED_NAME, run, angles)}
-
-    def across(self, beside: Mapping[str, Findings]) -> Sequence[Check]:
-        """Hold the angles of engines against one another."""
-        from harness.cases.incline.engine_checks import across_engines
-
-        return across_engines(
-            [angle for findings in beside.values() for angle in findings.evidence]
-        )
-
-    def sections(
-        self, main: Findings | None, own: Findings, beside: Mapping[str, Findings]
-    ) -> Sequence[Section]:
-        """Return the contacts with their angles, restitution, and the engines compared."""
-        from harness.cases.incline.checks import rigid_section
-        from harness.cases.incline.report import contact_sections, engine_sections
-
-        contacts: list[Section] = []
-        if main is not None:
-            contacts += [*contact_sections(main.evidence), rigid_section(own.evidence or ())]
-        angles = [angle for findings in beside.values() for angle in findings.evidence]
-        return *contacts, *engine_sections(angles)
-
-    def film(
-        self, engine: Engine, parameters: Incline | None = None, frames: int = 120
-    ) -> Film | None:
-        """Return the film of the grain in steady motion, by default either side of the angle."""
-        from harness.cases.incline.film import angles_beside, incline_film
-        from harness.theory.incline import critical_angle
-
-        cases = [Incline(angle=angle) for angle in angles_beside(critical_angle(), 0.0)]
-        return incline_film(engine, cases if parameters is None else [parameters], frames)
-
-
-def _other_engine(
-    engine: str, run: Callable[[], Sequence[Check]], angles: list[EngineAngle]
-) -> Findings:
-    """Return the rows of an engine's angles, which ``run`` adds to ``angles``."""
-    checks = rows_of_parts(engine, [Part("critical angle", run)], "deg")
-    rows = [angle.to_json() for angle in angles]
-    return Findings(NAME, engine, checks, evidence=angles, published={"critical_angles": rows})
 
 
 def _search(case: Incline, **options: Any) -> CriticalAngle:

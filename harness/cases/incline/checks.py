@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
-from harness.cases.contract import Measured, Part, Study, Words
+from harness.cases.contract import Measured
 from harness.cases.grain import COLUMNS, complete, whole
 from harness.cases.incline.angle import (
     CriticalAngle,
@@ -41,6 +41,8 @@ from harness.cases.incline.levels import (
 )
 from harness.cases.incline.runs import follow, measured, run_inclines
 from harness.cases.incline.system import NAME, Incline, InclineRun, Route, Start, job_of
+from harness.cases.text import Words
+from harness.cases.verification import Part, Study
 from harness.comparison.convergence import Limit, limit
 from harness.comparison.regression import BaselineRecord, made_by
 from harness.comparison.series import Series

@@ -13,7 +13,6 @@ from functools import partial
 from itertools import combinations
 from typing import ClassVar
 
-from harness.cases.contract import Study
 from harness.cases.incline.angle import CriticalAngle, critical_angle_or_error
 from harness.cases.incline.levels import (
     ENGINES_OF_ONE_CLASS,
@@ -25,6 +24,7 @@ from harness.cases.incline.levels import (
 )
 from harness.cases.incline.runs import measured
 from harness.cases.incline.system import Incline
+from harness.cases.verification import Study
 from harness.comparison.verdicts import (
     Check,
     Kind,

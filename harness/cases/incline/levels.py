@@ -10,8 +10,9 @@ from dataclasses import dataclass
 
 from pydantic import Field, model_validator
 
-from harness.cases.contract import LevelName, tolerances_of
+from harness.cases.contract import LevelName
 from harness.cases.incline.system import Incline, Route
+from harness.cases.text import tolerances_of
 from harness.engines.border import engine_seconds
 from harness.engines.traits import Traits
 from harness.parameters.base import Parameters
@@ -42,7 +43,6 @@ MOST_ROUTE_JITTER = 2e-3
 """[deg] a stated uncertainty may add to the resolution of a search: where in a step a contact
 begins moves the angle of the source's contact by 1e-3 deg at 50 steps in the reference DEM."""
 
-REGRESSION = tolerances_of(__file__, "regression")
 """Of the baseline's records, by quantity; ``series`` is the band about every series."""
 
 
@@ -112,7 +112,7 @@ class Level:
     engines: tuple[tuple[float, float], ...] = (STATED,)
     phases_of_engines: int = 4
 
-    def beside(self) -> list[Incline]:
+    def other_angles(self) -> list[Incline]:
         """Return the cases of the source's contact and the clipped one, the costliest first."""
         cases = [
             Incline(contact=contact, stiffness=stiffness, steps_per_contact=steps)

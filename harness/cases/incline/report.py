@@ -3,23 +3,53 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING
 
-from harness.cases.contract import Words
+from harness.cases.display import Display
 from harness.cases.incline import figures
-from harness.cases.incline.checks import InclineEvidence
+from harness.cases.incline.checks import InclineEvidence, rigid_section
 from harness.cases.incline.closed_forms import rebound
 from harness.cases.incline.engine_checks import OWN, EngineAngle
 from harness.cases.incline.figures import angles_of_engines
+from harness.cases.incline.film import angles_beside, incline_film
+from harness.cases.incline.system import Incline
+from harness.cases.text import Words
 from harness.parameters.law import CLIPPED, PLASTIC
 from harness.report.sections import Drawing, Section, Table
 from harness.theory.chain import shock_from_restitution
 from harness.theory.incline import critical_angle
 
+if TYPE_CHECKING:
+    from harness.comparison.verification import Findings
+    from harness.engines.contract import Engine
+    from harness.report.film import Film
+
 WORDS = Words(__file__)
 
 REBOUNDS = (0.1, 0.5)
 """Restitutions for which the report gives the closed form."""
+
+
+class InclineDisplay(Display):
+    """Shows contacts with their angles, the engines compared, and the grain in motion."""
+
+    def sections(
+        self, main: Findings | None, solvers: Findings, engines: Mapping[str, Findings]
+    ) -> Sequence[Section]:
+        """Return the contacts with their angles, restitution, and the engines compared."""
+        contacts: list[Section] = []
+        if main is not None:
+            contacts += [*contact_sections(main.evidence), rigid_section(solvers.evidence or ())]
+        angles = [angle for findings in engines.values() for angle in findings.evidence]
+        return *contacts, *engine_sections(angles)
+
+    def film(
+        self, engine: Engine, parameters: Incline | None = None, frames: int = 120
+    ) -> Film | None:
+        """Return the film of the grain in steady motion, by default either side of the angle."""
+        cases = [Incline(angle=angle) for angle in angles_beside(critical_angle(), 0.0)]
+        return incline_film(engine, cases if parameters is None else [parameters], frames)
 
 
 def contact_sections(evidence: InclineEvidence) -> Iterator[Section]:

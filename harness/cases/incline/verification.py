@@ -11,14 +11,14 @@ from __future__ import annotations
 import csv
 import itertools
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
-from typing import TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
-from harness.cases.contract import LevelName, Part, Study, failed_part, planned_in, rows_of_parts
+from harness.cases.contract import LevelName
 from harness.cases.grain import COLUMNS, complete, recorded_text, steps_of_factor, whole
 from harness.cases.incline import levels
 from harness.cases.incline.angle import (
@@ -41,6 +41,7 @@ from harness.cases.incline.checks import (
     WORST_SHOCK,
     InclineEvidence,
     Recursion,
+    Stiffening,
     Verifying,
     angle_case,
     extrapolated_case,
@@ -48,10 +49,20 @@ from harness.cases.incline.checks import (
     passage_row,
     passages,
     recursion,
+    restitution_checks,
+    rigid_checks,
     scales,
+    theory_checks,
     two_ways,
 )
-from harness.cases.incline.engine_checks import OWN, SOURCE_ROLE, EngineAngle, reference_for
+from harness.cases.incline.engine_checks import (
+    OWN,
+    SOURCE_ROLE,
+    EngineAngle,
+    across_engines,
+    angle_checks,
+    reference_for,
+)
 from harness.cases.incline.levels import (
     COARSE_WELLS,
     EXTRAPOLATED,
@@ -69,6 +80,14 @@ from harness.cases.incline.system import (
     energy,
     margin,
     start_in_well,
+)
+from harness.cases.verification import (
+    Part,
+    Study,
+    Verification,
+    failed_part,
+    planned_in,
+    rows_of_parts,
 )
 from harness.comparison.verdicts import (
     Check,
@@ -90,6 +109,9 @@ from harness.observables.row import Row
 from harness.parameters.law import CONTACTS, PLASTIC, SOURCE, Contact, Spring
 from harness.parameters.plane_scene import LOOK
 from harness.theory.incline import critical_angle as closed_form
+
+if TYPE_CHECKING:
+    pass
 
 PATH_TIME = 20.0
 """[sqrt(d/g)] over which paths are compared: rounding grows on every slow crest, by e a unit."""
@@ -272,7 +294,7 @@ def reference_parts(verifying: Verifying) -> list[Part]:
 def _requested_cases(verifying: Verifying) -> list[Incline]:
     """Return the cases whose angles the engine measures over stiffness and step."""
     ladder = verifying.level.ladder.cases(Incline(contact=PLASTIC))
-    return verifying.stated([*ladder, *verifying.level.beside()])
+    return verifying.stated([*ladder, *verifying.level.other_angles()])
 
 
 def _reference_angle_parts(verifying: Verifying, reference: Reference) -> Iterator[Part]:
@@ -528,6 +550,70 @@ MOTIONS_NAME = "incline: motion near the critical angle"
 HEADLINE = "critical angle of the frictionless incline"
 
 
+class InclineVerification(Verification):
+    """Holds an engine against the closed form, the reference DEM and itself."""
+
+    def planned(self, level: LevelName, engine: Engine) -> Sequence[Planned]:
+        """Return the checks of a level for an engine; one for each run that it refuses."""
+        evidence = InclineEvidence(engine.title, 0.0)
+        plan = Verifying(engine, Study(level), Findings("incline"), evidence)
+        return planned_in((*_angle_parts(plan), *_other_parts(plan), _last_part(plan)))
+
+    def run(self, engine: Engine, study: Study) -> Findings:
+        """Judge angles, paths, shocks and scales of the main engine.
+
+        Of another engine the critical angles, against theory and the reference DEM.
+        """
+        if study.role == "other":
+            angles: list[EngineAngle] = []
+            run = partial(angle_checks, engine, study, angles)
+            return _other_engine(engine.name, run, angles)
+        evidence = InclineEvidence(engine.title, closed_form())
+        findings = Findings("incline", engine.name, evidence=evidence)
+        findings.checks += incline_checks(Verifying(engine, study, findings, evidence))
+        findings.records[:] = {record.name: record for record in findings.records}.values()
+        every = [angle for angles in evidence.by_contact.values() for angle in angles]
+        extrapolated = evidence.extrapolated
+        findings.published = {
+            "closed_form_deg": evidence.closed_form_deg,
+            "extrapolated": extrapolated.to_json() if extrapolated else None,
+            "critical_angles": [angle.to_json() for angle in (*every, *evidence.routes)],
+        }
+        return findings
+
+    def run_solvers(self, study: Study) -> Findings:
+        """Hold the closed forms against second routes, and the adaptive reference DEM.
+
+        At level full also the reference DEM with restitution against rigid spheres.
+        """
+        parts = [Part("closed forms", theory_checks), Part("restitution", restitution_checks)]
+        stiffening: list[Stiffening] = []
+        if study.level == "full":
+            parts.append(Part("rigid spheres", lambda: list(rigid_checks(stiffening))))
+        return Findings("incline", checks=rows_of_parts("theory", parts), evidence=stiffening)
+
+    def recorded(self, study: Study) -> Mapping[str, Findings]:
+        """Return the recorded angles of an engine that is missing."""
+        if MFIX not in study.missing:
+            return {}
+        angles: list[EngineAngle] = []
+        run = partial(recorded_checks, study.level, angles)
+        return {RECORDED_NAME: _other_engine(RECORDED_NAME, run, angles)}
+
+    def compare(self, engines: Mapping[str, Findings]) -> Sequence[Check]:
+        """Hold the angles of engines against one another."""
+        return across_engines([angle for each in engines.values() for angle in each.evidence])
+
+
+def _other_engine(
+    engine: str, run: Callable[[], Sequence[Check]], angles: list[EngineAngle]
+) -> Findings:
+    """Return the rows of an engine's angles, which ``run`` adds to ``angles``."""
+    checks = rows_of_parts(engine, [Part("critical angle", run)], "deg")
+    rows = [angle.to_json() for angle in angles]
+    return Findings("incline", engine, checks, evidence=angles, published={"critical_angles": rows})
+
+
 def incline_checks(verifying: Verifying) -> list[Check]:
     """Run the incline in an engine and return its checks; fill in findings and evidence.
 
@@ -542,18 +628,12 @@ def incline_checks(verifying: Verifying) -> list[Check]:
     return [*rows[0], *rows[1], *rows_of_parts("incline", [_last_part(verifying)], "deg")]
 
 
-def planned(level: LevelName, engine: Engine) -> list[Planned]:
-    """Return the checks of a level for an engine; one for each run that it refuses."""
-    plan = Verifying(engine, Study(level), Findings("incline"), InclineEvidence(engine.title, 0.0))
-    return planned_in((*_angle_parts(plan), *_other_parts(plan), _last_part(plan)))
-
-
 def _angle_parts(verifying: Verifying) -> list[Part]:
     part, refusal = verifying.part, verifying.refusal
     angle = [_extrapolated_name(verifying.who)]
     if not refusal(Incline(contact=PLASTIC)):
         angle.append(INTERVAL)
-    refused = [_cell_name(case) for case in verifying.level.beside() if refusal(case)]
+    refused = [_cell_name(case) for case in verifying.level.other_angles() if refusal(case)]
     return [
         part("extrapolation", _extrapolation, angle),
         part("source's and clipped contact", _other_angles, refused),
@@ -625,7 +705,7 @@ def _extrapolation(verifying: Verifying) -> list[Check]:
 
 
 def _other_angles(verifying: Verifying) -> list[Check]:
-    level, requested = verifying.level, verifying.level.beside()
+    level, requested = verifying.level, verifying.level.other_angles()
     rows = [row for case in requested for row in verifying.untested(_cell_name(case), case)]
     cases = verifying.stated(requested)
     angles = critical_angles(

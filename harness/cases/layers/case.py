@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from types import MappingProxyType
 from typing import TYPE_CHECKING
 
-from harness.cases.contract import Case, CaseStudy, LevelName, Plan, Reference, Study
+from harness.cases.contract import Case, LevelName, Plan, Reference
+from harness.cases.display import Display
 from harness.cases.layers.system import (
     NAME,
     QUANTITIES,
@@ -20,6 +20,8 @@ from harness.cases.layers.system import (
     read,
     restart_steps,
 )
+from harness.cases.study import CaseStudy
+from harness.cases.verification import Study, Verification
 from harness.comparison.verdicts import Tolerance
 from harness.comparison.verification import Findings
 from harness.engines.border import engine_seconds
@@ -116,7 +118,8 @@ class LayersCase(Case[Layers]):
     group = "layers"
     quantities = QUANTITIES
     template = TEMPLATE
-    cost = MappingProxyType({"quick": 3.0, "default": 8.0})
+    verified_by = "harness.cases.layers.case:LayersVerification"
+    shown_by = "harness.cases.layers.case:LayersDisplay"
 
     @property
     def presets(self) -> Mapping[str, Layers]:
@@ -172,20 +175,30 @@ class LayersCase(Case[Layers]):
             plans.append(Plan("one grain on a row starts", RAISED, start))
         return plans
 
-    def verify(self, engine: Engine, study: Study) -> Findings:
+
+class LayersVerification(Verification):
+    """Judges the plans, and runs a small flow for its profile."""
+
+    case: LayersCase
+
+    def run(self, engine: Engine, study: Study) -> Findings:
         """Judge the single grain, and run a small flow for its profile."""
-        findings = super().verify(engine, study)
-        if not engine.refuses(self.job(FLOWING)):
+        findings = super().run(engine, study)
+        if not engine.refuses(self.case.job(FLOWING)):
             from harness.cases.layers.report import film_job, film_of
 
-            output, filmed = engine.run([self.job(FLOWING), film_job()])
+            output, filmed = engine.run([self.case.job(FLOWING), film_job()])
             if not isinstance(output, EngineError):
                 film = None if isinstance(filmed, EngineError) else film_of(filmed, engine.title)
                 findings.evidence = engine.title, profile_in(output), film
         return findings
 
+
+class LayersDisplay(Display):
+    """Shows the profile of a small flow."""
+
     def sections(
-        self, main: Findings | None, own: Findings, beside: Mapping[str, Findings]
+        self, main: Findings | None, solvers: Findings, engines: Mapping[str, Findings]
     ) -> Sequence[Section]:
         """Return the limit in words and the profile of a small flow."""
         return () if main is None or main.evidence is None else (flow_section(*main.evidence),)

@@ -9,7 +9,6 @@ from itertools import chain, pairwise
 from statistics import fmean
 from typing import Literal
 
-from harness.cases.contract import Row
 from harness.cases.layers.averages import (
     BOX_POWERS,
     MARGIN_DEG,
@@ -25,6 +24,7 @@ from harness.cases.layers.averages import (
     with_scatter_of,
 )
 from harness.cases.layers.extents import LIMIT, REFERENCE, THICKNESS
+from harness.cases.study import Row
 
 STOP, START = "stop_angle_deg", "start_angle_deg"
 

@@ -8,7 +8,6 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import pairwise
 
-from harness.cases.contract import Row
 from harness.cases.layers.averages import (
     Fit,
     Mean,
@@ -33,6 +32,7 @@ from harness.cases.layers.changes import (
     softness_in_an_endless_box,
 )
 from harness.cases.layers.extents import LIMIT, REFERENCE, THICKNESS, grains_in
+from harness.cases.study import Row
 from harness.errors import RequestError
 
 Key = tuple[float, int]

@@ -19,8 +19,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from harness.cases.contract import Arm, Level, Row, StudyCost
+from harness.cases.contract import LevelName
 from harness.cases.layers.system import SINGLE, SOFTEST, Layers, job_of
+from harness.cases.study import Arm, Row, StudyCost
 from harness.engines.contract import Engine
 from harness.engines.output import Output
 from harness.errors import EngineError, EngineOutputError
@@ -163,7 +164,7 @@ class Extent:
     thicker: tuple[Changed, ...] = ()
 
 
-EXTENTS: Mapping[Level, Extent] = {
+EXTENTS: Mapping[LevelName, Extent] = {
     "quick": Extent(
         {1: BoxExtent(12, 6, 17.0, 5), 2: BoxExtent(10, 5, 14.0, 5), 4: BoxExtent(8, 4, 12.0, 5)},
         (300.0, 3e4), BoxExtent(12, 6, 17.0, 5), (), (HALF_THE_RATE, WIDE, START),
@@ -387,7 +388,7 @@ REFERENCE = "as it is"
 """The arm that the changed ones of one layer are held against."""
 
 
-def arms_of(level: Level) -> list[Arm]:
+def arms_of(level: LevelName) -> list[Arm]:
     """Return thickness and stiffness over seeds, one change at a time, the single grain."""
     extent = EXTENTS[level]
     softest = min(extent.stiffnesses)

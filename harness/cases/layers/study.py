@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from harness.cases.contract import Arm, CaseStudy, Conclusion, EngineOf, Level, Row, StudyCost
+from harness.cases.contract import LevelName
 from harness.cases.layers.changes import TEST
 from harness.cases.layers.conclusion import read_arms, rows_of, verdict_of
 from harness.cases.layers.extents import arms_of, cost_seen, study_cost
+from harness.cases.study import Arm, CaseStudy, Conclusion, EngineOf, Row, StudyCost
 from harness.observables.reference import ReferencePoints
 
 
@@ -23,11 +24,11 @@ class LayersStudy(CaseStudy):
     columns = ("arm", "layers", "stiffness_over_weight", "restitution", "stop_angle_deg",
                "uncertainty_deg", "grains", "seeds")  # fmt: skip
 
-    def arms(self, level: Level) -> Sequence[Arm]:
+    def arms(self, level: LevelName) -> Sequence[Arm]:
         """Return thickness and stiffness over seeds, one change at a time, the single grain."""
         return arms_of(level)
 
-    def cost(self, level: Level, engine_of: EngineOf, runs: Sequence[Row] = ()) -> StudyCost:
+    def cost(self, level: LevelName, engine_of: EngineOf, runs: Sequence[Row] = ()) -> StudyCost:
         """Return what a level costs: by runs that were made, else as measured here."""
         arms = self.arms(level)
         return cost_seen(arms, {"runs": runs}) or study_cost(arms, engine_of)

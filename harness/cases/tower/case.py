@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from functools import lru_cache, partial
-from typing import TYPE_CHECKING
 
-from harness.cases.contract import Case, LevelName, Measured, Part, Reference, Study, rows_of_parts
+from harness.cases.contract import Case, LevelName, Measured, Reference
 from harness.cases.tower import engine_checks
-from harness.cases.tower.engine_checks import beside_findings
+from harness.cases.tower.engine_checks import other_findings
 from harness.cases.tower.run import MARGIN, NAME, SOLVERS, covering, read, tower
 from harness.cases.tower.system import (
     TEMPLATE,
@@ -18,13 +17,8 @@ from harness.cases.tower.system import (
     job_of,
     timing_of,
 )
-from harness.cases.tower.verification import (
-    REGRESSION,
-    CodeEvidence,
-    engine_findings,
-    own_findings,
-    planned,
-)
+from harness.cases.tower.verification import CodeEvidence, engine_findings, own_findings, planned
+from harness.cases.verification import Part, Study, Verification, rows_of_parts
 from harness.comparison.verdicts import Planned
 from harness.comparison.verification import Findings
 from harness.engines.border import engine_seconds
@@ -42,11 +36,7 @@ from harness.observables.tower import (
     window_end,
 )
 from harness.parameters.tower import Tower
-from harness.report.sections import Section
 from harness.theory import chain
-
-if TYPE_CHECKING:
-    from harness.report.film import Film
 
 SAMPLES_PER_T0 = 1000
 
@@ -84,8 +74,9 @@ class TowerCase(Case[TowerRunParameters]):
     name = NAME
     group = "chains"
     template = TEMPLATE
+    verified_by = "harness.cases.tower.case:TowerVerification"
+    shown_by = "harness.cases.tower.report:TowerDisplay"
     solvers = ("exact", "rk4")
-    regression = REGRESSION
 
     @property
     def presets(self) -> Mapping[str, TowerRunParameters]:
@@ -143,62 +134,6 @@ class TowerCase(Case[TowerRunParameters]):
         )
         return of_engine + tower_seconds(case, "exact", duration=duration)
 
-    def planned(self, level: LevelName, engine: Engine) -> Sequence[Planned]:
-        """Return the checks of each law, of the tall tower and of the impulse table."""
-        return planned(level, engine)
-
-    def verify(self, engine: Engine, study: Study) -> Findings:
-        """Hold an engine against the exact propagator, law by law.
-
-        Of an engine beside the main one its finest towers, and the order of its error.
-        """
-        return (engine_findings if study.role == "main" else beside_findings)(engine, study)
-
-    def verify_own(self, study: Study) -> Findings:
-        """Hold RK4 and the exact propagator against each other and closed forms."""
-        return own_findings(study)
-
-    def recorded(self, study: Study) -> Mapping[str, Findings]:
-        """Return the recorded towers of an engine that is missing."""
-        if engine_checks.MFIX not in study.missing:
-            return {}
-        evidence = CodeEvidence(engine_checks.RECORDED_NAME)
-        part = Part("towers", partial(engine_checks.recorded_checks, evidence.towers))
-        checks = rows_of_parts(engine_checks.RECORDED_NAME, [part])
-        rows = {"towers": [row.to_json() for row in evidence.towers]}
-        findings = Findings(
-            self.name, engine_checks.RECORDED_NAME, checks, evidence=evidence, published=rows
-        )
-        return {engine_checks.RECORDED_NAME: findings}
-
-    def sections(
-        self, main: Findings | None, own: Findings, beside: Mapping[str, Findings]
-    ) -> Sequence[Section]:
-        """Return where the laws differ, the towers of engines, and the figures."""
-        from harness.cases.tower.report import sections
-
-        return sections(
-            main.evidence if main else None,
-            own.evidence,
-            [findings.evidence for findings in beside.values()],
-        )
-
-    def film(
-        self, engine: Engine, parameters: TowerRunParameters | None = None, frames: int = 120
-    ) -> Film | None:
-        """Return the film of a run, by default of an impulse through ten particles."""
-        from harness.cases.tower.film import tower_film
-
-        filmed = parameters or TowerRunParameters(height=9, duration=6.0)
-        run = tower(
-            filmed.tower,
-            duration=filmed.duration,
-            steps_per_contact=filmed.steps_per_contact,
-            profiles=True,
-            engine=engine,
-        )
-        return tower_film(run, frames)
-
 
 @lru_cache(maxsize=64)
 def _exact(parameters: TowerRunParameters) -> TowerRun:
@@ -245,6 +180,38 @@ def _closed_form(parameters: Tower) -> dict[str, float]:
         "impulse_Ns": chain.impulse_on_fixed(*impact),
         "turnaround_s": chain.contact_time_on_fixed(*impact) / 2,
     }
+
+
+class TowerVerification(Verification):
+    """Holds an engine against the exact propagator, and solvers against one another."""
+
+    def planned(self, level: LevelName, engine: Engine) -> Sequence[Planned]:
+        """Return the checks of each law, of the tall tower and of the impulse table."""
+        return planned(level, engine)
+
+    def run(self, engine: Engine, study: Study) -> Findings:
+        """Hold an engine against the exact propagator, law by law.
+
+        Of another engine its finest towers, and the order of its error.
+        """
+        return (engine_findings if study.role == "main" else other_findings)(engine, study)
+
+    def run_solvers(self, study: Study) -> Findings:
+        """Hold RK4 and the exact propagator against each other and closed forms."""
+        return own_findings(study)
+
+    def recorded(self, study: Study) -> Mapping[str, Findings]:
+        """Return the recorded towers of an engine that is missing."""
+        if engine_checks.MFIX not in study.missing:
+            return {}
+        evidence = CodeEvidence(engine_checks.RECORDED_NAME)
+        part = Part("towers", partial(engine_checks.recorded_checks, evidence.towers))
+        checks = rows_of_parts(engine_checks.RECORDED_NAME, [part])
+        rows = {"towers": [row.to_json() for row in evidence.towers]}
+        findings = Findings(
+            NAME, engine_checks.RECORDED_NAME, checks, evidence=evidence, published=rows
+        )
+        return {engine_checks.RECORDED_NAME: findings}
 
 
 CASE = TowerCase()

@@ -13,7 +13,6 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from harness.cases.contract import Part, Study, asked, rows_of_parts
 from harness.cases.grain import recorded_text, steps_of_factor, whole
 from harness.cases.tower import verification
 from harness.cases.tower.comparison import step_convergence
@@ -27,6 +26,7 @@ from harness.cases.tower.verification import (
     EngineTower,
     refusal,
 )
+from harness.cases.verification import Part, Study, asked, rows_of_parts
 from harness.comparison.verdicts import Check, Kind, Tolerance, finding, judge, not_tested
 from harness.comparison.verification import Findings
 from harness.engines.contract import Engine
@@ -113,7 +113,7 @@ WIDEST = 0.5
 """Half of the widest interval that tells first order from second."""
 
 
-def beside_findings(engine: Engine, study: Study) -> Findings:
+def other_findings(engine: Engine, study: Study) -> Findings:
     """Run the towers of an engine and return their rows and evidence.
 
     A part that goes wrong becomes a failed row; the other parts go on.
@@ -140,7 +140,7 @@ def _finest(
     engine: Engine, study: Study, evidence: CodeEvidence, *, first_order: bool
 ) -> list[Check]:
     """Hold peak force and impulse at the finest step against the exact ones, in one batch."""
-    cases = [CASE.replace(height=height) for height in LEVELS[study.level].beside]
+    cases = [CASE.replace(height=height) for height in LEVELS[study.level].other_heights]
     exact = [_exact(case, study) for case in cases]
     ends = [window_end(run, "turnaround") / run.tower.contact_time for run in exact]
     runs = run_towers(engine, cases, max(SEARCH, *ends) * MARGIN, steps_per_contact=FINEST_STEPS)

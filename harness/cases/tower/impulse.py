@@ -9,8 +9,8 @@ from typing import NamedTuple, TypedDict, Unpack, get_args
 
 import pandas as pd
 
-from harness.cases.contract import Progress, silent
 from harness.cases.tower.run import SOLVERS, chosen_solver, covering, towers
+from harness.cases.verification import Progress, silent
 from harness.engines.contract import Engine
 from harness.errors import RequestError
 from harness.observables.tower import ImpulseRow, TowerRun, Window, impulse_until, window_end

@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
 from typing import TYPE_CHECKING
 
-from harness.cases.contract import Words
+from harness.cases.display import Display
+from harness.cases.text import Words
 from harness.cases.tower import figures
 from harness.cases.tower.comparison import DIVERGENCE, SeriesComparison
 from harness.cases.tower.figures import peak_error, tower_error_against_step
+from harness.cases.tower.film import tower_film
 from harness.cases.tower.run import RATIO, of_ratio
+from harness.cases.tower.run import tower as run_tower
+from harness.cases.tower.system import TowerRunParameters
 from harness.cases.tower.verification import CodeEvidence, OwnEvidence
 from harness.observables.reference import PEYNEAU_ROUX
 from harness.report.sections import Drawing, Section, Table
@@ -20,14 +24,43 @@ from harness.report.style import power
 if TYPE_CHECKING:
     import pandas as pd
 
+    from harness.comparison.verification import Findings
+    from harness.engines.contract import Engine
+    from harness.report.film import Film
+
 WORDS = Words(__file__)
 
 
-def drawings(main: CodeEvidence | None, own: OwnEvidence) -> Iterator[Drawing]:
+class TowerDisplay(Display):
+    """Shows where the laws differ, the towers of engines, and the shock in motion."""
+
+    def sections(
+        self, main: Findings | None, solvers: Findings, engines: Mapping[str, Findings]
+    ) -> Sequence[Section]:
+        """Return where the laws differ, the towers of engines, and the figures."""
+        others = [findings.evidence for findings in engines.values()]
+        return tuple(_sections(main.evidence if main else None, solvers.evidence, others))
+
+    def film(
+        self, engine: Engine, parameters: TowerRunParameters | None = None, frames: int = 120
+    ) -> Film | None:
+        """Return the film of a run, by default of an impulse through ten particles."""
+        filmed = parameters or TowerRunParameters(height=9, duration=6.0)
+        run = run_tower(
+            filmed.tower,
+            duration=filmed.duration,
+            steps_per_contact=filmed.steps_per_contact,
+            profiles=True,
+            engine=engine,
+        )
+        return tower_film(run, frames)
+
+
+def drawings(main: CodeEvidence | None, solvers: OwnEvidence) -> Iterator[Drawing]:
     """Yield the figures for which there is evidence."""
-    yield from _comparisons(main, own)
-    yield from _impulses(own)
-    yield from _towers(own)
+    yield from _comparisons(main, solvers)
+    yield from _impulses(solvers)
+    yield from _towers(solvers)
 
 
 def _comparisons(main: CodeEvidence | None, solvers: OwnEvidence) -> Iterator[Drawing]:
@@ -108,13 +141,6 @@ LAWS_HEIGHTS = (1, 2, 3, 4, 9, 19)
 """Heights of the table of both laws."""
 
 
-def sections(
-    main: CodeEvidence | None, own: OwnEvidence, beside: Sequence[CodeEvidence]
-) -> tuple[Section, ...]:
-    """Return the parts of the report; those without evidence are left out."""
-    return tuple(_sections(main, own, beside))
-
-
 def _sections(
     main: CodeEvidence | None, solvers: OwnEvidence, engines: Sequence[CodeEvidence]
 ) -> Iterator[Section]:
@@ -151,11 +177,11 @@ def opening_section(frame: pd.DataFrame) -> Section:
     )
 
 
-def laws_table(own: OwnEvidence) -> Table:
+def laws_table(solvers: OwnEvidence) -> Table:
     """Return alpha and angles under both laws, and how far the force is apart, height by height."""
-    assert own.impulses is not None
-    frame = own.impulses
-    forces = {c.run.tower.height: c.force for c in own.different_law}
+    assert solvers.impulses is not None
+    frame = solvers.impulses
+    forces = {c.run.tower.height: c.force for c in solvers.different_law}
     stiffness, speed, one_run = RATIO.each("stiffness")[0], RATIO.speed, of_ratio(frame)
     rows = []
     for row in (
@@ -178,14 +204,14 @@ def laws_table(own: OwnEvidence) -> Table:
     return WORDS.table("Both laws", rows, stiffness=power(stiffness), speed=speed)
 
 
-def towers_table(beside: Sequence[CodeEvidence]) -> Table:
+def towers_table(engines: Sequence[CodeEvidence]) -> Table:
     """Return the errors of engines at each height, and the order of the error in the step."""
-    towers = [tower for evidence in beside for tower in evidence.towers]
+    towers = [tower for evidence in engines for tower in evidence.towers]
     heights = sorted({tower.height for tower in towers})
     by_engine = {(t.engine, t.height): t for t in towers}
     orders = {
         convergence.solver: convergence.l2_order
-        for evidence in beside
+        for evidence in engines
         for convergence in evidence.convergence
     }
     rows = []

@@ -11,10 +11,10 @@ import numpy as np
 import pandas as pd
 
 from harness import __version__
-from harness.cases.contract import Progress, silent
 from harness.cases.grain import run_jobs, whole
 from harness.cases.tower.comparison import SeriesComparison, contact_events
 from harness.cases.tower.system import Timing, check_duration, job_of, timing_of
+from harness.cases.verification import Progress, silent
 from harness.comparison.regression import BaselineRecord, made_by
 from harness.comparison.series import Comparison, Series
 from harness.engines.contract import Engine, Output

@@ -17,16 +17,9 @@ import numpy as np
 import pandas as pd
 from scipy.special import jn_zeros
 
-from harness.cases.contract import (
-    LevelName,
-    Part,
-    Study,
-    asked,
-    planned_in,
-    rows_of_parts,
-    tolerances_of,
-)
+from harness.cases.contract import LevelName
 from harness.cases.grain import whole
+from harness.cases.text import tolerances_of
 from harness.cases.tower.comparison import (
     SeriesComparison,
     StepConvergence,
@@ -52,6 +45,7 @@ from harness.cases.tower.run import (
     tower_record,
 )
 from harness.cases.tower.system import job_of, timing_of
+from harness.cases.verification import Part, Study, asked, planned_in, rows_of_parts
 from harness.comparison.series import Comparison
 from harness.comparison.verdicts import (
     Check,
@@ -90,9 +84,6 @@ ORDER = _TOLD["ORDER"]
 FINEST = _TOLD["FINEST"]
 FORCE: dict[Law, Tolerance] = {law: _TOLD[f"FORCE_{law}"] for law in LAWS}
 
-REGRESSION = tolerances_of(__file__, "regression")
-"""Of the baseline's records, by quantity; ``series`` is the band about every series."""
-
 
 GAMMAS = tuple(float(gamma) for gamma in np.geomspace(1e-4, 0.3, 25))
 """From stiff and fast to soft and slow: the source's six runs lie between 0.0008 and 0.016."""
@@ -115,7 +106,7 @@ class Level:
     """Heights of the towers, of those in engines beside the main one, and Gammas of alpha's map."""
 
     heights: tuple[int, ...]
-    beside: tuple[int, ...]
+    other_heights: tuple[int, ...]
     gammas: tuple[float, ...]
     chain_figures: bool = True
 

@@ -120,7 +120,9 @@ def test_a_planted_fault_turns_its_check():
     ],
 )
 def test_codes_that_part_fail_in_the_quantity_that_parts(fault, verdicts):
-    assert [row.verdict for row in CASE.compared([runs(), runs("LIGGGHTS", **fault)])] == verdicts
+    assert [
+        row.verdict for row in CASE.verification.compared([runs(), runs("LIGGGHTS", **fault)])
+    ] == verdicts
 
 
 @pytest.fixture(scope="module")

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from harness.cases.bulk.seeds import Runs
-from harness.cases.contract import Study
 from harness.cases.penetration import CASE, Penetration, largest_elastic_energy, values_of
+from harness.cases.verification import Study
 from harness.comparison.verdicts import Verdict
 from harness.engines.contract import Job
 from harness.engines.lammps.engine import Lammps
@@ -156,11 +156,14 @@ def test_the_worst_seed_decides():
 def test_codes_that_part_fail_in_the_quantity_that_parts():
     same = impacts()
     other = impacts("LIGGGHTS", final_depth_m=1.1 * same.rows[0]["final_depth_m"])
-    found = {row.name.rpartition(": ")[2]: row.verdict for row in CASE.compared([same, other])}
+    found = {
+        row.name.rpartition(": ")[2]: row.verdict
+        for row in CASE.verification.compared([same, other])
+    }
     assert found.pop("final_depth_m") is Verdict.FAIL
     assert set(found.values()) == {Verdict.PASS}
     few = replace(other, rows=other.rows[:3])
-    assert {row.verdict for row in CASE.compared([same, few])} == {Verdict.NOT_TESTED}
+    assert {row.verdict for row in CASE.verification.compared([same, few])} == {Verdict.NOT_TESTED}
 
 
 @pytest.fixture(scope="module")
@@ -200,7 +203,7 @@ def test_liggghts_starts_from_the_same_bed_and_settles_to_the_same_height(lammps
 
 @pytest.mark.slow
 def test_level_quick_leaves_the_rows_that_it_names(lammps):
-    found = CASE.verify(lammps, Study("quick"))
+    found = CASE.verification.run(lammps, Study("quick"))
     assert [row.name for row in found.checks] == [
-        planned.name for planned in CASE.planned("quick", lammps)
+        planned.name for planned in CASE.verification.planned("quick", lammps)
     ]

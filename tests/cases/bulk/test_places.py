@@ -1,15 +1,29 @@
 """Files of places: what is read, what is refused, what a code reads back."""
 
 import lzma
+import math
+import re
+from pathlib import Path
 
 import numpy as np
 import pytest
 
-from harness.cases.bulk.places import PUBLISHED, PUBLISHED_BOX, Box, data_file, read_places
+from harness.cases.bulk.places import (
+    PUBLISHED,
+    PUBLISHED_BOX,
+    Box,
+    Cylinder,
+    data_file,
+    read_places,
+)
+from harness.cases.drum import CASE as DRUM_CASE
+from harness.cases.drum import Drum
 from harness.cases.penetration import CASE, Penetration, values_of
 from harness.engines.contract import Job
 from harness.engines.lammps.engine import Lammps
-from harness.errors import RequestError
+from harness.engines.output import Output
+from harness.engines.registry import open_engine
+from harness.errors import EngineMissingError, RequestError
 
 BOX = Box(0.02, 0.02, (0.0, 0.0), 0.0)
 HEAD = "radius x y z\n"
@@ -111,3 +125,79 @@ def test_lammps_reads_the_places_and_drops_the_sphere_where_it_is_told(tmp_path)
     assert values["energy_gain_ratio"] < 1e-3
     series = aside.table(("z_m",))["z_m"]
     assert series[-1] != pytest.approx(values["final_height_m"], rel=1e-6)
+
+
+DRUM = {"drum_radius": 0.014, "drum_length": 0.0105, "settle_time": 0.0, "turn": 1.0}
+LARGE, SMALL = "0.002 {:g} 0 -0.01\n", "0.001 {:g} 0 -0.01\n"
+WRONG_DRUM = {
+    "another radius": (LARGE.format(0) + "0.0015 0.004 0 0\n", "must be large_radius = 0.002 m or"),
+    "beyond the end": (LARGE.format(0) + "0.001 0 0.0045 0\n", "grain 2 at (0, 0.0045, 0) m: must"),
+    "beyond the drum": (
+        LARGE.format(0.008),
+        "must be 0.0018 m from the walls of the drum, 0.014 m",
+    ),
+    "a deep overlap": (
+        LARGE.format(0) + SMALL.format(0.0025),
+        "must be 0.0029 m, an overlap of 0.1",
+    ),
+    "a kind is not there": (LARGE.format(0), "no grain of small_radius = 0.001 m"),
+    "a row cut short": (LARGE.format(0) + "0.001 0.004\n", "line 2: '0.001 0.004': must be four"),
+}
+
+
+@pytest.mark.parametrize(("text", "words"), WRONG_DRUM.values(), ids=WRONG_DRUM)
+def test_a_bad_file_of_a_drum_is_refused(text, words, tmp_path):
+    path = tmp_path / "drum.txt"
+    path.write_text(text)
+    p = Drum(places=str(path), **DRUM)
+    with pytest.raises(RequestError, match=re.escape(words)):
+        DRUM_CASE.job(p)
+
+
+def test_the_published_drum_has_8000_large_and_30000_small_grains_that_touch_it():
+    p = DRUM_CASE.presets[PUBLISHED]
+    assert (p.large_grains, p.small_grains) == (8000, 30000)
+    walls = Cylinder(p.drum_radius, p.drum_length)
+    for places, radius in zip(p.bed, (p.large_radius, p.small_radius), strict=True):
+        assert walls.gap(places).min() == pytest.approx(radius, abs=3e-6)
+    table = Path(DRUM_CASE.job(p).values["places"]).read_text("utf-8").partition("Atoms")[2]
+    types = [int(line.split()[1]) for line in table.splitlines() if line]
+    assert (types.count(1), types.count(2)) == (8000, 30000)
+
+
+@pytest.mark.parametrize("code", ["lammps", "liggghts", "yade", "kratos"])
+@pytest.mark.live
+@pytest.mark.slow
+def test_a_code_reads_the_drum_of_a_file(code, tmp_path):
+    """Grains that touch nothing fall as one: h = g (n dt)^2/2, to a step."""
+    path = tmp_path / "drum.txt"
+    rows = [LARGE.format(0), SMALL.format(-0.004), SMALL.format(0.004)]
+    path.write_text("".join(row.replace("-0.01", "0.005") for row in rows))
+    p = Drum(places=str(path), **DRUM)
+    with opened_or_skipped(code) as engine:
+        (output,) = engine.run([DRUM_CASE.job(p)])
+        assert isinstance(output, Output), output
+    table = output.table(("step", "x_m", "y_m", "z_m"))
+    np.testing.assert_allclose(sorted(table["x_m"][0]), [-0.004, 0.0, 0.004], atol=1e-9)
+    assert table["x_m"][0][0] == pytest.approx(0.0, abs=1e-9)  # large ones come first
+    fall = 0.5 * p.gravity * (p.step_size * p.steps) ** 2
+    np.testing.assert_allclose(table["z_m"][-1], 0.005 - fall, atol=2.0 / p.steps * fall)
+
+
+def opened_or_skipped(code):
+    try:
+        return open_engine(code)
+    except EngineMissingError as error:
+        pytest.skip(str(error))
+
+
+@pytest.mark.live
+@pytest.mark.slow
+def test_the_published_drum_begins_to_turn_in_lammps():
+    """Three hundred steps from its places: contacts at rest, no grain beyond a wall."""
+    p = DRUM_CASE.presets[PUBLISHED].replace(turn=math.degrees(2.0 * 300 * 8e-7))
+    with Lammps() as engine:
+        found = DRUM_CASE.measure(p, engine).values
+    # 0.005 deg of a turn leave large grains below small ones, and the surface as it was
+    assert found["mixing_index"] == pytest.approx(found["first_mixing_index"], abs=1e-3)
+    assert abs(found["surface_angle_deg"]) < 5.0

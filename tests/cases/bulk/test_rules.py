@@ -9,8 +9,9 @@ from scipy.integrate import solve_ivp
 from harness.cases.bulk.equivalence import Sample, equivalence
 from harness.cases.bulk.rules import Law, differing, law_of, with_tail
 from harness.cases.bulk.seeds import MARGIN, Runs, too_slow
-from harness.cases.contract import Study
+from harness.cases.contract import Measured
 from harness.cases.penetration import CASE
+from harness.cases.verification import Study
 from harness.comparison.verdicts import Verdict
 from harness.engines.registry import engine_class
 from harness.theory.contact import damping_ratio
@@ -116,7 +117,7 @@ def test_engines_of_two_laws_are_compared_by_the_case():
     far = {**row, CASE.equivalent[0]: 2.0}
     one = Runs("LAMMPS", (row,) * 5, law=LAWS["lammps"])
     for code, verdict in (("liggghts", Verdict.FAIL), ("yade", Verdict.FINDING)):
-        checks = list(CASE.compared([one, Runs(code, (far,) * 5, law=LAWS[code])]))
+        checks = list(CASE.verification.compared([one, Runs(code, (far,) * 5, law=LAWS[code])]))
         assert [check.verdict for check in checks[:2]] == [verdict, Verdict.PASS]
 
 
@@ -140,7 +141,10 @@ def test_a_code_is_held_against_the_main_one_under_its_own_rules(name):
 
     ruled = replace(RULED, rows=rows(effect), law=law)
     other = Runs("Other", rows(effect * ratio), law=Law("b"), main=ruled)
-    checks = {c.name: c for c in CASE.compared([Runs("Main", rows(1.0), law=Law("a")), other])}
+    checks = {
+        c.name: c
+        for c in CASE.verification.compared([Runs("Main", rows(1.0), law=Law("a")), other])
+    }
     depth = CASE.equivalent[0]
     held = checks[f"penetration: Main under the rules of Other against Other: {depth}"]
     assert held.verdict is verdict
@@ -156,18 +160,101 @@ def test_a_code_is_held_against_the_main_one_under_its_own_rules(name):
 def test_rules_that_the_main_code_cannot_state_are_not_tested_with_the_reason():
     rows = (dict.fromkeys(CASE.equivalent, 1.0),) * 5
     other = Runs("Other", rows, law=Law("b"), main="its script has no variable")
-    checks = list(CASE.compared([Runs("Main", rows, law=Law("a")), other]))
+    checks = list(CASE.verification.compared([Runs("Main", rows, law=Law("a")), other]))
     unstated = [check for check in checks if "the rules of Other" in check.name]
     assert {check.verdict for check in unstated} == {Verdict.NOT_TESTED}
     assert len(unstated) == len(CASE.equivalent)
+
+
+class Fake:
+    """An engine with the rules of a code, whose depth its rules move, and a fault."""
+
+    workers = 4
+
+    def __init__(self, code, name="", fault=1.0):
+        self.name, self.title = name or code, name or code
+        self.traits, self.fault, self.ran = engine_class(code).traits, fault, []
+        self.refused = "" if code == "lammps" else "its script has no variable 'tangential'"
+
+    def refuses(self, job):
+        return self.refused if "tangential" in job.values else ""
+
+    def run(self, jobs):
+        self.ran += [job.values for job in jobs]
+        return [(job.values, self.fault, self.traits) for job in jobs]
+
+
+@pytest.fixture
+def faked(monkeypatch):
+    """Let the depth be larger by a tenth where the spring is no displacement."""
+
+    def measured(_, trial, output, traits):  # noqa: ARG001
+        values, fault, rules = output
+        spring = values.get("tangential", law_of(rules).values["tangential"])
+        depth = fault * (1.0 if spring == "mindlin" else 1.1) * (1.0 + 0.02 * (trial.seed % 3 - 1))
+        row = {quantity.name: 1e-9 for quantity in CASE.quantities}
+        return Measured(row | dict.fromkeys(CASE.equivalent, depth))
+
+    monkeypatch.setattr(type(CASE), "measured", measured)
+    monkeypatch.setattr(type(CASE), "curves", lambda *_: ())
+
+
+def held(main, *others):
+    """Return the rows that hold engines against one another, by their names."""
+    study = Study("default")
+    CASE.verification.run(main, study)
+    beside = replace(study, role="other")
+    findings = {engine.name: CASE.verification.run(engine, beside) for engine in (main, *others)}
+    checks = CASE.verification.compare(findings)
+    assert len({check.name for check in checks}) == len(checks)
+    return {check.name: check for check in checks}
+
+
+@pytest.mark.parametrize(("fault", "verdict"), [(1.0, Verdict.PASS), (1.2, Verdict.FAIL)])
+@pytest.mark.usefixtures("faked")
+def test_the_main_engine_runs_the_rules_of_another_and_a_fault_in_that_one_fails(fault, verdict):
+    main, other = Fake("lammps"), Fake("yade", fault=fault)
+    checks = held(main, other)
+    depth = CASE.equivalent[0]
+    ruled = checks[f"penetration: lammps under the rules of yade against yade: {depth}"]
+    assert ruled.verdict is verdict
+    effect = checks[f"penetration: lammps under the rules of yade against lammps: {depth}"]
+    assert (effect.verdict, effect.value) == (Verdict.FINDING, pytest.approx(1.1))
+    law = law_of(engine_class("yade").traits)
+    stated = [values for values in main.ran if values.get("tangential") == "mindlin/force"]
+    assert len(stated) == CASE.seeds["default"]
+    assert stated[0] == law.stated(CASE.job(CASE.default).values)
+
+
+@pytest.mark.usefixtures("faked")
+def test_engines_of_one_law_share_the_runs_of_the_main_one():
+    main = Fake("lammps")
+    checks = held(main, Fake("yade"), Fake("yade", "twin"))
+    assert sum("tangential" in values for values in main.ran) == CASE.seeds["default"]
+    effects = [name for name in checks if "under the rules" in name and "against lammps" in name]
+    assert len(effects) == len(CASE.equivalent)
+
+
+@pytest.mark.usefixtures("faked")
+def test_a_main_engine_that_states_no_other_rules_leaves_no_verdict():
+    checks = held(Fake("yade"), Fake("lammps"))
+    rules = [check for name, check in checks.items() if "the rules of lammps" in name]
+    assert {check.verdict for check in rules} == {Verdict.NOT_TESTED}
+    assert "its script has no variable 'tangential'" in rules[0].note
+
+
+def test_slow_codes_run_fewer_seeds_at_level_default_and_all_at_full():
+    for code, number in (("lammps", 24), ("liggghts", 24), ("yade", 12), ("kratos", 12)):
+        assert len(CASE.verification.trials(Fake(code), "default")) == number
+        assert len(CASE.verification.trials(Fake(code), "full")) == CASE.seeds["full"]
 
 
 @pytest.mark.parametrize("code", ["yade", "kratos"])
 def test_slow_codes_are_not_tested_at_level_quick_with_the_reason(code):
     engine = engine_class(code).__new__(engine_class(code))
     engine._scheme = "Velocity_Verlet"
-    found = CASE.verify(engine, Study("quick"))
-    assert [check.name for check in found.checks] == CASE.names(engine)
+    found = CASE.verification.run(engine, Study("quick"))
+    assert [check.name for check in found.checks] == CASE.verification.names(engine)
     assert {check.verdict for check in found.checks} == {Verdict.NOT_TESTED}
     assert "level default runs it" in found.checks[0].note
     assert found.evidence is None

@@ -9,8 +9,8 @@ from scipy.integrate import quad
 
 from harness.cases.bulk.materials import check_memory
 from harness.cases.bulk.seeds import Runs
-from harness.cases.contract import Study
 from harness.cases.silo import CASE, Silo, arching, largest_elastic_energy, largest_gain, values_of
+from harness.cases.verification import Study
 from harness.comparison.verdicts import Verdict
 from harness.engines.contract import Job
 from harness.engines.lammps.engine import Lammps
@@ -174,13 +174,16 @@ def test_a_planted_fault_turns_its_check(fault, verdicts):
 
 def test_codes_of_other_rates_fail_and_few_or_scattered_seeds_decide_nothing():
     same, other = runs(), runs("LIGGGHTS", discharge_rate_per_s=1700.0)
-    verdicts = {row.name.rpartition(": ")[2]: row.verdict for row in CASE.compared([same, other])}
+    verdicts = {
+        row.name.rpartition(": ")[2]: row.verdict
+        for row in CASE.verification.compared([same, other])
+    }
     assert verdicts.pop("discharge_rate_per_s") is Verdict.FAIL
     assert set(verdicts.values()) == {Verdict.PASS}
     near = runs("LIGGGHTS", discharge_rate_per_s=2000.0 / 0.95)
-    assert next(CASE.compared([same, near])).verdict is Verdict.NOT_TESTED
+    assert next(CASE.verification.compared([same, near])).verdict is Verdict.NOT_TESTED
     few = Runs("LIGGGHTS", same.rows[:3])
-    assert {row.verdict for row in CASE.compared([same, few])} == {Verdict.NOT_TESTED}
+    assert {row.verdict for row in CASE.verification.compared([same, few])} == {Verdict.NOT_TESTED}
 
 
 def test_arches_are_shown_with_their_probability():
@@ -207,10 +210,13 @@ class Arching:
 
 
 def test_seeds_that_arch_have_no_rate_and_are_counted():
-    rows = {row.name.rpartition(": ")[2]: row for row in CASE.verify(Arching(1), Study()).checks}
+    rows = {
+        row.name.rpartition(": ")[2]: row
+        for row in CASE.verification.run(Arching(1), Study()).checks
+    }
     assert rows["arching"].value == pytest.approx(1 / 12)
     assert rows["no energy is gained"].verdict is Verdict.PASS
-    rows = CASE.verify(Arching(5), Study("quick")).checks
+    rows = CASE.verification.run(Arching(5), Study("quick")).checks
     assert [row.name for row in rows] == [f"silo: lammps: {name}" for name in CASE.judged]
     assert {row.verdict for row in rows} == {Verdict.NOT_TESTED}
     assert rows[0].note.startswith("5 of 5 seeds have no value; seed 1: undecided: arching: 900")
@@ -261,5 +267,5 @@ def test_walls_of_twice_the_triangles_let_as_much_pass():
             pairs = zip(trials, engine.run(jobs), strict=True)
             rows = tuple(CASE.read(p, found, TRAITS) for p, found in pairs)
             samples.append(Runs(f"{facets} facets", rows))
-    row = next(CASE.compared(samples))
+    row = next(CASE.verification.compared(samples))
     assert row.verdict is Verdict.PASS, row.note

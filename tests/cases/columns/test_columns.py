@@ -19,10 +19,10 @@ from harness.cases.columns.system import (
     start_of,
     values_of,
 )
-from harness.cases.contract import Study
 from harness.cases.incline import system
 from harness.cases.incline.system import Incline
 from harness.cases.source_angles import impulse_ratio, source_angles
+from harness.cases.verification import Study
 from harness.comparison.verdicts import Verdict, missing_from
 from harness.engines.lammps.engine import Lammps
 from harness.engines.reference import Reference
@@ -122,8 +122,8 @@ def lammps():
 
 
 def test_lammps_is_the_incline_for_one_particle_and_the_reference_dem_above(lammps):
-    found = CASE.verify(lammps, Study(level="quick"))
-    assert missing_from(found.checks, CASE.planned("quick", lammps)) == []
+    found = CASE.verification.run(lammps, Study(level="quick"))
+    assert missing_from(found.checks, CASE.verification.planned("quick", lammps)) == []
     assert {check.verdict for check in found.checks} == {Verdict.PASS}, found.checks
 
 

@@ -7,8 +7,8 @@ import numpy as np
 from harness.cases.contact.contact_case import ContactCase
 from harness.cases.contact.motion import COLUMNS, TEMPLATE, followed, rules_of
 from harness.cases.contact.verification import verify_trials
-from harness.cases.contract import Study
 from harness.cases.registry import built_in, get_case
+from harness.cases.verification import Study
 from harness.comparison.verdicts import Verdict
 from harness.engines.contract import Engine
 from harness.engines.lammps.engine import Lammps
@@ -133,7 +133,7 @@ def trials_of(submodel, level):
     return [
         (case, trial)
         for case in contact_cases()
-        for trial in case.trials(level, (*case.submodels, *case.beside))
+        for trial in case.trials(level, (*case.submodels, *case.other_submodels))
         if trial.submodel == submodel
     ]
 
@@ -143,7 +143,7 @@ def submodels_of(level):
     plan = (
         trial.submodel
         for case in contact_cases()
-        for trial in case.trials(level, (*case.submodels, *case.beside))
+        for trial in case.trials(level, (*case.submodels, *case.other_submodels))
     )
     return list(dict.fromkeys(plan))
 

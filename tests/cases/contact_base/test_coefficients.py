@@ -9,8 +9,8 @@ from dataclasses import replace
 import pytest
 
 from harness.cases.contact.verification import verify_trials
-from harness.cases.contract import Study
 from harness.cases.registry import get_case
+from harness.cases.verification import Study
 from harness.comparison.verdicts import Kind, Verdict
 from harness.engines.lammps.engine import Lammps
 from tests.cases.contact_base.perturbed import (
@@ -52,7 +52,9 @@ def test_a_percent_of_any_coefficient_of_the_other_laws_turns_a_row_at_level_def
 
 
 def test_every_submodel_of_every_contact_case_is_among_them():
-    names = {one.name for case in contact_cases() for one in (*case.submodels, *case.beside)}
+    names = {
+        one.name for case in contact_cases() for one in (*case.submodels, *case.other_submodels)
+    }
     assert names == {*QUICK, *LONGER}
 
 

@@ -14,8 +14,8 @@ from harness.cases.contact import impact, invariance, motion
 from harness.cases.contact.limits import KINKED, STEPS
 from harness.cases.contact.submodels import PULLS_LITTLE
 from harness.cases.contact.verification import verify_trials
-from harness.cases.contract import Study
 from harness.cases.registry import get_case
+from harness.cases.verification import Study
 from harness.comparison.known_defects import mark_known_defects
 from harness.comparison.verdicts import Kind, Verdict
 from harness.comparison.verification import Findings
@@ -72,7 +72,7 @@ def test_mindlin_with_a_dashpot_has_a_limit_where_it_sticks_at_touch(
     lammps, friction, restitution, converges
 ):
     case, name = get_case("oblique"), "mindlin, coeff_restitution"
-    submodels = [one for one in case.beside if one.name == name]
+    submodels = [one for one in case.other_submodels if one.name == name]
     (trial,) = (one for one in case.trials("default", submodels) if one.system == "wall")
     assert trial.parameters.tangential_damping == 0.5
     changed = trial.parameters.replace(friction=friction, restitution=restitution)
@@ -96,7 +96,7 @@ def test_mindlin_with_a_dashpot_has_a_limit_where_it_sticks_at_touch(
 )
 def test_the_limit_of_a_small_step_is_the_law(lammps, name, submodels):
     case = few(get_case(name), submodels, ("wall", "unequal spheres"))
-    found = case.verify(lammps, Study("quick"))
+    found = case.verification.run(lammps, Study("quick"))
     # the quick level takes the wall only
     limits, invariances = parted(found.checks)
     assert {c.cell.submodel for c in limits} == set(submodels)
@@ -108,11 +108,11 @@ def test_the_limit_of_a_small_step_is_the_law(lammps, name, submodels):
         assert check.tolerance <= max(1e-4, 1e-6 * abs(check.expected))
         assert check.cell.order_low <= check.cell.order <= check.cell.order_high
     assert len(found.records) == len(submodels)
-    (short,) = case.sections(found, Findings(name), {})
+    (short,) = case.display.sections(found, Findings(name), {})
     assert not short.drawings
     assert [len(cell.plots()) for cell in short.cells] == [1] * len(submodels)
     found.evidence = replace(found.evidence, drawn=True)
-    (section,) = case.sections(found, Findings(name), {})
+    (section,) = case.display.sections(found, Findings(name), {})
     assert section.drawings
     assert [cell.submodel for cell in section.cells] == list(submodels)
     for cell in section.cells:
@@ -135,10 +135,10 @@ def test_defects_are_found_by_name_in_the_release_that_has_them(lammps):
         pytest.skip(f"LAMMPS {version} may not have them")
     found = [
         *few(get_case("head-on"), ("old hooke, no damping", "hertz, tsuji"))
-        .verify(lammps, Study("quick"))
+        .verification.run(lammps, Study("quick"))
         .checks,
         *few(get_case("oblique"), ("old hooke/history", "mindlin_classic", "linear_history"))
-        .verify(lammps, Study("quick"))
+        .verification.run(lammps, Study("quick"))
         .checks,
     ]
     told = mark_known_defects(found, known_defects(), {"lammps": version})
@@ -163,7 +163,7 @@ def test_every_system_stands_on_a_page_and_a_run_that_failed_with_what_the_law_a
         pytest.skip(f"LAMMPS {version} has no NaN at an elastic wall of the old style")
     case = few(get_case("bounce"), ("old hooke, no damping", "hertz"), ("wall", "frozen sphere"))
     found = verify_trials(case, lammps, Study("default"), case.trials("default"))
-    (section,) = case.sections(found, Findings("bounce"), {})
+    (section,) = case.display.sections(found, Findings("bounce"), {})
     cells = {cell.submodel: cell for cell in section.cells}
     groups = {name: [plot.group for plot in cell.plots()] for name, cell in cells.items()}
     assert groups["hertz"] == ["wall", "wall", "frozen sphere", "frozen sphere"]
@@ -250,7 +250,7 @@ def test_a_release_with_wrong_walls_is_not_tested_where_the_sphere_would_not_res
 @pytest.mark.parametrize("system", ["wall", "two spheres"])
 def test_mdr_holds_in_every_system_and_is_magnified_at_a_wall(lammps, system):
     case = few(get_case("head-on"), ("mdr", "mdr, velocity"), (system,))
-    limits, invariances = parted(case.verify(lammps, Study("quick")).checks)
+    limits, invariances = parted(case.verification.run(lammps, Study("quick")).checks)
     judged = [check for check in limits if check.cell]
     assert {(c.cell.submodel, c.cell.system) for c in judged} == {
         ("mdr", system), ("mdr, velocity", system)

@@ -5,8 +5,8 @@ import math
 import pytest
 
 from harness.cases.contact.verification import verify_trials
-from harness.cases.contract import Study
 from harness.cases.registry import all_cases, get_case
+from harness.cases.verification import Study
 from harness.comparison.known_defects import mark_known_defects
 from harness.comparison.verdicts import Kind, Verdict
 from harness.engines.registry import DEFAULT, engine_class, engine_names
@@ -55,11 +55,11 @@ def code(request):
 def test_every_case_holds_under_the_rules_that_a_code_declares(code):
     for name, submodels in STATED[code.name].items():
         case = get_case(name)
-        few = [s for s in (*case.submodels, *case.beside) if s.name in submodels]
+        few = [s for s in (*case.submodels, *case.other_submodels) if s.name in submodels]
         own = type(case)()
-        own.submodels, own.beside = few, ()
+        own.submodels, own.other_submodels = few, ()
         own.systems = dict(list(case.systems.items())[:2])
-        found = own.verify(code, Study("quick"))
+        found = own.verification.run(code, Study("quick"))
         judged = [check for check in found.checks if check.judged]
         assert {check.cell.submodel for check in judged} == submodels, name
         assert [check for check in judged if check.verdict is not Verdict.PASS] == []
@@ -122,7 +122,7 @@ def test_no_row_fails_at_quick_in_any_engine_and_uncertainties_cover_what_is_lef
                 if name != DEFAULT and not engine.traits.contact_models:
                     continue
                 for case in contacts:
-                    found = case.verify(engine, Study("quick"))
+                    found = case.verification.run(engine, Study("quick"))
                     rows += mark_known_defects(found.checks, known_defects(), versions)
         except EngineMissingError:
             continue
@@ -143,7 +143,9 @@ def test_no_row_fails_at_quick_in_any_engine_and_uncertainties_cover_what_is_lef
 def test_a_limit_in_which_a_force_jumps_is_refined_before_it_fails_and_hides_no_fault():
     def found(engine):
         case = get_case("oblique")
-        trials = case.trials("default", [s for s in case.beside if s.name == "linear_history, 2/7"])
+        trials = case.trials(
+            "default", [s for s in case.other_submodels if s.name == "linear_history, 2/7"]
+        )
         walls = [one for one in trials if one.system == "wall"]
         return verify_trials(case, engine, Study("default"), walls)
 

@@ -12,8 +12,8 @@ from harness.cases.contact.invariance import invariances
 from harness.cases.contact.motion import motion_of
 from harness.cases.contact.submodels import Trial
 from harness.cases.contact.transformations import EQUAL, chosen
-from harness.cases.contract import Study
 from harness.cases.registry import all_cases, get_case
+from harness.cases.verification import Study
 from harness.comparison.known_defects import mark_known_defects
 from harness.comparison.verdicts import Kind, Verdict
 from harness.engines.lammps.engine import DEFAULTS, SORTED, Lammps, variations

@@ -7,8 +7,8 @@ import pytest
 from harness.cases.contact.limits import Scan, measured_scan
 from harness.cases.contact.motion import followed
 from harness.cases.contact.report import codes_over_parameter
-from harness.cases.contract import Study
 from harness.cases.registry import get_case
+from harness.cases.verification import Study
 from harness.comparison.verdicts import Verdict, missing_from
 from harness.comparison.verification import Findings
 from harness.engines.contract import Engine
@@ -76,10 +76,10 @@ def compared(declared, rules, submodels, engine=Code):
 
     case = Told()
     case.submodels = [one for one in kind.submodels if one.name in submodels]
-    case.beside, case.invariant, case.scan = (), (), replace(kind.scan, families=())
+    case.other_submodels, case.invariant, case.scan = (), (), replace(kind.scan, families=())
     case.systems = {"wall": kind.systems["wall"]}
     code = engine(declared, Rules(**rules), scenes)
-    return case, code, case.verify(code, Study("quick", role="other"))
+    return case, code, case.verification.run(code, Study("quick", role="other"))
 
 
 def test_a_code_holds_under_its_own_rules_and_differs_from_others_as_predicted():
@@ -96,7 +96,7 @@ def test_a_code_holds_under_its_own_rules_and_differs_from_others_as_predicted()
 
 def test_the_command_that_repeats_a_case_names_the_code():
     case, _, found = compared(OWN, OWN, {"linear_history"})
-    (section,) = case.sections(found, Findings("oblique"), {})
+    (section,) = case.display.sections(found, Findings("oblique"), {})
     (cell,) = section.cells
     (only, run) = (text for _, text in cell.commands[:2])
     assert only == "dem-harness verify --only oblique/linear_history/wall --engine code"
@@ -120,9 +120,11 @@ def test_a_law_that_a_code_cannot_state_is_not_tested_with_the_reason():
 def test_what_was_run_as_the_main_engine_is_not_run_again():
     case, code, _ = compared(OWN, OWN, {"linear_history"}, Main)
     study, before = Study("quick"), len(code.jobs)
-    case.beside = [one for one in type(case).submodels if one.name == "linear_history_classic"]
-    main = case.verify(code, study)
-    beside = case.verify(code, replace(study, role="other"))
+    case.other_submodels = [
+        one for one in type(case).submodels if one.name == "linear_history_classic"
+    ]
+    main = case.verification.run(code, study)
+    beside = case.verification.run(code, replace(study, role="other"))
     # each submodel once more, in as many runs as the first took to be decided
     assert len(code.jobs) == before + 2 * before
     assert {c.cell.submodel for c in beside.checks if c.cell} == {"linear_history_classic"}
@@ -136,14 +138,16 @@ def test_what_was_run_as_the_main_engine_is_not_run_again():
 def test_any_other_main_engine_goes_through_all_submodels_at_once():
     case, code, _ = compared(OWN, OWN, {"linear_history"})
     study = Study("quick")
-    case.beside = [one for one in type(case).submodels if one.name == "linear_history_classic"]
-    found = case.verify(code, study)
+    case.other_submodels = [
+        one for one in type(case).submodels if one.name == "linear_history_classic"
+    ]
+    found = case.verification.run(code, study)
     names = {"linear_history", "linear_history_classic"}
     assert {c.cell.submodel for c in found.checks if c.cell} == names
-    assert missing_from(found.checks, case.planned("quick", code)) == []
-    assert len(case.planned("quick", code)) == 2
+    assert missing_from(found.checks, case.verification.planned("quick", code)) == []
+    assert len(case.verification.planned("quick", code)) == 2
     before = len(code.jobs)
-    assert case.verify(code, replace(study, role="other")).checks == []
+    assert case.verification.run(code, replace(study, role="other")).checks == []
     assert len(code.jobs) == before
 
 

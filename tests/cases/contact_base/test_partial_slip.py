@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from harness.cases.contract import Study
 from harness.cases.oblique import INCIDENCES, LAWS, POISSON
 from harness.cases.registry import get_case
+from harness.cases.verification import Study
 from harness.comparison.verdicts import Kind
 from harness.comparison.verification import Findings
 from harness.theory.contact import partial_slip_rebound, stiffness_ratio
@@ -13,7 +13,7 @@ from harness.theory.contact import partial_slip_rebound, stiffness_ratio
 
 def test_each_law_is_a_finding_and_is_the_curve_where_all_slides():
     case = get_case("oblique")
-    found = case.verify_own(Study("default"))
+    found = case.verification.run_solvers(Study("default"))
     assert [check.kind for check in found.checks] == [Kind.FINDING] * len(LAWS)
     expected = partial_slip_rebound(INCIDENCES, POISSON)
     # at its limit a slider recovers as the contact opens: a law of the total displacement slides
@@ -26,8 +26,8 @@ def test_each_law_is_a_finding_and_is_the_curve_where_all_slides():
         assert abs(check.difference) == pytest.approx(np.abs(apart).max())
         # the laws are no bounds, but stay within half of mu v
         assert np.abs(apart).max() < 0.5
-    assert case.sections(None, found, {}) == []
+    assert case.display.sections(None, found, {}) == []
 
 
 def test_the_shortest_level_leaves_it_out():
-    assert get_case("oblique").verify_own(Study("quick")) == Findings("oblique")
+    assert get_case("oblique").verification.run_solvers(Study("quick")) == Findings("oblique")

@@ -8,8 +8,8 @@ import pytest
 from harness.cases.contact.motion import Motion, followed, rules_of
 from harness.cases.contact.predictions import BOUNDS, as_the_defect_makes_it
 from harness.cases.contact.verification import verify_trials
-from harness.cases.contract import Study
 from harness.cases.registry import get_case
+from harness.cases.verification import Study
 from harness.comparison.known_defects import KnownDefect, Prediction, mark_known_defects
 from harness.comparison.verdicts import Verdict
 from harness.engines.lammps.engine import Lammps

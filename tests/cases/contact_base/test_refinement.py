@@ -9,8 +9,8 @@ import pytest
 from harness.cases.contact.limits import FINEST, STEPS, powers, refine, unresolved
 from harness.cases.contact.motion import COLUMNS, followed
 from harness.cases.contact.verification import verify_trials
-from harness.cases.contract import Study
 from harness.cases.registry import get_case
+from harness.cases.verification import Study
 from harness.comparison.verdicts import Kind, Tolerance, Verdict, decided, is_undecided, judge
 from harness.engines.contract import Engine, Output
 from harness.engines.output import SERIES

@@ -146,4 +146,4 @@ def test_presets_and_trials_are_within_their_own_limits():
     kinds = [get_case(name) for name in NAMES]
     made = [preset for case in kinds for preset in case.presets.values()]
     assert all(isinstance(one, ContactSystem) for one in made)
-    assert all([*case.trials("full", (*case.submodels, *case.beside))] for case in kinds)
+    assert all([*case.trials("full", (*case.submodels, *case.other_submodels))] for case in kinds)

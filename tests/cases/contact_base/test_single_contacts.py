@@ -3,8 +3,8 @@
 import pytest
 
 from harness.cases.contact.verification import verify_trials
-from harness.cases.contract import Study
 from harness.cases.registry import get_case
+from harness.cases.verification import Study
 from harness.comparison.verdicts import Verdict
 from harness.engines.lammps.engine import Lammps
 from harness.errors import RequestError

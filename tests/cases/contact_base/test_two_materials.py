@@ -18,8 +18,8 @@ from harness.cases.contact.parameters import (
 from harness.cases.contact.report import formulas
 from harness.cases.contact.submodels import TWO_MATERIALS
 from harness.cases.contact.verification import verify_trials
-from harness.cases.contract import Study
 from harness.cases.registry import get_case
+from harness.cases.verification import Study
 from harness.comparison.known_defects import mark_known_defects
 from harness.comparison.verdicts import Verdict
 from harness.engines.lammps.engine import Lammps

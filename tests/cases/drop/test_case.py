@@ -4,8 +4,8 @@ import math
 
 import pytest
 
-from harness.cases.contract import Study
 from harness.cases.drop.case import CASE, Drop
+from harness.cases.verification import Study
 from harness.comparison.verification import Findings
 from harness.engines.reference import Reference
 from harness.errors import RequestError
@@ -91,10 +91,12 @@ def test_a_contact_is_chosen_by_its_name():
 
 
 def test_each_drop_is_a_record_with_a_tolerance():
-    found = CASE.verify(Twin(), Study())
+    found = CASE.verification.run(Twin(), Study())
     names = [record.name for record in found.records]
     assert len(set(names)) == len(names) == len(found.checks) == 11
-    assert {name for r in found.records for name in r.quantities} == set(CASE.regression)
+    assert {name for r in found.records for name in r.quantities} == set(
+        CASE.verification.regression
+    )
     assert all(record.case == "drop" for record in found.records)
     values = {c.name.partition(": ")[2]: c.value for c in found.checks}
     for record in found.records:
@@ -103,7 +105,7 @@ def test_each_drop_is_a_record_with_a_tolerance():
 
 
 def test_a_drop_that_dies_is_an_error_of_its_record():
-    found = CASE.verify(Crashing(), Study())
+    found = CASE.verification.run(Crashing(), Study())
     assert found.records == []
     assert len(found.errors) == 11
     assert "crashing/drop-restitution-plastic" in found.errors
@@ -111,8 +113,11 @@ def test_a_drop_that_dies_is_an_error_of_its_record():
 
 
 def test_the_section_has_each_engine_and_the_figure_of_the_main_one():
-    main, beside = CASE.verify(Twin(), Study()), CASE.verify(Reference(), Study())
-    (section,) = CASE.sections(main, Findings("drop"), {"reference": beside})
+    main, beside = (
+        CASE.verification.run(Twin(), Study()),
+        CASE.verification.run(Reference(), Study()),
+    )
+    (section,) = CASE.display.sections(main, Findings("drop"), {"reference": beside})
     (table,) = section.tables
     assert {row[0] for row in table.rows} == {"Twin", "reference DEM"}
     assert len(table.rows) == 22
@@ -122,4 +127,4 @@ def test_the_section_has_each_engine_and_the_figure_of_the_main_one():
     assert axes.get_title(loc="left").startswith("Twin")
     (legend,) = figure.legends
     assert len(legend.get_texts()) == 7
-    assert CASE.sections(None, Findings("drop"), {}) == ()
+    assert CASE.display.sections(None, Findings("drop"), {}) == ()

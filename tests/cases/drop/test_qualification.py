@@ -8,6 +8,7 @@ import pytest
 from harness.cases.drop.case import Drop, case_of, drop_tests, restitution, scene_of, values_of
 from harness.cases.grain import COLUMNS
 from harness.cases.qualification import qualify
+from harness.cases.registry import get_case
 from harness.comparison.verdicts import Verdict
 from harness.engines.border import in_words
 from harness.engines.reference import INTEGRATORS, Reference
@@ -57,6 +58,15 @@ def test_the_reference_qualifies_with_every_integrator(integrator, spring):
     found = qualify(Reference(integrator, spring=spring))
     assert found.holds, found.failures
     assert found.failures == ""
+
+
+def test_engines_qualify_that_state_no_contact_with_friction():
+    """A contact case would leave them without a qualification."""
+    engine = Reference()
+    assert not engine.traits.contact_models
+    job = get_case("head-on").job(get_case("head-on").default)
+    assert engine.refuses(job)
+    assert qualify(engine).holds
 
 
 @pytest.mark.live

@@ -6,7 +6,6 @@ import math
 import numpy as np
 import pytest
 
-from harness.cases.contract import Study
 from harness.cases.incline.angle import (
     check_passage,
     critical_angle,
@@ -22,6 +21,7 @@ from harness.cases.incline.figures import angles_of_engines
 from harness.cases.incline.report import contacts_explained, engine_table
 from harness.cases.incline.runs import measured
 from harness.cases.incline.system import Incline
+from harness.cases.verification import Study
 from harness.comparison.verdicts import Verdict
 from harness.comparison.verification import Findings
 from harness.engines.reference import Reference
@@ -214,9 +214,9 @@ def test_the_figure_of_angles_keeps_to_one_stiffness_and_step(angles):
 
 
 def test_the_sections_show_the_main_engine_and_those_beside_it(angles):
-    main = CASE.verify(Twin(), Study("quick"))
+    main = CASE.verification.run(Twin(), Study("quick"))
     beside = {"yade": Findings("incline", "yade", evidence=angles)}
-    first, contacts, rigid, engines = CASE.sections(main, Findings("incline"), beside)
+    first, contacts, rigid, engines = CASE.display.sections(main, Findings("incline"), beside)
     assert rigid.title == TITLE
     assert contacts.items == contacts_explained()
     (table,) = contacts.tables
@@ -241,10 +241,10 @@ def test_the_sections_show_the_main_engine_and_those_beside_it(angles):
 
 
 def test_without_runs_there_are_no_sections():
-    assert CASE.sections(None, Findings("incline"), {}) == ()
+    assert CASE.display.sections(None, Findings("incline"), {}) == ()
 
 
 def test_the_theory_and_the_adaptive_reference_hold():
-    found = CASE.verify_own(Study())
+    found = CASE.verification.run_solvers(Study())
     assert {check.verdict for check in found.checks} == {Verdict.PASS}
     assert len(found.checks) == 8

@@ -6,12 +6,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from harness.cases.contract import Study
 from harness.cases.incline import checks as single_runs
 from harness.cases.incline import verification
 from harness.cases.incline.case import CASE
 from harness.cases.incline.checks import RECURSION_CASE, InclineEvidence, Verifying, recursion
 from harness.cases.incline.verification import against_the_reference
+from harness.cases.verification import Study
 from harness.comparison.verdicts import Kind, Verdict
 from harness.comparison.verification import Findings
 from harness.engines.reference import Reference
@@ -22,7 +22,7 @@ from tests.engine_doubles import TRAITS, Clamped, Crashing, Twin
 
 @pytest.fixture(scope="module")
 def found():
-    return CASE.verify(Twin(), Study("quick"))
+    return CASE.verification.run(Twin(), Study("quick"))
 
 
 def verifying(engine, level="quick"):
@@ -59,13 +59,13 @@ def test_each_record_has_its_own_key_a_label_and_a_tolerance_for_each_quantity(f
     assert len({record.label for record in found.records}) == len(names)
     assert all(record.case == "incline" for record in found.records)
     quantities = {name for record in found.records for name in record.quantities}
-    assert quantities | {"series"} == set(CASE.regression)
+    assert quantities | {"series"} == set(CASE.verification.regression)
     paths = [record for record in found.records if record.series is not None]
     assert {record.family for record in paths} == {("source",), ("clipped",), ("plastic",)}
 
 
 def test_a_contact_that_the_engine_does_not_have_is_not_tested():
-    found = CASE.verify(Clamped(), Study("quick"))
+    found = CASE.verification.run(Clamped(), Study("quick"))
     assert not failed(found.checks)
     untested = {c.name: c.note for c in found.checks if c.verdict is Verdict.NOT_TESTED}
     assert "tail = clipped" in untested["incline: steady against passage, source contact"]
@@ -74,7 +74,7 @@ def test_a_contact_that_the_engine_does_not_have_is_not_tested():
 
 
 def test_an_engine_that_dies_leaves_a_failed_row_for_each_part_and_errors_by_record():
-    found = CASE.verify(Crashing(), Study("quick"))
+    found = CASE.verification.run(Crashing(), Study("quick"))
     died = [check for check in found.checks if check.engine_died]
     assert {check.log for check in died} == {"input\nlast words\n"}
     assert len(failed(found.checks)) >= 8
@@ -89,7 +89,7 @@ def test_a_part_that_raises_anything_at_all_is_a_failed_row(monkeypatch):
 
     monkeypatch.setattr(verification, "recursion", broken)
     monkeypatch.setattr(single_runs, "critical_angle", broken)
-    found = CASE.verify(Twin(), Study("quick"))
+    found = CASE.verification.run(Twin(), Study("quick"))
     rows = {check.name: check for check in found.checks if check.verdict is Verdict.FAIL}
     assert set(rows) == {"incline: energy after each shock", "incline: scale invariance"}
     row = rows["incline: energy after each shock"]

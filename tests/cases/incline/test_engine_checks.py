@@ -6,7 +6,6 @@ from dataclasses import replace
 
 import pytest
 
-from harness.cases.contract import Study
 from harness.cases.incline.angle import critical_angle
 from harness.cases.incline.case import CASE
 from harness.cases.incline.engine_checks import (
@@ -17,6 +16,7 @@ from harness.cases.incline.engine_checks import (
 )
 from harness.cases.incline.levels import STATED
 from harness.cases.incline.system import Incline
+from harness.cases.verification import Study
 from harness.comparison.verdicts import Kind, Verdict
 from harness.engines.reference import Reference
 from harness.parameters.law import CLIPPED, PLASTIC
@@ -27,7 +27,10 @@ from tests.engine_doubles import TRAITS, Clamped, Crashing, Half, Twin, friction
 def found():
     study = Study("quick")
     engines = (Reference(), Twin(), Clamped(), Half(), Crashing())
-    return {engine.name: CASE.verify(engine, replace(study, role="other")) for engine in engines}
+    return {
+        engine.name: CASE.verification.run(engine, replace(study, role="other"))
+        for engine in engines
+    }
 
 
 def row(found, *words):
@@ -66,7 +69,9 @@ def test_an_engine_in_another_scheme_than_it_declares_is_off_the_curve():
             self.integrator = "velocity-verlet"
 
     off = row(
-        {"": CASE.verify(Other(), Study("quick", role="other"))}, "against", "source, clipped"
+        {"": CASE.verification.run(Other(), Study("quick", role="other"))},
+        "against",
+        "source, clipped",
     )
     assert off.verdict is Verdict.FAIL
     assert not off.engine_died
@@ -106,8 +111,8 @@ def test_engines_of_one_class_agree_and_classes_are_findings_beside_the_first(fo
         name = "other"
         traits = replace(TRAITS, lineage="")
 
-    beside = {"other": CASE.verify(Other(), Study("quick", role="other")), **found}
-    rows = {check.name: check for check in CASE.across(beside)}
+    beside = {"other": CASE.verification.run(Other(), Study("quick", role="other")), **found}
+    rows = {check.name: check for check in CASE.verification.compare(beside)}
     agree = rows["engines: twin against other, source contact, unclamped"]
     assert (agree.kind, agree.tolerance, agree.verdict) == (Kind.CROSS_CODE, 0.002, Verdict.PASS)
     apart = rows["engines: clamped, source, clipped contact, less other, source"]
@@ -123,8 +128,11 @@ def test_an_engine_that_grew_out_of_the_other_is_a_regression_partner(found):
         name = "lammps"
         traits = TRAITS
 
-    beside = {"lammps": CASE.verify(Lammps(), Study("quick", role="other")), "twin": found["twin"]}
-    (agree,) = CASE.across(beside)
+    beside = {
+        "lammps": CASE.verification.run(Lammps(), Study("quick", role="other")),
+        "twin": found["twin"],
+    }
+    (agree,) = CASE.verification.compare(beside)
     assert "regression partner" in agree.note
 
 
@@ -138,9 +146,9 @@ def test_the_reference_is_run_once_for_engines_of_the_same_rules(monkeypatch):
 
     monkeypatch.setattr(Reference, "run_scenes", counted)
     study = Study("quick")
-    CASE.verify(Twin(), replace(study, role="other"))
+    CASE.verification.run(Twin(), replace(study, role="other"))
     first = asked.count("Reference")
-    CASE.verify(Twin(), replace(study, role="other"))
+    CASE.verification.run(Twin(), replace(study, role="other"))
     assert asked.count("Reference") == first > 0
 
 
@@ -177,7 +185,7 @@ def test_the_reference_dem_follows_the_scheme_and_there_is_none_for_one_without(
     class Own(Twin):
         traits = replace(TRAITS, integrator="", frictionless=frictionless(tail="clipped"))
 
-    found = {"twin": CASE.verify(Own(), Study("quick", role="other"))}
+    found = {"twin": CASE.verification.run(Own(), Study("quick", role="other"))}
     assert row(found, "critical angle against", "plastic").verdict is Verdict.NOT_TESTED
     assert all(math.isnan(angle.reference_deg) for angle in found["twin"].evidence)
 

@@ -5,7 +5,6 @@ import math
 import numpy as np
 import pytest
 
-from harness.cases.contract import Study
 from harness.cases.incline.angle import critical_angle_by_steady_motion
 from harness.cases.incline.case import CASE
 from harness.cases.incline.runs import follow, steady_runs
@@ -19,6 +18,7 @@ from harness.cases.incline.verification import (
     recorded_angles,
     recorded_path,
 )
+from harness.cases.verification import Study
 from harness.comparison.verdicts import Verdict
 from harness.engines.reference import Reference
 from harness.errors import RequestError
@@ -33,7 +33,7 @@ JITTERED = ((1e5, 50), (1e6, 50))
 
 @pytest.mark.parametrize(("level", "judged", "coarse"), [("quick", 1, 0), ("full", 6, 3)])
 def test_fine_steps_are_judged_and_coarse_ones_are_findings(level, judged, coarse):
-    (found,) = CASE.recorded(Study(level, missing=frozenset({"mfix"}))).values()
+    (found,) = CASE.verification.recorded(Study(level, missing=frozenset({"mfix"}))).values()
     verdicts = [check.verdict for check in found.checks]
     assert verdicts.count(Verdict.PASS) == judged
     assert verdicts.count(Verdict.FINDING) == coarse
@@ -44,8 +44,8 @@ def test_fine_steps_are_judged_and_coarse_ones_are_findings(level, judged, coars
 
 
 def test_nothing_recorded_stands_in_for_an_engine_that_is_here_or_was_not_asked_for():
-    assert CASE.recorded(Study(missing=frozenset({"yade"}))) == {}
-    assert CASE.recorded(Study()) == {}
+    assert CASE.verification.recorded(Study(missing=frozenset({"yade"}))) == {}
+    assert CASE.verification.recorded(Study()) == {}
 
 
 def path_of(factor, angle, seconds, integrator="mfix-euler"):

@@ -2,11 +2,11 @@
 
 import pytest
 
-from harness.cases.contract import Study
 from harness.cases.incline.angle import critical_angle as critical_angle_in
 from harness.cases.incline.case import CASE
 from harness.cases.incline.checks import STIFFNESSES, rigid_section, solve_rigid
 from harness.cases.incline.system import Incline
+from harness.cases.verification import Study
 from harness.comparison.verdicts import Verdict
 from harness.engines.lammps.engine import Lammps
 from harness.engines.reference import Reference
@@ -72,7 +72,7 @@ def test_the_report_shows_both_readings_beside_rigid_spheres():
 
 @pytest.mark.slow
 def test_the_full_level_extrapolates_the_reference_to_rigid_spheres():
-    found = CASE.verify_own(Study("full"))
+    found = CASE.verification.run_solvers(Study("full"))
     rows = {check.name: check for check in found.checks if "rigid spheres by events" in check.name}
     assert len(rows) == len(STIFFNESSES)
     for name, check in rows.items():

@@ -6,9 +6,9 @@ import subprocess
 import numpy as np
 import pytest
 
-from harness.cases.contract import Study
 from harness.cases.layers.case import CASE, FLOWING
 from harness.cases.layers.system import SINGLE, TEMPLATE, Layers, values_of
+from harness.cases.verification import Study
 from harness.comparison.verdicts import Verdict
 from harness.engines.lammps.engine import Lammps
 from harness.engines.output import Output, read_dump
@@ -112,11 +112,11 @@ def engine(lammps_here):  # noqa: ARG001
 
 @pytest.mark.live
 def test_the_single_grain_stops_at_the_critical_angle_of_the_incline(engine):
-    found = CASE.verify(engine, Study("quick"))
+    found = CASE.verification.run(engine, Study("quick"))
     (check,) = found.checks
     assert check.verdict is Verdict.PASS, check
     assert check.expected == pytest.approx(10.2078, abs=1e-4)
-    (section,) = CASE.sections(found, found, {})
+    (section,) = CASE.display.sections(found, found, {})
     (drawing,) = section.drawings
     assert len(drawing.draw().axes) == 2
     who, profile, film = found.evidence

@@ -4,10 +4,10 @@ from contextlib import nullcontext
 
 import pytest
 
-from harness.cases.contract import Arm
 from harness.cases.layers import extents
 from harness.cases.layers.study import LayersStudy
 from harness.cases.layers.system import Layers
+from harness.cases.study import Arm
 from harness.engines.output import Output
 from harness.errors import EngineOutputError
 from harness.observables.provenance import Provenance

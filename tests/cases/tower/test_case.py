@@ -6,10 +6,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from harness.cases.contract import Study
 from harness.cases.tower.case import CASE
 from harness.cases.tower.run import record_name
 from harness.cases.tower.system import TowerRunParameters
+from harness.cases.verification import Study
 from harness.comparison.verdicts import Kind, Verdict
 from harness.engines.output import Output
 from harness.errors import EngineCrashError, EngineError, EngineOutputError, RequestError
@@ -22,12 +22,12 @@ QUICK = Study(level="quick")
 
 @pytest.fixture(scope="module")
 def own():
-    return CASE.verify_own(QUICK)
+    return CASE.verification.run_solvers(QUICK)
 
 
 @pytest.fixture(scope="module")
 def main():
-    return CASE.verify(RowEngine(), QUICK)
+    return CASE.verification.run(RowEngine(), QUICK)
 
 
 @pytest.mark.parametrize("preset", CASE.presets.values(), ids=CASE.presets.keys())
@@ -106,7 +106,7 @@ def test_a_series_that_lacks_something_is_a_bad_output(fault):
     with pytest.raises(EngineError) as caught:
         CASE.measure(TowerRunParameters(height=2), faulty(fault))
     assert isinstance(caught.value, EngineOutputError) or "not numbers" in str(caught.value)
-    found = CASE.verify(faulty(fault), QUICK)
+    found = CASE.verification.run(faulty(fault), QUICK)
     judged = [check for check in found.checks if check.verdict is not Verdict.NOT_TESTED]
     assert {check.verdict for check in judged} == {Verdict.FAIL}
     assert found.records == []
@@ -127,7 +127,7 @@ def test_a_series_that_lacks_something_is_a_bad_output(fault):
     ],
 )
 def test_a_quantity_that_is_wrong_fails_a_cross_code_row(fault):
-    found = CASE.verify(faulty(fault), QUICK)
+    found = CASE.verification.run(faulty(fault), QUICK)
     failed = [check for check in found.checks if check.verdict is Verdict.FAIL]
     assert any(check.kind is Kind.CROSS_CODE for check in failed)
 
@@ -136,7 +136,7 @@ def test_six_digits_end_in_no_exception():
     def rounded(table):
         return {name: np.round(c, 6) for name, c in table.items()}
 
-    found = CASE.verify(faulty(rounded), QUICK)
+    found = CASE.verification.run(faulty(rounded), QUICK)
     assert not any("internal" in check.note or "Error:" in check.note for check in found.checks)
 
 
@@ -161,7 +161,7 @@ def test_a_height_that_dies_keeps_the_others_and_its_error():
     def weak(table, case):
         return EngineCrashError("out of reach") if case.height == 19 else table
 
-    found = CASE.verify(RowEngine(spoil=weak), QUICK)
+    found = CASE.verification.run(RowEngine(spoil=weak), QUICK)
     assert list(found.errors) == ["row/tower-overlap-n19-k1e6-v2"]
     died = [check.name for check in found.checks if check.engine_died]
     assert died == ["tower: row, overlap law, n = 19", "tower: impulse table"]
@@ -177,14 +177,16 @@ def test_own_solvers_need_no_engine(own):
         for law in ("overlap", "deformable"):
             assert f"{solver}/tower-{law}-n19-k1e6-v2" in names
     assert "exact/impulse-ratio-deformable-n2-k1e6-v2" in names
-    assert all(set(record.quantities) <= set(CASE.regression) for record in own.records)
+    assert all(
+        set(record.quantities) <= set(CASE.verification.regression) for record in own.records
+    )
 
 
 def test_the_last_change_of_contacts_is_the_same_in_other_units():
     """Other units round every operation differently; samples fall on other sides of a change."""
     from harness.cases.tower.run import tower, tower_record
 
-    width = CASE.regression["last_change_s"]
+    width = CASE.verification.regression["last_change_s"]
     for law in ("overlap", "deformable"):
         for height in (1, 2, 3, 10):
             case = Tower(height=height, law=law)
@@ -208,18 +210,18 @@ def test_an_error_within_a_part_is_a_row_and_the_others_go_on(monkeypatch):
         raise IndexError("of a part")
 
     monkeypatch.setattr(verification, "_laws_apart", wrong)
-    found = CASE.verify_own(QUICK)
+    found = CASE.verification.run_solvers(QUICK)
     failed = [check for check in found.checks if check.verdict is Verdict.FAIL]
     assert [check.name for check in failed] == ["tower: laws apart"]
     assert not failed[0].engine_died
     assert found.evidence.impulses is not None
-    assert CASE.sections(None, found, {})
+    assert CASE.display.sections(None, found, {})
 
 
 def test_recorded_towers_stand_in_for_a_missing_engine():
-    assert CASE.recorded(QUICK) == {}
+    assert CASE.verification.recorded(QUICK) == {}
     study = Study(level="quick", missing=frozenset({"mfix"}))
-    ((name, found),) = CASE.recorded(study).items()
+    ((name, found),) = CASE.verification.recorded(study).items()
     assert name == found.engine == "mfix (recorded)"
     assert {check.verdict for check in found.checks} == {Verdict.PASS}
     assert [tower.height for tower in found.evidence.towers] == [1, 2, 4, 9]
@@ -229,9 +231,9 @@ def test_recorded_towers_stand_in_for_a_missing_engine():
 
 
 def test_sections_hold_tables_and_figures(own, main):
-    beside = {"row": CASE.verify(RowEngine(), replace(QUICK, role="other"))}
-    beside |= CASE.recorded(Study(level="quick", missing=frozenset({"mfix"})))
-    first, laws, engines, gallery = CASE.sections(main, own, beside)
+    beside = {"row": CASE.verification.run(RowEngine(), replace(QUICK, role="other"))}
+    beside |= CASE.verification.recorded(Study(level="quick", missing=frozenset({"mfix"})))
+    first, laws, engines, gallery = CASE.display.sections(main, own, beside)
     (table,) = laws.tables
     assert [row[0] for row in table.rows] == [str(n) for n in (1, 2, 3, 4, 9, 19) for _ in "ab"]
     (table,) = engines.tables
@@ -251,7 +253,7 @@ def test_sections_hold_tables_and_figures(own, main):
 
 
 def test_a_report_without_an_engine_has_the_own_parts(own):
-    titles = [section.title for section in CASE.sections(None, own, {})]
+    titles = [section.title for section in CASE.display.sections(None, own, {})]
     assert titles == ["", "Where the laws differ, and what it does to the angle", ""]
 
 

@@ -5,16 +5,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from harness.cases.contract import Study
 from harness.cases.tower.case import CASE
 from harness.cases.tower.verification import FINEST_STEPS
+from harness.cases.verification import Study
 from harness.comparison.verdicts import Verdict
 from harness.errors import EngineCrashError
 from tests.cases.tower.row_engine import Half, RowEngine
 
 
 def checks_of(engine, level="quick"):
-    found = CASE.verify(engine, Study(level=level, role="other"))
+    found = CASE.verification.run(engine, Study(level=level, role="other"))
     return found.checks, found.evidence
 
 

@@ -8,8 +8,8 @@ import pytest
 
 import harness
 from harness.cases.contact.verification import verify_trials
-from harness.cases.contract import Study
 from harness.cases.registry import get_case
+from harness.cases.verification import Study
 from harness.comparison.known_defects import mark_known_defects
 from harness.comparison.verdicts import Verdict
 from harness.engines.esys.engine import CONTACTS, RANKS, environment, find_launcher
@@ -45,7 +45,7 @@ def test_what_esys_cannot_be_told_is_named(changes, said):
 def found_in(engine, name, submodel, system):
     """Return what a case finds of a submodel in a system."""
     case = get_case(name)
-    submodels = [one for one in (*case.submodels, *case.beside) if one.name == submodel]
+    submodels = [one for one in (*case.submodels, *case.other_submodels) if one.name == submodel]
     trials = [one for one in case.trials("default", submodels) if one.system == system]
     return verify_trials(case, engine, Study("default"), trials)
 

@@ -3,8 +3,8 @@
 import pytest
 
 from harness.cases.contact.verification import verify_trials
-from harness.cases.contract import Study
 from harness.cases.registry import get_case
+from harness.cases.verification import Study
 from harness.comparison.verdicts import Verdict
 from harness.engines.kratos.engine import CONTACTS
 from harness.engines.traits import stating
@@ -73,7 +73,7 @@ def test_springs_that_no_material_has_are_told(ratio, law):
 )
 def test_kratos_holds_against_the_law_under_its_rules(kratos, name, submodel, system):
     case = get_case(name)
-    submodels = [one for one in (*case.submodels, *case.beside) if one.name == submodel]
+    submodels = [one for one in (*case.submodels, *case.other_submodels) if one.name == submodel]
     trials = [one for one in case.trials("default", submodels) if one.system == system]
     found = verify_trials(case, kratos, Study("default"), trials)
     judged = {check.verdict for check in found.checks} - {Verdict.FINDING}

@@ -5,8 +5,8 @@ from dataclasses import replace
 import pytest
 
 from harness.cases.contact.verification import verify_trials
-from harness.cases.contract import Study
 from harness.cases.registry import get_case
+from harness.cases.verification import Study
 from harness.comparison.verdicts import Verdict
 from harness.engines.liggghts.engine import CONTACTS
 from harness.engines.traits import stating
@@ -17,7 +17,7 @@ TWIST, ROLL, PATH = (get_case(one) for one in ("twist", "rolling-resistance", "p
 
 def trial(case, submodel, system):
     """Return a trial of level default."""
-    few = [one for one in (*case.submodels, *case.beside) if one.name == submodel]
+    few = [one for one in (*case.submodels, *case.other_submodels) if one.name == submodel]
     (found,) = [one for one in case.trials("default", few) if one.system == system]
     return found
 

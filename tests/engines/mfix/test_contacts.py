@@ -7,8 +7,8 @@ import pytest
 from harness.cases.contact.submodels import Trial
 from harness.cases.contact.transformations import first_runs
 from harness.cases.contact.verification import verify_trials
-from harness.cases.contract import Study
 from harness.cases.registry import get_case
+from harness.cases.verification import Study
 from harness.comparison.verdicts import Verdict
 from harness.engines.mfix.contacts import CONTACTS, ContactInput, contact_table
 from harness.engines.mfix.engine import KEYWORDS, PARTICLES, contact_files
@@ -162,7 +162,7 @@ def test_what_mfix_wrote_is_turned_back_and_forces_are_missing(write_vtp):
 )
 def test_mfix_holds_against_the_law_under_its_rules(mfix, name, submodel, system):
     case = get_case(name)
-    submodels = [one for one in (*case.submodels, *case.beside) if one.name == submodel]
+    submodels = [one for one in (*case.submodels, *case.other_submodels) if one.name == submodel]
     trials = [one for one in case.trials("default", submodels) if one.system == system]
     found = verify_trials(case, mfix, Study("default"), trials)
     judged = {check.verdict for check in found.checks} - {Verdict.FINDING}

@@ -12,8 +12,8 @@ from harness.cases.contact import motion as template
 from harness.cases.contact.motion import followed, motion_of, powers_of, rules_of
 from harness.cases.contact.submodels import ROLLING_UNDAMPED, TURNING_UNDAMPED, TWISTING_UNDAMPED
 from harness.cases.contact.verification import verify_trials
-from harness.cases.contract import Study
 from harness.cases.registry import get_case
+from harness.cases.verification import Study
 from harness.comparison.verdicts import Verdict
 from harness.engines.traits import stating
 from harness.engines.yade.engine import CONTACTS, TURNING, Yade
@@ -207,7 +207,7 @@ def test_the_mean_spin_turns_the_springs_of_rolling(yade, base):
 )
 def test_yade_holds_against_the_law_under_its_rules(yade, name, submodel, system, widest):
     case = get_case(name)
-    submodels = [one for one in case.beside if one.name == submodel]
+    submodels = [one for one in case.other_submodels if one.name == submodel]
     trials = [one for one in case.trials("default", submodels) if one.system == system]
     checks = verify_trials(case, yade, Study("default"), trials).checks
     judged = [check for check in checks if check.judged]

@@ -1,0 +1,43 @@
+"""How a case is shown: sections of a report, figures of a sweep, a film."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from harness.comparison.verification import Findings
+from harness.engines.contract import Engine
+from harness.report.sections import Section
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.figure import Figure
+
+    from harness.cases.contract import Case
+    from harness.report.film import Film
+
+
+@dataclass(frozen=True)
+class Display:
+    """Shows what a case left; by default nothing but its rows."""
+
+    case: Case[Any]
+
+    def sections(
+        self, main: Findings | None, solvers: Findings, engines: Mapping[str, Findings]
+    ) -> Sequence[Section]:
+        """Return the sections of the report: of the main engine, of solvers, of other engines."""
+        return ()
+
+    def figures(self, rows: pd.DataFrame) -> Mapping[str, Callable[[], Figure]]:
+        """Return what draws figures of a sweep's rows, those that are done, by names of files."""
+        return {}
+
+    def film(self, engine: Engine, parameters: Any = None, frames: int = 120) -> Film | None:
+        """Return the film of one run; None for a case that has none.
+
+        Of the system that shows the case best where no parameters are given. Raise EngineError
+        for a run that failed.
+        """
+        return None
