@@ -245,10 +245,10 @@ def look(built, browser):
         page.close()
 
 
+@PAGES
 @SIZES
-def test_no_page_is_wider_than_the_screen(look, width):
-    for page in MAIN_PAGES:
-        assert look(page, width).evaluate("document.documentElement.scrollWidth") <= width, page
+def test_no_page_is_wider_than_the_screen(look, page, width):
+    assert look(page, width).evaluate("document.documentElement.scrollWidth") <= width
 
 
 @PAGES
