@@ -23,13 +23,8 @@ def installed(tmp_path_factory):
     """Return the bin folder of an environment that has the project and both packages."""
     folder = tmp_path_factory.mktemp("environment")
     subprocess.run([sys.executable, "-m", "venv", folder], check=True)
-    (site,) = folder.glob("lib/python*/site-packages")
-    # what they depend on is that of this environment, and takes a minute to install
-    others = next(path for path in map(Path, sys.path) if (path / "numba").is_dir())
-    (site / "others.pth").write_text(f"{others}\n")
     pip = [folder / "bin" / "pip", "install", "-q", "--disable-pip-version-check"]
-    packages = [PROJECT, *(HERE / name for name in PACKAGES)]
-    subprocess.run([*pip, "--no-deps", "--ignore-installed", *packages], check=True)
+    subprocess.run([*pip, PROJECT, *(HERE / name for name in PACKAGES)], check=True)
     return folder / "bin"
 
 
