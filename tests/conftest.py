@@ -45,6 +45,16 @@ def _nothing_in_the_home_of_the_user(tmp_path_factory):
 
 
 @pytest.fixture(autouse=True, scope="session")
+def _kernels_are_compiled_once(_nothing_in_the_home_of_the_user, tmp_path_factory):
+    """Share out among workers what is compiled, and wait for it: each would compile it all."""
+    worker = os.environ.get("PYTEST_XDIST_WORKER", "")
+    if worker:
+        from tests.kernels import compile_by_turns  # all solvers: a second
+
+        compile_by_turns(tmp_path_factory.getbasetemp().parent, int(worker.removeprefix("gw")))
+
+
+@pytest.fixture(autouse=True, scope="session")
 def _ctrl_c_is_heard():
     """Hear SIGINT: a shell starts what runs in its background with it ignored, children as well."""
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:

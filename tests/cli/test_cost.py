@@ -53,8 +53,8 @@ ENDLESS = [
 
 
 @pytest.mark.parametrize("words", ENDLESS, ids=" ".join)
-def test_what_would_hardly_end_is_refused_with_the_cost(harness, words):
-    said = harness(*words, status=2).stderr
+def test_what_would_hardly_end_is_refused_with_the_cost(command, words):
+    said = command(*words, status=2).err
     assert "would take" in said
     assert re.search(r"\d minutes are the limit", said)
     assert "--force" in said

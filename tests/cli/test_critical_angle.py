@@ -92,11 +92,11 @@ def test_a_rebounding_contact_stands_beside_both_readings_not_beside_e_0(answer)
         (["--method", "other"], ["passage", "steady"]),
     ],
 )
-def test_bad_requests_name_the_option_the_value_and_the_range(harness, options, words):
-    done = harness("critical-angle", *options, status=2)
-    assert done.stdout == ""
+def test_bad_requests_name_the_option_the_value_and_the_range(command, options, words):
+    done = command("critical-angle", *options, status=2)
+    assert done.out == ""
     for word in words:
-        assert word in done.stderr
+        assert word in done.err
 
 
 def test_an_executable_that_is_not_lammps(harness):

@@ -1,21 +1,11 @@
 """``--film`` of the commands: what it writes, and what it refuses before anything is run."""
 
 import json
-import sys
 
 import pytest
 from PIL import Image
 
 from harness.cases.incline.case import InclineCase
-from harness.cli import main
-
-
-def run(monkeypatch, capsys, *words):
-    monkeypatch.setattr(sys, "argv", ["dem-harness", *words])
-    with pytest.raises(SystemExit) as left:
-        main()
-    printed = capsys.readouterr()
-    return left.value.code or 0, printed.out, printed.err
 
 
 @pytest.mark.parametrize(
@@ -26,13 +16,12 @@ def run(monkeypatch, capsys, *words):
         ("critical-angle", "--engine", "reference", "--film-angles", "9,12,13"),
     ],
 )
-def test_the_film_is_written_beside_the_answer(monkeypatch, capsys, tmp_path, words):
+def test_the_film_is_written_beside_the_answer(command, tmp_path, words):
     path = tmp_path / "a.gif"
     more = ("--json", "--film", str(path), "--frames", "12")
-    status, out, err = run(monkeypatch, capsys, *words, *more)
-    assert status == 0
-    assert f"--film: {path} is written" in err
-    assert json.loads(out)
+    said = command(*words, *more)
+    assert f"--film: {path} is written" in said.err
+    assert json.loads(said.out)
     with Image.open(path) as image:
         assert image.n_frames > 6
         assert image.size[0] == 880
@@ -57,24 +46,22 @@ def test_the_film_is_written_beside_the_answer(monkeypatch, capsys, tmp_path, wo
         ),
     ],
 )
-def test_what_cannot_be_is_refused_at_once(monkeypatch, capsys, tmp_path, words, told):
-    monkeypatch.chdir(tmp_path)
-    status, out, err = run(monkeypatch, capsys, *words)
-    assert (status, out) == (2, "")
+def test_what_cannot_be_is_refused_at_once(command, tmp_path, words, told):
+    out, err = command(*words, status=2)
+    assert out == ""
     assert told in err
     assert len(err.splitlines()) <= 2
     assert list(tmp_path.iterdir()) == []
 
 
-def test_verify_shows_films_in_its_page(monkeypatch, capsys, tmp_path):
+def test_verify_shows_films_in_its_page(command, monkeypatch, tmp_path):
     folder, film = tmp_path / "report", InclineCase.film
     monkeypatch.setattr(InclineCase, "film", lambda case, engine: film(case, engine, frames=8))
     words = ("--only", "*no loss*", "--cases", "incline", "--engine", "reference")
-    status, _, err = run(
-        monkeypatch, capsys, "verify", "--quick", "--no-baseline", "--film", "--output",
-        str(folder), *words,
-    )  # fmt: skip
-    assert status == 3, err  # a row of theory tests nothing in the engine
+    # a row of theory tests nothing in the engine
+    command(
+        *("verify", "--quick", "--no-baseline", "--film", "--output", str(folder)), *words, status=3
+    )
     assert [path.name for path in sorted((folder / "movies").iterdir())] == [
         "incline-film.gif",
         "incline-film.png",

@@ -12,7 +12,7 @@ import pytest
 from harness.observables.row import Row
 from harness.store.history import History, RunEnd, RunStart
 
-SHORT, LONG = 2000, 40_000
+SHORT, LONG = 2000, 20_000
 MORE = 16 * 1024**2
 """[bytes] that the long one may take beyond the short one, 0.4 kB a row. No row is kept then: as
 mappings with the text of them all each took 8.6 kB, as mappings alone 2 kB. What is allowed is for

@@ -1,11 +1,9 @@
 """Single commands say whether the engine that they ran qualifies."""
 
 import json
-import sys
 
 import pytest
 
-from harness.cli import main
 from harness.engines import registry
 from harness.engines.contract import Job
 from harness.engines.lammps.engine import Lammps
@@ -77,60 +75,54 @@ def with_kinds(inclines, towers):
 
 
 @pytest.fixture
-def command(monkeypatch, capsys, tmp_path):
-    """Run a command in this process, where stand-ins are registered."""
-    monkeypatch.chdir(tmp_path)
+def command_in(command, monkeypatch):
+    """Run a command in this process, where a stand-in is registered."""
 
-    def run(kind, *words, status=0):
+    def run(kind, *words, **more):
         monkeypatch.setitem(registry.ENGINES, "yade", f"{__name__}:{kind.__name__}")
-        monkeypatch.setattr(sys, "argv", ["dem-harness", *words])
-        with pytest.raises(SystemExit) as left:
-            main()
-        said = capsys.readouterr()
-        assert (left.value.code or 0) == status, said.err
-        return said
+        return command(*words, **more)
 
     return run
 
 
 @pytest.mark.parametrize(("name", "kind"), with_kinds(Doubled, DoubledInTowers))
-def test_an_engine_with_a_doubled_dashpot_is_told_of_and_ends_with_status_3(command, name, kind):
-    done = command(kind, name, *QUICK[name], "yade", "--json", status=3)
+def test_an_engine_with_a_doubled_dashpot_is_told_of_and_ends_with_status_3(command_in, name, kind):
+    done = command_in(kind, name, *QUICK[name], "yade", "--json", status=3)
     record = json.loads(done.out)  # one object, with the number
     assert record["qualified"] is False
     assert DEAD in record["qualification_failures"]
     assert "engine 'yade' did not qualify" in done.err
     assert DEAD in done.err
-    printed = command(kind, name, *QUICK[name], "yade", status=3)
+    printed = command_in(kind, name, *QUICK[name], "yade", status=3)
     assert printed.out
     assert "did not qualify" in printed.err
-    runs = json.loads(command(Sound, "history", "--json").out)["runs"]
+    runs = json.loads(command_in(Sound, "history", "--json").out)["runs"]
     assert [run["status"] for run in runs] == [3, 3]
 
 
 @pytest.mark.parametrize(("name", "kind"), with_kinds(Sound, SoundInTowers))
-def test_an_engine_that_qualifies_is_said_to(command, name, kind):
-    done = command(kind, name, *QUICK[name], "yade", "--json")
+def test_an_engine_that_qualifies_is_said_to(command_in, name, kind):
+    done = command_in(kind, name, *QUICK[name], "yade", "--json")
     record = json.loads(done.out)
     assert record["qualified"] is True
     assert record["qualification_failures"] == ""
     assert done.err == ""
 
 
-def test_the_engine_that_others_are_held_against_is_not_asked(command):
-    record = json.loads(command(Sound, "run", "drop", "--engine", "reference", "--json").out)
+def test_the_engine_that_others_are_held_against_is_not_asked(command_in):
+    record = json.loads(command_in(Sound, "run", "drop", "--engine", "reference", "--json").out)
     assert "qualified" not in record
 
 
-def test_a_wrong_request_is_refused_before_an_engine_qualifies(command):
-    said = command(AsMfix, "critical-angle", "--engine", "yade", status=2)
+def test_a_wrong_request_is_refused_before_an_engine_qualifies(command_in):
+    said = command_in(AsMfix, "critical-angle", "--engine", "yade", status=2)
     assert "--half-mass" in said.err
 
 
-def test_a_step_as_mfix_counts_it(command):
+def test_a_step_as_mfix_counts_it(command_in):
     words = ("critical-angle", "--engine", "yade", "--stiffness", "1e5", "--half-mass")
     steady = ("--method", "steady", "--wells", "10", "--engine-step", "50", "--json")
-    record = json.loads(command(AsMfix, *words, *steady).out)
+    record = json.loads(command_in(AsMfix, *words, *steady).out)
     assert record["steps_per_contact"] == pytest.approx(4.812, abs=1e-3)
     assert record["wells"] == 10
     for options, said in (
@@ -138,6 +130,6 @@ def test_a_step_as_mfix_counts_it(command):
         (("--engine-step", "-1"), "factor = -1.0: must be finite and greater than 0"),
         (("--engine-step", "50", "--extrapolate"), "cannot go with --extrapolate"),
     ):
-        assert said in command(AsMfix, *words, *options, status=2).err
-    assert "half-mass" in command(AsMfix, *words[:-1], "--engine-step", "50", status=2).err
-    assert "no measure of a step" in command(Sound, *words, "--engine-step", "50", status=2).err
+        assert said in command_in(AsMfix, *words, *options, status=2).err
+    assert "half-mass" in command_in(AsMfix, *words[:-1], "--engine-step", "50", status=2).err
+    assert "no measure of a step" in command_in(Sound, *words, "--engine-step", "50", status=2).err

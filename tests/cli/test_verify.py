@@ -52,7 +52,7 @@ def test_requests_that_cannot_be_met(harness, tmp_path):
     assert "cannot be written" in harness("verify", "--output", "file/run", status=2).stderr
 
 
-def test_ctrl_c_leaves_nothing(tmp_path, answer):
+def test_ctrl_c_leaves_nothing(tmp_path, home, answer):
     process = subprocess.Popen(
         [sys.executable, "-m", "harness", "verify", "--output", "run"],
         cwd=tmp_path,
@@ -61,7 +61,12 @@ def test_ctrl_c_leaves_nothing(tmp_path, answer):
         text=True,
         start_new_session=True,
     )
-    time.sleep(4)
+    until = time.monotonic() + 60.0
+    while not (home / "history.sqlite").exists():
+        assert process.poll() is None
+        assert time.monotonic() < until
+        time.sleep(0.05)
+    time.sleep(1.0)
     os.killpg(process.pid, signal.SIGINT)
     _, said = process.communicate(timeout=30)
     assert process.returncode == 130
@@ -80,7 +85,8 @@ def test_a_lammps_that_dies_leaves_a_report_and_status_3(harness, tmp_path):
         'printf "Installed packages:\\n\\nGRANULAR MOLECULE\\n\\n"\nexit 0\nfi\nkill -SEGV $$\n'
     )
     fake.chmod(0o755)
-    harness("verify", "--quick", "--lmp", str(fake), "--output", "run", status=3)
+    words = ("--quick", "--cases", "incline,drop", "--lmp", str(fake), "--output", "run")
+    harness("verify", *words, status=3)
     record = json.loads((tmp_path / "run" / "results.json").read_text())
     died = [check for check in record["checks"] if check["engine_died"]]
     assert died

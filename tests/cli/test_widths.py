@@ -4,12 +4,14 @@ import sys
 
 import pytest
 
+from harness import workflows
 from harness.cli import main
 from harness.cli.command import app
 from harness.cli.files import print_columns
 from harness.engines import registry
 from harness.report.plain import printable
 from tests.cli.test_terminal_layout import EXAMPLE, WIDTHS
+from tests.workflows.test_static_site import run_folder
 
 LINES = {
     "theory": "theory --restitution 0.5",
@@ -26,7 +28,7 @@ LINES = {
     "history of quantities": "history --quantity *",
     "cache": "cache",
     "inputs": "inputs --folder scripts",
-    "site": "site --output public",
+    "site": "site run --output public",
 }
 """By command; what `verify` prints, and `baseline compare` as it does, is in
 test_terminal_layout.py."""
@@ -43,6 +45,13 @@ def shown(monkeypatch, tmp_path, capsys):
     def run(columns):
         monkeypatch.chdir(tmp_path)
         monkeypatch.setenv("COLUMNS", str(columns))
+        project = tmp_path / f"project-{columns}"
+        project.mkdir()
+        build = workflows.site  # of the run alone: all committed reports take seconds
+        monkeypatch.setattr(
+            workflows, "site", lambda *a, **more: build(*a, **more, project=project)
+        )
+        run_folder(tmp_path / "run", 10.2, 1)
         for name in ("liggghts", "yade", "kratos", "esys"):  # seconds to look for
             monkeypatch.delitem(registry.ENGINES, name)
         monkeypatch.setattr("sys.stdout.isatty", lambda: True)

@@ -16,8 +16,6 @@ from harness.engines.esys.engine import RANKS, find_launcher
 from harness.engines.liggghts.engine import ALONE
 from harness.engines.programs import fresh_folder
 from harness.engines.reference import Reference
-from harness.engines.registry import engine_class
-from harness.errors import EngineMissingError
 from harness.observables.tower import impulse
 from harness.parameters.law import CLIPPED, PLASTIC, SOURCE
 from harness.parameters.tower import Tower
@@ -29,35 +27,10 @@ pytestmark = pytest.mark.live
 CODES = ("liggghts", "yade", "kratos", "esys")
 SLOW = [pytest.param(code, marks=pytest.mark.slow) for code in ("yade", "esys")]
 ALL = pytest.mark.parametrize("code", CODES, indirect=True)
-QUICK = pytest.mark.parametrize("code", ["liggghts", "kratos", *SLOW], indirect=True)
+QUICK = pytest.mark.parametrize("code", ["lammps", "liggghts", "kratos", *SLOW], indirect=True)
 HALF = CLIPPED.replace(name="half", restitution=0.5, damping_ratio=None)
 CLIPPED_SOURCE = SOURCE.replace(name="source, clipped", tail="clipped")
 SMALL = {"diameter": 0.37, "density": 2500.0, "gravity": 3.7}
-
-
-@pytest.fixture(scope="module")
-def opened():
-    """Return engines that are open, or why they are not here."""
-    engines = {}
-    yield engines
-    for engine in engines.values():
-        if not isinstance(engine, str):
-            engine.close()
-
-
-@pytest.fixture
-def code(request, opened):
-    """Return the engine of a code; skip, with the reason, where there is none."""
-    name = request.param
-    if name not in opened:
-        try:
-            opened[name] = engine_class(name)(workers=2)
-            opened[name].identify()
-        except EngineMissingError as error:
-            opened[name] = str(error)
-    if isinstance(opened[name], str):
-        pytest.skip(opened[name])
-    return opened[name]
 
 
 def reference_of(engine):
@@ -128,8 +101,12 @@ def test_inclines_are_the_reference_s_step_by_step(code, route, cases):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("contact", [PLASTIC, CLIPPED, SOURCE], ids=lambda contact: contact.name)
-@pytest.mark.parametrize(("stiffness", "steps"), [(1e5, 50.0), (1e6, 200.0), (1e7, 50.0)])
+@pytest.mark.parametrize(
+    ("contact", "stiffness", "steps"),
+    # of a run's every step it is seen above: here it is the search that ends at the same angle
+    [(SOURCE, 1e5, 50.0), (CLIPPED, 1e5, 50.0), (PLASTIC, 1e5, 50.0), (PLASTIC, 1e6, 200.0)],
+    ids=lambda value: getattr(value, "name", None),
+)
 @ALL
 def test_a_critical_angle_is_the_reference_s(code, contact, stiffness, steps):
     case = Incline(contact=contact, stiffness=stiffness, steps_per_contact=steps)
@@ -142,7 +119,7 @@ def test_a_critical_angle_is_the_reference_s(code, contact, stiffness, steps):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("height", [1, 2, 4, 9, 19])
+@pytest.mark.parametrize("height", [1, 4, 19])
 @ALL
 def test_a_tower_is_the_exact_one_in_second_order(code, height):
     case, errors = Tower(height=height, law="overlap", stiffness=1e5), []

@@ -106,11 +106,11 @@ def test_one_that_hangs_is_killed_with_its_children(python, tmp_path):
 
 def test_a_program_that_goes_on_has_its_time_for_each_step(tmp_path):
     processes = Processes()
-    steps = "import time\nfor i in range(4):\n open(str(i), 'w').close()\n time.sleep(0.9)"
+    steps = "import time\nfor i in range(3):\n open(str(i), 'w').close()\n time.sleep(0.8)"
     options = {"seconds": 2.0, "memory": MEMORY, "progress": lambda: len(list(tmp_path.iterdir()))}
     assert not processes.run([sys.executable, "-c", steps], tmp_path, **options).timed_out
     start = time.monotonic()
-    stuck = steps.replace("range(4)", "range(1)").replace("0.9", "60")
+    stuck = steps.replace("range(3)", "range(1)").replace("0.8", "60")
     assert processes.run([sys.executable, "-c", stuck], tmp_path, **options).timed_out
     assert time.monotonic() - start < 10.0
 

@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
 from harness.observables.tower import TowerRun
@@ -17,6 +18,23 @@ from harness.theory import contact as dashpot
 from harness.theory import contact as oblique
 
 Floats = NDArray[np.float64]
+
+
+def slid_over_sphere(theta: float, energy: float) -> object:
+    """Integrate sliding over a sphere from well to well, from an energy in m g d behind its crest.
+
+    ``theta`` [rad] is the slope; SciPy's solution holds the angle from the vertical and its rate.
+    """
+
+    def slide(_: float, state: Floats) -> list[float]:
+        return [state[1], math.sin(state[0])]
+
+    def next_well(_: float, state: Floats) -> float:
+        return float(state[0] - theta - math.pi / 6)
+
+    next_well.terminal = True
+    start = [theta - math.pi / 6, math.sqrt(2 * energy)]
+    return solve_ivp(slide, (0.0, 100.0), start, events=next_well, rtol=1e-11, atol=1e-12)
 
 
 def apexes(

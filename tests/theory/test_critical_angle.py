@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 from harness.errors import RequestError
@@ -16,6 +15,7 @@ from harness.theory.incline import (
     steady_energy,
     well_depth,
 )
+from tests.theory.closed_forms import slid_over_sphere
 
 SHOCKS = st.floats(0.0, 1.0)
 
@@ -38,21 +38,7 @@ def smallest_normal_force(angle, shock=0.25):
     theta = math.radians(angle)
     energy = math.sin(theta) * shock / (1 - shock)
 
-    def slide(_, state):
-        return [state[1], math.sin(state[0])]
-
-    def next_well(_, state):
-        return state[0] - theta - math.pi / 6
-
-    next_well.terminal = True
-    slid = solve_ivp(
-        slide,
-        (0.0, 50.0),
-        [theta - math.pi / 6, math.sqrt(2 * energy)],
-        events=next_well,
-        rtol=1e-11,
-        atol=1e-12,
-    )
+    slid = slid_over_sphere(theta, energy)
     return float(np.min(np.cos(slid.y[0]) - slid.y[1] ** 2))
 
 

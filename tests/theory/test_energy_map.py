@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 from harness.theory.incline import (
@@ -16,6 +15,7 @@ from harness.theory.incline import (
     steady_energy,
     well_depth,
 )
+from tests.theory.closed_forms import slid_over_sphere
 
 ANGLES = st.floats(0.0, 30.0)
 SHOCKS = st.floats(0.0, 0.99)
@@ -50,21 +50,7 @@ def test_gain_is_the_difference_in_height_from_well_to_well(angle):
 def test_one_cycle_agrees_with_sliding_motion_integrated_over_a_sphere(angle):
     start, theta = well_depth(angle) + 0.05, math.radians(angle)
 
-    def slide(_, state):
-        return [state[1], math.sin(state[0])]
-
-    def next_well(_, state):
-        return state[0] - theta - math.pi / 6
-
-    next_well.terminal = True
-    slid = solve_ivp(
-        slide,
-        (0.0, 100.0),
-        [theta - math.pi / 6, math.sqrt(2 * start)],
-        events=next_well,
-        rtol=1e-11,
-        atol=1e-12,
-    )
+    slid = slid_over_sphere(theta, start)
     arrival = slid.y_events[0][0][1]
     survives = (arrival * math.cos(math.radians(60))) ** 2 / 2
     assert after_next_shock(start, angle, 0.25) == pytest.approx(survives, rel=1e-8)

@@ -54,7 +54,7 @@ def test_the_test_of_a_defect_passes_where_it_is_gone(name, lmp, tmp_path):
     [
         ("rot-elastic-scaled", "one of esys"),
         ("moving-wall-at-rest-in-setup", "one system"),
-        ("mdr-adhesion-fades", "mdr"),
+        ("mdr-damping-interchanged", "mdr"),
         ("jkr-frozen-type-first", "fix freeze"),
     ],
 )

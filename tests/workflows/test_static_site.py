@@ -19,7 +19,6 @@ from tests.published_run import RUN
 LARGEST = 2_000_000
 """Bytes of a page of the main job."""
 
-SIZES = pytest.mark.parametrize("width", [390, 1400])
 MAIN_PAGES = (
     "index.html",
     "history/index.html",
@@ -32,10 +31,19 @@ MAIN_PAGES = (
     "reports/reproduction/report.html",
     "reports/example/report.html",
 )
-FIRST = ("index.html", "history/index.html", "reports/defects/tsuji-restitution/index.html")
+FIRST = {
+    ("index.html", 390),
+    ("index.html", 1400),
+    ("history/index.html", 390),
+    ("reports/defects/tsuji-restitution/index.html", 1400),
+}
 PAGES = pytest.mark.parametrize(
-    "page",
-    [pytest.param(page, marks=[] if page in FIRST else pytest.mark.slow) for page in MAIN_PAGES],
+    ("page", "width"),
+    [
+        pytest.param(page, width, marks=[] if (page, width) in FIRST else pytest.mark.slow)
+        for page in MAIN_PAGES
+        for width in (390, 1400)
+    ],
 )
 
 
@@ -245,16 +253,11 @@ def look(built, browser):
         page.close()
 
 
-@SIZES
-def test_no_page_is_wider_than_the_screen(look, width):
-    for page in MAIN_PAGES:
-        assert look(page, width).evaluate("document.documentElement.scrollWidth") <= width, page
-
-
 @PAGES
-@SIZES
-def test_axe_finds_nothing(look, barriers, page, width):
-    assert barriers(look(page, width)) == []
+def test_no_page_is_wider_than_the_screen_and_axe_finds_nothing(look, barriers, page, width):
+    shown = look(page, width)
+    assert shown.evaluate("document.documentElement.scrollWidth") <= width
+    assert barriers(shown) == []
 
 
 def test_the_whole_is_read_without_scripts(built, browser):

@@ -194,10 +194,13 @@ def test_another_angle_fails_under_one_law_and_is_a_finding_under_two():
     assert laws[0] != laws[1]
     mine = runs(law=laws[0])
     verdicts = [
-        next(CASE.compared([mine, runs("LIGGGHTS", law, angle_deg=26.0)])).verdict for law in laws
+        next(CASE.verification.compared([mine, runs("LIGGGHTS", law, angle_deg=26.0)])).verdict
+        for law in laws
     ]
     assert verdicts == [Verdict.FAIL, Verdict.FINDING]
-    assert next(CASE.compared([mine, runs("LIGGGHTS", laws[1])])).verdict is Verdict.PASS
+    assert (
+        next(CASE.verification.compared([mine, runs("LIGGGHTS", laws[1])])).verdict is Verdict.PASS
+    )
 
 
 def test_the_spring_of_rolling_is_read_off_the_contact_models():
@@ -231,9 +234,9 @@ class Moving:
 
 
 def test_heaps_that_still_move_have_no_value_and_none_at_all_decides_nothing():
-    rows = CASE.verify(Moving(1), Study("quick")).checks
+    rows = CASE.verification.run(Moving(1), Study("quick")).checks
     assert {row.verdict for row in rows} == {Verdict.PASS}
-    rows = CASE.verify(Moving(4), Study("quick")).checks
+    rows = CASE.verification.run(Moving(4), Study("quick")).checks
     assert [row.name for row in rows] == [f"heap: lammps: {name}" for name in CASE.judged]
     assert {row.verdict for row in rows} == {Verdict.NOT_TESTED}
     assert "undecided: the heap still moves: 20 grains" in rows[0].note

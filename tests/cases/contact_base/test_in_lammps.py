@@ -39,7 +39,19 @@ GONE = {
 }
 """Defects of releases from 23 Jun 2022 to 29 Aug 2024 that later ones do not have."""
 
-DEFECTS = sorted((Path(harness.__file__).parent.parent / "reports" / "defects").glob("*/in.lmp"))
+LONG = ("jkr-region-without-neck", "mdr-adhesion-fades")
+"""Defects whose scripts take seconds."""
+
+DEFECTS = [
+    pytest.param(
+        script,
+        id=script.parent.name,
+        marks=[pytest.mark.slow] if script.parent.name in LONG else [],
+    )
+    for script in sorted(
+        (Path(harness.__file__).parent.parent / "reports" / "defects").glob("*/in.lmp")
+    )
+]
 
 pytestmark = [pytest.mark.live, pytest.mark.usefixtures("lammps_here")]
 
@@ -363,7 +375,7 @@ def test_friction_beside_mdr_holds_and_its_hertzian_stiffness_is_found(lammps):
     assert all("mdr_friction = hertz" in c.note for c in checks if not c.cell)
 
 
-@pytest.mark.parametrize("script", DEFECTS, ids=lambda path: path.parent.name)
+@pytest.mark.parametrize("script", DEFECTS)
 def test_the_script_of_a_defect_runs_with_lammps_alone(script, tmp_path, lammps):
     try:
         program = lammps.twin().program

@@ -31,7 +31,10 @@ JITTERED = ((1e5, 50), (1e6, 50))
 """Stiffness and factor at which the fate depends on how long one waits."""
 
 
-@pytest.mark.parametrize(("level", "judged", "coarse"), [("quick", 1, 0), ("full", 6, 3)])
+@pytest.mark.parametrize(
+    ("level", "judged", "coarse"),
+    [("quick", 1, 0), pytest.param("full", 6, 3, marks=pytest.mark.slow)],
+)
 def test_fine_steps_are_judged_and_coarse_ones_are_findings(level, judged, coarse):
     (found,) = CASE.verification.recorded(Study(level, missing=frozenset({"mfix"}))).values()
     verdicts = [check.verdict for check in found.checks]

@@ -48,6 +48,7 @@ def test_the_margin_of_a_stiff_dem_is_that_of_rigid_spheres(e):
     assert abs(hard - rigid) < abs(soft - rigid)
 
 
+@pytest.mark.slow  # the reference DEM, whose runs LAMMPS repeats, is held against them above
 @pytest.mark.live
 def test_lammps_tends_to_rigid_spheres_as_it_stiffens(lammps_here):  # noqa: ARG001
     with Lammps() as engine:

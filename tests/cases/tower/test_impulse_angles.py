@@ -82,10 +82,20 @@ def test_the_two_readings_go_opposite_ways(law):
     assert frame["critical_angle_deg"].tolist() == kept.tolist()
 
 
-def test_six_runs_of_the_source_by_both_solvers():
+ONE = {"stiffnesses": (1e6,), "speeds": (2.0,)}
+
+
+@pytest.mark.parametrize(
+    ("chosen", "runs"),
+    [
+        pytest.param(ONE, 1, id="one run"),
+        pytest.param({}, 6, id="six runs", marks=pytest.mark.slow),
+    ],
+)
+def test_the_runs_of_the_source_by_both_solvers(chosen, runs):
     """RK4 with its default step against the propagator without a step, every window."""
-    tables = [impulse_table(windows=WINDOWS, solver=name) for name in ("rk4", "exact")]
-    assert len(tables[0]) == 19 * 6 * 2 * 3
+    tables = [impulse_table(windows=WINDOWS, solver=name, **chosen) for name in ("rk4", "exact")]
+    assert len(tables[0]) == 19 * runs * 2 * 3
     for stepped, exact in zip(*tables, strict=True):
         assert math.isnan(stepped.ratio) == math.isnan(exact.ratio)
         assert stepped.ratio == pytest.approx(exact.ratio, abs=1e-5, nan_ok=True)

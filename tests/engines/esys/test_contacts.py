@@ -12,8 +12,7 @@ from harness.cases.registry import get_case
 from harness.cases.verification import Study
 from harness.comparison.known_defects import mark_known_defects
 from harness.comparison.verdicts import Verdict
-from harness.engines.esys.engine import CONTACTS, RANKS, environment, find_launcher
-from harness.engines.traits import stating
+from harness.engines.esys.engine import RANKS, environment, find_launcher
 from harness.store.baseline import known_defects
 
 OBLIQUE = get_case("oblique")
@@ -22,47 +21,12 @@ PAIR = OBLIQUE.default.replace(partner="sphere")
 DEFECTS = sorted((Path(harness.__file__).parent.parent / "reports" / "defects").glob("*/in.py"))
 
 
-@pytest.mark.parametrize(
-    ("changes", "said"),
-    [
-        ({"planes": 1}, "its RotFriction takes two spheres, and no wall"),
-        ({"damping": "velocity"}, "takes damping = none, not velocity"),
-        ({"normal": "hertz", "tangential": "mindlin"}, "takes tangential = none, not mindlin"),
-        (
-            {"normal": "hertz", "tangential": "none", "damping": "viscoelastic"},
-            "its HertzianViscoElastic never attracts (clipped = yes)",
-        ),
-        ({}, ""),
-        ({"tangential": "none", "planes": 1}, ""),
-    ],
-)
-def test_what_esys_cannot_be_told_is_named(changes, said):
-    reason = stating(CONTACTS, {**OBLIQUE.job(PAIR).values, **changes})[1]
-    assert said in reason
-    assert bool(said) == bool(reason)
-
-
 def found_in(engine, name, submodel, system):
     """Return what a case finds of a submodel in a system."""
     case = get_case(name)
     submodels = [one for one in (*case.submodels, *case.other_submodels) if one.name == submodel]
     trials = [one for one in case.trials("default", submodels) if one.system == system]
     return verify_trials(case, engine, Study("default"), trials)
-
-
-@pytest.mark.live
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("name", "submodel", "system"),
-    [
-        ("oblique", "linear_history, 2/7, elastic", "unequal spheres"),
-        ("bounce", "hooke", "wall"),
-    ],
-)
-def test_esys_holds_against_the_law_under_its_rules(esys, name, submodel, system):
-    found = found_in(esys, name, submodel, system)
-    verdicts = {check.verdict for check in found.checks}
-    assert verdicts - {Verdict.FINDING, Verdict.NOT_TESTED} == {Verdict.PASS}
 
 
 @pytest.mark.live

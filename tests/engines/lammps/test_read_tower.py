@@ -1,11 +1,9 @@
-import numpy as np
 import pytest
 
 from harness.cases.tower.run import read
 from harness.cases.tower.system import Timing
 from harness.engines.lammps.engine import Lammps
 from harness.engines.output import Output, read_dump
-from harness.errors import EngineNaNError, EngineOutputError
 from harness.observables.provenance import Provenance
 from harness.parameters.tower import Tower
 
@@ -51,34 +49,3 @@ def test_every_observable_of_a_snapshot():
     assert run.profiles.forces[0] == pytest.approx([100.0, 50.0])
     assert run.provenance is WHO
     assert run.solver == "lammps"
-
-
-def test_the_rounding_of_positions_is_no_contact():
-    tiny = float(1000.0 * 2 * np.finfo(float).eps)
-    row = [(0.0, 0.0, 20.0 - tiny), (1.0, 0.0, 20.0 + tiny), (2.0, 0.0, 0.0)]
-    run = read_tower(CASE, 0.1, _dump(row, PRESSED), WHO)
-    assert run.contacts.tolist() == [0, 2]
-
-
-@pytest.mark.parametrize("cut", [0, 1, 40, -1, -8, -30])
-def test_a_dump_that_is_cut_is_named(cut):
-    dump = _dump(PRESSED, APART)
-    with pytest.raises(EngineOutputError, match="dump"):
-        read_tower(
-            CASE,
-            1e-3,
-            "\n".join(dump.splitlines()[:cut] if cut < 0 else dump[:cut].splitlines()),
-            WHO,
-        )
-
-
-def test_values_that_are_not_numbers_are_named():
-    broken = [(float("nan"), 0.0, 0.0), *PRESSED[1:]]
-    with pytest.raises(EngineNaNError):
-        read_tower(CASE, 1e-3, _dump(PRESSED, broken), WHO)
-
-
-def test_positions_that_do_not_move_with_the_velocities_are_named():
-    """The grain goes 0.65 m at 3 m/s or less, which takes more than 0.01 s."""
-    with pytest.raises(EngineOutputError, match="positions and velocities that contradict"):
-        read_tower(CASE, 1e-3, _dump(PRESSED, APART), WHO)

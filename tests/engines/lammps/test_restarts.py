@@ -62,7 +62,7 @@ def test_the_script_is_told_apart_by_what_it_does_without_restart_files(monkeypa
     assert inputs(text.replace(version, "dem-harness 999.0")) == before
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def whole(lammps_here):  # noqa: ARG001
     """The results of the run that is not cut, of one process."""
     with Lammps(workers=1) as engine:
@@ -133,7 +133,7 @@ def test_the_executable_goes_on_from_what_the_library_left(whole, lmp, tmp_path)
 
 @pytest.mark.live
 def test_the_limit_of_time_holds_between_two_restart_files(lammps_here, tmp_path):  # noqa: ARG001
-    slow = SMALL.replace(rate=0.002)
+    slow = SMALL.replace(rate=0.01)
     with Lammps(workers=1, limits=Limits(seconds=0.5)) as engine:
         (output,) = engine.run([job(slow)])
     assert isinstance(output, EngineTimeoutError)

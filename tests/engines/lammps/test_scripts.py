@@ -1,6 +1,5 @@
 import math
 import re
-from dataclasses import replace
 
 import pytest
 from hypothesis import given
@@ -10,9 +9,7 @@ from harness.cases.drop.case import TEMPLATE as DROP
 from harness.cases.incline.system import TEMPLATE, Incline, job_of, values_of
 from harness.cases.registry import built_in, get_case
 from harness.cases.tower.system import TEMPLATE as TOWER
-from harness.engines.contract import finished
 from harness.engines.lammps.engine import Lammps
-from harness.errors import RequestError
 from harness.parameters.law import CONTACTS, Contact
 
 SCRIPTS = [
@@ -52,11 +49,6 @@ def code(script):
     return [line for line in script.text.splitlines() if line and not line.startswith("#")]
 
 
-@BY_NAME
-def test_committed_input_is_what_is_generated(script, inputs):
-    assert (inputs / script.name).read_text(encoding="utf-8") == script.text
-
-
 def test_every_committed_input_is_generated(inputs):
     generated = Lammps.inputs([get_case(name).template for name in built_in()])
     assert {path.name for path in inputs.glob("*.in")} == set(generated)
@@ -85,21 +77,6 @@ def test_every_override_is_used(script):
     assert unused == set()
 
 
-@BY_NAME
-def test_log_that_only_echoes_the_script_is_no_result(script):
-    assert not finished(script.text)
-
-
-@BY_NAME
-def test_damping_is_never_left_to_lammps(script):
-    coefficients = [line for line in code(script) if "pair_coeff * * hooke" in line]
-    assert len(coefficients) == 2
-    for line in coefficients:
-        assert "damping velocity" in line
-        assert "tangential linear_nohistory 0.0 0.0" in line
-    assert sum("limit_damping" in line for line in coefficients) == 1
-
-
 @INCLINES
 def test_script_states_what_made_it_and_which_contact(script):
     contact = CONTACTS[script.name.removeprefix("incline-").removesuffix(".in")]
@@ -121,27 +98,9 @@ def test_everything_a_case_sets_is_declared(contact):
     assert set(values) <= Lammps.script(TEMPLATE, contact.name).variables
 
 
-def test_variable_that_the_script_lacks_is_refused():
-    job = job_of(Incline(), "passage")
-    wrong = replace(job, values={**job.values, "stifness": 1e6})
-    with (
-        Lammps() as engine,
-        pytest.raises(
-            RequestError,
-            match=r"'lammps' cannot run 'incline': its script incline-source\.in has no "
-            r"variable 'stifness'",
-        ),
-    ):
-        engine.run([job, wrong])
-
-
 def test_contact_without_a_script_of_its_own_runs_the_plastic_one():
     mine = job_of(Incline(contact=Contact(name="mine", restitution=0.3)), "passage")
     assert Lammps.script(mine.template, mine.variant).name == "incline-plastic.in"
-
-
-def test_scripts_have_hashes_of_their_own():
-    assert len({script.sha256 for script in SCRIPTS}) == len(SCRIPTS)
 
 
 @given(st.floats(0.0, 30.0), st.floats(1e5, 1e12))

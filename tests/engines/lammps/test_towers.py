@@ -20,7 +20,7 @@ def lammps():
         yield engine
 
 
-@pytest.mark.parametrize("height", range(1, 20))
+@pytest.mark.parametrize("height", [1, 2, 5, 10, 19])
 def test_overlap_law_meets_the_exact_solution(lammps, height):
     case = Tower(height=height, law="overlap")
     found = run(lammps, case)
@@ -28,7 +28,7 @@ def test_overlap_law_meets_the_exact_solution(lammps, height):
     assert impulse(found) == pytest.approx(impulse(exact.run(case, found.time[-1])), rel=1e-5)
 
 
-@pytest.mark.parametrize("height", [1, 2, 3, 5, 10, 19])
+@pytest.mark.parametrize("height", [1, 3, 19])
 def test_deformable_law_as_an_external_force_meets_the_exact_solution(lammps, height):
     assert force_difference(run(lammps, Tower(height=height))) < 1e-4
 

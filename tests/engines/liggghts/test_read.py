@@ -1,7 +1,6 @@
 """The readers that LIGGGHTS shares with LAMMPS, on what LIGGGHTS wrote."""
 
 import math
-import re
 
 import numpy as np
 import pytest
@@ -17,8 +16,6 @@ from harness.engines.programs import with_stages
 from harness.errors import (
     EngineInputError,
     EngineLostAtomsError,
-    EngineNaNError,
-    EngineOutputError,
 )
 from harness.observables.provenance import Provenance
 from harness.parameters.law import PLASTIC
@@ -68,26 +65,6 @@ def test_tower(recorded):
     assert (run.grain_force[0], run.grain_velocity[0]) == (0.0, 2.0)
     overlap = run.profiles.displacements[:, :-1] - run.profiles.displacements[:, 1:]
     assert run.profiles.forces == pytest.approx(1e4 * np.maximum(overlap, 0.0), abs=1e-9)
-
-
-@pytest.mark.parametrize("left", [0.3, 0.6, 0.9])
-def test_dump_that_is_cut_is_refused(recorded, left):
-    dump = recorded("tower.dump")
-    with pytest.raises(EngineOutputError, match=r"^LIGGGHTS wrote"):
-        read_tower(TOWER, 0.1, dump[: int(left * len(dump))], WHO)
-
-
-def test_values_that_are_not_numbers_are_named(recorded):
-    with pytest.raises(
-        EngineNaNError, match=r"^LIGGGHTS wrote a series with values that are not numbers"
-    ):
-        read_tower(TOWER, 0.1, recorded("tower.dump").replace(" 2 9.8", " nan 9.8"), WHO)
-    with pytest.raises(EngineNaNError, match=r"^LIGGGHTS wrote a series"):
-        read_run(
-            CASE,
-            recorded("passage-moves-on.log"),
-            re.sub(r"0\.9\d+", "nan", recorded("grain.csv")),
-        )
 
 
 @pytest.mark.parametrize(

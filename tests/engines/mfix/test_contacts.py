@@ -6,10 +6,7 @@ import pytest
 
 from harness.cases.contact.submodels import Trial
 from harness.cases.contact.transformations import first_runs
-from harness.cases.contact.verification import verify_trials
 from harness.cases.registry import get_case
-from harness.cases.verification import Study
-from harness.comparison.verdicts import Verdict
 from harness.engines.mfix.contacts import CONTACTS, ContactInput, contact_table
 from harness.engines.mfix.engine import KEYWORDS, PARTICLES, contact_files
 from harness.engines.mfix.system import read_frame
@@ -94,21 +91,6 @@ def test_spheres_lie_in_the_box_as_they_do_in_the_scene():
     assert first[1] < height
 
 
-@pytest.mark.parametrize(
-    ("changes", "said"),
-    [
-        ({"tangential_stiffness": 2e6}, "takes tangential_stiffness / normal_stiffness up to 1"),
-        ({"tangential_damping": 1.5}, "takes tangential_damping up to 1, not 1.5"),
-        ({"friction": 1.2}, "takes friction up to 1, not 1.2"),
-        ({"damping_coefficient": 1e4}, "has a damping ratio of less than 1"),
-        ({"clipped": "yes"}, "takes clipped = no, not yes"),
-        ({"tangential": "linear_nohistory"}, "takes tangential = none or linear_history, not"),
-    ],
-)
-def test_what_mfix_cannot_be_told_is_named(changes, said):
-    assert said in stating(CONTACTS, {**OBLIQUE.job(SPRINGS).values, **changes})[1]
-
-
 def test_a_run_that_is_shorter_than_its_usual_first_step_is_told_a_shorter_one(read_keywords):
     """time_march: a run ends where TSTOP is within a tenth of DT, which MFiX sets afterwards."""
     keys, _ = told(OBLIQUE.presets["chung-ooi-5"].replace(steps_per_contact=100), read_keywords)
@@ -146,24 +128,3 @@ def test_what_mfix_wrote_is_turned_back_and_forces_are_missing(write_vtp):
     assert "fx_N" not in table
     with pytest.raises(EngineOutputError, match=r"no particles at step \d+"):
         contact_table(contact, [frame(0)])
-
-
-@pytest.mark.live
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("name", "submodel", "system"),
-    [
-        ("oblique", "linear_history, 2/7", "frozen sphere"),
-        ("oblique", "linear_history, 2/7, elastic", "unequal spheres"),
-        ("oblique", "mindlin, elastic", "wall"),
-        ("bounce", "hertz, coeff_restitution", "wall"),
-        ("stacked", "hooke, velocity", "unequal, between plates"),
-    ],
-)
-def test_mfix_holds_against_the_law_under_its_rules(mfix, name, submodel, system):
-    case = get_case(name)
-    submodels = [one for one in (*case.submodels, *case.other_submodels) if one.name == submodel]
-    trials = [one for one in case.trials("default", submodels) if one.system == system]
-    found = verify_trials(case, mfix, Study("default"), trials)
-    judged = {check.verdict for check in found.checks} - {Verdict.FINDING}
-    assert judged == {Verdict.PASS}

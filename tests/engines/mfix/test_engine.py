@@ -66,13 +66,6 @@ def test_a_program_that_names_a_version_is_not_mfix_for_that(program):
         open_engine("mfix", programs={"mfix": shutil.which(program) or sys.executable})
 
 
-def test_a_program_that_is_not_there_is_a_wrong_request():
-    with pytest.raises(
-        RequestError, match="--program mfix='/no/such/mfixsolver': no such executable"
-    ):
-        open_engine("mfix", programs={"mfix": "/no/such/mfixsolver"})
-
-
 @pytest.mark.parametrize(
     ("mode", "said"),
     [
@@ -253,13 +246,9 @@ def test_the_critical_angle_is_the_reference_dem_s(stand_in):
         ("refuse", {}, EngineInputError, "refused its input: Error 1000: Required input"),
         ("unknown", {}, EngineInputError, "input: Illegal or unknown input: DES_EN_INPUT = 0.25"),
         ("invalid", {}, EngineInputError, "input: Invalid particle-particle collision model"),
-        ("hang", {"seconds": 2.0}, EngineTimeoutError, "within 2 s"),
+        ("hang", {"seconds": 1.0}, EngineTimeoutError, "within 1 s"),
         ("exceed memory", {"memory": 1024**3}, EngineMemoryError, "memory"),
-        ("nothing", {}, EngineOutputError, "wrote no particles"),
         ("half a file", {}, EngineOutputError, "only in part"),
-        ("not a number", {}, EngineNaNError, "not numbers"),
-        ("no ids", {}, EngineOutputError, "without their global ids"),
-        ("frames missing", {}, EngineOutputError, "frames that are not every"),
         ("stops early", {}, EngineOutputError, "ended at"),
     ],
 )
@@ -350,18 +339,6 @@ def test_more_files_than_is_sensible_are_refused(stand_in):
     case = GOOD.replace(duration=2.0 * MOST_FRAMES / GOOD.steps_per_contact)
     with pytest.raises(RequestError, match=f"must be at most {MOST_FRAMES}"):
         run_drops(stand_in(), [case])
-
-
-@pytest.mark.parametrize(
-    ("case", "said"),
-    [
-        (Tower(height=1, law="deformable"), "takes law = overlap, not deformable"),
-        (Tower(height=1, law="overlap", mass=(1.0, 2.0)), "must be one number each"),
-    ],
-)
-def test_a_tower_that_mfix_does_not_have_is_refused(stand_in, case, said):
-    with pytest.raises(RequestError, match=said):
-        run_towers(stand_in(), [case], 1.0)
 
 
 @pytest.mark.live

@@ -1,11 +1,11 @@
-"""Velocity Verlet of the reference DEM against LAMMPS: same stiffness, step, contact."""
+"""Velocity Verlet of the reference DEM against LAMMPS, with the tail that other codes lack."""
 
 import numpy as np
 import pytest
 
-from harness.cases.incline.angle import critical_angle
+from harness.cases.drop.case import Drop, run_drops
 from harness.cases.incline.runs import run_inclines
-from harness.cases.incline.system import Incline, Motion
+from harness.cases.incline.system import Incline
 from harness.engines.lammps.engine import Lammps
 from harness.engines.reference import Reference
 from harness.parameters.law import CLIPPED, PLASTIC, SOURCE
@@ -17,22 +17,6 @@ pytestmark = pytest.mark.live
 def lammps(lammps_here):  # noqa: ARG001
     with Lammps() as engine:
         yield engine
-
-
-@pytest.mark.parametrize("angle", [9.5, 10.0, 10.15])
-def test_the_path_until_it_is_trapped(lammps, angle):
-    case = Incline(angle=angle)
-    (theirs,) = run_inclines(lammps, [case], "steady", every=50)
-    (own,) = run_inclines(Reference(), [case], "steady", every=50)
-    assert own.motion is theirs.motion is Motion.TRAPPED
-    assert own.steps == theirs.steps
-    rows = min(len(own.trajectory.x_m), len(theirs.trajectory.x_m))
-    assert rows >= own.steps // 50
-    for column in ("x_m", "y_m"):
-        apart = getattr(own.trajectory, column)[:rows] - getattr(theirs.trajectory, column)[:rows]
-        assert np.abs(apart).max() < 1e-6 * case.diameter
-    np.testing.assert_allclose(own.crests.margin_J, theirs.crests.margin_J, atol=1e-6)
-    assert own.touching == theirs.touching
 
 
 @pytest.mark.parametrize("effective_mass", ["full", "half"])
@@ -55,13 +39,13 @@ def test_the_passage_with_either_mass(lammps, contact, steps, effective_mass):
     assert own.margin_J == pytest.approx(theirs.margin_J, abs=1e-9)
 
 
-@pytest.mark.parametrize("stiffness", [1e5, 1e6, 1e7])
-@pytest.mark.parametrize(
-    ("contact", "steps"),
-    [(SOURCE, 50.0), (CLIPPED, 50.0), (PLASTIC, 100.0)],
-    ids=lambda value: getattr(value, "name", ""),
-)
-def test_the_critical_angle(lammps, contact, steps, stiffness):
-    case = Incline(contact=contact, steps_per_contact=steps, stiffness=stiffness)
-    theirs, own = (critical_angle(case, engine=e, phases=2) for e in (lammps, Reference()))
-    assert own.value_deg == pytest.approx(theirs.value_deg, abs=5e-4)
+def test_drops_with_the_attractive_tail(lammps):
+    cases = [
+        Drop(contact=SOURCE, speed=1.0, gap=0.01, duration=5.0, steps_per_contact=200.0),
+        Drop(contact=SOURCE, gravity=9.81, sideways=0.5, gap=-1e-4, steps_per_contact=200.0),
+    ]
+    for theirs, own in zip(run_drops(lammps, cases), run_drops(Reference(), cases), strict=True):
+        scale = max(1.0, float(np.abs(own.path.speed_m_per_s).max()))
+        for name, unit in (("time_s", 1.0), ("y_m", 1.0), ("vy_m_per_s", scale)):
+            a, b = getattr(theirs.path, name), getattr(own.path, name)
+            assert np.abs(a - b).max() < 1e-12 * unit

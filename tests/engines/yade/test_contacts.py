@@ -15,8 +15,7 @@ from harness.cases.contact.verification import verify_trials
 from harness.cases.registry import get_case
 from harness.cases.verification import Study
 from harness.comparison.verdicts import Verdict
-from harness.engines.traits import stating
-from harness.engines.yade.engine import CONTACTS, TURNING, Yade
+from harness.engines.yade.engine import Yade
 
 MOVED = get_case("prescribed-motion")
 (TURNS,) = TURNING_UNDAMPED
@@ -24,49 +23,6 @@ WALL = MOVED.default.replace(**TURNS.law)
 PAIR = WALL.replace(partner="sphere", partner_radius=0.02)
 HELD = {"rolling_friction": 10.0, "twisting_friction": 1.0, "friction": 1e3}
 """Nothing slides."""
-
-
-@pytest.mark.parametrize(
-    ("changes", "said"),
-    [
-        ({}, ""),
-        ({"twisting": "none"}, ""),
-        ({"rolling": "none"}, ""),
-        ({"rolling": "none", "rolling_damping": 0.5}, ""),
-        ({"tangential": "linear_history_classic"}, ""),
-        (
-            {"damping": "velocity", "clipped": "yes"},
-            f"{TURNING} takes damping = none, not velocity",
-        ),
-        ({"rolling_damping": 0.5}, f"{TURNING} has rolling springs without a dashpot only"),
-        ({"twisting_damping": 0.5}, f"{TURNING} has twisting springs without a dashpot only"),
-        ({"rolling": "none", "twisting_damping": 0.5}, "twisting springs without a dashpot only"),
-        (
-            {"tangential": "none"},
-            "takes tangential = linear_history or linear_history_classic, not none",
-        ),
-        ({"twisting": "marshall"}, f"{TURNING} takes twisting = none or sds, not marshall"),
-        ({"radius_2": 0.01}, "of one stiffness and limit only: of a sphere on walls, or of two"),
-        ({"normal": "jkr"}, f"{TURNING} or Law2_ScGeom_MindlinPhys_Mindlin takes normal = hooke"),
-    ],
-)
-def test_a_resistance_that_yade_does_not_have_is_named(changes, said):
-    reason = stating(CONTACTS, {**MOVED.job(WALL).values, **changes})[1]
-    assert said in reason
-    assert bool(said) == bool(reason)
-
-
-@pytest.mark.parametrize(
-    ("changes", "name"),
-    [
-        ({}, TURNING),
-        ({"rolling": "none"}, TURNING),
-        ({"rolling": "none", "twisting": "none"}, "Law2_ScGeom_ViscElPhys_Basic"),
-    ],
-)
-def test_a_law_without_resistance_is_stated_as_before(changes, name):
-    values = {**MOVED.job(WALL).values, **changes}
-    assert stating(CONTACTS, values)[0].name == name
 
 
 def test_springs_that_turn_have_an_error_of_first_order():
@@ -191,28 +147,6 @@ def test_the_mean_spin_turns_the_springs_of_rolling(yade, base):
     # an angle a a step lengthens the spring by a^2 / 2: of n steps that turn by half of 0.3 in all
     assert_allclose(errors, [0.15**2 / 2.0 / n for n in (100, 200, 400)], rtol=0.02)
     assert max(others) < -0.01
-
-
-@pytest.mark.live
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("name", "submodel", "system", "widest"),
-    [
-        ("prescribed-motion", TWISTING_UNDAMPED[0].name, "two spheres, turned", 1e-6),
-        ("prescribed-motion", TURNS.name, "unequal spheres", 1e-4),
-        ("rolling-resistance", ROLLING_UNDAMPED[0].name, "wall, stands", 1e-4),
-        ("twist", TWISTING_UNDAMPED[0].name, "frozen sphere, spins", 1e-4),
-        ("oblique", ROLLING_UNDAMPED[0].name, "unequal spheres", 1e-4),
-    ],
-)
-def test_yade_holds_against_the_law_under_its_rules(yade, name, submodel, system, widest):
-    case = get_case(name)
-    submodels = [one for one in case.other_submodels if one.name == submodel]
-    trials = [one for one in case.trials("default", submodels) if one.system == system]
-    checks = verify_trials(case, yade, Study("default"), trials).checks
-    judged = [check for check in checks if check.judged]
-    assert {check.verdict for check in judged} == {Verdict.PASS}
-    assert max(check.tolerance for check in judged) <= widest
 
 
 @pytest.mark.live
