@@ -19,7 +19,7 @@ NOT = ClaimStatus.NOT_REPRODUCED
 
 MODULES = {
     name: import_module(f"{PACKAGE}.{name}")
-    for name in ("background", "methods", "results", "appendix", "errata")
+    for name in ("background", "methods", "results", "appendix")
 }
 
 
