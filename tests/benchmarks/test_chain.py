@@ -19,7 +19,8 @@ import pytest
 from harness.cases.tower.impulse import impulse_table
 from harness.parameters.tower import Tower
 from harness.solvers.chain import rk4
-from harness.solvers.chain.motion import Plan, assemble, blank_record
+from harness.solvers.chain.motion import assemble, blank_record
+from harness.solvers.chain.rk4 import Plan
 
 pytestmark = pytest.mark.benchmark
 
