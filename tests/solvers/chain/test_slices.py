@@ -6,14 +6,13 @@ import pytest
 from harness.errors import RequestError
 from harness.observables.tower import COLUMNS
 from harness.parameters.tower import Tower
-from harness.solvers.chain import exact, motion, rk4
-from harness.solvers.chain.rk4_deformable import BLOCK
+from harness.solvers.chain import exact, rk4
 
 RUNS = {
     "overlap": lambda **more: rk4.run(Tower(height=5, law="overlap"), 2e-3, **more),
     "deformable": lambda **more: rk4.run(Tower(height=5), 2e-3, **more),
     "long rows": lambda **more: rk4.run(
-        Tower(height=2 * BLOCK), 1e-4, longest_chain=9, samples=7, **more
+        Tower(height=1024), 1e-4, longest_chain=9, samples=7, **more
     ),
     "exact": lambda **more: exact.run(Tower(height=9), 0.02, samples=300, **more),
 }
@@ -22,7 +21,7 @@ RUNS = {
 @pytest.mark.parametrize("name", RUNS)
 def test_a_run_in_slices_is_the_same_to_the_last_bit(monkeypatch, name):
     whole, told = RUNS[name](), []
-    monkeypatch.setattr(motion, "SLICE_SECONDS", 1e-6)
+    monkeypatch.setattr(rk4, "SLICE_SECONDS", 1e-6)
     monkeypatch.setattr(exact, "CUBES", 1.0)
     cut = RUNS[name](progress=lambda done, total: told.append((done, total)))
     assert len(told) > 3
@@ -35,7 +34,7 @@ def test_a_run_in_slices_is_the_same_to_the_last_bit(monkeypatch, name):
 
 @pytest.mark.parametrize("name", RUNS)
 def test_an_interrupt_between_two_slices_ends_the_run(monkeypatch, name):
-    monkeypatch.setattr(motion, "SLICE_SECONDS", 1e-6)
+    monkeypatch.setattr(rk4, "SLICE_SECONDS", 1e-6)
     monkeypatch.setattr(exact, "CUBES", 1.0)
 
     def interrupted(done, total):
