@@ -427,11 +427,13 @@ class ScriptedEngine(ProgramEngine):
         with fresh_folder() as folder:
             self.write(folder, tasks)
             ended = self.start(self.command(folder, tasks), folder, self.limits.seconds)
+            # what :meth:`close` ended died of no fault
+            killed = self.processes.closed and signal_of(ended.code) is signal.SIGKILL
             share = ended.seconds / len(tasks)
             return collect(
                 (self.log_of(folder, index) for index in range(len(tasks))),
                 lambda index: self.read_job(folder, index, tasks[index], share),
-                lambda log: self._ended_by_us(ended) or self.error_of(ended, log),
+                lambda log: self.closed_error() if killed else self.error_of(ended, log),
                 ended,
                 self.title,
             )
@@ -466,11 +468,6 @@ class ScriptedEngine(ProgramEngine):
                 self._logs.setdefault(task.script.name, log)
                 outputs.append(replace(output, log=log))
         return outputs
-
-    def _ended_by_us(self, ended: Ended) -> EngineError | None:
-        """Return the error of a process that :meth:`close` ended, which no fault of it did."""
-        ours = self.processes.closed and signal_of(ended.code) is signal.SIGKILL
-        return self.closed_error() if ours else None
 
     def output(self, task: Task, log: str, series: str, seconds: float) -> Output:
         """Return the output of a task from its log and its series."""

@@ -260,14 +260,10 @@ def _write_ahead(db: sqlite3.Connection) -> None:
 def _distinct(rows: Iterable[Row]) -> list[dict[str, Any]]:
     unjudged = {"kind": MEASURED, "tolerance": math.nan, "verdict": "", "triage": ""}
     distinct = []
-    for _, before, row in numbered(rows, lambda row: (row.name, _kind(row), row.unit)):
+    for _, before, row in numbered(rows, lambda r: (r.name, getattr(r, "kind", MEASURED), r.unit)):
         name = f"{row.name} ({before + 1})" if before else row.name
         distinct.append({**unjudged, **vars(row), "name": name})
     return distinct
-
-
-def _kind(row: Row) -> str:
-    return str(getattr(row, "kind", MEASURED))
 
 
 def _now() -> str:
