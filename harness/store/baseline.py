@@ -53,9 +53,11 @@ Named = TypeVar("Named", bound=Parameters)
 
 
 def read_overrides(path: Path) -> tuple[Override, ...]:
-    """Return the overrides of a file, each a table ``[override.NAME]``.
+    """Return the overrides of a file.
 
-    Raise RequestError, naming file and override, for anything else.
+    Each is a table ``[override.NAME]`` with the fields of
+    :class:`~harness.comparison.regression.Override`. Raise RequestError, naming file and override,
+    for anything else.
     """
     return _tables(path, "override", f"--tolerances {path}", Override)
 
@@ -449,6 +451,8 @@ def read_baseline(folder: Path, tolerances: Path | None = None) -> Baseline:
         records |= {record.name: record for record in read_tables(table)}
     return Baseline(records, str(folder), overrides, digest_of(folder))
 
+
+# ---- known defects
 
 DEFECTS = "reports/defects/"
 """Where the scripts lie in a checkout."""

@@ -168,11 +168,8 @@ class History:
     def begin(self, start: RunStart) -> int:
         """Insert a run that starts now and return its number."""
         facts = {**vars(start), "options": shlex.join(start.options), "started": _now()}
-        cursor = self._db.execute(
-            "INSERT INTO run (started, command, options, harness_version, harness_commit, platform)"
-            " VALUES (:started, :command, :options, :harness_version, :harness_commit, :platform)",
-            facts,
-        )
+        values = ", ".join(f":{name}" for name in facts)
+        cursor = self._db.execute(f"INSERT INTO run ({', '.join(facts)}) VALUES ({values})", facts)
         assert cursor.lastrowid is not None
         return cursor.lastrowid
 
