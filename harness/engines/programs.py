@@ -44,7 +44,7 @@ from itertools import chain
 from pathlib import Path
 from typing import Any, ClassVar
 
-from harness.engines.contract import Job, collect, run_in_turn
+from harness.engines.contract import Engine, Job, collect, run_in_turn
 from harness.engines.output import SERIES, Output, Table, read_csv, results_in
 from harness.engines.process import (
     Ended,
@@ -172,7 +172,7 @@ STAGE = ("step", "time_s", "x_m", "y_m", "vx_m_per_s", "vy_m_per_s")
 NO_FILES: Mapping[str, str] = {}
 
 
-class ProgramEngine(ScriptSource):
+class ProgramEngine(Engine):
     """The part of an engine that is its ``program``, by default the first of ``programs`` on PATH.
 
     ``workers`` processes run in parallel, by default as many as there are cores.
@@ -346,7 +346,7 @@ def with_stages(output: Output) -> Output:
     return replace(output, tables={**output.tables, STAGES: stages})
 
 
-class ScriptedEngine(ProgramEngine):
+class ScriptedEngine(ScriptSource, ProgramEngine):
     """A code that runs scripts through its program, in as many processes as it has workers."""
 
     # ---- what a subclass gives -------------------------------------------------------------
