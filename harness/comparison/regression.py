@@ -14,6 +14,8 @@ from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase
 from typing import Any, Required, TypedDict
 
+from pydantic import Field
+
 from harness.comparison.compare import compare
 from harness.comparison.series import Comparison, Series, compare_series
 from harness.comparison.verdicts import (
@@ -32,6 +34,7 @@ from harness.comparison.verdicts import (
 from harness.errors import EngineError, RequestError
 from harness.observables.provenance import Provenance
 from harness.observables.row import Row
+from harness.parameters.base import Parameters
 
 UNSTATED = Tolerance(
     "", 0.0, 1e-9, "the case states none: round-off of 1e5 steps, and two orders of ten above"
@@ -42,18 +45,24 @@ ByCase = Mapping[str, Mapping[str, Tolerance]]
 """Tolerances by the name of the case, then of the quantity; ``series`` is the band of series."""
 
 
-@dataclass(frozen=True)
-class Override:
+class Override(Parameters):
     """A named exception, for the records and quantities that match two patterns."""
 
-    name: str
-    record: str
-    quantity: str
-    tolerance: Tolerance
+    name: str = Field(description="[-] what rows call it")
+    case: str = Field(description="[-] name of the record, with * and ?")
+    quantity: str = Field(description="[-] name of the quantity, with * and ?")
+    absolute: float = Field(0.0, ge=0.0, strict=True, description="of a value, in its unit")
+    relative: float = Field(0.0, ge=0.0, strict=True, description="[-] part of a value")
+    reason: str = Field(min_length=20, description="[-] why, in a sentence")
+
+    @property
+    def tolerance(self) -> Tolerance:
+        """Return what is allowed in place of the case's tolerance."""
+        return Tolerance("", self.absolute, self.relative, self.reason)
 
     def applies(self, record: str, quantity: str) -> bool:
         """Return whether a quantity of a record is meant."""
-        return fnmatchcase(record, self.record) and fnmatchcase(quantity, self.quantity)
+        return fnmatchcase(record, self.case) and fnmatchcase(quantity, self.quantity)
 
 
 @dataclass(frozen=True)

@@ -135,26 +135,19 @@ def diff_runs(before: Results, after: Results) -> RunDiff:
     ]
     same_plan = plans[0] == plans[1] or 1 in (before.schema, after.schema)  # which named no cases
     hows = [run.engine.how if run.engine else "" for run in (before, after)]
-    same = _Same(same_plan and before.level == after.level, hows[0] == hows[1])
+    same_plan = same_plan and before.level == after.level
     pairs = compare(first, second, lambda _, check: check.tolerance)
-    rows = [_row(pair, same) for pair in pairs.values()]
+    rows = [_row(pair, same_plan, hows[0] == hows[1]) for pair in pairs.values()]
     rows.sort(key=_severity)
     return RunDiff(before, after, tuple(rows), _metadata(before, after))
 
 
-@dataclass(frozen=True)
-class _Same:
-    """Whether two runs have one ``plan`` (level, cases, engines), and run the engine in one way."""
-
-    plan: bool
-    how: bool
-
-
-def _row(pair: Pair[Check], same: _Same) -> RowDiff:
+def _row(pair: Pair[Check], same_plan: bool, same_how: bool) -> RowDiff:
+    """Return what became of a row; a plan is the level, the cases and the engines."""
     before, after = pair.before, pair.after
     change, worsens = RowChange.SAME, False
     if before is None or after is None:
-        if not (same.plan and same.how):
+        if not (same_plan and same_how):
             change = RowChange.NOT_COMPARABLE
         else:
             change = RowChange.REMOVED if after is None else RowChange.ADDED
@@ -163,7 +156,7 @@ def _row(pair: Pair[Check], same: _Same) -> RowDiff:
         return RowDiff(before, after, change, pair.width, worsens)
     untested = {before.verdict, after.verdict} - {Verdict.NOT_TESTED}
     ranks = RANK[before.verdict], RANK[after.verdict]
-    if not same.how and len(untested) == 1 and before.verdict is not after.verdict:
+    if not same_how and len(untested) == 1 and before.verdict is not after.verdict:
         change = RowChange.NOT_COMPARABLE
     elif ranks[1] != ranks[0]:
         worsens = ranks[1] < ranks[0]

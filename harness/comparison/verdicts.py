@@ -288,17 +288,8 @@ def finding(
     name: str, value: float, expected: float, unit: str, note: str, uncertainty: float = 0.0
 ) -> Check:
     """Return a row for a difference between models: shown, not judged."""
-    return Check(
-        name,
-        value,
-        uncertainty,
-        unit,
-        expected=expected,
-        note=note,
-        kind=Kind.FINDING,
-        tolerance=math.nan,
-        verdict=Verdict.FINDING,
-    )
+    row = without_value(name, Kind.FINDING, Verdict.FINDING, note, "", unit)
+    return replace(row, value=value, expected=expected, uncertainty=uncertainty)
 
 
 def without_value(
@@ -368,23 +359,15 @@ def judge_plan(name: str, rows: Sequence[Check], planned: Sequence[Planned]) -> 
     ``name`` is that of the count; a check that is missing is a failed row of its own name.
     """
     missing = missing_from(rows, planned)
-    count = Check(
-        name,
-        float(len(rows)),
-        0.0,
-        "",
-        expected=float(len(planned)),
-        note=f"missing: {'; '.join(check.name for check in missing)}" if missing else "",
-        kind=Kind.ANALYTIC,
-        tolerance=0.0,
-        verdict=Verdict.FAIL if missing else Verdict.PASS,
-        why="a count: each row that the plan of the level has is there",
-        triage=Triage.MISSING if missing else "",
-    )
+    why = "a count: each row that the plan of the level has is there"
+    counts = float(len(rows)), float(len(planned))
+    count = judge(name, Kind.ANALYTIC, *counts, Tolerance("", 0.0, 0.0, why))
+    # there may be more rows than the plan names
+    count = replace(count, verdict=Verdict.PASS, triage="")
+    if missing:
+        note = f"missing: {'; '.join(check.name for check in missing)}"
+        count = replace(count, verdict=Verdict.FAIL, triage=Triage.MISSING, note=note)
     lost = "the plan of the level names it, and no run left it"
-    kinds = [Kind.INVARIANCE if check.invariance else Kind.ANALYTIC for check in missing]
-    names = [check.name for check in missing]
-    return [
-        count,
-        *(failed(*named, lost, Triage.MISSING) for named in zip(names, kinds, strict=True)),
-    ]
+    kinds = (Kind.INVARIANCE if check.invariance else Kind.ANALYTIC for check in missing)
+    pairs = zip(missing, kinds, strict=True)
+    return [count, *(failed(check.name, kind, lost, Triage.MISSING) for check, kind in pairs)]

@@ -177,7 +177,8 @@ def checked_run(run: Run) -> Run:
         try:
             outcomes: Any = run(self, tracked)
         except Exception as error:
-            if not foreign or isinstance(error, (HarnessError, MemoryError)) or _full(error):
+            full = isinstance(error, OSError) and error.errno in (*FULL, errno.EMFILE)
+            if not foreign or isinstance(error, (HarnessError, MemoryError)) or full:
                 raise
             return [_raised(self, "run", error) for _ in jobs]
         count = len(jobs)
@@ -212,10 +213,6 @@ def checked_call(name: str, call: Callable[..., Any]) -> Callable[..., Any]:
         return value
 
     return checked
-
-
-def _full(error: Exception) -> bool:
-    return isinstance(error, OSError) and error.errno in (*FULL, errno.EMFILE)
 
 
 def _error(engine: Engine, call: str, problem: str, expected: str) -> EngineOutputError:

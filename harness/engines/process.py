@@ -45,7 +45,7 @@ from harness.files import (
 )
 
 LAST_WORDS = 4000
-"""Characters that are kept of what a program said."""
+"""Bytes that are kept of what a program said."""
 
 REFUSAL = r"ERROR: \w+(?: = .*: must|: no such parameter).*"  # of a generated script
 
@@ -252,10 +252,10 @@ def text_of(path: Path) -> str:
     return path.read_text(encoding="utf-8", errors="replace")
 
 
-def last_text(path: Path, size: int = LAST_WORDS) -> str:
-    """Return the last ``size`` bytes of a file as text, however long it is."""
+def last_text(path: Path) -> str:
+    """Return the last :data:`LAST_WORDS` bytes of a file as text, however long it is."""
     with path.open("rb") as stream:
-        stream.seek(max(0, path.stat().st_size - size))
+        stream.seek(max(0, path.stat().st_size - LAST_WORDS))
         return stream.read().decode(errors="replace")
 
 

@@ -44,7 +44,7 @@ from itertools import chain
 from pathlib import Path
 from typing import Any, ClassVar
 
-from harness.engines.contract import Job, collect, run_in_turn
+from harness.engines.contract import Engine, Job, collect, run_in_turn
 from harness.engines.output import SERIES, Output, Table, read_csv, results_in
 from harness.engines.process import (
     Ended,
@@ -172,7 +172,7 @@ STAGE = ("step", "time_s", "x_m", "y_m", "vx_m_per_s", "vy_m_per_s")
 NO_FILES: Mapping[str, str] = {}
 
 
-class ProgramEngine(ScriptSource):
+class ProgramEngine(Engine):
     """The part of an engine that is its ``program``, by default the first of ``programs`` on PATH.
 
     ``workers`` processes run in parallel, by default as many as there are cores.
@@ -346,7 +346,7 @@ def with_stages(output: Output) -> Output:
     return replace(output, tables={**output.tables, STAGES: stages})
 
 
-class ScriptedEngine(ProgramEngine):
+class ScriptedEngine(ScriptSource, ProgramEngine):
     """A code that runs scripts through its program, in as many processes as it has workers."""
 
     # ---- what a subclass gives -------------------------------------------------------------
@@ -427,11 +427,13 @@ class ScriptedEngine(ProgramEngine):
         with fresh_folder() as folder:
             self.write(folder, tasks)
             ended = self.start(self.command(folder, tasks), folder, self.limits.seconds)
+            # what :meth:`close` ended died of no fault
+            killed = self.processes.closed and signal_of(ended.code) is signal.SIGKILL
             share = ended.seconds / len(tasks)
             return collect(
                 (self.log_of(folder, index) for index in range(len(tasks))),
                 lambda index: self.read_job(folder, index, tasks[index], share),
-                lambda log: self._ended_by_us(ended) or self.error_of(ended, log),
+                lambda log: self.closed_error() if killed else self.error_of(ended, log),
                 ended,
                 self.title,
             )
@@ -466,11 +468,6 @@ class ScriptedEngine(ProgramEngine):
                 self._logs.setdefault(task.script.name, log)
                 outputs.append(replace(output, log=log))
         return outputs
-
-    def _ended_by_us(self, ended: Ended) -> EngineError | None:
-        """Return the error of a process that :meth:`close` ended, which no fault of it did."""
-        ours = self.processes.closed and signal_of(ended.code) is signal.SIGKILL
-        return self.closed_error() if ours else None
 
     def output(self, task: Task, log: str, series: str, seconds: float) -> Output:
         """Return the output of a task from its log and its series."""

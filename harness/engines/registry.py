@@ -1,4 +1,4 @@
-"""The engines: those of this package, those of others, and how to open one by name.
+"""The engines: those of this package, those of others, how to open one by name, with which options.
 
 Another package names its engines under the entry point ``dem_harness.engines``; ``module:Class`` is
 an engine's name as well, for a try.
@@ -246,6 +246,9 @@ _MUST = {
     float: "a number",
     Limits: f"a number of seconds greater than 0 and at most {MOST_LIMIT:g}",
 }
+
+
+# ---- options as they are typed: pairs as NAME=VALUE, and whose each one is
 
 
 def named_values(texts: Iterable[str], option: str) -> dict[str, str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable
 from inspect import cleandoc
 from typing import TYPE_CHECKING, Any, Self
@@ -58,7 +59,9 @@ def _one_line(kind: type[BaseModel], error: ValidationError) -> str:
         return (
             f"{name}: no such parameter of {kind.__name__} (it has {', '.join(kind.model_fields)})"
         )
-    message = message.replace("Input should be", "must be")
+    if first["type"] == "missing":
+        return f"{name}: must be given"
+    message = re.sub("(Input|String) should", "must", message)
     message = message[0].lower() + message[1:]
     if first["type"] in _OUT_OF_RANGE:
         finite = ["a finite number"] if first["type"] == "finite_number" else []

@@ -31,10 +31,9 @@ import harness
 from harness.comparison.known_defects import KnownDefect
 from harness.comparison.regression import Baseline, BaselineRecord, Override
 from harness.comparison.series import Series
-from harness.comparison.verdicts import Tolerance
 from harness.errors import RequestError
 from harness.observables.row import Row
-from harness.parameters.base import nested
+from harness.parameters.base import Parameters, nested
 from harness.store.entries import digest_of_files
 
 LONGEST = 2**27
@@ -50,22 +49,21 @@ def bounded_text(path: Path, longest: int = LONGEST) -> str:
     return data.decode("utf-8")
 
 
-SHORTEST_REASON = 20
+Named = TypeVar("Named", bound=Parameters)
 
 
 def read_overrides(path: Path) -> tuple[Override, ...]:
     """Return the overrides of a file.
 
-    Each is a table ``[override.NAME]`` with ``case`` (the record's name) and ``quantity``
-    (patterns with * and ?), ``absolute``, ``relative`` and a ``reason``. Raise RequestError,
-    naming file and override, for anything else.
+    Each is a table ``[override.NAME]`` with the fields of
+    :class:`~harness.comparison.regression.Override`. Raise RequestError, naming file and override,
+    for anything else.
     """
-    tables = _toml_tables(path, "override", f"--tolerances {path}")
-    return tuple(_override(path, name, table) for name, table in tables.items())
+    return _tables(path, "override", f"--tolerances {path}", Override)
 
 
-def _toml_tables(path: Path, key: str, label: str) -> dict[str, dict[str, Any]]:
-    """Return the tables ``[KEY.NAME]`` of a file; RequestError, with its label, for another."""
+def _tables(path: Path, key: str, label: str, kind: type[Named]) -> tuple[Named, ...]:
+    """Return the tables ``[KEY.NAME]`` of a file; raise RequestError, with a label, for another."""
     try:
         record = tomllib.loads(bounded_text(path))
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
@@ -75,27 +73,13 @@ def _toml_tables(path: Path, key: str, label: str) -> dict[str, dict[str, Any]]:
     named = isinstance(tables, dict) and all(isinstance(table, dict) for table in tables.values())
     if record or not named:
         raise RequestError(f"{label}: holds tables [{key}.NAME] and nothing else")
-    return dict(tables)
-
-
-def _override(path: Path, name: str, table: Mapping[str, Any]) -> Override:
-    where = f"--tolerances {path}, [override.{name}]"
-    keys = {"case": str, "quantity": str, "reason": str}
-    for key, kind in keys.items():
-        if not isinstance(table.get(key), kind):
-            raise RequestError(f"{where}: {key} = {table.get(key)!r}: must be a text")
-    widths = {key: table.get(key, 0.0) for key in ("absolute", "relative")}
-    for key, width in widths.items():
-        number = isinstance(width, (int, float)) and not isinstance(width, bool)
-        if not number or not (math.isfinite(width) and width >= 0):
-            raise RequestError(f"{where}: {key} = {width!r}: must be finite and at least 0")
-    unknown = sorted(set(table) - {*keys, *widths})
-    if unknown:
-        raise RequestError(f"{where}: {unknown[0]} is not known")
-    if len(table["reason"]) < SHORTEST_REASON:
-        raise RequestError(f"{where}: reason = {table['reason']!r}: say why, in a sentence")
-    width = Tolerance("", float(widths["absolute"]), float(widths["relative"]), table["reason"])
-    return Override(name, table["case"], table["quantity"], width)
+    made = []
+    for name, table in tables.items():
+        try:
+            made.append(kind(**{**table, "name": name}))
+        except RequestError as error:
+            raise RequestError(f"{label}, [{key}.{name}]: {error}") from None
+    return tuple(made)
 
 
 SEPARATOR, EQUALS = "; ", " = "
@@ -468,6 +452,8 @@ def read_baseline(folder: Path, tolerances: Path | None = None) -> Baseline:
     return Baseline(records, str(folder), overrides, digest_of(folder))
 
 
+# ---- known defects
+
 DEFECTS = "reports/defects/"
 """Where the scripts lie in a checkout."""
 
@@ -490,15 +476,7 @@ def known_defects(path: Path | None = None) -> tuple[KnownDefect, ...]:
     defect, for anything else.
     """
     path = path or committed_file(KNOWN_DEFECTS)
-    if path is None:
-        return ()
-    defects = []
-    for name, table in _toml_tables(path, "defect", f"known defects {path}").items():
-        try:
-            defects.append(KnownDefect(**{**table, "name": name}))
-        except RequestError as error:
-            raise RequestError(f"known defects {path}, [defect.{name}]: {error}") from None
-    return tuple(defects)
+    return () if path is None else _tables(path, "defect", f"known defects {path}", KnownDefect)
 
 
 def with_further(path: Path | None) -> tuple[KnownDefect, ...]:

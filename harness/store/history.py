@@ -19,6 +19,7 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
+from itertools import chain
 from pathlib import Path
 from typing import Any, TypedDict
 
@@ -168,11 +169,8 @@ class History:
     def begin(self, start: RunStart) -> int:
         """Insert a run that starts now and return its number."""
         facts = {**vars(start), "options": shlex.join(start.options), "started": _now()}
-        cursor = self._db.execute(
-            "INSERT INTO run (started, command, options, harness_version, harness_commit, platform)"
-            " VALUES (:started, :command, :options, :harness_version, :harness_commit, :platform)",
-            facts,
-        )
+        values = ", ".join(f":{name}" for name in facts)
+        cursor = self._db.execute(f"INSERT INTO run ({', '.join(facts)}) VALUES ({values})", facts)
         assert cursor.lastrowid is not None
         return cursor.lastrowid
 
@@ -260,14 +258,10 @@ def _write_ahead(db: sqlite3.Connection) -> None:
 def _distinct(rows: Iterable[Row]) -> list[dict[str, Any]]:
     unjudged = {"kind": MEASURED, "tolerance": math.nan, "verdict": "", "triage": ""}
     distinct = []
-    for _, before, row in numbered(rows, lambda row: (row.name, _kind(row), row.unit)):
+    for _, before, row in numbered(rows, lambda r: (r.name, getattr(r, "kind", MEASURED), r.unit)):
         name = f"{row.name} ({before + 1})" if before else row.name
         distinct.append({**unjudged, **vars(row), "name": name})
     return distinct
-
-
-def _kind(row: Row) -> str:
-    return str(getattr(row, "kind", MEASURED))
 
 
 def _now() -> str:
@@ -305,28 +299,23 @@ def runs(history: History, question: HistoryQuery) -> Iterator[dict[str, Any]]:
 
     With a quantity or a verdict, those that have such a one.
     """
-    where, values = _of_run(question)
-    inner, more = _of_quantity(question)
+    where, inner = _of_run(question), _of_quantity(question)
     if inner:
-        where.append(
-            "id IN (SELECT run FROM measurement JOIN quantity ON quantity.id = quantity"
-            f" WHERE {' AND '.join(inner)})"
-        )
+        measured = "SELECT run FROM measurement JOIN quantity ON quantity.id = quantity"
+        where[f"id IN ({measured}{_where(inner)})"] = [*chain(*inner.values())]
     query = f"SELECT {RUN_COLUMNS} FROM run{_where(where)} ORDER BY started DESC, id DESC"
-    return history.each(query + _limit(question), [*values, *more])
+    return history.each(query + _limit(question), chain(*where.values()))
 
 
 def quantities(history: History, question: HistoryQuery) -> Iterator[dict[str, Any]]:
     """Yield the quantities that fit with the columns of their runs, newest first."""
-    where, values = _of_run(question)
-    inner, more = _of_quantity(question)
+    where = _of_run(question) | _of_quantity(question)
     query = (
         f"SELECT {RUN_COLUMNS}, {QUANTITY_COLUMNS} FROM measurement"
         " JOIN quantity ON quantity.id = quantity JOIN run ON run.id = measurement.run"
-        f"{_where([*where, *inner])}"
-        " ORDER BY started DESC, run.id DESC, quantity.id"
+        f"{_where(where)} ORDER BY started DESC, run.id DESC, quantity.id"
     )
-    return history.each(query + _limit(question), [*values, *more])
+    return history.each(query + _limit(question), chain(*where.values()))
 
 
 def names(history: History) -> list[str]:
@@ -334,39 +323,38 @@ def names(history: History) -> list[str]:
     return [row["name"] for row in history.rows("SELECT DISTINCT name FROM quantity ORDER BY name")]
 
 
-def _of_run(question: HistoryQuery) -> tuple[list[str], list[Any]]:
-    where: list[str] = []
-    values: list[Any] = []
+Conditions = dict[str, list[Any]]
+"""Conditions in SQL with the values of their question marks."""
+
+
+def _of_run(question: HistoryQuery) -> Conditions:
+    where: Conditions = {}
     for column in ("command", "engine"):
         if question.get(column) is not None:
-            where.append(f"{column} = ?")
-            values.append(question[column])
+            where[f"{column} = ?"] = [question[column]]
     if (version := question.get("engine_version")) is not None:
-        where.append("substr(engine_version, 1, length(?)) = ?")
-        values += [version] * 2
+        where["substr(engine_version, 1, length(?)) = ?"] = [version] * 2
     if (since := question.get("since")) is not None:
         assert isinstance(since, datetime)
-        where.append("started >= ?")
-        values.append(since.astimezone(UTC).isoformat(timespec="milliseconds"))
+        where["started >= ?"] = [since.astimezone(UTC).isoformat(timespec="milliseconds")]
     if (status := question.get("status")) == "unfinished":
-        where.append("status IS NULL")
+        where["status IS NULL"] = []
     elif status is not None:
-        where.append("status = ?")
-        values.append(int(status))
-    return where, values
+        where["status = ?"] = [int(status)]
+    return where
 
 
-def _of_quantity(question: HistoryQuery) -> tuple[list[str], list[Any]]:
-    conditions = {
+def _of_quantity(question: HistoryQuery) -> Conditions:
+    values = {
         "quantity.name GLOB ?": question.get("quantity"),
         "verdict = ?": question.get("verdict"),
     }
-    required = {condition: value for condition, value in conditions.items() if value is not None}
-    return list(required), list(required.values())
+    return {condition: [value] for condition, value in values.items() if value is not None}
 
 
-def _where(conditions: list[str]) -> str:
-    return f" WHERE {' AND '.join(conditions)}" if conditions else ""
+def _where(conditions: Iterable[str]) -> str:
+    text = " AND ".join(conditions)
+    return f" WHERE {text}" if text else ""
 
 
 def _limit(question: HistoryQuery) -> str:

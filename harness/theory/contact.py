@@ -438,12 +438,12 @@ def partial_slip_rebound(
 
 
 @lru_cache(maxsize=64)
-def rebounds(poisson: float, points: int = POINTS) -> tuple[Array, Array]:
-    """Return psi of the incidence and of the rebound up to where all slides, each (points,).
+def rebounds(poisson: float) -> tuple[Array, Array]:
+    """Return psi of the incidence and of the rebound up to where all slides, each (POINTS,).
 
     Beyond, the rebound is psi - 4 chi. The arrays are not to be written to.
     """
-    psi = np.linspace(0.0, 7.0 * stiffness_ratio(poisson) - 1.0, points + 1)[1:]
+    psi = np.linspace(0.0, 7.0 * stiffness_ratio(poisson) - 1.0, POINTS + 1)[1:]
     return psi, partial_slip_rebound(psi, poisson)
 
 

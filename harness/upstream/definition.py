@@ -171,7 +171,10 @@ def read_test(file: Path) -> UpstreamTest:
     judged = values.get("analytic_enable", "").strip() in ("yes", "true", "on", "1")
     return UpstreamTest(
         name=file.stem,
-        variables=tuple(_pair_of(line) for line in blocks["variables"]),
+        variables=tuple(
+            (name, value.strip())
+            for name, _, value in (line.partition(" ") for line in blocks["variables"])
+        ),
         before_pair=blocks["pre_commands"],
         pair_style=values["pair_style"].strip(),
         pair_coeff=blocks["pair_coeff"],
@@ -192,11 +195,6 @@ def _lines(values: Mapping[str, Any], name: str, file: Path) -> tuple[str, ...]:
     if not isinstance(text, str):
         raise RequestError(f"{file}: {name}: must be lines of text")
     return tuple(line.strip() for line in text.splitlines() if line.strip())
-
-
-def _pair_of(line: str) -> tuple[str, str]:
-    name, _, value = line.partition(" ")
-    return name, value.strip()
 
 
 def _number(values: Mapping[str, Any], name: str, file: Path, default: float) -> float:

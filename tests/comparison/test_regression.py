@@ -202,14 +202,19 @@ def test_number_that_is_not_one_fails_as_nan():
 
 
 def test_override_decides_by_name():
-    wide = Tolerance("deg", 1e-3, 0.0, "a reason that is long enough")
-    override = Override("soft", "lammps/incline-passage-*", "critical_angle_deg", wide)
+    override = Override(
+        name="soft",
+        case="lammps/incline-passage-*",
+        quantity="critical_angle_deg",
+        absolute=1e-3,
+        reason="a reason that is long enough",
+    )
     baseline = Baseline(BASELINE.records, "here", (override,))
     found = rows(PATH, moved(ANGLE, "critical_angle_deg", 1e-6), baseline=baseline)
     check = by_quantity(found)["critical_angle_deg"]
     assert check.verdict is Verdict.PASS
     assert check.note == "override 'soft'"
-    assert check.why == wide.reason
+    assert check.why == override.reason
     assert (
         AllowedChanges(TOLERANCES, (override,)).of("incline", PATH.name, "critical_angle_deg")[1]
         == ""

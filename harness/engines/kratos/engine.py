@@ -227,7 +227,8 @@ class Kratos(ScriptedEngine):
     def start(self, words: Sequence[str], folder: Path, seconds: float) -> Ended:
         """Run a command in a folder; its last words are those before Kratos's farewell."""
         ended = super().start(words, folder, seconds)
-        return replace(ended, said=_without_farewell(ended.said))
+        lines = (line for line in ended.said.splitlines() if not line.startswith(FAREWELL))
+        return replace(ended, said="\n".join(lines))
 
     def error_of(self, ended: Ended, log: str) -> EngineError | None:  # noqa: ARG002
         """Return the error by the end of a process, or None where it ended well."""
@@ -245,8 +246,3 @@ class Kratos(ScriptedEngine):
             if refusal is not None:
                 return EngineInputError(f"Kratos refused its input: {refusal[1].strip()[:160]}")
         return ended.error(self.title, self.limits.seconds)
-
-
-def _without_farewell(output: str) -> str:
-    """Return a process's output without the lines that Kratos ends with."""
-    return "\n".join(line for line in output.splitlines() if not line.startswith(FAREWELL))

