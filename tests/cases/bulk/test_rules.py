@@ -201,6 +201,7 @@ def held(main, *others):
     CASE.verify(main, study)
     beside = replace(study, role="other")
     findings = {engine.name: CASE.verify(engine, beside) for engine in (main, *others)}
+    assert not findings[main.name].checks  # they are among those of the main role
     checks = CASE.across(findings)
     assert len({check.name for check in checks}) == len(checks)
     return {check.name: check for check in checks}
