@@ -46,15 +46,18 @@ EngineChoice = Engine | str | None
 
 
 @contextlib.contextmanager
-def opened(engine: EngineChoice = None, *, fresh: bool = False) -> Iterator[Engine]:
+def opened(
+    engine: EngineChoice = None, *, fresh: bool = False, options: Mapping[str, Any] | None = None
+) -> Iterator[Engine]:
     """Yield an open engine as it is; one of a name is opened, its runs kept, and closed after use.
 
-    ``fresh`` runs again what was kept.
+    ``fresh`` runs again what was kept; ``options`` are those of
+    :func:`harness.engines.registry.open_engine`.
     """
     if not isinstance(engine, str | None):
         yield engine
         return
-    with open_engine(engine or DEFAULT) as bare:
+    with open_engine(engine or DEFAULT, options=options) as bare:
         yield keeping(bare, fresh=fresh)
 
 
