@@ -36,6 +36,7 @@ QUANTITIES = {
     "silo": {"discharge_rate_per_s": "rate"},
     "drum": {"mixing_index": "mixing", "surface_angle_deg": "angle"},
     "penetration": {"final_depth_m": "depth"},
+    "heap": {"angle_deg": "angle"},
 }
 """Quantities of a case, and what the figure calls them."""
 
