@@ -11,6 +11,7 @@ from __future__ import annotations
 import argparse
 import csv
 import math
+from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
@@ -36,6 +37,7 @@ QUANTITIES = {
     "silo": {"discharge_rate_per_s": "rate"},
     "drum": {"mixing_index": "mixing", "surface_angle_deg": "angle"},
     "penetration": {"final_depth_m": "depth"},
+    "heap": {"angle_deg": "angle", "remaining_ratio": "what stays"},
 }
 """Quantities of a case, and what the figure calls them."""
 
@@ -64,6 +66,7 @@ class Row:
     ``switched`` are the words that have the defect, ``held_against`` those of the other side;
     ``against`` is :data:`LAW` or :data:`PREDICTION`. ``low`` and ``high`` are the 90 % interval of
     the ratio of the means over ``seeds`` and ``seeds_held`` values; NaN where a side has too few.
+    ``without_value`` says of how many seeds of the two sides there is no value, and why.
     """
 
     defect: str
@@ -80,6 +83,7 @@ class Row:
     low: float
     high: float
     verdict: str
+    without_value: str
 
 
 def opened(variant: Variant) -> Engine:
@@ -125,9 +129,9 @@ def compared(switch: Switch, on: Runs, held: Runs, against: str) -> Iterator[Row
         one, other = (Sample("", runs.values.get(quantity, ())) for runs in (on, held))
         means = [sample.mean if sample.values else math.nan for sample in (one, other)]
         ratio = low = high = math.nan
+        failed = Counter((*on.failed, *held.failed))
         if min(len(one.values), len(other.values)) < FEWEST:
-            reasons = sorted({*on.failed, *held.failed})
-            verdict = f"not tested: {', '.join(reasons) or f'fewer than {FEWEST} seeds'}"
+            verdict = "not tested"
         else:
             verdict = WORDS[equivalence("", one, other, MARGIN).verdict]
             ratio = means[0] / means[1]
@@ -147,6 +151,7 @@ def compared(switch: Switch, on: Runs, held: Runs, against: str) -> Iterator[Row
             low=low,
             high=high,
             verdict=verdict,
+            without_value=", ".join(f"{times} {why}" for why, times in sorted(failed.items())),
         )
 
 
@@ -198,7 +203,7 @@ def drawn(rows: Sequence[Row]) -> Figure:
     axes.axvspan(1.0 - width, 1.0 + width, color="#dddddd", lw=0.0, zorder=0)
     axes.axvline(1.0, color="black", lw=0.8, zorder=1)
     ends = [end for row in held for end in (row.low, row.high)]
-    low, high = min(0.85, *ends) / 1.05, max(1.2, *ends) * 1.05
+    low, high = min([0.85, *ends]) / 1.05, max([1.2, *ends]) * 1.05
     for place, row in enumerate(held):
         colour = colours[row.verdict]
         axes.plot((row.low, row.high), (place, place), color=colour, lw=2.0)
@@ -209,7 +214,7 @@ def drawn(rows: Sequence[Row]) -> Figure:
     axes.set(xscale="log", xlim=(low, high), ylim=(len(held) - 0.5, -0.9), yticks=[])
     axes.set_xlabel("with the defect over without it, 90 % interval")
     axes.xaxis.set_major_locator(
-        FixedLocator([0.2, 0.3, 0.5, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 1.5, 2])
+        FixedLocator([0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.85, 1.0, 1.15, 1.3, 1.5, 2.0])
     )
     axes.xaxis.set_minor_locator(NullLocator())
     axes.xaxis.set_major_formatter(ScalarFormatter())

@@ -24,10 +24,12 @@ if TYPE_CHECKING:
 
 CHEAPER: Mapping[str, Mapping[str, float]] = {
     "silo": {"layers": 14},
+    "heap": {"length": 12, "layers": 20},
     "penetration": {"youngs_modulus": 1e6, "steel_youngs_modulus": 2.1e8, "step_size": 1.5e-5},
 }
-"""Parameters that are not the defaults: 840 grains of the silo in place of 1,200, and grains and
-sphere of the penetration ten times softer, so that a third of the steps do."""
+"""Parameters that are not the defaults: fewer grains of the silo (840) and of the heap (560), and
+grains and sphere of the penetration that are ten times softer, so that a third of the steps do.
+"""
 
 SLOPE = 0.01
 """Overlap over radius at which linear springs and dashpots are those of Hertz's law."""
@@ -89,8 +91,7 @@ def switches() -> Iterator[Switch]:
     yield from walls()
     yield classic()
     yield moduli()
-    yield from turned_round("silo", default("silo").grain)
-    yield from turned_round("drum", default("drum").small)
+    yield from turned_round()
 
 
 # ---- coefficients ------------------------------------------------------------------------
@@ -273,18 +274,37 @@ def classic() -> Switch:
     )
 
 
-def turned_round(case: str, grain: Sphere) -> Iterator[Switch]:
-    """Yield rolling that is turned round, and sorting without it; dashpot 0.3 of the critical."""
+def rolling(grain: Sphere) -> Variant:
+    """Return rolling resistance in every contact: mu_r = 0.2, 0.3 of the critical dashpot."""
     k = linear(grain.youngs_modulus, grain.poisson_ratio, grain.radius)
     eta = 0.6 * math.sqrt(k * grain.mass)
-    law = Variant({"damping": f"coeff_restitution rolling sds {number(k)} {number(eta)} 0.2"})
-    never = Variant(replaced={r"^atom_modify map array$": "atom_modify map array sort 0 0"})
+    return Variant({"damping": f"coeff_restitution rolling sds {number(k)} {number(eta)} 0.2"})
+
+
+def turned_round() -> Iterator[Switch]:
+    """Yield rolling that is turned round by sorting and by newton on; sorting without rolling.
+
+    Sorting once in 1000 steps and newton on are LAMMPS's defaults.
+    """
+    line = r"^atom_modify map array( sort 0 0)?$"
+    never, often = (
+        Variant(replaced={line: f"atom_modify map array{words}"})
+        for words in (" sort 0 0", " sort 1000 0")
+    )
     newton = Variant(replaced={r"^newton off$": "newton on"})
-    name = "rolling-turned-round-by-defaults"
-    words, off = "rolling sds, sort 1000", "rolling sds, sort 0 0, newton off"
-    yield Switch(name, case, f"{words}, newton off", off, law | never, law)
-    yield Switch(name, case, f"{words}, newton on", off, law | never, law | newton)
-    yield Switch("", case, "sort 1000 without rolling", "sort 0 0", never, Variant())
+    name, off = "rolling-turned-round-by-defaults", "sort 0 0, newton off"
+    laws = {
+        "silo": rolling(default("silo").grain),
+        "drum": rolling(default("drum").small),
+        "heap": Variant(),
+    }
+    for case, law in laws.items():
+        yield Switch(
+            name, case, "rolling, sort 1000, newton on", off, law | never, law | often | newton
+        )
+        if case == "silo":
+            yield Switch(name, case, "rolling, sort 1000", off, law | never, law | often)
+    yield Switch("", "silo", "sort 1000 without rolling", "sort 0 0", never, Variant())
 
 
 # ---- walls -----------------------------------------------------------------------------------
