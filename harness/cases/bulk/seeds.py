@@ -188,6 +188,9 @@ class BulkCase(Case[P]):
         for quantity in self.quantities:
             cells = []
             for one in engines:
+                if any(quantity.name not in row for row in one.rows):
+                    cells.append("not measured")
+                    continue
                 sample = one.sample(quantity.name)
                 text = f"{sample.mean:.4g}"
                 if len(sample.values) >= FEWEST:
