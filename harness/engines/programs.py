@@ -197,6 +197,9 @@ class ProgramEngine(ScriptSource):
         self.processes = Processes()
         self._logs: dict[str, str] = {}
 
+    _ranks = 1
+    """Of MPI, or threads."""
+
     @abstractmethod
     def ask_version(self) -> Provenance:
         """Return who the program is; raise EngineMissingError where it is another, or broken."""
@@ -259,7 +262,8 @@ class ProgramEngine(ScriptSource):
 
     @cached_property
     def _fingerprint(self) -> Mapping[str, Any] | None:
-        return self.fingerprint_of(program=self.program, **self.given())
+        known = self.fingerprint_of(program=self.program, **self.given())
+        return known if known is None or self._ranks == 1 else {**known, "ranks": self._ranks}
 
     def ask(self, words: Sequence[str], files: Mapping[str, str] = NO_FILES) -> tuple[str, Ended]:
         """Run a command once in a folder with these files; return its first output and its end."""
