@@ -200,6 +200,9 @@ class ProgramEngine(Engine):
         self.processes = Processes()
         self._logs: dict[str, str] = {}
 
+    _ranks = 1
+    """Of MPI, or threads."""
+
     @abstractmethod
     def ask_version(self) -> Provenance:
         """Return who the program is; raise EngineMissingError where it is another, or broken."""
@@ -258,7 +261,8 @@ class ProgramEngine(Engine):
 
     @cached_property
     def _fingerprint(self) -> Mapping[str, Any] | None:
-        return self.fingerprint_of(**self.opened_with)
+        known = self.fingerprint_of(**self.opened_with)
+        return known if known is None or self._ranks == 1 else {**known, "ranks": self._ranks}
 
     def ask(self, words: Sequence[str], files: Mapping[str, str] = NO_FILES) -> tuple[str, Ended]:
         """Run a command once in a folder with these files; return its first output and its end."""

@@ -308,6 +308,9 @@ class BulkDisplay(Display):
         for quantity in self.case.quantities:
             cells = []
             for one in engines:
+                if any(quantity.name not in row for row in one.rows):
+                    cells.append("not measured")
+                    continue
                 sample = one.sample(quantity.name)
                 text = f"{sample.mean:.4g}"
                 if len(sample.values) >= FEWEST:
