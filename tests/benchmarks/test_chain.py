@@ -19,8 +19,7 @@ import pytest
 from harness.cases.tower.impulse import impulse_table
 from harness.parameters.tower import Tower
 from harness.solvers.chain import rk4
-from harness.solvers.chain.motion import assemble, blank_record
-from harness.solvers.chain.rk4 import Plan
+from harness.solvers.chain.motion import Plan, assemble, blank_record
 
 pytestmark = pytest.mark.benchmark
 

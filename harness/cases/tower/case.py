@@ -59,13 +59,13 @@ def tower_seconds(
         steps = timing_of(case, duration, steps_per_contact, 1).steps
         return engine_seconds(steps, case.particles, rules)
     from harness.solvers.chain import rk4  # kernels, which other cases do without
-    from harness.solvers.chain.exact import exact_seconds
+    from harness.solvers.chain.motion import exact_seconds, rk4_step_seconds, select_step
 
     if solver == "exact":
         return exact_seconds(case.particles, duration, SAMPLES_PER_T0 * duration)
     seconds = duration * case.contact_time
-    steps = rk4.step_count(seconds, rk4.select_step(case, None, steps_per_contact))
-    return steps * rk4.rk4_step_seconds(case.law, case.particles)
+    steps = rk4.step_count(seconds, select_step(case, None, steps_per_contact))
+    return steps * rk4_step_seconds(case.law, case.particles)
 
 
 class TowerCase(Case[TowerRunParameters]):

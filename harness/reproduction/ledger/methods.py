@@ -26,7 +26,7 @@ from harness.reproduction.ledger.samples import (
     run,
     touching_chains,
 )
-from harness.solvers.chain import forces
+from harness.solvers.chain import forces, motion
 from harness.solvers.chain.forces import contact_forces
 from harness.theory import chain
 from harness.theory.chain import compliance, final_velocities, impulse_on_fixed
@@ -184,7 +184,7 @@ def _chains() -> Iterator[Statement]:
             key,
             printed=[SOURCES[key].printed(**c.symbols) for c in chains],
             found=[float(c.boundaries[0]) for c in chains],
-            corrected=[forces.first_boundary(c.centres, RADIUS) for c in chains],
+            corrected=[motion.first_boundary(c.centres, RADIUS) for c in chains],
         )
     yield compare(
         "eq-17",

@@ -524,18 +524,3 @@ def _turn(chain: Chain, state: ModalState, low: float, high: float) -> float:
         else:
             high = middle
     return middle
-
-
-SAMPLE_SECONDS = (2e-7, 2e-8)
-"""[s] of a sample of the exact solver: of each particle, and of each pair of those in touch;
-likewise."""
-
-FRONT = 2 * math.pi
-"""[particles per t0] A shock passes one in 1/omega, and t0 is at most 2 pi/omega."""
-
-
-def exact_seconds(particles: int, contact_times: float, samples: float) -> float:
-    """Return the expected time of the exact solver [s], to an order of magnitude."""
-    each, pair = SAMPLE_SECONDS
-    touching = min(particles, FRONT * contact_times + 2.0)
-    return samples * (each * particles + pair * touching**2)

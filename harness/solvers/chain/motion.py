@@ -1,22 +1,24 @@
-"""A row of particles as arrays, and the record of a run.
+"""A row of particles as arrays, what limits a step, and the record of a run.
 
 What the solvers of the chain share that is no force law of a contact: the tower as arrays
-(:class:`Chain`), and samples.
+(:class:`Chain`), the boundaries of deformed particles, the largest stable step of RK4, samples, and
+the loop that does a run in slices.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from harness.compiled import Function, jit
+from harness.compiled import Function, jit, shielded
 from harness.errors import RequestError
 from harness.observables.tower import COLUMNS, Profiles, TowerRun
-from harness.parameters.tower import Tower
+from harness.parameters.tower import Law, Tower
 
 
 def compiled(function: Function) -> Function:
@@ -103,6 +105,170 @@ def overlap_of_forces(force: Floats, diagonal: Floats, coupling: Floats) -> Floa
     overlap[:-1] += coupling[:-1] * force[1:]
     overlap[1:] += coupling[:-1] * force[:-1]
     return overlap
+
+
+# ---- boundaries of the deformed particles of one chain, from its centres alone
+#
+# Equal spheres, all of them touching their neighbours (Harper, Dufek and Breard, Appendix A). Each
+# particle keeps its centre in the middle, so the boundaries follow from the first by b[i] = 2 x[i]
+# - b[i-1]; Newton's third law makes the alternating sum of the deformations vanish, which gives
+# the first.
+
+
+def first_boundary(positions: Floats, radius: float) -> float:
+    """Return the outer boundary of the first particle of a chain [m].
+
+    ``b_0 = (1/n) (((-1)^n - 1)/2 r0 + sum_i (-1)^(i+1) (2(n-i)+1) x_i)`` with n
+    particles at ``positions`` (n,) [m]. The source prints ``(-1)^n r0``, which
+    contradicts its own example of four particles.
+    """
+    n = positions.size
+    i = np.arange(1, n + 1)
+    weights = (-1.0) ** (i + 1) * (2 * (n - i) + 1)
+    # the weights sum to n: counted from the first centre, long rows lose no digits
+    offset = float(weights @ (positions - positions[0])) - (radius if n % 2 else 0.0)
+    return float(positions[0]) + offset / n
+
+
+def boundaries(positions: Floats, radius: float) -> Floats:
+    """Return all n + 1 boundaries of a chain of n particles at ``positions`` (n,) [m]."""
+    result = np.empty(positions.size + 1)
+    result[0] = first_boundary(positions, radius)
+    for i, centre in enumerate(positions):
+        result[i + 1] = centre + (centre - result[i])
+    return result
+
+
+def deformations(positions: Floats, radius: float) -> Floats:
+    """Return how much the diameter of each particle of a chain is shortened (n,) [m]."""
+    return 2 * (radius - (positions - boundaries(positions, radius)[:-1]))
+
+
+def partial_compressions(positions: Floats, radius: float) -> Floats:
+    """Return the n - 1 partial compressions c of a chain [m]; a contact carries k c.
+
+    A particle's deformation is the sum of the partial compressions on its two
+    sides, and the first particle has one side only. Negative values say that
+    these particles do not all touch.
+    """
+    deformation = deformations(positions, radius)
+    result = np.empty(positions.size - 1)
+    carried = 0.0
+    for i in range(result.size):
+        carried = deformation[i] - carried
+        result[i] = carried
+    return result
+
+
+# ---- input of users
+
+
+def checked_positions(positions: ArrayLike, reach: Floats | float) -> Floats:
+    """Return ``positions`` [m] as an array (N,).
+
+    ``reach`` [m] is the centre distance at which neighbours just touch, one
+    number or one for each contact. Raise RequestError, naming the first value
+    at fault, unless there are two particles or more, all finite, ascending, and
+    no two neighbours closer than half their reach.
+    """
+    x = np.asarray(positions, dtype=float)
+    if x.ndim != 1 or x.size < 2:
+        raise RequestError(f"positions: shape {x.shape}, must be a row of two particles or more")
+    for i in np.flatnonzero(~np.isfinite(x)):
+        raise RequestError(f"positions[{i}] = {x[i]} m: must be finite")
+    distance = np.diff(x)
+    for i in np.flatnonzero(distance <= 0):
+        raise RequestError(
+            f"positions[{i + 1}] = {x[i + 1]} m: must be greater than positions[{i}] = {x[i]} m"
+        )
+    least = np.broadcast_to(0.5 * np.asarray(reach), distance.shape)
+    for i in np.flatnonzero(distance < least):
+        raise RequestError(
+            f"positions[{i + 1}] - positions[{i}] = {distance[i]} m: "
+            f"must be at least {least[i]} m, half the distance at which they touch"
+        )
+    return x
+
+
+def checked_positive(name: str, unit: str, value: ArrayLike, size: int) -> Floats:
+    """Return ``value`` as an array (size,), or raise RequestError unless finite and above 0."""
+    array = np.asarray(value, dtype=float)
+    if array.ndim > 1 or (array.ndim == 1 and array.size != size):
+        raise RequestError(f"{name}: shape {array.shape}, must be one value or {size} values")
+    array = np.array(np.broadcast_to(array, (size,)))
+    for i in np.flatnonzero(~(np.isfinite(array) & (array > 0))):
+        raise RequestError(f"{name}[{i}] = {array[i]} {unit}: must be finite and greater than 0")
+    return array
+
+
+RK4_IMAGINARY_LIMIT = 2 * math.sqrt(2)
+DEFAULT_STEPS_PER_CONTACT = 4000.0
+
+
+# ---- the largest stable step of RK4, and the one that is taken
+
+
+def highest_frequency(tower: Tower, longest_chain: int | None = None) -> float:
+    """Return an upper bound of the angular frequencies of any contact set [rad/s].
+
+    Overlap law, from the row sums of M^-1 K: ``2 omega`` for equal particles,
+    whatever their number. Deformable law: ``K = D A^-1 D^T`` and
+    ``A >= T / max k``, whose lowest eigenvalue in a chain of L touching contacts is
+    ``2 sin^2(pi / (2(L+1)))``; so ``sqrt(2) omega / sin(pi / (2(L+1)))``, which
+    grows with the length. ``longest_chain`` is L, all contacts if not given.
+    """
+    stiffness, mass = tower.each("stiffness"), tower.each("mass")
+    if tower.law == "overlap":
+        contact = [0.0, *(2 / (1 / a + 1 / b) for a, b in pairwise(stiffness)), 0.0]
+        rows = zip(pairwise(contact), mass, strict=True)
+        return math.sqrt(max(2 * (before + after) / m for (before, after), m in rows))
+    length = tower.height if longest_chain is None else min(longest_chain, tower.height)
+    softest = 2 * math.sin(math.pi / (2 * (length + 1))) ** 2
+    return math.sqrt(4 * max(stiffness) / (min(mass) * softest))
+
+
+def largest_step(tower: Tower, longest_chain: int | None = None) -> float:
+    """Return the largest stable step of RK4 [s], ``2 sqrt(2) / highest frequency``."""
+    return RK4_IMAGINARY_LIMIT / highest_frequency(tower, longest_chain)
+
+
+def select_step(
+    tower: Tower,
+    step: float | None = None,
+    steps_per_contact: float | None = None,
+    longest_chain: int | None = None,
+) -> float:
+    """Return the step [s]: as given, or 4000 per contact time pi sqrt(m/k).
+
+    The default is at most half the largest stable one. Raise
+    RequestError, naming the bound, for a step that is not positive or not stable.
+    """
+    bound = largest_step(tower, longest_chain)
+    if step is None and steps_per_contact is None:
+        return min(tower.contact_period / DEFAULT_STEPS_PER_CONTACT, 0.5 * bound)
+    if step is not None and steps_per_contact is not None:
+        raise RequestError(
+            f"step = {step} s and steps_per_contact = {steps_per_contact}: give one of them"
+        )
+    if steps_per_contact is not None:
+        least = tower.contact_period / bound
+        if not (math.isfinite(steps_per_contact) and steps_per_contact > least):
+            raise RequestError(
+                f"steps_per_contact = {steps_per_contact}: must be greater than {least:.6g}, "
+                f"where RK4 becomes unstable ({tower.law} law, {_chain(tower, longest_chain)})"
+            )
+        return tower.contact_period / steps_per_contact
+    if step is None or not (0 < step < bound):
+        raise RequestError(
+            f"step = {step} s: must be greater than 0 and less than {bound:.6g} s, "
+            f"where RK4 becomes unstable ({tower.law} law, {_chain(tower, longest_chain)})"
+        )
+    return step
+
+
+def _chain(tower: Tower, longest_chain: int | None) -> str:
+    contacts = tower.height if longest_chain is None else min(longest_chain, tower.height)
+    return f"{contacts} touching contact{'s' if contacts > 1 else ''}"
 
 
 Counts = NDArray[np.int64]
@@ -220,5 +386,67 @@ def as_run(
     )
 
 
+SLICE_SECONDS = 0.3
+
+STEP_SECONDS: dict[Law, tuple[float, float]] = {
+    "overlap": (5e-7, 1.2e-8),
+    "deformable": (1.7e-6, 4.5e-8),
+}
+"""[s] of an RK4 step, and of each particle in it: towers of 2 to 1001 particles, on a core of
+2.5 GHz that others used as well (an idle one is up to three times as fast)."""
+
+SAMPLE_SECONDS = (2e-7, 2e-8)
+"""[s] of a sample of the exact solver: of each particle, and of each pair of those in touch;
+likewise."""
+
+FRONT = 2 * math.pi
+"""[particles per t0] A shock passes one in 1/omega, and t0 is at most 2 pi/omega."""
+
+
+# ---- compiled loops in slices
+#
+# An interrupt is heard, and progress reported, between two slices. The state between them is that
+# between two steps: a run in slices is the same to the last bit. How long a slice takes, and a
+# run, follows from what a step costs.
+
+
+class Plan(NamedTuple):
+    """The steps of a run: their size [s], number, those between samples, the longest chain."""
+
+    step: float
+    steps: int
+    every: int
+    longest: int
+
+
+Advance = Callable[[Record, int, int], tuple[Record, int]]
+"""Does the steps from one to before another; returns the record and its rows, or a failure."""
+
 Progress = Callable[[int, int], None]
 """Called with the steps done and the steps in all."""
+
+
+def in_slices(
+    advance: Advance, record: Record, plan: Plan, seconds: float, progress: Progress
+) -> tuple[Record, int]:
+    """Do all steps, each of about ``seconds``; return the record and its rows, or a failure."""
+    in_slice, done, rows = max(1, int(SLICE_SECONDS / seconds)), 0, 0
+    while done <= plan.steps and rows >= 0:
+        last = min(done + in_slice, plan.steps + 1)
+        record, rows = shielded(advance, record, done, last)
+        done = last
+        progress(min(done, plan.steps), plan.steps)
+    return record, rows
+
+
+def rk4_step_seconds(law: Law, particles: int) -> float:
+    """Return the expected time of a step [s]."""
+    once, each = STEP_SECONDS[law]
+    return once + each * particles
+
+
+def exact_seconds(particles: int, contact_times: float, samples: float) -> float:
+    """Return the expected time of the exact solver [s], to an order of magnitude."""
+    each, pair = SAMPLE_SECONDS
+    touching = min(particles, FRONT * contact_times + 2.0)
+    return samples * (each * particles + pair * touching**2)

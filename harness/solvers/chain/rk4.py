@@ -9,13 +9,10 @@ is of lower order.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 
-from harness.compiled import shielded
 from harness.errors import RequestError
 from harness.observables.tower import TowerRun
 from harness.parameters.tower import Law, Tower
@@ -26,9 +23,11 @@ from harness.solvers.chain.forces import (
     substitute_from_both_ends,
 )
 from harness.solvers.chain.motion import (
+    Advance,
     Chain,
     Counts,
     Floats,
+    Plan,
     Progress,
     Record,
     as_run,
@@ -36,6 +35,9 @@ from harness.solvers.chain.motion import (
     blank_record,
     chain_of_grain,
     compiled,
+    in_slices,
+    rk4_step_seconds,
+    select_step,
     wanted_samples,
     with_room,
     write_sample,
@@ -188,76 +190,6 @@ def _accelerate(force: Floats, mobility: Floats, gravity: Floats, acceleration: 
         acceleration[i] = (force[i] - force[i + 1]) * mobility[i] + gravity[i]
 
 
-RK4_IMAGINARY_LIMIT = 2 * math.sqrt(2)
-DEFAULT_STEPS_PER_CONTACT = 4000.0
-
-
-# ---- the largest stable step of RK4, and the one that is taken
-
-
-def highest_frequency(tower: Tower, longest_chain: int | None = None) -> float:
-    """Return an upper bound of the angular frequencies of any contact set [rad/s].
-
-    Overlap law, from the row sums of M^-1 K: ``2 omega`` for equal particles,
-    whatever their number. Deformable law: ``K = D A^-1 D^T`` and
-    ``A >= T / max k``, whose lowest eigenvalue in a chain of L touching contacts is
-    ``2 sin^2(pi / (2(L+1)))``; so ``sqrt(2) omega / sin(pi / (2(L+1)))``, which
-    grows with the length. ``longest_chain`` is L, all contacts if not given.
-    """
-    stiffness, mass = tower.each("stiffness"), tower.each("mass")
-    if tower.law == "overlap":
-        contact = [0.0, *(2 / (1 / a + 1 / b) for a, b in pairwise(stiffness)), 0.0]
-        rows = zip(pairwise(contact), mass, strict=True)
-        return math.sqrt(max(2 * (before + after) / m for (before, after), m in rows))
-    length = tower.height if longest_chain is None else min(longest_chain, tower.height)
-    softest = 2 * math.sin(math.pi / (2 * (length + 1))) ** 2
-    return math.sqrt(4 * max(stiffness) / (min(mass) * softest))
-
-
-def largest_step(tower: Tower, longest_chain: int | None = None) -> float:
-    """Return the largest stable step of RK4 [s], ``2 sqrt(2) / highest frequency``."""
-    return RK4_IMAGINARY_LIMIT / highest_frequency(tower, longest_chain)
-
-
-def select_step(
-    tower: Tower,
-    step: float | None = None,
-    steps_per_contact: float | None = None,
-    longest_chain: int | None = None,
-) -> float:
-    """Return the step [s]: as given, or 4000 per contact time pi sqrt(m/k).
-
-    The default is at most half the largest stable one. Raise
-    RequestError, naming the bound, for a step that is not positive or not stable.
-    """
-    bound = largest_step(tower, longest_chain)
-    if step is None and steps_per_contact is None:
-        return min(tower.contact_period / DEFAULT_STEPS_PER_CONTACT, 0.5 * bound)
-    if step is not None and steps_per_contact is not None:
-        raise RequestError(
-            f"step = {step} s and steps_per_contact = {steps_per_contact}: give one of them"
-        )
-    if steps_per_contact is not None:
-        least = tower.contact_period / bound
-        if not (math.isfinite(steps_per_contact) and steps_per_contact > least):
-            raise RequestError(
-                f"steps_per_contact = {steps_per_contact}: must be greater than {least:.6g}, "
-                f"where RK4 becomes unstable ({tower.law} law, {_chain(tower, longest_chain)})"
-            )
-        return tower.contact_period / steps_per_contact
-    if step is None or not (0 < step < bound):
-        raise RequestError(
-            f"step = {step} s: must be greater than 0 and less than {bound:.6g} s, "
-            f"where RK4 becomes unstable ({tower.law} law, {_chain(tower, longest_chain)})"
-        )
-    return step
-
-
-def _chain(tower: Tower, longest_chain: int | None) -> str:
-    contacts = tower.height if longest_chain is None else min(longest_chain, tower.height)
-    return f"{contacts} touching contact{'s' if contacts > 1 else ''}"
-
-
 _STEPS_AT_MOST = 10**12
 
 
@@ -275,7 +207,7 @@ def run(
     """Run ``tower`` for ``duration`` [s] and return about ``samples`` samples.
 
     ``step`` [s] or ``steps_per_contact`` (steps in pi sqrt(m/k)); without them the step is that of
-    :func:`select_step`; it is made to divide the duration. By default
+    :func:`harness.solvers.chain.motion.select_step`; it is made to divide the duration. By default
     1000 samples per t0, or every step. ``longest_chain`` bounds the number of contacts that touch
     in a row, which allows a larger step for long deformable chains; the run stops if more touch.
     ``progress`` is called with the steps done and all of them. Raise RequestError for a step or
@@ -325,51 +257,3 @@ def integrate(
     law: Law = "deformable" if chain.deformable else "overlap"
     seconds = rk4_step_seconds(law, chain.mass.size)
     return in_slices(kernel(chain, plan), record, plan, seconds, progress)
-
-
-SLICE_SECONDS = 0.3
-
-STEP_SECONDS: dict[Law, tuple[float, float]] = {
-    "overlap": (5e-7, 1.2e-8),
-    "deformable": (1.7e-6, 4.5e-8),
-}
-"""[s] of an RK4 step, and of each particle in it: towers of 2 to 1001 particles, on a core of
-2.5 GHz that others used as well (an idle one is up to three times as fast)."""
-
-# ---- compiled loops in slices
-#
-# An interrupt is heard, and progress reported, between two slices. The state between them is that
-# between two steps: a run in slices is the same to the last bit. How long a slice takes, and a
-# run, follows from what a step costs.
-
-
-class Plan(NamedTuple):
-    """The steps of a run: their size [s], number, those between samples, the longest chain."""
-
-    step: float
-    steps: int
-    every: int
-    longest: int
-
-
-Advance = Callable[[Record, int, int], tuple[Record, int]]
-"""Does the steps from one to before another; returns the record and its rows, or a failure."""
-
-
-def in_slices(
-    advance: Advance, record: Record, plan: Plan, seconds: float, progress: Progress
-) -> tuple[Record, int]:
-    """Do all steps, each of about ``seconds``; return the record and its rows, or a failure."""
-    in_slice, done, rows = max(1, int(SLICE_SECONDS / seconds)), 0, 0
-    while done <= plan.steps and rows >= 0:
-        last = min(done + in_slice, plan.steps + 1)
-        record, rows = shielded(advance, record, done, last)
-        done = last
-        progress(min(done, plan.steps), plan.steps)
-    return record, rows
-
-
-def rk4_step_seconds(law: Law, particles: int) -> float:
-    """Return the expected time of a step [s]."""
-    once, each = STEP_SECONDS[law]
-    return once + each * particles

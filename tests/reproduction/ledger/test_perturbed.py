@@ -111,7 +111,7 @@ PHYSICS_OTHERWISE = [
     ("background_energy", "collide", patched_collide, "text-shock", NOT),
     ("introduction", "stiffness_of_springs", lambda n: 1 / (2 * n - 1), "eq-1", NOT),
     ("methods_pair", "pushes", lambda x: np.zeros(x.size), "eq-15", NOT),
-    ("methods_chain", "forces.first_boundary", lambda x, r: x[0] - r, "eq-16", NOT),
+    ("methods_chain", "motion.first_boundary", lambda x, r: x[0] - r, "eq-16", NOT),
     ("appendix_chains", "forces.compressions", lambda x, _: 0.01 * x[1:], "eq-a4", NOT),
     ("appendix_chains", "forces.compressions", lambda x, _: 0.01 * x[1:], "text-sweeps", NOT),
     (

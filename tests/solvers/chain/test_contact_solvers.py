@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from harness.errors import RequestError
-from harness.solvers.chain import forces
+from harness.solvers.chain import forces, motion
 from harness.solvers.chain.forces import closed_contacts
 from harness.solvers.chain.motion import compliance
 
@@ -144,10 +144,10 @@ def test_boundary_formula(n):
     deformation = np.convolve(c, [1, 1])
     half = 0.5 - deformation / 2
     x = np.concatenate(([0], np.cumsum(half[1:] + half[:-1])))
-    assert forces.first_boundary(x, 0.5) == pytest.approx(-half[0], abs=1e-14)
-    edges = forces.boundaries(x, 0.5)
+    assert motion.first_boundary(x, 0.5) == pytest.approx(-half[0], abs=1e-14)
+    edges = motion.boundaries(x, 0.5)
     assert edges[1:] - x == pytest.approx(half, abs=1e-13)
-    assert forces.partial_compressions(x, 0.5) == pytest.approx(c, abs=1e-13)
+    assert motion.partial_compressions(x, 0.5) == pytest.approx(c, abs=1e-13)
 
 
 def test_boundary_formula_of_the_source_is_off():
@@ -156,7 +156,7 @@ def test_boundary_formula_of_the_source_is_off():
     i, n = np.arange(1, 5), 4
     printed = (0.5 + np.sum((-1.0) ** (i + 1) * (2 * (n - i) + 1) * x)) / n
     example = (-x[3] + 3 * x[2] - 5 * x[1] + 7 * x[0]) / 4
-    assert forces.first_boundary(x, 0.5) == pytest.approx(example)
+    assert motion.first_boundary(x, 0.5) == pytest.approx(example)
     assert printed != pytest.approx(example)
 
 

@@ -9,8 +9,7 @@ from harness.observables.tower import impulse_until
 from harness.parameters.tower import Tower
 from harness.solvers.chain import rk4
 from harness.solvers.chain.forces import forces_of_overlaps
-from harness.solvers.chain.motion import assemble, blank_record
-from harness.solvers.chain.rk4 import Plan
+from harness.solvers.chain.motion import Plan, assemble, blank_record
 
 LAWS = ("overlap", "deformable")
 

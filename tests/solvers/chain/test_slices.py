@@ -6,7 +6,7 @@ import pytest
 from harness.errors import RequestError
 from harness.observables.tower import COLUMNS
 from harness.parameters.tower import Tower
-from harness.solvers.chain import exact, rk4
+from harness.solvers.chain import exact, motion, rk4
 
 RUNS = {
     "overlap": lambda **more: rk4.run(Tower(height=5, law="overlap"), 2e-3, **more),
@@ -21,7 +21,7 @@ RUNS = {
 @pytest.mark.parametrize("name", RUNS)
 def test_a_run_in_slices_is_the_same_to_the_last_bit(monkeypatch, name):
     whole, told = RUNS[name](), []
-    monkeypatch.setattr(rk4, "SLICE_SECONDS", 1e-6)
+    monkeypatch.setattr(motion, "SLICE_SECONDS", 1e-6)
     monkeypatch.setattr(exact, "CUBES", 1.0)
     cut = RUNS[name](progress=lambda done, total: told.append((done, total)))
     assert len(told) > 3
@@ -34,7 +34,7 @@ def test_a_run_in_slices_is_the_same_to_the_last_bit(monkeypatch, name):
 
 @pytest.mark.parametrize("name", RUNS)
 def test_an_interrupt_between_two_slices_ends_the_run(monkeypatch, name):
-    monkeypatch.setattr(rk4, "SLICE_SECONDS", 1e-6)
+    monkeypatch.setattr(motion, "SLICE_SECONDS", 1e-6)
     monkeypatch.setattr(exact, "CUBES", 1.0)
 
     def interrupted(done, total):

@@ -7,7 +7,7 @@ import pytest
 
 from harness.errors import RequestError
 from harness.parameters.tower import Tower
-from harness.solvers.chain import rk4
+from harness.solvers.chain import motion, rk4
 from harness.solvers.chain.exact import decompose, modal_state
 from harness.solvers.chain.forces import factorise
 from harness.solvers.chain.motion import assemble
@@ -30,7 +30,7 @@ def test_stability_bound_holds_and_is_close(law, base, height):
         state = modal_state(chain, np.ones(height, bool))
         factorise(state.closed, chain.diagonal, chain.coupling, state.factor)
         highest = decompose(chain, state)
-        bound = rk4.highest_frequency(case)
+        bound = motion.highest_frequency(case)
         assert highest <= bound * (1 + 1e-12)
         if case is equal and height == 40:
             assert highest > 0.97 * bound
@@ -39,7 +39,7 @@ def test_stability_bound_holds_and_is_close(law, base, height):
 def test_rk4_is_unstable_beyond_the_bound():
     """A tower that stays touching, just below the bound and 3 % above the true one."""
     case = Tower(height=40, law="overlap", start="preloaded", speed=1e-6)
-    bound = rk4.largest_step(case)
+    bound = motion.largest_step(case)
     run = rk4.run(case, 400 * bound, step=0.99 * bound)
     assert run.energy.max() - run.energy[0] < 1e-12
     with pytest.raises(RequestError, match=r"step = .*must be .*less than 0\.00141421"):
