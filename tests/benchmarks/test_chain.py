@@ -164,8 +164,8 @@ def test_cost_of_a_particle_is_flat(law, moving):
     """Print what one more step costs a particle over the length of the row.
 
     Starting up is not in it, as it is not in that of LAMMPS. The ratio to N = 1000 is that of
-    the machine's caches and memory, which a row of 1e6 particles leaves: 4.4 for the overlap law,
-    which takes few operations a particle, 2.4 (at rest) and 3.5 for the deformable one.
+    the machine's caches and memory: 1.0 to 1.5 for the overlap law, which takes few operations
+    a particle, and below 1 for the deformable one, where blocks of a long row fall freely.
     Asserted is what no machine changes: a cost that grew with the row, as that of a search
     through all particles, would be a thousand times as large at the end.
     """

@@ -363,43 +363,52 @@ def forces_of_overlaps(overlap: Floats, diagonal: Floats, coupling: Floats) -> F
     return np.maximum(force, 0.0)
 
 
-# ---- the factorisation from both ends to the middle
+# ---- the factorisation of a block, from both ends to the middle
 #
 # A substitution waits for each result and not for the arithmetic; from both ends there are two
-# recurrences to wait for at a time.
+# recurrences to wait for at a time. The contacts are those of a block of the row, n of them from
+# low on, as in rk4_deformable.
 
 
 @compiled
 def factorise_from_both_ends(
-    closed: Flags, diagonal: Floats, coupling: Floats, pivot: Floats, carry: Floats
+    closed: Flags,
+    diagonal: Floats,
+    coupling: Floats,
+    low: int,
+    n: int,
+    pivot: Floats,
+    carry: Floats,
 ) -> None:
-    """Factorise the closed contacts from both ends to contact n // 2.
+    """Factorise the closed contacts of a block from both ends to its contact n // 2.
 
     Set ``pivot``, the inverse pivots, 0 where open, and ``carry``, what a contact
-    hands on to its neighbour towards the middle.
+    hands on to its neighbour towards the middle; both are arrays of the row.
     """
-    middle, last = closed.size // 2, closed.size - 1
-    for i in range(middle):
-        into = coupling[i - 1] * carry[i - 1] if i > 0 else 0.0
+    middle, last = low + n // 2, low + n - 1
+    for i in range(low, middle):
+        into = coupling[i - 1] * carry[i - 1] if i > low else 0.0
         pivot[i] = 1 / (diagonal[i] - into) if closed[i] else 0.0
         carry[i] = coupling[i] * pivot[i]
     for i in range(last, middle, -1):
         into = coupling[i] * carry[i + 1] if i < last else 0.0
         pivot[i] = 1 / (diagonal[i] - into) if closed[i] else 0.0
         carry[i] = coupling[i - 1] * pivot[i]
-    before = coupling[middle - 1] * carry[middle - 1] if middle > 0 else 0.0
+    before = coupling[middle - 1] * carry[middle - 1] if middle > low else 0.0
     after = coupling[middle] * carry[middle + 1] if middle < last else 0.0
     pivot[middle] = 1 / (diagonal[middle] - before - after) if closed[middle] else 0.0
     carry[middle] = 0.0
 
 
 @compiled
-def substitute_from_both_ends(overlap: Floats, pivot: Floats, carry: Floats, force: Floats) -> None:
+def substitute_from_both_ends(
+    overlap: Floats, pivot: Floats, carry: Floats, low: int, n: int, force: Floats
+) -> None:
     """Set the forces (n + 2,) [N] of the contact set that is factorised, 0 where open.
 
-    They stand between two zeros; ``overlap`` (n,) [m].
+    ``overlap`` (n,) [m] and ``force`` are arrays of the block.
     """
-    n = overlap.size
+    pivot, carry = pivot[low : low + n], carry[low : low + n]
     middle = n // 2
     ends = n - 1 - middle  # contacts right of the middle, as many as left of it or one less
     lower, upper = overlap[0], overlap[n - 1]

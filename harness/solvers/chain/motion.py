@@ -107,6 +107,32 @@ def overlap_of_forces(force: Floats, diagonal: Floats, coupling: Floats) -> Floa
     return overlap
 
 
+@compiled
+def equal_run(chain: Chain) -> tuple[int, int]:
+    """Return the first particle of the longest run of equal particles, and one more than its last.
+
+    Blocks within it can read the properties of its first particles in place of their
+    own: these stay in the cache, and less passes through memory.
+    """
+    best, end, first = 0, 0, 0
+    for i in range(chain.mobility.size):
+        if i > 0 and not _alike(chain, i):
+            first = i
+        if i + 1 - first > end - best:
+            best, end = first, i + 1
+    return best, end
+
+
+@compiled
+def _alike(chain: Chain, i: int) -> bool:
+    """Return whether particle ``i`` and its contacts equal those of the particle before."""
+    same = chain.mobility[i] == chain.mobility[i - 1] and chain.gravity[i] == chain.gravity[i - 1]
+    if i < chain.diagonal.size:
+        same = same and chain.diagonal[i] == chain.diagonal[i - 1]
+        same = same and chain.coupling[i] == chain.coupling[i - 1]
+    return bool(same)
+
+
 # ---- boundaries of the deformed particles of one chain, from its centres alone
 #
 # Equal spheres, all of them touching their neighbours (Harper, Dufek and Breard, Appendix A). Each

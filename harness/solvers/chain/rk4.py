@@ -3,25 +3,20 @@
 Forces depend on positions alone, so the four stages reduce to four force evaluations at
 displacements ``u + c v + b a``, with a the acceleration of the stage before. Order 4 while the
 contacts stay; at a change of contacts the force has a kink, and the error of the step that meets it
-is of lower order.
+is of lower order. :func:`run` takes a tower of either law; the steps of the deformable law are in
+:mod:`harness.solvers.chain.rk4_deformable`.
 """
 
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 
 from harness.errors import RequestError
 from harness.observables.tower import TowerRun
 from harness.parameters.tower import Law, Tower
-from harness.solvers.chain.forces import (
-    Flags,
-    factorise_from_both_ends,
-    solve,
-    substitute_from_both_ends,
-)
+from harness.solvers.chain import rk4_deformable
 from harness.solvers.chain.motion import (
     Advance,
     Chain,
@@ -33,8 +28,8 @@ from harness.solvers.chain.motion import (
     as_run,
     assemble,
     blank_record,
-    chain_of_grain,
     compiled,
+    equal_run,
     in_slices,
     rk4_step_seconds,
     select_step,
@@ -42,152 +37,128 @@ from harness.solvers.chain.motion import (
     with_room,
     write_sample,
 )
+from harness.solvers.chain.rk4_deformable import BLOCK
 
-# ---- steps of both laws
+# ---- the overlap law of DEM codes: the force of a contact depends on its own overlap only
 #
-# Forces and accelerations are arrays of the row; forces stand between two zeros, that of contact i
-# at i + 1. The overlap law of DEM codes presses each contact by its own overlap. The deformable law
-# acts all along a touching chain at once: each stage solves the contact set of the stage before,
-# factorised once and kept, and checks it; only when it is wrong the contact set is looked for anew.
+# The steps go block by block. A block takes four particles more on each side, one for each stage,
+# and its stages stay in the cache: the cost of a particle does not depend on how many there are.
 
 
-class ContactSet(NamedTuple):
-    """The contact set of a row of n contacts, and its factors from both ends."""
+@compiled
+def forces(overlap: Floats, diagonal: Floats, force: Floats) -> None:
+    """Set ``force = max(overlap, 0) / diagonal`` (n,) [N] from the overlaps (n,) [m]."""
+    for i in range(overlap.size):
+        force[i] = max(overlap[i], 0.0) / diagonal[i]
 
-    closed: Flags  # (n,)
-    pivot: Floats  # (n,)
-    carry: Floats  # (n,)
+
+_BLOCK = 512
+_HALO = 4
 
 
-def kernel(chain: Chain, plan: Plan) -> Advance:
-    """Return what advances ``chain`` in place under its law, from one step to another.
+def overlap_kernel(chain: Chain, plan: Plan) -> Advance:
+    """Return what advances ``chain`` in place, from one step to another.
 
-    Samples: every so many steps, at the end, and whenever the number of contacts in the grain's
-    chain has changed. Instead of the rows of the record, it returns minus the length of a chain of
-    touching contacts longer than ``plan.longest`` under the deformable law, or -1 where no contact
-    set fits.
+    Samples: every so many steps, at the end, and whenever the number of
+    contacts in the grain's chain has changed.
     """
-    n = chain.diagonal.size
-    contacts = ContactSet(np.zeros(n, np.bool_), np.zeros(n), np.zeros(n))
-    # all open: the first stage finds the set, and holds a preloaded row to its longest chain
-    factorise_from_both_ends(contacts.closed, chain.diagonal, chain.coupling, *contacts[1:])
-    counts = np.array([0, -1])
+    overlap, force = np.empty((2, chain.diagonal.size))
+    stiffness, counts = 1 / chain.diagonal, np.array([0, -1])
 
     def advance(record: Record, first: int, last: int) -> tuple[Record, int]:
-        return _advance(chain, contacts, counts, record, plan, first, last)
+        return _advance_overlap(
+            chain, stiffness, overlap, force, counts, record, plan, first, last
+        )  # fmt: skip
 
     return advance
 
 
 @compiled
-def _advance(
-    chain: Chain, contact_set: ContactSet, counts: Counts, record: Record, plan: Plan,
-    first: int, last: int,
+def _advance_overlap(  # noqa: PLR0913 - a compiled kernel takes arrays and numbers, no objects
+    chain: Chain, stiffness: Floats, overlap: Floats, force: Floats, counts: Counts,
+    record: Record, plan: Plan, first: int, last: int,
 ) -> tuple[Record, int]:  # fmt: skip
-    """Do the steps from ``first`` to before ``last``.
+    """Do the steps from ``first`` to before ``last``; ``stiffness`` (n,) is that of contacts.
 
     ``counts`` are the rows of the record and the contacts in the grain's chain so far.
     """
-    u, v, n, step = chain.displacement, chain.velocity, chain.diagonal.size, plan.step
-    a, b, c, d = np.zeros(n + 1), np.zeros(n + 1), np.zeros(n + 1), np.zeros(n + 1)
-    overlap, force, factor = np.zeros(n), np.zeros(n + 2), np.zeros((3, n))
-    stiffness, coupling, deformable = 1 / chain.diagonal, chain.coupling, chain.deformable
-    mobility, gravity, tolerance = chain.mobility, chain.gravity, 1e-14 * chain.length
-    pivot, carry = contact_set.pivot, contact_set.carry
+    u, v, n = chain.displacement, chain.velocity, stiffness.size
+    block = np.zeros((7, min(n + 1, _BLOCK + 2 * _HALO)))
+    halo = np.zeros((2, _HALO))
+    equal = equal_run(chain)
     rows, contacts = counts
     for count in range(first, last):
-        for stage in range(4):
-            shift = 0.0 if stage == 0 else 0.5 * step if stage < 3 else step
-            lift = 0.0 if stage < 2 else 0.5 * step * shift
-            _set_overlaps(u, v, a if stage < 3 else b, shift, lift, overlap)
-            if not deformable:
-                _press(overlap, stiffness, force)
-            else:
-                substitute_from_both_ends(overlap, pivot, carry, force)
-                if _wrong(overlap, coupling, pivot, force, tolerance):
-                    most = _solve(chain, contact_set, overlap, factor, force, tolerance)
-                    if most < 0 or most > plan.longest:
-                        return record, -abs(most)
-            if stage == 0:
-                touching = chain_of_grain(force[1:-1])
-                if touching != contacts or count % plan.every == 0 or count == plan.steps:
-                    contacts = touching
-                    record = with_room(record, rows)
-                    sampled = force[1:-1] if deformable else _forces(overlap, chain.diagonal)
-                    write_sample(record, rows, count * step, chain, u, v, overlap, sampled)
-                    rows += 1
-                if count == plan.steps:
-                    return record, rows
-            to = a if stage == 0 else b if stage == 1 else c if stage == 2 else d
-            _accelerate(force, mobility, gravity, to)
-        square, sixth = step**2 / 6, step / 6
-        for i in range(n + 1):
-            u[i] = u[i] + step * v[i] + square * (a[i] + b[i] + c[i])
-            v[i] = v[i] + sixth * (a[i] + 2 * (b[i] + c[i]) + d[i])
+        touching = 0
+        while touching < n and u[touching] > u[touching + 1]:
+            touching += 1
+        if touching != contacts or count % plan.every == 0 or count == plan.steps:
+            contacts = touching
+            for i in range(n):
+                overlap[i] = u[i] - u[i + 1]
+            forces(overlap, chain.diagonal, force)
+            record = with_room(record, rows)
+            write_sample(record, rows, count * plan.step, chain, u, v, overlap, force)
+            rows += 1
+        if count < plan.steps:
+            _step(chain, stiffness, plan.step, block, halo, equal)
     counts[0], counts[1] = rows, contacts
     return record, rows
 
 
 @compiled
-def _set_overlaps(
-    u: Floats, v: Floats, a: Floats, shift: float, lift: float, overlap: Floats
+def _step(
+    chain: Chain, stiffness: Floats, step: float, block: Floats, halo: Floats,
+    equal: tuple[int, int],
+) -> None:  # fmt: skip
+    """Advance displacements and velocities (N,) by one step."""
+    u, v, particles, (first, end) = chain.displacement, chain.velocity, chain.mass.size, equal
+    x, w, a, b, c, d = block[0], block[1], block[2], block[3], block[4], block[5]
+    force = block[6]
+    for start in range(0, particles, _BLOCK):
+        stop = min(start + _BLOCK, particles)
+        low, high = max(start - _HALO, 0), min(stop + _HALO, particles)
+        before, size = start - low, high - low
+        at = first if low >= first and high <= end else low
+        k, mobility = stiffness[at : at + size - 1], chain.mobility[at : at + size]
+        gravity = chain.gravity[at : at + size]
+        for i in range(before):  # the block before has overwritten these
+            x[i], w[i] = halo[0, i], halo[1, i]
+        for i in range(before, size):
+            x[i], w[i] = u[low + i], v[low + i]
+        if stop < particles:
+            for i in range(_HALO):
+                halo[0, i], halo[1, i] = u[stop - _HALO + i], v[stop - _HALO + i]
+        _press(x, w, a, 0.0, 0.0, k, force)
+        _accelerate(force, mobility, gravity, a)
+        _press(x, w, a, 0.5 * step, 0.0, k, force)
+        _accelerate(force, mobility, gravity, b)
+        _press(x, w, a, 0.5 * step, 0.25 * step**2, k, force)
+        _accelerate(force, mobility, gravity, c)
+        _press(x, w, b, step, 0.5 * step**2, k, force)
+        _accelerate(force, mobility, gravity, d)
+        for i in range(before, before + stop - start):
+            u[low + i] = x[i] + step * w[i] + step**2 / 6 * (a[i] + b[i] + c[i])
+            v[low + i] = w[i] + step / 6 * (a[i] + 2 * (b[i] + c[i]) + d[i])
+
+
+@compiled
+def _press(
+    x: Floats, w: Floats, a: Floats, shift: float, lift: float, stiffness: Floats, force: Floats
 ) -> None:
-    """Set the overlaps (n,) [m] at ``u + shift v + lift a``."""
-    for i in range(overlap.size):
-        overlap[i] = (u[i] - u[i + 1]) + shift * (v[i] - v[i + 1]) + lift * (a[i] - a[i + 1])
+    """Set the forces in a block [N] at ``x + shift w + lift a``."""
+    for i in range(stiffness.size):
+        overlap = (x[i] - x[i + 1]) + shift * (w[i] - w[i + 1]) + lift * (a[i] - a[i + 1])
+        force[i] = max(overlap, 0.0) * stiffness[i]
 
 
 @compiled
-def _press(overlap: Floats, stiffness: Floats, force: Floats) -> None:
-    for i in range(overlap.size):
-        force[i + 1] = max(overlap[i], 0.0) * stiffness[i]
-
-
-@compiled
-def _forces(overlap: Floats, diagonal: Floats) -> Floats:
-    """Return ``max(overlap, 0) / diagonal`` (n,) [N]: the force of a sample, of the overlap law."""
-    force = np.empty(overlap.size)
-    for i in range(overlap.size):
-        force[i] = max(overlap[i], 0.0) / diagonal[i]
-    return force
-
-
-@compiled
-def _wrong(
-    overlap: Floats, coupling: Floats, pivot: Floats, force: Floats, tolerance: float
-) -> int:
-    """Return how many contacts pull, or are open and overlap, by more than ``tolerance`` [m]."""
-    # the first is apart: without a condition in the loop several are taken at a time
-    first = (coupling[0] * force[2] - overlap[0]) if pivot[0] == 0 else force[1]
-    wrong = int(first < -tolerance * (1.0 if pivot[0] == 0 else pivot[0]))
-    for i in range(1, overlap.size):
-        gap = coupling[i - 1] * force[i] + coupling[i] * force[i + 2] - overlap[i]
-        wrong += (gap if pivot[i] == 0 else force[i + 1]) < -tolerance * (
-            1.0 if pivot[i] == 0 else pivot[i]
-        )
-    return wrong
-
-
-@compiled
-def _solve(
-    chain: Chain, contacts: ContactSet, overlap: Floats, factor: Floats, force: Floats,
-    tolerance: float,
-) -> int:  # fmt: skip
-    """Find the contact set from the last one, its forces and factors; return as ``solve`` does."""
-    longest = solve(
-        overlap, chain.diagonal, chain.coupling, contacts.closed, factor, force[1:-1], tolerance
-    )
-    factorise_from_both_ends(
-        contacts.closed, chain.diagonal, chain.coupling, contacts.pivot, contacts.carry
-    )
-    return longest
-
-
-@compiled
-def _accelerate(force: Floats, mobility: Floats, gravity: Floats, acceleration: Floats) -> None:
-    """Set the accelerations (N,) [m/s2] from the forces (N + 1,) [N]."""
-    for i in range(acceleration.size):
-        acceleration[i] = (force[i] - force[i + 1]) * mobility[i] + gravity[i]
+def _accelerate(force: Floats, mobility: Floats, gravity: Floats, a: Floats) -> None:
+    """Set the accelerations in a block [m/s2]; those at an inner edge miss a force."""
+    m, g, size = mobility, gravity, mobility.size
+    a[0] = g[0] - force[0] * m[0]
+    for i in range(1, size - 1):
+        a[i] = (force[i - 1] - force[i]) * m[i] + g[i]
+    a[size - 1] = force[size - 2] * m[size - 1] + g[size - 1]
 
 
 _STEPS_AT_MOST = 10**12
@@ -252,8 +223,13 @@ def integrate(
 ) -> tuple[Record, int]:
     """Advance ``chain`` in place under its law; return the record and its rows.
 
-    Negative rows say why the deformable law stopped, as of :func:`kernel`.
+    Negative rows say why the deformable law stopped
+    (:func:`harness.solvers.chain.rk4_deformable.short_row_kernel`).
     """
     law: Law = "deformable" if chain.deformable else "overlap"
+    kernel = overlap_kernel
+    if chain.deformable:
+        long = chain.mass.size >= 2 * BLOCK
+        kernel = rk4_deformable.long_row_kernel if long else rk4_deformable.short_row_kernel
     seconds = rk4_step_seconds(law, chain.mass.size)
     return in_slices(kernel(chain, plan), record, plan, seconds, progress)

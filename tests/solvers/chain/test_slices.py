@@ -7,12 +7,13 @@ from harness.errors import RequestError
 from harness.observables.tower import COLUMNS
 from harness.parameters.tower import Tower
 from harness.solvers.chain import exact, motion, rk4
+from harness.solvers.chain.rk4_deformable import BLOCK
 
 RUNS = {
     "overlap": lambda **more: rk4.run(Tower(height=5, law="overlap"), 2e-3, **more),
     "deformable": lambda **more: rk4.run(Tower(height=5), 2e-3, **more),
     "long rows": lambda **more: rk4.run(
-        Tower(height=1024), 1e-4, longest_chain=9, samples=7, **more
+        Tower(height=2 * BLOCK), 1e-4, longest_chain=9, samples=7, **more
     ),
     "exact": lambda **more: exact.run(Tower(height=9), 0.02, samples=300, **more),
 }
