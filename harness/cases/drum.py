@@ -37,6 +37,7 @@ from harness.parameters.allowed import allowed_in
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from harness.cases.bulk.film import Cut
     from harness.engines.output import Table
 
     Floats = NDArray[np.float64]
@@ -332,6 +333,17 @@ class DrumCase(BulkCase[Drum]):
             / (0.5 * mass * (p.speed * p.drum_radius) ** 2),
             "microseconds_per_particle_step": 1e6 * output.seconds / work,
         }
+
+    def radii(self, p: Drum) -> Floats:
+        """Return the radius of each grain, large ones first."""
+        return p.radii
+
+    def cut(self, p: Drum) -> Cut:
+        """Return the drum halfway along its axis."""
+        from harness.cases.bulk.film import Cut, circle  # slow to load
+
+        reach = 1.05 * p.drum_radius
+        return Cut(0.0, [circle(p.drum_radius)], -reach, reach)
 
     def seconds(self, parameters: Drum, rules: Traits | None, solver: str = "") -> float:
         """Return what a run is expected to take [s], good to a factor of three."""

@@ -30,6 +30,7 @@ from harness.parameters.base import Parameters
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from harness.cases.bulk.film import Cut
     from harness.engines.output import Table
 
     Floats = NDArray[np.float64]
@@ -322,6 +323,14 @@ class HeapCase(BulkCase[Heap]):
             "heap_kinetic_ratio": table["kinetic_J"][-1] / (max(remaining, 1.0) * fall),
             "microseconds_per_particle_step": 1e6 * output.seconds / work,
         }
+
+    def cut(self, p: Heap) -> Cut:
+        """Return the trough along its middle."""
+        from harness.cases.bulk.film import Cut  # slow to load
+
+        size = 2.0 * p.radius
+        wall = ([0.0, p.span], [0.0, 0.0])
+        return Cut(0.5 * p.width * size, [wall], -6.0 * size, p.layers * p.pitch)
 
     def seconds(self, parameters: Heap, rules: Traits | None, solver: str = "") -> float:
         """Return what a heap is expected to take [s], good to a factor of three."""

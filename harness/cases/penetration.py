@@ -39,6 +39,7 @@ from harness.parameters.allowed import allowed_in
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from harness.cases.bulk.film import Cut
     from harness.engines.output import Table
 
 NAME = "penetration"
@@ -325,6 +326,14 @@ class PenetrationCase(BulkCase[Penetration]):
             "bed_kinetic_ratio": output.number("bed_kinetic_J") / impact,
             "microseconds_per_particle_step": 1e6 * output.seconds / work,
         }
+
+    def cut(self, p: Penetration) -> Cut:
+        """Return the box through the sphere."""
+        from harness.cases.bulk.film import Cut  # slow to load
+
+        top = p.start_height + 2.0 * p.steel_radius
+        walls = [([0.0, 0.0, p.box.length, p.box.length], [top, 0.0, 0.0, top])]
+        return Cut(0.5 * p.box.width, walls, -p.radius, top)
 
     def seconds(self, parameters: Penetration, rules: Traits | None, solver: str = "") -> float:
         """Return what an impact is expected to take [s], good to a factor of three."""

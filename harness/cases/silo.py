@@ -45,6 +45,7 @@ from harness.theory.bulk import (
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from harness.cases.bulk.film import Cut
     from harness.engines.output import Table
 
     Floats = NDArray[np.float64]
@@ -287,6 +288,15 @@ class SiloCase(BulkCase[Silo]):
             * (1.0 - p.volume(p.cone_height) / p.volume(surface) if height else 0.0),
             "microseconds_per_particle_step": 1e6 * output.seconds / work,
         }
+
+    def cut(self, p: Silo) -> Cut:
+        """Return the silo from the axis, down to two heights of the cone below the orifice."""
+        from harness.cases.bulk.film import Cut  # slow to load
+
+        top, bottom = p.layers * p.pitch, -p.cone_height
+        radii, heights = (p.silo_radius, p.silo_radius, p.orifice_radius), (top, 0.0, bottom)
+        walls = [([side * radius for radius in radii], heights) for side in (-1.0, 1.0)]
+        return Cut(0.0, walls, 3.0 * bottom - 2.0 * p.orifice_radius, top)
 
     def seconds(self, parameters: Silo, rules: Traits | None, solver: str = "") -> float:
         """Return what a discharge is expected to take [s], good to a factor of three."""

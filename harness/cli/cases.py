@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from functools import partial
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
@@ -20,6 +21,7 @@ from harness.cli.engine_options import (
     with_restarts,
 )
 from harness.cli.files import (
+    FilmOptions,
     check_target,
     print_columns,
     print_json,
@@ -33,6 +35,7 @@ from harness.report.plain import write_csv
 if TYPE_CHECKING:
     from harness.engines.contract import Engine
     from harness.observables.row import Row
+    from harness.report.film import Film
     from harness.workflows.case_runs import RunResult
 
 
@@ -168,6 +171,7 @@ def run(
     /,
     choice: CaseOptions = CaseOptions(),
     runner: RunnerOptions = RunnerOptions(),
+    film: FilmOptions = FilmOptions(),
     *,
     json: Json = False,
 ) -> int:
@@ -196,6 +200,9 @@ def run(
 
     values = named_values(choice.settings or (), "--set")
     choice.check_profile(case)
+    film.check()
+    if film.film is not None:
+        _check_film(case, film.film)
     engines = [runner.engine or "lammps"]
     runner.check_names(engines)
     runner = with_restarts(runner, engines, RUN_SECONDS if choice.force else math.inf)
@@ -220,7 +227,25 @@ def run(
         record = {**result.to_json(), **more}
         recording.engine, recording.quantities = record, _run_quantities(record, values)
         choice.write_profile(result)
+        film.write(partial(_film, case, values, runner))
     return answer(record, result.engine, json, _print)
+
+
+def _check_film(case: str, path: Path) -> None:
+    """Raise RequestError, before anything is run, for a case without a film."""
+    from harness.cases.display import Display
+    from harness.cases.registry import get_case
+
+    if type(get_case(case).display).film is Display.film:
+        raise RequestError(f"--film {path}: case {case!r} has no film")
+
+
+def _film(case: str, values: Mapping[str, str], runner: RunnerOptions, frames: int) -> Film:
+    """Return the film of the same system, by a run of its own."""
+    from harness.workflows.case_runs import film
+
+    with runner.open(runner.engine or "lammps", runner.integrator) as engine:
+        return film(case, values, engine, frames=frames)
 
 
 def _print(record: Mapping[str, Any]) -> None:

@@ -45,6 +45,9 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from numpy.typing import NDArray
 
+    from harness.cases.bulk.film import Cut
+    from harness.report.film import Film
+
     Floats = NDArray[np.float64]
 
 P = TypeVar("P", bound=Parameters)
@@ -129,6 +132,14 @@ class BulkCase(Case[P]):
     def part_seconds(self, parameters: P, rules: Traits) -> float:
         """Return the expected time between two restart files [s], of the whole run without any."""
         return self.seconds(parameters, rules) * longest_part(self.job(parameters).values)
+
+    @abstractmethod
+    def cut(self, p: P) -> Cut:
+        """Return what a film shows of a run."""
+
+    def radii(self, p: P) -> Floats | None:
+        """Return the radius of each particle (N,) [m]; None where the film's run writes them."""
+        return None
 
 
 class BulkVerification(Verification):
@@ -278,6 +289,25 @@ class BulkDisplay(Display):
     """Shows the curves of all runs and the means over the seeds."""
 
     case: BulkCase[Any]
+
+    def film(self, engine: Engine, parameters: Any = None, frames: int = 120) -> Film:
+        """Return the film of one run after its release, opening or first turn."""
+        from harness.cases.bulk.film import PARTICLES, bulk_film
+
+        p = parameters or self.case.default
+        job, radii = self.case.job(p), self.case.radii(p)
+        values = dict(job.values)
+        values["series_every"] = max(1, int(values["steps"]) // (frames - 1))
+        if radii is None:
+            values[PARTICLES] = 1
+        words = (
+            self.case.summary.partition(":")[0],
+            f"{self.case.summary} A cut through the middle.",
+        )
+        begins = float(values["settle_steps"])
+        return bulk_film(
+            engine, replace(job, values=values), radii, begins, self.case.cut(p), words
+        )
 
     def sections(
         self, main: Findings | None, solvers: Findings, engines: Mapping[str, Findings]

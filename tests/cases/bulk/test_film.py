@@ -1,0 +1,90 @@
+"""Films of bulk: the circles in which a plane cuts particles; codes without them say so."""
+
+import math
+
+import numpy as np
+import pytest
+
+from harness.cases.bulk.film import BANDS, Cut, CutScene, Motion
+from harness.cases.registry import get_case
+from harness.engines.lammps.engine import Lammps
+from harness.engines.registry import engine_class
+from harness.errors import RequestError
+
+SMALL = {
+    "silo": get_case("silo").default.replace(
+        layers=3, silo_radius=0.016, cone_height=0.008, settle_time=0.1, duration=0.2
+    ),
+    "penetration": get_case("penetration").default.replace(
+        along=6, across=5, layers=3, start_height=0.0115, settle_time=0.03, duration=0.02
+    ),
+    "drum": get_case("drum").default.replace(
+        small_layers=1, large_layers=-2, drum_radius=0.016, drum_length=0.014,
+        settle_time=0.05, turn=20.0,
+    ),
+    "heap": get_case("heap").default.replace(
+        length=12, width=3, layers=6, duration=0.05, settle_time=0.05,
+    ),
+}  # fmt: skip
+
+
+def motion():
+    """Return eight grains on top of one another and a larger one beside them, which rises."""
+    place = np.zeros((2, 9, 3))
+    place[:, :8, 2] = np.arange(8) * 2e-3
+    place[:, 8] = 5e-3, 0.6e-3, 1e-3
+    place[1, 8, 2] = 3e-3
+    return Motion(np.array([0.0, 0.1]), place, np.array([1e-3] * 8 + [2e-3]))
+
+
+def test_a_particle_is_the_circle_that_the_plane_cuts_from_it():
+    scene = CutScene(motion(), Cut(0.6e-3, [([0.0, 1e-2], [0.0, 0.0])], -1e-3, 2e-2), "Grains")
+    assert scene.picture(0).shape == scene.picture(1).shape
+    widths, offsets = scene._circles.get_widths(), scene._circles.get_offsets()
+    # [mm]; the plane is 0.6 mm beside the grains' centres: sqrt(1 - 0.6^2) = 0.8
+    assert widths[:8] == pytest.approx(2 * 0.8)
+    assert widths[8] == pytest.approx(2 * 2.0)
+    assert offsets[8] == pytest.approx([5.0, 3.0])
+    aside = CutScene(motion(), Cut(1.5e-3, [], -1e-3, 2e-2), "Grains")
+    aside.show(0)
+    assert aside._circles.get_widths()[:8] == pytest.approx(0.0)
+    assert aside._circles.get_widths()[8] == pytest.approx(2 * math.sqrt(4 - 0.81))
+
+
+def test_colours_are_bands_of_first_height_and_sizes():
+    kinds = motion().kinds
+    assert kinds.tolist() == [0, 0, 1, 1, 2, 2, 3, 3, BANDS]
+    varied = Motion(motion().time, motion().place, radius=np.linspace(1e-3, 2e-3, 9))
+    assert varied.kinds.tolist() == [0, 0, 1, 1, 2, 2, 3, 3, 0]
+
+
+@pytest.mark.live
+@pytest.mark.parametrize("name", SMALL)
+def test_each_case_has_a_film(name, lammps_here, tmp_path):  # noqa: ARG001
+    case, p = get_case(name), SMALL[name]
+    with Lammps(workers=1) as engine:
+        film = case.display.film(engine, p, 5)
+    assert film.frames in (5, 6)
+    assert not np.array_equal(film.picture(0), film.picture(film.frames - 1))
+    film.save(tmp_path / "film.gif")
+    assert (tmp_path / "film.gif").read_bytes().startswith(b"GIF")
+
+
+@pytest.mark.parametrize("name", ["liggghts", "yade", "kratos"])
+def test_codes_whose_scripts_write_no_particles_say_so(name):
+    from harness.errors import EngineMissingError
+
+    try:
+        engine = engine_class(name)()
+    except EngineMissingError as error:
+        pytest.skip(str(error))
+    with engine, pytest.raises(RequestError, match=r"has no variable 'particles'"):
+        get_case("silo").display.film(engine, SMALL["silo"], 5)
+
+
+def test_the_command_refuses_a_case_without_a_film_before_it_runs(tmp_path):
+    from harness.cli.cases import run
+    from harness.cli.files import FilmOptions
+
+    with pytest.raises(RequestError, match=r"--film .*a.gif: case 'oblique' has no film"):
+        run("oblique", film=FilmOptions(film=tmp_path / "a.gif"))
