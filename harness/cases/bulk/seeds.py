@@ -35,6 +35,7 @@ from harness.comparison.verdicts import (
 )
 from harness.comparison.verification import Findings
 from harness.engines.contract import Engine, Job, Output
+from harness.engines.traits import Traits
 from harness.errors import EngineError, EngineUndecidedError
 from harness.parameters.base import Parameters
 from harness.report.sections import Section
@@ -120,6 +121,10 @@ class BulkCase(Case[P]):
     def curves(self, p: P, output: Output) -> Sequence[tuple[Floats, Floats]]:
         """Return x and y of each of :attr:`drawn`, in its units."""
 
+    def law(self, traits: Traits) -> Law:
+        """Return by which rules an engine follows the law."""
+        return law_of(traits)
+
 
 class BulkVerification(Verification):
     """Runs the seeds of a level, judges the worst, and compares engines by their means."""
@@ -146,7 +151,7 @@ class BulkVerification(Verification):
         if reason := engine.refuses(self.case.job(trials[0])) or too_slow(engine, study.level):
             findings.checks += [not_tested(name, Kind.ANALYTIC, reason) for name in names]
             return findings
-        law = law_of(engine.traits)
+        law = self.case.law(engine.traits)
         runs, failed = self._runs(engine, Runs(engine.title, (), law=law), trials)
         findings.checks += failed
         if not runs.rows:
@@ -155,7 +160,7 @@ class BulkVerification(Verification):
                 findings.checks += [not_tested(n, Kind.ANALYTIC, why) for n in names]
             return findings
         findings.checks += self.case.judge(names, runs, self.case.default)
-        if main.name != engine.name and law_of(main.traits).words != law.words:
+        if main.name != engine.name and self.case.law(main.traits).words != law.words:
             beside, failed = study.once(
                 (self.case.name, law.words),
                 lambda: self._under(main, law, engine.title, study.level),
@@ -177,6 +182,9 @@ class BulkVerification(Verification):
     ) -> tuple[Runs | str, list[Check]]:
         """Return the runs of the main engine under another's rules, or why it cannot state them."""
         trials = self.trials(main, level)
+        if without := sorted(law.values.keys() - self.case.template.allowed.keys()):
+            why = f"the script takes no {', '.join(without)}"
+            return f"{main.title} cannot state the rules of {title}: {why}", []
         if reason := main.refuses(self._job(trials[0], law)):
             return f"{main.title} cannot state the rules of {title}: {reason}", []
         near = replace(law, words="as near to them as its script states") if law.inexact else law

@@ -1,0 +1,368 @@
+"""The angle of repose of a heap, as a case: slopes that remain in a box whose ends are taken away.
+
+The shear box of calibrations (Roessler, Richter, Katterfeld and Will, Powder Technol. 343, 803
+(2019)), with both of its ends open: grains run off, and a ridge with two slopes stays in a trough
+of glued grains. The sides have no friction unless it is set, so that they bear nothing.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from itertools import product
+from typing import TYPE_CHECKING
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from harness.cases.bulk.materials import PACKED, Sphere, check_memory, check_step
+from harness.cases.bulk.rules import PAIR, SPRINGS, Law, law_of
+from harness.cases.bulk.seeds import BulkCase, Curve, Runs
+from harness.comparison.verdicts import Check, Kind, Tolerance, judge
+from harness.engines.border import engine_seconds
+from harness.engines.contract import Job, Output, Template, Value
+from harness.engines.traits import Traits, stating
+from harness.errors import EngineLostAtomsError, EngineOutputError, EngineUndecidedError
+from harness.parameters.allowed import allowed_in
+from harness.parameters.base import Parameters
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from harness.engines.output import Table
+
+    Floats = NDArray[np.float64]
+
+NAME = "heap"
+COLUMNS = ("time_s", "remaining", "astray", "kinetic_J", "potential_J", "count", "height_m")
+
+SAMPLES = 100
+"""Rows of the series."""
+
+LATE, FEW = 0.1, 0.005
+"""Of a heap that has come to rest, in so much of the time at its end at most so many grains of
+those that remain run off: the heap's mass is proportional to the slope, which changes by as much,
+a tenth of the margin between codes."""
+
+
+class Heap(Parameters):
+    """Grains on a glued layer in a box of steel, both ends of which are taken away."""
+
+    length: int = Field(18, ge=8, le=1000, description="[-] of the trough, in diameters")
+    width: int = Field(6, ge=2, le=1000, description="[-] of the trough, in diameters")
+    sill: int = Field(2, ge=0, le=1000, description="[-] glued grains at its ends, one on another")
+    layers: int = Field(24, ge=1, le=10000, description="[-] grains of the first lattice along z")
+    spacing: float = Field(1.25, gt=1.0, le=3.0, description="[-] of the lattice, in diameters")
+    scatter: float = Field(
+        0.09, ge=0.0, le=1.0, description="[-] range of the first places, in diameters"
+    )
+    dispersity: float = Field(
+        0.3, ge=0.0, le=1.0, description="[-] range of the diameters over their mean"
+    )
+    seed: int = Field(1, ge=1, le=10000, description="[-] of the first places")
+    radius: float = Field(2e-3, gt=0.0, description="[m] of a grain: the mean")
+    density: float = Field(2500.0, gt=0.0, description="[kg/m3] of the grains")
+    youngs_modulus: float = Field(4e5, gt=0.0, description="[Pa] of the grains")
+    poisson_ratio: float = Field(0.2, ge=0.0, lt=0.5, description="[-] of grains and steel")
+    restitution: float = Field(0.5, gt=0.05, le=1.0, description="[-] between grains")
+    friction: float = Field(0.5, ge=0.0, le=2.0, description="[-] between grains")
+    rolling_friction: float = Field(
+        0.1, ge=0.0, le=2.0, description="[-] between grains: the torque is at most mu_r F_n R*"
+    )
+    steel_youngs_modulus: float = Field(8.4e7, gt=0.0, description="[Pa] of the walls")
+    steel_restitution: float = Field(0.4, gt=0.05, le=1.0, description="[-] on walls")
+    steel_friction: float = Field(0.0, ge=0.0, le=2.0, description="[-] on walls")
+    gravity: float = Field(9.81, gt=0.0, description="[m/s2] downward")
+    settle_time: float = Field(0.3, ge=0.0, description="[s] before the ends are taken away")
+    duration: float = Field(1.8, gt=0.0, description="[s] after that")
+    step_size: float = Field(5e-5, gt=0.0, description="[s] time step")
+
+    @model_validator(mode="after")
+    def _holds(self) -> Heap:
+        most = self.spacing - 1.0 - 0.5 * self.dispersity
+        if self.scatter > most:
+            raise ValueError(
+                f"scatter = {self.scatter:g}: grains overlap at the start; must be at most "
+                f"spacing - 1 - dispersity/2 = {most:.4g}"
+            )
+        if self.grains == 0:
+            raise ValueError(
+                f"width = {self.width}: no grain finds room between the sides at spacing = "
+                f"{self.spacing:g} diameters"
+            )
+        check_step(self.step_size, self.longest_step)
+        return self
+
+    @property
+    def grain(self) -> Sphere:
+        """Return a grain."""
+        return Sphere(self.radius, self.density, self.youngs_modulus, self.poisson_ratio)
+
+    @property
+    def pitch(self) -> float:
+        """Return the distance of the lattice's sites [m]."""
+        return 2.0 * self.radius * self.spacing
+
+    @property
+    def span(self) -> float:
+        """Return the distance of the ends [m]."""
+        return 2.0 * self.radius * self.length
+
+    @property
+    def grains(self) -> int:
+        """Return how many grains there are, without those that are glued."""
+        return self.layers * self._sites(1.0, self.length) * self._sites(0.0, self.width)
+
+    def _sites(self, glued: float, size: float) -> int:
+        """Return how many sites (i + 1/2) pitches have room in a row.
+
+        ``size`` is its length in diameters, of which so many at both ends are ``glued``.
+        """
+        room = glued + 0.5 * (1.0 + self.scatter + 0.5 * self.dispersity)
+        site = self.spacing * (np.arange(math.ceil(size / self.spacing)) + 0.5)
+        return int(((site >= room) & (site <= size - room)).sum())
+
+    @property
+    def weight(self) -> float:
+        """Return the weight of all grains [N]; the cube of an even range is 1 + dispersity^2/4."""
+        mass = self.grain.mass * (1.0 + 0.25 * self.dispersity**2)
+        return self.grains * mass * self.gravity
+
+    @property
+    def longest_step(self) -> float:
+        """Return the longest step [s] by Rayleigh waves and by the impact of the highest grain."""
+        speed = math.sqrt(2.0 * self.gravity * self.layers * self.pitch)
+        smallest = replace(self.grain, radius=self.radius * (1.0 - 0.5 * self.dispersity))
+        impact = smallest.impact_step(self.steel_youngs_modulus, speed)
+        return min(smallest.rayleigh_step, impact)
+
+    @property
+    def every(self) -> int:
+        """Return the steps between two rows of the series."""
+        return max(1, math.ceil(self.duration / self.step_size / SAMPLES))
+
+    @property
+    def settle_steps(self) -> int:
+        """Return the steps before the ends are taken away, a multiple of :attr:`every`."""
+        return self.every * math.ceil(self.settle_time / self.step_size / self.every - 1e-9)
+
+    @property
+    def steps(self) -> int:
+        """Return the steps after that, a multiple of :attr:`every`."""
+        return self.every * math.ceil(self.duration / self.step_size / self.every - 1e-9)
+
+
+def values_of(p: Heap) -> dict[str, Value]:
+    """Return the values of a script."""
+    derived = {"settle_time", "duration"}
+    values: dict[str, Value] = {n: v for n, v in dict(p).items() if n not in derived}
+    more = {"settle_steps": p.settle_steps, "steps": p.steps, "series_every": p.every}
+    return {**values, **more, "damping": "coeff_restitution"}
+
+
+TEMPLATE = Template(NAME, {"": values_of(Heap())}, allowed=allowed_in(Heap))
+
+
+def largest_elastic_energy(p: Heap) -> float:
+    """Return a bound of the elastic energy of the bed at rest [J].
+
+    Each of six contacts of a grain, counted half, bears the weight of a whole column, as only the
+    lowest do.
+    """
+    return 3.0 * p.grains * p.grain.elastic_energy(p.layers * p.grain.mass * p.gravity)
+
+
+def slope_angles(height: Floats, length: float) -> tuple[float, float]:
+    """Return the angles of the slopes to the left and right end [deg], positive toward the ends.
+
+    ``height`` (N,) is the mean height of the grains in columns between the ends, ``length`` [m] the
+    distance of these. A column that is filled evenly is twice as high as the mean of its grains. A
+    straight line goes through a half without the columns at the end and at the ridge, where the
+    surface is rounded.
+    """
+    half, width = len(height) // 2, length / len(height)
+    x = width * np.arange(half - 2)
+    sides = height[1 : half - 1], height[::-1][1 : half - 1]
+    left, right = (math.degrees(math.atan(2.0 * np.polyfit(x, side, 1)[0])) for side in sides)
+    return left, right
+
+
+def angles(p: Heap, table: Table) -> Floats:
+    """Return the mean angle of both slopes [deg] over time, (M,)."""
+    return np.array([np.mean(slope_angles(row, p.span)) for row in table["height_m"]])
+
+
+def check_grains(p: Heap, within: float, table: Table, who: str) -> None:
+    """Raise EngineLostAtomsError unless all grains are between the sides, above the glued layer.
+
+    So many are ``within`` them as the ends are taken away; the series tells those that are not.
+    """
+    times = [0.0] if within < p.grains else table["time_s"][table["astray"] != 0.0]
+    if len(times):
+        raise EngineLostAtomsError(
+            f"{who}: a grain is beyond a side or fell through the glued layer {times[0]:.3g} s "
+            f"after the ends were taken away: step_size = {p.step_size:g} s is too long, "
+            f"youngs_modulus = {p.youngs_modulus:g} Pa too small"
+        )
+    if within > p.grains:
+        raise EngineOutputError(f"{who} began with {within:.0f} grains of {p.grains}")
+
+
+def check_decided(p: Heap, ridge: float, table: Table) -> None:
+    """Raise EngineUndecidedError for a heap that still moves, or whose top has not been reached.
+
+    ``ridge`` is the mean height of the grains before the ends are taken away [m].
+    """
+    late = table["time_s"] >= (1.0 - LATE) * table["time_s"][-1]
+    running = table["remaining"][late][0] - table["remaining"][-1]
+    if running > FEW * table["remaining"][-1]:
+        raise EngineUndecidedError(
+            f"undecided: the heap still moves: {running:.0f} grains ran off in the last "
+            f"{LATE:.0%} of the time; duration = {p.duration:g} s is too short",
+            {},
+        )
+    middle = len(table["height_m"][-1]) // 2
+    if table["height_m"][-1, middle - 1 : middle + 1].mean() > 0.95 * ridge:
+        raise EngineUndecidedError(
+            "undecided: no ridge: the heap is as high in the middle as the filling was; "
+            f"layers = {p.layers} are too few for length = {p.length}",
+            {},
+        )
+
+
+def rolling_of(traits: Traits) -> str:
+    """Return what the spring of rolling is in an engine: what its contact models declare."""
+    words = product(("no", "yes"), SPRINGS)
+    tails: Iterator[Mapping[str, Value]] = (
+        {"clipped": clipped, "tangential": spring} for clipped, spring in words
+    )
+    law: dict[str, Value] = {**PAIR, "damping": "coeff_restitution", "rolling": "sds"}
+    law |= {"rolling_stiffness": 1.0, "rolling_damping": 0.0, "rolling_friction": 0.1}
+    if any(not stating(traits.contact_models, law | dict(tail))[1] for tail in tails):
+        return "of one stiffness for all overlaps"
+    return "the code's own, as stiff as the tangential spring of the overlap as it is"
+
+
+def largest_gain(energy: Floats) -> float:
+    """Return by how much an energy rises above what it was before, at most."""
+    return float((energy - np.minimum.accumulate(energy)).max())
+
+
+BED_AT_REST = Tolerance(
+    "", 0.01, 0.0, "a bed that moves adds 1 % to the energy of grains that fall by a diameter"
+)
+AT_REST = Tolerance(
+    "",
+    1e-3,
+    0.0,
+    "less than half a grain in five hundred that has the energy of a fall by its diameter",
+)
+
+
+class HeapCase(BulkCase[Heap]):
+    """Grains run off at both ends of a box: the angle of repose of the heap that remains."""
+
+    name = NAME
+    template = TEMPLATE
+    seeds = {"quick": 5, "default": 24, "full": 48}  # noqa: RUF012
+    judged = ("no energy is gained", "the bed is at rest", "the heap is at rest at the end")
+    equivalent = ("angle_deg", "remaining_ratio")
+    drawn = (
+        Curve("heap-profile", "distance from the middle (mm)", "height of the heap (mm)"),
+        Curve("heap-angle", "time after the ends are taken away (s)", "angle of the slopes (deg)"),
+    )
+
+    def source_of(self, preset: str) -> str:
+        """Return where the process was published."""
+        return "shear box of Roessler and others 2019, with both ends open"
+
+    @property
+    def presets(self) -> Mapping[str, Heap]:
+        """Return twelve hundred soft grains, with and without rolling resistance."""
+        return {"small": Heap(), "sliding": Heap(rolling_friction=0.0)}
+
+    def job(self, parameters: Heap) -> Job:
+        """Return the job of one heap; raise RequestError for more grains than memory holds."""
+        check_memory(parameters.grains)
+        return Job(TEMPLATE, values_of(parameters), sampled=True)
+
+    def read(self, parameters: Heap, output: Output, traits: Traits) -> Mapping[str, float]:
+        """Return the angle, what remains, energies.
+
+        Raise EngineLostAtomsError where a grain passed a side or the glued layer,
+        EngineUndecidedError for a heap that still moves.
+        """
+        p = parameters
+        output.check_numbers({"steps": p.settle_steps + p.steps})
+        table = output.table(COLUMNS)
+        check_grains(p, output.number("grains"), table, output.who)
+        mean_height = output.number("mean_height_m")
+        check_decided(p, mean_height, table)
+        left, right = slope_angles(table["height_m"][-1], p.span)
+        over_time = angles(p, table)
+        energy = np.concatenate(
+            [[output.number("released_J")], table["kinetic_J"] + table["potential_J"]]
+        )
+        fall = 2.0 * p.radius * p.grain.mass * p.gravity
+        remaining = table["remaining"][-1]
+        work = p.grains * p.settle_steps + p.every * table["remaining"].sum()
+        return {
+            "angle_deg": 0.5 * (left + right),
+            "left_angle_deg": left,
+            "right_angle_deg": right,
+            "angle_change_deg": over_time[-1] - over_time[3 * len(over_time) // 4],
+            "remaining_ratio": remaining / p.grains,
+            "energy_rise_ratio": largest_gain(energy) / (p.weight * mean_height),
+            "bed_kinetic_ratio": output.number("bed_kinetic_J") / (p.grains * fall),
+            "heap_kinetic_ratio": table["kinetic_J"][-1] / (max(remaining, 1.0) * fall),
+            "microseconds_per_particle_step": 1e6 * output.seconds / work,
+        }
+
+    def seconds(self, parameters: Heap, rules: Traits | None, solver: str = "") -> float:
+        """Return what a heap is expected to take [s], good to a factor of three."""
+        if rules is None:
+            return 0.0
+        steps = parameters.settle_steps + parameters.steps // 2
+        return PACKED * engine_seconds(steps, parameters.grains, rules)
+
+    def law(self, traits: Traits) -> Law:
+        """Return by which rules an engine follows the law, those of rolling included."""
+        law = law_of(traits)
+        if self.default.rolling_friction == 0.0:
+            return law
+        return replace(law, words=f"{law.words}; the rolling spring is {rolling_of(traits)}")
+
+    def curves(self, p: Heap, output: Output) -> Sequence[tuple[Floats, Floats]]:
+        """Return the profile at the end [mm], and the angle [deg] over time [s].
+
+        Without the columns at the ends, whose lower part is the sill.
+        """
+        table = output.table(COLUMNS)
+        height = 2e3 * table["height_m"][-1]
+        columns = len(height)
+        x = 1e3 * p.span * ((np.arange(columns) + 0.5) / columns - 0.5)
+        return (x[1:-1], height[1:-1]), (table["time_s"], angles(p, table))
+
+    def judge(self, names: Sequence[str], runs: Runs, p: Heap) -> list[Check]:
+        """Return energy gained and bed at rest, of the worst seed, and the heap of the median seed.
+
+        A grain that still rolls in a heap is no fault of a code, most heaps that do not rest are.
+        """
+        above = p.weight * 0.5 * p.layers * p.pitch
+        bound = Tolerance(
+            "",
+            largest_elastic_energy(p) / above,
+            0.0,
+            "a bound of the elastic energy of the bed under its weight",
+        )
+        at_end = float(np.median(runs.sample("heap_kinetic_ratio").values))
+        gain, bed = runs.worst("energy_rise_ratio"), runs.worst("bed_kinetic_ratio")
+        return [
+            judge(names[0], Kind.ANALYTIC, gain, 0.0, bound),
+            judge(names[1], Kind.ANALYTIC, bed, 0.0, BED_AT_REST),
+            judge(names[2], Kind.ANALYTIC, at_end, 0.0, AT_REST),
+        ]
+
+
+CASE = HeapCase()

@@ -1,0 +1,350 @@
+"""Heap: what is refused, the estimator of the angle, faults that turn each check, small runs."""
+
+import math
+import shutil
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from harness.cases.bulk.mixing import surface_angle
+from harness.cases.bulk.rules import Law
+from harness.cases.bulk.seeds import Runs
+from harness.cases.heap import (
+    CASE,
+    Heap,
+    largest_elastic_energy,
+    rolling_of,
+    slope_angles,
+    values_of,
+)
+from harness.cases.verification import Study
+from harness.comparison.verdicts import Verdict
+from harness.engines.contract import Job
+from harness.engines.lammps.engine import Lammps
+from harness.engines.liggghts.engine import Liggghts
+from harness.engines.output import Output
+from harness.errors import (
+    EngineLostAtomsError,
+    EngineOutputError,
+    EngineUndecidedError,
+    RequestError,
+)
+from harness.observables.provenance import Provenance
+
+TRAITS = Lammps.traits
+TINY = Heap(length=12, width=5, sill=2, layers=10, settle_time=0.15, duration=0.8)
+LIGGGHTS = pytest.mark.skipif(shutil.which("liggghts") is None, reason="liggghts is not installed")
+
+WRONG = [
+    ({"scatter": 0.2}, "scatter = 0.2: grains overlap at the start; must be at most spacing - 1"),
+    ({"dispersity": 0.5}, "grains overlap at the start"),
+    ({"width": 2, "spacing": 3.0}, "width = 2: no grain finds room between the sides"),
+    ({"step_size": 1e-4}, "step_size = 0.0001 s: must be at most"),
+    ({"length": 4}, "length = 4: must be greater than or equal to 8"),
+    ({"rolling_friction": -0.1}, "rolling_friction = -0.1: must be greater than or equal to 0"),
+]
+
+
+@pytest.mark.parametrize(("changes", "words"), WRONG)
+def test_what_cannot_be_simulated_is_refused_in_one_line(changes, words):
+    with pytest.raises(RequestError) as refused:
+        Heap(**changes)
+    assert words in str(refused.value)
+    assert "\n" not in str(refused.value)
+
+
+def test_the_step_is_that_of_the_smallest_grain():
+    even, mixed = Heap(dispersity=0.0), Heap(dispersity=0.3)
+    assert mixed.longest_step == pytest.approx(0.85 * even.longest_step)
+
+
+def test_the_mean_mass_is_that_of_an_even_range_of_diameters():
+    p = Heap()
+    sizes = np.linspace(1.0 - 0.15, 1.0 + 0.15, 100_001)
+    mean = p.grain.mass * np.mean(sizes**3)
+    assert p.weight / (p.grains * p.gravity) == pytest.approx(mean, rel=1e-5)
+
+
+def ridge(angle, p, columns=20, bed=6e-3):
+    """Return the mean heights of the grains in columns below two slopes of an angle [deg], [m]."""
+    width = p.span / columns
+    x = np.abs(width * (np.arange(columns) + 0.5) - 0.5 * p.span)
+    return 0.5 * (bed + math.tan(math.radians(angle)) * (0.5 * p.span - x))
+
+
+@pytest.mark.parametrize("angle", [0.0, 5.76, 20.0, 35.0])
+def test_the_angle_of_a_ridge_is_that_of_its_slopes(angle):
+    assert slope_angles(ridge(angle, Heap()), Heap().span) == pytest.approx((angle, angle))
+
+
+@pytest.mark.parametrize("angle", [10.0, 25.0, 38.0])
+def test_grains_strewn_below_slopes_have_their_angle_by_means_by_tops_and_by_numbers(angle):
+    """Three routes of the same places: mean heights, highest grains, numbers in columns."""
+    p, generator = Heap(), np.random.default_rng(5)
+    x, z = generator.uniform(0.0, [p.span, 0.06], (200_000, 2)).T
+    slope = math.tan(math.radians(angle))
+    below = z < 6e-3 + slope * (0.5 * p.span - np.abs(x - 0.5 * p.span))
+    x, z = x[below], z[below]
+    column = np.floor(20 * x / p.span).astype(int)
+    count = np.bincount(column, minlength=20)
+    mean = np.bincount(column, z, minlength=20) / count
+    assert slope_angles(mean, p.span) == pytest.approx((angle, angle), abs=0.7)
+    assert angle_by_numbers(mean, count, p) == pytest.approx(angle, abs=0.7)
+    right = x > 0.5 * p.span
+    tops = surface_angle(
+        x[right] - 0.75 * p.span, z[right], np.zeros(right.sum()), 0.2 * p.span, 4e-4
+    )
+    assert tops == pytest.approx(angle, abs=0.7)
+
+
+def angle_by_numbers(mean, count, p):
+    """Return the angle [deg] of grains that fill columns evenly, by their numbers.
+
+    Volume over height: the numbers are proportional to the heights, the factor is that of all.
+    """
+    inner = slice(1, len(count) - 1)
+    height = count * (2.0 * mean[inner].sum() / count[inner].sum())
+    return float(np.mean(slope_angles(0.5 * height, p.span)))
+
+
+def series(p, angle=30.0, rows=100):
+    """Return a heap whose slopes have an angle from the first row on, at rest."""
+    mean, t = ridge(angle, p), np.arange(1, rows + 1) * p.duration / rows
+    return {
+        "time_s": t, "remaining": np.full(rows, 0.6 * p.grains), "astray": np.zeros(rows),
+        "kinetic_J": np.full(rows, 1e-12), "potential_J": np.linspace(2e-2, 1e-2, rows),
+        "count": np.full((rows, 20), 50.0), "height_m": np.tile(mean, (rows, 1)),
+    }  # fmt: skip
+
+
+def output(p, table, **changes):
+    results = {
+        "bed_kinetic_J": 1e-10, "released_J": 2.1e-2, "mean_height_m": 0.5 * 0.05,
+        "grains": p.grains, "steps": p.settle_steps + p.steps, "verdict": "finished",
+    }  # fmt: skip
+    texts = tuple((name, str(value)) for name, value in {**results, **changes}.items())
+    return Output(texts, Provenance("lammps", "1"), {"series": table}, seconds=1.0)
+
+
+def read(p=None, table=None, **changes):
+    p = p or Heap()
+    return CASE.read(p, output(p, table or series(p), **changes), TRAITS)
+
+
+def test_angle_and_what_remains_are_read_of_the_series():
+    found = read()
+    assert set(found) == {quantity.name for quantity in CASE.quantities}
+    for name in ("angle_deg", "left_angle_deg", "right_angle_deg"):
+        assert found[name] == pytest.approx(30.0)
+    assert found["angle_change_deg"] == 0.0
+    assert found["remaining_ratio"] == pytest.approx(0.6)
+    assert found["energy_rise_ratio"] == 0.0
+
+
+def test_a_heap_that_still_moves_or_has_no_ridge_is_undecided():
+    p = Heap()
+    table = series(p)
+    table["remaining"][:-1] += 10
+    with pytest.raises(EngineUndecidedError, match=r"still moves: 10 grains ran off in"):
+        read(p, table)
+    table["remaining"][:-1] -= 8  # two grains of seven hundred are no flow
+    assert read(p, table)["angle_deg"] == pytest.approx(30.0)
+    with pytest.raises(EngineUndecidedError, match=r"no ridge: .* layers = 24 are too few for"):
+        read(p, mean_height_m=0.5 * 0.026)
+
+
+def test_a_grain_beyond_a_side_is_an_error_and_no_result():
+    p = Heap()
+    table = series(p)
+    table["astray"][50] = 1
+    with pytest.raises(EngineLostAtomsError, match=r"through the glued layer 0.918 s after"):
+        read(p, table)
+    with pytest.raises(EngineLostAtomsError, match=r"through the glued layer 0 s after"):
+        read(p, grains=p.grains - 1)
+    with pytest.raises(EngineOutputError, match="began with 1153 grains of 1152"):
+        read(p, grains=p.grains + 1)
+
+
+def runs(engine="LAMMPS", law=Law(), **changes):  # noqa: B008 - frozen
+    row = dict(read())
+    spread = (0.98, 0.99, 1.0, 1.01, 1.02)
+    rows = tuple({**row, "angle_deg": s * row["angle_deg"], **changes} for s in spread)
+    return Runs(engine, rows, law=law)
+
+
+@pytest.mark.parametrize(
+    ("fault", "turned"),
+    [
+        ({}, None),
+        ({"energy_rise_ratio": 0.2}, 0),
+        ({"energy_rise_ratio": math.nan}, 0),
+        ({"bed_kinetic_ratio": 0.02}, 1),
+        ({"heap_kinetic_ratio": 0.002}, 2),
+        ({"heap_kinetic_ratio": math.nan}, 2),
+    ],
+)
+def test_a_planted_fault_turns_its_check(fault, turned):
+    rows = CASE.judge(CASE.judged, runs(**fault), Heap())
+    expected = [Verdict.FAIL if i == turned else Verdict.PASS for i in range(3)]
+    assert [row.verdict for row in rows] == expected
+
+
+def test_another_angle_fails_under_one_law_and_is_a_finding_under_two():
+    laws = [CASE.law(kind.traits) for kind in (Lammps, Liggghts)]
+    assert laws[0].words != laws[1].words
+    mine = runs(law=laws[0])
+    verdicts = [
+        next(CASE.verification.compared([mine, runs("LIGGGHTS", law, angle_deg=26.0)])).verdict
+        for law in laws
+    ]
+    assert verdicts == [Verdict.FAIL, Verdict.FINDING]
+    assert (
+        next(CASE.verification.compared([mine, runs("LIGGGHTS", laws[1])])).verdict is Verdict.PASS
+    )
+
+
+def test_the_spring_of_rolling_is_read_off_the_contact_models():
+    assert rolling_of(TRAITS) == "of one stiffness for all overlaps"
+    assert rolling_of(Liggghts.traits).startswith("the code's own")
+
+
+def test_the_elastic_energy_of_columns_is_below_its_bound():
+    p = Heap()
+    loads = p.grain.mass * p.gravity * np.arange(1, p.layers + 1)
+    energy = p.grains / p.layers * sum(p.grain.elastic_energy(load) for load in loads)
+    assert energy < largest_elastic_energy(p)
+
+
+class Moving:
+    """An engine whose first heaps still move."""
+
+    name, title, traits, workers = "lammps", "LAMMPS", TRAITS, 99
+
+    def __init__(self, moving):
+        self.moving = moving
+
+    def refuses(self, _):
+        return ""
+
+    def run(self, jobs):
+        p, tables = Heap(), [series(Heap()) for _ in jobs]
+        for table in tables[: self.moving]:
+            table["remaining"][:-1] += 20
+        return [output(p, table) for table in tables]
+
+
+def test_heaps_that_still_move_have_no_value_and_none_at_all_decides_nothing():
+    rows = CASE.verification.run(Moving(1), Study("quick")).checks
+    assert {row.verdict for row in rows} == {Verdict.PASS}
+    rows = CASE.verification.run(Moving(5), Study("quick")).checks
+    assert [row.name for row in rows] == [f"heap: lammps: {name}" for name in CASE.judged]
+    assert {row.verdict for row in rows} == {Verdict.NOT_TESTED}
+    assert "undecided: the heap still moves: 20 grains" in rows[0].note
+
+
+@pytest.fixture(scope="module")
+def lammps():
+    with Lammps() as engine:
+        yield engine
+
+
+def run(kind, trials, fault=("", ""), **changes):
+    """Return the outputs of an engine, whose script may have other words in it."""
+    original = kind.script
+
+    def script(cls, template, variant=""):  # noqa: ARG001
+        made = original(template, variant)
+        assert fault[0] in made.text
+        return replace(made, text=made.text.replace(*fault) if fault[0] else made.text)
+
+    faulty = type("Faulty", (kind,), {"script": classmethod(script), "__module__": kind.__module__})
+    jobs = [Job(CASE.template, {**values_of(p), **changes}, sampled=True) for p in trials]
+    with faulty() as engine:
+        outputs = engine.run(jobs)
+    for output_ in outputs:
+        if isinstance(output_, Exception):
+            raise output_
+    return outputs
+
+
+@pytest.mark.live
+def test_a_small_heap_in_lammps_has_one_angle_by_heights_and_by_numbers(lammps):
+    (found,) = lammps.run([CASE.job(TINY)])
+    row = CASE.read(TINY, found, TRAITS)
+    table = found.table(("count", "height_m"))
+    by_numbers = angle_by_numbers(table["height_m"][-1], table["count"][-1], TINY)
+    assert row["angle_deg"] == pytest.approx(by_numbers, abs=5.0)
+    assert 15.0 < row["angle_deg"] < 40.0
+    assert row["energy_rise_ratio"] < 1e-2
+
+
+@pytest.mark.live
+@pytest.mark.parametrize(
+    ("fault", "error"),
+    [
+        (("fix sides grains", "fix sides glued"), EngineLostAtomsError),
+        (("unfix ends", ""), EngineUndecidedError),
+    ],
+)
+def test_a_planted_fault_in_the_script_is_no_result(fault, error):
+    """Sides that hold nothing; ends that stay."""
+    (found,) = run(Lammps, [TINY.replace(duration=0.2)], fault)
+    with pytest.raises(error):
+        CASE.read(TINY, found, TRAITS)
+
+
+@pytest.mark.live
+@LIGGGHTS
+def test_both_codes_begin_with_the_same_grains():
+    """Places and sizes are one formula: after 10 steps of fall energies agree to round-off."""
+    short = {"settle_steps": 10, "steps": 10, "series_every": 10}
+    (mine,), (theirs,) = (run(kind, [TINY], **short) for kind in (Lammps, Liggghts))
+    for name in ("released_J", "mean_height_m", "bed_kinetic_J"):
+        assert theirs.number(name) == pytest.approx(mine.number(name), rel=1e-8)
+    assert mine.number("grains") == theirs.number("grains") == TINY.grains
+
+
+def torque(kind, p, steps, spin, overlap):
+    """Return the torque [N m] of a glued grain on one that is held in it and turns, by a script.
+
+    Spinning across the normal at a rate [rad/s] for so many steps, without friction of sliding.
+    """
+    text = kind.script(CASE.template).text
+    x, turned = "0.02 0.01 0.02", "omega 0 {0} 0" if kind is Lammps else "omegay {0}"
+    changes = {
+        "create_atoms 2 region trough": f"create_atoms 2 single {x} units box",
+        "create_atoms 1 region bed": "create_atoms 1 single "
+        f"{0.02 + 2.0 * p.radius - overlap:.17g} 0.01 0.02 units box",
+        "fix move grains nve/sphere": f"set group grains {turned.format(spin)}\n"
+        "fix move grains nve/noforce",
+        "compute kinetic": "compute each grains property/atom tqy\n"
+        "compute torque grains reduce sum c_each\ncompute kinetic",
+        "variable height    equal xcm(grains,z)": "variable height equal c_torque",
+    }
+    for old, new in changes.items():
+        assert old in text
+        text = text.replace(old, new, 1)
+    values = {"friction": 0.0, "scatter": 0.0, "dispersity": 0.0}
+    values |= {"settle_steps": steps, "steps": 1, "series_every": 1}
+    (found,) = run(kind, [p], (kind.script(CASE.template).text, text), **values)
+    return abs(found.number("mean_height_m"))
+
+
+@pytest.mark.live
+@pytest.mark.parametrize("kind", [Lammps, pytest.param(Liggghts, marks=LIGGGHTS)])
+def test_rolling_is_a_spring_up_to_its_limit(kind):
+    """k_t R*^2 times the angle, k_t = 8 G* a under half of the layers; at most mu_r F_n R*."""
+    p, nu, reduced = Heap(), Heap().poisson_ratio, 0.5 * Heap().radius
+    load = 0.5 * p.layers * p.grain.mass * p.gravity
+    modulus = p.youngs_modulus / (2.0 * (1.0 - nu**2))
+    contact = (0.75 * load * reduced / modulus) ** (1.0 / 3.0)
+    overlap = contact**2 / reduced
+    spring = 8.0 * p.youngs_modulus / (4.0 * (1.0 + nu) * (2.0 - nu)) * contact * reduced**2
+    limit = p.rolling_friction * load * reduced
+    turn = 0.1 * limit / spring  # rad of ten steps
+    spin = turn / (10.0 * p.step_size)
+    rise = torque(kind, p, 20, spin, overlap) - torque(kind, p, 10, spin, overlap)
+    assert rise == pytest.approx(0.1 * limit, rel=1e-5)
+    assert torque(kind, p, 300, spin, overlap) == pytest.approx(limit, rel=1e-5)
+    assert torque(kind, p.replace(rolling_friction=0.0), 300, spin, overlap) == 0.0
