@@ -205,6 +205,7 @@ def held(main, *others):
     CASE.verification.run(main, study)
     beside = replace(study, role="other")
     findings = {engine.name: CASE.verification.run(engine, beside) for engine in (main, *others)}
+    assert not findings[main.name].checks  # they are among those of the main role
     checks = CASE.verification.compare(findings)
     assert len({check.name for check in checks}) == len(checks)
     return {check.name: check for check in checks}
