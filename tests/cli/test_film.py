@@ -6,7 +6,7 @@ import sys
 import pytest
 from PIL import Image
 
-from harness.cases.incline.case import InclineCase
+from harness.cases.incline.report import InclineDisplay
 from harness.cli import main
 
 
@@ -67,8 +67,8 @@ def test_what_cannot_be_is_refused_at_once(monkeypatch, capsys, tmp_path, words,
 
 
 def test_verify_shows_films_in_its_page(monkeypatch, capsys, tmp_path):
-    folder, film = tmp_path / "report", InclineCase.film
-    monkeypatch.setattr(InclineCase, "film", lambda case, engine: film(case, engine, frames=8))
+    folder, film = tmp_path / "report", InclineDisplay.film
+    monkeypatch.setattr(InclineDisplay, "film", lambda self, engine: film(self, engine, frames=8))
     words = ("--only", "*no loss*", "--cases", "incline", "--engine", "reference")
     status, _, err = run(
         monkeypatch, capsys, "verify", "--quick", "--no-baseline", "--film", "--output",
