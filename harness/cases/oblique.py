@@ -51,27 +51,6 @@ INCIDENCES = np.array([0.25, 0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0, 4.5, 5.0, 6
 FRICTION, POISSON = 0.3, 0.3
 
 
-def beside_partial_slip(case: ObliqueCase) -> Findings:
-    """Return how far each law is from the curve, where it is farthest, as findings."""
-    expected = partial_slip_rebound(INCIDENCES, POISSON)
-    curves = {law: _rebounds(case, law) for law in LAWS}
-    findings = Findings(case.name, evidence=curves)
-    for law, reached in curves.items():
-        at = int(np.abs(reached - expected).argmax())
-        findings.checks.append(
-            finding(
-                f"{case.name}: {law} beside partial slip, normalised rebound",
-                float(reached[at]),
-                float(expected[at]),
-                "",
-                "Maw, Barber and Fawcett (1976): the contact sticks inside and slips outside; the "
-                f"law sticks or slips as a whole. Farthest apart at the incidence psi = "
-                f"{INCIDENCES[at]:g} of 0.25 to 6, elastic, nu = {POISSON}",
-            )
-        )
-    return findings
-
-
 def _rebounds(case: ObliqueCase, law: str) -> Array:
     """Return psi of the rebound of an elastic sphere on a wall, of one material."""
     kappa = stiffness_ratio(POISSON)
@@ -91,18 +70,6 @@ def _rebounds(case: ObliqueCase, law: str) -> Array:
         slip_ratio = references["tangential_ratio"].value - references["rim_speed_ratio"].value
         reached.append(psi * slip_ratio / references["normal_restitution"].value)
     return np.array(reached)
-
-
-def drawn_beside(curves: Mapping[str, Array]) -> Sequence[Drawing]:
-    """Return the figure of the rebound over the incidence; nothing without curves."""
-    if not curves:
-        return ()
-    caption = (
-        "Velocity at the contact after over that before, both over mu times the normal one and "
-        "times 2 (1 - nu) / (2 - nu), elastic spheres on a wall of their material, nu = 0.3."
-    )
-    title = "oblique: laws that stick as a whole beside partial slip"
-    return (Drawing("oblique-partial-slip", title, caption, lambda: _figure(curves)),)
 
 
 def _figure(curves: Mapping[str, Array]) -> Figure:
@@ -249,15 +216,31 @@ class ObliqueCase(Friction, ContactCase[Oblique]):
 
 
 class ObliqueVerification(ContactVerification):
-    """Compares laws with partial slip, too."""
+    """Compares Mindlin's laws, which stick as a whole, with partial slip, too."""
 
     case: ObliqueCase
 
     def run_solvers(self, study: Study) -> Findings:
-        """Compare Mindlin's laws, which stick as a whole, with partial slip."""
+        """Return how far each law is from the curve, where it is farthest, as findings."""
         if study.level == "quick":
             return super().run_solvers(study)
-        return beside_partial_slip(self.case)
+        expected = partial_slip_rebound(INCIDENCES, POISSON)
+        curves = {law: _rebounds(self.case, law) for law in LAWS}
+        findings = Findings(self.case.name, evidence=curves)
+        for law, reached in curves.items():
+            at = int(np.abs(reached - expected).argmax())
+            findings.checks.append(
+                finding(
+                    f"{self.case.name}: {law} beside partial slip, normalised rebound",
+                    float(reached[at]),
+                    float(expected[at]),
+                    "",
+                    "Maw, Barber and Fawcett (1976): the contact sticks inside and slips outside; "
+                    "the law sticks or slips as a whole. Farthest apart at the incidence psi = "
+                    f"{INCIDENCES[at]:g} of 0.25 to 6, elastic, nu = {POISSON}",
+                )
+            )
+        return findings
 
 
 class ObliqueDisplay(ContactDisplay):
@@ -278,8 +261,16 @@ class ObliqueDisplay(ContactDisplay):
     ) -> Sequence[Section]:
         """Add the curve of partial slip to the sections of a contact case."""
         sections = super().sections(main, solvers, engines)
-        further = drawn_beside(solvers.evidence or {})
-        return [replace(section, drawings=(*section.drawings, *further)) for section in sections]
+        if not solvers.evidence:
+            return sections
+        slip = Drawing(
+            "oblique-partial-slip",
+            "oblique: laws that stick as a whole beside partial slip",
+            "Velocity at the contact after over that before, both over mu times the normal one and "
+            "times 2 (1 - nu) / (2 - nu), elastic spheres on a wall of their material, nu = 0.3.",
+            lambda: _figure(solvers.evidence),
+        )
+        return [replace(section, drawings=(*section.drawings, slip)) for section in sections]
 
 
 CASE = ObliqueCase()

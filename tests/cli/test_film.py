@@ -5,7 +5,7 @@ import json
 import pytest
 from PIL import Image
 
-from harness.cases.incline.case import InclineCase
+from harness.cases.incline.report import InclineDisplay
 
 
 @pytest.mark.parametrize(
@@ -55,8 +55,8 @@ def test_what_cannot_be_is_refused_at_once(command, tmp_path, words, told):
 
 
 def test_verify_shows_films_in_its_page(command, monkeypatch, tmp_path):
-    folder, film = tmp_path / "report", InclineCase.film
-    monkeypatch.setattr(InclineCase, "film", lambda case, engine: film(case, engine, frames=8))
+    folder, film = tmp_path / "report", InclineDisplay.film
+    monkeypatch.setattr(InclineDisplay, "film", lambda self, engine: film(self, engine, frames=8))
     words = ("--only", "*no loss*", "--cases", "incline", "--engine", "reference")
     # a row of theory tests nothing in the engine
     command(

@@ -56,7 +56,7 @@ def regression(measured, errors=None):
     chosen = Baseline({name: known.records[name] for name in names}, known.where, known.overrides)
     cases = ("incline", "tower")
     expected = Expected(engines={"lammps"}, cases=cases, errors=errors or {})
-    tolerances = {name: get_case(name).regression for name in cases}
+    tolerances = {name: get_case(name).verification.regression for name in cases}
     return against_baseline(measured, chosen, "quick", expected, tolerances)
 
 

@@ -214,7 +214,9 @@ def test_the_committed_baseline_is_whole_and_as_it_would_be_written():
     for level in ("quick", "default", "full"):
         assert len(known.of_level(level)) > 40, level
     for record in known.records.values():
-        assert set(record.quantities) <= set(get_case(record.case).regression), record.name
+        assert set(record.quantities) <= set(get_case(record.case).verification.regression), (
+            record.name
+        )
         assert record.family
     for table in committed().glob("*.csv"):
         engine = table.name.partition(".")[0]

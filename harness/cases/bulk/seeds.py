@@ -211,6 +211,9 @@ class BulkVerification(Verification):
     ) -> tuple[Runs | str, list[Check]]:
         """Return the runs of the main engine under another's rules, or why it cannot state them."""
         trials = self.trials(main, level)
+        if without := sorted(law.values.keys() - self.case.template.allowed.keys()):
+            why = f"the script takes no {', '.join(without)}"
+            return f"{main.title} cannot state the rules of {title}: {why}", []
         if reason := main.refuses(self._job(trials[0], law)):
             return f"{main.title} cannot state the rules of {title}: {reason}", []
         near = replace(law, words="as near to them as its script states") if law.inexact else law
