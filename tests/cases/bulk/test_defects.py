@@ -1,5 +1,6 @@
 """What defects do in bulk: switches change the defect alone, the table tells moved from equal."""
 
+import csv
 import math
 import re
 from dataclasses import replace
@@ -18,6 +19,8 @@ from harness.cases.bulk.defects import (
     table,
     written,
 )
+from harness.cases.bulk.equivalence import FEWEST
+from harness.cases.bulk.seeds import MARGIN
 from harness.cases.bulk.switches import (
     Switch,
     Variant,
@@ -41,6 +44,7 @@ from harness.solvers.pair.normal import TSUJI
 from harness.store.baseline import known_defects
 
 SWITCHES = list(switches())
+REPORT = Path(__file__).parents[3] / "reports" / "bulk"
 A, B = Variant({"damping": "a"}), Variant({"damping": "b"})
 SWITCH = Switch("tsuji-restitution", "silo", "on", "off", A, B)
 
@@ -334,6 +338,49 @@ def test_walls_without_friction_let_a_silo_run_out_faster():
 
 
 # ---- report
+
+
+def committed():
+    """Return the rows of the report, by defect, case, quantity, words and what is held against."""
+    with (REPORT / "defects.csv").open(encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+    names = ("defect", "case", "quantity", "switched", "against")
+    return {tuple(row[name] for name in names): row for row in rows}
+
+
+def test_the_committed_table_is_of_these_switches():
+    rows = committed()
+    assert list(rows) == [
+        (switch.defect or "none", switch.case, quantity, switch.words, against)
+        for switch in SWITCHES
+        for against in (LAW, *[PREDICTION] * (switch.predicted is not None and not switch.exact))
+        for quantity in QUANTITIES[switch.case]
+    ]
+    width = MARGIN.width(1.0)
+    for row in rows.values():
+        if row["verdict"] == "not tested":
+            assert min(int(row["seeds"]), int(row["seeds_held"])) < FEWEST
+            continue
+        ratio, low, high = (float(row[name]) for name in ("ratio", "low", "high"))
+        assert low <= ratio <= high
+        assert float(row["mean"]) / float(row["mean_held"]) == pytest.approx(ratio, rel=2e-4)
+        within = 1.0 - width <= low and high <= 1.0 + width
+        outside = high < 1.0 - width or low > 1.0 + width
+        verdict = "equivalent" if within else "moved" if outside else "undecided"
+        assert row["verdict"] == verdict
+
+
+def test_the_committed_table_moves_as_causes_predict():
+    rows = {key[:3] + key[4:]: row for key, row in committed().items()}
+    # grains that no wall holds run out faster, and a drum that slides below them lifts them less
+    silo, drum = (
+        rows["old-wall-friction", case, quantity, LAW]
+        for case, quantity in (("silo", "discharge_rate_per_s"), ("drum", "surface_angle_deg"))
+    )
+    assert float(silo["low"]) > 1.05
+    assert float(drum["high"]) < 0.95
+    (control,) = [row for key, row in committed().items() if key[0] == "none"]
+    assert control["verdict"] != "moved"
 
 
 def test_every_known_defect_says_what_it_does_in_bulk():
