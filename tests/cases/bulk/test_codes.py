@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from harness.cases.bulk.energy import ELASTIC
 from harness.cases.registry import get_case
 from harness.engines.contract import Job
 from harness.engines.lammps.engine import Lammps
@@ -85,7 +86,8 @@ def record(code):
 @EACH
 def test_quantities_are_read_of_what_a_code_left(code, case):
     found = case.read(SMALL[case.name], recorded(code, case), engine_class(code).traits)
-    assert set(found) == {quantity.name for quantity in case.quantities}
+    springs = {ELASTIC, "end_elastic_ratio", "balance_ratio"}  # scripts of LAMMPS alone leave them
+    assert set(found) == {quantity.name for quantity in case.quantities} - springs
     assert all(math.isfinite(value) for value in found.values())
     assert found.get("energy_gain_ratio", 0.0) < 0.02
     assert found.get("bed_solid_fraction", 0.5) == pytest.approx(0.5, abs=0.12)
