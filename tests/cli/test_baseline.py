@@ -65,7 +65,7 @@ def test_bad_requests(harness, tmp_path):
         assert said.count("\n") == 1
     (tmp_path / "t.toml").write_text("[override.x]\n")
     said = harness("verify", "--tolerances", "t.toml", status=2).stderr
-    assert "[override.x]: case = None: must be a text" in said
+    assert "[override.x]: case: must be given" in said
     assert {path.name for path in tmp_path.iterdir()} == {"file", "t.toml"}
 
 

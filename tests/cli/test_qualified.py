@@ -38,10 +38,10 @@ class TwiceDamped:
     """Doubles the dashpot of what it is told."""
 
     def run(self, jobs):
-        return super().run([self._changed(job) for job in jobs])
+        return super().run([self._doubled(job) for job in jobs])
 
     @staticmethod
-    def _changed(job):
+    def _doubled(job):
         if "damping" not in job.values:
             return job
         contact = contact_of(job.values)

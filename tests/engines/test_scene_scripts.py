@@ -12,6 +12,7 @@ from harness.cases.contact import motion as contacts
 from harness.cases.drop import case as drops
 from harness.cases.drop.case import Drop
 from harness.cases.drum import TEMPLATE as DRUM
+from harness.cases.heap import TEMPLATE as HEAP
 from harness.cases.incline import runs as inclines
 from harness.cases.incline import system
 from harness.cases.incline.system import Incline, Motion, margin
@@ -97,7 +98,7 @@ def test_the_committed_inputs_are_what_is_generated(code, inputs):
     paths = (path for path in folder.rglob("*") if path.is_file())
     committed = {f"{code}/{path.relative_to(folder)}": path.read_text("utf-8") for path in paths}
     assert committed == engine_class(code).inputs(
-        [*TEMPLATES, contacts.TEMPLATE, PENETRATION, SILO, DRUM]
+        [*TEMPLATES, contacts.TEMPLATE, PENETRATION, SILO, DRUM, HEAP]
     )
 
 

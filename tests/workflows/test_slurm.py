@@ -17,7 +17,7 @@ from tests.workflows import fakes
 def executor(tmp_path, resumes=False, **options):
     class Engine(Lammps):
         def __init__(self):
-            pass
+            self._restart_every = None
 
         def resumes(self, job):  # noqa: ARG002
             return resumes

@@ -43,7 +43,7 @@ def test_a_page_shows_the_law_on_the_curve(monkeypatch, case, name, sticking, sy
     monkeypatch.setattr(report, "ANGLES", np.array([5.0, 85.0]))
     # slow: the normal turns little while the spheres pass each other, as it does for the curve
     one = tried(case, told(case, name, system, speed=0.01), system)
-    plot = get_case(case).plot(one, "TOY")
+    plot = report.trial_plot(get_case(case), one, "TOY")
     law, known = plot.lines
     assert plot.group == system
     assert known.name.startswith("Walton" if name.startswith("linear") else "Maw")
@@ -102,7 +102,7 @@ def test_there_is_none_without_friction_or_a_closed_form(changes):
 def test_a_curve_of_a_long_run_has_no_more_points_than_a_page_needs(name):
     case = get_case("slip-to-roll")
     parameters = told("slip-to-roll", name).replace(steps_per_contact=1600)
-    plot = case.plot(tried("slip-to-roll", parameters, "wall"), "TOY")
+    plot = report.trial_plot(case, tried("slip-to-roll", parameters, "wall"), "TOY")
     for line in plot.lines:
         assert report.POINTS <= len(line.x) <= 5 * report.POINTS
         assert not line.marked
