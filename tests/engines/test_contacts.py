@@ -158,7 +158,7 @@ HELD = {
 )
 def test_a_code_holds_against_the_law_under_its_rules(code, name, submodel, system, widest):
     case = get_case(name)
-    submodels = [one for one in (*case.submodels, *case.beside) if one.name == submodel]
+    submodels = [one for one in (*case.submodels, *case.other_submodels) if one.name == submodel]
     trials = [one for one in case.trials("default", submodels) if one.system == system]
     found = verify_trials(case, code, Study("default"), trials)
     judged = [check for check in found.checks if check.judged]
