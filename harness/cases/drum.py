@@ -11,10 +11,9 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from harness.cases.bulk.materials import (
-    PACKED,
     Bed,
     Sphere,
     SteelModulus,
@@ -24,11 +23,11 @@ from harness.cases.bulk.materials import (
 from harness.cases.bulk.materials import values_of as bed_values
 from harness.cases.bulk.mixing import cells_of, lacey_index, surface_angle
 from harness.cases.bulk.places import PUBLISHED, Cylinder, read_grains, write_grains
-from harness.cases.bulk.restarts import check_rows, restart_values
+from harness.cases.bulk.restarts import restart_values
 from harness.cases.bulk.rules import ALLOWED
 from harness.cases.bulk.seeds import BulkCase, Curve, Runs
+from harness.cases.bulk.series import check_rows
 from harness.comparison.verdicts import Check, Kind, Tolerance, judge
-from harness.engines.border import engine_seconds
 from harness.engines.contract import Job, Output, Template, Value
 from harness.engines.traits import Traits
 from harness.errors import EngineLostAtomsError, RequestError
@@ -87,15 +86,13 @@ class Drum(Bed):
     cell: float = Field(8e-3, gt=0.0, description="[m] edge of the cells of the mixing index")
     step_size: StepSize = 3.5e-5
 
-    @model_validator(mode="after")
-    def _holds(self) -> Drum:
+    def _check_system(self) -> None:
         for kind in ("large", "small") if not self.places else ():
             if getattr(self, f"{kind}_grains") == 0:
                 raise ValueError(
                     f"{kind}_layers = {getattr(self, f'{kind}_layers')}: no {kind} grain finds "
                     "room in the drum"
                 )
-        return self
 
     @property
     def large(self) -> Sphere:
@@ -344,13 +341,6 @@ class DrumCase(BulkCase[Drum]):
 
         reach = 1.05 * p.drum_radius
         return Cut(0.0, [circle(p.drum_radius)], -reach, reach)
-
-    def seconds(self, parameters: Drum, rules: Traits | None, solver: str = "") -> float:
-        """Return what a run is expected to take [s], good to a factor of three."""
-        if rules is None:
-            return 0.0
-        steps = parameters.settle_steps + parameters.steps
-        return PACKED * engine_seconds(steps, parameters.grains, rules)
 
     def curves(self, p: Drum, output: Output) -> Sequence[tuple[Floats, Floats]]:
         """Return mixing index and angle of the surface [deg] over the turn [deg]."""

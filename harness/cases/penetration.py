@@ -11,11 +11,10 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from harness.cases.bulk.energy import ELASTIC, judge_gain, tangential_share
 from harness.cases.bulk.materials import (
-    PACKED,
     BedOfOneKind,
     Duration,
     SettleTime,
@@ -26,11 +25,11 @@ from harness.cases.bulk.materials import (
 )
 from harness.cases.bulk.materials import values_of as bed_values
 from harness.cases.bulk.places import PUBLISHED, PUBLISHED_BOX, Box, data_file, read_places
-from harness.cases.bulk.restarts import check_rows, restart_values
+from harness.cases.bulk.restarts import restart_values
 from harness.cases.bulk.rules import ALLOWED
 from harness.cases.bulk.seeds import BulkCase, Curve, Runs
+from harness.cases.bulk.series import check_rows
 from harness.comparison.verdicts import Check, Kind, Tolerance, judge
-from harness.engines.border import engine_seconds
 from harness.engines.contract import Job, Output, Template, Value
 from harness.engines.traits import Traits
 from harness.errors import CombinationError, EngineLostAtomsError, EngineOutputError
@@ -77,8 +76,7 @@ class Penetration(BedOfOneKind):
     duration: Duration = 0.1
     step_size: StepSize = 5e-6
 
-    @model_validator(mode="after")
-    def _holds(self) -> Penetration:
+    def _check_system(self) -> None:
         if self.places and not (self.length and self.width):
             raise ValueError(
                 f"length = {self.length:g} m, width = {self.width:g} m: must be those of the box "
@@ -102,7 +100,6 @@ class Penetration(BedOfOneKind):
                 f"offset = {self.offset:g} m: the sphere is in a wall; must be within "
                 f"{0.5 * self.box.length - self.steel_radius:.4g}"
             )
-        return self
 
     @property
     def box(self) -> Box:
@@ -203,13 +200,9 @@ TEMPLATE = Template(NAME, {"": values_of(Penetration())}, allowed=allowed_in(Pen
 
 
 def largest_elastic_energy(p: Penetration) -> float:
-    """Return a bound of the elastic energy of the bed at rest [J].
-
-    Each of six contacts of a grain, counted half, bears the weight of a whole column, as only the
-    lowest do.
-    """
+    """Return a bound of the elastic energy of the bed at rest [J]."""
     column = p.grains * (2.0 * p.radius) ** 2 / p.floor_area if p.places else p.layers
-    return 3.0 * p.grains * p.grain.elastic_energy(column * p.mass * p.gravity)
+    return p.elastic_bound(column * p.mass * p.gravity)
 
 
 def height_quantities(p: Penetration, table: Table, released: float) -> dict[str, float]:
@@ -334,13 +327,6 @@ class PenetrationCase(BulkCase[Penetration]):
         top = p.start_height + 2.0 * p.steel_radius
         walls = [([0.0, 0.0, p.box.length, p.box.length], [top, 0.0, 0.0, top])]
         return Cut(0.5 * p.box.width, walls, -p.radius, top)
-
-    def seconds(self, parameters: Penetration, rules: Traits | None, solver: str = "") -> float:
-        """Return what an impact is expected to take [s], good to a factor of three."""
-        if rules is None:
-            return 0.0
-        steps = parameters.settle_steps + parameters.steps
-        return PACKED * engine_seconds(steps, parameters.grains, rules)
 
     def curves(
         self, p: Penetration, output: Output

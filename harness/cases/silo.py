@@ -11,13 +11,12 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field
 from scipy.optimize import brentq
 from scipy.stats import binomtest
 
 from harness.cases.bulk.energy import ELASTIC, judge_gain, tangential_share
 from harness.cases.bulk.materials import (
-    PACKED,
     BedOfOneKind,
     Radius,
     SteelModulus,
@@ -26,14 +25,14 @@ from harness.cases.bulk.materials import (
     check_memory,
     values_of,
 )
-from harness.cases.bulk.restarts import check_rows, restart_values
+from harness.cases.bulk.restarts import restart_values
 from harness.cases.bulk.rules import ALLOWED
 from harness.cases.bulk.seeds import BulkCase, Curve, Runs
+from harness.cases.bulk.series import check_grains, check_rows, largest_gain
 from harness.comparison.verdicts import Check, Kind, Tolerance, finding, judge
-from harness.engines.border import engine_seconds
 from harness.engines.contract import Job, Output, Template
 from harness.engines.traits import Traits
-from harness.errors import EngineLostAtomsError, EngineOutputError, EngineUndecidedError
+from harness.errors import EngineUndecidedError
 from harness.parameters.allowed import allowed_in
 from harness.theory.bulk import (
     BEVERLOO_FACTOR,
@@ -74,8 +73,7 @@ class Silo(BedOfOneKind):
     cone_height: float = Field(0.012, gt=0.0, le=10.0, description="[m] from orifice to cylinder")
     step_size: StepSize = 4e-5
 
-    @model_validator(mode="after")
-    def _holds(self) -> Silo:
+    def _check_system(self) -> None:
         if self.orifice_radius >= self.silo_radius:
             raise ValueError(
                 f"orifice_radius = {self.orifice_radius:g} m: must be less than silo_radius = "
@@ -86,7 +84,6 @@ class Silo(BedOfOneKind):
                 f"silo_radius = {self.silo_radius:g} m: no grain of radius = {self.radius:g} m "
                 "finds room; must be some diameters"
             )
-        return self
 
     @property
     def in_layer(self) -> int:
@@ -141,13 +138,9 @@ TEMPLATE = Template(NAME, {"": values_of(Silo())}, allowed=allowed_in(Silo) | AL
 
 
 def largest_elastic_energy(p: Silo) -> float:
-    """Return a bound of the elastic energy of the bed at rest [J].
-
-    Each of six contacts of a grain, counted half, bears the weight of a whole column, as only the
-    lowest do.
-    """
+    """Return a bound of the elastic energy of the bed at rest [J]."""
     column = p.weight * (2.0 * p.radius) ** 2 / (math.pi * p.silo_radius**2)
-    return 3.0 * p.grains * p.grain.elastic_energy(column)
+    return p.elastic_bound(column)
 
 
 def discharge(p: Silo, table: Table) -> dict[str, float]:
@@ -184,27 +177,6 @@ def discharge(p: Silo, table: Table) -> dict[str, float]:
     }
 
 
-def check_walls(p: Silo, within: float, table: Table, who: str) -> None:
-    """Raise EngineLostAtomsError unless all grains are within the walls.
-
-    So many are ``within`` them at the opening; the series tells those that are not, later.
-    """
-    times = [0.0] if within < p.grains else table["time_s"][table["astray"] != 0.0]
-    if len(times):
-        raise EngineLostAtomsError(
-            f"{who}: a grain is beyond the walls {times[0]:.3g} s after the opening: they leave a "
-            f"hole, or step_size = {p.step_size:g} s is too long, youngs_modulus = "
-            f"{p.youngs_modulus:g} Pa too small"
-        )
-    if within > p.grains:
-        raise EngineOutputError(f"{who} began with {within:.0f} grains of {p.grains}")
-
-
-def largest_gain(energy: Floats) -> float:
-    """Return by how much an energy rises above what it was before, at most."""
-    return float((energy - np.minimum.accumulate(energy)).max())
-
-
 AT_REST = Tolerance("", 0.01, 0.0, "a bed that moves adds 1 % to the energy of the flow at most")
 
 
@@ -213,6 +185,7 @@ class SiloCase(BulkCase[Silo]):
 
     name = NAME
     template = TEMPLATE
+    empties = True
     seeds = {"quick": 5, "default": 12, "full": 24}  # noqa: RUF012
     judged = ("no energy is gained", "the bed is at rest at the opening", "arching", "Beverloo")
     equivalent = ("discharge_rate_per_s", "bed_solid_fraction", "bed_coordination")
@@ -256,7 +229,8 @@ class SiloCase(BulkCase[Silo]):
         output.check_numbers({"steps": p.settle_steps + p.steps})
         table = output.table(COLUMNS)
         check_rows(table["time_s"], p.steps * p.step_size, output.who)
-        check_walls(p, output.number("grains"), table, output.who)
+        walls = "beyond the walls", "the opening", "they leave a hole, or "
+        check_grains(p, output, table, *walls)
         surface = p.surface(output.number("mean_height_m"))
         solid = p.grains * p.grain.volume / p.volume(surface)
         found = discharge(p, table)
@@ -297,13 +271,6 @@ class SiloCase(BulkCase[Silo]):
         radii, heights = (p.silo_radius, p.silo_radius, p.orifice_radius), (top, 0.0, bottom)
         walls = [([side * radius for radius in radii], heights) for side in (-1.0, 1.0)]
         return Cut(0.0, walls, 3.0 * bottom - 2.0 * p.orifice_radius, top)
-
-    def seconds(self, parameters: Silo, rules: Traits | None, solver: str = "") -> float:
-        """Return what a discharge is expected to take [s], good to a factor of three."""
-        if rules is None:
-            return 0.0
-        steps = parameters.settle_steps + parameters.steps // 2
-        return PACKED * engine_seconds(steps, parameters.grains, rules)
 
     def curves(self, p: Silo, output: Output) -> Sequence[tuple[Floats, Floats]]:
         """Return time [s] and the number that remains."""

@@ -129,6 +129,7 @@ def test_a_code_on_two_ranks_or_threads_is_another_that_keeps_runs_of_its_own(na
     silo = get_case("silo")
     try:
         one = engine_class(name)()
+        one.identify()
     except EngineMissingError as error:
         pytest.skip(str(error))
     with one, one.on_ranks(2) as two:

@@ -106,6 +106,15 @@ def check_step(step_size: float, longest: float) -> None:
         )
 
 
+Layers = Annotated[
+    int, Field(ge=1, le=10000, description="[-] grains of the first lattice along z")
+]
+Spacing = Annotated[float, Field(gt=1.0, le=3.0, description="[-] of a lattice, in diameters")]
+Scatter = Annotated[
+    float, Field(ge=0.0, le=1.0, description="[-] range of the first places, in diameters")
+]
+Friction = Annotated[float, Field(ge=0.0, le=2.0, description="[-] between grains")]
+SteelFriction = Annotated[float, Field(ge=0.0, le=2.0, description="[-] on steel")]
 Radius = Annotated[float, Field(gt=0.0, description="[m] of a grain")]
 YoungsModulus = Annotated[float, Field(gt=0.0, description="[Pa] of the grains")]
 SteelModulus = Annotated[float, Field(gt=0.0, description="[Pa] of all that is of steel")]
@@ -122,28 +131,40 @@ class Bed(Parameters):
     DERIVED: ClassVar[frozenset[str]]
     """Parameters that scripts are not told."""
 
-    spacing: float = Field(1.2, gt=1.0, le=3.0, description="[-] of a lattice, in diameters")
-    scatter: float = Field(
-        0.19, ge=0.0, le=1.0, description="[-] range of the first places, in diameters"
-    )
+    spacing: Spacing = 1.2
+    scatter: Scatter = 0.19
     seed: int = Field(1, ge=1, le=10000, description="[-] of the first places")
     poisson_ratio: float = Field(0.2, ge=0.0, lt=0.5, description="[-] of all")
     steel_youngs_modulus: SteelModulus = 2.1e11
     steel_restitution: float = Field(0.4, gt=0.05, le=1.0, description="[-] on steel")
-    steel_friction: float = Field(0.2, ge=0.0, le=2.0, description="[-] on steel")
+    steel_friction: SteelFriction = 0.2
     gravity: float = Field(9.81, gt=0.0, description="[m/s2] downward")
     settle_time: SettleTime = 0.2
     step_size: StepSize = 1e-6
 
     @model_validator(mode="after")
     def _can_begin(self) -> Bed:
-        if self.scatter > self.spacing - 1.0:
+        words, most = self._room()
+        if self.scatter > most:
             raise ValueError(
                 f"scatter = {self.scatter:g}: grains overlap at the start; must be at most "
-                f"spacing - 1 = {self.spacing - 1.0:.4g}"
+                f"{words} = {most:.4g}"
             )
+        self._check_system()
         check_step(self.step_size, self.longest_step)
         return self
+
+    def _check_system(self) -> None:
+        """Raise ValueError for what the grains are within and does not go together."""
+
+    def _room(self) -> tuple[str, float]:
+        """Return the room between grains of the first lattice, in words and in diameters."""
+        return "spacing - 1", self.spacing - 1.0
+
+    @property
+    @abstractmethod
+    def grains(self) -> int:
+        """Return how many grains there are."""
 
     @property
     @abstractmethod
@@ -183,12 +204,12 @@ class BedOfOneKind(Bed):
 
     DERIVED = frozenset({"settle_time", "duration"})
 
-    layers: int = Field(20, ge=1, le=10000, description="[-] grains of the first lattice along z")
+    layers: Layers = 20
     radius: Radius = 1e-3
     density: float = Field(2500.0, gt=0.0, description="[kg/m3] of the grains")
     youngs_modulus: YoungsModulus = 1e9
     restitution: float = Field(0.5, gt=0.05, le=1.0, description="[-] between grains")
-    friction: float = Field(0.3, ge=0.0, le=2.0, description="[-] between grains")
+    friction: Friction = 0.3
     duration: Duration = 1.0
 
     @property
@@ -205,6 +226,14 @@ class BedOfOneKind(Bed):
     def time(self) -> float:
         """Return how long the bed is disturbed [s]."""
         return self.duration
+
+    def elastic_bound(self, column: float) -> float:
+        """Return a bound of the elastic energy of the bed at rest [J].
+
+        Each of six contacts of a grain, counted half, bears the weight [N] of a whole column of
+        grains, as only the lowest do.
+        """
+        return 3.0 * self.grains * self.grain.elastic_energy(column)
 
 
 GRAIN_BYTES = 2000

@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 import numpy as np
 
 from harness.cases.bulk.equivalence import FEWEST, Sample, equivalence, interval
+from harness.cases.bulk.materials import PACKED, Bed
 from harness.cases.bulk.restarts import longest_part
 from harness.cases.bulk.rules import Law, differing, law_of
 from harness.cases.contract import Case, LevelName
@@ -35,10 +36,10 @@ from harness.comparison.verdicts import (
     not_tested,
 )
 from harness.comparison.verification import Findings
+from harness.engines.border import engine_seconds
 from harness.engines.contract import Engine, Job, Output
 from harness.engines.traits import Traits
 from harness.errors import EngineError, EngineUndecidedError
-from harness.parameters.base import Parameters
 from harness.report.sections import Section
 
 if TYPE_CHECKING:
@@ -50,7 +51,7 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
 
-P = TypeVar("P", bound=Parameters)
+P = TypeVar("P", bound=Bed)
 
 MARGIN = Tolerance(
     "",
@@ -116,6 +117,8 @@ class BulkCase(Case[P]):
     equivalent: ClassVar[tuple[str, ...]]
     """Quantities that codes are held against one another in; the others are shown."""
     drawn: ClassVar[tuple[Curve, ...]]
+    empties: ClassVar[bool] = False
+    """Whether grains leave once the bed is disturbed, half of them on the mean."""
 
     @abstractmethod
     def judge(self, names: Sequence[str], runs: Runs, p: P) -> list[Check]:
@@ -128,6 +131,14 @@ class BulkCase(Case[P]):
     def law(self, traits: Traits) -> Law:
         """Return by which rules an engine follows the law."""
         return law_of(traits)
+
+    def seconds(self, parameters: P, rules: Traits | None, solver: str = "") -> float:
+        """Return what a run is expected to take [s], good to a factor of three."""
+        if rules is None:
+            return 0.0
+        disturbed = parameters.steps // 2 if self.empties else parameters.steps
+        steps = parameters.settle_steps + disturbed
+        return PACKED * engine_seconds(steps, parameters.grains, rules)
 
     def part_seconds(self, parameters: P, rules: Traits) -> float:
         """Return the expected time between two restart files [s], of the whole run without any."""

@@ -8,7 +8,8 @@ import time
 import numpy as np
 import pytest
 
-from harness.cases.bulk.restarts import LONG, WORK, check_rows, longest_part, restart_values
+from harness.cases.bulk.restarts import LONG, WORK, longest_part, restart_values
+from harness.cases.bulk.series import check_rows
 from harness.cases.registry import get_case
 from harness.engines.contract import RESTART_EVERY, Job
 from harness.engines.lammps.engine import Lammps

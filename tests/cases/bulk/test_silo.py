@@ -9,7 +9,8 @@ from scipy.integrate import quad
 
 from harness.cases.bulk.materials import check_memory
 from harness.cases.bulk.seeds import Runs
-from harness.cases.silo import CASE, Silo, arching, largest_elastic_energy, largest_gain, values_of
+from harness.cases.bulk.series import largest_gain
+from harness.cases.silo import CASE, Silo, arching, largest_elastic_energy, values_of
 from harness.cases.verification import Study
 from harness.comparison.verdicts import Verdict
 from harness.engines.contract import Job
