@@ -169,20 +169,20 @@ class BulkVerification(Verification):
     def run(self, engine: Engine, study: Study) -> Findings:
         """Run the seeds of a level and judge them; one without its event has no row.
 
-        The first engine that is verified is the main one, which also runs under others' rules. Its
-        rows are there when it is held against others: then only its runs are returned.
+        The main engine, which runs before others, also runs under others' rules. Its rows are there
+        when it is held against others: then only its runs are returned.
         """
-        main: Engine = study.once((self.case.name, "main"), lambda: engine)
-        if main.name != engine.name:
-            return self._verified(engine, study, main)
+        main: Engine | None = study.once(
+            (self.case.name, "main"), lambda: engine if study.role == "main" else None
+        )
         done = study.once(
             (self.case.name, engine.name), lambda: self._verified(engine, study, main)
         )
-        if study.role == "main":
+        if main is None or main.name != engine.name or study.role == "main":
             return done
         return Findings(self.case.name, engine.name, evidence=done.evidence)
 
-    def _verified(self, engine: Engine, study: Study, main: Engine) -> Findings:
+    def _verified(self, engine: Engine, study: Study, main: Engine | None) -> Findings:
         """Return the rows of an engine, with its runs as evidence."""
         findings = Findings(self.case.name, engine.name)
         trials = self.trials(engine, study.level)
@@ -199,8 +199,7 @@ class BulkVerification(Verification):
                 findings.checks += [not_tested(n, Kind.ANALYTIC, why) for n in names]
             return findings
         findings.checks += self.case.judge(names, runs, self.case.default)
-        ruled = main.name != engine.name and self.case.law(main.traits).words != law.words
-        if ruled and law.values:
+        if law.values and main is not None and self.case.law(main.traits).words != law.words:
             beside, failed = study.once(
                 (self.case.name, law.words),
                 lambda: self._under(main, law, engine.title, study.level),
@@ -222,9 +221,6 @@ class BulkVerification(Verification):
     ) -> tuple[Runs | str, list[Check]]:
         """Return the runs of the main engine under another's rules, or why it cannot state them."""
         trials = self.trials(main, level)
-        if without := sorted(law.values.keys() - self.case.template.allowed.keys()):
-            why = f"the script takes no {', '.join(without)}"
-            return f"{main.title} cannot state the rules of {title}: {why}", []
         if reason := main.refuses(self._job(trials[0], law)):
             return f"{main.title} cannot state the rules of {title}: {reason}", []
         near = replace(law, words="as near to them as its script states") if law.inexact else law

@@ -211,6 +211,16 @@ def held(main, *others):
     return {check.name: check for check in checks}
 
 
+@pytest.mark.usefixtures("faked")
+def test_without_a_main_engine_the_first_of_the_others_keeps_its_rows():
+    study = Study("default", role="other")
+    for code in ("lammps", "yade"):
+        engine = Fake(code)
+        findings = CASE.verification.run(engine, study)
+        assert {row.name for row in findings.checks} == set(CASE.verification.names(engine))
+        assert findings.evidence.main is None
+
+
 @pytest.mark.parametrize(("fault", "verdict"), [(1.0, Verdict.PASS), (1.2, Verdict.FAIL)])
 @pytest.mark.usefixtures("faked")
 def test_the_main_engine_runs_the_rules_of_another_and_a_fault_in_that_one_fails(fault, verdict):
