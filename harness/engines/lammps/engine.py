@@ -23,6 +23,7 @@ from harness.engines.lammps.restarts import (
     PREFIX,
     RestartFolder,
     can_resume,
+    check_restored,
     leaves_restarts,
     link_into,
     progress_in,
@@ -438,6 +439,15 @@ class Lammps(LammpsLanguage):
                 error.log = error.log if isinstance(outcome, EngineError) else outcome.log
                 results.append(error)
         return results
+
+    def output(self, task: Task, log: str, series: str, seconds: float) -> Output:
+        """Return the output of a task; raise EngineError also for what a restart file lost.
+
+        The script of contacts reads one file on purpose: what it loses is measured there.
+        """
+        if can_resume(task):
+            check_restored(log, self.title)
+        return super().output(task, log, series, seconds)
 
     def close(self) -> None:
         """End LAMMPS's processes."""

@@ -105,16 +105,7 @@ def has_error(log: str) -> bool:
 
 
 def check_log(log: str, program: str = "LAMMPS") -> None:
-    """Raise EngineError for a log that holds an error beside the results of a finished run.
-
-    Also where a restart file holds what no fix of the run took, such as what contacts remember: not
-    of the contacts' script, whose invariance measures what such a loss does.
-    """
-    lost = re.search(r"^Unused restart file .* fix info:\n((?:  .*\n)+)", log, re.MULTILINE)
-    measured = re.search(r"^read_restart .*\.restart\s*$", log, re.MULTILINE)
-    if lost is not None and measured is None:
-        what = " ".join(lost[1].split())
-        raise EngineOutputError(f"{program} lost what a restart file holds: {what}")
+    """Raise EngineError for a log that holds an error beside the results of a finished run."""
     match = _ERROR.search(log)
     if match is not None:
         lost = re.search(r"lost atoms", match[0], re.IGNORECASE)

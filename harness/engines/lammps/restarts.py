@@ -58,6 +58,17 @@ def leaves_restarts(script: Script, *, sampled: bool) -> bool:
     return supported and (not sampled or f"${{{FILES}}}.rows" in script.text)
 
 
+def check_restored(log: str, program: str) -> None:
+    """Raise EngineOutputError where a restart file holds what no fix of the run took.
+
+    Such as what contacts remember.
+    """
+    lost = re.search(r"^Unused restart file .* fix info:\n((?:  .*\n)+)", log, re.MULTILINE)
+    if lost is not None:
+        what = " ".join(lost[1].split())
+        raise EngineOutputError(f"{program} lost what a restart file holds: {what}")
+
+
 class RestartFolder:
     """The folder of a task below ``place``, held until the end of the block.
 

@@ -14,7 +14,7 @@ from harness.cases.registry import get_case
 from harness.engines.contract import RESTART_EVERY, Job
 from harness.engines.lammps.engine import Lammps
 from harness.engines.lammps.language import check_log
-from harness.engines.lammps.restarts import BEFORE, END, STATE, RestartFolder
+from harness.engines.lammps.restarts import BEFORE, END, STATE, RestartFolder, check_restored
 from harness.engines.output import results_in
 from harness.engines.registry import engine_class
 from harness.errors import EngineOutputError
@@ -180,6 +180,7 @@ def test_a_run_that_is_killed_at_any_time_goes_on_with_the_same_numbers(case, lm
     log = (cut / "log").read_text("utf-8")
     assert "\nread_restart" in log
     check_log(log)
+    check_restored(log, "LAMMPS")
     rows = (cut / "series").read_text("utf-8").count("\n")
     if case is not DRUM:  # a header, and a row of the release
         p = SMALL[case.name]
@@ -276,13 +277,18 @@ def test_what_contacts_and_walls_remember_comes_through_and_its_loss_is_noticed(
     again, log = settled(lmp, tmp_path / "again", every=1)
     assert "\nread_restart" in log
     check_log(log)
+    check_restored(log, "LAMMPS")
     off = {name: abs(again[name] / value - 1.0) for name, value in plain.items() if value}
     print(off)
     # ten digits are printed; sums over particles that are sorted anew are rounded in another order
     assert max(off.values()) < 1e-9
     lost, log = settled(lmp, tmp_path / "lost", every=1, plant=forgets("floor"))
     with pytest.raises(EngineOutputError, match="lost what a restart file holds: fix style: wall"):
-        check_log(log)
+        check_restored(log, "LAMMPS")
+    with Lammps(workers=1) as engine:
+        task = engine.task(job(SILO))
+        with pytest.raises(EngineOutputError, match="lost what a restart file holds: fix style"):
+            engine.output(task, log, "", 1.0)
     print(lost)
     assert abs(lost["bed_kinetic_J"] / plain["bed_kinetic_J"] - 1.0) > 1e-6
 
