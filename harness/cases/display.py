@@ -34,6 +34,11 @@ class Display:
         """Return what draws figures of a sweep's rows, those that are done, by names of files."""
         return {}
 
+    @property
+    def has_film(self) -> bool:
+        """Return whether the case has films."""
+        return type(self).film is not Display.film
+
     def film(self, engine: Engine, parameters: Any = None, frames: int = 120) -> Film | None:
         """Return the film of one run; None for a case that has none.
 

@@ -233,10 +233,9 @@ def run(
 
 def _check_film(case: str, path: Path) -> None:
     """Raise RequestError, before anything is run, for a case without a film."""
-    from harness.cases.display import Display
     from harness.cases.registry import get_case
 
-    if type(get_case(case).display).film is Display.film:
+    if not get_case(case).display.has_film:
         raise RequestError(f"--film {path}: case {case!r} has no film")
 
 

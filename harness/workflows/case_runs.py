@@ -14,7 +14,6 @@ from pydantic_core import PydanticUndefined
 
 from harness import __version__
 from harness.cases.contract import Case, Measured, Reference
-from harness.cases.display import Display
 from harness.cases.registry import MAIN, all_cases, get_case
 from harness.engines.border import refuse_endless
 from harness.engines.contract import Engine
@@ -441,11 +440,7 @@ def film(
             running, parameters_of(chosen, settings) if settings else None, frames
         )
     if movie is None:
-        have = [
-            other.name
-            for other in all_cases().values()
-            if type(other.display).film is not Display.film
-        ]
+        have = [other.name for other in all_cases().values() if other.display.has_film]
         raise RequestError(f"film: case {case!r} has none; must be one of {', '.join(have)}")
     return movie
 
