@@ -4,8 +4,8 @@ import pytest
 
 from harness.cases.contact.submodels import ROLLING_UNDAMPED, TURNING_UNDAMPED, TWISTING_UNDAMPED
 from harness.cases.contact.verification import verify_trials
-from harness.cases.contract import Study
 from harness.cases.registry import get_case
+from harness.cases.verification import Study
 from harness.comparison.verdicts import Verdict
 from harness.engines.registry import engine_class
 from harness.engines.traits import stating

@@ -9,11 +9,10 @@ Runs are made one after the other and kept, so that a command that is cut goes o
 from __future__ import annotations
 
 import argparse
-import csv
 import math
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -25,6 +24,7 @@ from harness.comparison.verdicts import Verdict
 from harness.engines.contract import Engine, Output
 from harness.engines.registry import engine_class
 from harness.errors import EngineError, EngineMissingError, EngineUndecidedError
+from harness.report.plain import write_csv
 from harness.shown.figure import house_style
 from harness.store.cache import keeping
 
@@ -179,12 +179,9 @@ def table(
 
 def written(rows: Sequence[Row], path: Path) -> None:
     """Write rows as CSV, means and ratios with five digits."""
-    with path.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(column.name for column in fields(Row))
-        for row in rows:
-            values = (getattr(row, column.name) for column in fields(Row))
-            writer.writerow(f"{v:.5g}" if isinstance(v, float) else v for v in values)
+    import pandas as pd
+
+    write_csv(pd.DataFrame(rows), path, float_format="%.5g", na_rep="nan")
 
 
 def drawn(rows: Sequence[Row]) -> Figure:

@@ -13,14 +13,13 @@ how many they took meanwhile.
 from __future__ import annotations
 
 import contextlib
-import csv
 import os
 import resource
 import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager
-from dataclasses import astuple, dataclass, fields
+from dataclasses import astuple, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -29,6 +28,7 @@ from harness.cases.registry import get_case
 from harness.engines.contract import Engine, Job
 from harness.engines.registry import engine_class
 from harness.errors import EngineError, EngineMissingError
+from harness.report.plain import write_csv
 from harness.shown.figure import house_style
 
 if TYPE_CHECKING:
@@ -230,13 +230,11 @@ def drawn(rows: Sequence[Row]) -> Figure:
 
 def main(words: Sequence[str]) -> None:
     """Measure engines by name and write table and figure into a folder."""
+    import pandas as pd
+
     folder, names = Path(words[0]), words[1:]
     rows = table(names)
-    with (folder / "speed.csv").open("w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow([column.name for column in fields(Row)])
-        for row in rows:
-            writer.writerow([f"{v:.3g}" if isinstance(v, float) else v for v in astuple(row)])
+    write_csv(pd.DataFrame(rows), folder / "speed.csv", float_format="%.3g", na_rep="nan")
     with house_style():
         drawn(rows).savefig(folder / "speed.svg", metadata={"Date": None})
     busy = [f"{row.case} {row.code} on {row.ranks}" for row in rows if row.busy]

@@ -17,6 +17,7 @@ from harness.cases.registry import get_case
 from harness.parameters.rules import Rules
 from harness.solvers.pair.normal import coefficient
 from harness.store.baseline import known_defects
+from harness.theory.contact import damping_ratio, restitution_unclipped
 
 if TYPE_CHECKING:
     from harness.comparison.known_defects import Prediction
@@ -122,8 +123,7 @@ def linear(modulus: float, poisson_ratio: float, radius: float) -> float:
 
 def dashpot(restitution: float, stiffness: float, mass: float) -> float:
     """Return eta/m [1/s] of a linear spring with this restitution: 2 zeta sqrt(k/m)."""
-    logarithm = -math.log(restitution)
-    return 2.0 * logarithm / math.hypot(math.pi, logarithm) * math.sqrt(stiffness / mass)
+    return 2.0 * damping_ratio(restitution) * math.sqrt(stiffness / mass)
 
 
 def predicts(defect: str) -> Prediction:
@@ -149,8 +149,7 @@ def tsuji_restitution(restitution: float) -> float:
         restitution=restitution,
     )
     alpha = coefficient(law, Rules(**predicts("tsuji-restitution").rules))
-    zeta = alpha / math.sqrt(5.0)
-    return math.exp(-math.pi * zeta / math.sqrt(1.0 - zeta**2))
+    return restitution_unclipped(alpha / math.sqrt(5.0))
 
 
 def mixed_shear_factor(one: float, other: float, poisson_ratio: float) -> float:
