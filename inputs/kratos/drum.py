@@ -26,11 +26,12 @@ The drum lies along y, its ends turn with it. Large grains lie below small ones.
 1 filling      grains start on two lattices, displaced by a formula of place and seed, and settle
 2 turning      the drum turns about +y, from z to x: grains rise at x < 0
 Lines "RESULT name = value" end each run; the series has 17 digits. SI units.
-Written for Kratos 10.2.3, 10.4.3, 10.4.4, one thread.
+Written for Kratos 10.2.3, 10.4.3, 10.4.4, one thread unless OMP_NUM_THREADS says more.
 """
 
 import json
 import math
+import os
 import sys
 import time
 from pathlib import Path
@@ -751,7 +752,8 @@ def strategy_of(parts, scheme, step, reach, walls):
 
 def main():
     """Run what the command line names."""
-    Kratos.ParallelUtilities.SetNumThreads(1)  # a few spheres: more threads only wait
+    if "OMP_NUM_THREADS" not in os.environ:  # of a few spheres more threads only wait
+        Kratos.ParallelUtilities.SetNumThreads(1)
     Kratos.Logger.GetDefaultOutput().SetSeverity(Kratos.Logger.Severity.WARNING)
     for p in runs():
         run(p)

@@ -12,11 +12,12 @@ Run it as it stands, or with other parameters, with a Python that has Kratos
 
 It writes the motion to a file. Kratos's contacts always clip the tail: they never attract.
 Lines "RESULT name = value" end each run; the series has 17 digits. SI units.
-Written for Kratos 10.2.3, 10.4.3, 10.4.4, one thread.
+Written for Kratos 10.2.3, 10.4.3, 10.4.4, one thread unless OMP_NUM_THREADS says more.
 """
 
 import json
 import math
+import os
 import sys
 import time
 from pathlib import Path
@@ -493,7 +494,8 @@ def strategy_of(parts, scheme, step, reach, walls):
 
 def main():
     """Run what the command line names."""
-    Kratos.ParallelUtilities.SetNumThreads(1)  # a few spheres: more threads only wait
+    if "OMP_NUM_THREADS" not in os.environ:  # of a few spheres more threads only wait
+        Kratos.ParallelUtilities.SetNumThreads(1)
     Kratos.Logger.GetDefaultOutput().SetSeverity(Kratos.Logger.Severity.WARNING)
     for p in runs():
         run(p)

@@ -26,11 +26,12 @@ is not predicted.
 2 discharge    the floor is taken away; time counts from here. A grain has left when its centre is
                below the orifice; farther down it is taken away
 Lines "RESULT name = value" end each run; the series has 17 digits. SI units.
-Written for Kratos 10.2.3, 10.4.3, 10.4.4, one thread.
+Written for Kratos 10.2.3, 10.4.3, 10.4.4, one thread unless OMP_NUM_THREADS says more.
 """
 
 import json
 import math
+import os
 import sys
 import time
 from pathlib import Path
@@ -710,7 +711,8 @@ def strategy_of(parts, scheme, step, reach, walls):
 
 def main():
     """Run what the command line names."""
-    Kratos.ParallelUtilities.SetNumThreads(1)  # a few spheres: more threads only wait
+    if "OMP_NUM_THREADS" not in os.environ:  # of a few spheres more threads only wait
+        Kratos.ParallelUtilities.SetNumThreads(1)
     Kratos.Logger.GetDefaultOutput().SetSeverity(Kratos.Logger.Severity.WARNING)
     for p in runs():
         run(p)

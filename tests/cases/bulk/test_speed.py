@@ -94,3 +94,12 @@ def test_every_code_has_a_bar_in_every_case():
 def test_the_processor_time_of_the_machine_rises():
     first = speed.machine_seconds()
     assert speed.machine_seconds() >= first > 0.0
+
+
+@pytest.mark.parametrize("case", speed.CASES)
+def test_the_scripts_of_kratos_leave_the_threads_to_the_environment(case):
+    from harness.cases.registry import get_case
+    from harness.engines.kratos.engine import Kratos
+
+    before = Kratos.script(get_case(case).template).text.partition("SetNumThreads(1)")[0]
+    assert before.splitlines()[-2].strip().startswith('if "OMP_NUM_THREADS" not in os.')
