@@ -267,7 +267,7 @@ class DrumCase(BulkCase[Drum]):
 
     name = NAME
     template = TEMPLATE
-    seeds = {"quick": 5, "default": 12, "full": 24}  # noqa: RUF012
+    seeds = {"quick": 4, "default": 12, "full": 24}  # noqa: RUF012
     judged = ("the bed is at rest before the drum turns",)
     equivalent = ("mixing_index", "surface_angle_deg")
     drawn = (

@@ -32,8 +32,8 @@ from harness.cases.bulk.materials import (
     check_memory,
     values_of,
 )
-from harness.cases.bulk.rules import PAIR, SPRINGS, Law, law_of
-from harness.cases.bulk.seeds import BulkCase, Curve, Runs
+from harness.cases.bulk.rules import ALLOWED, PAIR, SPRINGS, Law, law_of
+from harness.cases.bulk.seeds import BulkCase, Curve, Runs, System
 from harness.cases.bulk.series import check_grains, largest_gain
 from harness.comparison.verdicts import Check, Kind, Tolerance, judge
 from harness.engines.contract import Job, Output, Template, Value
@@ -45,6 +45,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from harness.cases.bulk.film import Cut
+    from harness.cases.contract import LevelName
     from harness.engines.output import Table
 
     Floats = NDArray[np.float64]
@@ -129,7 +130,12 @@ class Heap(BedOfOneKind):
         return min(smallest.rayleigh_step, impact)
 
 
-TEMPLATE = Template(NAME, {"": values_of(Heap())}, allowed=allowed_in(Heap))
+TEMPLATE = Template(
+    NAME,
+    {"": values_of(Heap())},
+    allowed=allowed_in(Heap) | ALLOWED,
+    neutral={"rolling_friction": 0.0},
+)
 
 
 def largest_elastic_energy(p: Heap) -> float:
@@ -213,12 +219,12 @@ class HeapCase(BulkCase[Heap]):
     name = NAME
     template = TEMPLATE
     empties = True
-    seeds = {"quick": 5, "default": 24, "full": 48}  # noqa: RUF012
+    seeds = {"quick": 4, "default": 24, "full": 48}  # noqa: RUF012
     judged = ("no energy is gained", "the bed is at rest", "the heap is at rest at the end")
     equivalent = ("angle_deg", "remaining_ratio")
     drawn = (
-        Curve("heap-profile", "distance from the middle (mm)", "height of the heap (mm)"),
-        Curve("heap-angle", "time after the ends are taken away (s)", "angle of the slopes (deg)"),
+        Curve("{system}-profile", "distance from the middle (mm)", "height of the heap (mm)"),
+        Curve("{system}-angle", "time after the ends are taken away (s)", "angle (deg)"),
     )
 
     def source_of(self, preset: str) -> str:
@@ -276,10 +282,15 @@ class HeapCase(BulkCase[Heap]):
         wall = ([0.0, p.span], [0.0, 0.0])
         return Cut(0.5 * p.width * size, [wall], -6.0 * size, p.layers * p.pitch)
 
-    def law(self, traits: Traits) -> Law:
+    def systems(self, level: LevelName) -> Sequence[System]:
+        """Return heaps with resistance to rolling, and, but at level quick, without."""
+        sliding = System(f"{self.name}: sliding alone", self.presets["sliding"])
+        return super().systems(level) if level == "quick" else (*super().systems(level), sliding)
+
+    def law(self, traits: Traits, parameters: Heap) -> Law:
         """Return by which rules an engine follows the law, those of rolling included."""
         law = law_of(traits)
-        if self.default.rolling_friction == 0.0:
+        if parameters.rolling_friction == 0.0:
             return law
         words = f"{law.words}; the rolling spring is {rolling_of(traits)}"
         return replace(law, words=words, values={})  # no script states the spring of another code

@@ -317,11 +317,12 @@ class ScriptSource(Engine):
         if self.takes_scene(job.template):
             return self._refuses_scene(job)
         script, values = self.script(job.template, job.variant), self._values(job)
-        fixed = self.traits.fixed_values
+        fixed, neutral = self.traits.fixed_values, job.template.neutral
         for name, value in values.items():
-            if name in {*script.variables, *self.unused_values, RESTART_EVERY}:
+            if name in {*script.variables, RESTART_EVERY}:
                 continue
-            if name not in fixed or fixed[name] != value:
+            says_nothing = name in self.unused_values and name not in neutral
+            if not says_nothing and value not in (fixed.get(name), neutral.get(name)):
                 return f"its script {script.name} has no variable {name!r} ({name} = {value!r})"
         return self._unused(job, script)
 

@@ -8,6 +8,7 @@ under these rules too: then the two are held against one another, and what the r
 from __future__ import annotations
 
 import math
+import re
 import sys
 from abc import abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
@@ -72,13 +73,21 @@ class Curve:
 
 
 @dataclass(frozen=True)
+class System:
+    """What is verified over seeds: how its rows are called, and its parameters."""
+
+    name: str
+    parameters: Any
+
+
+@dataclass(frozen=True)
 class Runs:
     """The runs of an engine: quantities of each seed, and its curves, each (x, y).
 
     ``undecided`` runs ended without the event that they wait for, and have no row; ``why`` says it
     of the first. ``law`` says by which rules the engine follows the law, ``rules`` whose they are
     where they are not its own. ``main`` is the main engine under these rules where its own are
-    others, or why it cannot be.
+    others, or why it cannot be. ``system`` is the name of what is simulated.
     """
 
     engine: str
@@ -89,6 +98,7 @@ class Runs:
     law: Law = field(default_factory=Law)
     rules: str = ""
     main: Runs | str | None = None
+    system: str = ""
 
     @property
     def title(self) -> str:
@@ -128,7 +138,11 @@ class BulkCase(Case[P]):
     def curves(self, p: P, output: Output) -> Sequence[tuple[Floats, Floats]]:
         """Return x and y of each of :attr:`drawn`, in its units."""
 
-    def law(self, traits: Traits) -> Law:
+    def systems(self, level: LevelName) -> Sequence[System]:
+        """Return what is verified at a level: the default, under the name of the case."""
+        return (System(self.name, self.default),)
+
+    def law(self, traits: Traits, parameters: P) -> Law:
         """Return by which rules an engine follows the law."""
         return law_of(traits)
 
@@ -158,13 +172,14 @@ class BulkVerification(Verification):
 
     case: BulkCase[Any]
 
-    def names(self, engine: Engine) -> list[str]:
+    def names(self, engine: Engine, system: System) -> list[str]:
         """Return the names of the rows of an engine."""
-        return [f"{self.case.name}: {engine.name}: {check}" for check in self.case.judged]
+        return [f"{system.name}: {engine.name}: {check}" for check in self.case.judged]
 
     def planned(self, level: LevelName, engine: Engine) -> Sequence[Planned]:
         """Return the checks of an engine; the comparison of engines names its own."""
-        return [Planned(name) for name in self.names(engine)]
+        systems = self.case.systems(level)
+        return [Planned(name) for system in systems for name in self.names(engine, system)]
 
     def run(self, engine: Engine, study: Study) -> Findings:
         """Run the seeds of a level and judge them; one without its event has no row.
@@ -183,48 +198,58 @@ class BulkVerification(Verification):
         return Findings(self.case.name, engine.name, evidence=done.evidence)
 
     def _verified(self, engine: Engine, study: Study, main: Engine | None) -> Findings:
-        """Return the rows of an engine, with its runs as evidence."""
-        findings = Findings(self.case.name, engine.name)
-        trials = self.trials(engine, study.level)
-        names = self.names(engine)
+        """Return the rows of an engine, with its runs of each system as evidence."""
+        checks, evidence = [], []
+        for system in self.case.systems(study.level):
+            rows, runs = self._over_seeds(engine, study, main, system)
+            checks += rows
+            evidence += [runs] if runs.rows else []
+        return Findings(self.case.name, engine.name, checks, evidence=tuple(evidence))
+
+    def _over_seeds(
+        self, engine: Engine, study: Study, main: Engine | None, system: System
+    ) -> tuple[list[Check], Runs]:
+        """Return the rows of a system, and its runs; without any where none gave a value."""
+        law = self.case.law(engine.traits, system.parameters)
+        runs = Runs(engine.title, (), law=law, system=system.name)
+        trials = self.trials(engine, study.level, system)
+        names = self.names(engine, system)
         if reason := engine.refuses(self.case.job(trials[0])) or too_slow(engine, study.level):
-            findings.checks += [not_tested(name, Kind.ANALYTIC, reason) for name in names]
-            return findings
-        law = self.case.law(engine.traits)
-        runs, failed = self._runs(engine, Runs(engine.title, (), law=law), trials)
-        findings.checks += failed
+            return [not_tested(name, Kind.ANALYTIC, reason) for name in names], runs
+        runs, checks = self._runs(engine, runs, trials)
         if not runs.rows:
             if runs.undecided:
                 why = f"{runs.undecided} of {len(trials)} seeds have no value; {runs.why}"
-                findings.checks += [not_tested(n, Kind.ANALYTIC, why) for n in names]
-            return findings
-        findings.checks += self.case.judge(names, runs, self.case.default)
-        if law.values and main is not None and self.case.law(main.traits).words != law.words:
+                checks += [not_tested(n, Kind.ANALYTIC, why) for n in names]
+            return checks, runs
+        checks += self.case.judge(names, runs, system.parameters)
+        own = main and self.case.law(main.traits, system.parameters).words
+        if law.values and main is not None and own != law.words:
             beside, failed = study.once(
-                (self.case.name, law.words),
-                lambda: self._under(main, law, engine.title, study.level),
+                (system.name, law.words),
+                lambda: self._under(main, runs, self.trials(main, study.level, system)),
             )
-            findings.checks += failed
+            checks += failed
             runs = replace(runs, main=beside)
-        findings.evidence = runs
-        return findings
+        return checks, runs
 
-    def trials(self, engine: Engine, level: LevelName) -> list[Any]:
+    def trials(self, engine: Engine, level: LevelName, system: System) -> list[Any]:
         """Return the parameters of each seed of a level: of a slow engine not too many."""
         number = self.case.seeds[level]
         if level == "default" and engine.traits.microseconds_per_step > QUICK:
             number = min(number, SLOW_SEEDS)
-        return [self.case.default.replace(seed=seed) for seed in range(1, number + 1)]
+        return [system.parameters.replace(seed=seed) for seed in range(1, number + 1)]
 
     def _under(
-        self, main: Engine, law: Law, title: str, level: LevelName
+        self, main: Engine, other: Runs, trials: Sequence[Any]
     ) -> tuple[Runs | str, list[Check]]:
         """Return the runs of the main engine under another's rules, or why it cannot state them."""
-        trials = self.trials(main, level)
+        law = other.law
         if reason := main.refuses(self._job(trials[0], law)):
-            return f"{main.title} cannot state the rules of {title}: {reason}", []
+            return f"{main.title} cannot state the rules of {other.engine}: {reason}", []
         near = replace(law, words="as near to them as its script states") if law.inexact else law
-        runs, failed = self._runs(main, Runs(main.title, (), law=near, rules=title), trials)
+        ruled = Runs(main.title, (), law=near, rules=other.engine, system=other.system)
+        runs, failed = self._runs(main, ruled, trials)
         return runs if runs.rows else "no seed gave a value", failed
 
     def _job(self, trial: Any, law: Law | None) -> Job:
@@ -252,20 +277,23 @@ class BulkVerification(Verification):
                 undecided.append(f"seed {seed}: {error}")
             except EngineError as error:
                 who = runs.title if runs.rules else engine.name
-                name = f"{self.case.name}: {who}: seed {seed}"
+                name = f"{runs.system}: {who}: seed {seed}"
                 failed.append(failed_run(name, Kind.ANALYTIC, error))
         runs = replace(runs, rows=tuple(rows), curves=tuple(curves))
         return replace(runs, undecided=len(undecided), why="".join(undecided[:1])), failed
 
     def compare(self, engines: Mapping[str, Findings]) -> Sequence[Check]:
         """Hold every two engines against one another by their means over the seeds."""
-        return list(self.compared([f.evidence for f in engines.values() if f.evidence is not None]))
+        runs: dict[str, list[Runs]] = {}
+        for one in (one for findings in engines.values() for one in findings.evidence or ()):
+            runs.setdefault(one.system, []).append(one)
+        return [row for system in runs.values() for row in self.compared(system)]
 
     def compared(self, engines: Sequence[Runs]) -> Iterator[Check]:
         """Yield the rows that hold every two engines against one another.
 
-        Then those of the main engine under the rules of each engine that has others: against that
-        engine, and against itself, which is what the rules do, a finding.
+        All of one system. Then those of the main engine under the rules of each engine that has
+        others: against that engine, and against itself, which is what the rules do, a finding.
         """
         for one, other in combinations(engines, 2):
             yield from self._pair(one, other)
@@ -273,7 +301,7 @@ class BulkVerification(Verification):
         for one in engines:
             if isinstance(one.main, str):
                 for quantity in self.case.equivalent:
-                    name = f"{self.case.name}: the rules of {one.engine}: {quantity}"
+                    name = f"{one.system}: the rules of {one.engine}: {quantity}"
                     yield not_tested(name, Kind.CROSS_CODE, one.main)
             elif one.main is not None:
                 yield from self._pair(one.main, one)
@@ -285,7 +313,7 @@ class BulkVerification(Verification):
     def _pair(self, one: Runs, other: Runs) -> Iterator[Check]:
         """Yield the rows that hold two engines against one another."""
         for quantity in self.case.equivalent:
-            name = f"{self.case.name}: {one.title} against {other.title}: {quantity}"
+            name = f"{one.system}: {one.title} against {other.title}: {quantity}"
             first, second = one.sample(quantity), other.sample(quantity)
             if min(len(first.values), len(second.values)) < FEWEST:
                 few = f"fewer than {FEWEST} seeds gave a value"
@@ -322,26 +350,30 @@ class BulkDisplay(Display):
     def sections(
         self, main: Findings | None, solvers: Findings, engines: Mapping[str, Findings]
     ) -> Sequence[Section]:
-        """Return the curves of all runs and the means over the seeds."""
-        every = [f.evidence for f in (main, *engines.values()) if f is not None and f.evidence]
-        found = list({one.engine: one for one in every}.values())
+        """Return a section for each system: the curves of all runs and the means over the seeds."""
+        every = [f.evidence or () for f in (main, *engines.values()) if f is not None]
+        systems: dict[str, dict[str, Runs]] = {}
+        for one in (one for evidence in every for one in evidence):
+            systems.setdefault(one.system, {}).setdefault(one.engine, one)
+        return [self._section(name, list(runs.values())) for name, runs in systems.items()]
+
+    def _section(self, system: str, found: Sequence[Runs]) -> Section:
+        """Return the section of a system: its words are under its name."""
         ruled = [one.main for one in found if isinstance(one.main, Runs)]
         under = list({one.title: one for one in ruled}.values())
-        if not found:
-            return ()
         words = Words(str(sys.modules[type(self.case).__module__].__file__))
         table = words.table("Means", list(self._means([*found, *under])))
         table = replace(table, head=("quantity", *(one.title for one in (*found, *under))))
-        seeds = len(found[0].rows)
+        values = {"seeds": len(found[0].rows), "system": re.sub(r"\W+", "-", system)}
         drawings = tuple(
             words.drawing(
                 curve.figure,
                 lambda place=place, curve=curve: draw(found, place, curve),  # type: ignore[misc]
-                seeds=seeds,
+                **values,
             )
             for place, curve in enumerate(self.case.drawn)
         )
-        return (words.section(self.case.name, tables=(table,), drawings=drawings),)
+        return words.section(system, tables=(table,), drawings=drawings)
 
     def _means(self, engines: Sequence[Runs]) -> Iterator[tuple[str, ...]]:
         """Yield the rows of the table: a quantity, its mean and interval in each engine."""

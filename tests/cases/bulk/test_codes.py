@@ -23,7 +23,9 @@ HERE = {
     "kratos": find_spec("KratosMultiphysics") is not None,
 }
 CODES = ("yade", "kratos")
-PENETRATION, SILO, DRUM = (get_case(name) for name in ("penetration", "silo", "drum"))
+CASES = PENETRATION, SILO, DRUM, HEAP = [
+    get_case(name) for name in ("penetration", "silo", "drum", "heap")
+]
 SMALL = {
     "penetration": PENETRATION.default.replace(
         along=6, across=5, layers=3, start_height=0.0115, settle_time=0.06, duration=0.05
@@ -35,11 +37,14 @@ SMALL = {
         small_layers=1, large_layers=-2, drum_radius=0.016, drum_length=0.014,
         settle_time=0.15, turn=90.0,
     ),
+    "heap": HEAP.presets["sliding"].replace(
+        length=12, width=4, sill=1, layers=12, settle_time=0.2, duration=1.2
+    ),
 }  # fmt: skip
-ROWS = {"penetration": 100, "silo": 50, "drum": 10}
+ROWS = {"penetration": 100, "silo": 50, "drum": 10, "heap": 20}
 """Of the recorded series."""
 
-ALL = pytest.mark.parametrize("case", [PENETRATION, SILO, DRUM], ids=lambda case: case.name)
+ALL = pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
 EACH = pytest.mark.parametrize("code", CODES)
 
 
@@ -65,7 +70,7 @@ def recorded(code, case, results=str, series=str):
 def record(code):
     """Write the recorded runs of a code anew."""
     with engine_class(code)(workers=1) as engine:
-        for case in (PENETRATION, SILO, DRUM):
+        for case in CASES:
             (output,) = engine.run([small_job(case, ROWS[case.name])])
             table = output.tables["series"]
             names, columns = [], []
@@ -94,6 +99,9 @@ def test_quantities_are_read_of_what_a_code_left(code, case):
     if case is SILO:  # the walls bear what does not move
         assert found["walls_load_ratio"] == pytest.approx(1.0, abs=0.08)
         assert found["passed_ratio"] == 1.0
+    if case is HEAP:
+        assert 15.0 < found["angle_deg"] < 40.0
+        assert 0.3 < found["remaining_ratio"] < 0.9
     if case is DRUM:  # grains rise at x < 0, so that the surface falls along +x
         assert 0.0 < found["surface_angle_deg"] < 40.0
 
@@ -168,6 +176,10 @@ def test_a_small_run_begins_as_lammps_s_and_settles_to_the_same_height(code, cas
         assert ends[1] == pytest.approx(ends[0], abs=0.05 * p.drum_radius)
         return
     found = [case.read(p, o, Lammps.traits) for o in (mine, theirs)]
+    if case is HEAP:
+        shares = [one["remaining_ratio"] for one in found]
+        assert shares[1] == pytest.approx(shares[0], rel=0.25)
+        return
     name = "bed_solid_fraction"
     assert found[1][name] == pytest.approx(found[0][name], rel=0.05)
     if case is SILO:  # a bed that is not quite at rest
@@ -181,6 +193,9 @@ FAULTS = [
     ("drum", ("turn(self.wall, p.speed)", "turn(self.wall, -p.speed)"), AssertionError),
     ("penetration", ("for place, normal in walls:", "for place, normal in walls[1:]:"),
      EngineLostAtomsError),
+    ("heap", ("in ((low, (0, 1, 0)), (high, (0, -1, 0))):", "in ((high, (0, -1, 0)),):"),
+     EngineLostAtomsError),
+    ("heap", ("for end in self.ends:", "for end in ():"), EngineUndecidedError),
 ]  # fmt: skip
 
 
@@ -189,7 +204,7 @@ FAULTS = [
 @pytest.mark.parametrize(("name", "fault", "error"), FAULTS)
 @EACH
 def test_a_planted_fault_turns_a_bulk_case(code, name, fault, error):
-    """A hole, an orifice that stays closed, a drum that turns backward, no floor."""
+    """A hole, a closed orifice, a drum that turns backward, no floor, no side, ends that stay."""
     needs(code)
     case = get_case(name)
 

@@ -21,10 +21,13 @@ from harness.cases.heap import (
 )
 from harness.cases.verification import Study
 from harness.comparison.verdicts import Verdict
+from harness.comparison.verification import Findings
 from harness.engines.contract import Job
 from harness.engines.lammps.engine import Lammps
 from harness.engines.liggghts.engine import Liggghts
 from harness.engines.output import Output
+from harness.engines.registry import engine_class
+from harness.engines.yade.engine import Yade
 from harness.errors import (
     EngineLostAtomsError,
     EngineOutputError,
@@ -197,7 +200,7 @@ def test_a_planted_fault_turns_its_check(fault, turned):
 
 
 def test_another_angle_fails_under_one_law_and_is_a_finding_under_two():
-    laws = [CASE.law(kind.traits) for kind in (Lammps, Liggghts)]
+    laws = [CASE.law(kind.traits, Heap()) for kind in (Lammps, Liggghts)]
     assert laws[0].words != laws[1].words
     mine = runs(law=laws[0])
     verdicts = [
@@ -208,6 +211,46 @@ def test_another_angle_fails_under_one_law_and_is_a_finding_under_two():
     assert (
         next(CASE.verification.compared([mine, runs("LIGGGHTS", laws[1])])).verdict is Verdict.PASS
     )
+
+
+def test_without_rolling_codes_of_one_tangential_spring_have_one_law():
+    sliding = CASE.presets["sliding"]
+    laws = [CASE.law(kind.traits, sliding) for kind in (Lammps, Liggghts, Yade)]
+    assert laws[0].words == laws[1].words != laws[2].words
+    assert laws[2].values["tangential"] == "mindlin/force"
+    assert not CASE.law(Yade.traits, Heap()).values  # with rolling nothing is like it
+
+
+def test_levels_but_quick_verify_the_heap_without_rolling_too():
+    """Each system has rows of its own, is held against its own, and has a section of its own."""
+    names = ["heap", "heap: sliding alone"]
+    engines = [Moving(0), Moving(0)]
+    engines[1].name = engines[1].title = "twin"
+    study = Study("default")
+    found = {e.name: CASE.verification.run(e, replace(study, role="other")) for e in engines}
+    assert [one.system for one in found["twin"].evidence] == names
+    planned = [row.name for row in CASE.verification.planned("default", engines[1])]
+    assert planned == [f"{name}: twin: {check}" for name in names for check in CASE.judged]
+    assert set(planned) <= {row.name for row in found["twin"].checks}
+    rows = CASE.verification.compare(found)
+    held = [f"{name}: LAMMPS against twin: {q}" for name in names for q in CASE.equivalent]
+    assert [row.name for row in rows] == held
+    sections = CASE.display.sections(found["lammps"], Findings("heap"), {"twin": found["twin"]})
+    assert len({section.title for section in sections}) == 2
+    files = [drawing.name for section in sections for drawing in section.drawings]
+    assert files == [
+        "heap-profile", "heap-angle", "heap-sliding-alone-profile", "heap-sliding-alone-angle",
+    ]  # fmt: skip
+    assert [s.name for s in CASE.systems("quick")] == names[:1]
+
+
+def test_codes_that_do_not_resist_rolling_refuse_it():
+    for code in ("yade", "kratos"):
+        engine = engine_class(code).__new__(engine_class(code))
+        engine._scheme = "Velocity_Verlet"
+        refused = engine.refuses(CASE.job(Heap()))
+        assert refused.endswith("has no variable 'rolling_friction' (rolling_friction = 0.1)")
+        assert not engine.refuses(CASE.job(CASE.presets["sliding"]))
 
 
 def test_the_spring_of_rolling_is_read_off_the_contact_models():
@@ -243,7 +286,7 @@ class Moving:
 def test_heaps_that_still_move_have_no_value_and_none_at_all_decides_nothing():
     rows = CASE.verification.run(Moving(1), Study("quick")).checks
     assert {row.verdict for row in rows} == {Verdict.PASS}
-    rows = CASE.verification.run(Moving(5), Study("quick")).checks
+    rows = CASE.verification.run(Moving(4), Study("quick")).checks
     assert [row.name for row in rows] == [f"heap: lammps: {name}" for name in CASE.judged]
     assert {row.verdict for row in rows} == {Verdict.NOT_TESTED}
     assert "undecided: the heap still moves: 20 grains" in rows[0].note

@@ -121,7 +121,8 @@ def test_engines_of_two_laws_are_compared_by_the_case():
         assert [check.verdict for check in checks[:2]] == [verdict, Verdict.PASS]
 
 
-RULED = Runs("Main", (), rules="Other")
+(SYSTEM,) = CASE.systems("default")
+RULED = Runs("Main", (), rules="Other", system=SYSTEM.name)
 UNDER = {
     "same": (1.0, 1.1, Law("b"), Verdict.PASS),
     "another friction in the other code": (1.3, 1.1, Law("b"), Verdict.FAIL),
@@ -140,11 +141,9 @@ def test_a_code_is_held_against_the_main_one_under_its_own_rules(name):
         return tuple(dict.fromkeys(CASE.equivalent, mean * part) for part in spread)
 
     ruled = replace(RULED, rows=rows(effect), law=law)
-    other = Runs("Other", rows(effect * ratio), law=Law("b"), main=ruled)
-    checks = {
-        c.name: c
-        for c in CASE.verification.compared([Runs("Main", rows(1.0), law=Law("a")), other])
-    }
+    other = Runs("Other", rows(effect * ratio), law=Law("b"), main=ruled, system=SYSTEM.name)
+    main = Runs("Main", rows(1.0), law=Law("a"), system=SYSTEM.name)
+    checks = {c.name: c for c in CASE.verification.compared([main, other])}
     depth = CASE.equivalent[0]
     held = checks[f"penetration: Main under the rules of Other against Other: {depth}"]
     assert held.verdict is verdict
@@ -217,8 +216,8 @@ def test_without_a_main_engine_the_first_of_the_others_keeps_its_rows():
     for code in ("lammps", "yade"):
         engine = Fake(code)
         findings = CASE.verification.run(engine, study)
-        assert {row.name for row in findings.checks} == set(CASE.verification.names(engine))
-        assert findings.evidence.main is None
+        assert {row.name for row in findings.checks} == set(CASE.verification.names(engine, SYSTEM))
+        assert findings.evidence[0].main is None
 
 
 @pytest.mark.parametrize(("fault", "verdict"), [(1.0, Verdict.PASS), (1.2, Verdict.FAIL)])
@@ -256,8 +255,8 @@ def test_a_main_engine_that_states_no_other_rules_leaves_no_verdict():
 
 def test_slow_codes_run_fewer_seeds_at_level_default_and_all_at_full():
     for code, number in (("lammps", 24), ("liggghts", 24), ("yade", 12), ("kratos", 12)):
-        assert len(CASE.verification.trials(Fake(code), "default")) == number
-        assert len(CASE.verification.trials(Fake(code), "full")) == CASE.seeds["full"]
+        assert len(CASE.verification.trials(Fake(code), "default", SYSTEM)) == number
+        assert len(CASE.verification.trials(Fake(code), "full", SYSTEM)) == CASE.seeds["full"]
 
 
 @pytest.mark.parametrize("code", ["yade", "kratos"])
@@ -265,9 +264,9 @@ def test_slow_codes_are_not_tested_at_level_quick_with_the_reason(code):
     engine = engine_class(code).__new__(engine_class(code))
     engine._scheme = "Velocity_Verlet"
     found = CASE.verification.run(engine, Study("quick"))
-    assert [check.name for check in found.checks] == CASE.verification.names(engine)
+    assert [check.name for check in found.checks] == CASE.verification.names(engine, SYSTEM)
     assert {check.verdict for check in found.checks} == {Verdict.NOT_TESTED}
     assert "level default runs it" in found.checks[0].note
-    assert found.evidence is None
+    assert not found.evidence
     assert not too_slow(engine, "default")
     assert not too_slow(engine_class("lammps").__new__(engine_class("lammps")), "quick")
