@@ -144,3 +144,53 @@ def test_what_is_dissipated_takes_the_springs_into_account():
     assert values["balance_ratio"] == pytest.approx(1.0 + 0.3 - 0.1)
     without = read(elastic_J=None, end_elastic_J=None)
     assert "balance_ratio" not in without
+
+
+LOOKING = """
+units si
+atom_style sphere
+atom_modify map array
+newton off
+comm_modify vel yes
+boundary f f f
+region box block -1 1 -1 1 -1 1 units box
+create_box 1 box
+create_atoms 1 single 0 0 0 units box
+create_atoms 1 single 0.2 0 0 units box
+set group all diameter 0.2 density 2500
+set atom 2 vx -1.0 vz 0.6
+pair_style granular
+pair_coeff * * hertz/material 1e7 ${restitution} 0.2 tangential mindlin NULL 0 0.2 &
+  damping coeff_restitution
+fix move all nve/sphere
+timestep ${step}
+compute forces all pair/local force
+compute largest all reduce max c_forces inputs local
+if "${look} == yes" then "fix look all ave/time 1 1 1 c_largest"
+run $(round(0.03/v_step)) post no
+variable speed equal vz[2]
+print "RESULT speed = $(v_speed:%.17g)"
+"""
+
+
+@pytest.mark.live
+def test_asking_lammps_for_forces_of_contacts_changes_the_motion(lmp, tmp_path):
+    """Why the elastic energy is taken from places: in proportion to the step, by dashpots.
+
+    Coulomb's limit cuts the spring back each time a force is computed, also for an output: there
+    with the velocities of the full step. In an impact that slides and sticks that is left.
+    """
+
+    def speed(step, look, restitution):
+        (tmp_path / "in.lmp").write_text(LOOKING, encoding="utf-8")
+        values = {"step": step, "look": look, "restitution": restitution}
+        sets = (word for name, value in values.items() for word in ("-var", name, str(value)))
+        command = [lmp, "-in", "in.lmp", "-log", "log", "-screen", "none", *sets]
+        subprocess.run(command, cwd=tmp_path, check=True)
+        return float(dict(results_in((tmp_path / "log").read_text("utf-8")))["speed"])
+
+    def change(step, restitution=0.5):
+        return speed(step, "yes", restitution) - speed(step, "no", restitution)
+
+    assert change(2e-6) == pytest.approx(2 * change(1e-6), rel=0.02)
+    assert change(2e-6) > 100 * abs(change(2e-6, restitution=1.0))
