@@ -45,7 +45,7 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 from harness.engines.contract import Engine, Job, collect, run_in_turn
-from harness.engines.output import SERIES, Output, Table, read_csv, results_in
+from harness.engines.output import SERIES, Output, Table, read_csv, read_dump, results_in
 from harness.engines.process import (
     Ended,
     Limits,
@@ -421,7 +421,9 @@ class ScriptedEngine(ScriptSource, ProgramEngine):
         return 1
 
     def table(self, series: str) -> Table:
-        """Return the columns of a series."""
+        """Return the columns of a series: of a dump, or of a CSV."""
+        if series.startswith("ITEM:"):
+            return read_dump(series, self.title)
         return read_csv(series, self.title)
 
     def run_batch(self, tasks: Sequence[Task]) -> list[Output | EngineError]:

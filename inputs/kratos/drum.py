@@ -76,6 +76,7 @@ PARAMETERS = {
     "scheme": "Velocity_Verlet",  # or Symplectic_Euler
     "facets": 60,  # of the drum's polygon
     "series": "drum.csv",  # file for the places
+    "particles": 0,  # 1: all particles in its place, as a dump for OVITO
     "series_every": 220,  # steps between its rows
     "results": "",  # file for the lines RESULT, beside the screen
 }
@@ -258,6 +259,26 @@ class Series:
             Path(self.path).write_text("\n".join(self.lines) + "\n", encoding="utf-8")
 
 
+class Particles:
+    """All particles in the place of a series: a dump in LAMMPS's format, for OVITO."""
+
+    def __init__(self, path):
+        self.path, self.lines = path, []
+
+    def add(self, step, states):
+        """Add a frame; particles are numbered in their order."""
+        axes = zip(*(place for _, _, place, _, _ in states))
+        self.lines += ["ITEM: TIMESTEP", step, "ITEM: NUMBER OF ATOMS", len(states)]
+        self.lines += ["ITEM: BOX BOUNDS mm mm mm", *(f"{min(x)} {max(x)}" for x in axes)]
+        self.lines.append("ITEM: ATOMS id x y z radius")
+        for number, (_, radius, place, _, _) in enumerate(states, 1):
+            self.lines.append(" ".join(f"{value:.8g}" for value in (number, *place, radius)))
+
+    def write(self):
+        """Write the file."""
+        Path(self.path).write_text("".join(f"{line}\n" for line in self.lines), encoding="utf-8")
+
+
 def grains_of(p):
     """Return the centres of the grains at the start [m].
 
@@ -408,7 +429,7 @@ class Drum:
         self.walls(0.5 * p.drum_length)
         places = range(1, len(self.large) + len(self.small) + 1)
         names = [f"{name}[{i}]" for name in ("x_m", "y_m", "z_m") for i in places]
-        self.series = Series(p.series, ["step", *names])
+        self.series = Particles(p.series) if p.particles else Series(p.series, ["step", *names])
 
     def walls(self, half):
         """Add the drum: a ring along y, and an end on each side, of one triangle."""
@@ -456,8 +477,11 @@ class Drum:
 
     def look(self, step):
         """Write the places of all, so many steps after the drum has begun to turn."""
-        places = [place for _, _, place, _, _ in self.spheres.states()]
-        self.series.add(self.p.settle_steps + step, *(x for axis in zip(*places) for x in axis))
+        states, step = self.spheres.states(), self.p.settle_steps + step
+        if self.p.particles:
+            self.series.add(step, states)
+        else:
+            self.series.add(step, *(x for axis in zip(*(s[2] for s in states)) for x in axis))
 
     def beyond(self, state):
         """Return whether a centre is beyond the walls, or no number."""

@@ -82,6 +82,7 @@ PARAMETERS = {
     "steps": 36000,  # after the ends are taken away
     "step_size": 5e-05,  # s
     "series": "heap.csv",  # file for the samples
+    "particles": 0,  # 1: all particles in its place, as a dump for OVITO
     "series_every": 360,  # steps between its rows
     "results": "",  # file for the lines RESULT, beside the screen
 }
@@ -230,6 +231,26 @@ class Series:
         """Write the file."""
         if self.path:
             Path(self.path).write_text("\n".join(self.lines) + "\n", encoding="utf-8")
+
+
+class Particles:
+    """All particles in the place of a series: a dump in LAMMPS's format, for OVITO."""
+
+    def __init__(self, path):
+        self.path, self.lines = path, []
+
+    def add(self, step, states):
+        """Add a frame; particles are numbered in their order."""
+        axes = zip(*(place for _, _, place, _, _ in states))
+        self.lines += ["ITEM: TIMESTEP", step, "ITEM: NUMBER OF ATOMS", len(states)]
+        self.lines += ["ITEM: BOX BOUNDS mm mm mm", *(f"{min(x)} {max(x)}" for x in axes)]
+        self.lines.append("ITEM: ATOMS id x y z radius")
+        for number, (_, radius, place, _, _) in enumerate(states, 1):
+            self.lines.append(" ".join(f"{value:.8g}" for value in (number, *place, radius)))
+
+    def write(self):
+        """Write the file."""
+        Path(self.path).write_text("".join(f"{line}\n" for line in self.lines), encoding="utf-8")
 
 
 def grains_of(p):
@@ -382,7 +403,7 @@ class Heap:
         self.ends = [self.spheres.wall(WALL, place, normal, wide) for place, normal in ends]
         names = [f"{name}[{i}]" for name in ("count", "height_m") for i in range(1, COLUMNS + 1)]
         start = "time_s", "remaining", "astray", "kinetic_J", "potential_J"
-        self.series = Series(p.series, [*start, *names])
+        self.series = Particles(p.series) if p.particles else Series(p.series, [*start, *names])
 
     def trough(self):
         """Return the places of the glued grains: a layer, and rows at both ends."""
@@ -424,6 +445,8 @@ class Heap:
         results.add("grains", remaining - astray)
         for end in self.ends:
             self.spheres.remove_wall(end)
+        if p.particles:
+            self.look(0)
         self.spheres.advance(p.steps, p.series_every, self.look)
         self.series.write()
         for name, count in zip(("remaining", "astray"), self.counts(self.grains())):
@@ -438,6 +461,9 @@ class Heap:
 
     def look(self, step):
         """Write a row so many steps after the ends were taken away."""
+        if self.p.particles:
+            self.series.add(self.p.settle_steps + step, self.spheres.states())
+            return
         self.spheres.remove_below(self.bottom)
         grains = self.grains()
         columns = [[] for _ in range(COLUMNS)]

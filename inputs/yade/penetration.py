@@ -83,6 +83,7 @@ PARAMETERS = {
     "steps": 20026,  # after the release
     "step_size": 5e-06,  # s
     "series": "penetration.csv",  # file for the samples
+    "particles": 0,  # 1: all particles in its place, as a dump for OVITO
     "series_every": 34,  # steps between its rows
     "results": "",  # file for the lines RESULT, beside the screen
 }
@@ -249,6 +250,26 @@ class Series:
             Path(self.path).write_text("\n".join(self.lines) + "\n", encoding="utf-8")
 
 
+class Particles:
+    """All particles in the place of a series: a dump in LAMMPS's format, for OVITO."""
+
+    def __init__(self, path):
+        self.path, self.lines = path, []
+
+    def add(self, step, states):
+        """Add a frame; particles are numbered in their order."""
+        axes = zip(*(place for _, _, place, _, _ in states))
+        self.lines += ["ITEM: TIMESTEP", step, "ITEM: NUMBER OF ATOMS", len(states)]
+        self.lines += ["ITEM: BOX BOUNDS mm mm mm", *(f"{min(x)} {max(x)}" for x in axes)]
+        self.lines.append("ITEM: ATOMS id x y z radius")
+        for number, (_, radius, place, _, _) in enumerate(states, 1):
+            self.lines.append(" ".join(f"{value:.8g}" for value in (number, *place, radius)))
+
+    def write(self):
+        """Write the file."""
+        Path(self.path).write_text("".join(f"{line}\n" for line in self.lines), encoding="utf-8")
+
+
 def grains_of(p):
     """Return the centres of the grains at the start [m].
 
@@ -404,7 +425,7 @@ class Impact:
         top = 2 * (p.start_height + p.steel_radius) + max(z for _, _, z in places)
         for place, normal in walls:
             self.spheres.wall(WALL, place, normal, 2 * (top + sum(self.size)))
-        self.series = Series(p.series, COLUMNS.split(","))
+        self.series = Particles(p.series) if p.particles else Series(p.series, COLUMNS.split(","))
 
     def run(self):
         """Let grains settle and the sphere fall; print what each leaves."""
@@ -419,6 +440,8 @@ class Impact:
         results.add("mean_height_m", sum(heights) / self.grains)
         results.add("grains", self.grains)
         self.spheres.release(self.ball, (0.0, 0.0, -p.speed))
+        if p.particles:
+            self.look(0)
         self.spheres.advance(p.steps, p.series_every, self.look)
         self.series.write()
         results.add("outside", int(any(map(self.beyond, self.spheres.states()))))
@@ -429,6 +452,9 @@ class Impact:
     def look(self, step):
         """Write a row so many steps after the release."""
         states = self.spheres.states()
+        if self.p.particles:
+            self.series.add(self.p.settle_steps + step, states)
+            return
         _, _, place, velocity, _ = states[self.ball]
         energies = kinetic_energy(states), self.potential(states)
         self.series.add(step * self.p.step_size, place[2], velocity[2], *energies)

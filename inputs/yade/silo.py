@@ -79,6 +79,7 @@ PARAMETERS = {
     "facets": 60,  # of a ring of walls
     "open_facets": 0,  # of them left out of the cone: a hole
     "series": "silo.csv",  # file for the samples
+    "particles": 0,  # 1: all particles in its place, as a dump for OVITO
     "series_every": 50,  # steps between its rows
     "results": "",  # file for the lines RESULT, beside the screen
 }
@@ -225,6 +226,26 @@ class Series:
             Path(self.path).write_text("\n".join(self.lines) + "\n", encoding="utf-8")
 
 
+class Particles:
+    """All particles in the place of a series: a dump in LAMMPS's format, for OVITO."""
+
+    def __init__(self, path):
+        self.path, self.lines = path, []
+
+    def add(self, step, states):
+        """Add a frame; particles are numbered in their order."""
+        axes = zip(*(place for _, _, place, _, _ in states))
+        self.lines += ["ITEM: TIMESTEP", step, "ITEM: NUMBER OF ATOMS", len(states)]
+        self.lines += ["ITEM: BOX BOUNDS mm mm mm", *(f"{min(x)} {max(x)}" for x in axes)]
+        self.lines.append("ITEM: ATOMS id x y z radius")
+        for number, (_, radius, place, _, _) in enumerate(states, 1):
+            self.lines.append(" ".join(f"{value:.8g}" for value in (number, *place, radius)))
+
+    def write(self):
+        """Write the file."""
+        Path(self.path).write_text("".join(f"{line}\n" for line in self.lines), encoding="utf-8")
+
+
 def grains_of(p):
     """Return the centres of the grains at the start [m].
 
@@ -369,7 +390,7 @@ class Discharge:
         self.cone = self.spheres.triangles(WALL, cone)
         wide = 2 * p.silo_radius
         self.floor = self.spheres.wall(WALL, (0, 0, -p.cone_height), (0, 0, 1), wide)
-        self.series = Series(p.series, COLUMNS.split(","))
+        self.series = Particles(p.series) if p.particles else Series(p.series, COLUMNS.split(","))
 
     def lattice(self):
         """Return places near the sites that leave a grain room within the cylinder."""
@@ -397,6 +418,8 @@ class Discharge:
         remaining, astray = self.counts(states)
         results.add("grains", remaining - astray)
         self.spheres.remove_wall(self.floor)
+        if p.particles:
+            self.look(0)
         self.spheres.advance(p.steps, p.series_every, self.look)
         self.series.write()
         for name, count in zip(("remaining", "astray"), self.counts(self.spheres.states())):
@@ -407,6 +430,9 @@ class Discharge:
 
     def look(self, step):
         """Write a row so many steps after the opening."""
+        if self.p.particles:
+            self.series.add(self.p.settle_steps + step, self.spheres.states())
+            return
         self.spheres.remove_below(self.bottom)
         states = self.spheres.states()
         energies = kinetic_energy(states), self.potential(states)

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 from harness.engines.contract import Template, Values
-from harness.engines.output import Output, Table, read_csv, read_dump
+from harness.engines.output import Output, Table, read_csv
 from harness.engines.process import (
     FAULTS,
     OUT_OF_MEMORY,
@@ -199,7 +199,7 @@ class LammpsLanguage(ScriptedEngine):
     def table(self, series: str) -> Table:
         """Return the columns of a series: a dump, or a CSV with rows twice where stretches meet."""
         if series.startswith("ITEM:"):
-            return read_dump(series, self.title)
+            return super().table(series)
         return read_csv(series, self.title, rising=True)
 
     def error_of(self, ended: Ended, log: str) -> EngineError | None:
