@@ -29,11 +29,12 @@ from harness.cases.bulk.restarts import restart_values
 from harness.cases.bulk.rules import ALLOWED
 from harness.cases.bulk.seeds import BulkCase, Curve, Runs
 from harness.cases.bulk.series import check_rows
-from harness.comparison.verdicts import Check, Kind, Tolerance, judge
+from harness.comparison.verdicts import Check, Kind, Tolerance, finding, judge
 from harness.engines.contract import Job, Output, Template, Value
 from harness.engines.traits import Traits
 from harness.errors import CombinationError, EngineLostAtomsError, EngineOutputError
 from harness.parameters.allowed import allowed_in
+from harness.theory.bulk import GLASS_BEADS, friction_by_depth
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -244,7 +245,7 @@ class PenetrationCase(BulkCase[Penetration]):
     name = NAME
     template = TEMPLATE
     seeds = {"quick": 4, "default": 24, "full": 48}  # noqa: RUF012
-    judged = ("no energy is gained", "the bed is at rest at the release")
+    judged = ("no energy is gained", "the bed is at rest at the release", "friction by depth")
     equivalent = ("final_depth_m", "bed_solid_fraction", "bed_coordination")
     drawn = (
         Curve(
@@ -309,12 +310,19 @@ class PenetrationCase(BulkCase[Penetration]):
             elastic["balance_ratio"] = found["dissipated_ratio"] + change
         mean_height = output.number("mean_height_m")
         surface = 2.0 * mean_height
+        solid = p.solid_volume / (p.floor_area * surface)
+        depth = surface + p.steel_radius - found["final_height_m"]
+        fall = p.start_height - p.steel_radius - surface + 0.5 * p.speed**2 / p.gravity
+        ratio = p.steel_density / (p.density * solid)
         work = p.grains * (p.settle_steps + p.steps)
         return {
             **found,
             **elastic,
-            "final_depth_m": surface + p.steel_radius - found["final_height_m"],
-            "bed_solid_fraction": p.solid_volume / (p.floor_area * surface),
+            "final_depth_m": depth,
+            "friction_by_depth": friction_by_depth(depth, fall, 2.0 * p.steel_radius, ratio)
+            if depth > 0.0
+            else math.nan,
+            "bed_solid_fraction": solid,
             "bed_coordination": output.number("coordination"),
             "bed_kinetic_ratio": output.number("bed_kinetic_J") / impact,
             "microseconds_per_particle_step": 1e6 * output.seconds / work,
@@ -336,13 +344,21 @@ class PenetrationCase(BulkCase[Penetration]):
         return ((1e3 * table["time_s"], 1e3 * table["z_m"]),)
 
     def judge(self, names: Sequence[str], runs: Runs, p: Penetration) -> list[Check]:
-        """Return energy gained and bed at rest, of the worst seed."""
+        """Return energy gained and bed at rest, of the worst seed; the known depth as seen."""
         moves = runs.worst("bed_kinetic_ratio")
         share = tangential_share(max(p.friction, p.steel_friction), p.poisson_ratio)
         bound = largest_elastic_energy(p) / p.impact_energy
         return [
             judge_gain(names[0], runs, "energy_gain_ratio", share, bound),
             judge(names[1], Kind.ANALYTIC, moves, 0.0, AT_REST),
+            finding(
+                names[2],
+                runs.sample("friction_by_depth").mean,
+                GLASS_BEADS,
+                "",
+                "tangent of the angle of repose by the depth, 0.14/mu (rho_s/rho_b)^(1/2) D^(2/3) "
+                "H^(1/3) (Uehara and others 2003); 0.45 is that of glass beads",
+            ),
         ]
 
 

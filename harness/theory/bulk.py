@@ -1,4 +1,4 @@
-"""Scales of many grains that are known: discharge of a silo, wall friction in it."""
+"""Scales of many grains that are known: a silo's discharge and walls, the depth of an impact."""
 
 from __future__ import annotations
 
@@ -9,6 +9,26 @@ BEVERLOO_FACTOR = 0.58
 
 BEVERLOO_MARGIN = 1.5
 """[diameters] k of Beverloo's law: what an orifice loses; 1.2 to 3 was measured."""
+
+
+DEPTH_FACTOR = 0.14
+"""Of the depth of an impact."""
+
+GLASS_BEADS = 0.45
+"""Tangent of the angle of repose of glass beads, 24 deg: Katsuragi and Durian, Nature Phys. 3, 420
+(2007)."""
+
+
+def friction_by_depth(depth: float, fall: float, diameter: float, density_ratio: float) -> float:
+    """Return the tangent of the angle of repose of a bed that a sphere enters so deep.
+
+    ``depth`` d and ``fall`` down to the surface [m], ``diameter`` D of the sphere [m] and its
+    density over that of the bed with its voids: d = 0.14/mu (rho_s/rho_b)^(1/2) D^(2/3) H^(1/3)
+    with H = fall + depth. Uehara, Ambroso, Ojha and Durian, Phys. Rev. Lett. 90, 194301 (2003);
+    explained by forces k z and m v^2/d_1 (Katsuragi and Durian, Phys. Rev. E 87, 052208 (2013)).
+    """
+    lengths = (diameter / depth) ** 2 * (1.0 + fall / depth)
+    return float(DEPTH_FACTOR * math.sqrt(density_ratio) * lengths ** (1.0 / 3.0))
 
 
 def beverloo_scale(orifice: float, grain: float, bulk_density: float, gravity: float) -> float:

@@ -1,11 +1,18 @@
-"""Discharge and wall friction: second routes, and limits."""
+"""Discharge, wall friction, depth of an impact: second routes, and limits."""
 
 import math
 
 import pytest
 from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
 
-from harness.theory.bulk import BEVERLOO_MARGIN, beverloo_scale, janssen_share
+from harness.theory.bulk import (
+    BEVERLOO_MARGIN,
+    DEPTH_FACTOR,
+    beverloo_scale,
+    friction_by_depth,
+    janssen_share,
+)
 
 
 @pytest.mark.parametrize("height", [0.01, 0.1, 1.0])
@@ -35,3 +42,16 @@ def test_beverloos_scale_is_that_of_a_free_fall_from_the_orifice():
     assert one == pytest.approx(1500 * width**2 * math.sqrt(9.81 * width))
     assert beverloo_scale(wide, grain, 3000.0, 4 * 9.81) == pytest.approx(4 * one)
     assert beverloo_scale(BEVERLOO_MARGIN * grain, grain, 1500.0, 9.81) == 0.0
+
+
+@pytest.mark.parametrize("fall", [0.0, 0.01, 10.0])
+def test_the_friction_by_depth_is_that_of_the_depth_that_solves_the_law(fall):
+    friction, diameter, ratio = 0.45, 0.0254, 5.1
+    factor = DEPTH_FACTOR / friction * math.sqrt(ratio) * diameter ** (2 / 3)
+    depth = brentq(lambda d: d - factor * (fall + d) ** (1 / 3), 1e-6, 10.0, xtol=1e-14)
+    assert friction_by_depth(depth, fall, diameter, ratio) == pytest.approx(friction, rel=1e-9)
+    if fall == 0.0:  # a sphere that is let go on the surface
+        alone = (DEPTH_FACTOR / friction) ** 1.5 * ratio**0.75 * diameter
+        assert depth == pytest.approx(alone, rel=1e-9)
+    if fall == 10.0:  # far above, the depth does not count
+        assert depth == pytest.approx(factor * fall ** (1 / 3), rel=0.01)
