@@ -397,7 +397,7 @@ class BulkDisplay(Display):
 QUICK = 3.0
 """[us] for a step of ten particles: slower engines are not run at level quick."""
 
-SLOW_SEEDS = 12
+SLOW_SEEDS = 16
 """Most seeds of such engines at level default: a bed takes them up to twenty times as long."""
 
 

@@ -254,7 +254,7 @@ def test_a_main_engine_that_states_no_other_rules_leaves_no_verdict():
 
 
 def test_slow_codes_run_fewer_seeds_at_level_default_and_all_at_full():
-    for code, number in (("lammps", 24), ("liggghts", 24), ("yade", 12), ("kratos", 12)):
+    for code, number in (("lammps", 24), ("liggghts", 24), ("yade", 16), ("kratos", 16)):
         assert len(CASE.verification.trials(Fake(code), "default", SYSTEM)) == number
         assert len(CASE.verification.trials(Fake(code), "full", SYSTEM)) == CASE.seeds["full"]
 
