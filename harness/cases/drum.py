@@ -12,7 +12,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from pydantic import Field
+from scipy.integrate import cumulative_trapezoid
+from scipy.optimize import brentq
 
+from harness.cases.bulk.energy import ELASTIC, judge_gain, tangential_share
 from harness.cases.bulk.materials import (
     Bed,
     Sphere,
@@ -21,7 +24,7 @@ from harness.cases.bulk.materials import (
     check_memory,
 )
 from harness.cases.bulk.materials import values_of as bed_values
-from harness.cases.bulk.mixing import cells_of, lacey_index, surface_angle
+from harness.cases.bulk.mixing import cells_of, lacey_index, surface_angle, touching
 from harness.cases.bulk.places import PUBLISHED, Cylinder, read_grains, write_grains
 from harness.cases.bulk.restarts import restart_values
 from harness.cases.bulk.rules import ALLOWED
@@ -165,10 +168,33 @@ class Drum(Bed):
                          [self.large_grains, self.small_grains])  # fmt: skip
 
     @property
+    def masses(self) -> Floats:
+        """Return the mass of each grain [kg], large ones first, (N,)."""
+        return np.repeat([self.large.mass, self.small.mass],
+                         [self.large_grains, self.small_grains])  # fmt: skip
+
+    @property
     def fill(self) -> float:
         """Return the share of the drum that the grains fill, 0.6 of what they take up solid."""
         solid = self.large_grains * self.large.volume + self.small_grains * self.small.volume
         return solid / 0.6 / (math.pi * self.drum_radius**2 * self.drum_length)
+
+    def solid_fraction(self, mean_height: float) -> float:
+        """Return the solid fraction of a level bed whose volume has a mean height [m].
+
+        A bed up to cos(a) = -h/R fills R^2 (a - sin a cos a) of the drum's section, whose centre is
+        2/3 R sin^3(a)/(a - sin a cos a) below the axis.
+        """
+
+        def section(angle: float) -> float:
+            return angle - math.sin(angle) * math.cos(angle)
+
+        def off(angle: float) -> float:
+            centre = 2.0 / 3.0 * self.drum_radius * math.sin(angle) ** 3 / section(angle)
+            return mean_height + centre
+
+        filled = section(float(brentq(off, 1e-2, math.pi)))
+        return 0.6 * self.fill * math.pi / filled
 
     @property
     def longest_step(self) -> float:
@@ -189,6 +215,46 @@ class Drum(Bed):
     def every(self) -> int:
         """Return the steps between two rows of the series."""
         return max(1, round(self.time / self.step_size / self.ROWS))
+
+
+def elastic_energy(p: Drum, places: Floats) -> float:
+    """Return what the normal springs of grains at ``places`` (N, 3) [m] hold, walls included [J].
+
+    8/15 E* sqrt(R*) overlap^(5/2) (Hertz); walls are taken as plane.
+    """
+    young = np.repeat([p.large_youngs_modulus, p.small_youngs_modulus],
+                      [p.large_grains, p.small_grains])  # fmt: skip
+
+    def held(overlap: Floats, moduli: tuple[Floats, Floats | float], radius: Floats) -> float:
+        compliance = (1.0 - p.poisson_ratio**2) * (1.0 / moduli[0] + 1.0 / moduli[1])
+        return float((np.sqrt(radius) * np.maximum(overlap, 0.0) ** 2.5 / compliance).sum())
+
+    one, other, overlap = touching(places, p.radii)
+    reduced = 1.0 / (1.0 / p.radii[one] + 1.0 / p.radii[other])
+    total = held(overlap, (young[one], young[other]), reduced)
+    x, y, z = places.T
+    for reach in (p.drum_radius - np.hypot(x, z), 0.5 * p.drum_length - np.abs(y)):
+        total += held(p.radii - reach, (young, p.steel_youngs_modulus), p.radii)
+    return 8.0 / 15.0 * total
+
+
+def drum_energy(p: Drum, table: Table) -> tuple[Floats, Floats]:
+    """Return kinetic and potential energy, and the work of the drum, over time (M,) [J].
+
+    In any code, from places alone. The drum does its speed times its torque on the grains, which
+    changes their angular momentum L about the axis and bears their weight: work = speed (L -
+    integral of g sum m x dt). Velocities are differences of places between rows, spins are left
+    out.
+    """
+    t = p.step_size * (table["step"] - p.settle_steps)
+    x, y, z = (table[name] for name in COLUMNS[1:])
+    vx, vy, vz = (np.gradient(axis, t, axis=0) for axis in (x, y, z))
+    momentum = (z * vx - x * vz) @ p.masses
+    kinetic = 0.5 * (vx**2 + vy**2 + vz**2) @ p.masses
+    momentum[0] = kinetic[0] = 0.0  # at rest
+    torque: Floats = p.gravity * x @ p.masses
+    weight = cumulative_trapezoid(torque, t, initial=0)
+    return kinetic + p.gravity * z @ p.masses, p.speed * (momentum - weight)
 
 
 def values_of(p: Drum) -> dict[str, Value]:
@@ -242,16 +308,16 @@ def angles(p: Drum, table: Table) -> Floats:
     return np.array([surface_angle(x, z, p.radii, half, step) for x, z in frames])
 
 
-def quadrant_shares(p: Drum, table: Table) -> dict[str, float]:
-    """Return the share of each kind in two opposite quadrants at the end.
+def quadrant_shares(p: Drum, table: Table) -> dict[str, Floats]:
+    """Return the share of each kind in two opposite quadrants over time, (M,).
 
     Where grains rise, x < 0 < z, and where they arrive, z < 0 < x.
     """
-    x, z = table["x_m"][-1], table["z_m"][-1]
+    x, z = table["x_m"], table["z_m"]
     large = np.arange(p.grains) < p.large_grains
     places = {"rising": (x < 0.0) & (z > 0.0), "falling": (x > 0.0) & (z < 0.0)}
     return {
-        f"{kind}_{name}_ratio": float(place[which].mean())
+        f"{kind}_{name}_ratio": place[:, which].mean(axis=1)
         for name, place in places.items()
         for kind, which in (("large", large), ("small", ~large))
     }
@@ -268,11 +334,12 @@ class DrumCase(BulkCase[Drum]):
     name = NAME
     template = TEMPLATE
     seeds = {"quick": 4, "default": 12, "full": 24}  # noqa: RUF012
-    judged = ("the bed is at rest before the drum turns",)
-    equivalent = ("mixing_index", "surface_angle_deg")
+    judged = ("no energy is gained", "the bed is at rest before the drum turns")
+    equivalent = ("mixing_index", "surface_angle_deg", "bed_solid_fraction", "bed_coordination")
     drawn = (
         Curve("drum-mixing", "turned (deg)", "mixing index of Lacey"),
         Curve("drum-angle", "turned (deg)", "angle of the surface (deg)"),
+        Curve("drum-quadrants", "turned (deg)", "share of the large grains at x < 0 < z"),
     )
 
     def source_of(self, preset: str) -> str:
@@ -318,16 +385,28 @@ class DrumCase(BulkCase[Drum]):
         angle = turned(p, table)
         late, last = (angle >= share * p.turn for share in (STEADY, 1.0 - LAST))
         index = mixing(p, table)
-        masses = [kind.mass for kind in (p.large, p.small)]
-        mass = p.large_grains * masses[0] + p.small_grains * masses[1]
         work = p.grains * (p.settle_steps + p.steps)
+        first, end = (np.column_stack([table[n][row] for n in COLUMNS[1:]]) for row in (0, -1))
+        height = float(np.average(first[:, 2], weights=p.radii**3))
+        energy, done = drum_energy(p, table)
+        elastic = [elastic_energy(p, places) for places in (first, end)]
+        lost = done - (energy - energy[0])
+        size = abs(
+            done[-1]
+        )  # of a drum that turns the other way it is negative, a gain all the same
         return {
             "mixing_index": float(index[last].mean()),
             "first_mixing_index": float(index[0]),
             "surface_angle_deg": float(angles(p, table)[late].mean()),
-            **quadrant_shares(p, table),
+            **{name: float(share[-1]) for name, share in quadrant_shares(p, table).items()},
+            "bed_solid_fraction": p.solid_fraction(height),
+            "bed_coordination": 2.0 * len(touching(first, p.radii)[0]) / p.grains,
+            "work_ratio": done[-1] / (p.masses.sum() * p.gravity * p.drum_radius),
+            ELASTIC: elastic[0] / size,
+            "loss_ratio": (lost[-1] - (elastic[1] - elastic[0])) / size,
+            "drum_energy_gain_ratio": max(0.0, -lost.min()) / size,
             "bed_kinetic_ratio": output.number("bed_kinetic_J")
-            / (0.5 * mass * (p.speed * p.drum_radius) ** 2),
+            / (0.5 * p.masses.sum() * (p.speed * p.drum_radius) ** 2),
             "microseconds_per_particle_step": 1e6 * output.seconds / work,
         }
 
@@ -343,15 +422,21 @@ class DrumCase(BulkCase[Drum]):
         return Cut(0.0, [circle(p.drum_radius)], -reach, reach)
 
     def curves(self, p: Drum, output: Output) -> Sequence[tuple[Floats, Floats]]:
-        """Return mixing index and angle of the surface [deg] over the turn [deg]."""
+        """Return mixing index, angle [deg] and share of the large over the turn [deg]."""
         table = output.table(COLUMNS)
         angle = turned(p, table)
-        return (angle, mixing(p, table)), (angle, angles(p, table))
+        rising = quadrant_shares(p, table)["large_rising_ratio"]
+        return (angle, mixing(p, table)), (angle, angles(p, table)), (angle, rising)
 
     def judge(self, names: Sequence[str], runs: Runs, p: Drum) -> list[Check]:
-        """Return whether the bed is at rest, of the worst seed."""
+        """Return energy gained and bed at rest, of the worst seed."""
         moves = runs.worst("bed_kinetic_ratio")
-        return [judge(names[0], Kind.ANALYTIC, moves, 0.0, AT_REST)]
+        friction = max(p.large_friction, p.small_friction, p.mixed_friction, p.steel_friction)
+        share = tangential_share(friction, p.poisson_ratio)
+        return [
+            judge_gain(names[0], runs, "drum_energy_gain_ratio", share, math.nan),
+            judge(names[1], Kind.ANALYTIC, moves, 0.0, AT_REST),
+        ]
 
 
 CASE = DrumCase()

@@ -1,4 +1,4 @@
-"""How well two kinds of grains are mixed, and how steep their surface is, from their places."""
+"""How well two kinds of grains are mixed, how steep their surface is, how many touch: by places."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     Floats = NDArray[np.float64]
+    Indices = NDArray[np.int64]
 
 
 def lacey_index(cells: NDArray[np.int64], chosen: NDArray[np.bool_]) -> float:
@@ -39,6 +40,19 @@ def cells_of(x: Floats, z: Floats, edge: float) -> NDArray[np.int64]:
     """Return the number of the square cell, of an edge [m], that each grain is in, (N,)."""
     column, row = (np.floor(one / edge).astype(np.int64) for one in (x, z))
     return np.asarray(column * 100_003 + row)
+
+
+def touching(places: Floats, radius: Floats) -> tuple[Indices, Indices, Floats]:
+    """Return pairs of grains that touch, each once, and their overlaps [m], (K,) each.
+
+    ``places`` (N, 3) and radii (N,) in m.
+    """
+    from scipy.spatial import KDTree  # slow to load
+
+    one, other = KDTree(places).query_pairs(2.0 * radius.max(), output_type="ndarray").T
+    overlap = radius[one] + radius[other] - np.linalg.norm(places[one] - places[other], axis=1)
+    touch = overlap > 0.0
+    return one[touch], other[touch], overlap[touch]
 
 
 def surface_angle(x: Floats, z: Floats, radius: Floats, half_width: float, step: float) -> float:

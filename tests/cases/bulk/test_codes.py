@@ -92,6 +92,7 @@ def record(code):
 def test_quantities_are_read_of_what_a_code_left(code, case):
     found = case.read(SMALL[case.name], recorded(code, case), engine_class(code).traits)
     springs = {ELASTIC, "end_elastic_ratio", "balance_ratio"}  # scripts of LAMMPS alone leave them
+    springs = set() if case is DRUM else springs  # computed from places
     assert set(found) == {quantity.name for quantity in case.quantities} - springs
     assert all(math.isfinite(value) for value in found.values())
     assert found.get("energy_gain_ratio", 0.0) < 0.02
