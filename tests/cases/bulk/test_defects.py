@@ -267,6 +267,7 @@ def test_sorting_without_rolling_changes_nothing():
 
 
 @pytest.mark.live
+@pytest.mark.slow
 def test_sorting_turns_rolling_round():
     (switch,) = [s for s in SWITCHES if s.words == "rolling, sort 1000"]
     before = [energy(switch.case, variant, 900) for variant in (switch.off, switch.on)]
@@ -276,6 +277,7 @@ def test_sorting_turns_rolling_round():
 
 
 @pytest.mark.live
+@pytest.mark.slow
 def test_old_walls_without_friction_are_those_of_granular():
     old = [s for s in SWITCHES if s.defect.startswith("old-wall")]
     assert {s.case for s in old} == {"silo", "drum"}
@@ -303,6 +305,7 @@ def release_is_here(name):
 
 
 @pytest.mark.live
+@pytest.mark.slow
 def test_walls_of_2022_have_the_moduli_that_their_causes_predict():
     (switch,) = [s for s in SWITCHES if s.defect == "wall-youngs-modulus"]
     if not release_is_here(switch.on.release):

@@ -58,7 +58,10 @@ def test_colours_are_bands_of_first_height_and_sizes():
 
 
 @pytest.mark.live
-@pytest.mark.parametrize("code", ["lammps", "liggghts", "yade", "kratos"])
+@pytest.mark.parametrize(
+    "code",
+    ["lammps", *(pytest.param(c, marks=pytest.mark.slow) for c in ("liggghts", "yade", "kratos"))],
+)
 @pytest.mark.parametrize("name", SMALL)
 def test_each_case_has_a_film(name, code, tmp_path):
     case, p = get_case(name), SMALL[name]

@@ -89,6 +89,7 @@ HERE = {
     "yade": shutil.which("yade") is not None,
     "kratos": find_spec("KratosMultiphysics") is not None,
 }
+RULES_OF = ("yade", "kratos")
 CODES = pytest.mark.parametrize(
     "code",
     [
@@ -97,6 +98,7 @@ CODES = pytest.mark.parametrize(
             marks=[
                 pytest.mark.live,
                 pytest.mark.skipif(not HERE[code.partition(":")[0]], reason=f"no {code} here"),
+                *([pytest.mark.slow] if code in RULES_OF else []),
             ],
         )
         for code in ("yade", "kratos", "lammps", "lammps:yade", "lammps:kratos")
@@ -109,7 +111,6 @@ PAIRS = {
     "GRAIN_GRAIN": (GRAIN, GRAIN, P.restitution, P.friction),
     "SPHERE_WALL": (STEEL, None, P.steel_restitution, P.steel_friction),
 }
-RULES_OF = ("yade", "kratos")
 LAWS = {code: law_of(engine_class(code).traits) for code in HERE}
 
 
