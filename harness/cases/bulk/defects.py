@@ -194,7 +194,7 @@ def drawn(rows: Sequence[Row]) -> Figure:
 
     held = [row for row in rows if row.against == LAW and math.isfinite(row.ratio)]
     colours = dict(zip(WORDS.values(), COLOURS, strict=False))
-    figure = Figure(figsize=(4.6, 1.2 + 0.44 * len(held)), layout="constrained")
+    figure = Figure(figsize=(4.6, 1.2 + 0.5 * len(held)), layout="constrained")
     axes = figure.subplots()
     width = MARGIN.width(1.0)
     axes.axvspan(1.0 - width, 1.0 + width, color="#dddddd", lw=0.0, zorder=0)
@@ -206,7 +206,7 @@ def drawn(rows: Sequence[Row]) -> Figure:
         axes.plot((row.low, row.high), (place, place), color=colour, lw=2.0)
         axes.plot(row.ratio, place, "o", color=colour)
         label = f"{row.case}, {QUANTITIES[row.case][row.quantity]}: {row.switched}"
-        axes.annotate(label, (0.01, place - 0.42), xycoords=("axes fraction", "data"),
+        axes.annotate(label, (0.01, place - 0.3), xycoords=("axes fraction", "data"),
                       fontsize=8.5, va="center")  # fmt: skip
     axes.set(xscale="log", xlim=(low, high), ylim=(len(held) - 0.5, -0.9), yticks=[])
     axes.set_xlabel("with the defect over without it, 90 % interval")
