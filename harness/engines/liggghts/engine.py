@@ -209,12 +209,15 @@ class Liggghts(LammpsLanguage):
 
     @classmethod
     def scene_values(cls, scene: ContactScene) -> dict[str, Datum]:
-        """Return the data of a scene, with the number of its stages: no list may be empty.
+        """Return the data of a scene, with its extent and the number of its stages.
+
+        No list may be empty: one of no stages holds a zero.
 
         Places over a row have 15 digits, as those of LAMMPS's script, whose variables write so
         many: their rounding decides whether a grain that just touches is in contact at the start.
         """
-        values = {**super().scene_values(scene), "stages": len(scene.stages)}
+        reach = float(abs(scene.position).max())
+        values = {**super().scene_values(scene), "stages": len(scene.stages), "reach": reach}
         if scene.period is not None:
             for name, column in zip(("x", "y"), scene.position.T.tolist(), strict=True):
                 values[name] = [float(f"{place:.15g}") for place in column]

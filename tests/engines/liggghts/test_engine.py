@@ -3,6 +3,8 @@
 Its scripts state the numbers of a scene, those of LAMMPS compute them, with variables of 15 digits.
 """
 
+import subprocess
+
 import numpy as np
 import pytest
 
@@ -10,6 +12,7 @@ from harness.cases.incline.angle import critical_angle
 from harness.cases.incline.runs import run_inclines
 from harness.cases.incline.system import Incline
 from harness.cases.tower.run import run_towers
+from harness.cases.tower.system import TEMPLATE
 from harness.engines.lammps.engine import Lammps
 from harness.engines.liggghts.engine import Liggghts
 from harness.engines.reference import Reference
@@ -102,6 +105,23 @@ def test_every_kind_of_tower_is_lammps_to_round_off(liggghts, lammps, changes):
     (own,), (theirs,) = (run_towers(e, [case], 3.0, profiles=True) for e in (liggghts, lammps))
     for values, others in zip(own.profiles, theirs.profiles, strict=True):
         np.testing.assert_allclose(values, others, rtol=0, atol=1e-12 * np.abs(others).max())
+
+
+def test_a_tall_tower_is_all_in_the_box(liggghts, lammps):
+    """Of more than twenty particles those at x > 20 diameters were once left out."""
+    case = Tower(height=60, law="overlap")
+    (own,), (theirs,) = (run_towers(e, [case], 0.2, profiles=True) for e in (liggghts, lammps))
+    for values, others in zip(own.profiles, theirs.profiles, strict=True):
+        np.testing.assert_allclose(values, others, rtol=0, atol=1e-12 * np.abs(others).max())
+
+
+def test_a_sphere_beyond_the_box_of_a_script_is_an_error(liggghts, tmp_path):
+    script = tmp_path / "tower.in"
+    script.write_text(Liggghts.script(TEMPLATE).text, encoding="utf-8")
+    words = [liggghts.program, "-in", str(script), "-log", "none", "-var", "reach", "0"]
+    xs = ["-var", "x", "0", "1", "9"]
+    said = subprocess.run([*words, *xs], cwd=tmp_path, capture_output=True, text=True).stdout
+    assert "ERROR: reach = 0 m: must be at least that of the outermost sphere: 2 of 3 are" in said
 
 
 def test_run_that_leaves_its_box_costs_only_itself(liggghts):
