@@ -672,7 +672,7 @@ def on_an_incline(
 
 
 def dragged(times: float) -> tuple[float, float]:
-    """Return speed over the terminal one m g / gamma, and the way over that and m / gamma.
+    """Return speed over the terminal v = m g / gamma, and distance over v m / gamma.
 
     ``times`` m / gamma after it was let go.
     """
