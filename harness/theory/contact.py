@@ -708,11 +708,11 @@ def driven(
     """
     transfer = -acceleration / (frequency**2 - drive**2 + 2j * decay * drive)
     root = cmath.sqrt(decay**2 - frequency**2)
-    own = (-decay + root, -decay - root)
+    eigenvalues = (-decay + root, -decay - root)
     # y = Re(transfer e^(i w t)) + c_1 e^(s_1 t) + c_2 e^(s_2 t) with y(0) = y'(0) = 0
     y, speed = -transfer.real, -(1j * drive * transfer).real
-    first = (speed - own[1] * y) / (own[0] - own[1])
-    rates = np.array([1j * drive, *own])
+    first = (speed - eigenvalues[1] * y) / (eigenvalues[0] - eigenvalues[1])
+    rates = np.array([1j * drive, *eigenvalues])
     parts = np.array([transfer, first, y - first])
     waves = np.exp(np.outer(np.asarray(times, dtype=float), rates))
     return (waves @ parts).real, (waves @ (rates * parts)).real
