@@ -231,10 +231,12 @@ def its_traits_are_sound(subject: Subject) -> None:
     traits = subject.engine.traits
     require(traits.install_hint, "traits.install_hint is empty: how to get it")
     require(traits.versions, "traits.versions is empty: those that were tried")
-    for name, known in (("tail", Tail), ("effective_mass", EffectiveMass)):
-        stated = traits.frictionless.states.get(name, ())
-        require(stated, f"traits.frictionless states no {name}")
-        require({*stated} <= {*get_args(known)}, f"traits.frictionless: {name} = {stated!r}")
+    for name, allowed in (("tail", Tail), ("effective_mass", EffectiveMass)):
+        supported = traits.frictionless.states.get(name, ())
+        require(supported, f"traits.frictionless states no {name}")
+        require(
+            {*supported} <= {*get_args(allowed)}, f"traits.frictionless: {name} = {supported!r}"
+        )
     require(traits.integrator in ("", *INTEGRATORS), f"traits.integrator = {traits.integrator!r}")
     for model in traits.contact_models:
         Rules(**model.rules)
@@ -271,8 +273,8 @@ def it_refuses_what_it_cannot_state(subject: Subject) -> None:
     unknown = Template("no-such-case-of-any-package", {"": {}})
     jobs = [Job(unknown, {})]
     good = drop_job(subject.drop())
-    for name, known in (("tail", Tail), ("effective_mass", EffectiveMass)):
-        unstated = {*get_args(known)} - {*engine.traits.frictionless.states[name]}
+    for name, allowed in (("tail", Tail), ("effective_mass", EffectiveMass)):
+        unstated = {*get_args(allowed)} - {*engine.traits.frictionless.states[name]}
         jobs += [replace(good, values={**good.values, name: word}) for word in sorted(unstated)]
     require(not engine.states(unknown), "states says that it has a template that nobody wrote")
     require(engine.refuses(good) == "", f"it refuses a plain drop: {engine.refuses(good)}")

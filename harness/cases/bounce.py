@@ -12,7 +12,7 @@ from harness.cases.contact.contact_case import ContactCase
 from harness.cases.contact.impact import impact, rebound
 from harness.cases.contact.limits import NORMALS, Scan
 from harness.cases.contact.motion import Motion
-from harness.cases.contact.parameters import ContactSystem, Gravity, meets, met
+from harness.cases.contact.parameters import ContactSystem, Gravity, check_impact, meets
 from harness.cases.contact.submodels import BOUNCE, NORMAL, NORMAL_BESIDE, OLD_NORMAL, SYSTEMS, Told
 from harness.parameters.scene import ContactScene
 
@@ -32,7 +32,7 @@ class Bounce(ContactSystem):
         """Raise ValueError for values that have no meaning together."""
         meets(self, "wall", "frozen")
         g = self.gravity
-        met(self, "height", "m", self.speed, lambda speed: speed * speed / 2.0 / g, g)
+        check_impact(self, "height", "m", self.speed, lambda speed: speed * speed / 2.0 / g, g)
 
 
 class BounceCase(ContactCase[Bounce]):

@@ -49,9 +49,13 @@ class CollisionCase(ContactCase[Collision]):
 
     name = "collision"
     submodels = (
-        *(one for one in TANGENTIAL if one.name in ("linear_history", "mindlin_rescale/force")),
-        *(one for one in ROLLING if one.name == "rolling sds, linear_history"),
-        *(one for one in TANGENTIAL if one.name == "mindlin"),
+        *(
+            submodel
+            for submodel in TANGENTIAL
+            if submodel.name in ("linear_history", "mindlin_rescale/force")
+        ),
+        *(submodel for submodel in ROLLING if submodel.name == "rolling sds, linear_history"),
+        *(submodel for submodel in TANGENTIAL if submodel.name == "mindlin"),
     )
     other_submodels = (*TANGENTIAL_BESIDE, *ROLLING_UNDAMPED)
     drawn_quantity = "tangential_ratio"

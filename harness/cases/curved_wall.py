@@ -90,17 +90,17 @@ class CurvedWallCase(RestingCase[CurvedWall], SurroundedCase[CurvedWall]):
     name = "curved-wall"
     submodels = (
         *(
-            replace(one, systems=("bowl", "cylinder", "hill"), two_materials=False)
-            for one in NORMAL
-            if one.name == "hertz, mass_velocity"
+            replace(submodel, systems=("bowl", "cylinder", "hill"), two_materials=False)
+            for submodel in NORMAL
+            if submodel.name == "hertz, mass_velocity"
         ),
-        *(one for one in TANGENTIAL if one.name == "linear_history"),
-        *(one for one in NORMAL if one.name == "hooke, velocity"),
-        *(one for one in TANGENTIAL if one.name == "linear_nohistory"),
+        *(submodel for submodel in TANGENTIAL if submodel.name == "linear_history"),
+        *(submodel for submodel in NORMAL if submodel.name == "hooke, velocity"),
+        *(submodel for submodel in TANGENTIAL if submodel.name == "linear_nohistory"),
         *(
-            replace(one, systems=("bowl", "hill"), two_materials=False)
-            for one in TANGENTIAL
-            if one.name == "mindlin"
+            replace(submodel, systems=("bowl", "hill"), two_materials=False)
+            for submodel in TANGENTIAL
+            if submodel.name == "mindlin"
         ),
     )
     lasts = True

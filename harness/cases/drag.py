@@ -73,22 +73,22 @@ class DragCase(ClosedFormCase[Drag]):
         return {"drag": parameters.drag}
 
     def observed(self, parameters: Drag, motion: Motion) -> Mapping[str, float]:
-        """Return the speed halfway and at the end, and the way."""
+        """Return the speed halfway, at the end and on average, over the terminal speed."""
         fall = -motion.velocity[:, 0, 2] / parameters.terminal
-        way = float(motion.position[0, 0, 2] - motion.position[-1, 0, 2])
+        distance = float(motion.position[0, 0, 2] - motion.position[-1, 0, 2])
         return {
             "halfway_speed_over_terminal": float(fall[len(fall) // 2]),
             "speed_over_terminal": float(fall[-1]),
-            "fall_ratio": way / parameters.terminal / float(motion.time[-1]),
+            "fall_ratio": distance / parameters.terminal / float(motion.time[-1]),
         }
 
     def closed_forms(self, parameters: Drag) -> Mapping[str, float]:
         """Return the exponential approach."""
-        (halfway, _), (speed, way) = map(dragged, (t * parameters.duration for t in (0.5, 1.0)))
+        (halfway, _), (speed, fallen) = map(dragged, (t * parameters.duration for t in (0.5, 1.0)))
         return {
             "halfway_speed_over_terminal": halfway,
             "speed_over_terminal": speed,
-            "fall_ratio": way / parameters.duration,
+            "fall_ratio": fallen / parameters.duration,
         }
 
     def axes(self, parameters: Drag) -> tuple[str, str]:

@@ -148,11 +148,11 @@ def run_jobs(
 
 def complete(results: Iterable[Run | EngineError]) -> list[Run]:
     """Return results; raise the first error among them, for callers that need them all."""
-    return [whole(result) for result in results]
+    return [run_or_raise(result) for result in results]
 
 
-def whole(result: Run | EngineError) -> Run:
-    """Return a result; raise it where it is an error."""
+def run_or_raise(result: Run | EngineError) -> Run:
+    """Return a run; raise the error in its place where it failed."""
     if isinstance(result, EngineError):
         raise result
     return result

@@ -12,7 +12,7 @@ from harness.cases.contact.contact_case import ContactCase
 from harness.cases.contact.impact import head_on, impact, overlap_of, relative_velocity
 from harness.cases.contact.limits import NORMALS, Scan
 from harness.cases.contact.motion import Motion, crossing, peak, value_at
-from harness.cases.contact.parameters import ContactSystem, Speed, met
+from harness.cases.contact.parameters import ContactSystem, Speed, check_impact
 from harness.cases.contact.report import ContactDisplay, force_over_overlap
 from harness.cases.contact.submodels import (
     BRANCHES,
@@ -41,7 +41,7 @@ class HeadOn(ContactSystem):
 
     def check(self) -> None:
         """Raise ValueError for values that have no meaning together."""
-        met(self, "speed", "m/s", self.speed, lambda speed: speed)
+        check_impact(self, "speed", "m/s", self.speed, lambda speed: speed)
 
 
 class HeadOnCase(ContactCase[HeadOn]):
@@ -91,7 +91,7 @@ class HeadOnDisplay(ContactDisplay):
             "head-on: force over overlap",
             "Force on the sphere over the overlap, through a contact, in the first system that "
             "states it; a panel for each family of submodels.",
-            lambda: force_over_overlap(evidence.refined, evidence.who),
+            lambda: force_over_overlap(evidence.refined, evidence.engine_title),
         )
         return (force, *super().drawings(evidence))
 

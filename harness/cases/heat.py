@@ -153,16 +153,16 @@ class HeatCase(ClosedFormCase[Heat]):
 
     def closed_forms(self, parameters: Heat) -> Mapping[str, float]:
         """Return the exponential approach to the temperature of both, or of the wall."""
-        left = [math.exp(-part * parameters.duration) for part in (0.5, 1.0)]
+        decay = [math.exp(-part * parameters.duration) for part in (0.5, 1.0)]
         if parameters.partner == "wall":
-            return {"halfway_excess_ratio": left[0], "excess_ratio": left[1]}
+            return {"halfway_excess_ratio": decay[0], "excess_ratio": decay[1]}
         first, second = parameters.capacities
         mean = first / (first + second)
-        halfway, end = (mean + (1.0 - mean) * part for part in left)
+        halfway, end = (mean + (1.0 - mean) * part for part in decay)
         return {
             "halfway_excess_ratio": halfway,
             "excess_ratio": end,
-            "partner_excess_ratio": mean * (1.0 - left[1]),
+            "partner_excess_ratio": mean * (1.0 - decay[1]),
             "heat_change_ratio": 0.0,
         }
 

@@ -53,12 +53,12 @@ class InclineRestCase(RestingCase[InclineRest]):
     def observed(self, parameters: InclineRest, motion: Motion) -> Mapping[str, float]:
         """Return how far it got, in all and over the first half, and its mean acceleration."""
         u, spin = rolling(parameters, motion)
-        way = motion.position[:, 0, 0] - motion.position[0, 0, 0]
+        displacement = motion.position[:, 0, 0] - motion.position[0, 0, 0]
         half = len(u) // 2
         return self._quantities(
             parameters,
             motion.time[[half, -1]],
-            *(one[[half, -1]] for one in (way, u, spin)),
+            *(series[[half, -1]] for series in (displacement, u, spin)),
         )
 
     def sizes(self, parameters: InclineRest) -> Mapping[str, float]:
@@ -73,15 +73,15 @@ class InclineRestCase(RestingCase[InclineRest]):
 
     @staticmethod
     def _quantities(
-        parameters: InclineRest, times: Array, way: Array, u: Array, spin: Array
+        parameters: InclineRest, times: Array, displacement: Array, u: Array, spin: Array
     ) -> dict[str, float]:
         """Return the quantities of the states halfway and at the end, each (2,)."""
         pull = parameters.pull[0]
         fallen = 0.5 * pull * times**2
         gained = pull * (times[1] - times[0])
         return {
-            "displacement_ratio": float(way[1] / fallen[1]),
-            "halfway_displacement_ratio": float(way[0] / fallen[0]),
+            "displacement_ratio": float(displacement[1] / fallen[1]),
+            "halfway_displacement_ratio": float(displacement[0] / fallen[0]),
             "acceleration_ratio": float((u[1] - u[0]) / gained),
             "rim_acceleration_ratio": float((spin[1] - spin[0]) / gained),
         }
@@ -107,8 +107,8 @@ class InclineRestCase(RestingCase[InclineRest]):
         )
         if states is None:
             return {}
-        way, u, _, spin = np.array(states).T
-        return self._quantities(parameters, times, way, u, spin)
+        displacement, u, _, spin = np.array(states).T
+        return self._quantities(parameters, times, displacement, u, spin)
 
 
 CASE = InclineRestCase()

@@ -39,7 +39,11 @@ class InclineRollCase(Friction, RestingCase[InclineRoll]):
     name = "incline-roll"
     # a linear spring without a dashpot rings on: what its phase is off hides the limit
     other_submodels = (
-        *(one for one in Friction.other_submodels if one.name != "linear_history, elastic"),
+        *(
+            submodel
+            for submodel in Friction.other_submodels
+            if submodel.name != "linear_history, elastic"
+        ),
         *ROLLING_ON,
     )
     sets: ClassVar[Told] = {"rolls": SLIDING}

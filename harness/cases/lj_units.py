@@ -44,10 +44,10 @@ class LjUnitsCase(SurroundedCase[InLjUnits]):
 
     name = "lj-units"
     submodels = (
-        *(one for one in TANGENTIAL if one.name in ("linear_history", "mindlin")),
-        *(one for one in ROLLING if one.name == "rolling sds, linear_history"),
-        *(one for one in TANGENTIAL if one.name == "mindlin_rescale/force"),
-        *(one for one in COHESIVE_FRICTION if one.name == "mindlin, jkr"),
+        *(submodel for submodel in TANGENTIAL if submodel.name in ("linear_history", "mindlin")),
+        *(submodel for submodel in ROLLING if submodel.name == "rolling sds, linear_history"),
+        *(submodel for submodel in TANGENTIAL if submodel.name == "mindlin_rescale/force"),
+        *(submodel for submodel in COHESIVE_FRICTION if submodel.name == "mindlin, jkr"),
     )
     drawn_quantity = "tangential_ratio"
     sets: ClassVar[Told] = {"usual": SLIDING}

@@ -92,14 +92,14 @@ class MovingWallCase(RestingCase[MovingWall], SurroundedCase[MovingWall]):
 
     name = "moving-wall"
     submodels = tuple(
-        replace(one, systems=systems, two_materials=False)
+        replace(submodel, systems=systems, two_materials=False)
         for name, systems in (
             ("linear_nohistory", ("shear",)),
             ("mindlin", ("shear", "along")),
             ("linear_history", ("shear", "along", "across")),
         )
-        for one in TANGENTIAL
-        if one.name == name
+        for submodel in TANGENTIAL
+        if submodel.name == name
     )
     sets: ClassVar[Told] = {"shear": SLIDING}
     systems: ClassVar[Told] = {
@@ -114,7 +114,7 @@ class MovingWallCase(RestingCase[MovingWall], SurroundedCase[MovingWall]):
     def set_up(self, parameters: MovingWall) -> ContactScene:
         """Return the scene with the sphere at rest."""
         scene = self.scene(parameters)
-        return replace(scene, bodies=tuple(replace(one, velocity=ZERO) for one in scene.bodies))
+        return replace(scene, bodies=tuple(replace(body, velocity=ZERO) for body in scene.bodies))
 
     def surroundings(self, parameters: MovingWall) -> Mapping[str, Value]:
         """Return how the plane moves."""

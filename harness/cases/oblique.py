@@ -18,7 +18,7 @@ from harness.cases.contact.contact_case import ContactCase, Friction
 from harness.cases.contact.impact import impact, relative_velocity
 from harness.cases.contact.limits import Evidence, RefinedTrial, Scan
 from harness.cases.contact.motion import Array, Motion
-from harness.cases.contact.parameters import ContactSystem, Speed, between, met
+from harness.cases.contact.parameters import ContactSystem, Speed, between, check_impact
 from harness.cases.contact.report import ANGLES, ContactDisplay, OverAngle, expected_scan
 from harness.cases.contact.submodels import (
     HERTZ,
@@ -110,14 +110,14 @@ OVER_ANGLE = OverAngle(
 
 
 def ratio_over_angle(
-    case: ContactCase[Oblique], climbed: Sequence[RefinedTrial], who: str
+    case: ContactCase[Oblique], trials: Sequence[RefinedTrial], engine_title: str
 ) -> Figure:
     """Draw the laws' expected ratios, Coulomb's under gross sliding, and an engine's limits."""
     figure = panels(1, 1, width=8.0, height=4.4)
     axes = figure.axes[0]
     walls = [
         refined
-        for refined in climbed
+        for refined in trials
         if refined.trial.system == "wall" and refined.trial.submodel in SHOWN
     ]
     for number, refined in enumerate(walls):
@@ -129,7 +129,7 @@ def ratio_over_angle(
     angles, slides = sliding(0.3, 1.0)
     axes.plot(angles, slides, color=BLACK, lw=0.8, label="sliding throughout, e = 1")
     axes.set(xlabel=AXES[0], ylabel=AXES[1])
-    axes.set_title(f"lines: the laws; circles: {who}")
+    axes.set_title(f"lines: the laws; circles: {engine_title}")
     legend_below(figure, columns=3)
     return figure
 
@@ -163,7 +163,7 @@ class Oblique(ContactSystem):
     def check(self) -> None:
         """Raise ValueError for values that have no meaning together."""
         along, _, down = self.velocity
-        met(self, "speed", "m/s", -down, lambda speed: speed * self.speed / -down)
+        check_impact(self, "speed", "m/s", -down, lambda speed: speed * self.speed / -down)
         if along:
             why = "0, or more than what rounding leaves of the velocity along the surface"
             between("angle", self.angle, "deg", (LEAST_ANGLE, 90.0), why)
@@ -252,7 +252,7 @@ class ObliqueDisplay(ContactDisplay):
             "oblique-ratio",
             "oblique: velocity ratio over the angle",
             "Tangential velocity after over that before, by law, for a sphere on a wall.",
-            lambda: ratio_over_angle(self.case, evidence.refined, evidence.who),
+            lambda: ratio_over_angle(self.case, evidence.refined, evidence.engine_title),
         )
         return (over_angle, *super().drawings(evidence))
 

@@ -115,9 +115,9 @@ def tangential_ratio(motion: Motion) -> Array:
     return np.asarray(np.einsum("ij,ij->i", force, along) / pressed)
 
 
-def levers(case: ContactCase[PrescribedMotion], found: Findings) -> Iterator[Check]:
+def levers(case: ContactCase[PrescribedMotion], findings: Findings) -> Iterator[Check]:
     """Yield the rows of a pair turned as one body, by the lever of an engine's slip velocity."""
-    for refined in found.evidence.refined if found.evidence else ():
+    for refined in findings.evidence.refined if findings.evidence else ():
         is_judged = refined.finest.turned and refined.trial.submodel == SHOWN
         if not is_judged or refined.rules.velocity_lever == "contact_point":
             continue
@@ -125,7 +125,8 @@ def levers(case: ContactCase[PrescribedMotion], found: Findings) -> Iterator[Che
         objective = case.expected(refined.finest, rules)["turned_ratio"].value
         reached = refined.limits["turned_ratio"]
         yield finding(
-            f"{case.name}, {refined.trial.system}: {SHOWN}, {found.engine}: what turning strains",
+            f"{case.name}, {refined.trial.system}: {SHOWN}, {findings.engine}: "
+            "what turning strains",
             reached.value,
             objective,
             "",
@@ -223,7 +224,7 @@ class PrescribedMotionCase(ContactCase[PrescribedMotion]):
     )
     sets: ClassVar[Told] = {"usual": SLIDING}
     systems: ClassVar[Told] = {
-        **{name: told for name, told in SYSTEMS.items() if name != "frozen sphere"},
+        **{name: changes for name, changes in SYSTEMS.items() if name != "frozen sphere"},
         # a quarter of the shear, so that it sticks
         TURNED: {"partner": "sphere", "turned": 0.08, "shear": 5e-6},
         **TWO_MATERIALS,

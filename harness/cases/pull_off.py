@@ -60,12 +60,12 @@ class PullOffCase(ContactCase[PullOff]):
 
     name = "pull-off"
     submodels = (
-        *(one for one in COHESIVE if "viscoelastic" not in one.name),
+        *(submodel for submodel in COHESIVE if "viscoelastic" not in submodel.name),
         STICKING_FLAT,
     )
-    sets: ClassVar[Told] = {one.name: one.law for one in submodels}
+    sets: ClassVar[Told] = {submodel.name: submodel.law for submodel in submodels}
     systems: ClassVar[Told] = {
-        name: told for name, told in SYSTEMS.items() if name != "frozen sphere"
+        name: changes for name, changes in SYSTEMS.items() if name != "frozen sphere"
     }
     powers: ClassVar[tuple[float, ...]] = (1.0, 1.5, 2.0)
     scan = Scan(

@@ -68,7 +68,7 @@ def qualify(
     return Qualification(engine.name, checks, by_case)
 
 
-def announce(engine: Engine, what: str, seconds: float, tell: Callable[[str], None]) -> None:
-    """Tell what an engine is expected to take [s], where that is long."""
+def announce(engine: Engine, work: str, seconds: float, tell: Callable[[str], None]) -> None:
+    """Tell how long an engine is expected to take [s] for some work, where that is long."""
     if seconds > STATED_SECONDS:
-        tell(f"{engine.name}: about {in_words(float(f'{seconds:.2g}'))} for {what}")
+        tell(f"{engine.name}: about {in_words(float(f'{seconds:.2g}'))} for {work}")

@@ -12,7 +12,7 @@ from harness.cases.contact.contact_case import ContactCase, Friction
 from harness.cases.contact.impact import impact, relative_velocity
 from harness.cases.contact.limits import Scan
 from harness.cases.contact.motion import Array, Motion
-from harness.cases.contact.parameters import ContactSystem, Speed, Turning, met
+from harness.cases.contact.parameters import ContactSystem, Speed, Turning, check_impact
 from harness.cases.contact.report import OverAngle
 from harness.cases.contact.submodels import ROLLING_ON, SLIDING, SPIN, Told
 from harness.parameters.scene import ContactScene, Vector
@@ -67,7 +67,7 @@ class Spin(ContactSystem):
                 f"partner_spin = {self.partner_spin!r}: partner = {self.partner!r} has none "
                 "(partner = sphere does)"
             )
-        met(self, "speed", "m/s", self.speed, lambda speed: speed)
+        check_impact(self, "speed", "m/s", self.speed, lambda speed: speed)
 
 
 class SpinCase(Friction, ContactCase[Spin]):

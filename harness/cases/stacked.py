@@ -88,8 +88,10 @@ class StackedCase(ContactCase[Stacked]):
     """Two stacked spheres oscillate between plates: three contacts at a time."""
 
     name = "stacked"
-    submodels = tuple(one for one in NORMAL if "clipped" not in one.name)
-    other_submodels = tuple(one for one in (*NORMAL, *NORMAL_BESIDE) if "clipped" in one.name)
+    submodels = tuple(submodel for submodel in NORMAL if "clipped" not in submodel.name)
+    other_submodels = tuple(
+        submodel for submodel in (*NORMAL, *NORMAL_BESIDE) if "clipped" in submodel.name
+    )
     sets: ClassVar[Told] = {"usual": {"partner": "sphere", **NORMAL[1].law}, **MFIX}
     lasts = True
     systems: ClassVar[Told] = {

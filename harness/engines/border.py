@@ -155,8 +155,8 @@ class ReadValues(dict[str, Any]):
     keys, values, items, copy = map(_reads_all, ("keys", "values", "items", "copy"))
 
 
-def who(engine: Engine | type[Engine]) -> str:
-    """Return an engine by its name, and its package where that is another one."""
+def engine_label(engine: Engine | type[Engine]) -> str:
+    """Return an engine's name for a message, with its package where that is not the harness."""
     kind = engine if isinstance(engine, type) else type(engine)
     package = kind.__module__.partition(".")[0]
     of_package = "" if package == HARNESS else f" of package {package!r}"
@@ -216,7 +216,7 @@ def checked_call(name: str, call: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def _error(engine: Engine, call: str, problem: str, expected: str) -> EngineOutputError:
-    return EngineOutputError(f"{who(engine)}: {call} {problem}, must return {expected}")
+    return EngineOutputError(f"{engine_label(engine)}: {call} {problem}, must return {expected}")
 
 
 def _raised(engine: Engine, call: str, error: Exception) -> EngineError:
@@ -227,7 +227,8 @@ def _raised(engine: Engine, call: str, error: Exception) -> EngineError:
     place = [*frames, *of_engine][-1]
     text = " ".join(f"{type(error).__name__}: {error}".split()).strip(": ")[:160]
     message = (
-        f"{who(engine)}: {call} raised {text} ({Path(place.filename).name}, line {place.lineno}), "
+        f"{engine_label(engine)}: {call} raised {text} "
+        f"({Path(place.filename).name}, line {place.lineno}), "
         "must raise an EngineError, or return one for the job"
     )
     return EngineError(message).with_log("".join(traceback.format_exception(error)))
@@ -243,7 +244,7 @@ def _checked(engine: Engine, job: Job, outcome: Any) -> Output | EngineError:
     if ignored := _unread(job):
         pairs = ", ".join(f"{name} = {job.values.get(name)!r}" for name in ignored)
         return EngineOutputError(
-            f"{who(engine)}: run ignored {pairs} of template {job.template.name!r}, "
+            f"{engine_label(engine)}: run ignored {pairs} of template {job.template.name!r}, "
             "must read them, or refuse the job (refuses)"
         )
     output: Output = outcome

@@ -82,7 +82,7 @@ def in_batches(
 
 
 def each_alone(
-    items: Sequence[Item], run: Callable[[Item], Result | EngineError], workers: int, who: str
+    items: Sequence[Item], run: Callable[[Item], Result | EngineError], workers: int, title: str
 ) -> Iterator[tuple[int, Result | EngineError]]:
     """Yield the place and the outcome of each item as it is over, run side by side.
 
@@ -93,7 +93,7 @@ def each_alone(
     def outcome_of(item: Item) -> Result | EngineError:
         nonlocal hung
         if hung >= most:
-            return EngineTimeoutError(f"{who}: not run after {most} in a row that hung")
+            return EngineTimeoutError(f"{title}: not run after {most} in a row that hung")
         outcome = run(item)
         hung = hung + 1 if isinstance(outcome, EngineTimeoutError) else 0
         return outcome
@@ -128,7 +128,7 @@ def collect(
     read: Callable[[int], Output],
     error_of: Callable[[str], EngineError | None],
     ended: Ended,
-    who: str,
+    title: str,
 ) -> list[Outcome]:
     """Return the outputs of finished runs of a process, and an error for the one that failed.
 
@@ -143,7 +143,7 @@ def collect(
         for log in logs:
             if not finished(log):
                 error = error_of(log) or EngineOutputError(
-                    f"{who} ended without a result{last_words(ended.said)}"
+                    f"{title} ended without a result{last_words(ended.said)}"
                 )
                 texts = dict.fromkeys(filter(None, (log, ended.said)))
                 return [*done, error.with_log("\n".join(texts))]
@@ -290,8 +290,8 @@ class Engine(ABC):
         return template.scene is not None
 
     @classmethod
-    def steps_of(cls, own: float, contact: Contact) -> float:  # noqa: ARG003
-        """Return the steps per pi sqrt(m/k) of a step in a measure of the engine's own.
+    def steps_of(cls, step: float, contact: Contact) -> float:  # noqa: ARG003
+        """Return the steps per pi sqrt(m/k) of a step in the engine's own measure.
 
         Raise RequestError for one that is not allowed, and where there is no such measure.
         """

@@ -261,8 +261,10 @@ class ProgramEngine(Engine):
 
     @cached_property
     def _fingerprint(self) -> Mapping[str, Any] | None:
-        known = self.fingerprint_of(**self.opened_with)
-        return known if known is None or self._ranks == 1 else {**known, "ranks": self._ranks}
+        contents = self.fingerprint_of(**self.opened_with)
+        return (
+            contents if contents is None or self._ranks == 1 else {**contents, "ranks": self._ranks}
+        )
 
     def ask(self, words: Sequence[str], files: Mapping[str, str] = NO_FILES) -> tuple[str, Ended]:
         """Run a command once in a folder with these files; return its first output and its end."""

@@ -30,7 +30,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from harness import __version__
-from harness.engines.border import who
+from harness.engines.border import engine_label
 from harness.engines.contract import RESTART_EVERY, Engine, Job, Template, Value, Values
 from harness.errors import EngineError, HarnessError, RequestError
 from harness.parameters.allowed import COUNT, Allowed
@@ -422,7 +422,9 @@ class ScriptSource(Engine):
             variables = cls.declared(render(values))
         except EngineError as error:
             package = f" of package {template.package!r}" if template.package else ""
-            raise EngineError(f"{who(cls)}: case {template.name!r}{package}: {error}") from error
+            raise EngineError(
+                f"{engine_label(cls)}: case {template.name!r}{package}: {error}"
+            ) from error
         scripted = SCENE_ALLOWED if cls.takes_scene(template) else template.allowed
         allowed = {**scripted, **cls.allowed}
         values["allowed"] = {n: limits for n, limits in allowed.items() if n in variables}

@@ -74,9 +74,9 @@ def allowed_in(kind: type[BaseModel]) -> dict[str, Allowed]:
         bounds = {key: limits[key] for key in _BOUNDS if key in limits}
         words = tuple(limits.get("enum", ()))
         if bounds or words:
-            whole = limits.get("type") == "integer"
-            unit = "" if whole else unit_in(limits.get("description", ""))
-            result[name] = Allowed(words, whole, bounds, unit)
+            integer = limits.get("type") == "integer"
+            unit = "" if integer else unit_in(limits.get("description", ""))
+            result[name] = Allowed(words, integer, bounds, unit)
     return result
 
 

@@ -336,14 +336,14 @@ class ContactLaw(Parameters):
 
     @model_validator(mode="before")
     @classmethod
-    def _fill(cls, given: Any) -> Any:
+    def _fill(cls, data: Any) -> Any:
         """Give coefficients that are taken their default, and drop it of those that are not."""
-        if not isinstance(given, dict):
-            return given
-        models = {part: given.get(part, cls.model_fields[part].default) for part in SUBMODELS}
-        values, taken = dict(given), cls.taken(models)
+        if not isinstance(data, dict):
+            return data
+        models = {part: data.get(part, cls.model_fields[part].default) for part in SUBMODELS}
+        values, taken = dict(data), cls.taken(models)
         optional = {name for row in _rows(models) for name in row.may_take}
-        for name in COEFFICIENTS - set(given):
+        for name in COEFFICIENTS - set(data):
             default = cls.model_fields[name].default
             if default is None and name not in optional:
                 default = _default(name, models, values)
@@ -370,9 +370,9 @@ class ContactLaw(Parameters):
             )
         if self.normal not in self.dashpot.normals:
             *others, last = self.dashpot.normals
-            known = f"{', '.join(others)} or {last}" if others else last
+            allowed = f"{', '.join(others)} or {last}" if others else last
             raise ValueError(
-                f"damping = {self.damping!r}: needs normal = {known}, not {self.normal!r}"
+                f"damping = {self.damping!r}: needs normal = {allowed}, not {self.normal!r}"
             )
         if self.normal in COHESIVE and self.clipped:
             raise ValueError(f"clipped = True: normal = {self.normal!r} attracts (must be False)")
@@ -388,8 +388,8 @@ class ContactLaw(Parameters):
         """Raise ValueError for a coefficient that a submodel needs, or that only others take."""
         model = getattr(self, part)
         row = rows.get(model, Submodel(""))
-        known = {name for submodel in rows.values() for name in submodel.coefficients}
-        for name in sorted(known.difference(row.coefficients)):
+        coefficients = {name for submodel in rows.values() for name in submodel.coefficients}
+        for name in sorted(coefficients.difference(row.coefficients)):
             if (value := getattr(self, name)) is not None:
                 takers = ", ".join(n for n, other in rows.items() if name in other.coefficients)
                 raise ValueError(
@@ -402,8 +402,8 @@ class ContactLaw(Parameters):
     def replace(self, **changes: Any) -> Self:
         """Return a copy with ``changes``; coefficients of submodels that are left are dropped."""
         models = {part: changes.get(part, getattr(self, part)) for part in SUBMODELS}
-        left = COEFFICIENTS - self.taken(models)
-        kept = {name: value for name, value in self if name not in left and value is not None}
+        dropped = COEFFICIENTS - self.taken(models)
+        kept = {name: value for name, value in self if name not in dropped and value is not None}
         return type(self)(**{**kept, **changes})
 
     @property
@@ -468,10 +468,10 @@ def _rows(models: Mapping[str, Any]) -> list[Submodel]:
     return [rows[names[part]] for part, rows in SUBMODELS.items() if names[part] in rows]
 
 
-def _default(name: str, models: Mapping[str, Any], given: Mapping[str, Any]) -> float | None:
+def _default(name: str, models: Mapping[str, Any], values: Mapping[str, Any]) -> float | None:
     """Return the default of a coefficient beside the others; None where there is none."""
-    if name == "tangential_stiffness" and given.get("normal_stiffness") is not None:
-        return 2.0 * float(given["normal_stiffness"]) / 7.0  # as in _DEFAULTS, to the bit
+    if name == "tangential_stiffness" and values.get("normal_stiffness") is not None:
+        return 2.0 * float(values["normal_stiffness"]) / 7.0  # as in _DEFAULTS, to the bit
     if name == "tangential_damping" and models["tangential"] == "linear_nohistory":
         return 1.0
     return _DEFAULTS.get(name)
@@ -501,12 +501,12 @@ def _check_mdr(law: ContactLaw) -> None:
             "is that of the elastic contact, of which the bulk's leaves nothing"
         )
     parts = [p for p in SUBMODELS if p != "normal" and getattr(law, p) != "none"]
-    beside = {part: f"{part} = {getattr(law, part)!r}" for part in parts}
+    settings = {part: f"{part} = {getattr(law, part)!r}" for part in parts}
     for part in ("rolling", "twisting"):
-        if law.lags and part in beside:
-            raise ValueError(f"{beside[part]}: must be none beside {branches[0]}")
+        if law.lags and part in settings:
+            raise ValueError(f"{settings[part]}: must be none beside {branches[0]}")
     others = [text for text in branches if not text.startswith("surface_energy")]
-    others += beside.values()
+    others += settings.values()
     if law.surface_energy is not None and others:
         raise ValueError(
             f"surface_energy = {law.surface_energy!r}: normal = mdr is stated with it alone, not "

@@ -157,11 +157,11 @@ class ContactScene:
         return self.steps // self.every + 1
 
     # In the plane, as engines take it: spheres (N, 2) and (N,), spring and dashpot, in SI units.
-    position = cached_property(lambda self: np.array([one.position[:2] for one in self.bodies]))
-    velocity = cached_property(lambda self: np.array([one.velocity[:2] for one in self.bodies]))
-    mass = cached_property(lambda self: np.array([one.mass for one in self.bodies]))
-    diameter = cached_property(lambda self: np.array([2.0 * one.radius for one in self.bodies]))
-    fixed = cached_property(lambda self: np.array([one.frozen for one in self.bodies]))
+    position = cached_property(lambda self: np.array([body.position[:2] for body in self.bodies]))
+    velocity = cached_property(lambda self: np.array([body.velocity[:2] for body in self.bodies]))
+    mass = cached_property(lambda self: np.array([body.mass for body in self.bodies]))
+    diameter = cached_property(lambda self: np.array([2.0 * body.radius for body in self.bodies]))
+    fixed = cached_property(lambda self: np.array([body.frozen for body in self.bodies]))
     stiffness = property(lambda self: self.law.normal_stiffness)
     damping_ratio = property(lambda self: self.contact.zeta)
     tail = property(lambda self: self.contact.tail)
@@ -170,15 +170,15 @@ class ContactScene:
     def with_spheres(self, **arrays: ArrayLike) -> Self:
         """Return a copy with other arrays of :func:`spheres`, by name."""
         names = ("position", "velocity", "mass", "diameter", "fixed")
-        known = {name: getattr(self, name) for name in names}
-        return replace(self, bodies=spheres(**{**known, **arrays}))
+        current = {name: getattr(self, name) for name in names}
+        return replace(self, bodies=spheres(**{**current, **arrays}))
 
 
 def spheres(
     position: ArrayLike, velocity: ArrayLike, mass: ArrayLike, diameter: ArrayLike, fixed: ArrayLike
 ) -> tuple[Body, ...]:
     """Return N spheres in the plane, of arrays (N, 2) and (N,) in SI units."""
-    rows = (np.asarray(one).tolist() for one in (position, velocity, mass, diameter, fixed))
+    rows = (np.asarray(array).tolist() for array in (position, velocity, mass, diameter, fixed))
     return tuple(
         Body(0.5 * d, m, (*x, 0.0), (*v, 0.0), frozen=held)
         for x, v, m, d, held in zip(*rows, strict=True)

@@ -91,8 +91,8 @@ class Dashpot(Submodel):
         """Return those of its coefficient: of kg/s, less those of its quantities."""
         shares = [(name, 1.0) for name in self.factors] + [(name, 0.5) for name in self.root]
         length, mass, time = (
-            round(own - sum(share * QUANTITIES[name][axis] for name, share in shares))
-            for axis, own in enumerate((0, 1, -1))
+            round(power - sum(share * QUANTITIES[name][axis] for name, share in shares))
+            for axis, power in enumerate((0, 1, -1))
         )
         return length, mass, time
 
@@ -113,8 +113,8 @@ class Dashpot(Submodel):
 
     def eta(self, coefficient: float, **quantities: float) -> float:
         """Return eta_n [kg/s] for the values of :data:`QUANTITIES` in SI units."""
-        whole = math.prod([quantities[name] for name in self.factors])
-        return coefficient * (whole * math.sqrt(math.prod([quantities[x] for x in self.root])))
+        product = math.prod([quantities[name] for name in self.factors])
+        return coefficient * (product * math.sqrt(math.prod([quantities[x] for x in self.root])))
 
 
 QUANTITIES: Mapping[str, Dimensions] = {

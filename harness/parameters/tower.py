@@ -110,13 +110,13 @@ class Tower(Parameters):
         if math.isinf(softness):
             raise RequestError(f"stiffness = {first!r} N/m: is too small; must be at least 1e-307")
         mass = self.each("mass")[0]
-        found = math.sqrt(2 / softness / mass)
-        if math.isinf(found) or found == 0:
+        omega = math.sqrt(2 / softness / mass)
+        if math.isinf(omega) or omega == 0:
             raise RequestError(
                 f"mass = {mass!r} kg: cannot go with stiffness = {first!r} N/m, whose ratio must "
                 "be finite and greater than 0"
             )
-        return found
+        return omega
 
     @property
     def contact_time(self) -> float:

@@ -288,13 +288,15 @@ def changes(matrix: ReleaseMatrix) -> Figure:
     place = np.arange(len(rows))
     scale = np.array([abs(row.cells[matrix.reference].value or 0.0) or 1.0 for row in rows])
     width = np.array([row.tolerance for row in rows]) / scale
-    axes.scatter(_shown(width), place, marker="|", s=60, color="0.45", label="tolerance", zorder=1)
+    axes.scatter(
+        _above_zero(width), place, marker="|", s=60, color="0.45", label="tolerance", zorder=1
+    )
     others = [i for i in range(len(matrix.columns)) if i != matrix.reference]
     for n, i in enumerate(others):
         differences = [row.cells[i].difference for row in rows]
         apart = np.array([np.nan if d is None else abs(d) for d in differences])
         axes.scatter(
-            _shown(apart / scale),
+            _above_zero(apart / scale),
             place + 0.24 * (n - (len(others) - 1) / 2),
             marker=MARKERS[n % 6],
             s=15,
@@ -333,7 +335,7 @@ def _moved(row: ReleaseRow) -> float:
     return max(changes, default=0.0) / (row.tolerance or 1.0)
 
 
-def _shown(values: NDArray[np.float64]) -> NDArray[np.float64]:
+def _above_zero(values: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.maximum(values, NONE)
 
 

@@ -186,7 +186,7 @@ def diff_page(
         frame={"name": "Two verification runs", "columns": COLUMNS},
         found=difference,
         headline=headline(difference),
-        runs=[(place, f"{name}, {_who(run)}") for place, name, run in runs],
+        runs=[(place, f"{name}, {_run_label(run)}") for place, name, run in runs],
         counts=[f"{difference.count(change)} {change}" for change in changes],
         metadata=Table("What else is not the same", "", ("what", "before", "after"), metadata),
         changes=changes,
@@ -209,7 +209,7 @@ def headline(difference: RunDiff) -> str:
     return "No verdict changed for the worse"
 
 
-def _who(run: Results) -> str:
+def _run_label(run: Results) -> str:
     engine = run.engine
     name = engine.label if engine else "no engine"
     return f"{name} · {run.started[:16].replace('T', ' ')} · {run.level}"

@@ -89,7 +89,7 @@ def svg(plot: Plot) -> str:
 def _shape(number: int, line: Line, plot: Plot, x: Axis, y: Axis) -> Shape:
     pieces: list[list[tuple[float, float]]] = [[]]
     for at_x, at_y in zip(line.x, line.y, strict=True):
-        if _shown(at_x, at_y, plot.logarithmic):
+        if _drawable(at_x, at_y, plot.logarithmic):
             pieces[-1].append((round(x.place(at_x), 1), round(y.place(at_y), 1)))
         elif pieces[-1]:
             pieces.append([])
@@ -102,13 +102,13 @@ def _shape(number: int, line: Line, plot: Plot, x: Axis, y: Axis) -> Shape:
     )
 
 
-def _shown(x: float, y: float, logarithmic: bool) -> bool:
+def _drawable(x: float, y: float, logarithmic: bool) -> bool:
     return math.isfinite(x) and math.isfinite(y) and not (logarithmic and min(x, y) <= 0.0)
 
 
 def _finite(line: Line, logarithmic: bool) -> Iterator[tuple[float, float]]:
     for x, y in zip(line.x, line.y, strict=True):
-        if _shown(x, y, logarithmic):
+        if _drawable(x, y, logarithmic):
             yield float(x), float(y)
 
 
@@ -330,7 +330,7 @@ def write_drawn(drawn: Sequence[Drawn], folder: Path) -> None:
 
 def titles(drawn: Sequence[Drawn]) -> dict[str, str]:
     """Return the titles of the engines of the matrix, by name."""
-    return {cell.text.engine: cell.text.who for part in drawn for cell in part.cells}
+    return {cell.text.engine: cell.text.engine_title for part in drawn for cell in part.cells}
 
 
 def commands(drawn: Sequence[Drawn]) -> dict[tuple[str, str, str], list[str]]:

@@ -80,7 +80,7 @@ def report_page(
     ``cells`` are the pages of the matrix's cells beside it, by case, submodel and engine.
     """
     outcome = headline(verification.checks, verification.untested_cases)
-    frame = {"name": TITLE, "who": _who(verification), "columns": COLUMNS}
+    frame = {"name": TITLE, "who": _run_label(verification), "columns": COLUMNS}
     return html_page(
         "report.md.j2",
         f"{TITLE}: {outcome}",
@@ -203,7 +203,7 @@ def _outcome(verification: Verification) -> str:
     return "apart" if verdicts & {Verdict.KNOWN_DEFECT, Verdict.NOT_TESTED} else ""
 
 
-def _who(verification: Verification) -> str:
+def _run_label(verification: Verification) -> str:
     provenance = verification.provenance.label if verification.provenance else "no engine"
     started = verification.started[:16].replace("T", " ")
     return f"{provenance} · {started} UTC · {verification.level} · {verification.seconds:.0f} s"
@@ -263,7 +263,7 @@ def cell_pages(verification: Verification, drawn: Sequence[Drawn]) -> Iterator[t
             places[text.place],
             html_page(
                 "cell.md.j2",
-                f"{text.case}, {text.submodel}: {text.who}",
+                f"{text.case}, {text.submodel}: {text.engine_title}",
                 frame={
                     "name": f"{text.case}: {text.submodel}",
                     "who": _cell_title(text, verification),
@@ -293,8 +293,8 @@ def _defects(
     ]
 
 
-def _said(row: Mark, verification: Verification) -> str:
-    """Return what is noted of a row, without what is said of its known defect."""
+def _note_text(row: Mark, verification: Verification) -> str:
+    """Return the note of a row, without the cause of its known defect."""
     name = defect_of(row.check)
     cause = next(
         (defect.note for defect, _ in verification.defects if name and defect.name == name), ""
@@ -307,7 +307,7 @@ def _cell_title(text: CellText, verification: Verification) -> str:
     versions = {engine.engine: engine.version for engine in verification.engines}
     if verification.provenance is not None:
         versions[verification.provenance.engine] = verification.provenance.engine_version
-    return " ".join(filter(None, (text.who, versions.get(text.engine, ""))))
+    return " ".join(filter(None, (text.engine_title, versions.get(text.engine, ""))))
 
 
 def _by_place(rows: Sequence[Row]) -> dict[Place, list[Mark]]:
@@ -353,7 +353,7 @@ def _value(row: Mark, verification: Verification) -> tuple[TableCell, ...]:
     check, link = row.check, REPORT + row.place
     first = (row.cell.system, (Label(check.verdict, check.verdict),))
     if not row.quantity:
-        return (*first, (Label(_said(row, verification), address=link),))
+        return (*first, (Label(_note_text(row, verification), address=link),))
     unit = f" ({check.unit})" if check.unit not in ("", "1") else ""
     return (
         *first,
@@ -376,7 +376,7 @@ def _change(row: Mark, text: CellText, verification: Verification) -> tuple[Tabl
         (Label(changed, address=REPORT + row.place),),
     )
     if not row.quantity:
-        return (*first, _said(row, verification))
+        return (*first, _note_text(row, verification))
     numbers = (number(check.value, 2), number(check.tolerance, 2))
     return (*first, *numbers, text.invariances.get(changed, ""), check.why)
 
@@ -386,12 +386,12 @@ def _uncertain(rows: Sequence[Mark]) -> list[str]:
 
 
 def _notes(rows: Sequence[Mark], verification: Verification) -> Iterator[str]:
-    """Yield what is said of rows with a value, each once, after the rows that it is said of."""
+    """Yield the notes of rows with a value, each once, led by the names of its rows."""
     noted: dict[str, list[str]] = {}
     valued = [row for row in rows if row.quantity]
     for row in valued:
         place = f"{row.cell.system}, {in_words(row.quantity, row.check.unit)}"
-        noted.setdefault(_said(row, verification), []).append(place)
+        noted.setdefault(_note_text(row, verification), []).append(place)
     for note, places in noted.items():
         if note:
             yield note if len(places) == len(valued) else f"{'; '.join(places)}: {note}"

@@ -145,17 +145,17 @@ class Plot:
 
 @dataclass(frozen=True)
 class CellText:
-    """What is told of a cell of the matrix, a submodel of a case in an engine, beside its rows.
+    """The text of a cell of the matrix, a submodel of a case in an engine, beside its rows.
 
-    ``who`` is the engine's title; ``commands`` repeat a run, by what they are. ``plots`` are made
-    when the page is. ``inputs`` are names of the scripts that ``commands`` run, without ending: of
-    a file or its folder. ``invariances`` say by name what was changed of a run.
+    ``commands`` repeat a run, each with a label. ``plots`` are made when the page is. ``inputs``
+    are names of the scripts that ``commands`` run, without ending: of a file or its folder.
+    ``invariances`` say by name what was changed of a run.
     """
 
     case: str
     submodel: str
     engine: str
-    who: str
+    engine_title: str
     paragraphs: tuple[str, ...]
     tables: tuple[Table, ...]
     commands: tuple[tuple[str, str], ...]

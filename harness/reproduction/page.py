@@ -131,9 +131,9 @@ def html_page(
     ``root`` is the repository, seen from the report's folder.
     """
     values = _values(reproduction, root)
-    who = f"{reproduction.provenance.label} · dem-harness {reproduction.harness_version}"
+    versions = f"{reproduction.provenance.label} · dem-harness {reproduction.harness_version}"
     return render.html_page(
-        TEMPLATE, TITLE, package=PACKAGE, frame={"who": who}, **values,
+        TEMPLATE, TITLE, package=PACKAGE, frame={"who": versions}, **values,
         pictures=pictures, films=films,
     )  # fmt: skip
 

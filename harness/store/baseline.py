@@ -73,13 +73,13 @@ def _tables(path: Path, key: str, label: str, kind: type[Named]) -> tuple[Named,
     named = isinstance(tables, dict) and all(isinstance(table, dict) for table in tables.values())
     if record or not named:
         raise RequestError(f"{label}: holds tables [{key}.NAME] and nothing else")
-    made = []
+    entries = []
     for name, table in tables.items():
         try:
-            made.append(kind(**{**table, "name": name}))
+            entries.append(kind(**{**table, "name": name}))
         except RequestError as error:
             raise RequestError(f"{label}, [{key}.{name}]: {error}") from None
-    return tuple(made)
+    return tuple(entries)
 
 
 SEPARATOR, EQUALS = "; ", " = "

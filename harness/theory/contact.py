@@ -672,7 +672,7 @@ def on_an_incline(
 
 
 def dragged(times: float) -> tuple[float, float]:
-    """Return speed over the terminal one m g / gamma, and the way over that and m / gamma.
+    """Return speed over the terminal v = m g / gamma, and distance over v m / gamma.
 
     ``times`` m / gamma after it was let go.
     """
@@ -708,11 +708,11 @@ def driven(
     """
     transfer = -acceleration / (frequency**2 - drive**2 + 2j * decay * drive)
     root = cmath.sqrt(decay**2 - frequency**2)
-    own = (-decay + root, -decay - root)
+    eigenvalues = (-decay + root, -decay - root)
     # y = Re(transfer e^(i w t)) + c_1 e^(s_1 t) + c_2 e^(s_2 t) with y(0) = y'(0) = 0
     y, speed = -transfer.real, -(1j * drive * transfer).real
-    first = (speed - own[1] * y) / (own[0] - own[1])
-    rates = np.array([1j * drive, *own])
+    first = (speed - eigenvalues[1] * y) / (eigenvalues[0] - eigenvalues[1])
+    rates = np.array([1j * drive, *eigenvalues])
     parts = np.array([transfer, first, y - first])
     waves = np.exp(np.outer(np.asarray(times, dtype=float), rates))
     return (waves @ parts).real, (waves @ (rates * parts)).real

@@ -94,11 +94,11 @@ class Angle(Row):
 class Angles:
     """The angles of a study."""
 
-    found: list[Angle] = field(default_factory=list)
+    measured: list[Angle] = field(default_factory=list)
 
     def of(self, **same: Any) -> list[Angle]:
         """Return the angles whose attributes have these values."""
-        return [a for a in self.found if all(getattr(a, key) == v for key, v in same.items())]
+        return [a for a in self.measured if all(getattr(a, key) == v for key, v in same.items())]
 
     def records(self) -> list[dict[str, Any]]:
         """Return the angles as flat JSON-ready mappings."""
@@ -109,7 +109,7 @@ class Angles:
                 "uncertainty_deg": angle.uncertainty,
                 **{f"source_{reading}_deg": v for reading, v in angle.source_deg.items()},
             }
-            for angle in self.found
+            for angle in self.measured
         ]
 
 
@@ -267,8 +267,8 @@ def _two_codes(engine: Engine, law: Law) -> list[Check]:
 def _angles(level: LevelName, angles: Angles) -> Iterator[Check]:
     """Measure the angles of a level and compare the highest columns' with the source's."""
     engine = ReferenceDEM()
-    angles.found += damped_angles(damped_cases(level), engine)
-    angles.found += elastic_angles(level, engine)
+    angles.measured += damped_angles(damped_cases(level), engine)
+    angles.measured += elastic_angles(level, engine)
     for law in LAWS:
         for inside in INSIDE:
             at_law = angles.of(law=law, inside=inside)
@@ -315,8 +315,8 @@ WORDS = Words(__file__)
 
 
 def sections(angles: Angles) -> Sequence[Section]:
-    """Return the section of the angles that were found; none without angles."""
-    if not angles.found:
+    """Return the section of the measured angles; none without any."""
+    if not angles.measured:
         return ()
     drawing = WORDS.drawing("critical-angle-columns", lambda: figure(angles))
     paragraphs = finding_in_words(angles)
@@ -381,7 +381,7 @@ def _table(angles: Angles) -> Table:
             _value(angle),
             *(f"{angle.source_deg[reading]:.3f}" for reading in READINGS),
         )
-        for angle in angles.found
+        for angle in angles.measured
     )
     caption = "Uncertainties of elastic columns: half the range in which fates change."
     return Table("columns", caption, head, rows)

@@ -393,7 +393,7 @@ class Evidence:
     for: these take longer than the runs of level quick.
     """
 
-    who: str
+    engine_title: str
     refined: tuple[RefinedTrial, ...]
     scans: tuple[Scanned, ...] = ()
     drawn: bool = True

@@ -361,7 +361,7 @@ def _contact_radius(parameters: ContactSystem, overlap: float) -> float:
     return math.sqrt(parameters.reduced_radius * overlap)
 
 
-def met(
+def check_impact(
     parameters: ContactSystem,
     name: str,
     unit: str,

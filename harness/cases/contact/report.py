@@ -447,7 +447,9 @@ class ContactDisplay(Display):
         case, evidence = self.case, main.evidence
         drawings = tuple(self.drawings(evidence)) if evidence.refined and evidence.drawn else ()
         with_evidence = [findings for findings in engines.values() if findings.evidence]
-        scans = [(findings.evidence.who, findings.evidence.scans) for findings in with_evidence]
+        scans = [
+            (findings.evidence.engine_title, findings.evidence.scans) for findings in with_evidence
+        ]
         if any(scanned for _, scanned in scans):
             drawings = (codes_drawn(case, scans), *drawings)
         # the main engine may stand beside itself, with more submodels
@@ -476,11 +478,14 @@ class ContactDisplay(Display):
                 case.name,
                 name,
                 findings.engine,
-                evidence.who,
+                evidence.engine_title,
                 (
                     case.summary,
                     f"Expected: {case.formula}",
-                    *(f"{trial.trial.system}: {evidence.who} {trial.why}." for trial in failed),
+                    *(
+                        f"{trial.trial.system}: {evidence.engine_title} {trial.why}."
+                        for trial in failed
+                    ),
                 ),
                 (*_asked_of(case, failed), formula, _parameters(cell)),
                 tuple(pair for trial in cell for pair in _commands(case, trial, findings.engine)),
@@ -493,7 +498,7 @@ class ContactDisplay(Display):
         """Return the plots of a submodel; without the curves of the law at level quick."""
         plots = []
         for trial in cell:
-            plots += [trial_plot(self.case, trial, evidence.who)] if evidence.drawn else []
+            plots += [trial_plot(self.case, trial, evidence.engine_title)] if evidence.drawn else []
             plots += [errors_plot(self.case, trial)] if isinstance(trial, RefinedTrial) else []
         return plots
 
@@ -595,7 +600,7 @@ def errors_drawn(case: ContactCase[Any], evidence: Evidence) -> Drawing:
         f"How far the {words} is from what the law asks for, over the steps of a contact; a panel "
         "for each family of submodels.",
         lambda: errors_over_step(
-            evidence.refined, first.name, quantity(words, first.unit), evidence.who
+            evidence.refined, first.name, quantity(words, first.unit), evidence.engine_title
         ),
     )
 

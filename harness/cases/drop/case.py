@@ -27,7 +27,7 @@ from pydantic import Field, model_validator
 
 from harness.cases.contract import Case, LevelName, Reference
 from harness.cases.display import Display
-from harness.cases.grain import COLUMNS, Grain, path_in, run_jobs, whole
+from harness.cases.grain import COLUMNS, Grain, path_in, run_jobs, run_or_raise
 from harness.cases.text import Words
 from harness.cases.verification import Study, Verification, failed_part
 from harness.comparison.regression import BaselineRecord, made_by, record_name
@@ -336,10 +336,10 @@ class DropTest:
 
 @dataclass(frozen=True)
 class DropEvidence:
-    """The runs of an engine's drops with the tests that they were made for."""
+    """The runs of an engine's drops with their tests."""
 
-    who: str
-    made: tuple[tuple[DropTest, DropRun], ...]
+    engine_title: str
+    runs: tuple[tuple[DropTest, DropRun], ...]
 
 
 def drop_tests(traits: Traits) -> Iterator[DropTest]:
@@ -519,7 +519,7 @@ SHOWN = 4.0
 """[contact times] of the motion that are drawn: later only the source's contact still changes."""
 
 
-def speeds_of_collisions(made: Sequence[tuple[DropTest, DropRun]], who: str) -> Figure:
+def speeds_of_collisions(runs: Sequence[tuple[DropTest, DropRun]], engine_title: str) -> Figure:
     """Draw the normal speed against time of each collision, with the expected rebound."""
     from matplotlib.figure import Figure
 
@@ -528,7 +528,7 @@ def speeds_of_collisions(made: Sequence[tuple[DropTest, DropRun]], who: str) -> 
     figure = Figure(figsize=(8.0, 4.2))
     axes = figure.add_subplot()
     for number, (test, run) in enumerate(
-        (test, run) for test, run in made if test.quantity == "restitution"
+        (test, run) for test, run in runs if test.quantity == "restitution"
     ):
         time = run.path.time_s / run.case.contact_time
         axes.plot(
@@ -545,7 +545,7 @@ def speeds_of_collisions(made: Sequence[tuple[DropTest, DropRun]], who: str) -> 
         axes.plot(SHOWN, test.expected, "_", color=BLACK, ms=16, clip_on=False)
     axes.set(xlabel="time (contact times)", ylabel="normal velocity over the first speed")
     axes.set_xlim(0.0, SHOWN)
-    axes.set_title(f"{who}; bars: expected after the rebound")
+    axes.set_title(f"{engine_title}; bars: expected after the rebound")
     legend_below(figure, 3)
     return figure
 
@@ -681,19 +681,19 @@ class DropDisplay(Display):
         drawn = [
             findings.evidence
             for findings in every
-            if findings.evidence is not None and findings.evidence.made
+            if findings.evidence is not None and findings.evidence.runs
         ]
         if not drawn:
             return ()
         rows = [
-            (evidence.who, test.name, f"{test.measure(run):.8g}", f"{test.expected:.8g}")
+            (evidence.engine_title, test.name, f"{test.measure(run):.8g}", f"{test.expected:.8g}")
             for evidence in drawn
-            for test, run in evidence.made
+            for test, run in evidence.runs
         ]
         table = WORDS.table("Drops", tuple(dict.fromkeys(rows)))
         first = drawn[0]
         drawing = WORDS.drawing(
-            "drop-collisions", lambda: speeds_of_collisions(first.made, first.who)
+            "drop-collisions", lambda: speeds_of_collisions(first.runs, first.engine_title)
         )
         return (WORDS.section("drops", tables=(table,), drawings=(drawing,)),)
 
@@ -710,14 +710,14 @@ def _refused(engine: Engine) -> dict[str, str]:
 def _seconds(engine: Engine, drop: Drop) -> float:
     """Return the wall time of one drop; raise the error of one that fails."""
     clock = time.monotonic()
-    whole(run_drops(engine, [drop])[0])
+    run_or_raise(run_drops(engine, [drop])[0])
     return time.monotonic() - clock
 
 
 def _judged(name: str, test: DropTest, run: DropRun | EngineError) -> Check:
     """Return the row of a test; the failed row of a run that died or cannot be measured."""
     try:
-        value = test.measure(whole(run))
+        value = test.measure(run_or_raise(run))
     except Exception as error:
         return failed_part(name, error, test.tolerance.unit, Kind.ANALYTIC)
     return judge(name, Kind.ANALYTIC, value, test.expected, test.tolerance)

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 from harness.cases.contract import Measured
-from harness.cases.grain import COLUMNS, complete, whole
+from harness.cases.grain import COLUMNS, complete, run_or_raise
 from harness.cases.incline.angle import (
     CriticalAngle,
     ExtrapolatedAngle,
@@ -87,13 +87,13 @@ class Recursion:
 
 @dataclass
 class InclineEvidence:
-    """What the main engine's runs of the incline left.
+    """What the main engine's runs of the incline gave.
 
-    ``who`` is the engine as reports write it. ``by_contact`` maps the name of a contact to its
-    angles over stiffness and step.
+    ``engine_title`` is the engine as reports write it. ``by_contact`` maps the name of a contact
+    to its angles over stiffness and step.
     """
 
-    who: str
+    engine_title: str
     closed_form_deg: float
     extrapolated: ExtrapolatedAngle | None = None
     by_contact: dict[str, list[CriticalAngle]] = field(default_factory=dict)
@@ -109,7 +109,7 @@ class Verifying:
 
     engine: Engine
     study: Study
-    found: Findings
+    findings: Findings
     evidence: InclineEvidence
 
     @property
@@ -118,9 +118,9 @@ class Verifying:
         return LEVELS[self.study.level]
 
     @property
-    def who(self) -> str:
+    def engine_title(self) -> str:
         """Return the engine's name as reports write it."""
-        return self.evidence.who
+        return self.evidence.engine_title
 
     def part(
         self, name: str, run: Callable[[Verifying], Sequence[Check]], rows: Iterable[str]
@@ -132,7 +132,7 @@ class Verifying:
         """Return why the engine cannot run a case, or nothing where it can."""
         return self.engine.refuses(job_of(case, route))
 
-    def stated(self, cases: Iterable[Incline]) -> list[Incline]:
+    def supported(self, cases: Iterable[Incline]) -> list[Incline]:
         """Return the cases that the engine can run."""
         return [case for case in cases if not self.refusal(case)]
 
@@ -160,9 +160,9 @@ class Verifying:
         for case, angle in zip(cases, angles, strict=True):
             if isinstance(angle, EngineError):
                 name = angle_name(case, self.engine.name, "passage", in_phases(phases))
-                self.found.errors[name] = angle
+                self.findings.errors[name] = angle
             else:
-                self.found.records.append(angle_case(angle, in_phases(phases)))
+                self.findings.records.append(angle_case(angle, in_phases(phases)))
 
 
 def short(value: float) -> str:
@@ -205,23 +205,30 @@ def angle_case(angle: CriticalAngle, resolution: str) -> BaselineRecord:
     )
 
 
-def extrapolated_case(found: ExtrapolatedAngle, rungs: list[CriticalAngle]) -> BaselineRecord:
+def extrapolated_case(
+    extrapolated: ExtrapolatedAngle, angles: list[CriticalAngle]
+) -> BaselineRecord:
     """Return an extrapolated critical angle as a record, with its stiffnesses and steps."""
-    first = rungs[0]
+    first = angles[0]
     contact = first.case.contact
-    ladder = sorted((a.case.stiffness, a.case.steps_per_contact) for a in rungs)
+    levels = sorted((a.case.stiffness, a.case.steps_per_contact) for a in angles)
     fixed = {*NOT_OF_AN_ANGLE, "stiffness", "steps_per_contact"}
     return BaselineRecord(
-        name=f"{first.provenance.engine}/incline-extrapolated-{contact.name}-{len(rungs)}-rungs",
+        name=f"{first.provenance.engine}/incline-extrapolated-{contact.name}-{len(angles)}-rungs",
         parameters={
             **first.case.model_dump(mode="json", exclude=fixed),
-            "stiffness_and_steps_per_contact": [list(rung) for rung in ladder],
+            "stiffness_and_steps_per_contact": [list(level) for level in levels],
         },
         quantities=by_name(
-            Row("extrapolated_angle_deg", found.value_deg, found.uncertainty_deg, "deg")
+            Row(
+                "extrapolated_angle_deg",
+                extrapolated.value_deg,
+                extrapolated.uncertainty_deg,
+                "deg",
+            )
         ),
         case=NAME,
-        label=f"extrapolated, {contact.name}, {len(rungs)} rungs",
+        label=f"extrapolated, {contact.name}, {len(angles)} rungs",
         family=(contact.name,),
         **made_by(first.provenance),
     )
@@ -288,12 +295,15 @@ def solve_rigid(case: Incline) -> Measured:
     return Measured(values)
 
 
-def rigid_checks(found: list[Stiffening]) -> Iterator[Check]:
-    """Yield the reference DEM's limits against rigid spheres, and both readings beside them."""
+def rigid_checks(stiffenings: list[Stiffening]) -> Iterator[Check]:
+    """Yield the reference DEM's limits against rigid spheres, and both readings of the theory.
+
+    Append each extrapolation to the limit to ``stiffenings``.
+    """
     engine = Reference()
     for e, stiffnesses in STIFFNESSES.items():
         stiffening = _stiffening(e, stiffnesses, engine)
-        found.append(stiffening)
+        stiffenings.append(stiffening)
         name = f"incline: e = {e:g}, reference DEM as k goes to infinity"
         value, error, exact = stiffening.rigid.value, stiffening.rigid.uncertainty, rigid_angle(e)
         row = f"{name}, rigid spheres by events"
@@ -322,9 +332,9 @@ def _stiffening(e: float, stiffnesses: Sequence[float], engine: Reference) -> St
     return Stiffening(e, tuple(stiffnesses), tuple(values), rigid)
 
 
-def rigid_section(found: Sequence[Stiffening]) -> Section:
+def rigid_section(stiffenings: Sequence[Stiffening]) -> Section:
     """Return rigid spheres beside both readings of the theory, and the reference DEM if it ran."""
-    dem = {stiffening.restitution: stiffening for stiffening in found}
+    dem = {stiffening.restitution: stiffening for stiffening in stiffenings}
     rows = []
     for e in (0.0, *STIFFNESSES):
         stiffening = dem.get(e)
@@ -342,11 +352,11 @@ def rigid_section(found: Sequence[Stiffening]) -> Section:
         *(f"one shock, {words} (deg)" for words in READING_NAMES.values()),
     )
     table = Table("restitution", "", columns, tuple(rows))
-    drawing = WORDS.drawing("critical-angle-restitution", lambda: restitution_figure(found))
+    drawing = WORDS.drawing("critical-angle-restitution", lambda: restitution_figure(stiffenings))
     return WORDS.section("rigid", tables=(table,), drawings=(drawing,))
 
 
-def restitution_figure(found: Sequence[Stiffening]) -> Figure:
+def restitution_figure(stiffenings: Sequence[Stiffening]) -> Figure:
     """Draw the critical angle over the restitution."""
     figure = Figure(figsize=(7.5, 4.2))
     axes = figure.add_subplot()
@@ -355,14 +365,14 @@ def restitution_figure(found: Sequence[Stiffening]) -> Figure:
     for (reading, words), colour in zip(READING_NAMES.items(), (ORANGE, GREEN), strict=True):
         closed = [closed_form_angle(shock_from_restitution(x, reading)) for x in e]
         axes.plot(e, closed, "--", color=colour, label=f"one shock, {words}")
-    for stiffening in found:
+    for stiffening in stiffenings:
         axes.errorbar(
             stiffening.restitution,
             stiffening.rigid.value,
             stiffening.rigid.uncertainty,
             fmt="o",
             color=RED,
-            label="reference DEM, k to infinity" if stiffening is found[0] else None,
+            label="reference DEM, k to infinity" if stiffening is stiffenings[0] else None,
         )
     label(axes, "restitution e", "critical angle (deg)")
     legend_below(figure)
@@ -549,7 +559,7 @@ def scales(verifying: Verifying) -> list[Check]:
 
 
 def _scaled(verifying: Verifying, row: str, case: Incline, base: Incline) -> Check:
-    reference = whole(verifying.angle(base))
+    reference = run_or_raise(verifying.angle(base))
     angle = critical_angle(case, engine=verifying.engine)
     value, uncertainty = angle.value_deg, angle.uncertainty_deg
     return judge(row, Kind.CROSS_CODE, value, reference.value_deg, SCALES, uncertainty=uncertainty)
@@ -571,7 +581,7 @@ def two_ways(verifying: Verifying) -> list[Check]:
     try:
         twin = None if refused else verifying.engine.twin()
         if twin is None:
-            reason = refused or f"{verifying.who} has no other way to be run here"
+            reason = refused or f"{verifying.engine_title} has no other way to be run here"
             return [not_tested(name, Kind.CROSS_CODE, reason, "J")]
         with twin:
             other = measured(twin, [case], "passage")[0]
@@ -587,14 +597,14 @@ def passages(verifying: Verifying) -> list[Check]:
     They are the most sensitive runs: a critical angle is a root and hides small changes, the
     energy margin and the path of one run are the same to the last bit every time.
     """
-    engine, cases = verifying.engine, verifying.stated(CASES)
+    engine, cases = verifying.engine, verifying.supported(CASES)
     rows = [row for case in CASES for row in verifying.untested(passage_row(case), case, unit="")]
     for case, run in zip(cases, run_inclines(engine, cases, "passage", every=EVERY), strict=True):
         if isinstance(run, EngineError):
-            verifying.found.errors[passage_name(case, engine.name)] = run
+            verifying.findings.errors[passage_name(case, engine.name)] = run
             rows.append(failed_run(passage_row(case), Kind.CROSS_CODE, run))
         else:
-            verifying.found.records.append(passage_case(run))
+            verifying.findings.records.append(passage_case(run))
             verifying.evidence.passages.append(run)
     return rows
 

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 FATES = {Motion.MOVES_ON: "keeps moving", Motion.TRAPPED: "trapped", Motion.UNDECIDED: "undecided"}
 
 
-def speed_against_time(runs: Sequence[InclineRun], who: str) -> style.Figure:
+def speed_against_time(runs: Sequence[InclineRun], engine_name: str) -> style.Figure:
     """Draw speed against time below and above the critical angle (the source's velocity figure)."""
     figure = style.Figure(figsize=(8.0, 3.6))
     axes = figure.add_subplot()
@@ -35,7 +35,7 @@ def speed_against_time(runs: Sequence[InclineRun], who: str) -> style.Figure:
         name = f"{run.case.angle:.2f} deg: {FATES[run.motion]}"
         axes.plot(path.time_s, path.speed_m_per_s, line, color=colour, lw=1.1, label=name)
     axes.set(xlabel="time (s)", ylabel="speed of the grain (m/s)", ylim=(0, None))
-    axes.set_title(_conditions(runs[0], who))
+    axes.set_title(_conditions(runs[0], engine_name))
     axes.margins(x=0.01)
     style.legend_below(figure)
     return figure
@@ -88,11 +88,13 @@ def _draw_gravity(axes: Axes, x: float, angle_deg: float) -> None:
     axes.text(x - 0.06, 1.2, "g", ha="right", va="center", style="italic")
 
 
-def extrapolation(found: ExtrapolatedAngle, closed_form: float, who: str) -> style.Figure:
+def extrapolation(
+    extrapolated: ExtrapolatedAngle, closed_form: float, engine_name: str
+) -> style.Figure:
     """Draw the critical angle against the step, and its limits against the stiffness."""
     figure = style.Figure(figsize=(7.2, 4.1))
     step_axes, stiffness_axes = figure.subplots(1, 2)
-    for number, (stiffness, limit) in enumerate(found.at_stiffness.items()):
+    for number, (stiffness, limit) in enumerate(extrapolated.at_stiffness.items()):
         colour, marker = style.COLOURS[number % 6], style.MARKERS[number % 6]
         name = f"k = {style.power(stiffness)} N/m"
         step_axes.errorbar(
@@ -104,7 +106,7 @@ def extrapolation(found: ExtrapolatedAngle, closed_form: float, who: str) -> sty
     step_axes.axhline(closed_form, color=style.BLACK, ls="--", lw=1)
     step_axes.set(xlabel="1 / steps per contact time", ylabel="critical angle (deg)")
     step_axes.set_title("step to zero")
-    _stiffness_panel(stiffness_axes, found, closed_form, who)
+    _stiffness_panel(stiffness_axes, extrapolated, closed_form, engine_name)
     step_axes.xaxis.set_major_locator(MaxNLocator(5, steps=[1, 2, 5, 10]))
     style.legend_below(figure, 3)
     return figure
@@ -184,7 +186,7 @@ def contacts_side_by_side(
     return figure
 
 
-def energy_after_each_shock(recursion: Recursion, who: str) -> style.Figure:
+def energy_after_each_shock(recursion: Recursion, engine_name: str) -> style.Figure:
     """Draw the energy after each shock against the recursion, with the difference below."""
     figure = style.Figure(figsize=(6.6, 4.2))
     top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=(2, 1))
@@ -192,7 +194,11 @@ def energy_after_each_shock(recursion: Recursion, who: str) -> style.Figure:
     case = recursion.run.case
     top.plot(shocks, recursion.predicted, "--", color=style.BLACK, label="E[j+1] = (E[j] + dE) / 4")
     top.plot(
-        shocks, recursion.measured, "o", color=style.BLUE, label=_conditions(recursion.run, who)
+        shocks,
+        recursion.measured,
+        "o",
+        color=style.BLUE,
+        label=_conditions(recursion.run, engine_name),
     )
     top.set_ylabel("energy after the shock\n(m g d)")
     top.set_title(f"{case.angle:g} deg, above the critical angle")
@@ -204,13 +210,13 @@ def energy_after_each_shock(recursion: Recursion, who: str) -> style.Figure:
     return figure
 
 
-def runs_of_an_angle(found: CriticalAngle) -> style.Figure:
+def runs_of_an_angle(angle: CriticalAngle) -> style.Figure:
     """Draw the margin of each run against its angle, or its fate where it has no margin."""
     figure = style.Figure(figsize=(6.4, 3.9), layout="constrained")
     axes = figure.add_subplot()
-    margins = np.array([sample.margin for sample in found.samples])
-    fates = [Motion(sample.motion) for sample in found.samples]
-    angles = [sample.angle_deg for sample in found.samples]
+    margins = np.array([sample.margin for sample in angle.samples])
+    fates = [Motion(sample.motion) for sample in angle.samples]
+    angles = [sample.angle_deg for sample in angle.samples]
     if np.isfinite(margins).all():
         axes.plot(angles, margins, "o", color=style.BLUE, mfc="none", label="runs")
         axes.axhline(0, color="0.6", lw=0.8)
@@ -222,10 +228,10 @@ def runs_of_an_angle(found: CriticalAngle) -> style.Figure:
         )
         axes.set_yticks(range(len(kinds)), [*FATES.values()])
         y = "what became of the grain"
-    low, high = found.value_deg - found.uncertainty_deg, found.value_deg + found.uncertainty_deg
+    low, high = angle.value_deg - angle.uncertainty_deg, angle.value_deg + angle.uncertainty_deg
     axes.axvspan(low, high, color=style.GREEN, alpha=0.25, label="uncertainty")
-    axes.axvline(found.value_deg, color=style.BLACK, ls="--", lw=1, label="critical angle")
-    style.label(axes, "angle (deg)", y, f"{found.provenance.label}, {found.method}")
+    axes.axvline(angle.value_deg, color=style.BLACK, ls="--", lw=1, label="critical angle")
+    style.label(axes, "angle (deg)", y, f"{angle.provenance.label}, {angle.method}")
     style.legend_below(figure, 3)
     return figure
 

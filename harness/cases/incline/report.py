@@ -59,7 +59,7 @@ def contact_sections(evidence: InclineEvidence) -> Iterator[Section]:
         extrapolated, closed, engine_name = (
             evidence.extrapolated,
             evidence.closed_form_deg,
-            evidence.who,
+            evidence.engine_title,
         )
         first = (
             WORDS.drawing(
@@ -127,8 +127,8 @@ def angle_table(evidence: InclineEvidence) -> Table:
     keys = sorted({key[:2] for key in cells})
     return Table(
         "Critical angles by contact, stiffness and step",
-        f"Critical angle (deg) in {evidence.who} by passage, over the steps per contact time; "
-        f"closed form {evidence.closed_form_deg:.5f} deg.",
+        f"Critical angle (deg) in {evidence.engine_title} by passage, over the steps per contact "
+        f"time; closed form {evidence.closed_form_deg:.5f} deg.",
         ("contact", "k (N/m)", *(f"{n:g} steps" for n in steps)),
         tuple((c, f"{k:.3g}", *(cells.get((c, k, n), "") for n in steps)) for c, k in keys),
     )
@@ -157,7 +157,7 @@ def engine_table(angles: Sequence[EngineAngle]) -> Table:
 
 def _drawings(evidence: InclineEvidence) -> Iterator[Drawing]:
     """Yield the figures for which there is evidence."""
-    closed, engine_name = evidence.closed_form_deg, evidence.who
+    closed, engine_name = evidence.closed_form_deg, evidence.engine_title
     if evidence.by_contact:
         yield WORDS.drawing(
             "contacts-side-by-side",

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, TypeVar
 import numpy as np
 
 from harness.cases.contract import LevelName
-from harness.cases.grain import COLUMNS, complete, recorded_text, steps_of_factor, whole
+from harness.cases.grain import COLUMNS, complete, recorded_text, run_or_raise, steps_of_factor
 from harness.cases.incline import levels
 from harness.cases.incline.angle import (
     PHASES,
@@ -158,7 +158,7 @@ def _path(
     path, every = run.trajectory, EVERY if route == "passage" else MOTION_EVERY
     if path is None:
         raise EngineOutputError("it kept no path")
-    expected = whole(run_inclines(reference, [case], route, every=every)[0])
+    expected = run_or_raise(run_inclines(reference, [case], route, every=every)[0])
     # a code that is judged by its samples may end between two looks
     rows = expected.path.time_s.size - LOOK // every
     if expected.motion is not Motion.UNDECIDED and expected.motion is not run.motion:
@@ -284,9 +284,9 @@ def reference_parts(verifying: Verifying) -> list[Part]:
         parts += _path_parts(verifying, reference)
     if verifying.level.name == "full":
         compared = any(is_compared(case, SOURCE.name, 1e6) for case in _requested_cases(verifying))
-        rows = (_worth_name(verifying.who),) if compared else ()
+        rows = (_worth_name(verifying.engine_title),) if compared else ()
         find = partial(_angle_at, verifying.evidence, SOURCE.name, 1e6)
-        worth = partial(_worth_of_the_step, verifying.who)
+        worth = partial(_worth_of_the_step, verifying.engine_title)
         parts.append(_held("what the step is worth", rows, find, worth))
     return parts
 
@@ -294,7 +294,7 @@ def reference_parts(verifying: Verifying) -> list[Part]:
 def _requested_cases(verifying: Verifying) -> list[Incline]:
     """Return the cases whose angles the engine measures over stiffness and step."""
     ladder = verifying.level.ladder.cases(Incline(contact=PLASTIC))
-    return verifying.stated([*ladder, *verifying.level.other_angles()])
+    return verifying.supported([*ladder, *verifying.level.other_angles()])
 
 
 def _reference_angle_parts(verifying: Verifying, reference: Reference) -> Iterator[Part]:
@@ -302,7 +302,7 @@ def _reference_angle_parts(verifying: Verifying, reference: Reference) -> Iterat
     for contact, stiffness in itertools.product(CONTACTS, STIFFNESSES):
         if any(is_compared(case, contact, stiffness) for case in requested):
             name = (
-                f"incline: {verifying.who} against the reference DEM, {contact} contact, "
+                f"incline: {verifying.engine_title} against the reference DEM, {contact} contact, "
                 f"k = {stiffness:.3g} N/m"
             )
             phases = PHASES if contact == PLASTIC.name else level.phases_beside
@@ -311,14 +311,14 @@ def _reference_angle_parts(verifying: Verifying, reference: Reference) -> Iterat
 
 
 def _path_parts(verifying: Verifying, reference: Reference) -> Iterator[Part]:
-    evidence, pair = verifying.evidence, f"{verifying.who} against the reference DEM"
+    evidence, pair = verifying.evidence, f"{verifying.engine_title} against the reference DEM"
     if not verifying.refusal(SOURCE_CASE, "steady"):
         for case in MOTIONS:
             name = f"incline: path at {case.angle:.2f} deg, {pair}"
             find = partial(_run_of, evidence.motions, case)
             rows = [f"{name}, {held}" for held in (*HELD_PATH, CREST_ENERGY, CREST_TIME)]
             yield _held(name, rows, find, partial(motion_rows, name, reference))
-    for case in verifying.stated(CASES):
+    for case in verifying.supported(CASES):
         name = f"{passage_row(case)}, {pair}"
         find = partial(_run_of, evidence.passages, case)
         rows = [f"{name}, {held}" for held in HELD_PATH]
@@ -587,10 +587,10 @@ class InclineVerification(Verification):
         At level full also the reference DEM with restitution against rigid spheres.
         """
         parts = [Part("closed forms", theory_checks), Part("restitution", restitution_checks)]
-        stiffening: list[Stiffening] = []
+        stiffenings: list[Stiffening] = []
         if study.level == "full":
-            parts.append(Part("rigid spheres", lambda: list(rigid_checks(stiffening))))
-        return Findings("incline", checks=rows_of_parts("theory", parts), evidence=stiffening)
+            parts.append(Part("rigid spheres", lambda: list(rigid_checks(stiffenings))))
+        return Findings("incline", checks=rows_of_parts("theory", parts), evidence=stiffenings)
 
     def recorded(self, study: Study) -> Mapping[str, Findings]:
         """Return the recorded angles of an engine that is missing."""
@@ -620,17 +620,17 @@ def incline_checks(verifying: Verifying) -> list[Check]:
     A part whose engine fails becomes a failed row; the other parts go on. The angles over stiffness
     and step fill the cores; the other runs, many of them sequential, go in parallel to them.
     """
-    lanes = [replace(verifying, found=Findings("incline")) for _ in range(2)]
+    lanes = [replace(verifying, findings=Findings("incline")) for _ in range(2)]
     parts = [_angle_parts(lanes[0]), _other_parts(lanes[1])]
     rows = parallel_map(partial(rows_of_parts, "incline", unit="deg"), parts, len(lanes))
     for lane in lanes:
-        verifying.found.add(lane.found)
+        verifying.findings.add(lane.findings)
     return [*rows[0], *rows[1], *rows_of_parts("incline", [_last_part(verifying)], "deg")]
 
 
 def _angle_parts(verifying: Verifying) -> list[Part]:
     part, refusal = verifying.part, verifying.refusal
-    angle = [_extrapolated_name(verifying.who)]
+    angle = [_extrapolated_name(verifying.engine_title)]
     if not refusal(Incline(contact=PLASTIC)):
         angle.append(INTERVAL)
     refused = [_cell_name(case) for case in verifying.level.other_angles() if refusal(case)]
@@ -671,7 +671,7 @@ def _route_name(case: Incline) -> str:
 
 
 def _extrapolation(verifying: Verifying) -> list[Check]:
-    name = _extrapolated_name(verifying.who)
+    name = _extrapolated_name(verifying.engine_title)
     cases = verifying.level.ladder.cases(Incline(contact=PLASTIC))
     untested = verifying.untested(name, cases[0], kind=Kind.ANALYTIC)
     if untested:
@@ -683,12 +683,12 @@ def _extrapolation(verifying: Verifying) -> list[Check]:
     evidence = verifying.evidence
     evidence.by_contact[PLASTIC.name] = angles
     evidence.extrapolated = extrapolated = extrapolate(angles)
-    verifying.found.records.append(extrapolated_case(extrapolated, angles))
+    verifying.findings.records.append(extrapolated_case(extrapolated, angles))
     expected = evidence.closed_form_deg
     how = "plastic contact, step to zero, then stiffness to infinity"
     value, uncertainty = extrapolated.value_deg, extrapolated.uncertainty_deg
-    headline = Row(HEADLINE, value, uncertainty, "deg", expected, verifying.who, how)
-    verifying.found.headlines.append(headline)
+    headline = Row(HEADLINE, value, uncertainty, "deg", expected, verifying.engine_title, how)
+    verifying.findings.headlines.append(headline)
     cap = EXTRAPOLATED.absolute
     why = "the stated interval contains the closed form and is no wider than the tolerance"
     return [
@@ -707,7 +707,7 @@ def _extrapolation(verifying: Verifying) -> list[Check]:
 def _other_angles(verifying: Verifying) -> list[Check]:
     level, requested = verifying.level, verifying.level.other_angles()
     rows = [row for case in requested for row in verifying.untested(_cell_name(case), case)]
-    cases = verifying.stated(requested)
+    cases = verifying.supported(requested)
     angles = critical_angles(
         cases,
         verifying.engine,
@@ -738,7 +738,9 @@ def _tails(verifying: Verifying) -> list[Check]:
         if untested:
             return untested
     clipped, kept = complete(map(verifying.angle, TAILS))
-    verifying.found.records += [angle_case(angle, in_phases(PHASES)) for angle in (clipped, kept)]
+    verifying.findings.records += [
+        angle_case(angle, in_phases(PHASES)) for angle in (clipped, kept)
+    ]
     return [
         finding(
             TAIL_NAMES[0],
@@ -773,10 +775,10 @@ def _routes(verifying: Verifying) -> list[Check]:
 def _route(verifying: Verifying, name: str, case: Incline) -> Check:
     """Hold the critical angle by steady motion against that by passage."""
     resolution, engine = verifying.level.steady_tolerance_deg, verifying.engine
-    passage = whole(verifying.angle(case))
+    passage = run_or_raise(verifying.angle(case))
     steady = critical_angle(case, method="steady", tolerance_deg=resolution, engine=engine)
     verifying.evidence.routes += [passage, steady]
-    verifying.found.records += [
+    verifying.findings.records += [
         angle_case(passage, in_phases(PHASES)),
         angle_case(steady, f"{resolution:g}-deg"),
     ]
@@ -797,5 +799,5 @@ def _motions(verifying: Verifying) -> list[Check]:
     if untested:
         return untested
     for run in run_inclines(verifying.engine, MOTIONS, "steady", every=MOTION_EVERY):
-        verifying.evidence.motions.append(whole(run))
+        verifying.evidence.motions.append(run_or_raise(run))
     return []

@@ -60,8 +60,8 @@ class EventPair:
     reference: ContactEvent | None
 
     @property
-    def known(self) -> ContactEvent:
-        """Return the event in the reference, or where that is missing in the run."""
+    def either(self) -> ContactEvent:
+        """Return the event in the reference; where the reference has none, that in the run."""
         event = self.reference or self.event
         assert event is not None
         return event
@@ -163,7 +163,7 @@ def match_events(
         for event in listed:
             groups[event.contact, event.kind][side].append(event)
     pairs = [pair for ours, theirs in groups.values() for pair in _aligned(ours, theirs, near)]
-    return sorted(pairs, key=lambda pair: (pair.known.time, pair.known.contact))
+    return sorted(pairs, key=lambda pair: (pair.either.time, pair.either.contact))
 
 
 def _aligned(
@@ -311,8 +311,8 @@ def _events(run: TowerRun, reference: TowerRun, near: float, least_force: float)
     pairs = match_events(
         contact_events(run, least_force), contact_events(reference, least_force), near
     )
-    within = [pair for pair in pairs if pair.known.time <= last]
-    return [pair for pair in within if pair.matched or pair.known.time < last - pair.resolution]
+    within = [pair for pair in pairs if pair.either.time <= last]
+    return [pair for pair in within if pair.matched or pair.either.time < last - pair.resolution]
 
 
 def _difference(time: Floats, values: Floats, error: float, scale: float) -> Difference:

@@ -13,7 +13,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from harness.cases.grain import recorded_text, steps_of_factor, whole
+from harness.cases.grain import recorded_text, run_or_raise, steps_of_factor
 from harness.cases.tower import verification
 from harness.cases.tower.comparison import step_convergence
 from harness.cases.tower.run import MARGIN, NAME, covering, run_towers, tower
@@ -167,7 +167,7 @@ def _against_exact(
     *,
     first_order: bool,
 ) -> list[Check]:
-    run, height = whole(run), exact.tower.height
+    run, height = run_or_raise(run), exact.tower.height
     name = f"{engine}: tower, n = {height}, {FINEST_STEPS:g} steps per contact"
     forces, impulses = (peak_force(run), peak_force(exact)), (impulse(run), impulse(exact))
     evidence.towers.append(EngineTower(engine, height, FINEST_STEPS, *forces, *impulses))
@@ -219,4 +219,4 @@ def _order(engine: Engine, findings: Findings) -> Check:
 
 
 def _single_run(engine: Engine, case: Tower, steps: float) -> TowerRun:
-    return whole(run_towers(engine, [case], SEARCH, steps_per_contact=steps)[0])
+    return run_or_raise(run_towers(engine, [case], SEARCH, steps_per_contact=steps)[0])

@@ -112,7 +112,7 @@ def _impulses(
 READINGS: tuple[Reading, ...] = get_args(Reading)
 
 
-class Way(NamedTuple):
+class StatePoint(NamedTuple):
     """Stiffness, mass and gravity that reach a given Gamma; the speed follows."""
 
     stiffness: float  # [N/m]
@@ -120,7 +120,11 @@ class Way(NamedTuple):
     gravity: float  # [m/s2]
 
 
-WAYS = (Way(1e6, 1.0, 9.81), Way(1e4, 0.01, 1.62), Way(3e7, 40.0, 25.0))
+STATE_POINTS = (
+    StatePoint(1e6, 1.0, 9.81),
+    StatePoint(1e4, 0.01, 1.62),
+    StatePoint(3e7, 40.0, 25.0),
+)
 
 
 def angle_from_impulse_ratio(ratio: float, reading: Reading = "lost") -> float:
@@ -169,12 +173,12 @@ def impulse_by_gamma(
     gammas: Iterable[float],
     *,
     heights: Sequence[int] = HEIGHTS,
-    ways: Iterable[Way] = WAYS[:1],
+    ways: Iterable[StatePoint] = STATE_POINTS[:1],
     laws: Iterable[Law] = LAWS,
     windows: Sequence[Window] = ("turnaround",),
     solver: str | None = None,
 ) -> pd.DataFrame:
-    """Return alpha(n) [1] against Gamma [1], each value reached in different ``ways``.
+    """Return alpha(n) [1] against Gamma [1], each value reached at the state points ``ways``.
 
     Columns as of :func:`impulse_angles`, and mass [kg] and gravity [m/s2]. Each
     Gamma must be greater than 0.

@@ -68,7 +68,7 @@ def _comparisons(main: CodeEvidence | None, solvers: OwnEvidence) -> Iterator[Dr
     codes = [evidence for evidence in (main, solvers) if evidence is not None]
     for law in solvers.same_law:
         by_law: list[SeriesComparison] = [c for code in codes for c in code.same_law.get(law, [])]
-        names = " and ".join(code.who for code in codes if law in code.same_law)
+        names = " and ".join(code.title for code in codes if law in code.same_law)
         yield WORDS.drawing(
             "same-law-{law}", partial(figures.same_law, by_law), law=law, names=names
         )
@@ -97,8 +97,8 @@ def _impulses(solvers: OwnEvidence) -> Iterator[Drawing]:
             frame, solver="exact", published=PEYNEAU_ROUX
         ),
     )
-    if solvers.ways is not None:
-        frames = solvers.ways
+    if solvers.by_state_point is not None:
+        frames = solvers.by_state_point
         heights = sorted({int(n) for n in frames["height"]})
         yield WORDS.drawing(
             "collapse-on-gamma", lambda: figures.collapse_on_gamma(frames, "exact", heights)

@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 
 from harness import __version__
-from harness.cases.grain import run_jobs, whole
+from harness.cases.grain import run_jobs, run_or_raise
 from harness.cases.tower.comparison import SeriesComparison, contact_events
 from harness.cases.tower.system import Timing, check_duration, job_of, timing_of
 from harness.cases.verification import Progress, silent
@@ -352,7 +352,7 @@ def towers(  # noqa: PLR0913 - keywords of a public function
             samples=samples,
             profiles=profiles,
         )
-    yield from map(whole, runs)
+    yield from map(run_or_raise, runs)
 
 
 def chosen_solver(solver: str | None, engine: EngineChoice) -> str:
@@ -449,9 +449,9 @@ RATIO = Tower(stiffness=1e6, speed=2.0)
 """The run of the source whose impulse ratios are kept."""
 
 
-def record_name(case: Tower, solver: str, what: str = NAME) -> str:
-    """Return the name of the record of a tower run; ``what`` is its content."""
-    return f"{solver}/{what}-{case.law}-n{case.height}-k{_short(case)}-v{case.speed:g}"
+def record_name(case: Tower, solver: str, content: str = NAME) -> str:
+    """Return the name of a record of a tower run, or of other ``content`` at its parameters."""
+    return f"{solver}/{content}-{case.law}-n{case.height}-k{_short(case)}-v{case.speed:g}"
 
 
 def label(case: Tower) -> str:
@@ -500,13 +500,13 @@ def tower_record(run: TowerRun) -> BaselineRecord:
 
 
 def ratio_records(
-    frame: pd.DataFrame, who: Provenance | None, heights: Sequence[int]
+    frame: pd.DataFrame, provenance: Provenance | None, heights: Sequence[int]
 ) -> list[BaselineRecord]:  # fmt: skip
     """Return the records of the impulse ratios of a table, at the run of the source that is kept.
 
-    ``who`` is the engine that made the table, None for the exact propagator.
+    ``provenance`` is the engine that made the table, None for the exact propagator.
     """
-    solver, records = who.engine if who else "exact", []
+    solver, records = provenance.engine if provenance else "exact", []
     for row in of_ratio(frame).to_dict(orient="records"):
         case = RATIO.replace(height=int(row["height"]), law=row["law"])
         if case.height not in heights:
@@ -519,7 +519,7 @@ def ratio_records(
                 case=NAME,
                 label=f"impulse ratio, {label(case)}",
                 family=(case.law,),
-                **made_by(who, solver, __version__),
+                **made_by(provenance, solver, __version__),
             )
         )
     return records
@@ -531,17 +531,17 @@ def of_ratio(frame: pd.DataFrame) -> pd.DataFrame:
     return frame[(stiffness == RATIO.stiffness) & (speed == RATIO.speed)]
 
 
-def force_comparison(name: str, found: SeriesComparison, band: float) -> Comparison:
+def force_comparison(name: str, compared: SeriesComparison, band: float) -> Comparison:
     """Return the force of two runs, over the reference's peak, as a series with its band."""
-    wanted = np.interp(found.time, found.reference.time, found.reference.grain_force)
-    reference = wanted / found.force.scale
+    wanted = np.interp(compared.time, compared.reference.time, compared.reference.grain_force)
+    reference = wanted / compared.force.scale
     return Comparison(
         case=name,
         column="grain_force_over_peak",
-        time=found.time,
-        value=reference + found.force_difference,
+        time=compared.time,
+        value=reference + compared.force_difference,
         reference=reference,
         band=band,
-        run_label=found.run.solver,
-        reference_label=found.reference.solver,
+        run_label=compared.run.solver,
+        reference_label=compared.reference.solver,
     )

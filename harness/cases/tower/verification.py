@@ -18,7 +18,7 @@ import pandas as pd
 from scipy.special import jn_zeros
 
 from harness.cases.contract import LevelName
-from harness.cases.grain import whole
+from harness.cases.grain import run_or_raise
 from harness.cases.text import tolerances_of
 from harness.cases.tower.comparison import (
     SeriesComparison,
@@ -27,7 +27,7 @@ from harness.cases.tower.comparison import (
     step_convergence,
 )
 from harness.cases.tower.impulse import (
-    WAYS,
+    STATE_POINTS,
     energy_scaling_angles,
     impulse_angles,
     impulse_by_gamma,
@@ -164,12 +164,12 @@ class EngineTower(Record):
 class CodeEvidence:
     """Runs of one code held against the exact propagator.
 
-    ``who`` is the code as reports write it. ``same_law`` maps a law to comparisons of forces;
+    ``title`` is the code as reports write it. ``same_law`` maps a law to comparisons of forces;
     ``convergence`` are errors over refined steps; ``towers`` are peak forces and impulses of an
     engine beside the main one.
     """
 
-    who: str = ""
+    title: str = ""
     same_law: dict[str, list[SeriesComparison]] = field(default_factory=dict)
     convergence: list[StepConvergence] = field(default_factory=list)
     towers: list[EngineTower] = field(default_factory=list)
@@ -182,9 +182,9 @@ class OwnEvidence(CodeEvidence):
     ``collisions`` are free chains of two and three particles, with profiles; ``by_law`` the towers
     of each law; ``collapse`` one tower over stiffnesses; ``drifts`` one tower over solvers and
     steps. The peak errors are relative, over the step [1/omega] and over the stiffness [N/m].
-    ``different_law`` holds the laws against each other; ``impulses``, ``by_gamma``, ``ways`` (the
-    same Gamma reached in different ways) and ``scaling`` are the tables of alpha(n) and the
-    critical angle.
+    ``different_law`` holds the laws against each other; ``impulses``, ``by_gamma``,
+    ``by_state_point`` (the same Gamma at different stiffness, mass and gravity) and ``scaling``
+    are the tables of alpha(n) and the critical angle.
     """
 
     collisions: list[TowerRun] = field(default_factory=list)
@@ -196,7 +196,7 @@ class OwnEvidence(CodeEvidence):
     different_law: list[SeriesComparison] = field(default_factory=list)
     impulses: pd.DataFrame | None = None
     by_gamma: pd.DataFrame | None = None
-    ways: pd.DataFrame | None = None
+    by_state_point: pd.DataFrame | None = None
     scaling: pd.DataFrame | None = None
 
 
@@ -498,8 +498,8 @@ def _impulses(level: Level, findings: Findings) -> list[Check]:
     evidence.scaling = energy_scaling_angles()
     if level.gammas:
         evidence.by_gamma = impulse_by_gamma(level.gammas, solver="exact")
-        evidence.ways = impulse_by_gamma(
-            level.gammas[::2], heights=COLLAPSED, ways=WAYS, solver="exact"
+        evidence.by_state_point = impulse_by_gamma(
+            level.gammas[::2], heights=COLLAPSED, ways=STATE_POINTS, solver="exact"
         )
     findings.records += ratio_records(evidence.impulses, None, level.heights)
     return [_law_and_angle(evidence.impulses, height) for height in ANGLES]
@@ -653,7 +653,7 @@ def _run_rows(
     case: Tower, run: TowerRun | EngineError, study: Study, findings: Findings
 ) -> list[Check]:
     """Keep the record of a run and return its rows."""
-    run = whole(run)
+    run = run_or_raise(run)
     # samples at the same times: nothing needs to be interpolated
     exact = exact_run(case, run.time.size - 1, study)
     findings.records.append(tower_record(run))

@@ -84,9 +84,9 @@ def environment(folder: Path) -> Mapping[str, str]:
     return {**os.environ, **OPEN_MPI, **temporary, **(AS_ROOT if root else {})}
 
 
-def without_frame(said: str) -> str:
+def without_frame(output: str) -> str:
     """Return a process's output without the launcher's frame of dashed lines."""
-    return "".join(f"{line}\n" for line in said.splitlines() if line.strip("-"))
+    return "".join(f"{line}\n" for line in output.splitlines() if line.strip("-"))
 
 
 def find_launcher(words: str | None) -> list[str]:

@@ -246,9 +246,9 @@ class Lammps(LammpsLanguage):
         """Return the contents of LAMMPS and its libraries; None for a wrapper that hides them."""
         launcher = options.get("launcher")
         lmp = _executable(options.get("lmp"), launcher, options.get("program"))
-        found = fingerprint(lmp, launcher)
+        contents = fingerprint(lmp, launcher)
         every = options.get(EVERY)
-        return found if found is None or every is None else {**found, EVERY: every}
+        return contents if contents is None or every is None else {**contents, EVERY: every}
 
     @classmethod
     def twin_options(cls, **options: Any) -> Mapping[str, Any] | None:

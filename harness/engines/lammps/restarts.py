@@ -61,12 +61,12 @@ def leaves_restarts(script: Script, *, sampled: bool) -> bool:
 def check_restored(log: str, program: str) -> None:
     """Raise EngineOutputError where a restart file holds what no fix of the run took.
 
-    Such as what contacts remember.
+    Such as the history of contacts.
     """
     lost = re.search(r"^Unused restart file .* fix info:\n((?:  .*\n)+)", log, re.MULTILINE)
     if lost is not None:
-        what = " ".join(lost[1].split())
-        raise EngineOutputError(f"{program} lost what a restart file holds: {what}")
+        unused = " ".join(lost[1].split())
+        raise EngineOutputError(f"{program} lost what a restart file holds: {unused}")
 
 
 class RestartFolder:

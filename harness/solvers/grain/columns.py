@@ -124,10 +124,10 @@ def substitute(overlap: Floats, closed: NDArray[np.bool_], press: Floats, work: 
         if not closed[i]:
             carried[i] = pivot[i] = 0.0
             continue
-        beside = i > 0 and closed[i - 1]
-        below = 0.5 / pivot[i - 1] if beside else 0.0
+        coupled = i > 0 and closed[i - 1]
+        below = 0.5 / pivot[i - 1] if coupled else 0.0
         pivot[i] = 1.0 - 0.5 * below
-        carried[i] = overlap[i] - (below * carried[i - 1] if beside else 0.0)
+        carried[i] = overlap[i] - (below * carried[i - 1] if coupled else 0.0)
     for i in range(n - 1, -1, -1):
         if not closed[i]:
             press[i] = 0.0

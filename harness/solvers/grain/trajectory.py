@@ -363,8 +363,8 @@ class Adaptive(TrajectoryIntegrator):
 
     def _clip(self, sphere: int) -> bool:
         """Let the force go; where the overlap goes with it (no damping), they part."""
-        left = overlap(self._state, self._row, sphere) > ROUNDING * self._row.diameter
-        return self._change(sphere, Touch.SLACK if left else Touch.APART)
+        overlaps = overlap(self._state, self._row, sphere) > ROUNDING * self._row.diameter
+        return self._change(sphere, Touch.SLACK if overlaps else Touch.APART)
 
     def _shift(self, cells: int) -> bool:
         """Go on between the next two spheres; the new one is a diameter away or more."""

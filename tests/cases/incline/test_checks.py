@@ -249,6 +249,6 @@ def test_lammps_is_the_committed_baseline_to_the_last_bit_in_its_passages():
     with open_engine("lammps") as engine:
         told = verifying(engine)
         assert passages(told) == []
-    (found,) = [r for r in told.found.records if r.name == name]
+    (found,) = [r for r in told.findings.records if r.name == name]
     wanted = known.quantities["margin_over_mgd"].value
     assert found.quantities["margin_over_mgd"].value == wanted

@@ -146,7 +146,7 @@ def test_shifted_events_are_matched_one_by_one():
     reference = synthetic(contacts=switches(0.002, 0.004, 0.006, 0.008))
     found = compare(synthetic(contacts=switches(0.0021, 0.0041, 0.0061, 0.0081)), reference)
     assert not found.unmatched
-    assert [pair.known.kind for pair in found.events] == ["onset", "break"] * 2
+    assert [pair.either.kind for pair in found.events] == ["onset", "break"] * 2
     np.testing.assert_allclose([p.difference for p in found.events], 1e-4, atol=1e-12)
     assert found.largest_event_difference == pytest.approx(1e-4)
 
@@ -154,7 +154,7 @@ def test_shifted_events_are_matched_one_by_one():
 def test_a_dropped_contact_is_listed():
     reference = synthetic(contacts=switches(0.002, 0.003, 0.006, 0.009))
     found = compare(synthetic(contacts=switches(0.002, 0.003)), reference)
-    assert [(p.known.time, p.event) for p in found.unmatched] == [
+    assert [(p.either.time, p.event) for p in found.unmatched] == [
         (pytest.approx(0.006), None),
         (pytest.approx(0.009), None),
     ]
@@ -174,7 +174,7 @@ def test_a_grazing_contact_moves_no_other_pair():
 def test_several_contacts_within_one_sample_match_the_same_spread_out():
     reference = synthetic(contacts=lambda t: 1 + (t > 0.005) + (t > 0.0052))
     found = compare(synthetic(contacts=lambda t: 1 + 2 * (t > 0.0051)), reference)
-    assert [(p.known.contact, p.matched) for p in found.events] == [(2, True), (3, True)]
+    assert [(p.either.contact, p.matched) for p in found.events] == [(2, True), (3, True)]
 
 
 def test_events_after_the_end_of_the_reference_are_not_missed():
@@ -192,7 +192,7 @@ def test_any_two_lists_of_events_are_matched_at_the_least_cost(ours, theirs):
         [ContactEvent(1, "onset", time, 0.0) for time in sorted(times)] for times in (ours, theirs)
     )
     pairs = match_events(events, references, near)
-    in_order = sorted(pairs, key=lambda pair: pair.known.time)
+    in_order = sorted(pairs, key=lambda pair: pair.either.time)
     for side, listed in (("event", events), ("reference", references)):
         found = [getattr(pair, side) for pair in pairs if getattr(pair, side) is not None]
         assert sorted(event.time for event in found) == [event.time for event in listed]

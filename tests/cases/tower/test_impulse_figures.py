@@ -7,7 +7,7 @@ import pytest
 
 from harness.cases.tower import figures
 from harness.cases.tower.impulse import (
-    WAYS,
+    STATE_POINTS,
     energy_scaling_angles,
     impulse_angles,
     impulse_by_gamma,
@@ -26,7 +26,7 @@ def frame():
 
 @pytest.fixture(scope="module")
 def by_gamma():
-    return impulse_by_gamma(np.geomspace(1e-3, 1e-2, 3), heights=(1, 2, 3), ways=WAYS)
+    return impulse_by_gamma(np.geomspace(1e-3, 1e-2, 3), heights=(1, 2, 3), ways=STATE_POINTS)
 
 
 def texts(figure):
