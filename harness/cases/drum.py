@@ -229,9 +229,9 @@ def elastic_energy(p: Drum, places: Floats) -> float:
         compliance = (1.0 - p.poisson_ratio**2) * (1.0 / moduli[0] + 1.0 / moduli[1])
         return float((np.sqrt(radius) * np.maximum(overlap, 0.0) ** 2.5 / compliance).sum())
 
-    one, other, overlap = touching(places, p.radii)
-    reduced = 1.0 / (1.0 / p.radii[one] + 1.0 / p.radii[other])
-    total = held(overlap, (young[one], young[other]), reduced)
+    i, j, overlap = touching(places, p.radii)
+    reduced = 1.0 / (1.0 / p.radii[i] + 1.0 / p.radii[j])
+    total = held(overlap, (young[i], young[j]), reduced)
     x, y, z = places.T
     for reach in (p.drum_radius - np.hypot(x, z), 0.5 * p.drum_length - np.abs(y)):
         total += held(p.radii - reach, (young, p.steel_youngs_modulus), p.radii)

@@ -299,7 +299,7 @@ class PenetrationCase(BulkCase[Penetration]):
         released = output.number("bed_kinetic_J") + output.number("release_potential_J") + impact
         table = output.table(COLUMNS)
         check_rows(table["time_s"], p.steps * p.step_size, output.who)
-        found = height_quantities(p, table, released)
+        heights = height_quantities(p, table, released)
         elastic = {
             f"{name[:-2]}_ratio": output.number(name) / impact
             for name in ("elastic_J", "end_elastic_J")
@@ -307,16 +307,16 @@ class PenetrationCase(BulkCase[Penetration]):
         }
         if len(elastic) == 2:
             change = elastic[ELASTIC] - elastic["end_elastic_ratio"]
-            elastic["balance_ratio"] = found["dissipated_ratio"] + change
+            elastic["balance_ratio"] = heights["dissipated_ratio"] + change
         mean_height = output.number("mean_height_m")
         surface = 2.0 * mean_height
         solid = p.solid_volume / (p.floor_area * surface)
-        depth = surface + p.steel_radius - found["final_height_m"]
+        depth = surface + p.steel_radius - heights["final_height_m"]
         fall = p.start_height - p.steel_radius - surface + 0.5 * p.speed**2 / p.gravity
         ratio = p.steel_density / (p.density * solid)
         work = p.grains * (p.settle_steps + p.steps)
         return {
-            **found,
+            **heights,
             **elastic,
             "final_depth_m": depth,
             "friction_by_depth": friction_by_depth(depth, fall, 2.0 * p.steel_radius, ratio)

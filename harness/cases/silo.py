@@ -233,7 +233,7 @@ class SiloCase(BulkCase[Silo]):
         check_grains(p, output, table, *walls)
         surface = p.surface(output.number("mean_height_m"))
         solid = p.grains * p.grain.volume / p.volume(surface)
-        found = discharge(p, table)
+        flow = discharge(p, table)
         scale = beverloo_scale(2.0 * p.orifice_radius, 2.0 * p.radius, p.density * solid, p.gravity)
         energy = np.concatenate(
             [[output.number("released_J")], table["kinetic_J"] + table["potential_J"]]
@@ -246,8 +246,8 @@ class SiloCase(BulkCase[Silo]):
         height = max(surface - p.cone_height, 0.0)
         work = p.grains * p.settle_steps + p.every * table["remaining"].sum()
         return {
-            **found,
-            "beverloo_factor": found["discharge_rate_kg_per_s"] / scale if scale else math.nan,
+            **flow,
+            "beverloo_factor": flow["discharge_rate_kg_per_s"] / scale if scale else math.nan,
             "energy_rise_ratio": largest_gain(energy) / above,
             **elastic,
             "bed_kinetic_ratio": output.number("bed_kinetic_J") / flowing,

@@ -51,13 +51,13 @@ def interval(*samples: Sequence[float], confidence: float = CONFIDENCE) -> tuple
     from scipy.stats import bootstrap
 
     def statistic(*data: NDArray[np.float64], axis: int = -1) -> NDArray[np.float64]:
-        first, *second = (np.asarray(np.mean(one, axis=axis)) for one in data)
+        first, *second = (np.asarray(np.mean(values, axis=axis)) for values in data)
         return np.divide(first, second[0]) if second else first
 
-    if all(len(set(one)) == 1 for one in samples):
-        value = float(statistic(*(np.asarray(one) for one in samples)))
+    if all(len(set(values)) == 1 for values in samples):
+        value = float(statistic(*(np.asarray(values) for values in samples)))
         return value, value
-    found = bootstrap(
+    bounds = bootstrap(
         samples,
         statistic,
         n_resamples=RESAMPLES,
@@ -65,19 +65,20 @@ def interval(*samples: Sequence[float], confidence: float = CONFIDENCE) -> tuple
         method="BCa" if len(samples) == 1 else "percentile",
         rng=np.random.default_rng(1),
     ).confidence_interval
-    return float(found.low), float(found.high)
+    return float(bounds.low), float(bounds.high)
 
 
-def equivalence(name: str, one: Sample, other: Sample, margin: Tolerance) -> Check:
+def equivalence(name: str, first: Sample, second: Sample, margin: Tolerance) -> Check:
     """Return whether the ratio of the means of two engines is one within a margin.
 
     Not tested, as undecided, where the interval is too wide for a verdict.
     """
-    ratio = one.mean / other.mean
-    low, high = interval(one.values, other.values)
+    ratio = first.mean / second.mean
+    low, high = interval(first.values, second.values)
     note = (
-        f"{one.mean:.6g} over {len(one.values)} seeds in {one.engine}, {other.mean:.6g} over "
-        f"{len(other.values)} in {other.engine}; 90 % interval of the ratio {low:.4f} to {high:.4f}"
+        f"{first.mean:.6g} over {len(first.values)} seeds in {first.engine}, "
+        f"{second.mean:.6g} over {len(second.values)} in {second.engine}; "
+        f"90 % interval of the ratio {low:.4f} to {high:.4f}"
     )
     half = max(ratio - low, high - ratio)
     row = judge(name, Kind.CROSS_CODE, ratio, 1.0, margin, uncertainty=half, note=note)

@@ -38,7 +38,7 @@ def lacey_index(cells: NDArray[np.int64], chosen: NDArray[np.bool_]) -> float:
 
 def cells_of(x: Floats, z: Floats, edge: float) -> NDArray[np.int64]:
     """Return the number of the square cell, of an edge [m], that each grain is in, (N,)."""
-    column, row = (np.floor(one / edge).astype(np.int64) for one in (x, z))
+    column, row = (np.floor(axis / edge).astype(np.int64) for axis in (x, z))
     return np.asarray(column * 100_003 + row)
 
 
@@ -49,10 +49,10 @@ def touching(places: Floats, radius: Floats) -> tuple[Indices, Indices, Floats]:
     """
     from scipy.spatial import KDTree  # slow to load
 
-    one, other = KDTree(places).query_pairs(2.0 * radius.max(), output_type="ndarray").T
-    overlap = radius[one] + radius[other] - np.linalg.norm(places[one] - places[other], axis=1)
+    i, j = KDTree(places).query_pairs(2.0 * radius.max(), output_type="ndarray").T
+    overlap = radius[i] + radius[j] - np.linalg.norm(places[i] - places[j], axis=1)
     touch = overlap > 0.0
-    return one[touch], other[touch], overlap[touch]
+    return i[touch], j[touch], overlap[touch]
 
 
 def surface_angle(x: Floats, z: Floats, radius: Floats, half_width: float, step: float) -> float:

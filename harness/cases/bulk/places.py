@@ -170,13 +170,13 @@ def _check_overlaps(source: str, rows: Floats) -> None:
     pairs = cKDTree(places).query_pairs(2.0 * radius.max(), output_type="ndarray")
     if not len(pairs):
         return
-    one, other = pairs.T
-    near = radius[one] + radius[other] - LARGEST_OVERLAP * np.minimum(radius[one], radius[other])
-    apart = np.linalg.norm(places[one] - places[other], axis=1)
+    i, j = pairs.T
+    near = radius[i] + radius[j] - LARGEST_OVERLAP * np.minimum(radius[i], radius[j])
+    apart = np.linalg.norm(places[i] - places[j], axis=1)
     worst = int(np.argmin(apart - near))
     if apart[worst] < near[worst]:
         raise RequestError(
-            f"places {source}: grains {one[worst] + 1} and {other[worst] + 1} are "
+            f"places {source}: grains {i[worst] + 1} and {j[worst] + 1} are "
             f"{apart[worst]:g} m apart: must be {near[worst]:g} m, an overlap of "
             f"{LARGEST_OVERLAP:g} radius"
         )

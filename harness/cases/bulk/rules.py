@@ -128,11 +128,11 @@ def _lack(traits: Traits, choice: Values) -> tuple[ContactModel, str]:
     return stating(traits.contact_models, {**PAIR, **choice})
 
 
-def differing(check: Check, one: str, first: Law, other: str, second: Law) -> Check:
+def differing(check: Check, title: str, first: Law, second_title: str, second: Law) -> Check:
     """Return a comparison of two engines; a failure between different laws as a finding."""
     if first.words == second.words:
         return check
-    note = f"{check.note}; {one}: {first.words}; {other}: {second.words}"
+    note = f"{check.note}; {title}: {first.words}; {second_title}: {second.words}"
     if check.verdict is not Verdict.FAIL:
         return replace(check, note=note)
     assert check.kind is Kind.CROSS_CODE

@@ -223,15 +223,15 @@ class BulkVerification(Verification):
                 checks += [not_tested(n, Kind.ANALYTIC, why) for n in names]
             return checks, runs
         checks += self.case.judge(names, runs, system.parameters)
-        own = main and self.case.law(main.traits, system.parameters).words
-        if law.values and main is not None and own != law.words:
-            beside, failed = study.once(
+        words = main and self.case.law(main.traits, system.parameters).words
+        if law.values and main is not None and words != law.words:
+            under, failed = study.once(
                 (system.name, law.words),
                 lambda: self._under(main, runs, self.trials(main, study.level, system)),
             )
             # of engines of one law the first has the rows of failed runs
             study.once((system.name, law.words, "failed"), lambda: checks.extend(failed))
-            runs = replace(runs, main=beside)
+            runs = replace(runs, main=under)
         return checks, runs
 
     def trials(self, engine: Engine, level: LevelName, system: System) -> list[Any]:
@@ -277,8 +277,8 @@ class BulkVerification(Verification):
             except EngineUndecidedError as error:
                 undecided.append(f"seed {seed}: {error}")
             except EngineError as error:
-                who = runs.title if runs.rules else engine.name
-                name = f"{runs.system}: {who}: seed {seed}"
+                engine_title = runs.title if runs.rules else engine.name
+                name = f"{runs.system}: {engine_title}: seed {seed}"
                 failed.append(failed_run(name, Kind.ANALYTIC, error))
         runs = replace(runs, rows=tuple(rows), curves=tuple(curves))
         return replace(runs, undecided=len(undecided), why="".join(undecided[:1])), failed
@@ -286,8 +286,8 @@ class BulkVerification(Verification):
     def compare(self, engines: Mapping[str, Findings]) -> Sequence[Check]:
         """Hold every two engines against one another by their means over the seeds."""
         runs: dict[str, list[Runs]] = {}
-        for one in (one for findings in engines.values() for one in findings.evidence or ()):
-            runs.setdefault(one.system, []).append(one)
+        for ran in (ran for findings in engines.values() for ran in findings.evidence or ()):
+            runs.setdefault(ran.system, []).append(ran)
         return [row for system in runs.values() for row in self.compared(system)]
 
     def compared(self, engines: Sequence[Runs]) -> Iterator[Check]:
@@ -296,32 +296,33 @@ class BulkVerification(Verification):
         All of one system. Then those of the main engine under the rules of each engine that has
         others: against that engine, and against itself, which is what the rules do, a finding.
         """
-        for one, other in combinations(engines, 2):
-            yield from self._pair(one, other)
+        for first, second in combinations(engines, 2):
+            yield from self._pair(first, second)
         seen: set[str] = set()
-        for one in engines:
-            if isinstance(one.main, str):
+        for runs in engines:
+            if isinstance(runs.main, str):
                 for quantity in self.case.equivalent:
-                    name = f"{one.system}: the rules of {one.engine}: {quantity}"
-                    yield not_tested(name, Kind.CROSS_CODE, one.main)
-            elif one.main is not None:
-                yield from self._pair(one.main, one)
-                owns = [own for own in engines if own.engine == one.main.engine]
-                if one.main.title not in seen:
-                    yield from (effect(row) for own in owns for row in self._pair(one.main, own))
-                seen.add(one.main.title)
+                    name = f"{runs.system}: the rules of {runs.engine}: {quantity}"
+                    yield not_tested(name, Kind.CROSS_CODE, runs.main)
+            elif runs.main is not None:
+                yield from self._pair(runs.main, runs)
+                own_rules = [other for other in engines if other.engine == runs.main.engine]
+                if runs.main.title not in seen:
+                    for other in own_rules:
+                        yield from map(effect, self._pair(runs.main, other))
+                seen.add(runs.main.title)
 
-    def _pair(self, one: Runs, other: Runs) -> Iterator[Check]:
+    def _pair(self, first: Runs, second: Runs) -> Iterator[Check]:
         """Yield the rows that hold two engines against one another."""
         for quantity in self.case.equivalent:
-            name = f"{one.system}: {one.title} against {other.title}: {quantity}"
-            first, second = one.sample(quantity), other.sample(quantity)
-            if min(len(first.values), len(second.values)) < FEWEST:
+            name = f"{first.system}: {first.title} against {second.title}: {quantity}"
+            samples = first.sample(quantity), second.sample(quantity)
+            if min(len(sample.values) for sample in samples) < FEWEST:
                 few = f"fewer than {FEWEST} seeds gave a value"
                 yield not_tested(name, Kind.CROSS_CODE, few)
             else:
-                check = equivalence(name, first, second, MARGIN)
-                yield differing(check, one.title, one.law, other.title, other.law)
+                check = equivalence(name, *samples, MARGIN)
+                yield differing(check, first.title, first.law, second.title, second.law)
 
 
 class BulkDisplay(Display):
@@ -354,22 +355,22 @@ class BulkDisplay(Display):
         """Return a section for each system: the curves of all runs and the means over the seeds."""
         every = [f.evidence or () for f in (main, *engines.values()) if f is not None]
         systems: dict[str, dict[str, Runs]] = {}
-        for one in (one for evidence in every for one in evidence):
-            systems.setdefault(one.system, {}).setdefault(one.engine, one)
+        for ran in (ran for evidence in every for ran in evidence):
+            systems.setdefault(ran.system, {}).setdefault(ran.engine, ran)
         return [self._section(name, list(runs.values())) for name, runs in systems.items()]
 
-    def _section(self, system: str, found: Sequence[Runs]) -> Section:
+    def _section(self, system: str, engines: Sequence[Runs]) -> Section:
         """Return the section of a system: its words are under its name."""
-        ruled = [one.main for one in found if isinstance(one.main, Runs)]
-        under = list({one.title: one for one in ruled}.values())
+        ruled = [ran.main for ran in engines if isinstance(ran.main, Runs)]
+        under = list({ran.title: ran for ran in ruled}.values())
         words = Words(str(sys.modules[type(self.case).__module__].__file__))
-        table = words.table("Means", list(self._means([*found, *under])))
-        table = replace(table, head=("quantity", *(one.title for one in (*found, *under))))
-        values = {"seeds": len(found[0].rows), "system": re.sub(r"\W+", "-", system)}
+        table = words.table("Means", list(self._means([*engines, *under])))
+        table = replace(table, head=("quantity", *(ran.title for ran in (*engines, *under))))
+        values = {"seeds": len(engines[0].rows), "system": re.sub(r"\W+", "-", system)}
         drawings = tuple(
             words.drawing(
                 curve.figure,
-                lambda place=place, curve=curve: draw(found, place, curve),  # type: ignore[misc]
+                lambda place=place, curve=curve: draw(engines, place, curve),  # type: ignore[misc]
                 **values,
             )
             for place, curve in enumerate(self.case.drawn)
@@ -380,11 +381,11 @@ class BulkDisplay(Display):
         """Yield the rows of the table: a quantity, its mean and interval in each engine."""
         for quantity in self.case.quantities:
             cells = []
-            for one in engines:
-                if any(quantity.name not in row for row in one.rows):
+            for ran in engines:
+                if any(quantity.name not in row for row in ran.rows):
                     cells.append("not measured")
                     continue
-                sample = one.sample(quantity.name)
+                sample = ran.sample(quantity.name)
                 text = f"{sample.mean:.4g}"
                 if len(sample.values) >= FEWEST:
                     low, high = interval(sample.values, confidence=0.95)
@@ -422,18 +423,30 @@ def effect(check: Check) -> Check:
 
 
 def draw(engines: Sequence[Runs], place: int, curve: Curve) -> Figure:
-    """Draw a curve of every seed, a colour for each engine."""
+    """Draw a curve of every seed, and how far the mean of each engine is from that of all.
+
+    With its standard error; a colour for each engine.
+    """
     from matplotlib.figure import Figure
 
     from harness.report.style import COLOURS
 
-    figure = Figure(figsize=(7.0, 3.6), layout="constrained")
-    axes = figure.subplots()
-    for number, one in enumerate(engines):
-        for seed, curves in enumerate(one.curves):
-            x, y = curves[place]
-            label = one.engine if seed == 0 else None
-            axes.plot(x, y, color=COLOURS[number], lw=0.9, alpha=0.7, label=label)
-    axes.set(xlabel=curve.x, ylabel=curve.y)
-    axes.legend(title="code; a line for each seed")
+    figure = Figure(figsize=(7.0, 5.0), layout="constrained")
+    above, below = figure.subplots(2, sharex=True, height_ratios=(2, 1))
+    every = [curves[place] for runs in engines for curves in runs.curves]
+    x = np.linspace(max(t[0] for t, _ in every), min(t[-1] for t, _ in every), 200)
+    middle = np.mean([np.interp(x, *line) for line in every], axis=0)
+    for runs, colour in zip(engines, COLOURS, strict=False):
+        for seed, curves in enumerate(runs.curves):
+            label = runs.engine if seed == 0 else None
+            above.plot(*curves[place], color=colour, lw=0.9, alpha=0.7, label=label)
+        if len(runs.curves) > 1:
+            values = np.array([np.interp(x, *curves[place]) for curves in runs.curves])
+            mean = values.mean(axis=0) - middle
+            error = values.std(axis=0, ddof=1) / math.sqrt(len(values))
+            below.fill_between(x, mean - error, mean + error, color=colour, alpha=0.25, lw=0.0)
+            below.plot(x, mean, color=colour, lw=1.2)
+    above.set(ylabel=curve.y)
+    above.legend(title="code; a line for each seed")
+    below.set(xlabel=curve.x, ylabel="mean of a code less\nthat of all, +- s.e.")
     return figure

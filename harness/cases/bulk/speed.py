@@ -148,8 +148,8 @@ def measure(
 @contextlib.contextmanager
 def on_two(kind: Callable[[], Engine]) -> Iterator[Engine]:
     """Yield a code on two ranks or threads; raise EngineMissingError where it has neither."""
-    with kind() as one, one.on_ranks(2) as two:
-        yield two
+    with kind() as opened, opened.on_ranks(2) as engine:
+        yield engine
 
 
 def table(names: Sequence[str]) -> list[Row]:
@@ -176,9 +176,9 @@ def speedups(rows: Sequence[Row]) -> dict[tuple[str, str], float]:
     """
     walls = {(row.case, row.code, row.ranks): row for row in rows if not row.busy}
     return {
-        (case, code): one.wall_microseconds_per_particle_step
+        (case, code): wall.wall_microseconds_per_particle_step
         / walls[case, code, 2].wall_microseconds_per_particle_step
-        for (case, code, ranks), one in walls.items()
+        for (case, code, ranks), wall in walls.items()
         if ranks == 1 and (case, code, 2) in walls
     }
 

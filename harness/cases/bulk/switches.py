@@ -98,9 +98,9 @@ def switches() -> Iterator[Switch]:
 # ---- coefficients ------------------------------------------------------------------------
 
 
-def of_both(one: float, other: float) -> float:
+def of_both(first: float, second: float) -> float:
     """Return E12 [Pa], which given for both of one Poisson's ratio has E* and G* of the pair."""
-    return 2.0 * one * other / (one + other)
+    return 2.0 * first * second / (first + second)
 
 
 def hertz(modulus: float, poisson_ratio: float) -> float:
@@ -152,7 +152,7 @@ def tsuji_restitution(restitution: float) -> float:
     return restitution_unclipped(alpha / math.sqrt(5.0))
 
 
-def mixed_shear_factor(one: float, other: float, poisson_ratio: float) -> float:
+def mixed_shear_factor(first: float, second: float, poisson_ratio: float) -> float:
     """Return what the cause of mixed-tangential-stiffness makes of k_t, for two moduli [Pa]."""
     from harness.cases.contact.predictions import as_the_defect_makes_it
     from harness.parameters.law import ContactLaw
@@ -160,9 +160,9 @@ def mixed_shear_factor(one: float, other: float, poisson_ratio: float) -> float:
 
     law = ContactLaw(
         normal="hertz",
-        youngs_modulus=one,
+        youngs_modulus=first,
         poisson_ratio=poisson_ratio,
-        partner_youngs_modulus=other,
+        partner_youngs_modulus=second,
         partner_poisson_ratio=poisson_ratio,
         tangential="mindlin",
         friction=0.3,

@@ -343,6 +343,17 @@ def test_walls_without_friction_let_a_silo_run_out_faster():
 # ---- report
 
 
+@pytest.mark.live
+@pytest.mark.slow
+@pytest.mark.parametrize("case", QUANTITIES)
+def test_the_committed_means_are_of_the_cases_as_they_are_now(case):
+    """Means of four of the twelve seeds vary by 5 % at most."""
+    switch = next(switch for switch in SWITCHES if switch.case == case)
+    for quantity, values in runs_of(case, switch.off, 4).values.items():
+        row = committed()[switch.defect, case, quantity, switch.words, LAW]
+        assert sum(values) / len(values) == pytest.approx(float(row["mean_held"]), rel=0.15)
+
+
 def committed():
     """Return the rows of the report, by defect, case, quantity, words and what is held against."""
     with (REPORT / "defects.csv").open(encoding="utf-8", newline="") as file:
