@@ -342,7 +342,10 @@ def rigid_section(found: Sequence[Stiffening]) -> Section:
         *(f"one shock, {words} (deg)" for words in READING_NAMES.values()),
     )
     table = Table("restitution", "", columns, tuple(rows))
-    drawing = WORDS.drawing("critical-angle-restitution", lambda: restitution_figure(found))
+    points = "; points: the reference DEM, extrapolated in the stiffness" if found else ""
+    drawing = WORDS.drawing(
+        "critical-angle-restitution", lambda: restitution_figure(found), dem=points
+    )
     return WORDS.section("rigid", tables=(table,), drawings=(drawing,))
 
 
