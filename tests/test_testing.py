@@ -10,6 +10,7 @@ from unittest import SkipTest
 import numpy as np
 import pytest
 
+from harness.engines.lammps.engine import Lammps
 from harness.errors import EngineCrashError
 from harness.observables.provenance import Provenance
 from harness.testing import CHECKS, EngineCheckError, check_engine, engine_checks
@@ -237,6 +238,49 @@ class Unruled(Fault):
     traits = replace(Twin.traits, integrator="the best one")
 
 
+class Damped(Lammps):
+    """Its contacts lose energy where none is to be lost."""
+
+    def task(self, job):
+        return super().task(replace(job, values={**job.values, "restitution": 0.9}))
+
+
+class Slippery(Lammps):
+    """It takes half the friction that it is given."""
+
+    def task(self, job):
+        values = {n: 0.5 * v if n == "friction" else v for n, v in job.values.items()}
+        return super().task(replace(job, values=values))
+
+
+class Dated(Lammps):
+    written = count()
+
+    @classmethod
+    def inputs(cls, templates):
+        texts = super().inputs(templates)
+        return {name: f"# {next(cls.written)}\n{text}" for name, text in texts.items()}
+
+
+class Executable(Lammps):
+    def __init__(self):
+        super().__init__(lmp="lmp")
+
+
+class Vague(Executable):
+    """It calls every end of its program a crash."""
+
+    def error_of(self, ended, log):
+        return super().error_of(ended, log) and EngineCrashError("it ended")
+
+
+class Undying(Executable):
+    """Closed, it goes on."""
+
+    def close(self):
+        pass
+
+
 FAULTS = [
     (Hanging, "a_run_returns", "did not return within"),
     (Dying, "a_run_returns", "died: SIGSEGV"),
@@ -271,7 +315,16 @@ FAULTS = [
     (Halved, "it_qualifies_by_drops", "restitution"),
     (Clinging, "it_qualifies_by_drops", "restitution"),
     (Steeper, "an_incline_stops_and_slides", "margin|must be"),
+    (Damped, "a_tower_is_the_exact_one", "impulse|peak force"),
+    (Slippery, "contacts_follow_their_rules", "oblique"),
+    (Dated, "scripts_are_reproducible", "differ"),
+    (Vague, "faults_of_its_program_are_rows", "a program that hangs ends as"),
+    (Undying, "a_closed_engine_runs_nothing", "still starts its program"),
 ]
+
+
+def test_each_check_has_a_planted_fault():
+    assert {name for _, name, _ in FAULTS} == {check.__name__ for check in CHECKS}
 
 
 def made(kind, name, **options):
@@ -284,7 +337,13 @@ def made(kind, name, **options):
 
 
 @pytest.mark.parametrize(
-    ("kind", "name", "words"), FAULTS, ids=[kind.__name__ for kind, *_ in FAULTS]
+    ("kind", "name", "words"),
+    [
+        pytest.param(
+            *fault, id=fault[0].__name__, marks=[pytest.mark.live] * issubclass(fault[0], Lammps)
+        )
+        for fault in FAULTS
+    ],
 )
 def test_a_fault_fails_the_check_of_its_name(kind, name, words):
     seconds = 1.0 if kind is Hanging else 60.0

@@ -80,7 +80,7 @@ def converted(kind: Any, tokens: Sequence[Token]) -> Any:
 
 def default_text(value: Any) -> str | None:
     """Return the text of a default in the help; None for a flag or an empty default."""
-    if value is None or value is False or value == "":
+    if value is None or value is False or value in ("", ()):
         return None
     return f"{value:g}" if isinstance(value, float) else str(value)
 

@@ -34,7 +34,7 @@ class ReproduceOptions:
 
     output: Folder = None
     """Folder for the report, replaced where it holds an older reproduction. [default:
-    reports/runs/<date>-reproduction; with --check reports/reproduction]"""
+    reports/runs/DATE-reproduction; with --check reports/reproduction]"""
     check: bool = False
     """Write nothing: hold the ledger in the folder against what is computed now. Exit status 1 if
     a status, or a number beyond round-off, has changed."""

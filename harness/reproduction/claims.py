@@ -58,7 +58,8 @@ def evaluated(formula: str, numbers: Mapping[str, Any]) -> Any:
 def fill_in(sentence: str, numbers: Mapping[str, Any]) -> str:
     """Put numbers into a sentence of ``source.toml``: ``{x:.3f}``, of a list one by one.
 
-    What stands in the braces is a formula; ``{x:bound}`` is what :func:`bounded` says.
+    What stands in the braces is a formula; ``{x:bound}`` is what :func:`bounded` says, and what
+    holds or not is yes or no.
     """
     return _Sentences().vformat(sentence, (), numbers)
 
@@ -70,6 +71,8 @@ class _Sentences(string.Formatter):
     def format_field(self, value: Any, format_spec: str) -> str:
         if isinstance(value, (list, tuple, np.ndarray)):
             return ", ".join(self.format_field(item, format_spec) for item in value)
+        if isinstance(value, (bool, np.bool_)):
+            return "yes" if value else "no"
         return bounded(value) if format_spec == "bound" else format(value, format_spec)
 
 

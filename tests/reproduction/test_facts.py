@@ -1,6 +1,7 @@
 import math
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from harness.reproduction.claims import ClaimStatus, Source, claim_of_facts, fill_in
@@ -42,10 +43,12 @@ def test_a_statement_may_hold_without_all_of_its_facts(a, status):
         ("{small:bound}", "less than 1e-12"),
         ("{names}", "one, two"),
         ("{at[19] / 2:.1f} of {len(x)}", "1.5 of 2"),
+        ("it grows at 1: {x[0] > 1}, at 0: {holds}", "it grows at 1: yes, at 0: no"),
     ],
 )
 def test_numbers_are_put_into_sentences(sentence, said):
     numbers = {"x": [1.5, -0.25], "small": 3e-17, "names": ["one", "two"], "at": {19: 3.0}}
+    numbers["holds"] = np.bool_(False)  # as numpy compares
     assert fill_in(sentence, numbers) == said
 
 

@@ -260,6 +260,12 @@ def test_no_page_is_wider_than_the_screen_and_axe_finds_nothing(look, barriers, 
     assert barriers(shown) == []
 
 
+def test_no_column_of_the_defects_of_releases_is_cut(look):
+    shown = look("reports/releases/contacts/report.html", 1400)
+    table = shown.locator(".table", has=shown.locator("th", has_text="submodel"))
+    assert table.evaluate("node => node.scrollWidth - node.clientWidth") == 0
+
+
 def test_the_whole_is_read_without_scripts(built, browser):
     context = browser.new_context(java_script_enabled=False)
     try:

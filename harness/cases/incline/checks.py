@@ -352,7 +352,10 @@ def rigid_section(stiffenings: Sequence[Stiffening]) -> Section:
         *(f"one shock, {words} (deg)" for words in READING_NAMES.values()),
     )
     table = Table("restitution", "", columns, tuple(rows))
-    drawing = WORDS.drawing("critical-angle-restitution", lambda: restitution_figure(stiffenings))
+    points = "; points: the reference DEM, extrapolated in the stiffness" if stiffenings else ""
+    drawing = WORDS.drawing(
+        "critical-angle-restitution", lambda: restitution_figure(stiffenings), dem=points
+    )
     return WORDS.section("rigid", tables=(table,), drawings=(drawing,))
 
 

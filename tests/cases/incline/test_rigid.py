@@ -69,6 +69,7 @@ def test_the_report_shows_both_readings_beside_rigid_spheres():
     assert {row[2] for row in table.rows} == {"-"}
     (drawing,) = section.drawings
     assert len(drawing.draw().axes[0].get_lines()) == 3
+    assert "reference DEM" not in drawing.caption
 
 
 @pytest.mark.slow
@@ -80,6 +81,8 @@ def test_the_full_level_extrapolates_the_reference_to_rigid_spheres():
         print(name, check.value, check.expected, check.uncertainty)
         assert check.verdict is Verdict.PASS
         assert abs(check.value - check.expected) < 0.01
-    measured = [row[2] for row in rigid_section(found.evidence).tables[0].rows]
+    section = rigid_section(found.evidence)
+    assert "reference DEM" in section.drawings[0].caption
+    measured = [row[2] for row in section.tables[0].rows]
     assert measured[0] == "-"
     assert "-" not in measured[1:]

@@ -219,6 +219,13 @@ def test_an_error_within_a_part_is_a_row_and_the_others_go_on(monkeypatch):
     assert CASE.display.sections(None, found, {})
 
 
+def test_laws_are_said_to_be_equal_where_they_are(own):
+    rows = [check for check in own.checks if check.name.startswith("laws: largest difference")]
+    assert len(rows) == 4
+    for check in rows:
+        assert ("equal for one contact" in check.note) == (check.value == 0.0), check.name
+
+
 def test_recorded_towers_stand_in_for_a_missing_engine():
     assert CASE.verification.recorded(QUICK) == {}
     study = Study(level="quick", missing=frozenset({"mfix"}))

@@ -1,1 +1,1 @@
-"""A DEM in sixty lines, as an engine of dem-harness."""
+"""A small DEM, as an engine of dem-harness."""

@@ -1,4 +1,4 @@
-"""Velocity Verlet, linear spring and dashpot, in the plane: a DEM in sixty lines."""
+"""Velocity Verlet, linear spring and dashpot, in the plane: a small DEM."""
 
 import time
 
