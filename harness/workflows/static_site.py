@@ -49,6 +49,7 @@ COMMITTED = (
     ("Contacts", f"reports/{board.CONTACTS}/report.md"),
     ("Defects", "reports/defects/README.md"),
     ("Releases", f"reports/{board.RELEASES}/report.md"),
+    ("Bulk", "reports/bulk/README.md"),
     ("Layers", "reports/layers/report.md"),
     ("Reproduction", "reports/reproduction/report.md"),
     ("Upstream", f"reports/{board.UPSTREAM}/report.md"),
