@@ -448,5 +448,6 @@ def draw(engines: Sequence[Runs], place: int, curve: Curve) -> Figure:
             below.plot(x, mean, color=colour, lw=1.2)
     above.set(ylabel=curve.y)
     above.legend(title="code; a line for each seed")
-    below.set(xlabel=curve.x, ylabel="mean of a code less\nthat of all, +- s.e.")
+    below.set(xlabel=curve.x, ylabel="difference")
+    below.set_title("mean of a code less that of all, with its standard error", fontsize=9)
     return figure
