@@ -200,7 +200,7 @@ with Lammps(workers=1, restarts=sys.argv[1]) as engine:
 def test_the_engine_takes_a_run_up_where_its_process_was_killed(lammps_here, tmp_path):  # noqa: ARG001
     with Lammps(workers=1) as engine:
         (uncut,) = engine.run([job(SILO)])
-    for _ in range(5):
+    for _ in range(20):
         process = subprocess.Popen([sys.executable, "-c", CUT, str(tmp_path)], process_group=0)
         until = time.monotonic() + 120.0
         while process.poll() is None and not list(tmp_path.glob(f"*/{STATE}")):
@@ -211,7 +211,7 @@ def test_the_engine_takes_a_run_up_where_its_process_was_killed(lammps_here, tmp
         if list(tmp_path.glob(f"*/{STATE}")):
             break
     else:
-        pytest.fail("five runs were over before they were cut")
+        pytest.fail("twenty runs were over before they were cut")
     with Lammps(workers=1, restarts=str(tmp_path)) as engine:
         assert engine.resumes(job(SILO))
         (output,) = engine.run([job(SILO)])
