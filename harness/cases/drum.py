@@ -24,7 +24,7 @@ from harness.cases.bulk.materials import (
     check_memory,
 )
 from harness.cases.bulk.materials import values_of as bed_values
-from harness.cases.bulk.mixing import cells_of, lacey_index, surface_angle, touching
+from harness.cases.bulk.mixing import Contacts, cells_of, lacey_index, surface_angle, touching
 from harness.cases.bulk.places import PUBLISHED, Cylinder, read_grains, write_grains
 from harness.cases.bulk.restarts import restart_values
 from harness.cases.bulk.rules import ALLOWED
@@ -164,20 +164,26 @@ class Drum(Bed):
     @property
     def radii(self) -> Floats:
         """Return the radius of each grain [m], large ones first, (N,)."""
-        return np.repeat([self.large_radius, self.small_radius],
-                         [self.large_grains, self.small_grains])  # fmt: skip
+        return self.of_each(self.large_radius, self.small_radius)
 
     @property
     def masses(self) -> Floats:
         """Return the mass of each grain [kg], large ones first, (N,)."""
-        return np.repeat([self.large.mass, self.small.mass],
-                         [self.large_grains, self.small_grains])  # fmt: skip
+        return self.of_each(self.large.mass, self.small.mass)
+
+    def of_each(self, large: float, small: float) -> Floats:
+        """Return the value of each grain, of large ones first, (N,)."""
+        return np.repeat([large, small], [self.large_grains, self.small_grains])
+
+    @property
+    def solid_volume(self) -> float:
+        """Return the volume of the grains [m3]."""
+        return self.large_grains * self.large.volume + self.small_grains * self.small.volume
 
     @property
     def fill(self) -> float:
         """Return the share of the drum that the grains fill, 0.6 of what they take up solid."""
-        solid = self.large_grains * self.large.volume + self.small_grains * self.small.volume
-        return solid / 0.6 / (math.pi * self.drum_radius**2 * self.drum_length)
+        return self.solid_volume / 0.6 / (math.pi * self.drum_radius**2 * self.drum_length)
 
     def solid_fraction(self, mean_height: float) -> float:
         """Return the solid fraction of a level bed whose volume has a mean height [m].
@@ -194,7 +200,7 @@ class Drum(Bed):
             return mean_height + centre
 
         filled = section(float(brentq(off, 1e-2, math.pi)))
-        return 0.6 * self.fill * math.pi / filled
+        return self.solid_volume / (filled * self.drum_radius**2 * self.drum_length)
 
     @property
     def longest_step(self) -> float:
@@ -217,24 +223,23 @@ class Drum(Bed):
         return max(1, round(self.time / self.step_size / self.ROWS))
 
 
-def elastic_energy(p: Drum, places: Floats) -> float:
+def elastic_energy(p: Drum, places: Floats, contacts: Contacts) -> float:
     """Return what the normal springs of grains at ``places`` (N, 3) [m] hold, walls included [J].
 
-    8/15 E* sqrt(R*) overlap^(5/2) (Hertz); walls are taken as plane.
+    ``contacts`` are the pairs that touch there. 8/15 E* sqrt(R*) overlap^(5/2) (Hertz); walls are
+    taken as plane.
     """
-    young = np.repeat([p.large_youngs_modulus, p.small_youngs_modulus],
-                      [p.large_grains, p.small_grains])  # fmt: skip
+    radii, young = p.radii, p.of_each(p.large_youngs_modulus, p.small_youngs_modulus)
 
     def held(overlap: Floats, moduli: tuple[Floats, Floats | float], radius: Floats) -> float:
         compliance = (1.0 - p.poisson_ratio**2) * (1.0 / moduli[0] + 1.0 / moduli[1])
         return float((np.sqrt(radius) * np.maximum(overlap, 0.0) ** 2.5 / compliance).sum())
 
-    i, j, overlap = touching(places, p.radii)
-    reduced = 1.0 / (1.0 / p.radii[i] + 1.0 / p.radii[j])
-    total = held(overlap, (young[i], young[j]), reduced)
+    i, j, overlap = contacts
+    total = held(overlap, (young[i], young[j]), 1.0 / (1.0 / radii[i] + 1.0 / radii[j]))
     x, y, z = places.T
     for reach in (p.drum_radius - np.hypot(x, z), 0.5 * p.drum_length - np.abs(y)):
-        total += held(p.radii - reach, (young, p.steel_youngs_modulus), p.radii)
+        total += held(radii - reach, (young, p.steel_youngs_modulus), radii)
     return 8.0 / 15.0 * total
 
 
@@ -249,12 +254,13 @@ def drum_energy(p: Drum, table: Table) -> tuple[Floats, Floats]:
     t = p.step_size * (table["step"] - p.settle_steps)
     x, y, z = (table[name] for name in COLUMNS[1:])
     vx, vy, vz = (np.gradient(axis, t, axis=0) for axis in (x, y, z))
-    momentum = (z * vx - x * vz) @ p.masses
-    kinetic = 0.5 * (vx**2 + vy**2 + vz**2) @ p.masses
+    masses = p.masses
+    momentum = (z * vx - x * vz) @ masses
+    kinetic = 0.5 * (vx**2 + vy**2 + vz**2) @ masses
     momentum[0] = kinetic[0] = 0.0  # at rest
-    torque: Floats = p.gravity * x @ p.masses
+    torque: Floats = p.gravity * x @ masses
     weight = cumulative_trapezoid(torque, t, initial=0)
-    return kinetic + p.gravity * z @ p.masses, p.speed * (momentum - weight)
+    return kinetic + p.gravity * z @ masses, p.speed * (momentum - weight)
 
 
 def values_of(p: Drum) -> dict[str, Value]:
@@ -386,27 +392,28 @@ class DrumCase(BulkCase[Drum]):
         late, last = (angle >= share * p.turn for share in (STEADY, 1.0 - LAST))
         index = mixing(p, table)
         work = p.grains * (p.settle_steps + p.steps)
+        radii, mass = p.radii, p.masses.sum()
         first, end = (np.column_stack([table[n][row] for n in COLUMNS[1:]]) for row in (0, -1))
-        height = float(np.average(first[:, 2], weights=p.radii**3))
+        height = float(np.average(first[:, 2], weights=radii**3))
+        contacts, contacts_at_end = (touching(places, radii) for places in (first, end))
+        elastic = elastic_energy(p, first, contacts)
+        stored = elastic_energy(p, end, contacts_at_end) - elastic
         energy, done = drum_energy(p, table)
-        elastic = [elastic_energy(p, places) for places in (first, end)]
         lost = done - (energy - energy[0])
-        size = abs(
-            done[-1]
-        )  # of a drum that turns the other way it is negative, a gain all the same
+        size = abs(done[-1])  # the work is negative of grains that rise against the drum
         return {
             "mixing_index": float(index[last].mean()),
             "first_mixing_index": float(index[0]),
             "surface_angle_deg": float(angles(p, table)[late].mean()),
             **{name: float(share[-1]) for name, share in quadrant_shares(p, table).items()},
             "bed_solid_fraction": p.solid_fraction(height),
-            "bed_coordination": 2.0 * len(touching(first, p.radii)[0]) / p.grains,
-            "work_ratio": done[-1] / (p.masses.sum() * p.gravity * p.drum_radius),
-            ELASTIC: elastic[0] / size,
-            "loss_ratio": (lost[-1] - (elastic[1] - elastic[0])) / size,
+            "bed_coordination": 2.0 * len(contacts[0]) / p.grains,
+            "work_ratio": done[-1] / (mass * p.gravity * p.drum_radius),
+            ELASTIC: elastic / size,
+            "loss_ratio": (lost[-1] - stored) / size,
             "drum_energy_gain_ratio": max(0.0, -lost.min()) / size,
             "bed_kinetic_ratio": output.number("bed_kinetic_J")
-            / (0.5 * p.masses.sum() * (p.speed * p.drum_radius) ** 2),
+            / (0.5 * mass * (p.speed * p.drum_radius) ** 2),
             "microseconds_per_particle_step": 1e6 * output.seconds / work,
         }
 

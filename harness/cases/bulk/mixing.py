@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -12,6 +12,14 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
     Indices = NDArray[np.int64]
+
+
+class Contacts(NamedTuple):
+    """Pairs of grains that touch, by their numbers, and their overlaps [m], (K,) each."""
+
+    i: Indices
+    j: Indices
+    overlap: Floats
 
 
 def lacey_index(cells: NDArray[np.int64], chosen: NDArray[np.bool_]) -> float:
@@ -42,17 +50,14 @@ def cells_of(x: Floats, z: Floats, edge: float) -> NDArray[np.int64]:
     return np.asarray(column * 100_003 + row)
 
 
-def touching(places: Floats, radius: Floats) -> tuple[Indices, Indices, Floats]:
-    """Return pairs of grains that touch, each once, and their overlaps [m], (K,) each.
-
-    ``places`` (N, 3) and radii (N,) in m.
-    """
+def touching(places: Floats, radius: Floats) -> Contacts:
+    """Return the pairs that touch, each once, of grains at places (N, 3) with radii (N,) [m]."""
     from scipy.spatial import KDTree  # slow to load
 
     i, j = KDTree(places).query_pairs(2.0 * radius.max(), output_type="ndarray").T
     overlap = radius[i] + radius[j] - np.linalg.norm(places[i] - places[j], axis=1)
     touch = overlap > 0.0
-    return i[touch], j[touch], overlap[touch]
+    return Contacts(i[touch], j[touch], overlap[touch])
 
 
 def surface_angle(x: Floats, z: Floats, radius: Floats, half_width: float, step: float) -> float:

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
+from harness.cases.bulk.mixing import touching
 from harness.errors import RequestError
 from harness.files import cache_place, make_private
 
@@ -164,21 +165,16 @@ def _check_walls(source: str, rows: Floats, walls: Box | Cylinder) -> None:
 
 def _check_overlaps(source: str, rows: Floats) -> None:
     """Raise RequestError for the two grains that overlap most, where that is too much."""
-    from scipy.spatial import cKDTree
-
-    radius, places = rows[:, 0], rows[:, 1:]
-    pairs = cKDTree(places).query_pairs(2.0 * radius.max(), output_type="ndarray")
-    if not len(pairs):
-        return
-    i, j = pairs.T
-    near = radius[i] + radius[j] - LARGEST_OVERLAP * np.minimum(radius[i], radius[j])
-    apart = np.linalg.norm(places[i] - places[j], axis=1)
-    worst = int(np.argmin(apart - near))
-    if apart[worst] < near[worst]:
+    radius = rows[:, 0]
+    i, j, overlap = touching(rows[:, 1:], radius)
+    beyond = overlap - LARGEST_OVERLAP * np.minimum(radius[i], radius[j])
+    if beyond.size and beyond.max() > 0.0:
+        worst = int(beyond.argmax())
+        first, second = i[worst], j[worst]
+        apart = radius[first] + radius[second] - overlap[worst]
         raise RequestError(
-            f"places {source}: grains {i[worst] + 1} and {j[worst] + 1} are "
-            f"{apart[worst]:g} m apart: must be {near[worst]:g} m, an overlap of "
-            f"{LARGEST_OVERLAP:g} radius"
+            f"places {source}: grains {first + 1} and {second + 1} are {apart:g} m apart: must be "
+            f"{apart + beyond[worst]:g} m, an overlap of {LARGEST_OVERLAP:g} radius"
         )
 
 

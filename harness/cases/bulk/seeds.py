@@ -11,7 +11,7 @@ import math
 import re
 import sys
 from abc import abstractmethod
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import combinations
 from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
@@ -285,10 +285,7 @@ class BulkVerification(Verification):
 
     def compare(self, engines: Mapping[str, Findings]) -> Sequence[Check]:
         """Hold every two engines against one another by their means over the seeds."""
-        runs: dict[str, list[Runs]] = {}
-        for ran in (ran for findings in engines.values() for ran in findings.evidence or ()):
-            runs.setdefault(ran.system, []).append(ran)
-        return [row for system in runs.values() for row in self.compared(system)]
+        return [row for runs in by_system(engines.values()).values() for row in self.compared(runs)]
 
     def compared(self, engines: Sequence[Runs]) -> Iterator[Check]:
         """Yield the rows that hold every two engines against one another.
@@ -353,11 +350,11 @@ class BulkDisplay(Display):
         self, main: Findings | None, solvers: Findings, engines: Mapping[str, Findings]
     ) -> Sequence[Section]:
         """Return a section for each system: the curves of all runs and the means over the seeds."""
-        every = [f.evidence or () for f in (main, *engines.values()) if f is not None]
-        systems: dict[str, dict[str, Runs]] = {}
-        for ran in (ran for evidence in every for ran in evidence):
-            systems.setdefault(ran.system, {}).setdefault(ran.engine, ran)
-        return [self._section(name, list(runs.values())) for name, runs in systems.items()]
+        systems = by_system(f for f in (main, *engines.values()) if f is not None)
+        return [
+            self._section(name, list({ran.engine: ran for ran in runs}.values()))
+            for name, runs in systems.items()
+        ]
 
     def _section(self, system: str, engines: Sequence[Runs]) -> Section:
         """Return the section of a system: its words are under its name."""
@@ -393,6 +390,15 @@ class BulkDisplay(Display):
                 cells.append(text)
             unit = quantity.unit if quantity.unit != "1" else "-"
             yield f"{quantity.name} ({unit})", *cells
+
+
+def by_system(every: Iterable[Findings]) -> dict[str, list[Runs]]:
+    """Return the runs of findings by the system that is simulated."""
+    systems: dict[str, list[Runs]] = {}
+    for findings in every:
+        for runs in findings.evidence or ():
+            systems.setdefault(runs.system, []).append(runs)
+    return systems
 
 
 QUICK = 3.0
@@ -433,15 +439,16 @@ def draw(engines: Sequence[Runs], place: int, curve: Curve) -> Figure:
 
     figure = Figure(figsize=(7.0, 5.0), layout="constrained")
     above, below = figure.subplots(2, sharex=True, height_ratios=(2, 1))
-    every = [curves[place] for runs in engines for curves in runs.curves]
-    x = np.linspace(max(t[0] for t, _ in every), min(t[-1] for t, _ in every), 200)
-    middle = np.mean([np.interp(x, *line) for line in every], axis=0)
-    for runs, colour in zip(engines, COLOURS, strict=False):
-        for seed, curves in enumerate(runs.curves):
+    lines = [[curves[place] for curves in runs.curves] for runs in engines]
+    ends = [(t[0], t[-1]) for of_engine in lines for t, _ in of_engine]
+    x = np.linspace(max(first for first, _ in ends), min(last for _, last in ends), 200)
+    every = [np.array([np.interp(x, *line) for line in of_engine]) for of_engine in lines]
+    middle = np.concatenate(every).mean(axis=0)
+    for runs, of_engine, values, colour in zip(engines, lines, every, COLOURS, strict=False):
+        for seed, line in enumerate(of_engine):
             label = runs.engine if seed == 0 else None
-            above.plot(*curves[place], color=colour, lw=0.9, alpha=0.7, label=label)
-        if len(runs.curves) > 1:
-            values = np.array([np.interp(x, *curves[place]) for curves in runs.curves])
+            above.plot(*line, color=colour, lw=0.9, alpha=0.7, label=label)
+        if len(values) > 1:
             mean = values.mean(axis=0) - middle
             error = values.std(axis=0, ddof=1) / math.sqrt(len(values))
             below.fill_between(x, mean - error, mean + error, color=colour, alpha=0.25, lw=0.0)

@@ -186,9 +186,10 @@ def test_pairs_that_touch_and_what_they_hold_are_those_of_all_pairs():
             overlap = max(0.0, p.radii[i] - reach)
             modulus = 1 / (0.96 * (1 / young[i] + 1 / p.steel_youngs_modulus))
             held += 8 / 15 * modulus * math.sqrt(p.radii[i]) * overlap**2.5
-    one, other, _ = touching(places, p.radii)
-    assert {tuple(sorted(pair)) for pair in zip(one, other, strict=True)} == set(pairs)
-    assert elastic_energy(p, places) == pytest.approx(held, rel=1e-12)
+    contacts = touching(places, p.radii)
+    found = zip(contacts.i, contacts.j, strict=True)
+    assert {tuple(sorted(pair)) for pair in found} == set(pairs)
+    assert elastic_energy(p, places, contacts) == pytest.approx(held, rel=1e-12)
 
 
 @pytest.mark.parametrize(
