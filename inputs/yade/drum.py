@@ -287,6 +287,20 @@ class Particles:
         Path(self.path).write_text("".join(f"{line}\n" for line in self.lines), encoding="utf-8")
 
 
+def recorded(run):
+    """Take the steps of the second stage of a run and write its series, or all particles."""
+    p, look = run.p, run.look
+    if p.particles:
+        run.series = Particles(p.series)
+
+        def look(step):
+            run.series.add(p.settle_steps + step, run.spheres.states())
+
+        look(0)
+    run.spheres.advance(p.steps, p.series_every, look)
+    run.series.write()
+
+
 def grains_of(p):
     """Return the centres of the grains at the start [m].
 
@@ -437,7 +451,7 @@ class Drum:
         self.walls(0.5 * p.drum_length)
         places = range(1, len(self.large) + len(self.small) + 1)
         names = [f"{name}[{i}]" for name in ("x_m", "y_m", "z_m") for i in places]
-        self.series = Particles(p.series) if p.particles else Series(p.series, ["step", *names])
+        self.series = Series(p.series, ["step", *names])
 
     def walls(self, half):
         """Add the drum: a ring along y, and an end on each side, of one triangle."""
@@ -476,8 +490,7 @@ class Drum:
         results.add("small", len(self.small))
         self.look(0)
         self.spheres.turn(self.wall, p.speed)
-        self.spheres.advance(p.steps, p.series_every, self.look)
-        self.series.write()
+        recorded(self)
         results.add("outside", sum(map(self.beyond, self.spheres.states())))
         results.add("seconds", time.perf_counter() - began)
         results.add("steps", p.settle_steps + p.steps)
@@ -485,11 +498,8 @@ class Drum:
 
     def look(self, step):
         """Write the places of all, so many steps after the drum has begun to turn."""
-        states, step = self.spheres.states(), self.p.settle_steps + step
-        if self.p.particles:
-            self.series.add(step, states)
-        else:
-            self.series.add(step, *(x for axis in zip(*(s[2] for s in states)) for x in axis))
+        places = [place for _, _, place, _, _ in self.spheres.states()]
+        self.series.add(self.p.settle_steps + step, *(x for axis in zip(*places) for x in axis))
 
     def beyond(self, state):
         """Return whether a centre is beyond the walls, or no number."""

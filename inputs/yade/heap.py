@@ -253,6 +253,20 @@ class Particles:
         Path(self.path).write_text("".join(f"{line}\n" for line in self.lines), encoding="utf-8")
 
 
+def recorded(run):
+    """Take the steps of the second stage of a run and write its series, or all particles."""
+    p, look = run.p, run.look
+    if p.particles:
+        run.series = Particles(p.series)
+
+        def look(step):
+            run.series.add(p.settle_steps + step, run.spheres.states())
+
+        look(0)
+    run.spheres.advance(p.steps, p.series_every, look)
+    run.series.write()
+
+
 def grains_of(p):
     """Return the centres of the grains at the start [m].
 
@@ -403,7 +417,7 @@ class Heap:
         self.ends = [self.spheres.wall(WALL, place, normal, wide) for place, normal in ends]
         names = [f"{name}[{i}]" for name in ("count", "height_m") for i in range(1, COLUMNS + 1)]
         start = "time_s", "remaining", "astray", "kinetic_J", "potential_J"
-        self.series = Particles(p.series) if p.particles else Series(p.series, [*start, *names])
+        self.series = Series(p.series, [*start, *names])
 
     def trough(self):
         """Return the places of the glued grains: a layer, and rows at both ends."""
@@ -445,10 +459,7 @@ class Heap:
         results.add("grains", remaining - astray)
         for end in self.ends:
             self.spheres.remove_wall(end)
-        if p.particles:
-            self.look(0)
-        self.spheres.advance(p.steps, p.series_every, self.look)
-        self.series.write()
+        recorded(self)
         for name, count in zip(("remaining", "astray"), self.counts(self.grains())):
             results.add(name, count)
         results.add("seconds", time.perf_counter() - began)
@@ -461,9 +472,6 @@ class Heap:
 
     def look(self, step):
         """Write a row so many steps after the ends were taken away."""
-        if self.p.particles:
-            self.series.add(self.p.settle_steps + step, self.spheres.states())
-            return
         self.spheres.remove_below(self.bottom)
         grains = self.grains()
         columns = [[] for _ in range(COLUMNS)]

@@ -270,6 +270,20 @@ class Particles:
         Path(self.path).write_text("".join(f"{line}\n" for line in self.lines), encoding="utf-8")
 
 
+def recorded(run):
+    """Take the steps of the second stage of a run and write its series, or all particles."""
+    p, look = run.p, run.look
+    if p.particles:
+        run.series = Particles(p.series)
+
+        def look(step):
+            run.series.add(p.settle_steps + step, run.spheres.states())
+
+        look(0)
+    run.spheres.advance(p.steps, p.series_every, look)
+    run.series.write()
+
+
 def grains_of(p):
     """Return the centres of the grains at the start [m].
 
@@ -425,7 +439,7 @@ class Impact:
         top = 2 * (p.start_height + p.steel_radius) + max(z for _, _, z in places)
         for place, normal in walls:
             self.spheres.wall(WALL, place, normal, 2 * (top + sum(self.size)))
-        self.series = Particles(p.series) if p.particles else Series(p.series, COLUMNS.split(","))
+        self.series = Series(p.series, COLUMNS.split(","))
 
     def run(self):
         """Let grains settle and the sphere fall; print what each leaves."""
@@ -440,10 +454,7 @@ class Impact:
         results.add("mean_height_m", sum(heights) / self.grains)
         results.add("grains", self.grains)
         self.spheres.release(self.ball, (0.0, 0.0, -p.speed))
-        if p.particles:
-            self.look(0)
-        self.spheres.advance(p.steps, p.series_every, self.look)
-        self.series.write()
+        recorded(self)
         results.add("outside", int(any(map(self.beyond, self.spheres.states()))))
         results.add("seconds", time.perf_counter() - began)
         results.add("steps", p.settle_steps + p.steps)
@@ -452,9 +463,6 @@ class Impact:
     def look(self, step):
         """Write a row so many steps after the release."""
         states = self.spheres.states()
-        if self.p.particles:
-            self.series.add(self.p.settle_steps + step, states)
-            return
         _, _, place, velocity, _ = states[self.ball]
         energies = kinetic_energy(states), self.potential(states)
         self.series.add(step * self.p.step_size, place[2], velocity[2], *energies)

@@ -246,6 +246,20 @@ class Particles:
         Path(self.path).write_text("".join(f"{line}\n" for line in self.lines), encoding="utf-8")
 
 
+def recorded(run):
+    """Take the steps of the second stage of a run and write its series, or all particles."""
+    p, look = run.p, run.look
+    if p.particles:
+        run.series = Particles(p.series)
+
+        def look(step):
+            run.series.add(p.settle_steps + step, run.spheres.states())
+
+        look(0)
+    run.spheres.advance(p.steps, p.series_every, look)
+    run.series.write()
+
+
 def grains_of(p):
     """Return the centres of the grains at the start [m].
 
@@ -390,7 +404,7 @@ class Discharge:
         self.cone = self.spheres.triangles(WALL, cone)
         wide = 2 * p.silo_radius
         self.floor = self.spheres.wall(WALL, (0, 0, -p.cone_height), (0, 0, 1), wide)
-        self.series = Particles(p.series) if p.particles else Series(p.series, COLUMNS.split(","))
+        self.series = Series(p.series, COLUMNS.split(","))
 
     def lattice(self):
         """Return places near the sites that leave a grain room within the cylinder."""
@@ -418,10 +432,7 @@ class Discharge:
         remaining, astray = self.counts(states)
         results.add("grains", remaining - astray)
         self.spheres.remove_wall(self.floor)
-        if p.particles:
-            self.look(0)
-        self.spheres.advance(p.steps, p.series_every, self.look)
-        self.series.write()
+        recorded(self)
         for name, count in zip(("remaining", "astray"), self.counts(self.spheres.states())):
             results.add(name, count)
         results.add("seconds", time.perf_counter() - began)
@@ -430,9 +441,6 @@ class Discharge:
 
     def look(self, step):
         """Write a row so many steps after the opening."""
-        if self.p.particles:
-            self.series.add(self.p.settle_steps + step, self.spheres.states())
-            return
         self.spheres.remove_below(self.bottom)
         states = self.spheres.states()
         energies = kinetic_energy(states), self.potential(states)
