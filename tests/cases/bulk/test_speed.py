@@ -7,9 +7,7 @@ import pytest
 
 from harness.cases.bulk import speed
 from harness.cases.bulk.speed import FEW, MORE, Row, drawn, measure, speedups
-from harness.engines.lammps.engine import Lammps
 from harness.engines.output import Output
-from harness.engines.yade.engine import Yade
 from harness.errors import EngineCrashError
 from harness.observables.provenance import Provenance
 
@@ -22,8 +20,8 @@ class Machine:
 
     title = "Code"
 
-    def __init__(self, grains, cores=1, others=0.0, traits=Lammps.traits):
-        self.grains, self.cores, self.others, self.traits = grains, cores, others, traits
+    def __init__(self, grains, cores=1, others=0.0):
+        self.grains, self.cores, self.others = grains, cores, others
         self.processor = self.wall = self.machine = 0.0
         self.steps = []
 
@@ -46,11 +44,10 @@ class Machine:
 
 
 @pytest.mark.parametrize("case", ["penetration", "silo", "drum"])
-@pytest.mark.parametrize("kind", [Lammps, Yade])
-def test_the_start_of_a_program_is_subtracted(case, kind):
+def test_the_start_of_a_program_is_subtracted(case):
     small = Machine(1)
     grains = measure(case, small.engine, clock=small.clock).grains
-    machine = Machine(grains, traits=kind.traits)
+    machine = Machine(grains)
     row = measure(case, machine.engine, clock=machine.clock)
     assert row.microseconds_per_particle_step == pytest.approx(2.0)
     assert row.wall_microseconds_per_particle_step == pytest.approx(2.0)
