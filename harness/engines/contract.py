@@ -204,13 +204,14 @@ class Job:
 
     ``values`` are SI, angles in degrees; ``series_every`` among them is the number of steps
     between samples. ``variant`` chooses the defaults of the script that is rendered: values win
-    over them.
+    over them. ``seconds`` [s] is what a long run is expected to take: it has more time than others.
     """
 
     template: Template
     values: Values
     variant: str = ""
     sampled: bool = False
+    seconds: float = 0.0
 
 
 @dataclass(frozen=True)

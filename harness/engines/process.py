@@ -10,6 +10,7 @@ from __future__ import annotations
 import contextlib
 import errno
 import fcntl
+import math
 import os
 import queue
 import re
@@ -77,28 +78,40 @@ GUARD = ("sh", "-c", "read -r _; kill -KILL 0")
 
 @dataclass(frozen=True)
 class Limits:
-    """Bounds on one run: wall time [s] and address space [bytes]."""
+    """Bounds on one run: wall time [s] and address space [bytes].
+
+    A run that is expected to take longer than its part of that time has ``patience`` times as long.
+    """
 
     seconds: float = 300.0
     memory: int = 4 * 1024**3
+    patience: float = 10.0
+
+    def time_for(self, expected: float) -> float:
+        """Return the wall time [s] of runs that are expected to take so long."""
+        return max(self.seconds, self.patience * expected)
 
 
 @dataclass(frozen=True)
 class Ended:
-    """How a program ended: its last words, exit status, wall time [s], and whether it hung."""
+    """How a program ended: its last words, exit status, wall time [s], and whether it hung.
+
+    ``limit`` [s] is the time that it had.
+    """
 
     said: str
     code: int
     seconds: float
     timed_out: bool
+    limit: float = math.inf
 
-    def error(self, engine: str, limit: float) -> EngineError | None:
+    def error(self, engine: str) -> EngineError | None:
         """Return the error by the end of the process, or None where it ended well.
 
-        ``engine`` is its name in the error, ``limit`` [s] the time that it had.
+        ``engine`` is its name in the error.
         """
         if self.timed_out:
-            message = f"{engine} did not finish within {limit:g} s"
+            message = f"{engine} did not finish within {self.limit:g} s"
             return EngineTimeoutError(message).with_log(self.said)
         return death(engine, self.code, self.said).with_log(self.said) if self.code else None
 
@@ -150,7 +163,7 @@ class Processes:
                 process.wait()
                 remove_segments(folder, mapped=True)
         words = last_text(folder / "said")
-        return Ended(words, process.returncode, time.monotonic() - start, timed_out)
+        return Ended(words, process.returncode, time.monotonic() - start, timed_out, seconds)
 
     def close(self) -> None:
         """End what runs; nothing is started any more."""

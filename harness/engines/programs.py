@@ -404,7 +404,7 @@ class ScriptedEngine(ScriptSource, ProgramEngine):
 
         ``log`` is that of the task it was at, empty where all had finished.
         """
-        return ended.error(self.title, self.limits.seconds)
+        return ended.error(self.title)
 
     def log_of(self, folder: Path, index: int) -> str:
         """Return what the task of this index left, nothing before it has begun."""
@@ -434,7 +434,8 @@ class ScriptedEngine(ScriptSource, ProgramEngine):
             return [self.closed_error() for _ in tasks]
         with fresh_folder() as folder:
             self.write(folder, tasks)
-            ended = self.start(self.command(folder, tasks), folder, self.limits.seconds)
+            seconds = self.limits.time_for(sum(task.job.seconds for task in tasks))
+            ended = self.start(self.command(folder, tasks), folder, seconds)
             # what :meth:`close` ended died of no fault
             killed = self.processes.closed and signal_of(ended.code) is signal.SIGKILL
             share = ended.seconds / len(tasks)

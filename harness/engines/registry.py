@@ -228,11 +228,11 @@ def _read(option: str, value: Any, hint: Any) -> Any:
 
 
 def _limits(text: str) -> Limits:
-    """Return limits with the seconds that a run may take; raise ValueError for what none can be."""
+    """Return limits with the seconds that any run may take; raise ValueError for a bad number."""
     seconds = float(text)
     if not 0.0 < seconds <= MOST_LIMIT:
         raise ValueError
-    return Limits(seconds=seconds)
+    return Limits(seconds=seconds, patience=0.0)
 
 
 MOST_LIMIT = 1e7

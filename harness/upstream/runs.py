@@ -263,7 +263,7 @@ def run_script(text: str, lmp: str, folder: Path, limits: Limits) -> str:
     words = [lmp, "-in", "in.lmp", "-log", "log.lammps", "-echo", "log", "-nocite"]
     ended = Processes().run(words, folder, seconds=limits.seconds, memory=limits.memory)
     log = text_of(folder / "log.lammps") if (folder / "log.lammps").is_file() else ""
-    error = ended.error("LAMMPS", limits.seconds)
+    error = ended.error("LAMMPS")
     if error is not None:
         if not ended.timed_out and closing_error(log or ended.said):
             error = error_from_text(log or ended.said, ended.code)

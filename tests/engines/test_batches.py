@@ -68,7 +68,7 @@ def gathered(logs, ended, read=None):
     def error_of(log):
         if log.startswith("ERROR"):
             return EngineNaNError(log)
-        return ended.error("it", 1.0)
+        return ended.error("it")
 
     def output(index):
         return Output(results_in(logs[index]), Provenance("it", "1"), log=logs[index])
@@ -92,7 +92,7 @@ def test_a_process_that_fails_after_its_last_result_takes_all_of_them_with_it(co
 
 
 def test_a_process_that_never_ends_after_its_last_result_counts_as_failed_too():
-    (outcome,) = gathered([DONE], Ended("", -9, 1.0, timed_out=True))
+    (outcome,) = gathered([DONE], Ended("", -9, 1.0, timed_out=True, limit=1.0))
     assert "did not finish within 1 s, after its results" in str(outcome)
 
 

@@ -4,6 +4,7 @@ import os
 import sys
 import time
 from contextlib import ExitStack
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -103,6 +104,14 @@ for code in LANGUAGE:
         ("refuse", {}, EngineInputError, "Illegal model type"),
         ("error and verdict", {}, EngineLostAtomsError, "in spite of an error: ERROR: Lost atoms"),
     ]
+
+
+def test_runs_of_one_process_that_are_expected_to_be_long_have_more_time(play):
+    engine = play("lammps", "hang", seconds=0.5)
+    job = replace(job_of(BAD), seconds=0.05)
+    outcomes = engine.run([job, job])
+    assert {type(outcome) for outcome in outcomes} == {EngineTimeoutError}
+    assert "within 1 s" in str(outcomes[0])  # ten times that of both
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,15 @@ from pathlib import Path
 
 import pytest
 
-from harness.engines.process import Processes, death, first_words, last_words, text_of
+from harness.engines.process import (
+    Limits,
+    Processes,
+    death,
+    first_words,
+    last_words,
+    text_of,
+)
+from harness.engines.registry import _limits as limits_in
 from harness.errors import (
     EngineCrashError,
     EngineInputError,
@@ -60,7 +68,7 @@ def test_what_it_says_is_kept_and_a_good_end_is_no_error(python):
     ended = python("import os; print('hello', os.environ['OMP_NUM_THREADS'])")
     assert ended.said == "hello 1\n"
     assert ended.code == 0
-    assert ended.error("it", 60.0) is None
+    assert ended.error("it") is None
 
 
 @pytest.mark.parametrize(
@@ -90,7 +98,7 @@ def test_what_it_says_is_kept_and_a_good_end_is_no_error(python):
     ],
 )
 def test_each_way_to_die_has_its_error_with_the_last_words(python, source, error, words):
-    found = python(source, memory=1024**3).error("it", 60.0)
+    found = python(source, memory=1024**3).error("it")
     with pytest.raises(error, match=f"^it .*{words}"):
         raise found
     assert found.log == "" or found.log.strip()
@@ -100,8 +108,14 @@ def test_one_that_hangs_is_killed_with_its_children(python, tmp_path):
     child = "import subprocess, sys; p = subprocess.Popen(['sleep', '100']); print(p.pid); "
     ended = python(child + "sys.stdout.flush(); p.wait()", seconds=2.0)
     with pytest.raises(EngineTimeoutError, match=r"^it did not finish within 2 s$"):
-        raise ended.error("it", 2.0)
+        raise ended.error("it")
     assert _gone(int((tmp_path / "said").read_text()))
+
+
+def test_a_long_run_has_more_time_unless_a_limit_is_named():
+    assert Limits().time_for(29.0) == 300.0
+    assert Limits().time_for(600.0) == 6000.0
+    assert limits_in("60").time_for(600.0) == 60.0
 
 
 def test_a_program_that_goes_on_has_its_time_for_each_step(tmp_path):
@@ -188,7 +202,7 @@ def test_a_program_that_floods_is_stopped_and_nothing_too_long_is_read(
     monkeypatch.setattr("harness.engines.process.LARGEST_FILE", 10_240)
     flood = "import signal; signal.signal(signal.SIGXFSZ, signal.SIG_DFL)\nwhile True: print('x')"
     with pytest.raises(EngineOutputError, match=r"^it wrote a file of more than 10240 bytes$"):
-        raise python(flood).error("it", 60.0)
+        raise python(flood).error("it")
     with pytest.raises(EngineOutputError, match="said holds 10240 bytes: must be below 10240"):
         text_of(tmp_path / "said")
     assert text_of(Path("/dev/zero")) == ""

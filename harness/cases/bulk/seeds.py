@@ -1,4 +1,4 @@
-"""Bulk cases: the same system from many seeds, means over them, engines against one another.
+"""Bulk cases: a system from many seeds or places, means over them, engines against one another.
 
 Bulk is chaotic: motions of one seed part between codes, so that means over seeds are compared.
 Where a code follows the law by other rules than the main engine, the main engine runs the seeds
@@ -22,7 +22,7 @@ from harness.cases.bulk.equivalence import FEWEST, Sample, equivalence, interval
 from harness.cases.bulk.materials import PACKED, Bed
 from harness.cases.bulk.restarts import longest_part
 from harness.cases.bulk.rules import Law, differing, law_of
-from harness.cases.contract import Case, LevelName
+from harness.cases.contract import LEVELS, Case, LevelName
 from harness.cases.display import Display
 from harness.cases.text import Words
 from harness.cases.verification import Study, Verification
@@ -74,10 +74,18 @@ class Curve:
 
 @dataclass(frozen=True)
 class System:
-    """What is verified over seeds: how its rows are called, and its parameters."""
+    """What is verified: how its rows are called, and its parameters.
+
+    ``trials`` are the parameters of its runs by what they are called, where these are not seeds.
+    ``equivalent`` are the quantities that codes are held against one another in, where they are not
+    those of the case. Engines slower than :data:`QUICK` run it ``from_level`` on.
+    """
 
     name: str
     parameters: Any
+    trials: Mapping[str, Any] = field(default_factory=dict)
+    equivalent: tuple[str, ...] = ()
+    from_level: LevelName = "default"
 
 
 @dataclass(frozen=True)
@@ -87,7 +95,8 @@ class Runs:
     ``undecided`` runs ended without the event that they wait for, and have no row; ``why`` says it
     of the first. ``law`` says by which rules the engine follows the law, ``rules`` whose they are
     where they are not its own. ``main`` is the main engine under these rules where its own are
-    others, or why it cannot be. ``system`` is the name of what is simulated.
+    others, or why it cannot be. ``system`` is the name of what is simulated, ``equivalent`` what
+    codes are held against one another in where it is not that of the case.
     """
 
     engine: str
@@ -99,6 +108,7 @@ class Runs:
     rules: str = ""
     main: Runs | str | None = None
     system: str = ""
+    equivalent: tuple[str, ...] = ()
 
     @property
     def title(self) -> str:
@@ -182,7 +192,7 @@ class BulkVerification(Verification):
         return [Planned(name) for system in systems for name in self.names(engine, system)]
 
     def run(self, engine: Engine, study: Study) -> Findings:
-        """Run the seeds of a level and judge them; one without its event has no row.
+        """Run the systems of a level and judge them; a run without its event has no row.
 
         The main engine, which runs before others, also runs under others' rules. Its rows are there
         when it is held against others: then only its runs are returned.
@@ -211,15 +221,16 @@ class BulkVerification(Verification):
     ) -> tuple[list[Check], Runs]:
         """Return the rows of a system, and its runs; without any where none gave a value."""
         law = self.case.law(engine.traits, system.parameters)
-        runs = Runs(engine.title, (), law=law, system=system.name)
+        runs = Runs(engine.title, (), law=law, system=system.name, equivalent=system.equivalent)
         trials = self.trials(engine, study.level, system)
         names = self.names(engine, system)
-        if reason := engine.refuses(self.case.job(trials[0])) or too_slow(engine, study.level):
+        refused = engine.refuses(self.case.job(system.parameters))
+        if reason := refused or too_slow(engine, study.level, system):
             return [not_tested(name, Kind.ANALYTIC, reason) for name in names], runs
         runs, checks = self._runs(engine, runs, trials)
         if not runs.rows:
             if runs.undecided:
-                why = f"{runs.undecided} of {len(trials)} seeds have no value; {runs.why}"
+                why = f"{runs.undecided} of {len(trials)} runs have no value; {runs.why}"
                 checks += [not_tested(n, Kind.ANALYTIC, why) for n in names]
             return checks, runs
         checks += self.case.judge(names, runs, system.parameters)
@@ -234,30 +245,35 @@ class BulkVerification(Verification):
             runs = replace(runs, main=under)
         return checks, runs
 
-    def trials(self, engine: Engine, level: LevelName, system: System) -> list[Any]:
-        """Return the parameters of each seed of a level: of a slow engine not too many."""
+    def trials(self, engine: Engine, level: LevelName, system: System) -> Mapping[str, Any]:
+        """Return the parameters of each run of a level: for a slow engine not too many."""
+        if system.trials:
+            return system.trials
         number = self.case.seeds[level]
         if level == "default" and engine.traits.microseconds_per_step > QUICK:
             number = min(number, SLOW_SEEDS)
-        return [system.parameters.replace(seed=seed) for seed in range(1, number + 1)]
+        seeds = range(1, number + 1)
+        return {f"seed {seed}": system.parameters.replace(seed=seed) for seed in seeds}
 
     def _under(
-        self, main: Engine, other: Runs, trials: Sequence[Any]
+        self, main: Engine, other: Runs, trials: Mapping[str, Any]
     ) -> tuple[Runs | str, list[Check]]:
         """Return the runs of the main engine under another's rules, or why it cannot state them."""
         law = other.law
-        if reason := main.refuses(self._job(trials[0], law)):
+        if reason := main.refuses(self._job(next(iter(trials.values())), law)):
             return f"{main.title} cannot state the rules of {other.engine}: {reason}", []
         near = replace(law, words="as near to them as its script states") if law.inexact else law
-        ruled = Runs(main.title, (), law=near, rules=other.engine, system=other.system)
+        ruled = replace(other, engine=main.title, rows=(), curves=(), law=near, rules=other.engine)
         runs, failed = self._runs(main, ruled, trials)
-        return runs if runs.rows else "no seed gave a value", failed
+        return runs if runs.rows else "no run gave a value", failed
 
     def _job(self, trial: Any, law: Law | None) -> Job:
         job = self.case.job(trial)
         return replace(job, values=law.stated(job.values)) if law else job
 
-    def _runs(self, engine: Engine, runs: Runs, trials: Sequence[Any]) -> tuple[Runs, list[Check]]:
+    def _runs(
+        self, engine: Engine, runs: Runs, trials: Mapping[str, Any]
+    ) -> tuple[Runs, list[Check]]:
         """Return runs with rows and curves, and the checks of those that failed.
 
         A few at a time, so that an engine that keeps its runs goes on where it was stopped.
@@ -266,20 +282,24 @@ class BulkVerification(Verification):
         rows, curves, undecided, failed = [], [], [], []
         few = max(engine.workers, 1)
         outputs: list[Output | EngineError] = []
-        for first in range(0, len(trials), few):
-            outputs += engine.run([self._job(t, law) for t in trials[first : first + few]])
-        for seed, (trial, output) in enumerate(zip(trials, outputs, strict=True), 1):
+        jobs = [
+            replace(self._job(trial, law), seconds=self.case.seconds(trial, engine.traits))
+            for trial in trials.values()
+        ]
+        for first in range(0, len(jobs), few):
+            outputs += engine.run(jobs[first : first + few])
+        for (name, trial), output in zip(trials.items(), outputs, strict=True):
             try:
                 if isinstance(output, EngineError):
                     raise output
                 rows.append(self.case.measured(trial, output, engine.traits).values)
                 curves.append(tuple(self.case.curves(trial, output)))
             except EngineUndecidedError as error:
-                undecided.append(f"seed {seed}: {error}")
+                undecided.append(f"{name}: {error}")
             except EngineError as error:
                 engine_title = runs.title if runs.rules else engine.name
-                name = f"{runs.system}: {engine_title}: seed {seed}"
-                failed.append(failed_run(name, Kind.ANALYTIC, error))
+                row = f"{runs.system}: {engine_title}: {name}"
+                failed.append(failed_run(row, Kind.ANALYTIC, error))
         runs = replace(runs, rows=tuple(rows), curves=tuple(curves))
         return replace(runs, undecided=len(undecided), why="".join(undecided[:1])), failed
 
@@ -298,7 +318,7 @@ class BulkVerification(Verification):
         seen: set[str] = set()
         for runs in engines:
             if isinstance(runs.main, str):
-                for quantity in self.case.equivalent:
+                for quantity in runs.equivalent or self.case.equivalent:
                     name = f"{runs.system}: the rules of {runs.engine}: {quantity}"
                     yield not_tested(name, Kind.CROSS_CODE, runs.main)
             elif runs.main is not None:
@@ -311,11 +331,11 @@ class BulkVerification(Verification):
 
     def _pair(self, first: Runs, second: Runs) -> Iterator[Check]:
         """Yield the rows that hold two engines against one another."""
-        for quantity in self.case.equivalent:
+        for quantity in first.equivalent or self.case.equivalent:
             name = f"{first.system}: {first.title} against {second.title}: {quantity}"
             samples = first.sample(quantity), second.sample(quantity)
             if min(len(sample.values) for sample in samples) < FEWEST:
-                few = f"fewer than {FEWEST} seeds gave a value"
+                few = f"fewer than {FEWEST} runs gave a value"
                 yield not_tested(name, Kind.CROSS_CODE, few)
             else:
                 check = equivalence(name, *samples, MARGIN)
@@ -402,20 +422,21 @@ def by_system(every: Iterable[Findings]) -> dict[str, list[Runs]]:
 
 
 QUICK = 3.0
-"""[us] for a step of ten particles: slower engines are not run at level quick."""
+"""[us] for a step of ten particles: slower engines run a system from a level on."""
 
 SLOW_SEEDS = 16
 """Most seeds of such engines at level default: a bed takes them up to twenty times as long."""
 
 
-def too_slow(engine: Engine, level: LevelName) -> str:
-    """Return why an engine is not run at a level, or nothing where it is."""
+def too_slow(engine: Engine, level: LevelName, system: System) -> str:
+    """Return why an engine does not run a system at a level, or nothing where it does."""
     cost = engine.traits.microseconds_per_step
-    if level != "quick" or cost <= QUICK:
+    if cost <= QUICK or LEVELS.index(level) >= LEVELS.index(system.from_level):
         return ""
     return (
         f"it takes {cost:g} us for a step of ten particles, beyond the {QUICK:g} us of level "
-        "quick, which is to end within minutes; level default runs it"
+        f"{level}, which is to end within {'minutes' if level == 'quick' else 'hours'}; level "
+        f"{system.from_level} runs it"
     )
 
 
@@ -454,7 +475,7 @@ def draw(engines: Sequence[Runs], place: int, curve: Curve) -> Figure:
             below.fill_between(x, mean - error, mean + error, color=colour, alpha=0.25, lw=0.0)
             below.plot(x, mean, color=colour, lw=1.2)
     above.set(ylabel=curve.y)
-    above.legend(title="code; a line for each seed")
+    above.legend(title="code; a line for each run")
     below.set(xlabel=curve.x, ylabel="difference")
     below.set_title("mean of a code less that of all, with its standard error", fontsize=9)
     return figure

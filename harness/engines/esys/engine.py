@@ -287,7 +287,7 @@ class Esys(ScriptedEngine):
         crashed = ended.timed_out or signal_of(ended.code) in FAULTS
         if raised and not crashed and "MemoryError" not in ended.said:
             return EngineInputError(f"{self.title} refused its input: {raised[-1][:160]}")
-        died = ended.error(self.title, self.limits.seconds)
+        died = ended.error(self.title)
         if died is None and not finished(ended.said):
             return EngineOutputError(f"{self.title} ended without a result{last_words(ended.said)}")
         return died

@@ -252,4 +252,4 @@ class Kratos(ScriptedEngine):
             refusal = re.search(r"^RuntimeError: (?:Error: )?(.*)$", output, re.MULTILINE)
             if refusal is not None:
                 return EngineInputError(f"Kratos refused its input: {refusal[1].strip()[:160]}")
-        return ended.error(self.title, self.limits.seconds)
+        return ended.error(self.title)

@@ -426,7 +426,14 @@ class Lammps(LammpsLanguage):
             return super().execute(tasks)
         forget = self.names_to_forget(tasks)
         orders = [
-            Order(t.script, self.variables(t), forget, t.job.sampled, self._restart_folders([t]))
+            Order(
+                t.script,
+                self.variables(t),
+                forget,
+                t.job.sampled,
+                self._restart_folders([t]),
+                t.job.seconds,
+            )
             for t in tasks
         ]
         results: list[Output | EngineError] = []

@@ -31,7 +31,6 @@ from harness.errors import (
     EngineMissingError,
     EngineNaNError,
     EngineOutputError,
-    EngineTimeoutError,
 )
 from harness.parameters.allowed import COUNT, Allowed
 
@@ -205,10 +204,7 @@ class LammpsLanguage(ScriptedEngine):
     def error_of(self, ended: Ended, log: str) -> EngineError | None:
         """Return the error that the log or the last words of a process speak of."""
         if ended.timed_out:
-            seconds = self.limits.seconds
-            return EngineTimeoutError(
-                f"{self.title} ({self.program}) did not finish within {seconds:g} s"
-            )
+            return ended.error(f"{self.title} ({self.program})")
         if ended.code == 0 and not has_error(log):
             return None
         # a log that is cut says nothing of why: then the words of the process do

@@ -127,7 +127,8 @@ LOOK_SECONDS = 5.0
 class Order(NamedTuple):
     """One run: a script, its variables, those to delete before, whether it writes a series.
 
-    ``restarts`` is the folder of its restart files, if there is one.
+    ``restarts`` is the folder of its restart files, if there is one, ``seconds`` [s] the expected
+    time of a long run.
     """
 
     script: Script
@@ -135,6 +136,7 @@ class Order(NamedTuple):
     forget: Sequence[str]
     sampled: bool
     restarts: Sequence[Path] = ()
+    seconds: float = 0.0
 
 
 class FinishedRun(NamedTuple):
@@ -205,7 +207,7 @@ class Worker:
             link_into(self._folder, path)
         start = time.monotonic()
         try:
-            answer = self._ask(order, self._limits.seconds)
+            answer = self._ask(order, self._limits.time_for(job.seconds))
             seconds = time.monotonic() - start
             text = text_of(log)
             if "error" in answer:
@@ -263,7 +265,7 @@ class Worker:
                     state, since = new, time.monotonic()
                 elif time.monotonic() >= since + seconds:
                     raise EngineTimeoutError(
-                        f"LAMMPS (in-process) gave no answer within {self._limits.seconds:g} s"
+                        f"LAMMPS (in-process) gave no answer within {seconds:g} s"
                     )
         line = stream.readline()
         if not line.endswith(b"\n"):

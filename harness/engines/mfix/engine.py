@@ -393,7 +393,7 @@ class Mfix(ProgramEngine):
             raise EngineInputError(f"MFiX refused its input: {refusal[0].strip()[:160]}")
         if way_of_death(ended.code) == "signal SIGFPE" and not ended.timed_out:
             raise EngineNaNError(f"MFiX died: signal SIGFPE: {TRAPPED}")
-        error = ended.error(f"MFiX ({self.program})", self.limits.seconds)
+        error = ended.error(f"MFiX ({self.program})")
         if error is not None:
             raise error
         frames = read_frames(folder, GRAIN)

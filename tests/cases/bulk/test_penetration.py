@@ -8,12 +8,16 @@ import numpy as np
 import pytest
 
 from harness.cases.bulk.seeds import Runs
+from harness.cases.contract import Measured
 from harness.cases.penetration import CASE, Penetration, largest_elastic_energy, values_of
 from harness.cases.verification import Study
 from harness.comparison.verdicts import Verdict
 from harness.engines.contract import Job
 from harness.engines.lammps.engine import Lammps
+from harness.engines.liggghts.engine import Liggghts
 from harness.engines.output import Output
+from harness.engines.process import Limits
+from harness.engines.yade.engine import Yade
 from harness.errors import EngineLostAtomsError, EngineOutputError, RequestError
 from harness.observables.provenance import Provenance
 
@@ -182,6 +186,86 @@ def test_codes_that_part_fail_in_the_quantity_that_parts():
     assert {row.verdict for row in CASE.verification.compared([same, few])} == {Verdict.NOT_TESTED}
 
 
+def test_where_the_floor_ends_the_fall_the_known_depth_is_not_tested():
+    p = Penetration()
+    near = impacts(lowest_height_m=p.steel_radius + 1.9 * p.radius)
+    depth = CASE.judge(CASE.judged, near, p)[-1]
+    assert depth.verdict is Verdict.NOT_TESTED
+    assert "stops 1.9 mm above it, less than a grain's diameter of 2 mm" in depth.note
+    free = impacts(lowest_height_m=p.steel_radius + 2.1 * p.radius)
+    assert CASE.judge(CASE.judged, free, p)[-1].verdict is Verdict.FINDING
+
+
+class Impacts:
+    """An engine that leaves the depth of its seed or place, and how long it was given."""
+
+    workers = 2
+
+    def __init__(self, name, traits, depth=1.0):
+        self.name, self.title, self.traits, self.depth = name, name, traits, depth
+        self.ran = []
+
+    def refuses(self, job):  # noqa: ARG002
+        return ""
+
+    def run(self, jobs):
+        self.ran += jobs
+        return [
+            self.depth * (1.0 + job.values["offset"] + 1e-3 * (job.values["seed"] % 3))
+            for job in jobs
+        ]
+
+
+@pytest.fixture
+def measured_by_place(monkeypatch):
+    row = impacts().rows[0]
+    monkeypatch.setattr(
+        type(CASE), "measured", lambda _, trial, output, traits: Measured(  # noqa: ARG005
+            {**row, "largest_depth_m": output, "final_depth_m": 1.0})
+    )  # fmt: skip
+    monkeypatch.setattr(type(CASE), "curves", lambda *_: ())
+
+
+@pytest.mark.usefixtures("measured_by_place")
+@pytest.mark.parametrize(("ratio", "verdict"), [(1.0, Verdict.PASS), (1.1, Verdict.FAIL)])
+def test_levels_but_quick_run_the_published_bed_from_several_places(ratio, verdict):
+    """Only there codes are held to the largest depth; its runs have the time that they need."""
+    main, other = Impacts("lammps", TRAITS), Impacts("liggghts", Liggghts.traits, ratio)
+    study = Study("default", role="other")
+    found = {one.name: CASE.verification.run(one, study) for one in (main, other)}
+    planned = [row.name for row in CASE.verification.planned("default", main)]
+    assert [row.name for row in found["lammps"].checks] == planned
+    rows = {row.name: row for row in CASE.verification.compare(found)}
+    published = {name for name in rows if name.startswith("penetration: published: ")}
+    quantities = {name.rpartition(": ")[2] for name in published}
+    assert quantities == {"largest_depth_m", "slowed_time_s"}
+    assert {name.rpartition(": ")[2] for name in set(rows) - published} == set(CASE.equivalent)
+    held = rows["penetration: published: lammps against liggghts: largest_depth_m"]
+    assert held.verdict is verdict
+    jobs = [job for job in main.ran if job.values["bed"] == "file"]
+    assert len({job.values["offset"] for job in jobs}) == len(jobs) == 4
+    assert len(main.ran) == 4 + CASE.seeds["default"]
+    expected = CASE.seconds(CASE.systems("default")[1].parameters, TRAITS)
+    assert {job.seconds for job in jobs} == {expected}
+    assert Limits().time_for(expected) > 3600.0
+    assert Limits().time_for(main.ran[0].seconds) == Limits().seconds
+
+
+@pytest.mark.usefixtures("measured_by_place")
+def test_slow_codes_leave_the_published_bed_to_level_full_with_the_reason():
+    slow = Impacts("yade", Yade.traits)
+    rows = CASE.verification.run(slow, Study("default", role="other")).checks
+    reasons = {r.note for r in rows if r.name.startswith("penetration: published: ")}
+    assert len(reasons) == 1
+    assert "beyond the 3 us of level default" in reasons.pop()
+    assert not [job for job in slow.ran if job.values["bed"] == "file"]
+    CASE.verification.run(slow, Study("full", role="other"))
+    steps = {job.values["steps"] for job in slow.ran if job.values["bed"] == "file"}
+    assert steps.pop() * 5e-7 == pytest.approx(0.1, rel=1e-3)  # as long as published
+    assert not steps
+    assert len(CASE.systems("quick")) == 1
+
+
 @pytest.fixture(scope="module")
 def lammps():
     with Lammps() as engine:
@@ -210,8 +294,6 @@ def test_a_small_impact_in_lammps_loses_energy_and_comes_to_rest(lammps):
 @pytest.mark.slow
 @pytest.mark.skipif(shutil.which("liggghts") is None, reason="liggghts is not installed")
 def test_liggghts_starts_from_the_same_bed_and_settles_to_the_same_height(lammps):
-    from harness.engines.liggghts.engine import Liggghts
-
     with Liggghts() as other:
         one, two = (CASE.measure(TINY, engine).values for engine in (lammps, other))
     assert two["bed_solid_fraction"] == pytest.approx(one["bed_solid_fraction"], rel=0.05)

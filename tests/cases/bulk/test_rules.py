@@ -121,7 +121,7 @@ def test_engines_of_two_laws_are_compared_by_the_case():
         assert [check.verdict for check in checks[:2]] == [verdict, Verdict.PASS]
 
 
-(SYSTEM,) = CASE.systems("default")
+(SYSTEM,) = CASE.systems("quick")
 RULED = Runs("Main", (), rules="Other", system=SYSTEM.name)
 UNDER = {
     "same": (1.0, 1.1, Law("b"), Verdict.PASS),
@@ -216,7 +216,8 @@ def test_without_a_main_engine_the_first_of_the_others_keeps_its_rows():
     for code in ("lammps", "yade"):
         engine = Fake(code)
         findings = CASE.verification.run(engine, study)
-        assert {row.name for row in findings.checks} == set(CASE.verification.names(engine, SYSTEM))
+        planned = {row.name for row in CASE.verification.planned("default", engine)}
+        assert {row.name for row in findings.checks} == planned
         assert findings.evidence[0].main is None
 
 
@@ -268,5 +269,5 @@ def test_slow_codes_are_not_tested_at_level_quick_with_the_reason(code):
     assert {check.verdict for check in found.checks} == {Verdict.NOT_TESTED}
     assert "level default runs it" in found.checks[0].note
     assert not found.evidence
-    assert not too_slow(engine, "default")
-    assert not too_slow(engine_class("lammps").__new__(engine_class("lammps")), "quick")
+    assert not too_slow(engine, "default", SYSTEM)
+    assert not too_slow(engine_class("lammps").__new__(engine_class("lammps")), "quick", SYSTEM)

@@ -220,7 +220,7 @@ def test_seeds_that_arch_have_no_rate_and_are_counted():
     rows = CASE.verification.run(Arching(4), Study("quick")).checks
     assert [row.name for row in rows] == [f"silo: lammps: {name}" for name in CASE.judged]
     assert {row.verdict for row in rows} == {Verdict.NOT_TESTED}
-    assert rows[0].note.startswith("4 of 4 seeds have no value; seed 1: undecided: arching: 900")
+    assert rows[0].note.startswith("4 of 4 runs have no value; seed 1: undecided: arching: 900")
 
 
 @pytest.fixture(scope="module")

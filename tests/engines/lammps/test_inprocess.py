@@ -125,6 +125,11 @@ def test_run_out_of_time_is_ended_and_the_next_one_works(runner):
     assert time.monotonic() - start < 15
 
 
+def test_a_run_that_is_expected_to_be_long_has_more_time(runner):
+    (late,) = runner(seconds=0.2).run([ENDLESS._replace(seconds=0.1)])
+    assert "within 1 s" in str(late)  # ten times as long as expected
+
+
 def test_a_limit_of_weeks_is_waited_for(runner):
     """The system counts what it waits in 2^31 ms, 25 days."""
     (good,) = runner(seconds=3e6).run([GOOD])
