@@ -123,7 +123,7 @@ def test_one_that_dies_for_want_of_shared_memory_is_told_what_helps(tmp_path, mo
     source = "import os, signal; os.kill(os.getpid(), signal.SIGBUS)"
     words = [sys.executable, "-c", source]
     ended = Processes().run(words, tmp_path, seconds=60.0, memory=MEMORY)
-    error = ended.error("LAMMPS", 60.0)
+    error = ended.error("LAMMPS")
     assert type(error) is EngineMemoryError
     assert "signal SIGBUS" in str(error)
     assert f"{SHARED} holds 64 MB, 1 MB of it free" in str(error)
