@@ -12,6 +12,7 @@ import hypothesis
 import pytest
 
 from harness.cases.incline.system import Crests, InclineRun, Motion
+from harness.engines.process import cores
 from harness.files import cache_place
 from harness.observables.provenance import Provenance
 from harness.theory.incline import after_next_shock, passage_margin, well_depth
@@ -20,6 +21,10 @@ from tests.command_server import CommandServer
 INPUTS = Path(__file__).parent.parent / "inputs"
 RECORDED = Path(__file__).parent / "engines" / "lammps" / "recorded"
 SYNTHETIC = Provenance("synthetic", "1")
+
+# threads of the linear algebra cost a tenth of the time, of matrices as small as these
+for library in ("OPENBLAS", "OMP", "MKL"):
+    os.environ.setdefault(f"{library}_NUM_THREADS", "1")
 
 # where the user keeps Python from writing byte code, each worker would compile the tests and the
 # harness anew, and each program that a test starts: 7 s of a worker
@@ -30,6 +35,24 @@ os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 # a first example may wait for a kernel to be compiled, and any for a busy machine
 hypothesis.settings.register_profile("no deadline", deadline=None)
 hypothesis.settings.load_profile("no deadline")
+
+
+OPTIONAL_PROGRAMS = {"browser", "esys", "kratos_here", "liggghts", "yade"}
+"""Fixtures of programs that the README's command does not install."""
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(items):
+    """Leave to the slow suite what starts an optional program: the fast one runs everywhere."""
+    for item in items:
+        if not OPTIONAL_PROGRAMS.isdisjoint(getattr(item, "fixturenames", ())):
+            item.add_marker(pytest.mark.slow)
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_auto_num_workers():
+    """Start a worker more than there are cores: a fifth of the time tests wait for a process."""
+    return cores() + 1
 
 
 @pytest.fixture(autouse=True, scope="session")
