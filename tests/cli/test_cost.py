@@ -154,6 +154,7 @@ def await_compiled_loops(process):
         main, others = main_now, others_now
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("words", "less"),
     [

@@ -54,6 +54,7 @@ def test_what_cannot_be_is_refused_at_once(command, tmp_path, words, told):
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.slow
 def test_verify_shows_films_in_its_page(command, monkeypatch, tmp_path):
     folder, film = tmp_path / "report", InclineDisplay.film
     monkeypatch.setattr(InclineDisplay, "film", lambda self, engine: film(self, engine, frames=8))

@@ -56,6 +56,7 @@ def homes(tmp_path_factory):
     return folders
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("option", ["--json", "--csv"])
 def test_memory_does_not_grow_with_the_rows(tmp_path, monkeypatch, homes, option):
     peaks = []

@@ -30,6 +30,7 @@ def test_an_option_of_the_test_needs_it(command, option, tmp_path):
     assert not file.exists()
 
 
+@pytest.mark.slow
 def test_the_test_of_a_defect_runs_upstream(command, answer, tmp_path):
     file, folder = tmp_path / "tsuji.yaml", tmp_path / "report"
     command("defect", "tsuji-restitution", "--as-test", "--output", str(file))

@@ -9,6 +9,8 @@ from harness.upstream import runs
 from harness.upstream.definition import COLUMNS
 from harness.upstream.runs import run_upstream
 
+pytestmark = pytest.mark.slow
+
 
 def outcome(test, lmp, **options):
     (found,) = run_upstream([test], {"here": lmp}, **options).outcomes

@@ -77,6 +77,7 @@ def links(built):
     return {page: Links((built.folder / page).read_text("utf-8")) for page in built.pages}
 
 
+@pytest.mark.slow
 def test_every_link_leads_to_a_file_of_the_site_and_every_place_is_there(built, links):
     for page, found in links.items():
         for link in [*found.links, *found.loaded]:
@@ -91,6 +92,7 @@ def test_every_link_leads_to_a_file_of_the_site_and_every_place_is_there(built, 
                 assert place in links[path].places, f"{page}: {link}: no such place"
 
 
+@pytest.mark.slow
 def test_only_what_is_not_committed_is_left_without_a_link(built):
     scripts = {link for page, link in built.unlinked if page == "reports/example/report.html"}
     assert all(link.startswith("scripts/") for link in scripts)  # the text stands in the page
@@ -98,6 +100,7 @@ def test_only_what_is_not_committed_is_left_without_a_link(built):
     assert rest == [("reports/index.html", "baseline")]
 
 
+@pytest.mark.slow
 def test_every_page_has_the_navigation_and_loads_nothing_from_a_network(built, links):
     style = (built.folder / "style.css").read_text()
     assert "url(" not in style
@@ -108,11 +111,13 @@ def test_every_page_has_the_navigation_and_loads_nothing_from_a_network(built, l
             assert not re.match(r"[a-z]+:|//", one) or one.startswith("data:"), f"{page}: {one}"
 
 
+@pytest.mark.slow
 def test_the_pages_of_the_main_job_are_small_enough(built):
     assert built.pages["reports/example/report.html"] < LARGEST
     assert built.pages["index.html"] < LARGEST / 10
 
 
+@pytest.mark.slow
 def test_the_board_has_every_code_release_and_case(built):
     board = (built.folder / "index.html").read_text()
     for word in ("lammps", "liggghts", "yade", "kratos", "esys", "mfix", "incline", "tower"):
@@ -122,6 +127,7 @@ def test_the_board_has_every_code_release_and_case(built):
     assert "10 not tested" in board
 
 
+@pytest.mark.slow
 def test_every_known_defect_has_a_page_with_cause_size_script_and_how_to_run_it(built):
     for defect in known_defects():
         folder = posixpath.dirname(defect.script)
@@ -137,6 +143,7 @@ def test_every_known_defect_has_a_page_with_cause_size_script_and_how_to_run_it(
     assert len([*(built.folder / "reports" / "defects").glob("*/test.yaml")]) == 11
 
 
+@pytest.mark.slow
 def test_known_defects_of_releases_lead_to_their_pages(links):
     found = links["reports/releases/contacts/report.html"].links
     assert "../../defects/wall-youngs-modulus/index.html" in found

@@ -247,6 +247,7 @@ ANOTHER = 1e-5
 """Relative: a hundred times as much is another law; the first contacts are few."""
 
 
+@pytest.mark.slow
 @pytest.mark.live
 @pytest.mark.parametrize(
     "switch", [s for s in SWITCHES if s.exact], ids=lambda s: f"{s.defect} {s.case}"

@@ -55,6 +55,7 @@ def elastic_energy(p, frame):
     return total
 
 
+@pytest.mark.slow
 @pytest.mark.live
 def test_the_script_measures_what_places_say_and_changes_nothing(lmp, tmp_path):
     results, frames = ran(SMALL, lmp, tmp_path)
@@ -173,6 +174,7 @@ print "RESULT speed = $(v_speed:%.17g)"
 """
 
 
+@pytest.mark.slow
 @pytest.mark.live
 def test_asking_lammps_for_forces_of_contacts_changes_the_motion(lmp, tmp_path):
     """Why the elastic energy is taken from places: in proportion to the step, by dashpots.

@@ -317,6 +317,7 @@ def run(kind, trials, fault=("", ""), **changes):
     return outputs
 
 
+@pytest.mark.slow
 @pytest.mark.live
 def test_a_small_heap_in_lammps_has_one_angle_by_heights_and_by_numbers(lammps):
     """Columns of 0.8 diameters hold some fifteen grains each: numbers alone vary by 5 deg."""
@@ -328,6 +329,7 @@ def test_a_small_heap_in_lammps_has_one_angle_by_heights_and_by_numbers(lammps):
     assert 15.0 < angle < 40.0
 
 
+@pytest.mark.slow
 @pytest.mark.live
 @pytest.mark.parametrize(
     ("fault", "error"),

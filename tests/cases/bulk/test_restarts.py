@@ -196,6 +196,7 @@ with Lammps(workers=1, restarts=sys.argv[1]) as engine:
 """
 
 
+@pytest.mark.slow
 @pytest.mark.live
 def test_the_engine_takes_a_run_up_where_its_process_was_killed(lammps_here, tmp_path):  # noqa: ARG001
     with Lammps(workers=1) as engine:
@@ -270,6 +271,7 @@ def forgets(fix):
     return plant
 
 
+@pytest.mark.slow
 @pytest.mark.live
 def test_what_contacts_and_walls_remember_comes_through_and_its_loss_is_noticed(lmp, tmp_path):
     plain, log = settled(lmp, tmp_path / "plain", every=0, plant=in_two_runs)

@@ -115,6 +115,7 @@ def test_a_run_that_is_killed_goes_on_with_the_same_numbers(whole, tmp_path):
     assert not state.exists()
 
 
+@pytest.mark.slow
 @pytest.mark.live
 def test_the_executable_goes_on_from_what_the_library_left(whole, lmp, tmp_path):
     cut_after_a_restart_file(tmp_path)
@@ -131,6 +132,7 @@ def test_the_executable_goes_on_from_what_the_library_left(whole, lmp, tmp_path)
     assert results(output) == whole
 
 
+@pytest.mark.slow
 @pytest.mark.live
 def test_the_limit_of_time_holds_between_two_restart_files(lammps_here, tmp_path):  # noqa: ARG001
     slow = SMALL.replace(rate=0.01)
@@ -163,6 +165,7 @@ def test_two_processes_do_not_write_into_one_folder_and_the_time_of_parts_is_sum
     assert state_in(tmp_path) is None
 
 
+@pytest.mark.slow
 @pytest.mark.live
 @pytest.mark.parametrize(
     ("every", "rise", "stages"),

@@ -26,6 +26,8 @@ from harness.reproduction.movies import (
 )
 from harness.reproduction.movies import motions as reproduced_motions
 
+pytestmark = pytest.mark.slow
+
 ENGINE = Provenance("lammps", "1 Jan 2030")
 COMMITTED = Path(__file__).parents[3] / "reports" / "reproduction" / "movies"
 

@@ -7,6 +7,8 @@ from harness.reproduction.claims import FIGURES
 from harness.reproduction.page import source_pictures
 from harness.reproduction.run import source_figures
 
+pytestmark = pytest.mark.slow
+
 MOST_BYTES = 5_000_000
 
 AXES = {
