@@ -341,7 +341,7 @@ def test_the_load_of_the_limit_beside_cohesion():
     law = HERTZ.replace(
         normal="dmt", damping="none", restitution=None, tangential_damping=0.0, surface_energy=1.0
     )
-    scene = guided(law, (20_000, FORTH, STILL))
+    scene = guided(law, (500, FORTH, STILL))
     ends = {
         rule: integrate(scene, Rules(cohesive_load=rule)).forces[-1, 0]
         for rule in ("with_pull_off", "elastic")
