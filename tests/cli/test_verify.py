@@ -10,6 +10,7 @@ import pytest
 
 from harness.cases.registry import all_cases
 from harness.cli.verify import VerifyOptions, _say_cost
+from harness.errors import RequestError
 
 pytestmark = pytest.mark.live
 
@@ -113,3 +114,20 @@ def test_verify_says_what_each_case_costs(capsys):
     assert f"; {sum(cost.values()):.0f} s of CPU time in all" in said
     _say_cost(VerifyOptions(quick=True, only="incline"), fresh=True)
     assert "in all" not in capsys.readouterr().err  # a part of them, nobody knows which
+
+
+def test_long_runs_of_lammps_go_on_where_they_were_cut(command, monkeypatch):
+    """Beside another main engine as well."""
+    case = all_cases()["penetration"]
+    long, short = (case.job(p) for p in (case.presets["published"], case.default))
+    seen = []
+
+    def verify(level, *, engine, open_one, **more):  # noqa: ARG001
+        with open_one("lammps") as beside:
+            seen.append([one.resumes(job) for one in (engine, beside) for job in (long, short)])
+        raise RequestError("enough")
+
+    monkeypatch.setattr("harness.workflows.verify", verify)
+    command("verify", "--cases", "penetration", status=2)
+    command("verify", "--cases", "incline", "--engine", "reference", status=2)
+    assert seen == [[True, False] * 2, [False, False, True, False]]

@@ -318,6 +318,7 @@ def test_the_velocity_of_a_turning_region_is_in_its_contacts(tmp_path):
     assert spin == pytest.approx(-2.5 * v / 2e-3, rel=0.01)
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(shutil.which("liggghts") is None, reason="liggghts is not installed")
 def test_liggghts_starts_from_the_same_places_and_turns_the_same_way(lammps):
     from harness.engines.liggghts.engine import Liggghts
