@@ -23,7 +23,7 @@ from harness.report.text import SEVERITY
 from harness.store.baseline import script_of
 
 MAIN, RELEASES = "example", "releases"
-CONTACTS, UPSTREAM = "releases/contacts", "upstream"
+CONTACTS, UPSTREAM, BULK = "releases/contacts", "upstream", "bulk"
 DEFECTS = "reports/defects"
 """Folders of the committed reports; the last as it is below the project."""
 
@@ -213,6 +213,30 @@ def _moved(changes: Sequence[str], at: str) -> TableCell:
         )
         for change, number in counts.items()
     )
+
+
+# ---- bulk
+
+
+def bulk(reports: Path) -> Table | None:
+    """Return how many rows of each bulk system hold, of codes alone and of one against another."""
+    systems: dict[str, dict[str, list[str]]] = {}
+    for row in read_table(reports / BULK / "default.csv"):
+        system, _, who = row["name"].rpartition(": ")[0].rpartition(": ")
+        if system and row["verdict"] != Verdict.FINDING:
+            head = who if " against " in who else "each code alone"
+            systems.setdefault(system, {}).setdefault(head, []).append(row["verdict"])
+    heads = list(dict.fromkeys(head for of_system in systems.values() for head in of_system))
+    at = f"reports/{BULK}/index.html"
+    rows = tuple(
+        (text_state(system), *(counted(of_system.get(head, ()), at) for head in heads))
+        for system, of_system in systems.items()
+    )
+    sentence = (
+        "Codes are equivalent where the 90 % interval of the ratio of two means over seeds or "
+        "places is within 5 % of one; where it is so in part, nothing is decided."
+    )
+    return Table("Bulk, code against code", sentence, ("system", *heads), rows) if rows else None
 
 
 # ---- releases

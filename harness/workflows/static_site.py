@@ -238,6 +238,7 @@ def _start(
     boards = {
         "codes": board.codes(site_runs) if site_runs else None,
         "cases": board.cases(reports) if reports else None,
+        "bulk": board.bulk(reports) if reports else None,
         "releases": board.releases(reports) if reports else None,
         "defects": _defects(defects),
     }

@@ -125,6 +125,8 @@ def test_the_board_has_every_code_release_and_case(built):
     for word in ("2022.6.23.4.0", "2025.7.22.4.0", "slip-to-roll", "prescribed-motion"):
         assert word in board
     assert "10 not tested" in board
+    for word in ("heap: sliding alone", "LAMMPS under the rules of Yade against Yade"):
+        assert f">{word}<" in board
 
 
 @pytest.mark.slow
