@@ -196,7 +196,7 @@ def largest_force(mass: float, coefficient: float, speed: float) -> float:
 
 
 def contact_time(mass: float, coefficient: float, speed: float) -> float:
-    """Return 4/5 B(2/5, 1/2) = 2.9432 times overlap / speed [s], with Euler's beta function."""
+    """Return 4/5 B(2/5, 1/2) = 2.9433 times overlap / speed [s], with Euler's beta function."""
     from scipy.special import beta
 
     periods = 0.8 * float(beta(0.4, 0.5))
