@@ -1,7 +1,8 @@
 """Grains of two sizes in a rotating drum, as a case: mixing, angle of the surface.
 
 The process of Dosta and others, Comput. Phys. Commun. 296, 109066 (2024), smaller and softer, at
-the same Froude number and filling. Places are read of all codes alike, and evaluated here.
+the same Froude number and nearly the same filling. Places are read of all codes alike, and
+evaluated here.
 """
 
 from __future__ import annotations

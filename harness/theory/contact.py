@@ -52,10 +52,11 @@ def restitution_unclipped(zeta: float) -> float:
 
 
 def restitution_clipped(zeta: float) -> float:
-    """Return exp(-2 zeta omega t) / ... at the time the force vanishes: exp(-zeta omega t_end).
+    """Return exp(-zeta omega t_end), the speed over that before when the force vanishes.
 
-    The duration follows from :func:`duration_clipped`; at critical damping the
-    result is exp(-2) = 0.135, which is why a clipped contact always rebounds.
+    x = exp(-zeta omega t) sin(root omega t) / root has x'' = 0 at :func:`duration_clipped`, where
+    -x' is the exponential alone. At critical damping it is exp(-2) = 0.135: a clipped contact
+    always rebounds.
     """
     return math.exp(-zeta * duration_clipped(zeta))
 
@@ -195,7 +196,7 @@ def largest_force(mass: float, coefficient: float, speed: float) -> float:
 
 
 def contact_time(mass: float, coefficient: float, speed: float) -> float:
-    """Return 4/5 B(2/5, 1/2) = 2.9432 times overlap / speed [s], with Euler's beta function."""
+    """Return 4/5 B(2/5, 1/2) = 2.9433 times overlap / speed [s], with Euler's beta function."""
     from scipy.special import beta
 
     periods = 0.8 * float(beta(0.4, 0.5))

@@ -2,7 +2,10 @@
 
 Scripts of LAMMPS leave what the normal springs hold, from places alone: 8/15 E* sqrt(R*)
 overlap^(5/2) of each contact, walls included. Tangential springs are not measured; Coulomb's limit
-bounds them. For codes that leave nothing, a bound of the case stands in.
+bounds them. A spring k_t(overlap) s whose contact is pressed at a fixed displacement s gains
+(change of k_t) s^2/2 that no force has done work for (Elata and Berryman, Mech. Mater. 24, 229
+(1996)): the law itself may add energy, which the bound leaves out, and dashpots and friction take
+far more. For codes that leave nothing, a bound of the case stands in.
 """
 
 from __future__ import annotations

@@ -4,6 +4,9 @@ Bulk is chaotic: motions of one bed part between codes, means over beds need not
 equivalent where the 90 % interval of the ratio of their means is within a margin that was stated
 before: two one-sided tests at 5 % each (Schuirmann, J. Pharmacokinet. Biopharm. 15, 657 (1987)).
 They are not where it is outside of the margin as a whole; else nothing is decided.
+
+The intervals are those of the bootstrap, which of n values are narrower than Student's: each test
+has 5 % for many seeds alone, 5.7 % for 24 in either engine, 6.5 % for 12, 10 % for 4.
 """
 
 from __future__ import annotations

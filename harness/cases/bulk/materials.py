@@ -71,7 +71,7 @@ class Sphere:
     def rayleigh_step(self) -> float:
         """Return :data:`RAYLEIGH` of the time of a Rayleigh wave [s].
 
-        pi r sqrt(rho/G)/(0.1631 nu + 0.8766) is that time.
+        pi r sqrt(rho/G)/(0.1631 nu + 0.8766) is that time; the fit is Rayleigh's speed to 0.4 %.
         """
         nu = self.poisson_ratio
         wave = math.pi * self.radius * math.sqrt(2.0 * self.density * (1.0 + nu))

@@ -6,7 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
+from harness.cases.bulk.materials import RAYLEIGH, Sphere
 from harness.cases.bulk.seeds import Runs
 from harness.cases.contract import Measured
 from harness.cases.penetration import CASE, Penetration, largest_elastic_energy, values_of
@@ -53,6 +55,22 @@ def test_the_longest_step_is_by_rayleigh_waves_of_steel_or_by_an_impact():
     speed = math.hypot(100.0, math.sqrt(2 * 9.81 * 0.026))
     deepest = (15 * p.mass * speed**2 / (16 * math.sqrt(p.radius) * modulus)) ** 0.4
     assert p.longest_step == pytest.approx(2.9432 * deepest / speed / 20, rel=1e-3)
+
+
+@pytest.mark.parametrize("nu", [0.0, 0.2, 0.35, 0.49])
+def test_the_rayleigh_wave_of_the_step_is_the_root_of_rayleighs_equation(nu):
+    """(2 - s)^2 = 4 sqrt(1 - s) sqrt(1 - s c), s = (speed over that of shear)^2."""
+    pressed = (1 - 2 * nu) / (2 - 2 * nu)
+
+    def secular(s):
+        return (2 - s) ** 2 - 4 * math.sqrt((1 - s) * (1 - s * pressed))
+
+    speed = math.sqrt(brentq(secular, 0.5, 1 - 1e-12))
+    grain = Sphere(2e-3, 2500.0, 1e9, nu)
+    shear = math.sqrt(1e9 / (2 * (1 + nu)) / 2500.0)
+    assert grain.rayleigh_step == pytest.approx(
+        RAYLEIGH * math.pi * 2e-3 / (speed * shear), rel=4e-3
+    )
 
 
 def test_the_elastic_energy_of_a_column_is_below_its_bound():
