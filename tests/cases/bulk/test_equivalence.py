@@ -32,22 +32,25 @@ def test_the_interval_of_a_ratio_adds_both_variances():
     assert (high - low) / 2 == pytest.approx(half, rel=0.1)
 
 
-@pytest.mark.parametrize(("count", "level"), [(4, 0.102), (12, 0.065), (24, 0.057)])
-def test_few_seeds_make_a_test_of_more_than_five_percent(count, level):
-    """Resampled means scatter by s sqrt((n - 1)/n)/sqrt(n), about as a normal distribution does.
-
-    Of two samples of a normal distribution, the ratio then is beyond its true value by more than
-    the interval as often as Student's t of 2 n - 2 is beyond z sqrt((n - 1)/n).
-    """
-    bound = norm.ppf(0.95) * math.sqrt((count - 1) / count)
-    assert student.sf(bound, 2 * count - 2) == pytest.approx(level, abs=5e-4)
-    draws = np.random.default_rng(5).normal(1.0, 0.02, (2, 3, count))
-    for one, other in zip(*draws, strict=True):
+@pytest.mark.parametrize(("first", "second"), [(4, 4), (12, 12), (4, 24)])
+def test_either_side_of_the_interval_misses_five_percent_however_few_the_seeds(first, second):
+    """Of a bootstrap's percentiles it is 10 % for 4 seeds: t of 6 beyond 1.645 sqrt(3/4)."""
+    bound = norm.ppf(0.95) * math.sqrt(3 / 4)
+    assert student.sf(bound, 6) == pytest.approx(0.102, abs=5e-4)
+    random = np.random.default_rng(5)
+    draws = 1500
+    missed = np.zeros(2)
+    for _ in range(draws):
+        one, other = random.normal(1.0, 0.02, first), random.normal(1.0, 0.05, second)
         low, high = interval(one, other)
-        ratio = one.mean() / other.mean()
-        error = math.hypot(np.std(one) / one.mean(), np.std(other) / other.mean())
-        width = 2 * norm.ppf(0.95) * ratio * error / math.sqrt(count)
-        assert high - low == pytest.approx(width, rel=0.05)
+        missed += low > 1.0, high < 1.0
+    assert missed / draws == pytest.approx(0.05, abs=0.02)
+
+
+def test_the_interval_of_a_mean_is_student_s():
+    values = (1.0, 2.0, 4.0, 9.0)
+    half = student.ppf(0.975, 3) * np.std(values, ddof=1) / 2.0
+    assert interval(values, confidence=0.95) == pytest.approx((4.0 - half, 4.0 + half))
 
 
 def test_equal_numbers_have_no_width():
