@@ -328,7 +328,7 @@ class OtherEngines:
         # of one whose runs are kept nobody knows how many are left to be made
         kept = getattr(engine, "read", 0) > read
         seconds_per_step = 0.0 if kept else engine.pace.seconds_per_step
-        checks += rows
+        checks += rows or untested(name, self._qualifying, failures)
         self.declared.append(replace(declaration, unqualified=failures))
         self.study.progress(f"engine {name}", 1, stages)
         if failures:
@@ -365,6 +365,8 @@ class OtherEngines:
         except Exception as error:
             return [failed_part(f"{engine.name}: {case.name}", error)]
         self.findings.setdefault(engine.name, {})[case.name] = findings
+        if not (findings.checks or self.study.only or engine is self.main):
+            return untested(engine.name, [case], NO_ROW)  # those of the main one are there
         return findings.checks
 
     def _recorded(self) -> None:
@@ -397,6 +399,9 @@ class OtherEngines:
     def _judging(self) -> list[Case[Any]]:
         return [case for case in self.cases if not case.qualifies]
 
+
+NO_ROW = "it left no row"
+"""Why a case is not tested of which nothing else is said."""
 
 SIDE_BY_SIDE = 4
 """Parts that run at a time: own solvers compute while others wait for the engine's workers."""
@@ -468,6 +473,11 @@ class MainRun:
         outcomes = parallel_map(self._found_or_failed, parts, SIDE_BY_SIDE)
         for (case, engine, _), outcome in zip(parts, outcomes, strict=True):
             self._keep(case, engine, outcome)
+        if self.engine is not None and not self.study.only:
+            for case in self.cases:
+                done = [by[case.name] for by in (self.main, self.solvers) if case.name in by]
+                if case.name not in self.broken and not any(found.checks for found in done):
+                    self.checks += untested(self.engine.name, [case], NO_ROW)
 
     def _found_or_failed(self, part: Part) -> Findings | Check:
         """Run a case and tell when it begins and ends; one that raises is one failed row."""
