@@ -52,6 +52,7 @@ from harness.engines.registry import (
     check_launcher,
     check_names,
     engine_class,
+    engine_names,
     engine_settings,
     named_values,
     open_engine,
@@ -288,6 +289,7 @@ class OtherEngines:
             try:
                 traits = engine_class(name).traits
                 engine, provenance = self._opened(name, stack)
+                self._check_name(name, engine)
             except (EngineMissingError, RequestError) as error:
                 reason = traits.missing(str(error))
                 rows = untested(name, [*self._qualifying, *self._judging], reason)
@@ -305,6 +307,19 @@ class OtherEngines:
         assert self.study.open_engine is not None
         engine = stack.enter_context(self.study.open_engine(name))
         return engine, engine.identify()
+
+    def _check_name(self, name: str, engine: Engine) -> None:
+        """Raise RequestError where another engine has its name, by which all that it left is kept.
+
+        As a subclass that inherits it: rows and runs of the one would stand for those of the other.
+        """
+        kind, main = self.kinds.get(engine.name), self.main
+        if kind is None and main is not None and main.name in engine_names():
+            kind = engine_class(main.name) if main.name == engine.name else None
+        if kind not in (None, engine_class(name)):
+            raise RequestError(
+                f"{name} calls itself {engine.name!r}, as another engine does: give it its own name"
+            )
 
     def _without(self, name: str, traits: Traits, reason: str, rows: list[Check]) -> None:
         self.declared.append(declared(name, traits, missing=reason))

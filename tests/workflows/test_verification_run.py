@@ -262,6 +262,23 @@ def test_engines_beside_qualify_first_and_what_is_wrong_with_one_is_told_of_it()
     assert found.status == 3
 
 
+class Namesake(fakes.Other):
+    factor = 1.1
+
+
+@pytest.mark.parametrize(
+    ("engine", "engines"), [(fakes.Other, ""), (fakes.Toy, "other,")], ids=["main", "beside"]
+)
+def test_a_second_engine_of_one_name_is_refused_and_no_row_is_taken_for_its_own(engine, engines):
+    name = f"{__name__}:Namesake"
+    found = verified("kept", engine=engine(), engines=f"{engines}{name}")
+    assert {check.verdict for check in rows(found, name)} == {Verdict.NOT_TESTED}
+    assert not failed(found)
+    (error,) = found.engine_errors
+    assert "calls itself 'other', as another engine does" in error
+    assert found.status == 3
+
+
 def test_of_all_engines_those_that_are_missing_are_no_errors():
     assert verified(engines="all").engine_errors == ()
 
