@@ -107,6 +107,8 @@ def change_of(before: float, after: float, width: float) -> Change:
     if before == after or (math.isnan(before) and math.isnan(after)):
         return Change.SAME
     difference = abs(after - before)
+    if not math.isfinite(difference):
+        return Change.MOVED
     if difference <= ROUND_OFF * abs(before):
         return Change.ROUNDING
     return Change.TOLERATED if difference <= width else Change.MOVED

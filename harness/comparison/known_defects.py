@@ -23,7 +23,7 @@ from typing import Literal, Self, get_args
 from pydantic import Field, model_validator
 
 from harness.comparison.regression import BaselineRecord, name_in_cell, row_name
-from harness.comparison.verdicts import Check, PredictedSize, Verdict
+from harness.comparison.verdicts import Check, PredictedSize, Triage, Verdict
 from harness.observables.provenance import release_of
 from harness.parameters.base import Parameters
 from harness.parameters.rules import Rules
@@ -114,6 +114,8 @@ class KnownDefect(Parameters):
             if not any(fnmatchcase(name, pattern) for pattern in allowed):
                 return False
         here, last = release_of(versions.get(cell.engine, "")), release_of(self.until)
+        if last and not here:
+            return False  # a version that cannot be read is not known to have it
         return here >= release_of(self.since) and (not last or here[: len(last)] <= last)
 
     @property
@@ -250,7 +252,8 @@ def moved_by_defects(
             of_rows[row_name(name_in_cell(check.cell), quantity)] = (check, quantity)
     marked = []
     for row in rows:
-        if row.verdict is Verdict.FAIL and row.name in of_rows:
+        moved = row.verdict is Verdict.FAIL and not row.triage.startswith(Triage.WRONG_INPUT)
+        if moved and row.name in of_rows:
             check, quantity = of_rows[row.name]
             assert check.cell is not None
             record = records[name_in_cell(check.cell)]

@@ -303,7 +303,8 @@ def explained_by_cells(rows: Sequence[Check], judged: Iterable[Check]) -> tuple[
 
     A baseline is that of one release. In another a value may have moved, or be missing, because of
     a known defect or a submodel that is not there: then the judged rows of its cell say so, and
-    those of the same quantity. Where one of them fails, or holds, the row stays a failure.
+    those of the same quantity. Where one of them fails, or holds, the row stays a failure, as does
+    one of a run with other parameters: no cell explains these.
     """
     cells: dict[str, list[Check]] = {}
     for check in judged:
@@ -313,7 +314,7 @@ def explained_by_cells(rows: Sequence[Check], judged: Iterable[Check]) -> tuple[
 
 
 def _explained(row: Check, cells: Mapping[str, list[Check]]) -> Check:
-    if row.verdict is not Verdict.FAIL:
+    if row.verdict is not Verdict.FAIL or row.triage.startswith(Triage.WRONG_INPUT):
         return row
     record, _, quantity = row.name.removeprefix("baseline: ").partition(": ")
     checks = cells.get(row_name(record), [])

@@ -171,7 +171,8 @@ class Column:
     """A release: who it is and what it measured, or why it has nothing to say.
 
     ``errors`` are those of single records, by name; ``checks`` the rows of its cells in the matrix
-    of cases and submodels.
+    of cases and submodels, and those of cases that left none: failed as a whole, or without rows
+    of their plan.
     """
 
     release: str
@@ -191,6 +192,12 @@ class Column:
     def reasons(self) -> dict[str, str]:
         """Return why records of cells that were not tested are missing, by name."""
         return reasons_of_records(self.checks)
+
+    @property
+    def lost(self) -> str:
+        """Return what failed beside the cells: why a record without a reason may be missing."""
+        failed = [c for c in self.checks if c.cell is None and c.verdict is Verdict.FAIL]
+        return "; ".join(f"{check.name}: {check.note or check.triage}" for check in failed)
 
 
 @dataclass(frozen=True)
@@ -249,7 +256,7 @@ class ReleaseMatrix(Result):
     def status(self) -> int:
         """Return the exit status: 3 when a release could not be run, 1 when a value moved.
 
-        1, too, when a cell fails and no known defect explains it.
+        1, too, when a cell fails and no known defect explains it, or a case left no rows.
         """
         if any(column.error or column.errors for column in self.columns):
             return 3
@@ -395,7 +402,7 @@ def _cell(column: Column, name: str, pair: Pair[Row] | None, reference: bool) ->
         before = pair.before if pair else None
         if error := column.error or column.errors.get(name, ""):
             return ReleaseCell(before, None, ReleaseChange.DIED, note=error)
-        why = column.reasons.get(name, "")
+        why = column.reasons.get(name, column.lost)
         return ReleaseCell(before, None, ReleaseChange.NOT_TESTED, note=why)
     if pair.before is None:
         why = "the reference has no value"

@@ -152,7 +152,8 @@ def _row(pair: Pair[Check], same_plan: bool, same_how: bool) -> RowDiff:
         else:
             change = RowChange.REMOVED if after is None else RowChange.ADDED
             # with the same plan a row that is gone was lost
-            worsens = pair.row.judged if after is None else pair.row.verdict is Verdict.FAIL
+            lost = pair.row.verdict not in (Verdict.NOT_TESTED, Verdict.FINDING)
+            worsens = lost if after is None else pair.row.verdict is Verdict.FAIL
         return RowDiff(before, after, change, pair.width, worsens)
     untested = {before.verdict, after.verdict} - {Verdict.NOT_TESTED}
     ranks = RANK[before.verdict], RANK[after.verdict]

@@ -5,7 +5,8 @@ interpolated. Else the series with more samples is interpolated to the times of 
 cubic splines within its smooth pieces: no spline may reach across a kink, so times in the
 sampling interval that holds one are left out, and so are pieces too short to tell the error. That
 error is measured, not assumed: the same splines through every second sample miss the samples in
-between by it. At half the spacing it is some 16 times smaller.
+between by it. At half the spacing it is some 16 times smaller. It is no more than that of the
+series with fewer samples: noise of a run, which its own splines miss, shall not widen its band.
 
 The difference of two runs crosses zero while they part, and a change of contacts that is seen a
 sample later makes a spike that is gone with the next sample. So neither the first sample out of the
@@ -174,13 +175,28 @@ def _onto(fine: Samples, coarse: Samples, rows: Rows, same: float) -> Aligned:
             values[inside] = np.column_stack([np.interp(time[inside], at, c) for c in samples.T])
             continue
         values[inside] = CubicSpline(at, samples)(time[inside])
-        missed = CubicSpline(at[::2], samples[::2])(at[1:-1:2]) - samples[1:-1:2]
-        error = np.maximum(error, np.abs(missed).max(axis=0))
+        error = np.maximum(error, _missed(at, samples))
+    error = np.fmin(error, _largest_missed(coarse, same))
     if covered.sum() < 2:
         raise RequestError(
             f"time: too few samples between kinks ({fine.time.size} in all) to be interpolated"
         )
     return Aligned(time[covered], values[covered], coarse.values[rows][covered], error)
+
+
+def _missed(at: Floats, samples: Floats) -> Floats:
+    """Return by how much splines through every second sample miss the others at most (C,)."""
+    from scipy.interpolate import CubicSpline
+
+    missed = CubicSpline(at[::2], samples[::2])(at[1:-1:2]) - samples[1:-1:2]
+    return np.asarray(np.abs(missed).max(axis=0))
+
+
+def _largest_missed(series: Samples, same: float) -> Floats:
+    """Return what splines miss in any piece (C,); infinite where no piece can tell."""
+    pieces = [rows for rows in _pieces(series, same) if np.isfinite(series.values[rows]).all()]
+    missed = [_missed(series.time[rows], series.values[rows]) for rows in pieces]
+    return np.max(missed, axis=0) if missed else np.full(series.values.shape[1], np.inf)
 
 
 def _pieces(series: Samples, same: float) -> list[Rows]:

@@ -236,11 +236,15 @@ def judge(
 ) -> Check:
     """Return the check of a value against what is expected; NaN never passes.
 
-    ``triage`` is the class if it fails, where more is known than the number.
+    Neither does a value where what is expected, or the tolerance, is not finite: that is an error
+    of the harness. ``triage`` is the class if it fails, where more is known than the number.
     """
     width = tolerance.width(expected)
-    holds = abs(value - expected) <= width
+    bounded = math.isfinite(expected) and math.isfinite(width)
+    holds = bounded and abs(value - expected) <= width
     deviation = Triage.NAN if math.isnan(value) else Triage.OUT_OF_TOLERANCE
+    if not bounded and not math.isnan(value):
+        triage = f"{Triage.HARNESS}: expected {expected:g} within {width:g}"
     return Check(
         name,
         value,

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass, field
-from datetime import datetime
 
 from harness.shown import Record
 
-_DATE = re.compile(r"(\d{1,2}) ?([A-Z][a-z]{2}) ?(20\d\d)")
+_MONTHS = ("Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep", "Oct", "Nov", "Dec")
+_DATE = re.compile(rf"(\d{{1,2}}) ?({'|'.join(_MONTHS)}) ?(20\d\d)")
 
 
 def release_of(version: str) -> tuple[int, ...]:
@@ -24,8 +24,7 @@ def release_of(version: str) -> tuple[int, ...]:
     numbers = tuple(int(n) for n in re.findall(r"\d+", rest))
     if date is None:
         return numbers
-    month = datetime.strptime(date[2], "%b").month
-    return (int(date[3]), month, int(date[1]), *numbers)
+    return (int(date[3]), 1 + _MONTHS.index(date[2]), int(date[1]), *numbers)
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ from pydantic import ValidationError
 from harness.comparison.regression import Baseline, BaselineRecord
 from harness.comparison.releases import Column, ReleaseMatrix, release_matrix
 from harness.comparison.run_diff import RunDiff, diff_runs
-from harness.comparison.verdicts import Check, Kind
+from harness.comparison.verdicts import Check, Kind, Triage
 from harness.comparison.verification import (
     SCHEMA,
     Results,
@@ -288,5 +288,6 @@ def _column(name: str, verification: Verification) -> Column:
         for record, error in findings.errors.items()
     }
     died = verification.engine_errors[0] if verification.engine_errors and not records else ""
-    checks = tuple(check for check in verification.checks if check.cell is not None)
+    lost = (Triage.HARNESS, Triage.MISSING)  # rows of whole cases, which have no cell
+    checks = tuple(c for c in verification.checks if c.cell is not None or c.triage in lost)
     return Column(name, verification.provenance, records, died, errors, checks)

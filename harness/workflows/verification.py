@@ -52,6 +52,7 @@ from harness.engines.registry import (
     check_launcher,
     check_names,
     engine_class,
+    engine_names,
     engine_settings,
     named_values,
     open_engine,
@@ -288,6 +289,7 @@ class OtherEngines:
             try:
                 traits = engine_class(name).traits
                 engine, provenance = self._opened(name, stack)
+                self._check_name(name, engine)
             except (EngineMissingError, RequestError) as error:
                 reason = traits.missing(str(error))
                 rows = untested(name, [*self._qualifying, *self._judging], reason)
@@ -305,6 +307,19 @@ class OtherEngines:
         assert self.study.open_engine is not None
         engine = stack.enter_context(self.study.open_engine(name))
         return engine, engine.identify()
+
+    def _check_name(self, name: str, engine: Engine) -> None:
+        """Raise RequestError where another engine has its name, by which all that it left is kept.
+
+        As a subclass that inherits it: rows and runs of the one would stand for those of the other.
+        """
+        kind, main = self.kinds.get(engine.name), self.main
+        if kind is None and main is not None and main.name in engine_names():
+            kind = engine_class(main.name) if main.name == engine.name else None
+        if kind not in (None, engine_class(name)):
+            raise RequestError(
+                f"{name} calls itself {engine.name!r}, as another engine does: give it its own name"
+            )
 
     def _without(self, name: str, traits: Traits, reason: str, rows: list[Check]) -> None:
         self.declared.append(declared(name, traits, missing=reason))
@@ -328,7 +343,7 @@ class OtherEngines:
         # of one whose runs are kept nobody knows how many are left to be made
         kept = getattr(engine, "read", 0) > read
         seconds_per_step = 0.0 if kept else engine.pace.seconds_per_step
-        checks += rows
+        checks += rows or untested(name, self._qualifying, failures)
         self.declared.append(replace(declaration, unqualified=failures))
         self.study.progress(f"engine {name}", 1, stages)
         if failures:
@@ -365,6 +380,8 @@ class OtherEngines:
         except Exception as error:
             return [failed_part(f"{engine.name}: {case.name}", error)]
         self.findings.setdefault(engine.name, {})[case.name] = findings
+        if not (findings.checks or self.study.only or engine is self.main):
+            return untested(engine.name, [case], NO_ROW)  # those of the main one are there
         return findings.checks
 
     def _recorded(self) -> None:
@@ -397,6 +414,9 @@ class OtherEngines:
     def _judging(self) -> list[Case[Any]]:
         return [case for case in self.cases if not case.qualifies]
 
+
+NO_ROW = "it left no row"
+"""Why a case is not tested of which nothing else is said."""
 
 SIDE_BY_SIDE = 4
 """Parts that run at a time: own solvers compute while others wait for the engine's workers."""
@@ -468,6 +488,11 @@ class MainRun:
         outcomes = parallel_map(self._found_or_failed, parts, SIDE_BY_SIDE)
         for (case, engine, _), outcome in zip(parts, outcomes, strict=True):
             self._keep(case, engine, outcome)
+        if self.engine is not None and not self.study.only:
+            for case in self.cases:
+                done = [by[case.name] for by in (self.main, self.solvers) if case.name in by]
+                if case.name not in self.broken and not any(found.checks for found in done):
+                    self.checks += untested(self.engine.name, [case], NO_ROW)
 
     def _found_or_failed(self, part: Part) -> Findings | Check:
         """Run a case and tell when it begins and ends; one that raises is one failed row."""

@@ -89,6 +89,24 @@ def test_other_times_are_interpolated_and_the_band_says_by_how_much():
     assert not moved.holds
 
 
+@pytest.mark.parametrize("count", [201, 399, 401])
+@pytest.mark.parametrize("noise", ["alternating", "random"])
+def test_noise_at_other_times_widens_no_band(count, noise):
+    """Splines through every second sample miss noise by more than it differs by."""
+    time = np.linspace(0.0, 1.0, 201)
+    other = np.linspace(0.0, 1.0, count)
+    other[1:-1] += 0.37 * other[1]
+    values = {
+        "alternating": 5.0 * (-1.0) ** np.arange(count),
+        "random": np.random.default_rng(0).normal(0.0, 5.0, count),
+    }[noise]
+    smooth = Series(time, {"x": np.sin(6.0 * time)})
+    (noisy,) = compare_series("case", Series(other, {"x": values}), smooth, 1e-3)
+    assert not noisy.holds
+    (same,) = compare_series("case", Series(other, {"x": np.sin(6.0 * other)}), smooth, 1e-3)
+    assert same.holds
+
+
 def test_band_is_relative_to_the_largest_value_of_the_reference():
     reference = Series(TIME, {"x": 1000.0 * np.sin(TIME)})
     run = Series(TIME, {"x": 1000.0 * np.sin(TIME) + 0.5})

@@ -55,6 +55,8 @@ def verdict(row, version="2 Aug 2023 - Update 3"):
         ("4Feb2025", (2025, 2, 4)),
         ("10.2.1", (10, 2, 1)),
         ("", ()),
+        ("12 Rev 2024", (12, 2024)),  # no month, and no error
+        ("unknown", ()),
     ],
 )
 def test_releases_are_in_order_by_their_date_or_number(version, numbers):
@@ -72,6 +74,16 @@ def test_releases_are_in_order_by_their_date_or_number(version, numbers):
 )
 def test_a_failure_is_known_in_the_releases_that_have_the_defect(version, expected):
     assert verdict(check(2.0), version) is expected
+
+
+@pytest.mark.parametrize("version", ["", "unknown"])
+@pytest.mark.parametrize("since", ["", "28 Mar 2023"])
+def test_a_version_that_cannot_be_read_excuses_nothing_and_has_nothing_fixed(since, version):
+    defect = DEFECT.replace(since=since)
+    rows = mark_known_defects([check(2.0), check(1.0, system="plane")], [defect], {"code": version})
+    assert [row.verdict for row in rows] == [Verdict.FAIL, Verdict.PASS]
+    (held,) = mark_known_defects([check(1.0)], [defect], {"code": version})
+    assert held.verdict is Verdict.PASS
 
 
 @pytest.mark.parametrize(

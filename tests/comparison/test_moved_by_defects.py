@@ -7,7 +7,7 @@ import pytest
 
 from harness.comparison.known_defects import KnownDefect, moved_by_defects
 from harness.comparison.regression import BaselineRecord, name_in_cell, row_name
-from harness.comparison.verdicts import Cell, Kind, PredictedSize, Tolerance, Verdict, judge
+from harness.comparison.verdicts import Cell, Kind, PredictedSize, Tolerance, Triage, Verdict, judge
 from harness.observables.row import Row
 
 CELL = Cell("oblique", "mindlin", "wall", "lammps")
@@ -38,10 +38,10 @@ class Predicted:
         return PredictedSize(((apart - width, apart + width),))
 
 
-def told(value, version="23 Jun 2022", cell=CELL, predict=None, **changes):
+def told(value, version="23 Jun 2022", cell=CELL, predict=None, triage="", **changes):
     width = Tolerance("", 1e-9, 0.0, "a test")
     name = row_name(RECORD.name, "spin_ratio")
-    row = judge(name, Kind.REGRESSION, value, 0.5, width)
+    row = judge(name, Kind.REGRESSION, value, 0.5, width, triage=triage)
     limit = judge("oblique, wall: mindlin, lammps: spin_ratio", Kind.ANALYTIC, 0.5, 0.5, width)
     limit = replace(limit, cell=cell, predict=predict or Predicted())
     defects = [KnownDefect(**{**DEFECT, **changes})]
@@ -85,6 +85,12 @@ def test_what_is_too_small_for_a_record_is_a_value_of_none():
 )
 def test_another_size_and_a_defect_of_both_or_of_neither_fail(changes):
     assert told(**{"value": 0.6, **changes}).verdict is Verdict.FAIL
+
+
+def test_a_run_with_other_parameters_is_moved_by_these():
+    wrong = f"{Triage.WRONG_INPUT}: speed = 2.0, the baseline's is 1.0"
+    row = told(0.6, triage=wrong)
+    assert (row.verdict, row.triage) == (Verdict.FAIL, wrong)
 
 
 def test_a_size_that_cannot_be_computed_excuses_nothing():

@@ -263,6 +263,19 @@ def test_a_value_that_a_known_defect_moved_is_told_with_it(verdict):
     assert "no-friction" in left.note
 
 
+@pytest.mark.parametrize("verdict", [Verdict.KNOWN_DEFECT, Verdict.NOT_TESTED])
+def test_a_known_defect_explains_no_other_parameters(verdict):
+    accepted = replace(CONTACT, parameters={"speed": 1.0})
+    baseline = Baseline({accepted.name: accepted}, "here")
+    found = rows(replace(accepted, parameters={"speed": 2.0}), baseline=baseline)
+    judged = [in_cell(name, verdict, "its cause") for name in CONTACT.quantities]
+    for row in explained_by_cells(found.checks, judged):
+        assert (row.verdict, row.triage) == (
+            Verdict.FAIL,
+            f"{Triage.WRONG_INPUT}: speed = 2.0, the baseline's is 1.0",
+        )
+
+
 def test_a_value_that_moved_beside_a_known_defect_of_another_quantity_fails():
     _, spin = against_cells(
         [moved(CONTACT, "spin_ratio", 0.1)],

@@ -46,6 +46,13 @@ def test_class_of_change(value, change):
     assert change_of(10.2, value, 1e-9) is change
 
 
+@pytest.mark.parametrize("width", [0.0, float("inf")])
+def test_from_and_to_infinity_is_no_round_off(width):
+    assert change_of(float("inf"), 1.0, width) is Change.MOVED
+    assert change_of(1.0, float("inf"), width) is Change.MOVED
+    assert change_of(float("inf"), float("inf"), width) is Change.SAME
+
+
 def test_matrix_holds_each_release_against_the_first_that_ran():
     found = release_matrix(
         "quick",

@@ -83,6 +83,14 @@ def test_a_check_that_is_gone_is_worse_at_the_same_level_only():
     assert diff_runs(run(row(verdict="finding", kind="finding")), run()).status == 0
 
 
+@pytest.mark.parametrize(
+    ("verdict", "status"),
+    [("pass", 1), ("fail", 1), ("known defect", 1), ("fixed", 1), ("not tested", 0)],
+)
+def test_a_row_that_was_decided_is_not_lost_unseen(verdict, status):
+    assert diff_runs(run(row(verdict=verdict)), run()).status == status
+
+
 OTHERWISE = {"engine": {"engine": "lammps", "engine_version": "1 Jan 2030", "how": "executable"}}
 
 

@@ -5,6 +5,7 @@ import pytest
 from harness.comparison.verdicts import (
     Kind,
     Tolerance,
+    Triage,
     Verdict,
     failed_run,
     finding,
@@ -28,6 +29,27 @@ ABSOLUTE = Tolerance("deg", 1e-3, 0.0, "a test")
 )
 def test_judge(value, verdict):
     assert judge("x", Kind.ANALYTIC, value, 10.0, ABSOLUTE).verdict is verdict
+
+
+@pytest.mark.parametrize(
+    ("expected", "absolute", "relative"),
+    [
+        (math.inf, 0.0, 0.1),
+        (-math.inf, 1.0, 0.1),
+        (math.nan, 1.0, 0.1),
+        (10.0, math.inf, 0.0),
+        (10.0, 0.0, math.inf),
+        (10.0, math.nan, 0.0),
+    ],
+)
+def test_what_is_not_finite_beside_a_value_passes_nothing_and_accuses_no_engine(
+    expected, absolute, relative
+):
+    row = judge("x", Kind.ANALYTIC, 3.0, expected, Tolerance("m", absolute, relative, "a test"))
+    assert row.verdict is Verdict.FAIL
+    assert row.triage.startswith(Triage.HARNESS)
+    row = judge("x", Kind.ANALYTIC, math.nan, expected, Tolerance("m", absolute, relative, ""))
+    assert (row.verdict, row.triage) == (Verdict.FAIL, Triage.NAN)
 
 
 def test_relative_tolerance_grows_with_what_is_expected():

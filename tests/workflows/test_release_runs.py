@@ -1,6 +1,7 @@
 import pytest
 
 from harness.comparison.releases import ReleaseChange
+from harness.comparison.verification import Findings
 from harness.errors import EngineMissingError, RequestError
 from harness.workflows import releases
 from tests.workflows import fakes
@@ -44,6 +45,33 @@ def test_each_release_is_held_against_the_first_that_runs():
     ]
     assert found.columns[0].error == "not found: pip could not install 2019"
     assert found.status == 3
+
+
+def raises(*_):
+    raise IndexError("list index out of range")
+
+
+def leaves_nothing(verification, *_):
+    return Findings(verification.case.name, "toy")
+
+
+@pytest.mark.parametrize(
+    ("run", "why"), [(raises, "IndexError"), (leaves_nothing, "missing: kept")]
+)
+def test_a_case_that_a_release_loses_is_a_failure_that_says_why(run, why, monkeypatch):
+    """Its records are not there: without a value none has moved."""
+    whole, seen = fakes.KeptVerification.run, []
+
+    def of_the_first(verification, engine, study):
+        seen.append(engine)
+        return (whole if len(seen) == 1 else run)(verification, engine, study)
+
+    monkeypatch.setattr(fakes.KeptVerification, "run", of_the_first)
+    found = releases(["2022", "2023"], cases="kept", engine="toy")
+    (row,) = found.rows
+    assert row.cells[1].change is ReleaseChange.NOT_TESTED
+    assert why in row.cells[1].note
+    assert found.status == 1
 
 
 @pytest.mark.parametrize(

@@ -2,9 +2,10 @@ import json
 
 import pytest
 
+from harness.cases import registry
 from harness.comparison.regression import Baseline
 from harness.comparison.verdicts import Kind, Planned, Triage, Verdict
-from harness.comparison.verification import read_published
+from harness.comparison.verification import Findings, read_published
 from harness.engines import registry as engine_registry
 from harness.errors import EngineCrashError, RequestError
 from harness.report.folder import short_markdown
@@ -128,6 +129,39 @@ def test_a_case_that_nobody_named_may_be_not_tested():
         assert found.status != 3
 
 
+def test_a_case_without_any_row_is_a_row_that_says_so(monkeypatch):
+    monkeypatch.setattr(fakes.Line, "plans", lambda *_: [])
+    monkeypatch.setattr(registry, "MAIN", ("line",))
+    check = row(verified(None), "line")
+    assert (check.verdict, check.note) == (Verdict.NOT_TESTED, "it left no row")
+    assert verified(None).status == 0
+    assert verified(None, strict=True).status == 1
+    assert verified("line").status == 3
+
+
+def test_a_case_that_leaves_no_row_in_an_engine_beside_is_not_tested(monkeypatch):
+    whole = fakes.LineVerification.run
+
+    def run(verification, engine, study):
+        found = whole(verification, engine, study)
+        lost = study.role == "other" and verification.case.name == "line"
+        return Findings("line", engine.name) if lost else found
+
+    monkeypatch.setattr(fakes.LineVerification, "run", run)
+    found = verified("line", engines="other", strict=True)
+    check = row(found, "other: line")
+    assert (check.verdict, check.note) == (Verdict.NOT_TESTED, "it left no row")
+    assert found.status == 1
+    assert not rows(verified("line", engines="toy"), "toy: line")  # its rows are there
+
+
+def test_an_engine_that_nothing_qualifies_is_not_tested():
+    found = verified("gate", engines="blind", strict=True)
+    check = row(found, "blind: gate")
+    assert (check.verdict, check.note) == (Verdict.NOT_TESTED, "nothing was checked")
+    assert found.status == 1
+
+
 def test_an_engine_beside_tests_a_case_that_the_main_one_cannot_state():
     found = verified("line", engine=fakes.Blind(), engines="other")
     assert not found.untested_cases
@@ -225,6 +259,23 @@ def test_engines_beside_qualify_first_and_what_is_wrong_with_one_is_told_of_it()
     assert "nothing was checked" in row(found, "blind: line").note
     told = {error.partition(":")[0] for error in found.engine_errors}
     assert told == {"missing", "dead", "dying", "confused"}
+    assert found.status == 3
+
+
+class Namesake(fakes.Other):
+    factor = 1.1
+
+
+@pytest.mark.parametrize(
+    ("engine", "engines"), [(fakes.Other, ""), (fakes.Toy, "other,")], ids=["main", "beside"]
+)
+def test_a_second_engine_of_one_name_is_refused_and_no_row_is_taken_for_its_own(engine, engines):
+    name = f"{__name__}:Namesake"
+    found = verified("kept", engine=engine(), engines=f"{engines}{name}")
+    assert {check.verdict for check in rows(found, name)} == {Verdict.NOT_TESTED}
+    assert not failed(found)
+    (error,) = found.engine_errors
+    assert "calls itself 'other', as another engine does" in error
     assert found.status == 3
 
 

@@ -16,7 +16,15 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from harness.comparison.verdicts import Check, Kind, Tolerance, Triage, Verdict, judge
+from harness.comparison.verdicts import (
+    Check,
+    Kind,
+    Tolerance,
+    Triage,
+    Verdict,
+    judge,
+    not_tested,
+)
 
 FEWEST = 4
 """Seeds of which an interval is computed: of fewer it rests on the normal distribution alone."""
@@ -64,8 +72,16 @@ def interval(*samples: Sequence[float], confidence: float = CONFIDENCE) -> tuple
 def equivalence(name: str, first: Sample, second: Sample, margin: Tolerance) -> Check:
     """Return whether the ratio of the means of two engines is one within a margin.
 
-    Not tested, as undecided, where the interval is too wide for a verdict.
+    Not tested, as undecided, where the interval is too wide for a verdict, and where both means
+    are 0. Values that are not finite, or 0 in one engine alone, fail.
     """
+    if second.mean == 0.0 and (any(second.values) or not any(first.values)):
+        why = f"the mean of {second.engine} is 0: there is no ratio of means"
+        return not_tested(name, Kind.CROSS_CODE, why)
+    if second.mean == 0.0 or not all(map(math.isfinite, (*first.values, *second.values))):
+        ratio = math.nan if second.mean else math.inf
+        note = f"{first.mean:.6g} in {first.engine}, {second.mean:.6g} in {second.engine}"
+        return judge(name, Kind.CROSS_CODE, ratio, 1.0, margin, uncertainty=math.nan, note=note)
     ratio = first.mean / second.mean
     low, high = interval(first.values, second.values)
     note = (
@@ -78,7 +94,7 @@ def equivalence(name: str, first: Sample, second: Sample, margin: Tolerance) -> 
     width = margin.width(1.0)
     within = low >= 1.0 - width and high <= 1.0 + width
     outside = high < 1.0 - width or low > 1.0 + width
-    if within or outside or math.isnan(ratio):
+    if within or outside:
         return row
     why = f"{note}; undecided: the interval is partly beyond the margin of {width:g}"
     return replace(row, verdict=Verdict.NOT_TESTED, triage=Triage.NOT_TESTED, note=why)

@@ -129,11 +129,14 @@ def _lack(traits: Traits, choice: Values) -> tuple[ContactModel, str]:
 
 
 def differing(check: Check, title: str, first: Law, second_title: str, second: Law) -> Check:
-    """Return a comparison of two engines; a failure between different laws as a finding."""
+    """Return a comparison of two engines; a failure between different laws as a finding.
+
+    That there is no ratio is no matter of laws: it stays a failure.
+    """
     if first.words == second.words:
         return check
     note = f"{check.note}; {title}: {first.words}; {second_title}: {second.words}"
-    if check.verdict is not Verdict.FAIL:
+    if check.verdict is not Verdict.FAIL or not math.isfinite(check.value):
         return replace(check, note=note)
     assert check.kind is Kind.CROSS_CODE
     return finding(check.name, check.value, 1.0, "", note, uncertainty=check.uncertainty)

@@ -74,3 +74,35 @@ def test_codes_are_equivalent_only_where_the_whole_interval_is_within_the_margin
     row = equivalence("depth", sample(mean, spread), sample(1.0, spread, seed=1), MARGIN)
     assert row.verdict is verdict
     assert "90 % interval" in row.note
+
+
+@pytest.mark.parametrize(
+    ("one", "other", "verdict"),
+    [
+        (0.0, 0.0, Verdict.NOT_TESTED),  # no ratio: neither code is to blame
+        (1.0, 0.0, Verdict.FAIL),
+        (0.0, 1.0, Verdict.FAIL),
+        (math.inf, 1.0, Verdict.FAIL),
+        (1.0, math.inf, Verdict.FAIL),
+        (math.inf, math.inf, Verdict.FAIL),
+        (math.nan, 1.0, Verdict.FAIL),
+        (1.0, math.nan, Verdict.FAIL),
+        (math.nan, 0.0, Verdict.FAIL),
+    ],
+)
+def test_means_without_a_ratio_never_hold(one, other, verdict):
+    ones = Sample("one", (one, *(one or 0.0 for _ in range(3))))
+    others = Sample("other", (other,) * 4)
+    assert equivalence("rate", ones, others, MARGIN).verdict is verdict
+
+
+def test_one_seed_that_is_infinite_is_no_wide_interval():
+    infinite = Sample("one", (math.inf, 1.0, 1.0, 1.0))
+    assert equivalence("rate", infinite, sample(1.0, 0.02), MARGIN).verdict is Verdict.FAIL
+
+
+def test_a_mean_of_0_about_which_seeds_lie_decides_nothing():
+    about = Sample("other", (-1.0, 1.0, -1.0, 1.0))
+    row = equivalence("rate", sample(1.0, 0.02), about, MARGIN)
+    assert row.verdict is Verdict.NOT_TESTED
+    assert "no ratio" in row.note

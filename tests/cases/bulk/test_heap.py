@@ -178,7 +178,8 @@ def test_a_grain_beyond_a_side_is_an_error_and_no_result():
 def runs(engine="LAMMPS", law=Law(), **changes):  # noqa: B008 - frozen
     row = dict(read())
     spread = (0.98, 0.99, 1.0, 1.01, 1.02)
-    rows = tuple({**row, "angle_deg": s * row["angle_deg"], **changes} for s in spread)
+    angle = row["angle_deg"]
+    rows = tuple({**row, "angle_deg": s * angle, **changes, "seed": s} for s in spread)
     return Runs(engine, rows, law=law)
 
 

@@ -8,11 +8,11 @@ from scipy.integrate import solve_ivp
 
 from harness.cases.bulk.equivalence import Sample, equivalence
 from harness.cases.bulk.rules import Law, differing, law_of, with_tail
-from harness.cases.bulk.seeds import MARGIN, Runs, too_slow
+from harness.cases.bulk.seeds import MARGIN, Runs, effect, too_slow
 from harness.cases.contract import Measured
 from harness.cases.penetration import CASE
 from harness.cases.verification import Study
-from harness.comparison.verdicts import Verdict
+from harness.comparison.verdicts import Triage, Verdict
 from harness.engines.registry import engine_class
 from harness.theory.contact import damping_ratio
 
@@ -114,11 +114,38 @@ def test_means_that_differ_are_a_failure_under_one_law_and_a_finding_between_two
 
 def test_engines_of_two_laws_are_compared_by_the_case():
     row = dict.fromkeys(CASE.equivalent, 1.0)
-    far = {**row, CASE.equivalent[0]: 2.0}
-    one = Runs("LAMMPS", (row,) * 5, law=LAWS["lammps"])
+    near = [{**row, "seed": seed} for seed in range(5)]
+    far = [{**seed, CASE.equivalent[0]: 2.0} for seed in near]
+    one = Runs("LAMMPS", tuple(near), law=LAWS["lammps"])
     for code, verdict in (("liggghts", Verdict.FAIL), ("yade", Verdict.FINDING)):
-        checks = list(CASE.verification.compared([one, Runs(code, (far,) * 5, law=LAWS[code])]))
+        checks = list(CASE.verification.compared([one, Runs(code, tuple(far), law=LAWS[code])]))
         assert [check.verdict for check in checks[:2]] == [verdict, Verdict.PASS]
+
+
+def test_runs_that_are_all_the_same_are_one_run_whatever_time_they_took():
+    """A code that ignores the seed, or answers all jobs with one output, has no spread."""
+    row = dict.fromkeys(CASE.equivalent, 1.0)
+    seeds = [{**row, "seed": seed} for seed in range(5)]
+    same = [{**row, "microseconds_per_particle_step": 0.1 * seed} for seed in range(5)]
+    one, other = (Runs(name, tuple(r)) for name, r in (("one", seeds), ("other", same)))
+    assert {c.verdict for c in CASE.verification.compared([one, one])} == {Verdict.PASS}
+    for pair in ([one, other], [other, one]):
+        checks = list(CASE.verification.compared(pair))
+        assert {check.verdict for check in checks} == {Verdict.NOT_TESTED}
+        assert "of their own in other" in checks[0].note
+
+
+@pytest.mark.parametrize("broken", [math.nan, math.inf])
+def test_a_mean_that_is_no_number_fails_under_any_two_laws(broken):
+    """What an engine's rules do to a mean is a finding; that it has none is not."""
+    row = dict.fromkeys(CASE.equivalent, 1.0)
+    seeds = tuple({**row, "seed": seed} for seed in range(5))
+    faulty = (*seeds[1:], {**seeds[0], CASE.equivalent[0]: broken})
+    one, other = Runs("one", seeds, law=Law("a")), Runs("other", faulty, law=Law("b"))
+    first, *rest = CASE.verification.compared([one, other])
+    assert (first.verdict, first.triage) == (Verdict.FAIL, Triage.NAN)
+    assert {check.verdict for check in rest} == {Verdict.PASS}
+    assert effect(first).verdict is Verdict.FAIL
 
 
 (SYSTEM,) = CASE.systems("quick")
@@ -191,7 +218,7 @@ def faked(monkeypatch):
         values, fault, rules = output
         spring = values.get("tangential", law_of(rules).values["tangential"])
         depth = fault * (1.0 if spring == "mindlin" else 1.1) * (1.0 + 0.02 * (trial.seed % 3 - 1))
-        row = {quantity.name: 1e-9 for quantity in CASE.quantities}
+        row = {quantity.name: 1e-9 * trial.seed for quantity in CASE.quantities}
         return Measured(row | dict.fromkeys(CASE.equivalent, depth))
 
     monkeypatch.setattr(type(CASE), "measured", measured)

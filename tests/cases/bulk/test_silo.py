@@ -149,14 +149,10 @@ def test_energy_may_fall_and_rise_by_no_more_than_it_fell_is_still_a_gain():
 
 def runs(engine="LAMMPS", **changes):
     row = dict(read())
+    rate = row["discharge_rate_per_s"]
     spread = (0.98, 0.99, 1.0, 1.01, 1.02)
-    return Runs(
-        engine,
-        tuple(
-            {**row, "discharge_rate_per_s": s * row["discharge_rate_per_s"], **changes}
-            for s in spread
-        ),
-    )
+    rows = ({**row, "discharge_rate_per_s": s * rate, **changes, "seed": s} for s in spread)
+    return Runs(engine, tuple(rows))
 
 
 @pytest.mark.parametrize(
