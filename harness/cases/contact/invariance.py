@@ -363,6 +363,9 @@ def _row(name: str, run: TransformedRun, runs: TrialRuns, traits: Traits) -> Che
     if expected is None:
         return not_tested(name, Kind.INVARIANCE, f"{run.against!r} is missing", "1")
     sizes = sizes_of(runs, traits)
+    if sizes["force"] == 0.0:
+        unscaled = "no force acts in the run as it stands: differences have no scale"
+        return not_tested(name, Kind.INVARIANCE, unscaled, "1")
     single = traits.digits <= SINGLE and not run.exact
     width, lost = 0.0, 0.0
     if not run.exact:

@@ -237,6 +237,30 @@ def test_a_run_that_leaves_no_numbers_is_not_tested(lammps):
     assert row.note.startswith("the run as it stands is missing: LAMMPS wrote a series")
 
 
+class Forceless(OneRank):
+    """LAMMPS whose bodies pass through one another, as mixed types did by 23 Jun 2022."""
+
+    def run(self, jobs):
+        outputs = super().run(jobs)
+        for output in outputs:
+            series = output.tables[SERIES]
+            for name in series:
+                if name[:2] in ("fx", "fy", "fz", "tx", "ty", "tz"):
+                    series[name] = np.zeros_like(series[name])
+        return outputs
+
+
+def test_a_run_without_any_force_is_not_tested_and_costs_no_other_row():
+    """Differences would be measured in an overlap of nothing."""
+    case = few("head-on", ["hertz"], ["two spheres"])
+    with Forceless(workers=1) as engine:
+        found = rows(engine, case)
+    judged = {name: row.verdict for name, row in found.items()}
+    assert {*judged.values()} == {Verdict.NOT_TESTED}
+    assert len(judged) > 10
+    assert "no force acts in the run as it stands" in found["moved"].note
+
+
 def test_what_an_engine_refuses_is_not_tested_for_the_same_reason_as_its_values(
     lammps, monkeypatch
 ):
