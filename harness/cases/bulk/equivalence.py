@@ -50,23 +50,21 @@ def interval(*samples: Sequence[float], confidence: float = CONFIDENCE) -> tuple
     """Return the interval of a mean, or of the ratio of the means of two samples.
 
     The ratio r of means a and b is off by (a - r b)/b, to first order in what b is off: the
-    interval is Welch's of the difference of a and r b, over b.
+    interval is Welch's (Biometrika 34, 28 (1947)) of the difference of a and r b, over b.
     """
     import numpy as np
-    from scipy.stats import ttest_1samp, ttest_ind
+    from scipy.stats import t
 
     first, *second = (np.asarray(values, dtype=float) for values in samples)
     below = float(second[0].mean()) if second else 1.0
     middle = float(first.mean()) / below
-    if all(np.ptp(values) == 0.0 for values in (first, *second)):
+    parts = [(first, 1.0), *((values, middle) for values in second)]
+    variances = np.array([(scale / below) ** 2 * np.var(v, ddof=1) / v.size for v, scale in parts])
+    if not variances.any():
         return middle, middle
-    if second:
-        bounds = ttest_ind(first, middle * second[0], equal_var=False)
-    else:
-        bounds = ttest_1samp(first, middle)
-    low, high = bounds.confidence_interval(confidence)
-    at = middle if second else 0.0
-    return at + float(low) / below, at + float(high) / below
+    freedom = variances.sum() ** 2 / sum(variances**2 / [values.size - 1 for values, _ in parts])
+    half = float(t.ppf(0.5 * (1.0 + confidence), freedom) * np.sqrt(variances.sum()))
+    return middle - half, middle + half
 
 
 def equivalence(name: str, first: Sample, second: Sample, margin: Tolerance) -> Check:

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from scipy.stats import norm
+from scipy.stats import norm, ttest_ind
 from scipy.stats import t as student
 
 from harness.cases.bulk.equivalence import Sample, equivalence, interval
@@ -51,6 +51,14 @@ def test_the_interval_of_a_mean_is_student_s():
     values = (1.0, 2.0, 4.0, 9.0)
     half = student.ppf(0.975, 3) * np.std(values, ddof=1) / 2.0
     assert interval(values, confidence=0.95) == pytest.approx((4.0 - half, 4.0 + half))
+
+
+def test_the_interval_of_a_ratio_is_that_of_the_difference_by_scipy():
+    one, other = (1.0, 2.0, 4.0, 9.0), (5.0, 5.5, 7.0, 8.0, 8.5)
+    ratio = np.mean(one) / np.mean(other)
+    welch = ttest_ind(one, ratio * np.array(other), equal_var=False).confidence_interval(0.9)
+    expected = ratio + np.array(welch) / np.mean(other)
+    assert interval(one, other) == pytest.approx(tuple(expected), rel=1e-12)
 
 
 def test_equal_numbers_have_no_width():

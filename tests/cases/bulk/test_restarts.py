@@ -1,5 +1,6 @@
 """Bulk runs that are cut go on from their restart files, with the same numbers to the bit."""
 
+import contextlib
 import re
 import subprocess
 import sys
@@ -153,9 +154,10 @@ def killed(command, folder, stage, after):
         until = time.monotonic() + 60.0
         while running.poll() is None:
             assert time.monotonic() < until
-            if state.is_file() and f"released string {stage[1]}" in state.read_text("utf-8"):
-                time.sleep(after)
-                break
+            with contextlib.suppress(FileNotFoundError):  # it is replaced now and then
+                if f"released string {stage[1]}" in state.read_text("utf-8"):
+                    time.sleep(after)
+                    break
             time.sleep(0.002)
         running.kill()
     return running.returncode != 0
