@@ -1,7 +1,9 @@
 """Bulk runs that are cut go on from their restart files, with the same numbers to the bit."""
 
 import contextlib
+import os
 import re
+import signal
 import subprocess
 import sys
 import time
@@ -150,7 +152,8 @@ def test_the_files_of_other_parameters_are_another_folder(tmp_path):
 def killed(command, folder, stage, after):
     """Start a run and kill it ``after`` s in a stage; return whether it was still at work."""
     state = folder / f"{stage[0]}.state"
-    with subprocess.Popen(command, cwd=folder) as running:
+    # lmp of the Python package is a child of what is started: the group is killed
+    with subprocess.Popen(command, cwd=folder, process_group=0) as running:
         until = time.monotonic() + 60.0
         while running.poll() is None:
             assert time.monotonic() < until
@@ -159,7 +162,8 @@ def killed(command, folder, stage, after):
                     time.sleep(after)
                     break
             time.sleep(0.002)
-        running.kill()
+        if running.poll() is None:
+            os.killpg(running.pid, signal.SIGKILL)
     return running.returncode != 0
 
 
