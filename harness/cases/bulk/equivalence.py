@@ -83,7 +83,7 @@ def equivalence(name: str, first: Sample, second: Sample, margin: Tolerance) -> 
     ratio = first.mean / second.mean
     low, high = interval(first.values, second.values)
     note = (
-        f"{first.mean:.6g} over {len(first.values)} seeds in {first.engine}, "
+        f"{first.mean:.6g} over {len(first.values)} runs in {first.engine}, "
         f"{second.mean:.6g} over {len(second.values)} in {second.engine}; "
         f"90 % interval of the ratio {low:.4f} to {high:.4f}"
     )
