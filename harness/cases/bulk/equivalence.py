@@ -67,6 +67,28 @@ def interval(*samples: Sequence[float], confidence: float = CONFIDENCE) -> tuple
     return middle - half, middle + half
 
 
+CHANCE = 0.01
+"""Of a difference of two shares of runs without a value that is held to be none."""
+
+BY_CHANCE = Tolerance(
+    "", 1.0 - CHANCE, 0.0, f"chance alone gives shares as far apart in {CHANCE:.0%} of all cases"
+)
+
+
+def same_shares(name: str, first: tuple[int, int], second: tuple[int, int]) -> Check:
+    """Return whether two engines have as many runs without a value: its value is Fisher's p.
+
+    ``first`` and ``second`` are the runs with and without a value. Means are of runs with one: of
+    engines that differ in how many have none, means say nothing.
+    """
+    import numpy as np
+    from scipy.stats import fisher_exact
+
+    note = " and ".join(f"{without} of {of + without}" for of, without in (first, second))
+    p = float(fisher_exact(np.array([first, second])).pvalue)
+    return judge(name, Kind.CROSS_CODE, p, 1.0, BY_CHANCE, note=f"without a value: {note}")
+
+
 def equivalence(name: str, first: Sample, second: Sample, margin: Tolerance) -> Check:
     """Return whether the ratio of the means of two engines is one within a margin.
 

@@ -18,7 +18,13 @@ from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
 import numpy as np
 
-from harness.cases.bulk.equivalence import FEWEST, Sample, equivalence, interval
+from harness.cases.bulk.equivalence import (
+    FEWEST,
+    Sample,
+    equivalence,
+    interval,
+    same_shares,
+)
 from harness.cases.bulk.materials import PACKED, Bed
 from harness.cases.bulk.restarts import longest_part
 from harness.cases.bulk.rules import Law, differing, law_of
@@ -224,7 +230,7 @@ class BulkVerification(Verification):
         for system in self.case.systems(study.level):
             rows, runs = self._over_seeds(engine, study, main, system)
             checks += rows
-            evidence += [runs] if runs.rows else []
+            evidence += [runs] if runs.rows or runs.undecided else []
         return Findings(self.case.name, engine.name, checks, evidence=tuple(evidence))
 
     def _over_seeds(
@@ -342,6 +348,11 @@ class BulkVerification(Verification):
 
     def _pair(self, first: Runs, second: Runs) -> Iterator[Check]:
         """Yield the rows that hold two engines against one another."""
+        counts = [(len(runs.rows), runs.undecided) for runs in (first, second)]
+        if first.undecided or second.undecided:
+            name = f"{first.system}: {first.title} against {second.title}: runs without a value"
+            check = same_shares(name, *counts)
+            yield differing(check, first.title, first.law, second.title, second.law)
         for quantity in first.equivalent or self.case.equivalent:
             name = f"{first.system}: {first.title} against {second.title}: {quantity}"
             samples = first.sample(quantity), second.sample(quantity)
@@ -384,8 +395,9 @@ class BulkDisplay(Display):
         """Return a section for each system: the curves of all runs and the means over the seeds."""
         systems = by_system(f for f in (main, *engines.values()) if f is not None)
         return [
-            self._section(name, list({ran.engine: ran for ran in runs}.values()))
+            self._section(name, with_values)
             for name, runs in systems.items()
+            if (with_values := list({ran.engine: ran for ran in runs if ran.rows}.values()))
         ]
 
     def _section(self, system: str, engines: Sequence[Runs]) -> Section:

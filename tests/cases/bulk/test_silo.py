@@ -2,17 +2,20 @@
 
 import math
 import shutil
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from scipy.integrate import quad
 
 from harness.cases.bulk.materials import check_memory
+from harness.cases.bulk.rules import Law
 from harness.cases.bulk.seeds import Runs
 from harness.cases.bulk.series import largest_gain
 from harness.cases.silo import CASE, Silo, arching, largest_elastic_energy, values_of
 from harness.cases.verification import Study
 from harness.comparison.verdicts import Verdict
+from harness.comparison.verification import Findings
 from harness.engines.contract import Job
 from harness.engines.lammps.engine import Lammps
 from harness.engines.output import Output
@@ -217,6 +220,39 @@ def test_seeds_that_arch_have_no_rate_and_are_counted():
     assert [row.name for row in rows] == [f"silo: lammps: {name}" for name in CASE.judged]
     assert {row.verdict for row in rows} == {Verdict.NOT_TESTED}
     assert rows[0].note.startswith("4 of 4 runs have no value; seed 1: undecided: arching: 900")
+
+
+@pytest.mark.parametrize(
+    ("arches", "law", "verdict"),
+    [
+        (1, Law(), Verdict.PASS),
+        (8, Law(), Verdict.FAIL),
+        (8, Law("of triangles"), Verdict.FINDING),
+        (12, Law(), Verdict.FAIL),  # and then there is no mean at all
+    ],
+)
+def test_a_code_that_arches_more_often_is_no_equivalent_of_the_others(arches, law, verdict):
+    free = runs()
+    free = replace(free, rows=(free.rows * 3)[:12], system="silo")
+    arched = replace(free, engine="LIGGGHTS", rows=free.rows[arches:], undecided=arches, law=law)
+    first, *others = CASE.verification.compared([free, arched])
+    assert first.name == "silo: LAMMPS against LIGGGHTS: runs without a value"
+    assert first.verdict is verdict
+    assert f"0 of 12 and {arches} of 12" in first.note
+    assert len(others) == len(CASE.equivalent)
+    assert others[0].verdict is (Verdict.PASS if arches < 9 else Verdict.NOT_TESTED)
+    assert "runs without" not in next(CASE.verification.compared([free, free])).name
+
+
+def test_a_code_that_always_arches_is_compared_and_has_no_section():
+    study = Study("quick", role="other")
+    engines = [Arching(0), Arching(4)]
+    engines[1].name = engines[1].title = "twin"
+    found = {one.name: CASE.verification.run(one, study) for one in engines}
+    row, *_ = CASE.verification.compare(found)
+    assert row.note.startswith("without a value: 0 of 4 and 4 of 4")
+    (section,) = CASE.display.sections(found["lammps"], Findings("silo"), {"twin": found["twin"]})
+    assert section.tables[0].head == ("quantity", "LAMMPS")
 
 
 @pytest.fixture(scope="module")
