@@ -364,7 +364,7 @@ def _row(name: str, run: TransformedRun, runs: TrialRuns, traits: Traits) -> Che
         return not_tested(name, Kind.INVARIANCE, f"{run.against!r} is missing", "1")
     sizes = sizes_of(runs, traits)
     if sizes["force"] == 0.0:
-        unscaled = "no force acts in the run as it stands: differences have no scale"
+        unscaled = "no sample of the run as it stands has a force: differences have no scale"
         return not_tested(name, Kind.INVARIANCE, unscaled, "1")
     single = traits.digits <= SINGLE and not run.exact
     width, lost = 0.0, 0.0

@@ -258,7 +258,7 @@ def test_a_run_without_any_force_is_not_tested_and_costs_no_other_row():
     judged = {name: row.verdict for name, row in found.items()}
     assert {*judged.values()} == {Verdict.NOT_TESTED}
     assert len(judged) > 10
-    assert "no force acts in the run as it stands" in found["moved"].note
+    assert "no sample of the run as it stands has a force" in found["moved"].note
 
 
 def test_what_an_engine_refuses_is_not_tested_for_the_same_reason_as_its_values(
