@@ -340,7 +340,7 @@ class DrumCase(BulkCase[Drum]):
 
     name = NAME
     template = TEMPLATE
-    seeds = {"quick": 4, "default": 12, "full": 24}  # noqa: RUF012
+    seeds = {"quick": 4, "default": 16, "full": 24}  # noqa: RUF012
     judged = ("no energy is gained", "the bed is at rest before the drum turns")
     equivalent = ("mixing_index", "surface_angle_deg", "bed_solid_fraction", "bed_coordination")
     drawn = (

@@ -53,6 +53,9 @@ PLACES: Mapping[LevelName, tuple[float, ...]] = {
 }
 """[m] of the sphere over the published bed from its middle: two diameters of a grain apart."""
 
+TURNED = 0.04
+"""[s] in which the sphere turns back in the published bed, after some 30 ms."""
+
 FINAL = 0.1
 """Share of the time after the release over which the final height is averaged."""
 
@@ -252,7 +255,7 @@ class PenetrationCase(BulkCase[Penetration]):
 
     name = NAME
     template = TEMPLATE
-    seeds = {"quick": 4, "default": 24, "full": 48}  # noqa: RUF012
+    seeds = {"quick": 4, "default": 28, "full": 48}  # noqa: RUF012
     judged = ("no energy is gained", "the bed is at rest at the release", "friction by depth")
     equivalent = ("final_depth_m", "bed_solid_fraction", "bed_coordination")
     drawn = (
@@ -289,20 +292,21 @@ class PenetrationCase(BulkCase[Penetration]):
     def systems(self, level: LevelName) -> Sequence[System]:
         """Return the soft bed over seeds, and, but at level quick, the published one over places.
 
-        At level default that until the sphere has turned back; at full as long as published.
+        At level default that until the sphere has turned back, and one place as long as published;
+        at full all places so long.
         """
         if not PLACES[level]:
             return super().systems(level)
-        published = self.presets[PUBLISHED].replace(
-            **({} if level == "full" else {"duration": 0.04})
+        name, published = f"{self.name}: {PUBLISHED}", self.presets[PUBLISHED]
+        whole = System(
+            f"{name}, its whole time", published, {"offset 0 m": published}, (), from_level="full"
         )
-        trials = {f"offset {x:g} m": published.replace(offset=x) for x in PLACES[level]}
+        p = published if level == "full" else published.replace(duration=TURNED)
+        trials = {f"offset {x:g} m": p.replace(offset=x) for x in PLACES[level]}
         equivalent = ("largest_depth_m", "slowed_time_s")
-        name = f"{self.name}: {PUBLISHED}"
-        return (
-            *super().systems(level),
-            System(name, published, trials, equivalent, from_level="full"),
-        )
+        places = System(name, p, trials, equivalent, from_level="full")
+        both = (*super().systems(level), places)
+        return both if level == "full" else (*both, whole)
 
     def job(self, parameters: Penetration) -> Job:
         """Return the job of one impact."""

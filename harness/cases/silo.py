@@ -186,7 +186,7 @@ class SiloCase(BulkCase[Silo]):
     name = NAME
     template = TEMPLATE
     empties = True
-    seeds = {"quick": 4, "default": 12, "full": 24}  # noqa: RUF012
+    seeds = {"quick": 4, "default": 16, "full": 24}  # noqa: RUF012
     judged = ("no energy is gained", "the bed is at rest at the opening", "arching", "Beverloo")
     equivalent = ("discharge_rate_per_s", "bed_solid_fraction", "bed_coordination")
     drawn = (Curve("silo-discharge", "time after the opening (s)", "grains that remain"),)

@@ -83,13 +83,14 @@ class System:
 
     ``trials`` are the parameters of its runs by what they are called, where these are not seeds.
     ``equivalent`` are the quantities that codes are held against one another in, where they are not
-    those of the case. Engines slower than :data:`QUICK` run it ``from_level`` on.
+    those of the case; () for a system that is shown alone. Engines slower than :data:`QUICK` run it
+    ``from_level`` on.
     """
 
     name: str
     parameters: Any
     trials: Mapping[str, Any] = field(default_factory=dict)
-    equivalent: tuple[str, ...] = ()
+    equivalent: tuple[str, ...] | None = None
     from_level: LevelName = "default"
 
 
@@ -105,7 +106,7 @@ class Runs:
     of the first. ``law`` says by which rules the engine follows the law, ``rules`` whose they are
     where they are not its own. ``main`` is the main engine under these rules where its own are
     others, or why it cannot be. ``system`` is the name of what is simulated, ``equivalent`` what
-    codes are held against one another in where it is not that of the case.
+    codes are held against one another in.
     """
 
     engine: str
@@ -238,8 +239,10 @@ class BulkVerification(Verification):
     ) -> tuple[list[Check], Runs]:
         """Return the rows of a system, and its runs; without any where none gave a value."""
         law = self.case.law(engine.traits, system.parameters)
-        runs = Runs(engine.title, (), law=law, system=system.name, equivalent=system.equivalent)
-        trials = self.trials(engine, study.level, system)
+        own = system.equivalent
+        equivalent = self.case.equivalent if own is None else own
+        runs = Runs(engine.title, (), law=law, system=system.name, equivalent=equivalent)
+        trials = self.trials(study.level, system)
         names = self.names(engine, system)
         refused = engine.refuses(self.case.job(system.parameters))
         if reason := refused or too_slow(engine, study.level, system):
@@ -255,21 +258,18 @@ class BulkVerification(Verification):
         if law.values and main is not None and words != law.words:
             under, failed = study.once(
                 (system.name, law.words),
-                lambda: self._under(main, runs, self.trials(main, study.level, system)),
+                lambda: self._under(main, runs, self.trials(study.level, system)),
             )
             # of engines of one law the first has the rows of failed runs
             study.once((system.name, law.words, "failed"), lambda: checks.extend(failed))
             runs = replace(runs, main=under)
         return checks, runs
 
-    def trials(self, engine: Engine, level: LevelName, system: System) -> Mapping[str, Any]:
-        """Return the parameters of each run of a level: for a slow engine not too many."""
+    def trials(self, level: LevelName, system: System) -> Mapping[str, Any]:
+        """Return the parameters of each run of a level."""
         if system.trials:
             return system.trials
-        number = self.case.seeds[level]
-        if level == "default" and engine.traits.microseconds_per_step > QUICK:
-            number = min(number, SLOW_SEEDS)
-        seeds = range(1, number + 1)
+        seeds = range(1, self.case.seeds[level] + 1)
         return {f"seed {seed}": system.parameters.replace(seed=seed) for seed in seeds}
 
     def _under(
@@ -335,7 +335,7 @@ class BulkVerification(Verification):
         seen: set[str] = set()
         for runs in engines:
             if isinstance(runs.main, str):
-                for quantity in runs.equivalent or self.case.equivalent:
+                for quantity in runs.equivalent:
                     name = f"{runs.system}: the rules of {runs.engine}: {quantity}"
                     yield not_tested(name, Kind.CROSS_CODE, runs.main)
             elif runs.main is not None:
@@ -353,7 +353,7 @@ class BulkVerification(Verification):
             name = f"{first.system}: {first.title} against {second.title}: runs without a value"
             check = same_shares(name, *counts)
             yield differing(check, first.title, first.law, second.title, second.law)
-        for quantity in first.equivalent or self.case.equivalent:
+        for quantity in first.equivalent:
             name = f"{first.system}: {first.title} against {second.title}: {quantity}"
             samples = first.sample(quantity), second.sample(quantity)
             few = min((first, second), key=lambda runs: runs.different)
@@ -448,9 +448,6 @@ def by_system(every: Iterable[Findings]) -> dict[str, list[Runs]]:
 QUICK = 3.0
 """[us] for a step of ten particles: slower engines run a system from a level on."""
 
-SLOW_SEEDS = 16
-"""Most seeds of such engines at level default: a bed takes them up to twenty times as long."""
-
 
 def too_slow(engine: Engine, level: LevelName, system: System) -> str:
     """Return why an engine does not run a system at a level, or nothing where it does."""
@@ -493,13 +490,15 @@ def draw(engines: Sequence[Runs], place: int, curve: Curve) -> Figure:
         for seed, line in enumerate(of_engine):
             label = runs.engine if seed == 0 else None
             above.plot(*line, color=colour, lw=0.9, alpha=0.7, label=label)
+        mean = values.mean(axis=0) - middle
+        below.plot(x, mean, color=colour, lw=1.2)
         if len(values) > 1:
-            mean = values.mean(axis=0) - middle
             error = values.std(axis=0, ddof=1) / math.sqrt(len(values))
             below.fill_between(x, mean - error, mean + error, color=colour, alpha=0.25, lw=0.0)
-            below.plot(x, mean, color=colour, lw=1.2)
     above.set(ylabel=curve.y)
     above.legend(title="code; a line for each run")
     below.set(xlabel=curve.x, ylabel="difference")
-    below.set_title("mean of a code less that of all, with its standard error", fontsize=9)
+    seeds = max(len(values) for values in every) > 1
+    words = "mean of a code less that of all, with its standard error"
+    below.set_title(words if seeds else "a code less the mean of all", fontsize=9)
     return figure

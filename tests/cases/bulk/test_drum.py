@@ -103,7 +103,7 @@ def runs(engine="LAMMPS", **changes):
     row = {**read(), "mixing_index": 0.7, "surface_angle_deg": 31.0}
     spread = (0.98, 0.99, 1.0, 1.01, 1.02)
     rows = ({**row, "mixing_index": s * 0.7, **changes, "seed": s} for s in spread)
-    return Runs(engine, tuple(rows))
+    return Runs(engine, tuple(rows), equivalent=CASE.equivalent)
 
 
 @pytest.mark.parametrize(

@@ -180,7 +180,7 @@ def runs(engine="LAMMPS", law=Law(), **changes):  # noqa: B008 - frozen
     spread = (0.98, 0.99, 1.0, 1.01, 1.02)
     angle = row["angle_deg"]
     rows = tuple({**row, "angle_deg": s * angle, **changes, "seed": s} for s in spread)
-    return Runs(engine, rows, law=law)
+    return Runs(engine, rows, law=law, equivalent=CASE.equivalent)
 
 
 @pytest.mark.parametrize(

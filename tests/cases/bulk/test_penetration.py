@@ -9,7 +9,7 @@ import pytest
 from scipy.optimize import brentq
 
 from harness.cases.bulk.materials import RAYLEIGH, Sphere
-from harness.cases.bulk.seeds import Runs
+from harness.cases.bulk.seeds import Runs, draw
 from harness.cases.contract import Measured
 from harness.cases.penetration import CASE, Penetration, largest_elastic_energy, values_of
 from harness.cases.verification import Study
@@ -165,7 +165,7 @@ def impacts(engine="LAMMPS", **changes):
     p = Penetration()
     row = dict(CASE.read(p, output(p, series(p)), TRAITS))
     rows = tuple({**row, **changes, "seed": seed} for seed in range(5))
-    return Runs(engine, rows)
+    return Runs(engine, rows, equivalent=CASE.equivalent)
 
 
 @pytest.mark.parametrize(
@@ -260,9 +260,12 @@ def test_levels_but_quick_run_the_published_bed_from_several_places(ratio, verdi
     assert {name.rpartition(": ")[2] for name in set(rows) - published} == set(CASE.equivalent)
     held = rows["penetration: published: lammps against liggghts: largest_depth_m"]
     assert held.verdict is verdict
-    jobs = [job for job in main.ran if job.values["bed"] == "file"]
+    *jobs, whole = [job for job in main.ran if job.values["bed"] == "file"]
     assert len({job.values["offset"] for job in jobs}) == len(jobs) == 4
-    assert len(main.ran) == 4 + CASE.seeds["default"]
+    assert whole.values["steps"] * 5e-7 == pytest.approx(0.1, rel=1e-3)  # as long as published
+    assert whole.values["offset"] == 0.0
+    assert not [name for name in rows if "its whole time" in name]  # one run: no statistics
+    assert len(main.ran) == 5 + CASE.seeds["default"]
     expected = CASE.seconds(CASE.systems("default")[1].parameters, TRAITS)
     assert {job.seconds for job in jobs} == {expected}
     assert Limits().time_for(expected) > 3600.0
@@ -273,7 +276,7 @@ def test_levels_but_quick_run_the_published_bed_from_several_places(ratio, verdi
 def test_slow_codes_leave_the_published_bed_to_level_full_with_the_reason():
     slow = Impacts("yade", Yade.traits)
     rows = CASE.verification.run(slow, Study("default", role="other")).checks
-    reasons = {r.note for r in rows if r.name.startswith("penetration: published: ")}
+    reasons = {r.note for r in rows if r.name.startswith("penetration: published")}
     assert len(reasons) == 1
     assert "beyond the 3 us of level default" in reasons.pop()
     assert not [job for job in slow.ran if job.values["bed"] == "file"]
@@ -281,7 +284,19 @@ def test_slow_codes_leave_the_published_bed_to_level_full_with_the_reason():
     steps = {job.values["steps"] for job in slow.ran if job.values["bed"] == "file"}
     assert steps.pop() * 5e-7 == pytest.approx(0.1, rel=1e-3)  # as long as published
     assert not steps
-    assert len(CASE.systems("quick")) == 1
+    assert [len(CASE.systems(level)) for level in ("quick", "default", "full")] == [1, 3, 2]
+
+
+@pytest.mark.parametrize("number", [1, 3])
+def test_single_runs_are_drawn_with_their_difference_and_without_an_error(number):
+    line = (np.array([0.0, 1.0]), np.array([2.0, 1.0]))
+    one, other = (
+        replace(impacts(name), curves=((line,),) * number) for name in ("LAMMPS", "LIGGGHTS")
+    )
+    _, below = draw([one, other], 0, CASE.drawn[0]).axes
+    assert len(below.lines) == 2
+    assert len(below.collections) == (0 if number == 1 else 2)
+    assert ("standard error" in below.get_title()) == (number > 1)
 
 
 @pytest.fixture(scope="module")

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from functools import partial
 
 import pytest
 from scipy.integrate import solve_ivp
@@ -112,13 +113,16 @@ def test_means_that_differ_are_a_failure_under_one_law_and_a_finding_between_two
     assert check.value == pytest.approx(ratio)
 
 
+RUNS = partial(Runs, equivalent=CASE.equivalent)
+
+
 def test_engines_of_two_laws_are_compared_by_the_case():
     row = dict.fromkeys(CASE.equivalent, 1.0)
     near = [{**row, "seed": seed} for seed in range(5)]
     far = [{**seed, CASE.equivalent[0]: 2.0} for seed in near]
-    one = Runs("LAMMPS", tuple(near), law=LAWS["lammps"])
+    one = RUNS("LAMMPS", tuple(near), law=LAWS["lammps"])
     for code, verdict in (("liggghts", Verdict.FAIL), ("yade", Verdict.FINDING)):
-        checks = list(CASE.verification.compared([one, Runs(code, tuple(far), law=LAWS[code])]))
+        checks = list(CASE.verification.compared([one, RUNS(code, tuple(far), law=LAWS[code])]))
         assert [check.verdict for check in checks[:2]] == [verdict, Verdict.PASS]
 
 
@@ -127,7 +131,7 @@ def test_runs_that_are_all_the_same_are_one_run_whatever_time_they_took():
     row = dict.fromkeys(CASE.equivalent, 1.0)
     seeds = [{**row, "seed": seed} for seed in range(5)]
     same = [{**row, "microseconds_per_particle_step": 0.1 * seed} for seed in range(5)]
-    one, other = (Runs(name, tuple(r)) for name, r in (("one", seeds), ("other", same)))
+    one, other = (RUNS(name, tuple(r)) for name, r in (("one", seeds), ("other", same)))
     assert {c.verdict for c in CASE.verification.compared([one, one])} == {Verdict.PASS}
     for pair in ([one, other], [other, one]):
         checks = list(CASE.verification.compared(pair))
@@ -141,7 +145,7 @@ def test_a_mean_that_is_no_number_fails_under_any_two_laws(broken):
     row = dict.fromkeys(CASE.equivalent, 1.0)
     seeds = tuple({**row, "seed": seed} for seed in range(5))
     faulty = (*seeds[1:], {**seeds[0], CASE.equivalent[0]: broken})
-    one, other = Runs("one", seeds, law=Law("a")), Runs("other", faulty, law=Law("b"))
+    one, other = RUNS("one", seeds, law=Law("a")), RUNS("other", faulty, law=Law("b"))
     first, *rest = CASE.verification.compared([one, other])
     assert (first.verdict, first.triage) == (Verdict.FAIL, Triage.NAN)
     assert {check.verdict for check in rest} == {Verdict.PASS}
@@ -149,7 +153,7 @@ def test_a_mean_that_is_no_number_fails_under_any_two_laws(broken):
 
 
 (SYSTEM,) = CASE.systems("quick")
-RULED = Runs("Main", (), rules="Other", system=SYSTEM.name)
+RULED = RUNS("Main", (), rules="Other", system=SYSTEM.name)
 UNDER = {
     "same": (1.0, 1.1, Law("b"), Verdict.PASS),
     "another friction in the other code": (1.3, 1.1, Law("b"), Verdict.FAIL),
@@ -168,8 +172,8 @@ def test_a_code_is_held_against_the_main_one_under_its_own_rules(name):
         return tuple(dict.fromkeys(CASE.equivalent, mean * part) for part in spread)
 
     ruled = replace(RULED, rows=rows(effect), law=law)
-    other = Runs("Other", rows(effect * ratio), law=Law("b"), main=ruled, system=SYSTEM.name)
-    main = Runs("Main", rows(1.0), law=Law("a"), system=SYSTEM.name)
+    other = RUNS("Other", rows(effect * ratio), law=Law("b"), main=ruled, system=SYSTEM.name)
+    main = RUNS("Main", rows(1.0), law=Law("a"), system=SYSTEM.name)
     checks = {c.name: c for c in CASE.verification.compared([main, other])}
     depth = CASE.equivalent[0]
     held = checks[f"penetration: Main under the rules of Other against Other: {depth}"]
@@ -185,8 +189,8 @@ def test_a_code_is_held_against_the_main_one_under_its_own_rules(name):
 
 def test_rules_that_the_main_code_cannot_state_are_not_tested_with_the_reason():
     rows = (dict.fromkeys(CASE.equivalent, 1.0),) * 5
-    other = Runs("Other", rows, law=Law("b"), main="its script has no variable")
-    checks = list(CASE.verification.compared([Runs("Main", rows, law=Law("a")), other]))
+    other = RUNS("Other", rows, law=Law("b"), main="its script has no variable")
+    checks = list(CASE.verification.compared([RUNS("Main", rows, law=Law("a")), other]))
     unstated = [check for check in checks if "the rules of Other" in check.name]
     assert {check.verdict for check in unstated} == {Verdict.NOT_TESTED}
     assert len(unstated) == len(CASE.equivalent)
@@ -279,12 +283,6 @@ def test_a_main_engine_that_states_no_other_rules_leaves_no_verdict():
     rules = [check for name, check in checks.items() if "the rules of lammps" in name]
     assert {check.verdict for check in rules} == {Verdict.NOT_TESTED}
     assert "its script has no variable 'tangential'" in rules[0].note
-
-
-def test_slow_codes_run_fewer_seeds_at_level_default_and_all_at_full():
-    for code, number in (("lammps", 24), ("liggghts", 24), ("yade", 16), ("kratos", 16)):
-        assert len(CASE.verification.trials(Fake(code), "default", SYSTEM)) == number
-        assert len(CASE.verification.trials(Fake(code), "full", SYSTEM)) == CASE.seeds["full"]
 
 
 @pytest.mark.parametrize("code", ["yade", "kratos"])
