@@ -29,8 +29,9 @@ from harness.cases.bulk.mixing import Contacts, cells_of, lacey_index, surface_a
 from harness.cases.bulk.places import PUBLISHED, Cylinder, read_grains, write_grains
 from harness.cases.bulk.restarts import restart_values
 from harness.cases.bulk.rules import ALLOWED
-from harness.cases.bulk.seeds import BulkCase, Curve, Runs
+from harness.cases.bulk.seeds import BulkCase, Curve, Runs, System
 from harness.cases.bulk.series import check_rows
+from harness.cases.contract import LevelName
 from harness.comparison.verdicts import Check, Kind, Tolerance, judge
 from harness.engines.contract import Job, Output, Template, Value
 from harness.engines.traits import Traits
@@ -344,9 +345,9 @@ class DrumCase(BulkCase[Drum]):
     judged = ("no energy is gained", "the bed is at rest before the drum turns")
     equivalent = ("mixing_index", "surface_angle_deg", "bed_solid_fraction", "bed_coordination")
     drawn = (
-        Curve("drum-mixing", "turned (deg)", "mixing index of Lacey"),
-        Curve("drum-angle", "turned (deg)", "angle of the surface (deg)"),
-        Curve("drum-quadrants", "turned (deg)", "share of the large grains at x < 0 < z"),
+        Curve("{system}-mixing", "turned (deg)", "mixing index of Lacey"),
+        Curve("{system}-angle", "turned (deg)", "angle of the surface (deg)"),
+        Curve("{system}-quadrants", "turned (deg)", "share of the large grains at x < 0 < z"),
     )
 
     def source_of(self, preset: str) -> str:
@@ -371,6 +372,18 @@ class DrumCase(BulkCase[Drum]):
             step_size=8e-7,
         )
         return {"small": Drum(), PUBLISHED: published}
+
+    def systems(self, level: LevelName) -> Sequence[System]:
+        """Return the small drum, and at level full the published one from four beginnings.
+
+        Its places are given: it turns at once, or after a rest that lets motions part.
+        """
+        if level != "full":
+            return super().systems(level)
+        p = self.presets[PUBLISHED]
+        trials = {f"rest {t:g} s": p.replace(settle_time=t) for t in (0.0, 0.01, 0.02, 0.03)}
+        published = System(f"{self.name}: {PUBLISHED}", p, trials, from_level="full")
+        return (*super().systems(level), published)
 
     def job(self, parameters: Drum) -> Job:
         """Return the job of one drum; raise RequestError for more grains than memory holds."""

@@ -25,10 +25,12 @@ from harness.cases.bulk.materials import (
     check_memory,
     values_of,
 )
+from harness.cases.bulk.places import PUBLISHED
 from harness.cases.bulk.restarts import restart_values
 from harness.cases.bulk.rules import ALLOWED
-from harness.cases.bulk.seeds import BulkCase, Curve, Runs
+from harness.cases.bulk.seeds import BulkCase, Curve, Runs, System
 from harness.cases.bulk.series import check_grains, check_rows, largest_gain
+from harness.cases.contract import LevelName
 from harness.comparison.verdicts import Check, Kind, Tolerance, finding, judge
 from harness.engines.contract import Job, Output, Template
 from harness.engines.traits import Traits
@@ -189,7 +191,7 @@ class SiloCase(BulkCase[Silo]):
     seeds = {"quick": 4, "default": 16, "full": 24}  # noqa: RUF012
     judged = ("no energy is gained", "the bed is at rest at the opening", "arching", "Beverloo")
     equivalent = ("discharge_rate_per_s", "bed_solid_fraction", "bed_coordination")
-    drawn = (Curve("silo-discharge", "time after the opening (s)", "grains that remain"),)
+    drawn = (Curve("{system}-discharge", "time after the opening (s)", "grains that remain"),)
 
     def source_of(self, preset: str) -> str:
         """Return where materials and process were published."""
@@ -212,7 +214,23 @@ class SiloCase(BulkCase[Silo]):
             step_size=1.5e-6,
         )
         wide = published.replace(orifice_radius=0.03, cone_height=0.07)
-        return {"small": Silo(), "published": published, "published-wide": wide}
+        return {"small": Silo(), PUBLISHED: published, f"{PUBLISHED}-wide": wide}
+
+    def systems(self, level: LevelName) -> Sequence[System]:
+        """Return the small silo, and at level full both published ones from four seeds each."""
+        if level != "full":
+            return super().systems(level)
+        published = [
+            System(
+                f"{self.name}: {name}",
+                p,
+                {f"seed {seed}": p.replace(seed=seed) for seed in range(1, 5)},
+                from_level="full",
+            )
+            for name, p in self.presets.items()
+            if name.startswith(PUBLISHED)
+        ]
+        return (*super().systems(level), *published)
 
     def job(self, parameters: Silo) -> Job:
         """Return the job of one discharge; raise RequestError for more grains than memory holds."""

@@ -169,7 +169,10 @@ class Verification:
 
     @property
     def cost(self) -> Mapping[str, float]:
-        """Return the CPU time [s] of a level in the default engine, without the report."""
+        """Return the CPU time [s] of a level in the default engine, without the report.
+
+        That of level full of a bulk case is expected, not measured.
+        """
         cost: Mapping[str, float] = self.case.text.get("cost", {})
         return cost
 

@@ -18,11 +18,14 @@ from harness.cli.engine_options import (
     WhereOptions,
     answer,
     completed,
+    local_runs,
+    print_cost,
     with_restarts,
 )
 from harness.cli.files import (
     FilmOptions,
     check_target,
+    cpu_time,
     print_columns,
     print_json,
     print_wrapped,
@@ -70,7 +73,8 @@ def cases(name: str | None = None, /, *, json: Json = False) -> int:
     for case in records:
         print_wrapped(f"{case['name']} ({case['group']}): {case['summary']}")
         if case["verify_seconds"]:
-            cost = ", ".join(f"{s:.0f} s {level}" for level, s in case["verify_seconds"].items())
+            each = case["verify_seconds"].items()
+            cost = ", ".join(f"{cpu_time(seconds)} {level}" for level, seconds in each)
             print_wrapped(f"verify: {cost}, of CPU time", indent=4)
         if name is not None:
             _print_details(case)
@@ -130,6 +134,8 @@ class CaseOptions(CostOptions):
 
     settings: Settings = None
     """A parameter of the case, in SI units and degrees; repeat it for several."""
+    cost: bool = False
+    """Run nothing: tell whether the run is kept and what it would take on one core."""
     profile: File = None
     """Write the profile of the run over the height to this CSV file, of a case that has one."""
 
@@ -196,7 +202,7 @@ def run(
     from harness.engines.registry import named_values
     from harness.workflows import run as run_case
     from harness.workflows.study_run import RUN_SECONDS
-    from harness.workflows.sweep_plan import names_in
+    from harness.workflows.sweep_plan import names_in, plan_of_run
 
     values = named_values(choice.settings or (), "--set")
     choice.check_profile(case)
@@ -206,6 +212,10 @@ def run(
     engines = [runner.engine or "lammps"]
     runner.check_names(engines)
     runner = with_restarts(runner, engines, RUN_SECONDS if choice.force else math.inf)
+    if choice.cost:
+        chosen = plan_of_run(case, values, runner.engine, names_in(choice.quantity))
+        print_cost(chosen, local_runs(runner), None, json)
+        return 0
     more: dict[str, Any] = {}
 
     @contextmanager

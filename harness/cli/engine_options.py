@@ -15,13 +15,16 @@ from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 from cyclopts import Parameter
 
 from harness.cli.command import Folder, Name, options
-from harness.cli.files import Recording, print_json
+from harness.cli.files import Recording, print_frame, print_json, print_wrapped
 from harness.errors import EngineError, HarnessError, RequestError
 from harness.report.plain import printable
 
 if TYPE_CHECKING:
     from harness.engines.contract import Engine
     from harness.store.entries import Entries
+    from harness.workflows.slurm import Slurm
+    from harness.workflows.sweep_plan import SweepPlan
+    from harness.workflows.sweep_run import Local
 
 
 @options("Kept results")
@@ -175,6 +178,37 @@ class CostOptions:
             refuse_endless(seconds, work, most, *instead)
         if seconds > STATED_SECONDS:
             tell_stderr(f"{work}: an estimated {in_words(seconds)} on one core")
+
+
+def local_runs(options: IntegratorOptions) -> Local:
+    """Return what runs on this machine in the chosen engines, runs kept where there is a cache."""
+    from functools import partial
+
+    from harness.workflows.sweep_run import Local
+
+    opened = partial(options.open, integrator=options.integrator)
+    return Local(opened, options.entries(), options.fresh)
+
+
+def print_cost(chosen: SweepPlan, local: Local, on_cluster: Slurm | None, json: bool) -> None:
+    """Print what a sweep costs, and how that is estimated."""
+    import pandas as pd
+
+    from harness.workflows.slurm import GAIN
+    from harness.workflows.sweep_run import COST, cost_of
+
+    rows = cost_of(chosen, local, on_cluster and on_cluster.cost)
+    ranks = f"; of ranks {GAIN:g} of the ideal gain is counted on" if on_cluster else ""
+    if json:
+        rows = [dict(row) for row in rows]
+        print_json({"case": chosen.case.name, "rows": rows, "model": COST + ranks})
+        return
+    frame = pd.DataFrame(rows)
+    print_frame(frame.drop(columns="problem"), 3)
+    for row in rows:
+        if row["problem"]:
+            print_wrapped(f"{row['engine']}: {row['problem']}")
+    print_wrapped(f"model: {COST}{ranks}")
 
 
 @options("Engine")

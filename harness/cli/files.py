@@ -38,6 +38,13 @@ GAP = 2
 """Blanks between two columns."""
 
 
+def cpu_time(seconds: float) -> str:
+    """Return a time of processors in words: in seconds below an hour."""
+    from harness.engines.border import in_words
+
+    return f"{seconds:.0f} s" if seconds < 3600.0 else in_words(seconds)
+
+
 def print_json(record: Mapping[str, Any]) -> None:
     """Print one JSON object, strict JSON: what is not finite becomes null."""
     print(json_text(record), end="")

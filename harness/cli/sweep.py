@@ -18,6 +18,8 @@ from harness.cli.command import options as grouped
 from harness.cli.engine_options import (
     CostOptions,
     IntegratorOptions,
+    local_runs,
+    print_cost,
     qualification,
     runs_made,
     with_restarts,
@@ -42,6 +44,7 @@ Executors = Annotated[ExecutorOptions, Parameter(name="*", group=panel("Where it
 if TYPE_CHECKING:
     from harness.engines.contract import Engine
     from harness.observables.reference import Points
+    from harness.workflows.slurm import Slurm
     from harness.workflows.sweep_plan import SweepPlan, SweepRequest
     from harness.workflows.sweep_run import Row, Sweep
 
@@ -74,6 +77,9 @@ class SweepOptions(IntegratorOptions):
     """What is measured and shown: quantities of the case with commas between, the first in the
     figure. Of one such as `critical_angle_deg` a value takes several runs. [default: all that a
     run measures, the first in the figure]"""
+    cost: bool = False
+    """Run nothing: tell for each engine what is kept and what the rest would take, on one core and,
+    with --executor slurm, in jobs."""
     output: Folder = None
     """Where table and figure are written; the same sweep goes on there. [default:
     reports/runs/DATE-sweep]"""
@@ -124,7 +130,7 @@ def sweep(
     /,
     options: SweepOptions = SweepOptions(),
     where: Executors = ExecutorOptions(),
-    cost: CostOptions = CostOptions(),
+    limit: CostOptions = CostOptions(),
     *,
     json: Json = False,
 ) -> int:
@@ -141,6 +147,8 @@ def sweep(
             --quantity critical_angle_deg,uncertainty_deg --reference measured.csv
         dem-harness sweep oblique --set preset=kharaz --over angle=5:85:9 \
             --quantity rim_speed_ratio --reference measured.csv
+        dem-harness sweep silo --set preset=published --over seed=1:4:4 --cost \
+            --executor slurm --ranks 16 --time 720
 
     Parameters
     ----------
@@ -150,15 +158,19 @@ def sweep(
     options = replace(options, target=target)
     chosen = _planned(options)
     points = options.points(chosen)
-    settings = where.settings()
-    if settings is None:  # a cluster has limits of its own
-        cost.agree(chosen.seconds(), f"{chosen.runs} runs of case {chosen.case.name!r}")
+    settings = where.settings(here=not options.cost)
+    if settings is None and not options.cost:  # a cluster has limits of its own
+        limit.agree(chosen.seconds(), f"{chosen.runs} runs of case {chosen.case.name!r}")
     options.check_names(chosen.engines, "--engines")
     # a job has a limit of its own
-    limit = math.inf if settings is None else 60.0 * settings.minutes
-    options = with_restarts(options, chosen.engines, limit)
+    seconds = math.inf if settings is None else 60.0 * settings.minutes
+    options = with_restarts(options, chosen.engines, seconds)
     if options.mpirun is None and where.ranks > 1:
         options = replace(options, mpirun=_launcher(options, chosen.engines, where.ranks))
+    if options.cost:
+        executor = None if settings is None else _on_cluster(options, settings, Path())
+        print_cost(chosen, local_runs(options), executor, json)
+        return 0
     counts: dict[str, int] = {}
     with recorded("sweep", quiet=json) as recording, _folder(options, chosen.request) as folder:
         table = PartialTable(folder / ROWS)
@@ -238,22 +250,24 @@ def _run_on_cluster(
     recording: Recording,
     table: PartialTable,
 ) -> Sweep:
-    """Return the sweep, run under SLURM; engines are opened here to look up what is kept."""
-    from functools import partial
+    from harness.workflows.sweep_run import run_plan
 
+    return run_plan(chosen, _on_cluster(options, settings, folder), recording.progress, table)
+
+
+def _on_cluster(options: SweepOptions, settings: ExecutorOptions, folder: Path) -> Slurm:
+    """Return what runs under SLURM; engines are opened here to look up what is kept."""
     from harness.files import cache_place
     from harness.workflows.slurm import Slurm
-    from harness.workflows.sweep_run import Local, run_plan
 
-    entries = options.entries()
-    executor = Slurm(
+    local = local_runs(options)
+    return Slurm(
         folder,
         settings,
-        Local(partial(options.open, integrator=options.integrator), entries, options.fresh),
+        local,
         lambda name: options.opening(name, options.integrator),
-        cache_place(options.cache).path if entries is not None else None,
+        cache_place(options.cache).path if local.entries is not None else None,
     )
-    return run_plan(chosen, executor, recording.progress, table)
 
 
 @dataclass

@@ -21,6 +21,7 @@ from harness.cli.engine_options import EngineOptions, runs_made, with_restarts
 from harness.cli.files import (
     check_source,
     closed_pipe_allowed,
+    cpu_time,
     given_words,
     output_folder,
     print_json,
@@ -350,10 +351,10 @@ def _say_cost(choice: VerifyOptions, fresh: bool) -> None:
     last = f"took {took[0]:.0f} s when last run" if took else "no earlier run tells what it takes"
     kept = "" if fresh else "; runs that are kept are not made again"
     cost = {case.name: case.verification.cost.get(choice.level) for case in cases}
-    each = ", ".join(n if s is None else f"{n} {s:.0f} s" for n, s in cost.items())
+    each = ", ".join(n if s is None else f"{n} {cpu_time(s)}" for n, s in cost.items())
     # the part of the time that a pattern leaves out is not known
     complete = cases and not choice.only and None not in cost.values()
-    total = f"; {sum(filter(None, cost.values())):.0f} s of CPU time in all" if complete else ""
+    total = f"; {cpu_time(sum(filter(None, cost.values())))} of CPU time in all" if complete else ""
     request = f"level {choice.level}, {len(cases)} cases ({each}{total})"
     tell_stderr(f"verify, {request}: {last}{kept}")
 

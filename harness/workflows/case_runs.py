@@ -404,15 +404,12 @@ def run(
     if isinstance(engine, Engine):
         begin(engine.traits)
         return _in_engine(chosen, parameters, engine, wanted)
-    name = engine or usual_engine(chosen)
+    name = engine_for(chosen, engine)
     if name in chosen.solvers and (engine is None or name not in engine_names()):
         begin(None, name)
         measured = chosen.solve(parameters, name)
         solver = (name, f"dem-harness {__version__}")
         return _result(chosen, parameters, solver, measured, NO_RULES, wanted)
-    if name not in engine_names() and ":" not in name:
-        names = ", ".join([*engine_names(), *chosen.solvers])
-        raise RequestError(f"--engine {name!r} is not known: must be one of {names}")
     with open_one(name) if open_one else opened(name, fresh=fresh) as running:
         begin(running.traits)
         return _in_engine(chosen, parameters, running, wanted)
@@ -464,6 +461,15 @@ def usual_engine(case: Case[Any]) -> str:
     if case.solvers and not engine_class(DEFAULT).states(case.template):
         return case.solvers[0]
     return DEFAULT
+
+
+def engine_for(case: Case[Any], engine: str | None) -> str:
+    """Return who runs a case; raise RequestError for a name that is not known."""
+    name = engine or usual_engine(case)
+    if name not in (*engine_names(), *case.solvers) and ":" not in name:
+        names = ", ".join([*engine_names(), *case.solvers])
+        raise RequestError(f"--engine {name!r} is not known: must be one of {names}")
+    return name
 
 
 def _in_engine(

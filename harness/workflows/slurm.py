@@ -222,6 +222,28 @@ class Slurm:
             kept = dict(self.local.lookup(work))
             self._check(work, {i: p for i, p in enumerate(work.parameters) if i not in kept})
 
+    def cost(self, work: Work) -> dict[str, Any]:
+        """Return the jobs that work takes by estimate and the longest run there [h].
+
+        ``problem`` says why it would be refused, which is no number of jobs, or is empty.
+        """
+        runs = {str(place): parameters for place, parameters in enumerate(work.parameters)}
+        costs = self._costs(work, runs)
+        workers = 1 if self.settings.ranks > 1 else self.settings.cpus
+        times = [sum(costs[name] for name in chunk) for chunk in self._chunks(work, runs)]
+        limit = 60.0 * self.settings.minutes * workers
+        problem = ""
+        try:
+            self._check(work, dict(enumerate(work.parameters)))
+        except RequestError as error:
+            problem = str(error)
+        return {
+            "ranks": self.settings.ranks,
+            "jobs": None if problem else sum(max(1, math.ceil(s / limit)) for s in times),
+            "longest_run_hours": max(costs.values()) / 3600.0,
+            "problem": problem,
+        }
+
     def _launching(self, work: Work) -> tuple[str | None, str, int]:
         if work.solves:
             return None, "", 1

@@ -27,7 +27,14 @@ from harness.errors import CombinationError, HarnessError, RequestError
 from harness.observables.provenance import Observable
 from harness.parameters.base import Parameters
 from harness.store.baseline import bounded_text
-from harness.workflows.case_runs import NO_RULES, PRESET, parameters_in, parameters_of, usual_engine
+from harness.workflows.case_runs import (
+    NO_RULES,
+    PRESET,
+    engine_for,
+    parameters_in,
+    parameters_of,
+    usual_engine,
+)
 
 if TYPE_CHECKING:
     from harness.report.figures import ReferenceLine
@@ -153,9 +160,10 @@ class SweepPlan:
 
     def seconds(self) -> float:
         """Return what all runs are expected to take on one core [s], kept ones among them."""
-        return sum(self._seconds(engine, point) for engine in self.engines for point in self.points)
+        return sum(self.run_seconds(e, point) for e in self.engines for point in self.points)
 
-    def _seconds(self, engine: str, point: SweepPoint) -> float:
+    def run_seconds(self, engine: str, point: SweepPoint) -> float:
+        """Return what a run is expected to take on one core [s], 0 where it is not run."""
         rules = None if self.solves(engine) else engine_class(engine).traits
         try:
             return self.case.seconds(point.parameters, rules, engine if rules is None else "")
@@ -232,6 +240,16 @@ def plan(request: SweepRequest) -> SweepPlan:
         every = f" (so are all {len(refused)} points)" if len(refused) > 1 else ""
         raise RequestError(f"--over {where}: {refused[0].reason}{every}")
     return SweepPlan(request, case, engines, tuple(points), refused)
+
+
+def plan_of_run(
+    name: str, settings: Mapping[str, str], engine: str | None, quantities: Sequence[str] = ()
+) -> SweepPlan:
+    """Return one run as a sweep over nothing; raise RequestError as :func:`plan` does."""
+    case = get_case(name).measuring(quantities)
+    point = SweepPoint({}, parameters_of(case, settings))
+    request = SweepRequest(name, {}, settings)
+    return SweepPlan(request, case, (engine_for(case, engine),), (point,))
 
 
 def _parameters(case: Case[Any], fixed: Mapping[str, str], swept: Mapping[str, str]) -> Parameters:

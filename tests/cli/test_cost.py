@@ -198,3 +198,55 @@ def test_an_error_before_the_work_is_an_object_with_json(answer):
     found = answer("tower", "--height", "10000000", status=2)
     assert json.dumps(found["status"]) == "2"
     assert "would take" in found["error"]
+
+
+CLUSTER = ("--executor", "slurm", "--ranks", "4")
+ON_CLUSTER = {"ranks", "jobs", "longest_run_hours"}
+
+
+def test_cost_of_a_sweep_counts_what_is_kept_and_runs_nothing(answer, tmp_path):
+    words = ("sweep", "incline", "--engines", "reference", "--over")
+    assert answer(*words, "angle=9,10", "--output", "mine")["done"] == 2
+    before = {path.name for path in tmp_path.iterdir()}
+    (row,) = answer(*words, "angle=9,10,11,12", "--cost")["rows"]
+    assert (row["runs"], row["kept"], row["cannot"]) == (4, 2, 0)
+    assert row["core_hours"] == pytest.approx(2 * row["longest_run_core_hours"], rel=0.1)
+    assert row["kept_core_hours"] > 0.0
+    assert not ON_CLUSTER & row.keys()
+    assert answer(*words, "angle=9,10,11,12", "--cost")["rows"] == [row]  # none was run
+    assert {path.name for path in tmp_path.iterdir()} == before
+    (fresh,) = answer(*words, "angle=9,10,11,12", "--cost", "--fresh")["rows"]
+    assert fresh["core_hours"] == pytest.approx(2 * row["core_hours"], rel=0.1)
+
+
+def test_cost_on_a_cluster_is_told_without_one(answer, monkeypatch, lammps_here):  # noqa: ARG001
+    """The published silo: hours of ranks, jobs that end it, and why a shorter job cannot."""
+    monkeypatch.setenv("PATH", str(Path(sys.executable).parent))
+    words = ("sweep", "silo", "--set", "preset=published", "--over", "seed=1,2", "--cost", *CLUSTER)
+    (day,) = answer(*words, "--time", "1440")["rows"]
+    assert (day["ranks"], day["jobs"], day["problem"]) == (4, 2, "")
+    assert day["longest_run_hours"] == pytest.approx(day["longest_run_core_hours"] / 2)
+    (hour,) = answer(*words, "--time", "60")["rows"]  # it goes on from restart files
+    assert hour["jobs"] >= day["longest_run_hours"] * 2
+    assert answer(*words, "--time", "60", "--fresh")["rows"] == [hour]
+    (short,) = answer(*words, "--time", "1")["rows"]
+    assert short["jobs"] is None
+    assert "between two restart files" in short["problem"]
+
+
+def test_cost_of_a_run_is_that_of_its_case(answer, command, lammps_here):  # noqa: ARG001
+    """What is refused without --force is told with --cost."""
+    (row,) = answer("run", "drum", "--set", "preset=published", "--cost")["rows"]
+    drum = all_cases()["drum"]
+    seconds = drum.seconds(drum.presets[PUBLISHED], engine_class("lammps").traits)
+    assert row["core_hours"] == pytest.approx(seconds / 3600.0)
+    said = command("run", "tower", "--engine", "nope", "--cost", status=2).err
+    assert "--engine 'nope' is not known" in said
+    assert "model: steps x particles" in command("run", "tower", "--engine", "exact", "--cost").out
+
+
+def test_an_engine_that_is_not_here_has_a_cost_and_the_reason(answer, monkeypatch):
+    monkeypatch.setenv("PATH", "")
+    (row,) = answer("sweep", "silo", "--over", "seed=1,2", "--engines", "yade", "--cost")["rows"]
+    assert row["core_hours"] > 0.0
+    assert "yade" in row["problem"]
