@@ -9,6 +9,7 @@ from harness.cases.bulk.film import BANDS, Cut, CutScene, Motion
 from harness.cases.registry import get_case
 from harness.engines.registry import engine_class
 from harness.errors import EngineMissingError, RequestError
+from harness.workflows.case_runs import check_film
 
 SMALL = {
     "silo": get_case("silo").default.replace(
@@ -57,6 +58,16 @@ def test_colours_are_bands_of_first_height_and_sizes():
     assert varied.kinds.tolist() == [0, 0, 1, 1, 2, 2, 3, 3, 0]
 
 
+def opened(code):
+    """Return an engine that is here."""
+    try:
+        engine = engine_class(code)()
+        engine.identify()
+    except EngineMissingError as error:
+        pytest.skip(str(error))
+    return engine
+
+
 @pytest.mark.live
 @pytest.mark.parametrize(
     "code",
@@ -67,12 +78,7 @@ def test_each_case_has_a_film(name, code, tmp_path):
     case, p = get_case(name), SMALL[name]
     if name == "heap" and code in ("yade", "kratos"):
         p = p.replace(rolling_friction=0.0)
-    try:
-        opened = engine_class(code)()
-        opened.identify()
-    except EngineMissingError as error:
-        pytest.skip(str(error))
-    with opened as engine:
+    with opened(code) as engine:
         film = case.display.film(engine, p, 5)
     assert film.frames in (5, 6)
     assert not np.array_equal(film.picture(0), film.picture(film.frames - 1))
@@ -91,12 +97,4 @@ class Other:
 
 def test_a_code_whose_script_writes_no_particles_says_so():
     with pytest.raises(RequestError, match=r"film: Other cannot run it: .* 'particles'"):
-        get_case("silo").display.film(Other(), SMALL["silo"], 5)
-
-
-def test_the_command_refuses_a_case_without_a_film_before_it_runs(tmp_path):
-    from harness.cli.cases import run
-    from harness.cli.files import FilmOptions
-
-    with pytest.raises(RequestError, match=r"--film .*a.gif: case 'oblique' has no film"):
-        run("oblique", film=FilmOptions(film=tmp_path / "a.gif"))
+        check_film("silo", {"layers": "3"}, Other())
