@@ -1,11 +1,12 @@
 """Films of bulk: the circles in which a plane cuts particles; a code without them says so."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from harness.cases.bulk.film import BANDS, Cut, CutScene, Motion
+from harness.cases.bulk.film import BANDS, PARTICLES, Cut, CutScene, Motion
 from harness.cases.registry import get_case
 from harness.engines.registry import engine_class
 from harness.errors import EngineMissingError, RequestError
@@ -84,6 +85,21 @@ def test_each_case_has_a_film(name, code, tmp_path):
     assert not np.array_equal(film.picture(0), film.picture(film.frames - 1))
     film.save(tmp_path / "film.gif")
     assert (tmp_path / "film.gif").read_bytes().startswith(b"GIF")
+
+
+@pytest.mark.live
+@pytest.mark.slow
+@pytest.mark.parametrize("code", ["liggghts", "yade", "kratos"])
+def test_particles_of_the_drum_have_radii_and_the_places_of_its_series(code):
+    p = SMALL["drum"]
+    plain = get_case("drum").job(p)
+    job = replace(plain, values={**plain.values, PARTICLES: 1})
+    with opened(code) as engine:
+        series, particles = (output.table(("step", "z_m")) for output in engine.run([plain, job]))
+    assert particles["radius_m"][0] == pytest.approx(p.radii, rel=1e-6)
+    assert particles["step"].tolist() == series["step"].tolist()
+    # six digits of the drum's size are written at least
+    assert particles["z_m"] == pytest.approx(series["z_m"], abs=1e-5 * p.drum_radius)
 
 
 class Other:
