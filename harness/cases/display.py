@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from harness.comparison.verification import Findings
-from harness.engines.contract import Engine
+from harness.engines.contract import Engine, Job
 from harness.report.sections import Section
 
 if TYPE_CHECKING:
@@ -38,6 +38,10 @@ class Display:
     def has_film(self) -> bool:
         """Return whether the case has films."""
         return type(self).film is not Display.film
+
+    def film_jobs(self, parameters: Any = None, frames: int = 120) -> Sequence[Job]:
+        """Return the jobs of a film that an engine may refuse although it runs the case."""
+        return ()
 
     def film(self, engine: Engine, parameters: Any = None, frames: int = 120) -> Film | None:
         """Return the film of one run; None for a case that has none.

@@ -201,6 +201,7 @@ def run(
     from harness.engines.border import MOST_SECONDS
     from harness.engines.registry import named_values
     from harness.workflows import run as run_case
+    from harness.workflows.case_runs import check_film
     from harness.workflows.study_run import RUN_SECONDS
     from harness.workflows.sweep_plan import names_in, plan_of_run
 
@@ -208,7 +209,7 @@ def run(
     choice.check_profile(case)
     film.check()
     if film.film is not None:
-        _check_film(case, film.film)
+        _check_film(case, film.film, runner.engine)
     engines = [runner.engine or "lammps"]
     runner.check_names(engines)
     runner = with_restarts(runner, engines, RUN_SECONDS if choice.force else math.inf)
@@ -221,6 +222,8 @@ def run(
     @contextmanager
     def open_one(name: str) -> Iterator[Engine]:
         with runner.open(name, runner.integrator) as engine:
+            if film.film is not None:
+                check_film(case, values, engine, film.pictures)
             yield engine
             more.update(completed({}, engine, recording))
 
@@ -241,12 +244,18 @@ def run(
     return answer(record, result.engine, json, _print)
 
 
-def _check_film(case: str, path: Path) -> None:
-    """Raise RequestError, before anything is run, for a case without a film."""
+def _check_film(case: str, path: Path, name: str | None) -> None:
+    """Raise RequestError, before anything is run, for a case without a film, and for a solver."""
     from harness.cases.registry import get_case
+    from harness.engines.registry import engine_names
+    from harness.workflows.case_runs import usual_engine
 
-    if not get_case(case).display.has_film:
+    chosen = get_case(case)
+    if not chosen.display.has_film:
         raise RequestError(f"--film {path}: case {case!r} has no film")
+    name = name or usual_engine(chosen)
+    if name in chosen.solvers and name not in engine_names():
+        raise RequestError(f"--film {path}: {name!r} is a solver: an engine runs the film")
 
 
 def _film(case: str, values: Mapping[str, str], runner: RunnerOptions, frames: int) -> Film:

@@ -426,20 +426,32 @@ def film(
     """Run a case once and return the film of its motion, which a notebook shows.
 
     ``settings`` are those of :func:`run`, ``engine`` an open one or a name. ``save(path)`` writes
-    it as .gif, or .mp4 where ffmpeg is on the path. Raise RequestError for a case without films.
+    it as .gif, or .mp4 where ffmpeg is on the path. Raise RequestError for a case without films,
+    and for an engine that cannot run one.
     """
     from harness.report.film import check_frames
 
     chosen = get_case(case)
     check_frames(frames, "film")
+    parameters = parameters_of(chosen, settings) if settings else None
     with opened(engine, fresh=fresh) as running:
-        movie = chosen.display.film(
-            running, parameters_of(chosen, settings) if settings else None, frames
-        )
+        check_film(case, settings, running, frames)
+        movie = chosen.display.film(running, parameters, frames)
     if movie is None:
         have = [other.name for other in all_cases().values() if other.display.has_film]
         raise RequestError(f"film: case {case!r} has none; must be one of {', '.join(have)}")
     return movie
+
+
+def check_film(
+    case: str, settings: Mapping[str, str] | None, engine: Engine, frames: int = 120
+) -> None:
+    """Raise RequestError, before anything is run, for an engine that cannot run a film's jobs."""
+    chosen = get_case(case)
+    parameters = parameters_of(chosen, settings) if settings else None
+    for job in chosen.display.film_jobs(parameters, frames):
+        if reason := engine.refuses(job):
+            raise RequestError(f"film: {engine.title} cannot run it: {reason}")
 
 
 def film_section(cases: Iterable[str], engine: Engine) -> Section:

@@ -6,6 +6,18 @@ import pytest
 from PIL import Image
 
 from harness.cases.incline.report import InclineDisplay
+from harness.engines import registry
+from tests import engine_doubles as doubles
+
+
+class WithoutPaths(doubles.Twin):
+    """An engine that runs the incline and writes no path."""
+
+    def refuses(self, job):
+        return "its script writes no path" if job.sampled else super().refuses(job)
+
+    def run(self, jobs):
+        raise AssertionError(jobs)
 
 
 @pytest.mark.parametrize(
@@ -36,6 +48,8 @@ def test_the_film_is_written_beside_the_answer(command, tmp_path, words):
         (("tower", "--frames", "5"), "--frames 5: goes with --film only"),
         (("tower", "--film", "a.gif", "--frames", "1000"), "1000 frames: must be from 2 to 600"),
         (("critical-angle", "--film-angles", "9"), "--film-angles 9: goes with --film only"),
+        (("run", "oblique", "--film", "a.gif"), "--film a.gif: case 'oblique' has no film"),
+        (("run", "tower", "--film", "a.gif", "--engine", "exact"), "'exact' is a solver"),
         (
             ("critical-angle", "--film", "a.gif", "--film-angles", "9,x"),
             "--film-angles 9,x: must be one to 3 numbers",
@@ -51,6 +65,15 @@ def test_what_cannot_be_is_refused_at_once(command, tmp_path, words, told):
     assert out == ""
     assert told in err
     assert len(err.splitlines()) <= 2
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_an_engine_that_runs_a_case_without_its_film_is_refused_at_once(
+    command, monkeypatch, tmp_path
+):
+    monkeypatch.setitem(registry.ENGINES, "yade", f"{__name__}:WithoutPaths")
+    _, err = command("run", "incline", "--film", "a.gif", "--engine", "yade", status=2)
+    assert "film: Twin cannot run it: its script writes no path" in err
     assert list(tmp_path.iterdir()) == []
 
 

@@ -13,7 +13,7 @@ from matplotlib.collections import EllipseCollection
 from matplotlib.figure import Figure
 
 from harness.engines.contract import Engine, Job
-from harness.errors import EngineError, RequestError
+from harness.errors import EngineError
 from harness.report.film import WIDTH, Film, Scene
 from harness.report.style import BLACK, COLOURS
 
@@ -69,11 +69,8 @@ def bulk_film(
     """Run a job whose series is that of all particles, and return the film of the cut.
 
     ``begins`` is the step at which time counts; ``radius`` (N,) [m] of jobs that do not write it;
-    ``words`` are title and caption. Raise RequestError where the engine cannot, EngineError for a
-    run that failed.
+    ``words`` are title and caption. Raise EngineError for a run that failed.
     """
-    if reason := engine.refuses(job):
-        raise RequestError(f"film: {engine.title} cannot run it: {reason}")
     (output,) = engine.run([job])
     if isinstance(output, EngineError):
         raise output

@@ -370,24 +370,30 @@ class BulkDisplay(Display):
 
     case: BulkCase[Any]
 
-    def film(self, engine: Engine, parameters: Any = None, frames: int = 120) -> Film:
-        """Return the film of one run after its release, opening or first turn."""
-        from harness.cases.bulk.film import PARTICLES, bulk_film
+    def film_jobs(self, parameters: Any = None, frames: int = 120) -> Sequence[Job]:
+        """Return the job whose series is that of all particles."""
+        from harness.cases.bulk.film import PARTICLES  # slow to load
 
         p = parameters or self.case.default
-        job, radii = self.case.job(p), self.case.radii(p)
+        job = self.case.job(p)
         values = dict(job.values)
         values["series_every"] = max(1, int(values["steps"]) // (frames - 1))
-        if radii is None:
+        if self.case.radii(p) is None:
             values[PARTICLES] = 1
+        return (replace(job, values=values),)
+
+    def film(self, engine: Engine, parameters: Any = None, frames: int = 120) -> Film:
+        """Return the film of one run after its release, opening or first turn."""
+        from harness.cases.bulk.film import bulk_film
+
+        p = parameters or self.case.default
+        (job,) = self.film_jobs(p, frames)
         words = (
             self.case.summary.partition(":")[0],
             f"{self.case.summary} A cut through the middle.",
         )
-        begins = float(values["settle_steps"])
-        return bulk_film(
-            engine, replace(job, values=values), radii, begins, self.case.cut(p), words
-        )
+        begins = float(job.values["settle_steps"])
+        return bulk_film(engine, job, self.case.radii(p), begins, self.case.cut(p), words)
 
     def sections(
         self, main: Findings | None, solvers: Findings, engines: Mapping[str, Findings]

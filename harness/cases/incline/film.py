@@ -65,9 +65,7 @@ def incline_film(engine: Engine, cases: Sequence[Incline], frames: int) -> Film:
     """
     if not 1 <= len(cases) <= MOST_ANGLES:
         raise RequestError(f"film: {len(cases)} angles: must be from 1 to {MOST_ANGLES}")
-    case = cases[0]
-    every = max(1, int(SAMPLING * (case.diameter / case.gravity) ** 0.5 / case.step))
-    runs = tuple(measured(engine, cases, "steady", every=every))
+    runs = tuple(measured(engine, cases, "steady", every=sampling(cases[0])))
     angles = ", ".join(_degrees(run) for run in runs)
     motion = InclineMotion(
         name="incline-film",
@@ -77,6 +75,11 @@ def incline_film(engine: Engine, cases: Sequence[Incline], frames: int) -> Film:
         time=np.linspace(0.0, max(run.time_s for run in runs), frames),
     )
     return InclineGrain(motion).film(motion.name, motion.sentence)
+
+
+def sampling(case: Incline) -> int:
+    """Return the steps between two samples of a film."""
+    return max(1, int(SAMPLING * (case.diameter / case.gravity) ** 0.5 / case.step))
 
 
 @dataclass(frozen=True)

@@ -12,8 +12,8 @@ from harness.cases.incline.checks import InclineEvidence, rigid_section
 from harness.cases.incline.closed_forms import rebound
 from harness.cases.incline.engine_checks import OWN, EngineAngle
 from harness.cases.incline.figures import angles_of_engines
-from harness.cases.incline.film import angles_beside, incline_film
-from harness.cases.incline.system import Incline
+from harness.cases.incline.film import angles_beside, incline_film, sampling
+from harness.cases.incline.system import Incline, job_of
 from harness.cases.text import Words
 from harness.parameters.law import CLIPPED, PLASTIC
 from harness.report.sections import Drawing, Section, Table
@@ -22,7 +22,7 @@ from harness.theory.incline import critical_angle
 
 if TYPE_CHECKING:
     from harness.comparison.verification import Findings
-    from harness.engines.contract import Engine
+    from harness.engines.contract import Engine, Job
     from harness.report.film import Film
 
 WORDS = Words(__file__)
@@ -44,12 +44,22 @@ class InclineDisplay(Display):
         angles = [angle for findings in engines.values() for angle in findings.evidence]
         return *contacts, *engine_sections(angles)
 
+    def film_jobs(self, parameters: Incline | None = None, frames: int = 120) -> Sequence[Job]:
+        """Return the jobs of steady motion, with their paths."""
+        cases = _filmed(parameters)
+        return [job_of(case, "steady", sampling(cases[0])) for case in cases]
+
     def film(
         self, engine: Engine, parameters: Incline | None = None, frames: int = 120
     ) -> Film | None:
         """Return the film of the grain in steady motion, by default either side of the angle."""
-        cases = [Incline(angle=angle) for angle in angles_beside(critical_angle(), 0.0)]
-        return incline_film(engine, cases if parameters is None else [parameters], frames)
+        return incline_film(engine, _filmed(parameters), frames)
+
+
+def _filmed(parameters: Incline | None) -> list[Incline]:
+    if parameters is not None:
+        return [parameters]
+    return [Incline(angle=angle) for angle in angles_beside(critical_angle(), 0.0)]
 
 
 def contact_sections(evidence: InclineEvidence) -> Iterator[Section]:

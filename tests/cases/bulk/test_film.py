@@ -1,14 +1,16 @@
 """Films of bulk: the circles in which a plane cuts particles; a code without them says so."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from harness.cases.bulk.film import BANDS, Cut, CutScene, Motion
+from harness.cases.bulk.film import BANDS, PARTICLES, Cut, CutScene, Motion
 from harness.cases.registry import get_case
 from harness.engines.registry import engine_class
 from harness.errors import EngineMissingError, RequestError
+from harness.workflows.case_runs import check_film
 
 SMALL = {
     "silo": get_case("silo").default.replace(
@@ -57,6 +59,16 @@ def test_colours_are_bands_of_first_height_and_sizes():
     assert varied.kinds.tolist() == [0, 0, 1, 1, 2, 2, 3, 3, 0]
 
 
+def opened(code):
+    """Return an engine that is here."""
+    try:
+        engine = engine_class(code)()
+        engine.identify()
+    except EngineMissingError as error:
+        pytest.skip(str(error))
+    return engine
+
+
 @pytest.mark.live
 @pytest.mark.parametrize(
     "code",
@@ -67,17 +79,27 @@ def test_each_case_has_a_film(name, code, tmp_path):
     case, p = get_case(name), SMALL[name]
     if name == "heap" and code in ("yade", "kratos"):
         p = p.replace(rolling_friction=0.0)
-    try:
-        opened = engine_class(code)()
-        opened.identify()
-    except EngineMissingError as error:
-        pytest.skip(str(error))
-    with opened as engine:
+    with opened(code) as engine:
         film = case.display.film(engine, p, 5)
     assert film.frames in (5, 6)
     assert not np.array_equal(film.picture(0), film.picture(film.frames - 1))
     film.save(tmp_path / "film.gif")
     assert (tmp_path / "film.gif").read_bytes().startswith(b"GIF")
+
+
+@pytest.mark.live
+@pytest.mark.slow
+@pytest.mark.parametrize("code", ["liggghts", "yade", "kratos"])
+def test_particles_of_the_drum_have_radii_and_the_places_of_its_series(code):
+    p = SMALL["drum"]
+    plain = get_case("drum").job(p)
+    job = replace(plain, values={**plain.values, PARTICLES: 1})
+    with opened(code) as engine:
+        series, particles = (output.table(("step", "z_m")) for output in engine.run([plain, job]))
+    assert particles["radius_m"][0] == pytest.approx(p.radii, rel=1e-6)
+    assert particles["step"].tolist() == series["step"].tolist()
+    # six digits of the drum's size are written at least
+    assert particles["z_m"] == pytest.approx(series["z_m"], abs=1e-5 * p.drum_radius)
 
 
 class Other:
@@ -91,12 +113,4 @@ class Other:
 
 def test_a_code_whose_script_writes_no_particles_says_so():
     with pytest.raises(RequestError, match=r"film: Other cannot run it: .* 'particles'"):
-        get_case("silo").display.film(Other(), SMALL["silo"], 5)
-
-
-def test_the_command_refuses_a_case_without_a_film_before_it_runs(tmp_path):
-    from harness.cli.cases import run
-    from harness.cli.files import FilmOptions
-
-    with pytest.raises(RequestError, match=r"--film .*a.gif: case 'oblique' has no film"):
-        run("oblique", film=FilmOptions(film=tmp_path / "a.gif"))
+        check_film("silo", {"layers": "3"}, Other())
