@@ -22,7 +22,6 @@ from harness.cases.bulk.materials import (
     SteelModulus,
     StepSize,
     YoungsModulus,
-    check_memory,
     values_of,
 )
 from harness.cases.bulk.restarts import restart_values
@@ -215,8 +214,7 @@ class SiloCase(BulkCase[Silo]):
         return {"small": Silo(), "published": published, "published-wide": wide}
 
     def job(self, parameters: Silo) -> Job:
-        """Return the job of one discharge; raise RequestError for more grains than memory holds."""
-        check_memory(parameters.grains)
+        """Return the job of one discharge."""
         values = {**values_of(parameters), **restart_values(parameters)}
         return Job(TEMPLATE, values, sampled=True)
 

@@ -8,10 +8,12 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
+from harness.cases.bulk import materials
 from harness.cases.bulk.materials import check_memory
 from harness.cases.bulk.rules import Law
 from harness.cases.bulk.seeds import Runs
 from harness.cases.bulk.series import largest_gain
+from harness.cases.registry import get_case
 from harness.cases.silo import CASE, Silo, arching, largest_elastic_energy, values_of
 from harness.cases.verification import Study
 from harness.comparison.verdicts import Verdict
@@ -61,6 +63,16 @@ def test_more_grains_than_memory_holds_are_refused():
     with pytest.raises(RequestError, match=r"^1000000000000 grains: would take 2e\+06 GB"):
         check_memory(10**12)
     check_memory(Silo().grains)
+
+
+@pytest.mark.parametrize("name", ["silo", "drum", "penetration", "heap"])
+def test_no_case_runs_more_grains_than_memory_holds(name, monkeypatch):
+    case = get_case(name)
+    case.job(case.default)
+    monkeypatch.setattr(materials, "GRAIN_BYTES", 10**12)
+    for p in case.presets.values():
+        with pytest.raises(RequestError, match=rf"^{p.grains} grains: would take .* must be at"):
+            case.job(p)
 
 
 def test_the_surface_of_a_bed_is_where_its_mean_height_is_that_of_the_grains():
