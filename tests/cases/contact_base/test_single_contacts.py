@@ -124,6 +124,39 @@ def test_what_lammps_is_told_wrongly_turns_a_row(lammps, name, system, faults):
         assert Verdict.FAIL in verdicts(planted, case, system), fault
 
 
+GRANULAR = r'"pair_coeff \* \* \$\{granular\}"'
+
+
+def with_word(word):
+    """Return LAMMPS whose pairs have a keyword more."""
+    engine = Lammps(workers=1)
+    engine.replaced = {GRANULAR: f'"pair_coeff * * ${{granular}} {word}"'}
+    return engine
+
+
+@pytest.mark.live
+@pytest.mark.usefixtures("lammps_here")
+@pytest.mark.parametrize("submodel", [one.name for one in get_case("collision").submodels])
+def test_a_small_sphere_on_a_large_one_has_one_limit_in_both_schemes(lammps, submodel):
+    """synchronized_verlet (pull requests 4244, 4351) changes what a finite step does alone."""
+    case = get_case("collision")
+    plan = {(one.submodel, one.system): one for one in case.trials("default")}
+    trial = plan[submodel, "size ratio 100"]
+    coarse = trial.parameters.replace(steps_per_contact=25)
+    with with_word("synchronized_verlet") as synchronized:
+        for engine in (lammps, synchronized):
+            rows = verify_trials(case, engine, Study("quick"), [trial]).checks
+            assert {row.verdict for row in rows if row.judged} == {Verdict.PASS}
+        one, other = (
+            case.read(coarse, engine.run([case.job(coarse)])[0], engine.traits)["tangential_ratio"]
+            for engine in (lammps, synchronized)
+        )
+    limit = case.expected(trial.parameters, Rules())["tangential_ratio"].value
+    assert 0.0 < abs(one - other) < 2e-5  # the keyword acts
+    assert 3e-4 < abs(one - limit) < 2e-3
+    assert 3e-4 < abs(other - limit) < 2e-3
+
+
 @pytest.mark.live
 @pytest.mark.usefixtures("lammps_here")
 @pytest.mark.parametrize("system", ["wall", "unequal spheres"])
