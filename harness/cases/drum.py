@@ -22,7 +22,6 @@ from harness.cases.bulk.materials import (
     Sphere,
     SteelModulus,
     StepSize,
-    check_memory,
 )
 from harness.cases.bulk.materials import values_of as bed_values
 from harness.cases.bulk.mixing import Contacts, cells_of, lacey_index, surface_angle, touching
@@ -386,8 +385,7 @@ class DrumCase(BulkCase[Drum]):
         return (*super().systems(level), published)
 
     def job(self, parameters: Drum) -> Job:
-        """Return the job of one drum; raise RequestError for more grains than memory holds."""
-        check_memory(parameters.grains)
+        """Return the job of one drum."""
         values = {**values_of(parameters), **restart_values(parameters)}
         return Job(TEMPLATE, values, sampled=True)
 

@@ -29,7 +29,6 @@ from harness.cases.bulk.materials import (
     SteelModulus,
     StepSize,
     YoungsModulus,
-    check_memory,
     values_of,
 )
 from harness.cases.bulk.rules import ALLOWED, PAIR, SPRINGS, Law, law_of
@@ -237,8 +236,7 @@ class HeapCase(BulkCase[Heap]):
         return {"small": Heap(), "sliding": Heap(rolling_friction=0.0)}
 
     def job(self, parameters: Heap) -> Job:
-        """Return the job of one heap; raise RequestError for more grains than memory holds."""
-        check_memory(parameters.grains)
+        """Return the job of one heap."""
         return Job(TEMPLATE, values_of(parameters), sampled=True)
 
     def read(self, parameters: Heap, output: Output, traits: Traits) -> Mapping[str, float]:

@@ -358,8 +358,9 @@ def quantity_key(quantity: Observable) -> str:
 
 def column_of(name: str, unit: str) -> str:
     """Return a name with its unit, as ``stiffness_N_per_m``; one that ends in it stays."""
-    spelled = unit.replace("/", "_per_").replace(" ", "").replace("^", "")
-    if spelled in ("", "1", "-") or name.endswith(f"_{spelled}"):
+    spelled = unit.removeprefix("1").replace("/", "_per_").replace(" ", "").replace("^", "")
+    spelled = spelled.removeprefix("_")  # of 1/s
+    if spelled in ("", "-") or name.endswith(f"_{spelled}"):
         return name
     return f"{name}_{spelled}"
 

@@ -333,6 +333,8 @@ def test_two_sweeps_in_one_folder_are_refused(tmp_path):
         ("impulse_Ns", "N s", "impulse_Ns"),
         ("gravity", "m/s2", "gravity_m_per_s2"),
         ("ratio", "1", "ratio"),
+        ("discharge_rate_per_s", "1/s", "discharge_rate_per_s"),
+        ("rate", "1/s", "rate_per_s"),
         ("wells", "", "wells"),
     ],
 )

@@ -193,7 +193,8 @@ class Bed(Parameters):
 
 
 def values_of(p: Bed) -> dict[str, Value]:
-    """Return the values of a script."""
+    """Return the values of a script; raise RequestError for more grains than memory holds."""
+    check_memory(p.grains)
     values: dict[str, Value] = {n: v for n, v in dict(p).items() if n not in p.DERIVED}
     more = {"settle_steps": p.settle_steps, "steps": p.steps, "series_every": p.every}
     return {**values, **more, "damping": "coeff_restitution"}

@@ -1,7 +1,7 @@
 """Beds whose places come from a file: read, checked, written as LAMMPS and LIGGGHTS read them.
 
-A row is radius, x, y, z [m], as in the public drivers of MercuryDPM; what is no row of four
-numbers at the top is a head.
+A row is radius, x, y, z [m], as in the public drivers of MercuryDPM. Lines at the top that are not
+numbers are a head, and so is a number of grains alone.
 """
 
 from __future__ import annotations
@@ -140,7 +140,7 @@ def _rows(source: str, published: str) -> Floats:
             row = []
         if len(row) == 4 and np.isfinite(row).all():
             rows.append(row)
-        elif line.strip() and rows:
+        elif line.strip() and (rows or (row and not line.strip().isdecimal())):
             raise RequestError(
                 f"places {source}, line {number}: {line.strip()[:40]!r}: must be four numbers, "
                 "radius x y z"

@@ -190,7 +190,7 @@ class Lammps(LammpsLanguage):
     most as many as shared memory has room for. Runs that can go on after they were cut leave their
     restart files in ``restarts``: long ones, and with ``restart_every`` [steps] all whose scripts
     can.
-    Raise RequestError when the executable or the launcher is not there.
+    Raise RequestError when the executable or the launcher is not there, and for steps below 0.
     """
 
     name = "lammps"
@@ -224,6 +224,11 @@ class Lammps(LammpsLanguage):
         restarts: str | None = None,
         restart_every: int | None = None,
     ) -> None:
+        if restart_every is not None and restart_every < 0:
+            raise RequestError(
+                f"--engine-option lammps.restart_every={restart_every}: must be a number of steps, "
+                "0 for no restart files"
+            )
         self._restarts = Path(restarts) if restarts else None
         self._restart_every = restart_every
         self._environment = ExitStack()

@@ -43,7 +43,7 @@ def test_the_published_bed_has_25000_grains_that_touch_floor_and_walls():
 
 
 def test_places_are_those_of_the_file_seen_from_the_corner_packed_or_not(tmp_path):
-    text = HEAD + ROW.format(0.002) + ROW.format(-0.004)
+    text = HEAD + "2\n" + ROW.format(0.002) + ROW.format(-0.004)
     plain, packed = tmp_path / "bed.txt", tmp_path / "bed.txt.xz"
     plain.write_text(text)
     packed.write_bytes(lzma.compress(text.encode()))
@@ -54,6 +54,7 @@ def test_places_are_those_of_the_file_seen_from_the_corner_packed_or_not(tmp_pat
 
 WRONG = {
     "a row cut short": (HEAD + ROW.format(0.002) + "0.001 0.004\n", "line 3: '0.001 0.004': must"),
+    "the first row cut short": ("0.001 0.002\n" + ROW.format(0.006), "line 1: '0.001 0.002': must"),
     "a word": (ROW.format(0.002) + "0.001 a 0 0\n", "line 2: '0.001 a 0 0': must be four numbers"),
     "nothing": (HEAD, "no line of four numbers"),
     "another radius": ("0.002 0 0 0.002\n", "grain 1 has the radius 0.002 m: must be radius"),

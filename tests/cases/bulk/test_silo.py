@@ -8,11 +8,20 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
+from harness.cases.bulk import materials
 from harness.cases.bulk.materials import check_memory
 from harness.cases.bulk.rules import Law
 from harness.cases.bulk.seeds import Runs
 from harness.cases.bulk.series import largest_gain
-from harness.cases.silo import CASE, Silo, arching, largest_elastic_energy, values_of
+from harness.cases.registry import get_case
+from harness.cases.silo import (
+    CASE,
+    STRESS_RATIO,
+    Silo,
+    arching,
+    largest_elastic_energy,
+    values_of,
+)
 from harness.cases.verification import Study
 from harness.comparison.verdicts import Verdict
 from harness.comparison.verification import Findings
@@ -26,6 +35,7 @@ from harness.errors import (
     RequestError,
 )
 from harness.observables.provenance import Provenance
+from harness.theory.bulk import janssen_share
 
 TINY = Silo(
     layers=5, silo_radius=0.012, orifice_radius=0.008, cone_height=0.004, settle_time=0.1,
@@ -61,6 +71,16 @@ def test_more_grains_than_memory_holds_are_refused():
     with pytest.raises(RequestError, match=r"^1000000000000 grains: would take 2e\+06 GB"):
         check_memory(10**12)
     check_memory(Silo().grains)
+
+
+@pytest.mark.parametrize("name", ["silo", "drum", "penetration", "heap"])
+def test_no_case_runs_more_grains_than_memory_holds(name, monkeypatch):
+    case = get_case(name)
+    case.job(case.default)
+    monkeypatch.setattr(materials, "GRAIN_BYTES", 10**12)
+    for p in case.presets.values():
+        with pytest.raises(RequestError, match=rf"^{p.grains} grains: would take .* must be at"):
+            case.job(p)
 
 
 def test_the_surface_of_a_bed_is_where_its_mean_height_is_that_of_the_grains():
@@ -169,7 +189,18 @@ def runs(engine="LAMMPS", **changes):
 )
 def test_a_planted_fault_turns_its_check(fault, verdicts):
     rows = CASE.judge(CASE.judged, runs(**fault), Silo())
-    assert [row.verdict for row in rows] == [*verdicts, Verdict.FINDING, Verdict.FINDING]
+    assert [row.verdict for row in rows] == [*verdicts, *3 * [Verdict.FINDING]]
+
+
+def test_the_load_of_the_shaft_stands_beside_janssens():
+    p, found = Silo(), read()
+    rows = CASE.judge(CASE.judged, runs(shaft_load_ratio=-0.02, walls_load_ratio=0.97), p)
+    height = found["bed_height_m"]
+    share = janssen_share(height - p.cone_height, p.silo_radius, p.steel_friction, STRESS_RATIO)
+    share *= 1.0 - p.volume(p.cone_height) / p.volume(height)
+    assert (rows[-1].value, rows[-1].expected) == (-0.02, pytest.approx(share))
+    assert "All walls bear 0.97 of the weight" in rows[-1].note
+    assert read(Silo(steel_friction=0.0))["janssen_load_ratio"] == 0.0
 
 
 def test_codes_of_other_rates_fail_and_few_or_scattered_seeds_decide_nothing():

@@ -1,5 +1,7 @@
 """Cases of single contacts beyond impacts: what they refuse, and planted faults that turn them."""
 
+import subprocess
+
 import pytest
 
 from harness.cases.contact.verification import verify_trials
@@ -7,6 +9,7 @@ from harness.cases.registry import get_case
 from harness.cases.verification import Study
 from harness.comparison.verdicts import Verdict
 from harness.engines.lammps.engine import Lammps
+from harness.engines.output import results_in
 from harness.errors import RequestError
 from harness.parameters.rules import Rules
 from harness.workflows.case_runs import run
@@ -122,6 +125,88 @@ def test_what_lammps_is_told_wrongly_turns_a_row(lammps, name, system, faults):
     for fault in faults:
         planted = Planted(lammps, fault, 1.01)
         assert Verdict.FAIL in verdicts(planted, case, system), fault
+
+
+GRANULAR = r'"pair_coeff \* \* \$\{granular\}"'
+
+
+def with_word(word):
+    """Return LAMMPS whose pairs have a keyword more."""
+    engine = Lammps(workers=1)
+    engine.replaced = {GRANULAR: f'"pair_coeff * * ${{granular}} {word}"'}
+    return engine
+
+
+@pytest.mark.live
+@pytest.mark.usefixtures("lammps_here")
+@pytest.mark.parametrize("submodel", [one.name for one in get_case("collision").submodels])
+def test_a_small_sphere_on_a_large_one_has_one_limit_in_both_schemes(lammps, submodel):
+    """synchronized_verlet (pull requests 4244, 4351) changes what a finite step does alone."""
+    case = get_case("collision")
+    plan = {(one.submodel, one.system): one for one in case.trials("default")}
+    trial = plan[submodel, "size ratio 100"]
+    coarse = trial.parameters.replace(steps_per_contact=25)
+    with with_word("synchronized_verlet") as synchronized:
+        for engine in (lammps, synchronized):
+            rows = verify_trials(case, engine, Study("quick"), [trial]).checks
+            assert {row.verdict for row in rows if row.judged} == {Verdict.PASS}
+        one, other = (
+            case.read(coarse, engine.run([case.job(coarse)])[0], engine.traits)["tangential_ratio"]
+            for engine in (lammps, synchronized)
+        )
+    limit = case.expected(trial.parameters, Rules())["tangential_ratio"].value
+    assert 0.0 < abs(one - other) < 2e-5  # the keyword acts
+    assert 3e-4 < abs(one - limit) < 2e-3
+    assert 3e-4 < abs(other - limit) < 2e-3
+
+
+IN_THE_NECK = """
+units si
+atom_style sphere
+atom_modify map array sort 0 0
+newton off
+comm_modify vel yes
+boundary f f f
+region box block -0.02 0.02 -0.02 0.02 -0.02 0.02
+create_box 2 box
+create_atoms 1 single -0.005 0 0
+create_atoms 1 single 0.005 0 0
+create_atoms 2 single 0 2.8e-5 0.0016005365
+set type 1 diameter 0.01 density 2500
+set type 2 diameter 0.0005 density 2500
+group large type 1
+group small type 2
+pair_style granular
+pair_coeff * * hooke 1e4 0.5 tangential linear_history 8235 0 ${friction} &
+  damping coeff_restitution ${word}
+fix frozen large freeze
+fix weight small gravity 9.81 vector 0 0 -1
+fix moves small nve/sphere
+timestep ${step}
+run $(round(0.1/dt)) post no
+print "RESULT along = $(y[3]:%.17g)"
+"""
+
+
+@pytest.mark.live
+def test_a_small_sphere_between_two_large_ones_does_not_stick(lmp, tmp_path):
+    """The example of pull request 4351: the small sphere rolls along the neck, in both schemes."""
+    (tmp_path / "in.neck").write_text(IN_THE_NECK, encoding="utf-8")
+
+    def along(step, word="", friction=0.5):
+        sets = {"step": step, "word": word, "friction": friction}
+        words = (part for name, value in sets.items() for part in ("-var", name, str(value)))
+        command = [lmp, "-in", "in.neck", "-log", "log", "-screen", "none", *words]
+        subprocess.run(command, cwd=tmp_path, check=True)
+        return float(dict(results_in((tmp_path / "log").read_text("utf-8")))["along"])
+
+    rolled = along(1e-6)
+    assert rolled > 10 * 2.8e-5
+    plain, synchronized = along(4e-6), along(4e-6, "synchronized_verlet")
+    assert plain == pytest.approx(rolled, rel=1e-5)
+    assert synchronized == pytest.approx(rolled, rel=2e-4)
+    assert synchronized != pytest.approx(rolled, rel=2e-5)  # an error of the step
+    assert along(4e-6, friction=0.0) != pytest.approx(rolled, rel=0.1)
 
 
 @pytest.mark.live
