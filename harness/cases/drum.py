@@ -19,6 +19,7 @@ from scipy.optimize import brentq
 from harness.cases.bulk.energy import ELASTIC, judge_gain, tangential_share
 from harness.cases.bulk.materials import (
     Bed,
+    RollingFriction,
     Sphere,
     SteelModulus,
     StepSize,
@@ -27,7 +28,7 @@ from harness.cases.bulk.materials import values_of as bed_values
 from harness.cases.bulk.mixing import Contacts, cells_of, lacey_index, surface_angle, touching
 from harness.cases.bulk.places import PUBLISHED, Cylinder, read_grains, write_grains
 from harness.cases.bulk.restarts import restart_values
-from harness.cases.bulk.rules import ALLOWED
+from harness.cases.bulk.rules import ALLOWED, NEUTRAL, Law, law_of
 from harness.cases.bulk.seeds import BulkCase, Curve, Runs, System
 from harness.cases.bulk.series import check_rows
 from harness.cases.contract import LevelName
@@ -82,6 +83,7 @@ class Drum(Bed):
     small_friction: float = Field(0.3, ge=0.0, le=2.0, description="[-] between small grains")
     mixed_restitution: float = Field(0.45, gt=0.05, le=1.0, description="[-] of large on small")
     mixed_friction: float = Field(0.2, ge=0.0, le=2.0, description="[-] of large on small")
+    rolling_friction: RollingFriction = 0.0
     steel_youngs_modulus: SteelModulus = 5.25e7
     drum_radius: float = Field(0.024, gt=0.0, le=10.0, description="[m] of the drum")
     drum_length: float = Field(0.02, gt=0.0, le=10.0, description="[m] of the drum")
@@ -277,7 +279,9 @@ def values_of(p: Drum) -> dict[str, Value]:
     return {**bed_values(p), **more}
 
 
-TEMPLATE = Template(NAME, {"": values_of(Drum())}, allowed=allowed_in(Drum) | ALLOWED)
+TEMPLATE = Template(
+    NAME, {"": values_of(Drum())}, allowed=allowed_in(Drum) | ALLOWED, neutral=NEUTRAL
+)
 
 
 def check_walls(p: Drum, table: Table, who: str) -> None:
@@ -353,11 +357,16 @@ class DrumCase(BulkCase[Drum]):
         """Return where materials and process were published."""
         if preset == PUBLISHED:
             return "Dosta and others 2024, the bed of 38,000"
-        return "Dosta and others 2024 (moduli four thousand times smaller, a quarter of the size)"
+        source = "Dosta and others 2024 (moduli four thousand times smaller, a quarter of the size)"
+        return f"{source}; friction of the heap" if preset.startswith("slow") else source
 
     @property
     def presets(self) -> Mapping[str, Drum]:
-        """Return seven hundred soft grains, and the drum of 38,000 as published."""
+        """Return seven hundred soft grains, the drum of 38,000 as published, and a slow one.
+
+        The slow drum has the friction of the heap's grains in every pair, with and without their
+        resistance to rolling: the angle of repose, after a third of its turn.
+        """
         published = Drum(
             places=PUBLISHED,
             large_youngs_modulus=5e8,
@@ -370,7 +379,10 @@ class DrumCase(BulkCase[Drum]):
             settle_time=0.0,
             step_size=8e-7,
         )
-        return {"small": Drum(), PUBLISHED: published}
+        frictions = ("large_friction", "small_friction", "mixed_friction", "steel_friction")
+        sliding = Drum(speed=1.0, turn=120.0, settle_time=0.4, **dict.fromkeys(frictions, 0.5))
+        rolling = sliding.replace(rolling_friction=0.1)
+        return {"small": Drum(), PUBLISHED: published, "slow": rolling, "slow-sliding": sliding}
 
     def systems(self, level: LevelName) -> Sequence[System]:
         """Return the small drum, and at level full the published one from four beginnings.
@@ -383,6 +395,10 @@ class DrumCase(BulkCase[Drum]):
         trials = {f"rest {t:g} s": p.replace(settle_time=t) for t in (0.0, 0.01, 0.02, 0.03)}
         published = System(f"{self.name}: {PUBLISHED}", p, trials, from_level="full")
         return (*super().systems(level), published)
+
+    def law(self, traits: Traits, parameters: Drum) -> Law:
+        """Return by which rules an engine follows the law, those of rolling included."""
+        return law_of(traits, parameters.rolling_friction)
 
     def job(self, parameters: Drum) -> Job:
         """Return the job of one drum."""

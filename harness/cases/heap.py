@@ -8,9 +8,8 @@ of glued grains. The sides have no friction unless it is set, so that they bear 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from itertools import product
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -22,6 +21,7 @@ from harness.cases.bulk.materials import (
     Duration,
     Friction,
     Layers,
+    RollingFriction,
     Scatter,
     SettleTime,
     Spacing,
@@ -31,12 +31,12 @@ from harness.cases.bulk.materials import (
     YoungsModulus,
     values_of,
 )
-from harness.cases.bulk.rules import ALLOWED, PAIR, SPRINGS, Law, law_of
+from harness.cases.bulk.rules import ALLOWED, NEUTRAL, Law, law_of
 from harness.cases.bulk.seeds import BulkCase, Curve, Runs, System
 from harness.cases.bulk.series import check_grains, largest_gain
 from harness.comparison.verdicts import Check, Kind, Tolerance, judge
-from harness.engines.contract import Job, Output, Template, Value
-from harness.engines.traits import Traits, stating
+from harness.engines.contract import Job, Output, Template
+from harness.engines.traits import Traits
 from harness.errors import EngineUndecidedError
 from harness.parameters.allowed import allowed_in
 
@@ -75,9 +75,7 @@ class Heap(BedOfOneKind):
     radius: float = Field(2e-3, gt=0.0, description="[m] of a grain: the mean")
     youngs_modulus: YoungsModulus = 4e5
     friction: Friction = 0.5
-    rolling_friction: float = Field(
-        0.1, ge=0.0, le=2.0, description="[-] between grains: the torque is at most mu_r F_n R*"
-    )
+    rolling_friction: RollingFriction = 0.1
     steel_youngs_modulus: SteelModulus = 8.4e7
     steel_friction: SteelFriction = 0.0
     settle_time: SettleTime = 0.3
@@ -130,10 +128,7 @@ class Heap(BedOfOneKind):
 
 
 TEMPLATE = Template(
-    NAME,
-    {"": values_of(Heap())},
-    allowed=allowed_in(Heap) | ALLOWED,
-    neutral={"rolling_friction": 0.0},
+    NAME, {"": values_of(Heap())}, allowed=allowed_in(Heap) | ALLOWED, neutral=NEUTRAL
 )
 
 
@@ -186,19 +181,6 @@ def check_decided(p: Heap, ridge: float, table: Table) -> None:
             f"layers = {p.layers} are too few for length = {p.length}",
             {},
         )
-
-
-def rolling_of(traits: Traits) -> str:
-    """Return what the spring of rolling is in an engine: what its contact models declare."""
-    words = product(("no", "yes"), SPRINGS)
-    tails: Iterator[Mapping[str, Value]] = (
-        {"clipped": clipped, "tangential": spring} for clipped, spring in words
-    )
-    law: dict[str, Value] = {**PAIR, "damping": "coeff_restitution", "rolling": "sds"}
-    law |= {"rolling_stiffness": 1.0, "rolling_damping": 0.0, "rolling_friction": 0.1}
-    if any(not stating(traits.contact_models, law | dict(tail))[1] for tail in tails):
-        return "of one stiffness for all overlaps"
-    return "the code's own, as stiff as the tangential spring of the overlap as it is"
 
 
 BED_AT_REST = Tolerance(
@@ -287,11 +269,7 @@ class HeapCase(BulkCase[Heap]):
 
     def law(self, traits: Traits, parameters: Heap) -> Law:
         """Return by which rules an engine follows the law, those of rolling included."""
-        law = law_of(traits)
-        if parameters.rolling_friction == 0.0:
-            return law
-        words = f"{law.words}; the rolling spring is {rolling_of(traits)}"
-        return replace(law, words=words, values={})  # no script states the spring of another code
+        return law_of(traits, parameters.rolling_friction)
 
     def curves(self, p: Heap, output: Output) -> Sequence[tuple[Floats, Floats]]:
         """Return the profile at the end [mm], and the angle [deg] over time [s].

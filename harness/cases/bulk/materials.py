@@ -114,6 +114,10 @@ Scatter = Annotated[
     float, Field(ge=0.0, le=1.0, description="[-] range of the first places, in diameters")
 ]
 Friction = Annotated[float, Field(ge=0.0, le=2.0, description="[-] between grains")]
+RollingFriction = Annotated[
+    float,
+    Field(ge=0.0, le=2.0, description="[-] between grains: the torque is at most mu_r F_n R*"),
+]
 SteelFriction = Annotated[float, Field(ge=0.0, le=2.0, description="[-] on steel")]
 Radius = Annotated[float, Field(gt=0.0, description="[m] of a grain")]
 YoungsModulus = Annotated[float, Field(gt=0.0, description="[Pa] of the grains")]

@@ -9,8 +9,9 @@ code that can state the other's rules is run under these as well.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
+from itertools import product
 from typing import TYPE_CHECKING
 
 from harness.comparison.verdicts import Check, Kind, Verdict, finding
@@ -48,6 +49,8 @@ PAIR: Mapping[str, Value] = {
 }
 """Two grains, by the names of values of contact jobs."""
 
+NEUTRAL: Mapping[str, Value] = {"rolling_friction": 0.0}
+"""Values of jobs that say nothing, for scripts without rolling."""
 
 FIT = (
     *(-6.918798, -16.41105, 146.8049, -796.4559, 2928.711),
@@ -102,12 +105,17 @@ class Law:
         return changed
 
 
-def law_of(traits: Traits) -> Law:
-    """Return by which rules an engine follows the law.
+def law_of(traits: Traits, rolling_friction: float = 0.0) -> Law:
+    """Return by which rules an engine follows the law, with resistance to rolling those of it too.
+
+    No script states the spring of rolling of another code: with it there are no values.
 
     Of an engine that states no dashpot beside tangential springs without one, the values are those
     that its model puts in their place, and its words say what these leave out.
     """
+    if rolling_friction > 0.0:
+        law = law_of(traits)
+        return replace(law, words=f"{law.words}; {rolling_of(traits)}", values={})
     for spring, words in SPRINGS.items():
         for clipped, tail in (("no", "attracts"), ("yes", "never attracts")):
             values: dict[str, Value] = {"tangential": spring, "clipped": clipped}
@@ -121,6 +129,20 @@ def law_of(traits: Traits) -> Law:
             more = model.nearest({**PAIR, **values}) if model.nearest else {}
             return Law(f"the tangential spring is {words}; {why}", {**values, **more}, why)
     return Law()
+
+
+def rolling_of(traits: Traits) -> str:
+    """Return what the spring of rolling is in an engine: what its contact models declare."""
+    words = product(("no", "yes"), SPRINGS)
+    tails: Iterator[Mapping[str, Value]] = (
+        {"clipped": clipped, "tangential": spring} for clipped, spring in words
+    )
+    law: dict[str, Value] = {**PAIR, "damping": "coeff_restitution", "rolling": "sds"}
+    law |= {"rolling_stiffness": 1.0, "rolling_damping": 0.0, "rolling_friction": 0.1}
+    if any(not stating(traits.contact_models, law | dict(tail))[1] for tail in tails):
+        return "the rolling spring is of one stiffness for all overlaps"
+    own = "the code's own, as stiff as the tangential spring of the overlap as it is"
+    return f"the rolling spring is {own}"
 
 
 def _lack(traits: Traits, choice: Values) -> tuple[ContactModel, str]:

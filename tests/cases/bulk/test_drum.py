@@ -11,18 +11,22 @@ import numpy as np
 import pytest
 
 from harness.cases.bulk.mixing import touching
+from harness.cases.bulk.places import write_grains
 from harness.cases.bulk.seeds import Runs
 from harness.cases.drum import CASE, COLUMNS, Drum, drum_energy, elastic_energy, values_of
 from harness.comparison.verdicts import Verdict
 from harness.engines.contract import Job
 from harness.engines.lammps.engine import Lammps
+from harness.engines.liggghts.engine import Liggghts
 from harness.engines.output import Output
+from harness.engines.registry import engine_class
 from harness.errors import EngineLostAtomsError, EngineOutputError, RequestError
 from harness.observables.provenance import Provenance
 
 TINY = Drum(drum_radius=0.014, drum_length=0.0105, small_layers=2, large_layers=0, speed=5.3,
             turn=90.0, settle_time=0.1)  # fmt: skip
 TRAITS = Lammps.traits
+LIGGGHTS = pytest.mark.skipif(shutil.which("liggghts") is None, reason="liggghts is not installed")
 
 WRONG = [
     ({"large_layers": -5}, "large_layers = -5: no large grain finds room in the drum"),
@@ -30,6 +34,7 @@ WRONG = [
     ({"scatter": 0.3}, "scatter = 0.3: grains overlap at the start; must be at most spacing - 1"),
     ({"step_size": 1e-4}, "step_size = 0.0001 s: must be at most"),
     ({"speed": 0.0}, "speed = 0.0 rad/s: must be greater than 0"),
+    ({"rolling_friction": -0.1}, "rolling_friction = -0.1: must be greater than or equal to 0"),
 ]
 
 
@@ -208,6 +213,26 @@ def test_codes_that_part_fail_in_the_quantity_that_parts(fault, verdicts):
     ] == verdicts
 
 
+def test_codes_that_do_not_resist_rolling_refuse_it():
+    for code in ("yade", "kratos"):
+        engine = engine_class(code).__new__(engine_class(code))
+        engine._scheme = "Velocity_Verlet"
+        refused = engine.refuses(CASE.job(CASE.presets["slow"]))
+        assert refused.endswith("has no variable 'rolling_friction' (rolling_friction = 0.1)")
+        for name in ("small", "slow-sliding"):
+            assert not engine.refuses(CASE.job(CASE.presets[name]))
+
+
+def test_another_angle_fails_under_one_law_and_is_a_finding_under_two():
+    kinds = (Lammps, Liggghts)
+    for name, verdict in (("small", Verdict.FAIL), ("slow", Verdict.FINDING)):
+        laws = [CASE.law(kind.traits, CASE.presets[name]) for kind in kinds]
+        mine = replace(runs(), law=laws[0])
+        theirs = replace(runs("LIGGGHTS", surface_angle_deg=28.0), law=laws[1])
+        angle = list(CASE.verification.compared([mine, theirs]))[1]
+        assert angle.verdict is verdict
+
+
 @pytest.fixture(scope="module")
 def lammps():
     with Lammps() as engine:
@@ -215,7 +240,10 @@ def lammps():
 
 
 @pytest.mark.live
-def test_the_work_by_weight_and_angular_momentum_is_that_of_the_walls_forces(lammps):
+@pytest.mark.parametrize("rolling_friction", [0.0, 0.1])
+def test_the_work_by_weight_and_angular_momentum_is_that_of_the_walls_forces(
+    lammps, rolling_friction
+):
     """A second route: in LAMMPS the power of each contact, F (omega x r), step by step.
 
     It tells of one contact of a grain with a region only: the ends are smooth planes here.
@@ -254,7 +282,7 @@ def test_the_work_by_weight_and_angular_momentum_is_that_of_the_walls_forces(lam
         def script(cls, template, variant=""):  # noqa: ARG003
             return watching
 
-    p = TINY.replace(turn=120.0)
+    p = TINY.replace(turn=120.0, rolling_friction=rolling_friction)
     with Watching() as engine:
         (found,) = engine.run([CASE.job(p)])
     assert not isinstance(found, Exception), found
@@ -272,6 +300,75 @@ def test_the_drum_drags_grains_by_friction_alone(lammps):
     rough, smooth = (CASE.read(TINY, one, TRAITS) for one in lammps.run(jobs))
     assert rough["surface_angle_deg"] > 15.0
     assert abs(smooth["surface_angle_deg"]) < 5.0
+
+
+def torque(kind, p, pair, steps, spin, overlap):
+    """Return the torque [N m] of a grain on another that is held in it and turns, by a script.
+
+    Spinning across the normal at a rate [rad/s] for so many steps, without friction of sliding.
+    """
+    grains: dict[str, list[list[float]]] = {"large": [], "small": []}
+    distance = sum(getattr(p, f"{name}_radius") for name in pair) - overlap
+    for name, x in zip(pair, (0.0, distance), strict=True):
+        grains[name].append([x, 0.0, 0.0])
+    grains["large"] = grains["large"] or [[-0.5 * p.drum_radius, 0.0, 0.0]]  # LIGGGHTS needs type 1
+    last = sum(map(len, grains.values()))
+    kinds = [
+        (np.reshape(grains[name], (-1, 3)), sphere.radius, sphere.density)
+        for name, sphere in (("large", p.large), ("small", p.small))
+    ]
+    turn = f"omega 0 {spin} 0" if kind is Lammps else f"omegay {spin}"
+    changes = {
+        "fix move all nve/sphere": f"set atom {last} {turn}\nfix move all nve/noforce",
+        "compute kinetic all ke": f"group last id {last}\ncompute each last property/atom tqy\n"
+        "compute torque last reduce sum c_each\ncompute kinetic all ke",
+        "variable kinetic equal c_kinetic+c_turning": "variable kinetic equal c_torque",
+    }
+    script = kind.script(CASE.template)
+    text = script.text
+    for old, new in changes.items():
+        assert text.count(old) == 1
+        text = text.replace(old, new)
+    watching = replace(script, text=text)
+
+    class Watching(kind):
+        @classmethod
+        def script(cls, template, variant=""):  # noqa: ARG003
+            return watching
+
+    size = ((-0.1, 0.1),) * 3
+    values = {**values_of(p), "bed": "file", "places": str(write_grains(kinds, size))}
+    values |= dict.fromkeys(("large_friction", "small_friction", "mixed_friction"), 0.0)
+    values |= {"settle_steps": steps, "steps": 1, "series_every": 1}
+    with Watching() as engine:
+        (found,) = engine.run([Job(CASE.template, values, sampled=True)])
+    assert not isinstance(found, Exception), found
+    return abs(found.number("bed_kinetic_J"))
+
+
+@pytest.mark.live
+@pytest.mark.parametrize("kind", [Lammps, pytest.param(Liggghts, marks=LIGGGHTS)])
+@pytest.mark.parametrize("pair", [("large", "large"), ("large", "small"), ("small", "small")])
+def test_rolling_is_a_spring_up_to_its_limit(kind, pair):
+    """k_t R*^2 times the angle, k_t = 8 G* a under half of a column; at most mu_r F_n R*."""
+    p, nu = Drum(rolling_friction=0.1), Drum().poisson_ratio
+    one, other = (getattr(p, name) for name in pair)
+    reduced = one.radius * other.radius / (one.radius + other.radius)
+    compliance = 1.0 / one.youngs_modulus + 1.0 / other.youngs_modulus
+    grains = 0.5 * p.drum_radius / (4.0 * reduced)
+    volume = 4.0 / 3.0 * math.pi * (2.0 * reduced) ** 3
+    load = grains * 0.5 * (one.density + other.density) * volume * p.gravity
+    contact = (0.75 * load * reduced * (1.0 - nu**2) * compliance) ** (1.0 / 3.0)
+    overlap = contact**2 / reduced
+    shear = 1.0 / (2.0 * (1.0 + nu) * (2.0 - nu) * compliance)
+    spring = 8.0 * shear * contact * reduced**2
+    limit = p.rolling_friction * load * reduced
+    turn = 0.1 * limit / spring  # rad of ten steps
+    spin = turn / (10.0 * p.step_size)
+    rise = torque(kind, p, pair, 20, spin, overlap) - torque(kind, p, pair, 10, spin, overlap)
+    assert rise == pytest.approx(0.1 * limit, rel=1e-5)
+    assert torque(kind, p, pair, 300, spin, overlap) == pytest.approx(limit, rel=1e-5)
+    assert torque(kind, p.replace(rolling_friction=0.0), pair, 300, spin, overlap) == 0.0
 
 
 SLIDING = """
@@ -319,10 +416,8 @@ def test_the_velocity_of_a_turning_region_is_in_its_contacts(tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(shutil.which("liggghts") is None, reason="liggghts is not installed")
+@LIGGGHTS
 def test_liggghts_starts_from_the_same_places_and_turns_the_same_way(lammps):
-    from harness.engines.liggghts.engine import Liggghts
-
     jobs = [CASE.job(TINY)]
     with Liggghts() as other:
         one, two = (engine.run(jobs)[0] for engine in (lammps, other))

@@ -15,7 +15,6 @@ from harness.cases.heap import (
     Heap,
     largest_elastic_energy,
     over_sill,
-    rolling_of,
     slope_angles,
     values_of,
 )
@@ -219,7 +218,6 @@ def test_without_rolling_codes_of_one_tangential_spring_have_one_law():
     laws = [CASE.law(kind.traits, sliding) for kind in (Lammps, Liggghts, Yade)]
     assert laws[0].words == laws[1].words != laws[2].words
     assert laws[2].values["tangential"] == "mindlin/force"
-    assert not CASE.law(Yade.traits, Heap()).values  # with rolling nothing is like it
 
 
 def test_levels_but_quick_verify_the_heap_without_rolling_too():
@@ -252,11 +250,6 @@ def test_codes_that_do_not_resist_rolling_refuse_it():
         refused = engine.refuses(CASE.job(Heap()))
         assert refused.endswith("has no variable 'rolling_friction' (rolling_friction = 0.1)")
         assert not engine.refuses(CASE.job(CASE.presets["sliding"]))
-
-
-def test_the_spring_of_rolling_is_read_off_the_contact_models():
-    assert rolling_of(TRAITS) == "of one stiffness for all overlaps"
-    assert rolling_of(Liggghts.traits).startswith("the code's own")
 
 
 def test_the_elastic_energy_of_columns_is_below_its_bound():

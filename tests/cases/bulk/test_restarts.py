@@ -242,14 +242,14 @@ def test_by_hand_the_files_of_other_parameters_are_refused(lmp, tmp_path):
     assert "\nERROR: restart_files = silo: are those of a run with other parameters" in log
 
 
-def settled(lmp, folder, every, plant=lambda text: text):
+def settled(lmp, folder, every, plant=lambda text: text, case=SILO, **values):
     """Return the results of a bed, with a restart file a row before its release or not; the log."""
     folder.mkdir()
-    p = SMALL["silo"]
+    p = SMALL[case.name]
     steps = p.every * (p.settle_steps // p.every)
     more = {"settle_steps": steps, "steps": p.every, RESTART_EVERY: every and steps - p.every}
-    command = words(SILO, lmp, folder, **more)
-    script = folder / "silo.in"
+    command = words(case, lmp, folder, **more, **values)
+    script = folder / f"{case.name}.in"
     script.write_text(plant(script.read_text("utf-8")), "utf-8")
     subprocess.run(command, cwd=folder, check=True)
     log = (folder / "log").read_text("utf-8")
@@ -299,6 +299,29 @@ def test_what_contacts_and_walls_remember_comes_through_and_its_loss_is_noticed(
             engine.output(task, log, "", 1.0)
     print(lost)
     assert abs(lost["bed_kinetic_J"] / plain["bed_kinetic_J"] - 1.0) > 1e-6
+
+
+@pytest.mark.live
+def test_springs_of_rolling_come_through_a_restart_in_a_drum_that_is_not_sorted(lmp, tmp_path):
+    """A planted fault: sorting turns them round, which it does with a restart file as without."""
+
+    def energy(name, every, plant=lambda text: text, rolling_friction=0.1):
+        folder, more = tmp_path / name, {"case": DRUM, "rolling_friction": rolling_friction}
+        found, log = settled(lmp, folder, every, plant, **more)
+        assert ("\nread_restart" in log) == (every > 0)
+        assert ("\natom_modify sort 0 0" in log) == (rolling_friction > 0.0 and name != "sorted")
+        check_log(log)
+        return found["bed_kinetic_J"]
+
+    def sort(text):
+        never = '"atom_modify sort 0 0"'
+        assert never in text
+        return in_two_runs(text.replace(never, '"atom_modify sort 50 0"'))
+
+    plain = energy("plain", 0, in_two_runs)
+    assert energy("again", 1) == pytest.approx(plain, rel=1e-9)
+    assert energy("sorted", 0, sort) != pytest.approx(plain, rel=1e-6)
+    assert energy("sliding", 0, in_two_runs, 0.0) != pytest.approx(plain, rel=1e-3)
 
 
 def test_a_series_that_lacks_rows_is_an_error():

@@ -40,6 +40,16 @@ def test_the_laws_are_those_declared_with_the_contact_models():
     assert "times the stiffness of the overlap as it is; the dashpot never" in law_of(other).words
 
 
+def test_resistance_to_rolling_is_a_law_of_each_code_that_no_script_of_another_states():
+    rolling = {name: law_of(engine_class(name).traits, 0.1) for name in LAWS}
+    for name, law in rolling.items():
+        assert law.words.startswith(LAWS[name].words)
+        assert not law.values
+    assert rolling["lammps"].words.endswith("is of one stiffness for all overlaps")
+    assert "the rolling spring is the code's own" in rolling["liggghts"].words
+    assert law_of(engine_class("lammps").traits, 0.0) == LAWS["lammps"]
+
+
 def test_the_values_of_a_law_state_it_in_scripts():
     job = CASE.job(CASE.default)
     values = LAWS["kratos"].stated(job.values)
