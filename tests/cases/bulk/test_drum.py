@@ -239,6 +239,13 @@ def lammps():
         yield engine
 
 
+def saying(kind, text):
+    """Return an engine's class whose script of the drum has another text."""
+    script = replace(kind.script(CASE.template), text=text)
+    words = {"script": classmethod(lambda *_: script), "__module__": kind.__module__}
+    return type("Saying", (kind,), words)
+
+
 @pytest.mark.live
 @pytest.mark.parametrize("rolling_friction", [0.0, 0.1])
 def test_the_work_by_weight_and_angular_momentum_is_that_of_the_walls_forces(
@@ -275,15 +282,8 @@ def test_the_work_by_weight_and_angular_momentum_is_that_of_the_walls_forces(
     text = f"{before}fix power all ave/time 1 1 1 {both} ave running\n{began}{rest}"
     told = 'print "RESULT power = $(f_power[1]+f_power[2]:%.12g)"\n'
     text = text.replace('print "RESULT outside', told + 'print "RESULT outside')
-    watching = replace(kind.script(template), text=text)
-
-    class Watching(kind):
-        @classmethod
-        def script(cls, template, variant=""):  # noqa: ARG003
-            return watching
-
     p = TINY.replace(turn=120.0, rolling_friction=rolling_friction)
-    with Watching() as engine:
+    with saying(kind, text)() as engine:
         (found,) = engine.run([CASE.job(p)])
     assert not isinstance(found, Exception), found
     work = found.number("power") * p.steps * p.step_size
@@ -300,6 +300,28 @@ def test_the_drum_drags_grains_by_friction_alone(lammps):
     rough, smooth = (CASE.read(TINY, one, TRAITS) for one in lammps.run(jobs))
     assert rough["surface_angle_deg"] > 15.0
     assert abs(smooth["surface_angle_deg"]) < 5.0
+
+
+@pytest.mark.live
+@pytest.mark.parametrize(
+    ("kind", "words"),
+    [
+        (Lammps, ' string "rolling none"'),
+        pytest.param(Liggghts, " rolling_friction epsd2", marks=LIGGGHTS),
+    ],
+)
+def test_without_resistance_the_words_of_rolling_change_no_bit(kind, words):
+    """A planted fault, a sixth digit of the friction, moves the grains."""
+    text = kind.script(CASE.template).text
+    assert words in text
+    plain = text.replace(words, ' string ""' if kind is Lammps else "")
+    other = {"small_friction": TINY.small_friction + 1e-6}
+    last = []
+    for its, more in ((text, {}), (plain, {}), (text, other)):
+        with saying(kind, its)() as engine:
+            (found,) = engine.run([Job(CASE.template, {**values_of(TINY), **more}, sampled=True)])
+        last.append((found.number("bed_kinetic_J"), *found.table(COLUMNS)["x_m"][-1]))
+    assert last[0] == last[1] != last[2]
 
 
 def torque(kind, p, pair, steps, spin, overlap):
@@ -324,23 +346,15 @@ def torque(kind, p, pair, steps, spin, overlap):
         "compute torque last reduce sum c_each\ncompute kinetic all ke",
         "variable kinetic equal c_kinetic+c_turning": "variable kinetic equal c_torque",
     }
-    script = kind.script(CASE.template)
-    text = script.text
+    text = kind.script(CASE.template).text
     for old, new in changes.items():
         assert text.count(old) == 1
         text = text.replace(old, new)
-    watching = replace(script, text=text)
-
-    class Watching(kind):
-        @classmethod
-        def script(cls, template, variant=""):  # noqa: ARG003
-            return watching
-
     size = ((-0.1, 0.1),) * 3
     values = {**values_of(p), "bed": "file", "places": str(write_grains(kinds, size))}
     values |= dict.fromkeys(("large_friction", "small_friction", "mixed_friction"), 0.0)
     values |= {"settle_steps": steps, "steps": 1, "series_every": 1}
-    with Watching() as engine:
+    with saying(kind, text)() as engine:
         (found,) = engine.run([Job(CASE.template, values, sampled=True)])
     assert not isinstance(found, Exception), found
     return abs(found.number("bed_kinetic_J"))
