@@ -538,7 +538,7 @@ def against_points(engine: str, runs: Runs, drawn: Sequence[Curve]) -> Iterator[
 def draw(engines: Sequence[Runs], place: int, curve: Curve) -> Figure:
     """Draw a curve of every seed, and how far the mean of each engine is from that of all.
 
-    With its standard error; a colour for each engine. A user's points are black.
+    With its standard error; a colour for each engine. A user's points are open squares.
     """
     from matplotlib.figure import Figure
 
@@ -566,7 +566,7 @@ def draw(engines: Sequence[Runs], place: int, curve: Curve) -> Figure:
         errors = None if points.errors is None else up * np.array(points.errors)
         near = (at >= x[0]) & (at <= x[-1])
         off = value - np.interp(at, x, middle)
-        look: dict[str, Any] = {"fmt": "o", "ms": 3.5, "color": BLACK, "lw": 0.8, "zorder": 3}
+        look: dict[str, Any] = {"fmt": "s", "ms": 5, "mfc": "white", "color": BLACK, "zorder": 3}
         above.errorbar(at, value, errors, label=points.name, **look)
         below.errorbar(at[near], off[near], None if errors is None else errors[near], **look)
     above.set(ylabel=curve.y)
@@ -574,5 +574,6 @@ def draw(engines: Sequence[Runs], place: int, curve: Curve) -> Figure:
     below.set(xlabel=curve.x, ylabel="difference")
     seeds = max(len(values) for values in every) > 1
     words = "mean of a code less that of all, with its standard error"
-    below.set_title(words if seeds else "a code less the mean of all", fontsize=9)
+    words = words if seeds else "a code less the mean of all"
+    below.set_title(f"{words}; so for points" if points else words, fontsize=9)
     return figure
