@@ -565,7 +565,7 @@ def draw(engines: Sequence[Runs], place: int, curve: Curve) -> Figure:
         at, value = across * np.array(points.x), up * np.array(points.y)
         errors = None if points.errors is None else up * np.array(points.errors)
         near = (at >= x[0]) & (at <= x[-1])
-        off = value - np.interp(at, x, middle)
+        off = value - np.mean([np.interp(at, *line) for each in lines for line in each], axis=0)
         look: dict[str, Any] = {"fmt": "s", "ms": 5, "mfc": "white", "color": BLACK, "zorder": 3}
         above.errorbar(at, value, errors, label=points.name, **look)
         below.errorbar(at[near], off[near], None if errors is None else errors[near], **look)
@@ -575,5 +575,5 @@ def draw(engines: Sequence[Runs], place: int, curve: Curve) -> Figure:
     seeds = max(len(values) for values in every) > 1
     words = "mean of a code less that of all, with its standard error"
     words = words if seeds else "a code less the mean of all"
-    below.set_title(f"{words}; so for points" if points else words, fontsize=9)
+    below.set_title(f"{words}; points likewise" if points else words, fontsize=9)
     return figure

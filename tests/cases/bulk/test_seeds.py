@@ -133,6 +133,15 @@ def test_points_are_drawn_in_the_units_of_the_axes_with_their_errors():
     assert not plain.containers
 
 
+def test_points_of_a_rough_curve_are_on_it():
+    """More rows than the difference of codes is drawn at."""
+    t = np.linspace(0.0, 1.0, 1001)
+    rough = (-1.0) ** np.arange(1001)
+    points = {CURVE.columns: Points("a.csv", tuple(t[3::100]), tuple(rough[3::100]))}
+    _, below = draw([Runs("LAMMPS", ({},), (((t, rough),),), points=points)], 0, CURVE).axes
+    assert below.containers[0].lines[0].get_ydata() == pytest.approx(0.0)
+
+
 class Falls:
     """An engine of another or the main one: runs that all leave one curve."""
 
