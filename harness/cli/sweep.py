@@ -144,8 +144,6 @@ def sweep(
     For example:
 
         dem-harness sweep tower --over height=1,2,5:20:4 --engines exact,lammps --output mine
-        dem-harness sweep incline --over contact.restitution=0:0.4:5 \
-            --quantity critical_angle_deg,uncertainty_deg --reference measured.csv
         dem-harness sweep oblique --set preset=kharaz --over angle=5:85:9 \
             --quantity rim_speed_ratio --reference measured.csv
         dem-harness sweep silo --set preset=published --over seed=1:4:4 --cost \

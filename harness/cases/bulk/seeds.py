@@ -422,6 +422,7 @@ class BulkDisplay(Display):
 
         p = parameters or self.case.default
         (job,) = self.film_jobs(p, frames)
+        job = replace(job, seconds=self.case.seconds(p, engine.traits))
         words = (
             self.case.summary.partition(":")[0],
             f"{self.case.summary} A cut through the middle.",
