@@ -557,10 +557,10 @@ def without_restitution(case: str, release: str) -> Variant:
     if case == "drum":
         bodies = {"of_large": (p.large, p.large), "of_small": (p.small, p.small)}
         bodies["of_both"] = (p.large, p.small)
-        restitutions = p.large_restitution, p.small_restitution, p.mixed_restitution
+        restitutions = [p.large_restitution, p.small_restitution, p.mixed_restitution]
     else:
         bodies = {"of_grains": (p.grain, p.grain), "of_both": (p.grain, steel_sphere(p))}
-        restitutions = p.restitution, p.steel_restitution
+        restitutions = [p.restitution, p.steel_restitution]
     gammas = (
         viscous(e, of_both(*(b.youngs_modulus for b in two)), p.poisson_ratio, *reduced(*two))
         for e, two in zip(restitutions, bodies.values(), strict=True)
