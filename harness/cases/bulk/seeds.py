@@ -539,14 +539,17 @@ def against_points(engine: str, runs: Runs, drawn: Sequence[Curve]) -> Iterator[
 def draw(engines: Sequence[Runs], place: int, curve: Curve) -> Figure:
     """Draw a curve of every seed, and how far the mean of each engine is from that of all.
 
-    With its standard error; a colour for each engine. A user's points are open squares.
+    With its standard error; a colour for each engine. A user's points are open squares. A single
+    engine without points has no difference.
     """
     from matplotlib.figure import Figure
 
     from harness.report.style import BLACK, COLOURS
 
-    figure = Figure(figsize=(7.0, 5.0), layout="constrained")
-    above, below = figure.subplots(2, sharex=True, height_ratios=(2, 1))
+    points = engines[0].points.get(curve.columns)
+    panels = (2, 1) if len(engines) > 1 or points else (1,)
+    figure = Figure(figsize=(7.0, 5.0 if len(panels) > 1 else 3.6), layout="constrained")
+    (above,), *rest = figure.subplots(len(panels), sharex=True, height_ratios=panels, squeeze=False)
     across, up = curve.scale
     lines = [[(across * x, up * y) for x, y in (c[place] for c in r.curves)] for r in engines]
     ends = [(t[0], t[-1]) for of_engine in lines for t, _ in of_engine]
@@ -558,23 +561,27 @@ def draw(engines: Sequence[Runs], place: int, curve: Curve) -> Figure:
             label = runs.engine if seed == 0 else None
             above.plot(*line, color=colour, lw=0.9, alpha=0.7, label=label)
         mean = values.mean(axis=0) - middle
-        below.plot(x, mean, color=colour, lw=1.2)
-        if len(values) > 1:
-            error = values.std(axis=0, ddof=1) / math.sqrt(len(values))
-            below.fill_between(x, mean - error, mean + error, color=colour, alpha=0.25, lw=0.0)
-    if points := engines[0].points.get(curve.columns):
+        for (below,) in rest:
+            below.plot(x, mean, color=colour, lw=1.2)
+            if len(values) > 1:
+                error = values.std(axis=0, ddof=1) / math.sqrt(len(values))
+                below.fill_between(x, mean - error, mean + error, color=colour, alpha=0.25, lw=0.0)
+    if points:
         at, value = across * np.array(points.x), up * np.array(points.y)
         errors = None if points.errors is None else up * np.array(points.errors)
         near = (at >= x[0]) & (at <= x[-1])
         off = value - np.mean([np.interp(at, *line) for each in lines for line in each], axis=0)
         look: dict[str, Any] = {"fmt": "s", "ms": 5, "mfc": "white", "color": BLACK, "zorder": 3}
         above.errorbar(at, value, errors, label=points.name, **look)
-        below.errorbar(at[near], off[near], None if errors is None else errors[near], **look)
+        for (below,) in rest:
+            below.errorbar(at[near], off[near], None if errors is None else errors[near], **look)
     above.set(ylabel=curve.y)
     above.legend(title="code; a line for each run")
-    below.set(xlabel=curve.x, ylabel="difference")
-    seeds = max(len(values) for values in every) > 1
-    words = "mean of a code less that of all, with its standard error"
-    words = words if seeds else "a code less the mean of all"
-    below.set_title(f"{words}; points likewise" if points else words, fontsize=9)
+    for (below,) in rest:
+        seeds = max(len(values) for values in every) > 1
+        words = "mean of a code less that of all, with its standard error"
+        words = words if seeds else "a code less the mean of all"
+        below.set_title(f"{words}; points likewise" if points else words, fontsize=9)
+        below.set(ylabel="difference")
+    figure.axes[-1].set(xlabel=curve.x)
     return figure
