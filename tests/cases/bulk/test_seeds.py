@@ -129,7 +129,7 @@ def test_points_are_drawn_in_the_units_of_the_axes_with_their_errors():
     (off,) = below.containers
     assert off.lines[0].get_xydata().tolist() == [[500.0, 2000.0]]  # less the mean of all
     assert above.lines[0].get_xydata()[-1].tolist() == [2000.0, 1000.0]
-    plain, _ = draw([runs({}, 1.0, 3.0)], 0, CURVE).axes
+    (plain,) = draw([runs({}, 1.0, 3.0)], 0, CURVE).axes
     assert not plain.containers
 
 
