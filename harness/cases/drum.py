@@ -339,6 +339,11 @@ AT_REST = Tolerance(
 )
 
 
+def over_turn(figure: str, label: str, column: str) -> Curve:
+    """Return a curve over the turn."""
+    return Curve(f"{{system}}-{figure}", "turned (deg)", label, ("turned_deg", column), end="turn")
+
+
 class DrumCase(BulkCase[Drum]):
     """Grains of two sizes in a rotating drum: mixing, angle of the surface."""
 
@@ -348,9 +353,12 @@ class DrumCase(BulkCase[Drum]):
     judged = ("no energy is gained", "the bed is at rest before the drum turns")
     equivalent = ("mixing_index", "surface_angle_deg", "bed_solid_fraction", "bed_coordination")
     drawn = (
-        Curve("{system}-mixing", "turned (deg)", "mixing index of Lacey"),
-        Curve("{system}-angle", "turned (deg)", "angle of the surface (deg)"),
-        Curve("{system}-quadrants", "turned (deg)", "share of the large grains at x < 0 < z"),
+        over_turn("mixing", "mixing index of Lacey", "mixing_index"),
+        over_turn("angle", "angle of the surface (deg)", "surface_angle_deg"),
+        over_turn("quadrants", "share of the large grains at x < 0 < z", "large_rising_ratio"),
+        over_turn("small-rising", "share of the small grains at x < 0 < z", "small_rising_ratio"),
+        over_turn("large-falling", "share of the large grains at z < 0 < x", "large_falling_ratio"),
+        over_turn("small-falling", "share of the small grains at z < 0 < x", "small_falling_ratio"),
     )
 
     def source_of(self, preset: str) -> str:
@@ -457,11 +465,11 @@ class DrumCase(BulkCase[Drum]):
         return Cut(0.0, [circle(p.drum_radius)], -reach, reach)
 
     def curves(self, p: Drum, output: Output) -> Sequence[tuple[Floats, Floats]]:
-        """Return mixing index, angle [deg] and share of the large over the turn [deg]."""
+        """Return mixing index, angle [deg], shares in quadrants over the turn [deg]."""
         table = output.table(COLUMNS)
-        angle = turned(p, table)
-        rising = quadrant_shares(p, table)["large_rising_ratio"]
-        return (angle, mixing(p, table)), (angle, angles(p, table)), (angle, rising)
+        shares = quadrant_shares(p, table)
+        over = {"mixing_index": mixing(p, table), "surface_angle_deg": angles(p, table), **shares}
+        return [(turned(p, table), over[curve.columns[1]]) for curve in self.drawn]
 
     def judge(self, names: Sequence[str], runs: Runs, p: Drum) -> list[Check]:
         """Return energy gained and bed at rest, of the worst seed."""

@@ -99,6 +99,11 @@ class Heap(BedOfOneKind):
         return 2.0 * self.radius * self.length
 
     @property
+    def reach(self) -> float:
+        """Return the distance of an end from the middle [m]."""
+        return 0.5 * self.span
+
+    @property
     def grains(self) -> int:
         """Return how many grains there are, without those that are glued."""
         return self.layers * self._sites(1.0, self.length) * self._sites(0.0, self.width)
@@ -204,8 +209,21 @@ class HeapCase(BulkCase[Heap]):
     judged = ("no energy is gained", "the bed is at rest", "the heap is at rest at the end")
     equivalent = ("angle_deg", "remaining_ratio")
     drawn = (
-        Curve("{system}-profile", "distance from the middle (mm)", "height of the heap (mm)"),
-        Curve("{system}-angle", "time after the ends are taken away (s)", "angle (deg)"),
+        Curve(
+            "{system}-profile",
+            "distance from the middle (mm)",
+            "height of the heap (mm)",
+            ("distance_m", "height_m"),
+            end="reach",
+            scale=(1e3, 1e3),
+        ),
+        Curve(
+            "{system}-angle",
+            "time after the ends are taken away (s)",
+            "angle (deg)",
+            ("time_s", "angle_deg"),
+            end="duration",
+        ),
     )
 
     def source_of(self, preset: str) -> str:
@@ -272,14 +290,14 @@ class HeapCase(BulkCase[Heap]):
         return law_of(traits, parameters.rolling_friction)
 
     def curves(self, p: Heap, output: Output) -> Sequence[tuple[Floats, Floats]]:
-        """Return the profile at the end [mm], and the angle [deg] over time [s].
+        """Return the profile at the end [m], and the angle [deg] over time [s].
 
         Without the columns at the ends, whose lower part is the sill.
         """
         table = output.table(COLUMNS)
-        height = 2e3 * table["height_m"][-1]
+        height = 2.0 * table["height_m"][-1]
         columns = len(height)
-        x = 1e3 * p.span * ((np.arange(columns) + 0.5) / columns - 0.5)
+        x = p.span * ((np.arange(columns) + 0.5) / columns - 0.5)
         over = over_sill(p, columns)
         return (x[over:-over], height[over:-over]), (table["time_s"], angles(p, table))
 

@@ -263,6 +263,25 @@ class PenetrationCase(BulkCase[Penetration]):
             "{system}-heights",
             "time after the release (ms)",
             "height of the sphere's centre (mm)",
+            ("time_s", "height_m"),
+            end="duration",
+            scale=(1e3, 1e3),
+        ),
+        Curve(
+            "{system}-velocities",
+            "time after the release (ms)",
+            "velocity of the sphere, upward (m/s)",
+            ("time_s", "velocity_m_per_s"),
+            end="duration",
+            scale=(1e3, 1.0),
+        ),
+        Curve(
+            "{system}-decelerations",
+            "time after the release (ms)",
+            "deceleration of the sphere (m/s2)",
+            ("time_s", "deceleration_m_per_s2"),
+            end="duration",
+            scale=(1e3, 1.0),
         ),
     )
 
@@ -370,9 +389,13 @@ class PenetrationCase(BulkCase[Penetration]):
     def curves(
         self, p: Penetration, output: Output
     ) -> Sequence[tuple[NDArray[np.float64], NDArray[np.float64]]]:
-        """Return time [ms] and height of the sphere [mm]."""
+        """Return height [m], velocity [m/s] and deceleration [m/s2] of the sphere over time [s].
+
+        A deceleration is the mean over the time from the row before to the row after.
+        """
         table = output.table(COLUMNS)
-        return ((1e3 * table["time_s"], 1e3 * table["z_m"]),)
+        t, z, v = (table[name] for name in COLUMNS[:3])
+        return (t, z), (t, v), (t, np.gradient(v, t))
 
     def judge(self, names: Sequence[str], runs: Runs, p: Penetration) -> list[Check]:
         """Return energy gained and bed at rest, of the worst seed; the known depth as seen."""

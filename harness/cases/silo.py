@@ -193,7 +193,15 @@ class SiloCase(BulkCase[Silo]):
         *("Beverloo", "Janssen"),
     )
     equivalent = ("discharge_rate_per_s", "bed_solid_fraction", "bed_coordination")
-    drawn = (Curve("{system}-discharge", "time after the opening (s)", "grains that remain"),)
+    drawn = (
+        Curve(
+            "{system}-discharge",
+            "time after the opening (s)",
+            "grains that remain",
+            ("time_s", "remaining"),
+            end="duration",
+        ),
+    )
 
     def source_of(self, preset: str) -> str:
         """Return where materials and process were published."""

@@ -137,7 +137,8 @@ class CaseOptions(CostOptions):
     cost: bool = False
     """Run nothing: tell whether the run is kept and what it would take on one core."""
     profile: File = None
-    """Write the profile of the run over the height to this CSV file, of a case that has one."""
+    """Write the profile of the run over the height, or its curves over time, to this CSV file, of a
+    case that has one."""
 
     def check_profile(self, case: str) -> None:
         """Raise RequestError, before anything is run, for a profile that cannot be written."""

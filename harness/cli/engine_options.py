@@ -197,7 +197,7 @@ def print_cost(chosen: SweepPlan, local: Local, on_cluster: Slurm | None, json: 
     from harness.workflows.slurm import GAIN
     from harness.workflows.sweep_run import COST, cost_of
 
-    rows = cost_of(chosen, local, on_cluster and on_cluster.cost)
+    rows = cost_of(chosen, local, on_cluster.cost if on_cluster else None)
     ranks = f"; of ranks {GAIN:g} of the ideal gain is counted on" if on_cluster else ""
     if json:
         rows = [dict(row) for row in rows]

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.figure import Figure
 
-    from harness.observables.reference import Points, ReferencePoints
+    from harness.observables.reference import Columns, Points, ReferencePoints
     from harness.observables.row import Row
     from harness.report.film import Film
     from harness.store.history import History
@@ -297,6 +297,22 @@ def read_points(path: Path, across: str, up: str, error: str = "") -> Points:
     return replace(parse_points(*_text_of(path), across, up, error), name=path.name)
 
 
+def read_curves(
+    path: Path, curves: Mapping[str, Mapping[Columns, float]]
+) -> dict[str, dict[Columns, Points]]:
+    """Return the points of ``--reference`` by system and columns, of those in ``curves``.
+
+    Raise RequestError in a line for a bad file.
+    """
+    from harness.observables.reference import parse_curves
+
+    found = parse_curves(*_text_of(path), curves)
+    return {
+        system: {columns: replace(points, name=path.name) for columns, points in by.items()}
+        for system, by in found.items()
+    }
+
+
 def _text_of(path: Path) -> tuple[str, str]:
     name = f"--reference {path}"
     try:
@@ -325,7 +341,8 @@ class FilmOptions:
     """A film of the motion, and its length."""
 
     film: File = None
-    """Write a film of the motion to this file: .gif, or .mp4 where ffmpeg is on the path."""
+    """Write a film of the motion to this file: .gif, or .mp4 where ffmpeg is on the path. A .png is
+    one picture of it: the one that the film itself is printed as."""
     frames: int | None = None
     """Pictures of the film, 20 a second. [default: 120]"""
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import math
 import re
+import shutil
 import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -49,7 +50,7 @@ if TYPE_CHECKING:
     from harness.workflows.sweep_run import Row, Sweep
 
 FAILED = 3
-"""Exit status where an engine died in a run, or does not qualify."""
+"""Exit status where an engine died in a run or does not qualify, or where no run could be made."""
 
 ROWS = "rows.csv"
 """The table, also while the sweep runs."""
@@ -143,8 +144,6 @@ def sweep(
     For example:
 
         dem-harness sweep tower --over height=1,2,5:20:4 --engines exact,lammps --output mine
-        dem-harness sweep incline --over contact.restitution=0:0.4:5 \
-            --quantity critical_angle_deg,uncertainty_deg --reference measured.csv
         dem-harness sweep oblique --set preset=kharaz --over angle=5:85:9 \
             --quantity rim_speed_ratio --reference measured.csv
         dem-harness sweep silo --set preset=published --over seed=1:4:4 --cost \
@@ -165,7 +164,8 @@ def sweep(
     # a job has a limit of its own
     seconds = math.inf if settings is None else 60.0 * settings.minutes
     options = with_restarts(options, chosen.engines, seconds)
-    if options.mpirun is None and where.ranks > 1:
+    # without SLURM nothing runs on ranks here, nor is kept of such runs
+    if options.mpirun is None and where.ranks > 1 and (not options.cost or shutil.which("srun")):
         options = replace(options, mpirun=_launcher(options, chosen.engines, where.ranks))
     if options.cost:
         executor = None if settings is None else _on_cluster(options, settings, Path())
@@ -179,10 +179,10 @@ def sweep(
         else:
             result = _run_on_cluster(options, chosen, settings, folder, recording, table)
             unqualified = {}
-        recording.folder, recording.status = (
-            folder,
-            FAILED if result.count("failed") else recording.status,
-        )
+        recording.folder = folder
+        ended = result.count("done") + result.count("undecided")
+        if result.count("failed") or not ended:
+            recording.status = FAILED
         notes = _written(folder, result, points)
     notes += [f"engine {n!r} did not qualify: {reason}" for n, reason in unqualified.items()]
     if json:

@@ -25,6 +25,7 @@ from harness.cli.files import (
     given_words,
     output_folder,
     print_json,
+    read_curves,
     recorded,
 )
 from harness.errors import RequestError
@@ -34,6 +35,7 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from harness.comparison.verdicts import Check
+    from harness.observables.reference import CurvePoints
     from harness.store.entries import Entries
     from harness.workflows.progress import Progress
 
@@ -236,6 +238,9 @@ class VerifyOptions:
     """Named overrides of the regression tolerances beside those of inputs/tolerances.toml, TOML."""
     known_defects: File = None
     """Known defects beside the committed ones, TOML as in inputs/known-defects.toml."""
+    reference: File = None
+    """Points to draw in the figures of bulk cases, beside findings that say how far the codes are
+    from them: CSV with the columns `system`, as rows begin, and two of `run --profile`."""
     strict: bool = False
     """Exit status 1 also where a check was not tested."""
     png: bool = False
@@ -259,6 +264,24 @@ class VerifyOptions:
         check_source(self.tolerances, "--tolerances")
         check_source(self.known_defects, "--known-defects")
         check_source(self.baseline, "--baseline", folder=True)
+
+    @property
+    def points(self) -> CurvePoints:
+        """Return the points of ``--reference``; raise RequestError for those of no chosen case."""
+        if self.reference is None:
+            return {}
+        from harness.cases.registry import all_cases
+        from harness.workflows.verification import Selection, checked_level, curves
+
+        level = checked_level(self.level)
+        wanted = curves(Selection(self.cases, self.only).chosen(level), level)
+        if not wanted:
+            must = ", ".join(n for n, case in all_cases().items() if curves([case], level))
+            raise RequestError(
+                f"--reference {self.reference}: no chosen case has curves for it; --cases must "
+                f"name one of {must}"
+            )
+        return read_curves(self.reference, wanted)
 
 
 def verify(
@@ -284,8 +307,9 @@ def verify(
     choice.check()
     others = engines_of(choice.engines)
     engine.check_names((engine.engine, *others), "--engines")
+    points = choice.points
     with output_folder(choice.output) as folder, recorded("verify", quiet=json) as recording:
-        record = _record(choice, engine, folder, recording.progress)
+        record = _record(choice, engine, points, folder, recording.progress)
         recording.cached = record["cached"]
         recording.status, recording.folder = record["status"], folder
         recording.engine, recording.quantities = record["engine"] or {}, _checks(record)
@@ -317,7 +341,11 @@ def engines_of(wanted: str | None) -> tuple[str, ...]:
 
 
 def _record(
-    choice: VerifyOptions, engine: EngineOptions, folder: Path, progress: Progress
+    choice: VerifyOptions,
+    engine: EngineOptions,
+    points: CurvePoints,
+    folder: Path,
+    progress: Progress,
 ) -> dict[str, Any]:
     from harness.store.entries import pack_verification
 
@@ -326,7 +354,7 @@ def _record(
     record = None if engine.fresh else _kept(entries, key, folder)
     if record is None:
         _say_cost(choice, engine.fresh)
-        record = _measured(choice, engine, folder, progress)
+        record = _measured(choice, engine, points, folder, progress)
         if entries is not None and key is not None and not record["engine_errors"]:
             entries.put(key, pack_verification(folder, record))
     return record
@@ -371,7 +399,7 @@ def _what_counts(words: Sequence[str]) -> list[str]:
 def _key(choice: VerifyOptions, engine: EngineOptions) -> str | None:
     """Return the key of a verification; None with other engines, not all of which have a digest."""
     from harness.store.baseline import digest, with_further
-    from harness.store.entries import digest_of_files, verification_key
+    from harness.store.entries import verification_key
     from harness.workflows.verification import Selection, checked_level
 
     if choice.engines is not None:
@@ -389,11 +417,18 @@ def _key(choice: VerifyOptions, engine: EngineOptions) -> str | None:
             "strict": choice.strict,
             "png": choice.png,
             **({"film": True} if choice.film else {}),
+            **({"reference": _digest(choice.reference)} if choice.reference else {}),
             "only": choice.only,
-            "further_defects": further and digest_of_files([further], further.parent),
+            "further_defects": further and _digest(further),
         },
         **engine.opening(engine.engine, engine.integrator),
     )
+
+
+def _digest(path: Path) -> str:
+    from harness.store.entries import digest_of_files
+
+    return digest_of_files([path], path.parent)
 
 
 def _kept(entries: Entries | None, key: str | None, folder: Path) -> dict[str, Any] | None:
@@ -414,7 +449,11 @@ def _kept(entries: Entries | None, key: str | None, folder: Path) -> dict[str, A
 
 
 def _measured(
-    choice: VerifyOptions, engine: EngineOptions, folder: Path, progress: Progress
+    choice: VerifyOptions,
+    engine: EngineOptions,
+    points: CurvePoints,
+    folder: Path,
+    progress: Progress,
 ) -> dict[str, Any]:
     from harness.report.folder import write
     from harness.workflows import film_section, sections
@@ -435,6 +474,7 @@ def _measured(
             baseline=accepted,
             progress=progress,
             strict=choice.strict,
+            points=points,
         )
         progress("figures and report", 0, 1)
         record = verification.to_json()

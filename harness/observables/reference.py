@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, TypeAlias
 
@@ -50,6 +50,8 @@ HEIGHT, ANGLE = "h_over_d", "theta_deg"
 BELOW_ZERO = math.nextafter(0.0, -1.0)
 """Limit of numbers that may be 0: they lie above it."""
 
+ANYWHERE = (-math.inf, math.inf)
+
 PEYNEAU_ROUX = Row(
     "quasi-static angle of frictionless spheres",
     5.76,
@@ -94,19 +96,92 @@ def parse_points(text: str, name: str, across: str, up: str, error: str = "") ->
     left alone, empty rows skipped; rows count from 1, the header among them. Raise RequestError
     in one line: ``name``, row and what is wrong.
     """
-    anywhere = (-math.inf, math.inf)
-    wanted = {across: anywhere, up: anywhere}
+    wanted = {across: ANYWHERE, up: ANYWHERE}
     header = next((line for line in text.splitlines() if line.strip(", ")), "")
     if error and error in [cell.strip().strip('"') for cell in header.split(",")]:
         wanted[error] = (BELOW_ZERO, math.inf)
     return Points(name, *_columns(text, name, wanted))
 
 
+Columns: TypeAlias = tuple[str, str]
+"""Names of the columns of a curve, x and y."""
+
+CurvePoints: TypeAlias = Mapping[str, Mapping[Columns, Points]]
+"""A user's points, by the name of a system and the columns of a curve of it."""
+
+SYSTEM = "system"
+"""Column that says of which system a point is."""
+
+
+def parse_curves(
+    text: str, name: str, curves: Mapping[str, Mapping[Columns, float]]
+) -> dict[str, dict[Columns, Points]]:
+    """Return the points of a CSV text by the system that they are of, and by their columns.
+
+    ``curves`` are the systems, the columns of each, and the largest x of its runs. A row is of the
+    system that its column ``system`` names; a y that is empty is no point. A column of errors is
+    that of y with ``_uncertainty`` behind it. Raise RequestError as :func:`parse_points`, and for
+    points none of which a run reaches, or that are all of one y.
+    """
+    found: dict[str, dict[Columns, list[list[float]]]] = {}
+    for where, cells in _rows(text, name, (SYSTEM,)):
+        system = cells[SYSTEM]
+        if system not in curves:
+            must = ", ".join(map(repr, curves))
+            raise RequestError(f"{where}: {SYSTEM} = {_short(system)!r}: must be one of {must}")
+        here = [columns for columns in curves[system] if cells.keys() >= set(columns)]
+        if not here:
+            must = ", or ".join(f"{x} and {y}" for x, y in curves[system])
+            raise RequestError(f"{where}: no columns of {system!r}: must be {must}")
+        filled = [columns for columns in here if cells[columns[1]]]
+        if not filled:
+            must = " or ".join(y for _, y in here)
+            raise RequestError(f"{where}: no value of {must}")
+        for columns in filled:
+            error = f"{columns[1]}_uncertainty"
+            limits = dict.fromkeys(columns, ANYWHERE)
+            limits |= {error: (BELOW_ZERO, math.inf)} if error in cells else {}
+            row = [_number(cells[c], c, limits[c], where) for c in limits]
+            found.setdefault(system, {}).setdefault(columns, []).append(row)
+    if not found:
+        raise RequestError(f"{name}: holds a header, but no points")
+    for system, by_columns in found.items():
+        for columns, rows in by_columns.items():
+            _check_curve(f"{name}: {system!r}", columns, rows, curves[system][columns])
+    return {
+        system: {columns: Points(name, *zip(*rows, strict=True)) for columns, rows in by.items()}
+        for system, by in found.items()
+    }
+
+
+def _check_curve(where: str, columns: Columns, rows: list[list[float]], end: float) -> None:
+    x, y = columns
+    nearest = min((row[0] for row in rows), key=abs)
+    if abs(nearest) > end:
+        raise RequestError(
+            f"{where}: {x} = {nearest:g} is the smallest: no run goes beyond {end:g}"
+        )
+    if len({row[1] for row in rows}) == 1:
+        raise RequestError(
+            f"{where}: {y} = {rows[0][1]:g} of all points: must be two different values at least"
+        )
+
+
 def _columns(
     text: str, name: str, limits: Mapping[str, tuple[float, float]]
 ) -> Iterator[tuple[float, ...]]:
+    rows = [
+        [_number(cells[c], c, limits[c], where) for c in limits]
+        for where, cells in _rows(text, name, limits)
+    ]
+    if not rows:
+        raise RequestError(f"{name}: holds a header, but no points")
+    return zip(*rows, strict=True)
+
+
+def _rows(text: str, name: str, wanted: Collection[str]) -> Iterator[tuple[str, dict[str, str]]]:
+    """Yield where each row is, and its cells by their columns."""
     reader = csv.reader(text.splitlines(), strict=True)
-    rows: list[list[float]] = []
     header: list[str] = []
     try:
         for row in reader:
@@ -114,19 +189,16 @@ def _columns(
             if not any(cells):
                 continue
             if not header:
-                header = _header(cells, limits, f"{name}, row {reader.line_num}")
+                header = _header(cells, wanted, f"{name}, row {reader.line_num}")
                 continue
             where = f"{name}, row {reader.line_num}"
             if len(cells) != len(header):
                 raise RequestError(f"{where}: {len(cells)} values, the header has {len(header)}")
-            rows.append([_number(cells[header.index(c)], c, limits[c], where) for c in limits])
+            yield where, dict(zip(header, cells, strict=True))
     except csv.Error as error:
         raise RequestError(f"{name}, row {reader.line_num}: {error}") from None
     if not header:
-        raise RequestError(f"{name}: is empty; a header {','.join(limits)} is expected")
-    if not rows:
-        raise RequestError(f"{name}: holds a header, but no points")
-    return zip(*rows, strict=True)
+        raise RequestError(f"{name}: is empty; a header {','.join(wanted)} is expected")
 
 
 def _header(cells: Sequence[str], wanted: Iterable[str], where: str) -> list[str]:

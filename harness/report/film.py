@@ -139,9 +139,10 @@ class Film:
     picture: Callable[[int], Image] = field(repr=False)
 
     def save(self, path: str | Path) -> None:
-        """Write it as .gif or, where ffmpeg is on the path, .mp4; nothing is left half-written.
+        """Write it as .gif, .mp4 where ffmpeg is on the path, or its poster as .png.
 
-        Raise RequestError for another ending, a folder that is not there, ffmpeg missing.
+        Nothing is left half-written. Raise RequestError for another ending, a folder that is not
+        there, ffmpeg missing.
         """
         path = Path(path)
         check_film(path, self.frames)
@@ -152,8 +153,11 @@ class Film:
 
     def write(self, path: Path) -> None:
         """Write it to a path that :func:`check_film` allows, not aside."""
-        if path.suffix.lower() == ".mp4":
+        suffix = path.suffix.lower()
+        if suffix == ".mp4":
             write_mp4(self.picture, self.frames, path)
+        elif suffix == ".png":
+            path.write_bytes(png(self.picture(self.poster)))
         else:
             path.write_bytes(gif(self.picture, self.frames))
 
@@ -162,7 +166,7 @@ class Film:
         return f'<img src="{address}" alt="{escape(self.title)}">'
 
 
-SUFFIXES = (".gif", ".mp4")
+SUFFIXES = (".gif", ".mp4", ".png")
 FRAMES = 120
 """Of a film, unless another number is asked for: six seconds."""
 

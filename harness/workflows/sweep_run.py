@@ -543,7 +543,7 @@ def cost_of(
                 "engine": engine,
                 "runs": len(places),
                 "kept": len(kept),
-                "kept_core_hours": sum(ran.seconds * ran.ranks for ran in kept) / 3600.0,
+                "kept_core_hours": sum(ran.seconds * (ran.ranks or 1) for ran in kept) / 3600.0,
                 "cannot": len(known) - len(kept) + len(chosen.refused),
                 "core_hours": sum(hours),
                 "longest_run_core_hours": max(hours, default=0.0),

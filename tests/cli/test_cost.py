@@ -3,6 +3,7 @@
 import json
 import os
 import re
+import shutil
 import signal
 import subprocess
 import sys
@@ -219,9 +220,11 @@ def test_cost_of_a_sweep_counts_what_is_kept_and_runs_nothing(answer, tmp_path):
     assert fresh["core_hours"] == pytest.approx(2 * row["core_hours"], rel=0.1)
 
 
-def test_cost_on_a_cluster_is_told_without_one(answer, monkeypatch, lammps_here):  # noqa: ARG001
+def test_cost_on_a_cluster_is_told_without_one(answer, monkeypatch, tmp_path, lammps_here):  # noqa: ARG001
     """The published silo: hours of ranks, jobs that end it, and why a shorter job cannot."""
-    monkeypatch.setenv("PATH", str(Path(sys.executable).parent))
+    (tmp_path / "bin").mkdir()
+    (tmp_path / "bin" / "ldd").symlink_to(shutil.which("ldd"))  # LAMMPS is known by its libraries
+    monkeypatch.setenv("PATH", f"{Path(sys.executable).parent}:{tmp_path / 'bin'}")
     words = ("sweep", "silo", "--set", "preset=published", "--over", "seed=1,2", "--cost", *CLUSTER)
     (day,) = answer(*words, "--time", "1440")["rows"]
     assert (day["ranks"], day["jobs"], day["problem"]) == (4, 2, "")

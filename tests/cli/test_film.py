@@ -40,15 +40,26 @@ def test_the_film_is_written_beside_the_answer(command, tmp_path, words):
     assert list(tmp_path.iterdir()) == [path]
 
 
+def test_one_picture_is_written_where_a_png_is_named(command, tmp_path):
+    path = tmp_path / "a.png"
+    words = ("--height", "3", "--law", "overlap", "--frames", "12", "--film", str(path))
+    assert f"--film: {path} is written" in command("tower", *words).err
+    with Image.open(path) as image:
+        assert (image.format, image.size[0]) == ("PNG", 880)
+    assert list(tmp_path.iterdir()) == [path]
+
+
 @pytest.mark.parametrize(
     ("words", "told"),
     [
-        (("tower", "--film", "a.avi"), "--film a.avi: must end in .gif, .mp4"),
+        (("tower", "--film", "a.avi"), "--film a.avi: must end in .gif, .mp4, .png"),
         (("tower", "--film", "no/a.gif"), "--film no/a.gif: there is no folder no"),
         (("tower", "--frames", "5"), "--frames 5: goes with --film only"),
         (("tower", "--film", "a.gif", "--frames", "1000"), "1000 frames: must be from 2 to 600"),
         (("critical-angle", "--film-angles", "9"), "--film-angles 9: goes with --film only"),
         (("run", "oblique", "--film", "a.gif"), "--film a.gif: case 'oblique' has no film"),
+        (("run", "oblique", "--film", "a.png"), "--film a.png: case 'oblique' has no film"),
+        (("run", "silo", "--film", "no/a.png"), "--film no/a.png: there is no folder no"),
         (("run", "tower", "--film", "a.gif", "--engine", "exact"), "'exact' is a solver"),
         (
             ("critical-angle", "--film", "a.gif", "--film-angles", "9,x"),

@@ -41,6 +41,22 @@ def test_the_profile_is_a_table_and_in_the_record(command, tmp_path, lammps_here
 
 
 @pytest.mark.live
+def test_the_curves_of_a_silo_are_a_table(command, tmp_path, lammps_here):  # noqa: ARG001
+    small = ("layers=5", "silo_radius=0.012", "orifice_radius=0.008", "cone_height=0.004")
+    sets = [word for value in (*small, "settle_time=0.1", "duration=0.4")
+            for word in ("--set", value)]  # fmt: skip
+    path = tmp_path / "profile.csv"
+    record = json.loads(command("run", "silo", *sets, "--json", "--profile", str(path)).out)
+    frame = pd.read_csv(path)
+    assert list(frame) == ["time_s", "remaining"]
+    assert frame["remaining"].iloc[0] == 60.0
+    assert frame["time_s"].iloc[-1] == pytest.approx(0.4)
+    half = frame["time_s"][frame["remaining"] <= 30.0].iloc[0]
+    assert half == pytest.approx(record["quantities"]["half_time_s"]["value"])
+    assert list(frame["remaining"]) == record["profile"]["remaining"]
+
+
+@pytest.mark.live
 def test_a_sweep_writes_the_figure_of_the_case(command, tmp_path, lammps_here):  # noqa: ARG001
     words = ("sweep", "layers-flow", "--over", "angle=16,20", *SMALL, "--output")
     command(*words, str(tmp_path / "out"))

@@ -126,6 +126,12 @@ def test_what_an_engine_refuses_is_a_row_and_the_rest_goes_on(answer):
     assert not [note for note in found["notes"] if "engine" in note]
 
 
+def test_a_sweep_that_could_make_no_run_is_no_success(harness):
+    words = ("sweep", "tower", "--over", "height=1,2", "--engines", "reference", "--output", "mine")
+    done = harness(*words, status=3)
+    assert "2 of 2 runs: it writes no forces" in done.stderr
+
+
 def test_a_sweep_that_is_killed_leaves_the_table_of_what_has_ended(tmp_path):
     (tmp_path / "counting.py").write_text(ENGINE.replace("0.02", "0.3"), encoding="utf-8")
     words = ["incline", "--over", "angle=9:11:40", "--engines", "counting:Counting"]

@@ -49,6 +49,21 @@ def test_rows_of_a_cluster_are_those_of_this_machine_and_are_kept_for_it(answer)
 
 
 @live
+def test_verify_judges_the_runs_that_were_made_there(answer, lammps_here):  # noqa: ARG001
+    """How a level is run on a cluster: a sweep in jobs, then verify with the launcher of these."""
+    words = ("sweep", "silo", "--over", "seed=1:4:4", "--executor", "slurm", "--ranks", "2")
+    (row,) = answer(*words, "--cost")["rows"]
+    assert (row["runs"], row["kept"], row["jobs"]) == (4, 0, 1)
+    assert answer(*words, "--output", "there")["done"] == 4
+    (row,) = answer(*words, "--cost")["rows"]
+    assert (row["kept"], row["core_hours"]) == (4, 0.0)
+    launcher = "srun --mpi=pmi2 -n 2"
+    found = answer("verify", "--quick", "--cases", "silo", "--mpirun", launcher)
+    assert (found["engine_runs"], found["engine_runs_from_cache"]) == (0, 4)
+    assert {row["verdict"] for row in found["checks"]} <= {"pass", "finding"}
+
+
+@live
 def test_a_critical_angle_is_searched_for_there_and_kept_for_this_machine(answer):
     words = ("sweep", "incline", "--over", "contact.restitution=0,0.1", "--set", "starts=2")
     words += ("--quantity", "critical_angle_deg", "--engines", "lammps,reference")

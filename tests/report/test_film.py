@@ -1,4 +1,5 @@
 import shutil
+from dataclasses import replace
 
 import matplotlib as mpl
 import numpy as np
@@ -38,6 +39,14 @@ def test_a_gif_shows_the_pictures(tmp_path):
     assert [path.name for path in tmp_path.iterdir()] == ["a.gif"]
 
 
+def test_a_png_is_the_picture_that_is_shown_where_nothing_moves(tmp_path):
+    replace(FILM, poster=3).save(tmp_path / "a.png")
+    with Image.open(tmp_path / "a.png") as image:
+        assert image.format == "PNG"
+        assert (np.asarray(image.convert("RGB")) == picture(3)).all()
+    assert [path.name for path in tmp_path.iterdir()] == ["a.png"]
+
+
 def test_a_notebook_shows_it():
     html = FILM._repr_html_()
     assert html.startswith('<img src="data:image/gif;base64,R0lGOD')
@@ -47,8 +56,8 @@ def test_a_notebook_shows_it():
 @pytest.mark.parametrize(
     ("name", "frames", "words"),
     [
-        ("a.avi", 9, ".gif, .mp4"),
-        ("a", 9, ".gif, .mp4"),
+        ("a.avi", 9, ".gif, .mp4, .png"),
+        ("a", 9, ".gif, .mp4, .png"),
         ("none/a.gif", 9, "there is no folder"),
         ("a.gif", 1, "from 2 to"),
         ("a.gif", MOST_FRAMES + 1, f"{MOST_FRAMES + 1} frames"),

@@ -1,24 +1,27 @@
 """What known defects of LAMMPS do in bulk: the same runs with a defect and without it.
 
-    python -m harness.cases.bulk.defects FOLDER [--seeds N]
+    python -m harness.cases.bulk.defects FOLDER [--seeds N] [--only PATTERN]
 
 writes ``defects.csv`` and ``defects.svg`` of the :mod:`switches <harness.cases.bulk.switches>`.
-Runs are made one after the other and kept, so that a command that is cut goes on.
+Runs are made one after the other and kept, so that a command that is cut goes on. With a pattern
+of defect and case, as ``"tsuji* heap"``, other rows stay as they are in the folder.
 """
 
 from __future__ import annotations
 
 import argparse
+import csv
 import math
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, fields, replace
+from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from harness.cases.bulk.equivalence import FEWEST, Sample, equivalence, interval
 from harness.cases.bulk.seeds import MARGIN
-from harness.cases.bulk.switches import Switch, Variant, default, switches
+from harness.cases.bulk.switches import UNSWITCHED, Switch, Variant, default, switches
 from harness.cases.registry import get_case
 from harness.comparison.verdicts import Verdict
 from harness.engines.contract import Engine, Output
@@ -50,6 +53,9 @@ WORDS = {
 
 LAW, PREDICTION = "law", "prediction"
 
+NOT_RUN = "not run yet: --only has it run"
+"""Why a switch that the table has not yet has no size."""
+
 
 @dataclass(frozen=True)
 class Runs:
@@ -66,7 +72,8 @@ class Row:
     ``switched`` are the words that have the defect, ``held_against`` those of the other side;
     ``against`` is :data:`LAW` or :data:`PREDICTION`. ``low`` and ``high`` are the 90 % interval of
     the ratio of the means over ``seeds`` and ``seeds_held`` values; NaN where a side has too few.
-    ``without_value`` says of how many seeds of the two sides there is no value, and why.
+    ``without_value`` says of how many seeds of the two sides there is no value, and why; or why the
+    defect is not switched in a case, in which ``switched`` is empty.
     """
 
     defect: str
@@ -85,16 +92,28 @@ class Row:
     verdict: str
     without_value: str
 
+    @property
+    def key(self) -> tuple[str, ...]:
+        """Return what tells the row from others."""
+        return self.defect, self.case, self.quantity, self.switched, self.against
+
 
 def opened(variant: Variant) -> Engine:
-    """Return LAMMPS with a variant's lines, of its release; its runs are kept.
+    """Return LAMMPS as :func:`bare` does; its runs are kept."""
+    return keeping(bare(variant))
 
-    Raise EngineMissingError where the release is not here.
+
+def bare(variant: Variant) -> Any:
+    """Return LAMMPS with a variant's lines, of its release, on its ranks.
+
+    Raise EngineMissingError where the release, or a launcher of ranks, is not here.
     """
     kind: Any = engine_class("lammps")
     engine = kind.release(variant.release) if variant.release else kind(lmp="lmp", workers=1)
+    if variant.ranks > 1:
+        engine = engine.on_ranks(variant.ranks)
     engine.replaced = variant.replaced
-    return keeping(engine)
+    return engine
 
 
 def runs_of(
@@ -177,6 +196,35 @@ def table(
             yield from compared(switch, on, runs(switch, switch.predicted), PREDICTION)
 
 
+def unswitched() -> Iterator[Row]:
+    """Yield the rows of cases in which a defect has nothing to act on, with the reason."""
+    nothing = Variant()
+    for (defect, case), why in UNSWITCHED.items():
+        switch = Switch(defect, case, "", "", nothing, nothing)
+        for row in compared(switch, Runs({}), Runs({}), LAW):
+            yield replace(row, without_value=why)
+
+
+def read(path: Path) -> Iterator[Row]:
+    """Yield the rows of a table; none where there is no file."""
+    if path.exists():
+        kinds = {"seeds": int, "seeds_held": int, "mean": float, "mean_held": float}
+        kinds |= {"ratio": float, "low": float, "high": float}
+        with path.open(encoding="utf-8", newline="") as file:
+            for record in csv.DictReader(file):
+                yield Row(**{f.name: kinds.get(f.name, str)(record[f.name]) for f in fields(Row)})
+
+
+def updated(before: Iterable[Row], after: Iterable[Row]) -> list[Row]:
+    """Return the rows of all switches in their order, those after in place of those before."""
+    rows = {row.key: row for row in (*before, *after)}
+    blank = table(list(switches()), 0, lambda *_: Runs({}))
+    return [
+        *(rows.get(row.key, replace(row, without_value=NOT_RUN)) for row in blank),
+        *unswitched(),
+    ]
+
+
 def written(rows: Sequence[Row], path: Path) -> None:
     """Write rows as CSV, means and ratios with five digits."""
     import pandas as pd
@@ -194,7 +242,7 @@ def drawn(rows: Sequence[Row]) -> Figure:
 
     held = [row for row in rows if row.against == LAW and math.isfinite(row.ratio)]
     colours = dict(zip(WORDS.values(), COLOURS, strict=False))
-    figure = Figure(figsize=(4.6, 1.2 + 0.5 * len(held)), layout="constrained")
+    figure = Figure(figsize=(4.6, 1.2 + 0.4 * len(held)), layout="constrained")
     axes = figure.subplots()
     width = MARGIN.width(1.0)
     axes.axvspan(1.0 - width, 1.0 + width, color="#dddddd", lw=0.0, zorder=0)
@@ -206,7 +254,7 @@ def drawn(rows: Sequence[Row]) -> Figure:
         axes.plot((row.low, row.high), (place, place), color=colour, lw=2.0)
         axes.plot(row.ratio, place, "o", color=colour)
         label = f"{row.case}, {QUANTITIES[row.case][row.quantity]}: {row.switched}"
-        axes.annotate(label, (0.01, place - 0.3), xycoords=("axes fraction", "data"),
+        axes.annotate(label, (0.01, place - 0.36), xycoords=("axes fraction", "data"),
                       fontsize=8.5, va="center")  # fmt: skip
     axes.set(xscale="log", xlim=(low, high), ylim=(len(held) - 0.5, -0.9), yticks=[])
     axes.set_xlabel("with the defect over without it, 90 % interval")
@@ -223,16 +271,20 @@ def drawn(rows: Sequence[Row]) -> Figure:
 
 
 def main(words: Sequence[str] | None = None) -> None:
-    """Run all switches and write table and figure into a folder."""
+    """Run the selected switches and write table and figure into a folder."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("folder", type=Path)
     parser.add_argument("--seeds", type=int, default=SEEDS, help=f"of each variant, {SEEDS}")
+    parser.add_argument("--only", default="*", help='defect and case, as "tsuji* heap"; all')
     options = parser.parse_args(words)
+    selected = [s for s in switches() if fnmatchcase(f"{s.defect} {s.case}", options.only)]
+    path = options.folder / "defects.csv"
     rows = []
-    for row in table(list(switches()), options.seeds):
+    for row in table(selected, options.seeds):
         print(row, flush=True)
         rows.append(row)
-    written(rows, options.folder / "defects.csv")
+    rows = updated(read(path), rows)
+    written(rows, path)
     with house_style():
         drawn(rows).savefig(options.folder / "defects.svg", metadata={"Date": None})
 

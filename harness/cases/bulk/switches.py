@@ -8,8 +8,9 @@ defect amounts, ``predicted`` is that law in words that are right.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from harness.cases.bulk.materials import Sphere
@@ -35,12 +36,12 @@ grains and sphere of the penetration that are ten times softer, so that a third 
 SLOPE = 0.01
 """Overlap over radius at which linear springs and dashpots are those of Hertz's law."""
 
-OLDEST = "2022.6.23.4.0"
+OLDEST, OLDER = "2022.6.23.4.0", "2023.8.2.3.1"
 
 
 @dataclass(frozen=True)
 class Variant:
-    """A way to run a case: values of its script, lines of it that are replaced, a release.
+    """A way to run a case: values of its script, lines of it that are replaced, a release, ranks.
 
     ``replaced`` are patterns that match once in the script
     (:class:`~harness.engines.scripts.ScriptSource`).
@@ -49,6 +50,7 @@ class Variant:
     values: Mapping[str, Value] = field(default_factory=dict)
     replaced: Mapping[str, str] = field(default_factory=dict)
     release: str = ""
+    ranks: int = 1
 
     def __or__(self, other: Variant) -> Variant:
         """Return both together; the second has precedence."""
@@ -56,6 +58,7 @@ class Variant:
             {**self.values, **other.values},
             {**self.replaced, **other.replaced},
             other.release or self.release,
+            max(self.ranks, other.ranks),
         )
 
 
@@ -86,13 +89,35 @@ def default(case: str) -> Any:
 
 def switches() -> Iterator[Switch]:
     """Yield all switches."""
-    for case in ("silo", "drum", "penetration"):
+    for case in ("silo", "drum", "penetration", "heap"):
         yield tsuji(case)
     yield from mixing()
     yield from walls()
-    yield classic()
-    yield moduli()
+    yield from classic()
+    yield from linear_classic()
+    yield from moduli()
+    yield from coefficients()
+    yield from tsuji_again()
     yield from turned_round()
+    yield from exchanged()
+
+
+NO_RADIUS = "its script does not run in 23 Jun 2022, whose variables have no radius of a particle"
+SMOOTH = "its sides have no friction, and its floor is glued grains"
+
+UNSWITCHED: Mapping[tuple[str, str], str] = {
+    ("mixed-tangential-stiffness", "silo"): (
+        "its grains are of one type and its walls of none: LAMMPS mixes no pair"
+    ),
+    ("old-wall-friction", "heap"): SMOOTH,
+    ("old-wall-cap-without-radius", "heap"): SMOOTH,
+    ("old-wall-hooke-coefficients", "heap"): SMOOTH,
+    ("wall-youngs-modulus", "penetration"): NO_RADIUS,
+    ("wall-youngs-modulus", "heap"): f"{SMOOTH}: the stiffness of sides bears on no slope",
+    ("wall-tsuji-again", "penetration"): NO_RADIUS,
+    ("wall-tsuji-again", "heap"): f"{SMOOTH}: the dashpot of sides bears on no slope",
+}
+"""Why a defect, by its name and a case, is not switched there."""
 
 
 # ---- coefficients ------------------------------------------------------------------------
@@ -218,6 +243,35 @@ def mixing() -> Iterator[Switch]:
         math.sqrt(p.restitution * p.steel_restitution),
         math.sqrt(p.friction * p.steel_friction),
     )
+    yield _mixed_heap()
+
+
+def _mixed_heap() -> Switch:
+    """Return grains and glued ones as two types of one material, which LAMMPS mixes."""
+    p = default("heap")
+    nu, modulus = p.poisson_ratio, p.youngs_modulus
+    factor = mixed_shear_factor(modulus, modulus, nu)
+    shear = f"tangential mindlin {number(factor * mindlin(modulus, nu))} 0 ${{friction}}"
+    of_both = (
+        f"hertz/material {number(modulus)} ${{restitution}} {nu} {shear} ${{rolling}} "
+        "damping ${damping}"
+    )
+    types = '"pair_coeff 1 1 ${of_grains}" "pair_coeff 2 2 ${of_grains}"'
+    on, predicted = (
+        Variant(replaced={r"^pair_coeff \* \* .*$": f'if "1 == 1" then {types}{more}'})
+        for more in ("", f' "pair_coeff 1 2 {of_both}"')
+    )
+    return Switch(
+        "mixed-tangential-stiffness",
+        "heap",
+        "grains and glued grains mixed",
+        "stated",
+        Variant(),
+        on,
+        predicted,
+        f"k_t {factor:.4f} of Mindlin's between the two",
+        exact=True,
+    )
 
 
 def _mixed(
@@ -252,8 +306,36 @@ def silo_pairs(law: str) -> Variant:
     return Variant(replaced={r"^pair_coeff \* \* .*$": f"pair_coeff * * {law}"})
 
 
-def classic() -> Switch:
-    """Return mindlin_classic between grains of the silo."""
+def smaller(case: str) -> Sphere:
+    """Return the grains of a case, of the drum its small ones."""
+    p = default(case)
+    grain: Sphere = p.small if case == "drum" else p.grain
+    return grain
+
+
+def pair_moduli(case: str) -> Mapping[str, float]:
+    """Return Young's modulus [Pa] of the pairs of grains, by the string that states their law."""
+    p = default(case)
+    if case != "drum":
+        return {"of_grains": p.youngs_modulus}
+    large, small = p.large_youngs_modulus, p.small_youngs_modulus
+    return {"of_large": large, "of_small": small, "of_both": of_both(large, small)}
+
+
+def between_grains(case: str, model: str, stiffness: Callable[[float], float]) -> Variant:
+    """Return a case whose grains have another tangential spring, k_t of the modulus of a pair."""
+    return Variant(
+        replaced={
+            rf"^(variable {name} +string .*) \$\{{law\}} (.*)$": (
+                rf"\1 tangential {model} {number(stiffness(modulus))} 0 \2"
+            )
+            for name, modulus in pair_moduli(case).items()
+        }
+    )
+
+
+def classic() -> Iterator[Switch]:
+    """Yield mindlin_classic between grains."""
     p = default("silo")
     normal = f"hertz/material {p.youngs_modulus} {p.restitution} {p.poisson_ratio}"
     k_t = number(mindlin(p.youngs_modulus, p.poisson_ratio))
@@ -261,16 +343,29 @@ def classic() -> Switch:
         silo_pairs(f"{normal} tangential {shear} {k_t} 0 {mu} damping coeff_restitution")
         for shear, mu in (("mindlin_classic", p.friction), ("mindlin", 0.5 * p.friction))
     )
-    return Switch(
-        "classic-cap-without-radius",
-        "silo",
-        "mindlin_classic of grains",
-        "mindlin",
-        Variant(),
-        on,
-        predicted,
-        "half the friction between grains, as of contacts that slide",
-    )
+    name, words, right = "classic-cap-without-radius", "mindlin_classic of grains", "mindlin"
+    cause = "half the friction between grains, as of contacts that slide"
+    yield Switch(name, "silo", words, right, Variant(), on, predicted, cause)
+    for case in ("drum", "penetration", "heap"):
+        nu = default(case).poisson_ratio
+        on = between_grains(case, "mindlin_classic", partial(mindlin, poisson_ratio=nu))
+        yield Switch(name, case, words, right, Variant(), on)
+
+
+def linear_classic() -> Iterator[Switch]:
+    """Yield linear_history_classic between grains, k_t = 2/7 k_n of a linear spring."""
+    words, right = "linear_history_classic of grains", "linear_history of grains"
+    for case in ("silo", "drum", "penetration", "heap"):
+        grain = smaller(case)
+
+        def shear(modulus: float, grain: Sphere = grain) -> float:
+            return 2.0 / 7.0 * linear(modulus, grain.poisson_ratio, 0.5 * grain.radius)
+
+        off, on = (
+            between_grains(case, model, shear)
+            for model in ("linear_history", "linear_history_classic")
+        )
+        yield Switch("linear-history-classic", case, words, right, off, on)
 
 
 def rolling(grain: Sphere) -> Variant:
@@ -280,30 +375,42 @@ def rolling(grain: Sphere) -> Variant:
     return Variant({"damping": f"coeff_restitution rolling sds {number(k)} {number(eta)} 0.2"})
 
 
+def sorting(words: str) -> Variant:
+    """Return a script that sorts by these words of atom_modify."""
+    return Variant(
+        replaced={r"^atom_modify map array( sort 0 0)?$": f"atom_modify map array{words}"}
+    )
+
+
+def rolling_cases() -> Mapping[str, Variant]:
+    """Return the cases with rolling resistance; the heap has its own."""
+    added = {case: rolling(smaller(case)) for case in ("silo", "drum", "penetration")}
+    return {**added, "heap": Variant()}
+
+
 def turned_round() -> Iterator[Switch]:
     """Yield rolling that is turned round by sorting and by newton on; sorting without rolling.
 
     Sorting once in 1000 steps and newton on are LAMMPS's defaults.
     """
-    line = r"^atom_modify map array( sort 0 0)?$"
-    never, often = (
-        Variant(replaced={line: f"atom_modify map array{words}"})
-        for words in (" sort 0 0", " sort 1000 0")
-    )
+    never, often = (sorting(words) for words in (" sort 0 0", " sort 1000 0"))
     newton = Variant(replaced={r"^newton off$": "newton on"})
     name, off = "rolling-turned-round-by-defaults", "sort 0 0, newton off"
-    laws = {
-        "silo": rolling(default("silo").grain),
-        "drum": rolling(default("drum").small),
-        "heap": Variant(),
-    }
-    for case, law in laws.items():
+    for case, law in rolling_cases().items():
         yield Switch(
             name, case, "rolling, sort 1000, newton on", off, law | never, law | often | newton
         )
         if case == "silo":
             yield Switch(name, case, "rolling, sort 1000", off, law | never, law | often)
     yield Switch("", "silo", "sort 1000 without rolling", "sort 0 0", never, Variant())
+
+
+def exchanged() -> Iterator[Switch]:
+    """Yield rolling that is turned round where a contact crosses from rank to rank."""
+    name, words, off = "rolling-turned-round-on-exchange", "rolling, 2 ranks", "1 rank"
+    for case, law in rolling_cases().items():
+        right = law | sorting(" sort 0 0")
+        yield Switch(name, case, words, off, right, right | Variant(ranks=2))
 
 
 # ---- walls -----------------------------------------------------------------------------------
@@ -331,6 +438,19 @@ def drum_walls(laws: Mapping[str, str]) -> Variant:
     )
 
 
+def box_walls(laws: Mapping[str, str]) -> Variant:
+    """Return the box of the penetration with a law for grains and for the sphere."""
+    return Variant(
+        replaced={
+            rf'^(  "fix {axis}_of_{kind} {kind} wall/gran) granular .* ({axis}plane .*)$': (
+                rf"\1 {law} \2"
+            )
+            for kind, law in laws.items()
+            for axis in "xyz"
+        }
+    )
+
+
 HOOKE = "granular hooke {k} {gamma} damping mass_velocity tangential linear_history {kt} 0"
 LINEAR_WALLS = f"{HOOKE} {{mu}}", "hooke/history {k} {kt} {gamma} 0 {mu} 1", f"{HOOKE} 0"
 HERTZ_WALLS = (
@@ -343,12 +463,21 @@ MATERIAL = (
 )
 
 
+TSUJI_WALL = "granular hertz {kn} {e} tangential mindlin {kt} 0 {mu} damping tsuji"
+DASHPOT_WALLS = (
+    "granular hooke {k} {gamma} damping mass_velocity tangential linear_nohistory 0.5 {mu}",
+    "hooke {k} 0 {gamma} {half_gamma} {mu} 1",
+    "granular hooke {k} {gamma} damping mass_velocity tangential linear_nohistory 0 0.5",
+)
+"""Half the dashpot along the wall; the defect takes K_t, 0, for this ratio, and it for mu."""
+
+
 def linear_wall(p: Any, grain: Sphere, words: str) -> str:
     """Return a wall with linear springs, k_t = 2/7 k_n."""
     modulus = of_both(grain.youngs_modulus, p.steel_youngs_modulus)
     k = linear(modulus, p.poisson_ratio, grain.radius)
     gamma = dashpot(p.steel_restitution, k, grain.mass)
-    numbers = {"k": k, "kt": 2.0 / 7.0 * k, "gamma": gamma}
+    numbers = {"k": k, "kt": 2.0 / 7.0 * k, "gamma": gamma, "half_gamma": 0.5 * gamma}
     return words.format(**{n: number(x) for n, x in numbers.items()}, mu=p.steel_friction)
 
 
@@ -359,58 +488,147 @@ def hertz_wall(p: Any, grain: Sphere, words: str) -> str:
     at an overlap of :data:`SLOPE` radii.
     """
     modulus, nu = of_both(grain.youngs_modulus, p.steel_youngs_modulus), p.poisson_ratio
-    slope = linear(modulus, nu, grain.radius)
     numbers = {
         "E": modulus,
         "kn": hertz(modulus, nu),
         "kt": mindlin(modulus, nu),
-        "gamma": dashpot(p.steel_restitution, slope, grain.mass)
-        / (grain.radius * math.sqrt(SLOPE)),
+        "gamma": viscous(p.steel_restitution, modulus, nu, grain.radius, grain.mass),
         "nu": nu,
+        "e": p.steel_restitution,
     }
     mu = p.steel_friction
     return words.format(**{n: number(x) for n, x in numbers.items()}, mu=mu, half=0.5 * mu)
 
 
+def walled(case: str, law: Callable[[Any, Sphere, str], str], words: str) -> Variant:
+    """Return a case whose walls have a law of these words, for each kind of spheres."""
+    p = default(case)
+    if case == "silo":
+        return silo_walls(law(p, p.grain, words))
+    if case == "drum":
+        return drum_walls({"large": law(p, p.large, words), "small": law(p, p.small, words)})
+    laws = {"grains": law(p, p.grain, words), "sphere": law(p, steel_sphere(p), words)}
+    return box_walls(laws)
+
+
 def walls() -> Iterator[Switch]:
     """Yield the old styles of walls."""
     name, words, off = "old-wall-friction", "walls hooke/history", "walls granular, the same law"
-    p = default("silo")
-    right, on, predicted = (silo_walls(linear_wall(p, p.grain, law)) for law in LINEAR_WALLS)
-    yield Switch(name, "silo", words, off, right, on, predicted, "walls without friction")
-    drum = default("drum")
-    kinds = {"large": drum.large, "small": drum.small}
-    # grains slide on the drum for long, in which a weak spring grows: no limit is predicted there
-    right, on = (
-        drum_walls({kind: linear_wall(drum, grain, law) for kind, grain in kinds.items()})
-        for law in LINEAR_WALLS[:2]
-    )
-    yield Switch(name, "drum", words, off, right, on)
+    for case in ("silo", "drum", "penetration"):
+        right, on, predicted = (walled(case, linear_wall, law) for law in LINEAR_WALLS)
+        # grains slide on the drum for long, in which a weak spring grows, and in the penetration
+        # hardly at all: no limit is predicted there
+        limit = (predicted, "walls without friction") if case == "silo" else ()
+        yield Switch(name, case, words, off, right, on, *limit)
     name, words = "old-wall-cap-without-radius", "walls hertz/history"
-    right, on, predicted = (silo_walls(hertz_wall(p, p.grain, law)) for law in HERTZ_WALLS)
-    cause = "half the friction at walls, as of contacts that slide"
-    yield Switch(name, "silo", words, off, right, on, predicted, cause)
+    for case in ("silo", "drum", "penetration"):
+        right, on, predicted = (walled(case, hertz_wall, law) for law in HERTZ_WALLS)
+        cause = "half the friction at walls, as of contacts that slide"
+        limit = (predicted, cause) if case == "silo" else ()
+        yield Switch(name, case, words, off, right, on, *limit)
 
 
-def moduli() -> Switch:
-    """Return walls of 23 Jun 2022, which take wrong moduli from a material, and k_n, k_t as told.
+# ---- releases ----------------------------------------------------------------------------------
 
-    That release has no coeff_restitution: its grains have a viscoelastic dashpot, of two bodies.
+
+def viscous(
+    restitution: float, modulus: float, poisson_ratio: float, radius: float, mass: float
+) -> float:
+    """Return gamma of a viscoelastic dashpot, gamma times mass and radius of the contact.
+
+    That of the restitution at an overlap of :data:`SLOPE` radii; ``radius`` and ``mass`` are the
+    effective ones of two bodies.
     """
-    p = default("silo")
-    nu, half = p.poisson_ratio, 0.5 * p.grain.radius
-    slope = linear(p.youngs_modulus, nu, half)
-    gamma = dashpot(p.restitution, slope, 0.5 * p.grain.mass) / (half * math.sqrt(SLOPE))
-    k_n, k_t = hertz(p.youngs_modulus, nu), mindlin(p.youngs_modulus, nu)
-    shear = f"tangential mindlin {number(k_t)} 0 {p.friction}"
+    slope = linear(modulus, poisson_ratio, radius)
+    return dashpot(restitution, slope, mass) / (radius * math.sqrt(SLOPE))
+
+
+def without_restitution(case: str, release: str) -> Variant:
+    """Return a case in a release without coeff_restitution: pairs have a viscoelastic dashpot."""
+    p = default(case)
     # the value names a dashpot of that release; the lines that are replaced state their own
-    old = Variant({"damping": "viscoelastic"}, release=OLDEST)
-    old |= silo_pairs(f"hertz {number(k_n)} {number(gamma)} {shear} damping viscoelastic")
-    return Switch(
-        "wall-youngs-modulus",
-        "silo",
-        "walls by material in 23 Jun 2022",
-        "walls of stated k_n, k_t in 23 Jun 2022",
-        old | silo_walls(hertz_wall(p, p.grain, HERTZ_WALLS[0])),
-        old | silo_walls(hertz_wall(p, p.grain, MATERIAL)),
+    old = Variant({"damping": "viscoelastic"}, release=release)
+    if case == "silo":
+        grain, nu = p.grain, p.poisson_ratio
+        k_n, k_t = hertz(p.youngs_modulus, nu), mindlin(p.youngs_modulus, nu)
+        gamma = viscous(p.restitution, p.youngs_modulus, nu, 0.5 * grain.radius, 0.5 * grain.mass)
+        shear = f"tangential mindlin {number(k_t)} 0 {p.friction}"
+        return old | silo_pairs(f"hertz {number(k_n)} {number(gamma)} {shear} damping viscoelastic")
+    if case == "drum":
+        bodies = {"of_large": (p.large, p.large), "of_small": (p.small, p.small)}
+        bodies["of_both"] = (p.large, p.small)
+        restitutions = [p.large_restitution, p.small_restitution, p.mixed_restitution]
+    else:
+        bodies = {"of_grains": (p.grain, p.grain), "of_both": (p.grain, steel_sphere(p))}
+        restitutions = [p.restitution, p.steel_restitution]
+    gammas = (
+        viscous(e, of_both(*(b.youngs_modulus for b in two)), p.poisson_ratio, *reduced(*two))
+        for e, two in zip(restitutions, bodies.values(), strict=True)
     )
+    return old | Variant(
+        replaced={
+            rf'^(variable {name} +string "hertz/material \S+) \S+ (.*)$': (
+                rf"\1 {number(gamma)} \2"
+            )
+            for name, gamma in zip(bodies, gammas, strict=True)
+        }
+    )
+
+
+def steel_sphere(p: Any) -> Sphere:
+    """Return the sphere of the penetration."""
+    return Sphere(p.steel_radius, p.steel_density, p.steel_youngs_modulus, p.poisson_ratio)
+
+
+def reduced(first: Sphere, second: Sphere) -> tuple[float, float]:
+    """Return effective radius [m] and mass [kg] of two spheres."""
+    radius = 1.0 / (1.0 / first.radius + 1.0 / second.radius)
+    return radius, 1.0 / (1.0 / first.mass + 1.0 / second.mass)
+
+
+def moduli() -> Iterator[Switch]:
+    """Yield walls of 23 Jun 2022, which take wrong moduli from a material, and k_n, k_t as told."""
+    for case in ("silo", "drum"):
+        old = without_restitution(case, OLDEST)
+        right, on = (walled(case, hertz_wall, law) for law in (HERTZ_WALLS[0], MATERIAL))
+        yield Switch(
+            "wall-youngs-modulus",
+            case,
+            "walls by material in 23 Jun 2022",
+            "walls of stated k_n, k_t in 23 Jun 2022",
+            old | right,
+            old | on,
+        )
+
+
+def coefficients() -> Iterator[Switch]:
+    """Yield walls of 2 Aug 2023 without springs, whose coefficients are exchanged."""
+    for case in ("silo", "drum", "penetration"):
+        old = without_restitution(case, OLDER)
+        off, on, predicted = (old | walled(case, linear_wall, law) for law in DASHPOT_WALLS)
+        yield Switch(
+            "old-wall-hooke-coefficients",
+            case,
+            "walls hooke in 2 Aug 2023",
+            "walls granular in 2 Aug 2023, the same law",
+            off,
+            on,
+            predicted,
+            "walls without a tangential dashpot: no friction",
+            exact=True,
+        )
+
+
+def tsuji_again() -> Iterator[Switch]:
+    """Yield walls with the dashpot of Tsuji, which 23 Jun 2022 changes from run to run."""
+    for case in ("silo", "drum"):
+        wall = walled(case, hertz_wall, TSUJI_WALL)
+        new, old = (without_restitution(case, release) | wall for release in (OLDER, OLDEST))
+        yield Switch(
+            "wall-tsuji-again",
+            case,
+            "walls damping tsuji in 23 Jun 2022",
+            "the same script in 2 Aug 2023",
+            new,
+            old,
+        )

@@ -215,3 +215,16 @@ def test_a_planted_fault_turns_a_bulk_case(code, name, fault, error):
 
     with pytest.raises(error):
         found()
+
+
+@ALL
+def test_the_stated_cost_of_level_full_is_what_its_runs_are_expected_to_take(case):
+    """Of LAMMPS alone, as of the other levels, which were measured."""
+    rules = engine_class("lammps").traits
+    runs = [
+        p
+        for system in case.systems("full")
+        for p in case.verification.trials("full", system).values()
+    ]
+    expected = sum(case.seconds(p, rules) for p in runs)
+    assert case.verification.cost["full"] == pytest.approx(expected, rel=0.06)

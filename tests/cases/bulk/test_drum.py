@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from harness.cases.bulk.mixing import touching
-from harness.cases.bulk.places import write_grains
+from harness.cases.bulk.places import PUBLISHED, write_grains
 from harness.cases.bulk.seeds import Runs
 from harness.cases.drum import CASE, COLUMNS, Drum, drum_energy, elastic_energy, values_of
 from harness.comparison.verdicts import Verdict
@@ -438,3 +438,14 @@ def test_liggghts_starts_from_the_same_places_and_turns_the_same_way(lammps):
     first, second = (CASE.read(TINY, found, TRAITS) for found in (one, two))
     assert second["surface_angle_deg"] == pytest.approx(first["surface_angle_deg"], abs=8.0)
     assert one.table(("x_m",))["x_m"].shape == two.table(("x_m",))["x_m"].shape
+
+
+def test_level_full_has_the_published_drum_from_four_beginnings():
+    """Its places are given: rests of other lengths part its motions."""
+    assert len(CASE.systems("default")) == 1
+    _, published = CASE.systems("full")
+    assert published.name == "drum: published"
+    runs = published.trials.values()
+    assert [p.replace(settle_time=0.0) for p in runs] == [CASE.presets[PUBLISHED]] * 4
+    assert len({p.settle_steps for p in runs}) == 4
+    assert max(p.settle_steps * p.step_size for p in runs) < 0.05

@@ -9,7 +9,7 @@ import pytest
 from harness.cases.bulk.film import BANDS, PARTICLES, Cut, CutScene, Motion
 from harness.cases.registry import get_case
 from harness.engines.registry import engine_class
-from harness.errors import EngineMissingError, RequestError
+from harness.errors import EngineError, EngineMissingError, RequestError
 from harness.workflows.case_runs import check_film
 
 SMALL = {
@@ -114,3 +114,22 @@ class Other:
 def test_a_code_whose_script_writes_no_particles_says_so():
     with pytest.raises(RequestError, match=r"film: Other cannot run it: .* 'particles'"):
         check_film("silo", {"layers": "3"}, Other())
+
+
+class Slow(Other):
+    """A code that writes down what it is given."""
+
+    traits = engine_class("kratos").traits
+    given = ()
+
+    def run(self, jobs):
+        self.given = jobs
+        return [EngineError("no film")]
+
+
+def test_the_run_of_a_film_has_the_time_that_it_is_expected_to_need():
+    case, engine = get_case("silo"), Slow()
+    with pytest.raises(EngineError, match="no film"):
+        case.display.film(engine)
+    (job,) = engine.given
+    assert job.seconds == case.seconds(case.default, engine.traits) > 0.0

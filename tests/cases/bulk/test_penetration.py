@@ -297,6 +297,8 @@ def test_single_runs_are_drawn_with_their_difference_and_without_an_error(number
     assert len(below.lines) == 2
     assert len(below.collections) == (0 if number == 1 else 2)
     assert ("standard error" in below.get_title()) == (number > 1)
+    (alone,) = draw([one], 0, CASE.drawn[0]).axes  # nothing to differ from
+    assert len(alone.lines) == number
 
 
 @pytest.fixture(scope="module")

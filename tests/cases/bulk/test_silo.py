@@ -240,6 +240,16 @@ class Arching:
         return [output(p, series(p, stop=900.0 * (i < first))) for i in range(len(jobs))]
 
 
+def test_level_full_has_both_published_silos_from_four_seeds():
+    assert [system.name for system in CASE.systems("default")] == ["silo"]
+    _, *published = CASE.systems("full")
+    assert [system.name for system in published] == ["silo: published", "silo: published-wide"]
+    for system in published:
+        preset = CASE.presets[system.name.removeprefix("silo: ")]
+        assert [p.replace(seed=1) for p in system.trials.values()] == [preset] * 4
+        assert {p.seed for p in system.trials.values()} == {1, 2, 3, 4}
+
+
 def test_seeds_that_arch_have_no_rate_and_are_counted():
     rows = {
         row.name.rpartition(": ")[2]: row
