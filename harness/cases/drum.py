@@ -400,7 +400,7 @@ class DrumCase(BulkCase[Drum]):
         if level != "full":
             return super().systems(level)
         p = self.presets[PUBLISHED]
-        trials = {f"rest {t:g} s": p.replace(settle_time=t) for t in (0.0, 0.01, 0.02, 0.03)}
+        trials = {f"rest {t:g} s": p.replace(settle_time=t) for t in (0.0, 0.05, 0.1, 0.15)}
         published = System(f"{self.name}: {PUBLISHED}", p, trials, from_level="full")
         return (*super().systems(level), published)
 

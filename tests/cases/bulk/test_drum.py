@@ -448,4 +448,4 @@ def test_level_full_has_the_published_drum_from_four_beginnings():
     runs = published.trials.values()
     assert [p.replace(settle_time=0.0) for p in runs] == [CASE.presets[PUBLISHED]] * 4
     assert len({p.settle_steps for p in runs}) == 4
-    assert max(p.settle_steps * p.step_size for p in runs) < 0.05
+    assert max(p.settle_steps * p.step_size for p in runs) < 0.2
