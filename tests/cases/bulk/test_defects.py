@@ -549,3 +549,7 @@ def test_table_and_figure(tmp_path):
     assert text[1].endswith("moved,")
     (axes,) = drawn(rows).axes
     assert [text.get_text() for text in axes.texts] == ["silo, rate: on"]
+    turned = replace(rows[0], ratio=-0.02, low=-0.05, high=0.01)  # the sign of an angle
+    (axes,) = drawn([turned]).axes
+    assert axes.get_xlim()[0] < -0.05
+    assert axes.get_xscale() == "linear"
