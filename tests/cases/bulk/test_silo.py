@@ -340,6 +340,6 @@ def test_walls_of_twice_the_triangles_let_as_much_pass():
             ]
             pairs = zip(trials, engine.run(jobs), strict=True)
             rows = tuple(CASE.read(p, found, TRAITS) for p, found in pairs)
-            samples.append(Runs(f"{facets} facets", rows))
+            samples.append(Runs(f"{facets} facets", rows, equivalent=CASE.equivalent))
     row = next(CASE.verification.compared(samples))
     assert row.verdict is Verdict.PASS, row.note
