@@ -248,14 +248,13 @@ def run(
 def _check_film(case: str, path: Path, name: str | None) -> None:
     """Raise RequestError, before anything is run, for a case without a film, and for a solver."""
     from harness.cases.registry import get_case
-    from harness.engines.registry import engine_names
-    from harness.workflows.case_runs import usual_engine
+    from harness.workflows.case_runs import is_solver, usual_engine
 
     chosen = get_case(case)
     if not chosen.display.has_film:
         raise RequestError(f"--film {path}: case {case!r} has no film")
     name = name or usual_engine(chosen)
-    if name in chosen.solvers and name not in engine_names():
+    if is_solver(chosen, name):
         raise RequestError(f"--film {path}: {name!r} is a solver: an engine runs the film")
 
 

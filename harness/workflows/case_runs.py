@@ -475,6 +475,11 @@ def usual_engine(case: Case[Any]) -> str:
     return DEFAULT
 
 
+def is_solver(case: Case[Any], name: str) -> bool:
+    """Return whether a name is that of a solver of a case, of this package."""
+    return name in case.solvers and name not in engine_names()
+
+
 def engine_for(case: Case[Any], engine: str | None) -> str:
     """Return who runs a case; raise RequestError for a name that is not known."""
     name = engine or usual_engine(case)

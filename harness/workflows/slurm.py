@@ -229,9 +229,8 @@ class Slurm:
         """
         runs = {str(place): parameters for place, parameters in enumerate(work.parameters)}
         costs = self._costs(work, runs)
-        workers = 1 if self.settings.ranks > 1 else self.settings.cpus
         times = [sum(costs[name] for name in chunk) for chunk in self._chunks(work, runs)]
-        limit = 60.0 * self.settings.minutes * workers
+        limit = 60.0 * self.settings.minutes * self._workers
         problem = ""
         try:
             self._check(work, dict(enumerate(work.parameters)))
@@ -314,9 +313,14 @@ class Slurm:
         waiting.jobs |= self._submitted(work, opening, runs, waiting.group)
         return True
 
+    @property
+    def _workers(self) -> int:
+        """Return how many runs of a job are made side by side."""
+        return 1 if self.settings.ranks > 1 else self.settings.cpus
+
     def _chunks(self, work: Work, chosen: Mapping[str, Parameters]) -> list[list[str]]:
         """Return the names of the runs of each job: as many as fit its time, ``chunk`` at most."""
-        workers = 1 if self.settings.ranks > 1 else self.settings.cpus
+        workers = self._workers
         chunks: list[list[str]] = []
         total = longest = 0.0
         for name, seconds in self._costs(work, chosen).items():

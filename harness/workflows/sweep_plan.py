@@ -31,6 +31,7 @@ from harness.workflows.case_runs import (
     NO_RULES,
     PRESET,
     engine_for,
+    is_solver,
     parameters_in,
     parameters_of,
     usual_engine,
@@ -151,7 +152,7 @@ class SweepPlan:
 
     def solves(self, engine: str) -> bool:
         """Return whether this is a solver of the case, of this package."""
-        return engine in self.case.solvers and engine not in engine_names()
+        return is_solver(self.case, engine)
 
     @property
     def runs(self) -> int:

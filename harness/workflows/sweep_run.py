@@ -22,7 +22,6 @@ from harness.cases.contract import Case, Measured
 from harness.cases.registry import get_case
 from harness.engines.contract import Engine, Job, Output
 from harness.engines.process import cores, parallel_each
-from harness.engines.registry import engine_names
 from harness.errors import (
     EngineError,
     EngineMissingError,
@@ -46,7 +45,7 @@ from harness.store.entries import (
     source_digest,
     versions,
 )
-from harness.workflows.case_runs import PRESET, parameters_in
+from harness.workflows.case_runs import PRESET, is_solver, parameters_in
 from harness.workflows.progress import Progress, silent
 from harness.workflows.sweep_plan import (
     ALL,
@@ -141,7 +140,7 @@ class Work:
     @property
     def solves(self) -> bool:
         """Return whether it is a solver that runs them."""
-        return self.engine in self.case.solvers and self.engine not in engine_names()
+        return is_solver(self.case, self.engine)
 
 
 class Executor(Protocol):

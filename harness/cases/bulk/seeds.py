@@ -291,8 +291,7 @@ class BulkVerification(Verification):
         words = main and self.case.law(main.traits, system.parameters).words
         if law.values and main is not None and words != law.words:
             under, failed = study.once(
-                (system.name, law.words),
-                lambda: self._under(main, runs, self.trials(study.level, system)),
+                (system.name, law.words), lambda: self._under(main, runs, trials)
             )
             # of engines of one law the first has the rows of failed runs
             study.once((system.name, law.words, "failed"), lambda: checks.extend(failed))

@@ -507,7 +507,7 @@ def walled(case: str, law: Callable[[Any, Sphere, str], str], words: str) -> Var
         return silo_walls(law(p, p.grain, words))
     if case == "drum":
         return drum_walls({"large": law(p, p.large, words), "small": law(p, p.small, words)})
-    laws = {"grains": law(p, p.grain, words), "sphere": law(p, steel_sphere(p), words)}
+    laws = {"grains": law(p, p.grain, words), "sphere": law(p, p.steel, words)}
     return box_walls(laws)
 
 
@@ -559,7 +559,7 @@ def without_restitution(case: str, release: str) -> Variant:
         bodies["of_both"] = (p.large, p.small)
         restitutions = [p.large_restitution, p.small_restitution, p.mixed_restitution]
     else:
-        bodies = {"of_grains": (p.grain, p.grain), "of_both": (p.grain, steel_sphere(p))}
+        bodies = {"of_grains": (p.grain, p.grain), "of_both": (p.grain, p.steel)}
         restitutions = [p.restitution, p.steel_restitution]
     gammas = (
         viscous(e, of_both(*(b.youngs_modulus for b in two)), p.poisson_ratio, *reduced(*two))
@@ -573,11 +573,6 @@ def without_restitution(case: str, release: str) -> Variant:
             for name, gamma in zip(bodies, gammas, strict=True)
         }
     )
-
-
-def steel_sphere(p: Any) -> Sphere:
-    """Return the sphere of the penetration."""
-    return Sphere(p.steel_radius, p.steel_density, p.steel_youngs_modulus, p.poisson_ratio)
 
 
 def reduced(first: Sphere, second: Sphere) -> tuple[float, float]:
