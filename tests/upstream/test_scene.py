@@ -65,12 +65,6 @@ def test_k_n_and_k_t_are_those_of_a_material(k_n, ratio):
     assert 8.0 * shear == pytest.approx(ratio * k_n, rel=1e-12)
 
 
-def test_the_manuals_defaults_hold():
-    stated = law("hooke 1e6 100")
-    assert (stated.damping, stated.damping_coefficient) == ("viscoelastic", 100.0)
-    assert stated.tangential == "none"
-
-
 def test_an_old_style_takes_half_of_its_dashpot_along_the_surface():
     stated = old_law("hooke/history", ["1e4", "NULL", "10", "NULL", "0.5", "1"])
     assert stated.damping == "mass_velocity"
