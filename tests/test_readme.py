@@ -3,7 +3,6 @@
 import ast
 import re
 import shlex
-import tomllib
 from pathlib import Path
 
 import pytest
@@ -15,7 +14,6 @@ PAGES = sorted(
     for path in ROOT.rglob("*.md")
     if path.name in {"README.md", "CONTRIBUTING.md"} and not SKIPPED & set(path.parts)
 )
-README = ROOT / "README.md"
 
 
 def name(page):
@@ -80,14 +78,13 @@ def broken(page, link):
 
 
 def test_every_link_leads_to_a_file_and_a_heading():
-    assert len(links()) > 100
     assert [f"{name(page)}:{link}" for page, link in links() if broken(page, link)] == []
 
 
 def test_every_command_is_understood():
     from harness.cli.command import app
 
-    assert len(commands()) > 40
+    assert commands()
     refused = {}
     for line in commands():
         try:
@@ -95,31 +92,3 @@ def test_every_command_is_understood():
         except Exception as error:
             refused[line] = str(error)
     assert refused == {}
-
-
-def test_the_readme_is_read_over_a_coffee():
-    text = README.read_text("utf-8")
-    assert len(text.splitlines()) <= 150
-    prose = re.sub(r"```.*?```|^\|.*?$|^    .*?$", "", text, flags=re.DOTALL | re.MULTILINE)
-    prose = re.sub(r"\]\([^)]+\)", "]", prose)
-    long = [s for s in re.split(r"(?<=[.:?!])\s|\n\n", prose) if len(s.split()) > 30]
-    assert not long
-
-
-def test_every_script_of_a_known_defect_stands_in_the_list():
-    known = tomllib.loads((ROOT / "inputs" / "known-defects.toml").read_text("utf-8"))["defect"]
-    folder = ROOT / "reports" / "defects"
-    listed = set(re.findall(r"\]\(([^)]+/in\.\w+)\)", (folder / "README.md").read_text("utf-8")))
-    assert listed == {d["script"].removeprefix("reports/defects/") for d in known.values()}
-
-
-def test_the_package_and_its_citation_name_the_same_paper_and_version():
-    project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
-    (url,) = project["urls"].values()
-    citation = (ROOT / "CITATION.cff").read_text("utf-8")
-    assert f"url: {url}" in citation
-    assert f"arXiv {url.rpartition('/')[2]}" in README.read_text("utf-8")
-    from harness import __version__
-
-    assert f"version: {__version__}" in citation
-    assert f"## {__version__}" in (ROOT / "CHANGELOG.md").read_text("utf-8")

@@ -1,14 +1,9 @@
-"""Segments of MPICH: unlinked when what was started is gone, by the next run after kill -9."""
+"""Segments of MPICH: unlinked when the program that made them is gone."""
 
-import contextlib
 import os
 import shutil
-import signal
-import subprocess
 import sys
-import time
 from collections import namedtuple
-from pathlib import Path
 
 import pytest
 
@@ -16,7 +11,7 @@ from harness import files
 from harness.engines.lammps.engine import Lammps
 from harness.engines.process import Processes
 from harness.errors import EngineMemoryError
-from harness.files import PREFIX, SHARED, sweep
+from harness.files import SHARED
 
 pytestmark = pytest.mark.skipif(not SHARED.is_dir(), reason=f"no {SHARED} here")
 
@@ -32,14 +27,6 @@ print("mapped", flush=True)
 time.sleep(100)
 """
 
-OWNER = """
-import sys
-from harness.engines.process import Processes
-from harness.engines.programs import fresh_folder
-with fresh_folder() as folder:
-    Processes().run([sys.executable, *sys.argv[1:]], folder, seconds=100.0, memory=2**32)
-"""
-
 
 @pytest.fixture
 def segment():
@@ -47,13 +34,6 @@ def segment():
     path = SHARED / f"mpich_shm_{os.getpid():x}_77"
     yield path
     path.unlink(missing_ok=True)
-
-
-def _wait(for_what):
-    deadline = time.monotonic() + 20.0
-    while not for_what():
-        assert time.monotonic() < deadline
-        time.sleep(0.02)
 
 
 def test_a_program_that_hangs_leaves_no_segment(tmp_path, segment):
@@ -66,40 +46,6 @@ def test_a_program_that_hangs_leaves_no_segment(tmp_path, segment):
     assert not segment.exists()
     assert another.exists()
     another.unlink()
-
-
-def test_after_kill_9_of_all_the_next_run_unlinks_it_once_it_is_not_in_use(tmp_path, segment):
-    owner = subprocess.Popen(
-        [sys.executable, "-c", OWNER, "-c", MAPS, str(segment)],
-        cwd=Path(__file__).parents[1],
-        env={**os.environ, "TMPDIR": str(tmp_path)},
-    )
-    _wait(lambda: list(tmp_path.glob(f"{PREFIX}*/{files.RECORD}")))
-    for pid in [owner.pid, *_with_mark(tmp_path)]:
-        with contextlib.suppress(ProcessLookupError):
-            os.kill(pid, signal.SIGKILL)
-    owner.wait()
-    _wait(lambda: not _with_mark(tmp_path))
-    assert segment.exists()
-    user = subprocess.Popen([sys.executable, "-c", MAPS, str(segment)], stdout=subprocess.PIPE)
-    assert user.stdout.readline() == b"mapped\n"
-    sweep(tmp_path)
-    assert segment.exists()
-    user.kill()
-    user.communicate()
-    sweep(tmp_path)
-    assert not segment.exists()
-    assert list(tmp_path.iterdir()) == []
-
-
-def _with_mark(folder):
-    """Return the processes that were started in a folder below this one."""
-    found = []
-    for process in Path("/proc").glob("[0-9]*"):
-        with contextlib.suppress(OSError):
-            if f"{files.MARK}={folder}/".encode() in (process / "environ").read_bytes():
-                found.append(int(process.name))
-    return found
 
 
 @pytest.mark.parametrize("name", ["mpich_shm_1_0", "other", "../mpich_shm_1_0"])

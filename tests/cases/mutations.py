@@ -117,10 +117,6 @@ def without_rows(rows):
 ROWS = {
     "first row lost": without_rows(lambda _: 0),
     "last row lost": without_rows(lambda _: -1),
-    "middle row lost": without_rows(lambda count: count // 2),
-    "every second row lost": kept_rows(lambda _: slice(None, None, 2)),
-    "97 % of the rows lost": kept_rows(lambda count: slice(0, max(1, count * 3 // 100))),
-    "all but five rows lost": kept_rows(lambda _: slice(0, 5)),
     "a hole of 20 % of the rows": without_rows(
         lambda count: slice(count * 4 // 10, count * 6 // 10)
     ),
@@ -148,10 +144,9 @@ FORCE = "the force"
 
 
 def columns(names):
-    """Return each column lost, doubled, halved, negated, or NaN in one row, by name."""
+    """Return each column lost, doubled, negated, or NaN in one row, by name."""
     changes = {
         "doubled": lambda column: 2.0 * column,
-        "halved": lambda column: 0.5 * column,
         "negated": lambda column: -column,
         "not a number in one row": _with_nan,
         "lost": None,
@@ -197,11 +192,11 @@ def one_sample(name, where, by=0.01):
 
 
 def single_samples(names):
-    """Return one wrong sample of each column: the first, the last, two in between."""
+    """Return one wrong sample of each column: the last, and one in between."""
     return {
         f"one {name} off at {where:.0%}": one_sample(name, where)
         for name in names
-        for where in (0.0, 0.35, 0.7, 1.0)
+        for where in (0.35, 1.0)
     }
 
 
@@ -218,7 +213,6 @@ PATHS = {
     **columns(PATH),
     "x_m and y_m swapped": _swapped("x_m", "y_m"),
     "velocities swapped": _swapped("vx_m_per_s", "vy_m_per_s"),
-    "x_m and vx_m_per_s swapped": _swapped("x_m", "vx_m_per_s"),
 }
 
 
@@ -250,7 +244,6 @@ TOWERS = {
     **TABLE,
     "one sample half a step late": on_table(_late_clock),
     **columns(("step", "x_m", "vx_m_per_s", FORCE)),
-    "x_m and vx_m_per_s swapped": _swapped("x_m", "vx_m_per_s"),
     "the last particle lost": on_table(
         lambda table: {n: c if c.ndim == 1 else c[:, :-1] for n, c in table.items()}
     ),
@@ -310,16 +303,6 @@ def _verdicts(one, other):
     )
 
 
-def _exchange(one, other):
-    def mutation(_, output):
-        values = dict(output.results)
-        return on_results(lambda name, text: values.get({one: other, other: one}.get(name), text))(
-            _, output
-        )
-
-    return mutation
-
-
 RESULTS = {
     **{
         f"result {lost} left out": on_results(
@@ -328,24 +311,10 @@ RESULTS = {
         for lost in TOLD
     },
     "time_s doubled": _number(lambda value: 2.0 * value, "time_s"),
-    "steps doubled": _number(lambda value: 2.0 * value, "steps"),
     "time_s and steps doubled": _number(lambda value: 2.0 * value, "time_s", "steps"),
-    "time_s and steps halved": _number(lambda value: 0.5 * value, "time_s", "steps"),
-    "margin_J doubled": _number(lambda value: 2.0 * value, "margin_J"),
-    "margin_J halved": _number(lambda value: 0.5 * value, "margin_J"),
-    "margin_J negated": _number(lambda value: -value, "margin_J"),
     "margin_J 1e-6 J off": _number(lambda value: value + 1e-6, "margin_J"),
-    "margin_J and time_s swapped": _exchange("margin_J", "time_s"),
     "moves on said to be trapped": _verdicts(Motion.MOVES_ON.value, Motion.TRAPPED.value),
     "trapped said to move on": _verdicts(Motion.TRAPPED.value, Motion.MOVES_ON.value),
-    "no result at all": lambda _, output: replace(output, results=()),
-    "six digits of the numbers": on_results(
-        lambda name, text: (
-            text
-            if name in ("route", "verdict", "steps", "touching")
-            else " ".join(f"{float(word):.6g}" for word in text.split())
-        )
-    ),
 }
 
 
@@ -358,8 +327,6 @@ def _late_crest(rows, case):
 
 CRESTS = {
     "first crest lost": _of_crests(lambda rows, _: rows[1:]),
-    "last crest lost": _of_crests(lambda rows, _: rows[:-1]),
-    "middle crest lost": _of_crests(lambda rows, _: np.delete(rows, len(rows) // 2, axis=0)),
     "middle crest lost, renumbered": _of_crests(
         lambda rows, _: np.column_stack(
             [rows[:-1, 0], np.delete(rows, len(rows) // 2, axis=0)[:, 1:]]
@@ -367,9 +334,6 @@ CRESTS = {
     ),
     "a crest twice": _of_crests(lambda rows, _: np.vstack([rows, rows[-1:]])),
     "energy at the crests doubled": _of_crests(lambda rows, _: rows * [1.0, 1.0, 2.0, 1.0]),
-    "energy at the crests halved": _of_crests(lambda rows, _: rows * [1.0, 1.0, 0.5, 1.0]),
-    "energy at the crests negated": _of_crests(lambda rows, _: rows * [1.0, 1.0, -1.0, 1.0]),
-    "time at the crests halved": _of_crests(lambda rows, _: rows * [1.0, 0.5, 1.0, 1.0]),
     "second crest two steps late": _of_crests(_late_crest),
     "time and energy at the crests swapped": _of_crests(lambda rows, _: rows[:, [0, 2, 1, 3]]),
 }
@@ -450,27 +414,17 @@ SHOWN_BY = {
     **{f"{name} lost": NO_TABLE for name in (*PATH, "step", FORCE)},
     **{f"{name} not a number in one row": NOT_NUMBERS for name in (*PATH, "step", FORCE)},
     **{f"{name} negated": ORDER for name in ("time_s", "step")},
-    **{f"step {change}": SAMPLE_TIMES for change in ("doubled", "halved")},
+    "step doubled": SAMPLE_TIMES,
     "one sample half a step late": SAMPLE_TIMES,
     "the last particle lost": r"left x_m of \d+, not \d+",
     **{f"result {lost} left out": rf"left an incomplete result \('{lost}'\)" for lost in TOLD},
     "time_s doubled": CLOCK,
-    "margin_J and time_s swapped": CLOCK,
-    "steps doubled": rf"{CLOCK}|{LOST_ROWS}",
     "time_s and steps doubled": rf"{LAST_CREST}|{LOST_ROWS}",
-    "time_s and steps halved": rf"passed a crest after the end of its run|{LOST_ROWS}",
-    **{
-        name: rf"{LAST_CREST}|energy told and of its path"
-        for name in RESULTS
-        if name.startswith("margin_J ") and "swapped" not in name
-    },
+    "margin_J 1e-6 J off": rf"{LAST_CREST}|energy told and of its path",
     "moves on said to be trapped": CREST_COUNT,
     "trapped said to move on": CREST_COUNT,
-    "no result at all": r"left an incomplete result|ends at .* s, undecided, before the time limit",
-    "six digits of the numbers": rf"{CREST_ENERGY}|scale invariance",
     **{name: CREST_COUNT for name in CRESTS if " lost" in name or " twice" in name},
-    **{name: rf"{CREST_ENERGY}|{LAST_CREST}" for name in CRESTS if name.startswith("energy at")},
-    "time at the crests halved": rf"{CREST_TIME}|{LAST_CREST}",
+    "energy at the crests doubled": rf"{CREST_ENERGY}|{LAST_CREST}",
     "second crest two steps late": CREST_TIME,
     "time and energy at the crests swapped": CREST_COUNT,
     "second sphere displaced by 1e-4 d": rf"{CREST_ENERGY}|{LAST_CREST}",
@@ -478,9 +432,9 @@ SHOWN_BY = {
 }
 """What a fault turns, in every case and target unless :data:`SHOWN_THERE` says otherwise."""
 
-_PLACES = ("x_m", "y_m", "x_m and y_m", "x_m and vx_m_per_s")
+_PLACES = ("x_m", "y_m", "x_m and y_m")
 _SPEEDS = ("vx_m_per_s", "vy_m_per_s", "velocities")
-_CHANGES = ("doubled", "halved", "negated", "swapped")
+_CHANGES = ("doubled", "negated", "swapped")
 _WHOLE = {f"{name} {change}" for name in (*_PLACES, *_SPEEDS, FORCE) for change in _CHANGES}
 
 SHOWN_THERE = {
@@ -499,7 +453,6 @@ SHOWN_THERE = {
         **{f"{name} {change}": "largest velocity apart" for name in _SPEEDS for change in _CHANGES},
         **dict.fromkeys(single_samples(PATH[1:3]), "largest distance|energy told|rise of energy"),
         **dict.fromkeys(single_samples(PATH[3:]), "velocity apart|energy told|rise of energy"),
-        "time_s halved": r"samples does not have the \d+ times of the plan",
         "six digits of the table": "samples missing in between",
         **dict.fromkeys(VALUES, rf"{CREST_ENERGY}|{CLOCK}"),
         **dict.fromkeys(DAMPING, "largest velocity apart"),
@@ -507,7 +460,6 @@ SHOWN_THERE = {
     "drop": {
         **dict.fromkeys(_WHOLE, FALL),
         "time_s doubled": "free fall",
-        "time_s halved": "free fall",
         "six digits of the table": "free fall",
         "gravity 1 % off": "free fall",
         "stiffness 1 % off": "static contact",

@@ -1,8 +1,7 @@
 """The standing test of the judges: a fault that is planted in an engine's outputs must show.
 
 Each must fail the row that is there for it (``mutations.shown_by``) in the case's own verification
-at level quick; the regression against the baseline, which comes later, is not among them. Made
-blind for one fault, a judge is so found out, whatever else fails.
+at level quick; the regression against the baseline, which comes later, is not among them.
 """
 
 import re
@@ -11,16 +10,13 @@ from dataclasses import replace
 import pytest
 
 from harness.cases.drop.case import CASE as DROP
-from harness.cases.incline import verification
 from harness.cases.incline import verification as incline_checks
 from harness.cases.incline.case import CASE as INCLINE
-from harness.cases.tower import run as engine_runs
 from harness.cases.tower import verification as against_exact
 from harness.cases.tower import verification as tower_checks
 from harness.cases.tower.case import CASE as TOWER
 from harness.cases.verification import Study
 from harness.comparison.verdicts import Kind, Triage, Verdict, missing_from
-from harness.engines.lammps.engine import Lammps
 from harness.engines.reference import Reference
 from harness.workflows.verification import MainRun
 from tests.cases import mutations
@@ -142,13 +138,10 @@ OUTPUTS = [
         # all are trapped, or all move on
         ("sampled passages", "moves on said to be trapped"),
         ("recursion", "trapped said to move on"),
-        # the path tells it all
-        ("sampled passages", "no result at all"),
-        # margins near 0: six digits are 1e-9 of m g d
-        ("sampled passages", "six digits of the numbers"),
     ),
     *all_of(TOWER, dict.fromkeys(("all towers", "tower of 2", "ladder"), mutations.TOWERS)),
     *all_of(TOWER, {"all towers": mutations.TOWER_SAMPLES}),
+    *all_of(TOWER, {"tower of 2": mutations.CONTACT_CHANGES}),
     *all_of(DROP, {"all drops": mutations.PATHS}),
 ]
 
@@ -165,8 +158,6 @@ VALUES = [
     *all_of(DROP, {"all drops": mutations.OF_A_DROP}),
 ]
 
-CHANGES = all_of(TOWER, {"tower of 2": mutations.CONTACT_CHANGES})
-
 
 def once_each(outputs):
     """Return each fault of a case in one target, each target in its turn."""
@@ -177,65 +168,18 @@ def once_each(outputs):
     return [params[n % len(params)] for n, params in enumerate(targets.values())]
 
 
-FAULT = ("case", "target", "fault", "mutation")
-values = pytest.mark.parametrize(("case", "target", "fault", "change"), VALUES)
-
-
 @pytest.mark.parametrize("case", ALIKE, ids=lambda case: case.name)
 def test_an_engine_without_a_fault_passes(case):
     found = case.verification.run(Mutant(ALIKE[case](), KEPT), QUICK)
     assert not [row for row in found.checks if row.verdict is Verdict.FAIL]
 
 
-@pytest.mark.parametrize(FAULT, once_each(OUTPUTS))
+@pytest.mark.parametrize(("case", "target", "fault", "mutation"), once_each(OUTPUTS))
 def test_a_fault_of_an_output_shows(case, target, fault, mutation):
     assert_seen(case, planted(ALIKE[case](), KEPT, target, mutation), fault)
 
 
-@pytest.mark.parametrize(("case", "target", "fault", "mutation"), CHANGES)
-def test_a_contact_that_changes_at_another_time_shows(case, target, fault, mutation):
-    assert_seen(case, planted(ALIKE[case](), KEPT, target, mutation), fault)
-
-
-def _no_contact_changes(monkeypatch):
-    row = against_exact._events
-
-    def blind(name, found, triage):
-        return replace(row(name, found, triage), verdict=Verdict.PASS)
-
-    monkeypatch.setattr(against_exact, "_events", blind)
-
-
-def _no_sample_times(monkeypatch):
-    monkeypatch.setattr(engine_runs, "_check_times", lambda *_: None)
-
-
-def _no_times_at_crests(monkeypatch):
-    rows = verification._at_crests
-
-    def blind(name, run, own, held):
-        return rows(name, replace(run, crests=own.crests), own, held)
-
-    monkeypatch.setattr(verification, "_at_crests", blind)
-
-
-@pytest.mark.parametrize(
-    ("blind", "case", "target", "fault"),
-    [
-        (_no_contact_changes, TOWER, "tower of 2", "contacts open early"),
-        (_no_sample_times, TOWER, "tower of 2", "one sample half a step late"),
-        (_no_times_at_crests, INCLINE, "motions", "second crest two steps late"),
-    ],
-    ids=["contact changes", "sample times", "times at crests"],
-)
-def test_a_judge_made_blind_is_found_out(monkeypatch, blind, case, target, fault):
-    known = mutations.CONTACT_CHANGES | mutations.TOWERS | mutations.CRESTS
-    blind(monkeypatch)
-    with pytest.raises(AssertionError):
-        assert_seen(case, planted(ALIKE[case](), KEPT, target, known[fault]), fault)
-
-
-@values
+@pytest.mark.parametrize(("case", "target", "fault", "change"), VALUES)
 def test_other_values_than_were_asked_for_show(case, target, fault, change):
     assert_seen(case, planted(ALIKE[case](), KEPT, target, values=change), fault)
 
@@ -274,28 +218,3 @@ def test_a_verification_that_lost_rows_fails(monkeypatch):
     lost = [row for row in run.checks if row.triage == Triage.MISSING]
     assert [row.name for row in lost] == ["incline: rows of level quick, mutant", name]
     assert all(row.verdict is Verdict.FAIL and name in f"{row.note} {row.name}" for row in lost)
-
-
-@pytest.fixture(scope="module")
-def lammps():
-    """Return LAMMPS and its outputs by job."""
-    with Lammps() as engine:
-        yield engine, {}
-
-
-@pytest.mark.slow
-@pytest.mark.live
-@pytest.mark.parametrize("case", ALIKE, ids=lambda case: case.name)
-def test_lammps_without_a_fault_passes(lammps, case):
-    engine = Mutant(*lammps)
-    found = case.verification.run(engine, QUICK)
-    assert not [row for row in found.checks if row.verdict is Verdict.FAIL]
-    assert missing_from(found.checks, case.verification.planned("quick", engine)) == []
-    assert len(found.checks) == len(case.verification.planned("quick", engine))
-
-
-@pytest.mark.slow
-@pytest.mark.live
-@pytest.mark.parametrize(FAULT, OUTPUTS)
-def test_a_fault_of_an_output_of_lammps_shows(lammps, case, target, fault, mutation):
-    assert_seen(case, planted(*lammps, target, mutation), fault)

@@ -1,26 +1,19 @@
 """Cases are found by folder and by entry point; a bad plug-in touches nothing else."""
 
-import csv
 import subprocess
 import sys
 from collections import defaultdict
-from importlib import import_module
 from importlib.metadata import EntryPoint
-from pathlib import Path
 
 import pytest
 
-from harness.cases import contract, registry
+from harness.cases import registry
 from harness.cases.contract import Case
-from harness.cases.display import Display
 from harness.cases.drop.case import TEMPLATE, Drop
 from harness.cases.incline.case import InclineCase
-from harness.cases.verification import Verification
 from harness.cli.cases import cases
 from harness.errors import RequestError
 from harness.observables.provenance import Observable
-
-BASELINE = Path(__file__).parents[2] / "reports" / "baseline"
 
 
 class Ball(Case):
@@ -75,22 +68,6 @@ def test_the_folders_are_the_cases():
     assert isinstance(registry.get_case("incline"), InclineCase)
     assert all(case.name == name for name, case in registry.all_cases().items())
     assert registry.faults() == ()
-
-
-def test_what_verifies_and_shows_a_case_is_there():
-    for case in registry.all_cases().values():
-        assert isinstance(case.verification, Verification)
-        assert isinstance(case.display, Display)
-        assert case.verification.case is case.display.case is case
-
-
-def test_listing_names_imports_no_numerics():
-    code = (
-        "import sys; from harness.cases.registry import case_names; names = case_names();"
-        "assert 'incline' in names;"
-        "assert not {'numba', 'scipy', 'matplotlib', 'pandas'} & set(sys.modules)"
-    )
-    subprocess.run([sys.executable, "-c", code], check=True)
 
 
 def test_a_kept_verification_is_known_by_names_that_import_no_case():
@@ -176,78 +153,11 @@ def test_the_list_of_cases_names_those_that_cannot_be_used(plugged, capsys):  # 
     assert len(told) == 6
 
 
-def ambiguous(cases):
-    """Return the names of quantities that have another unit or meaning in another case."""
-    declared = defaultdict(set)
-    for case in cases:
-        for quantity in case.quantities:
-            declared[quantity.name].add((quantity.unit, quantity.shape, quantity.meaning))
-    return {name for name, meanings in declared.items() if len(meanings) > 1}
-
-
 def test_the_name_of_a_quantity_has_one_unit_and_one_meaning_over_all_cases():
-    cases = [registry.get_case(name) for name in registry.built_in()]
-    assert ambiguous(cases) == set()
-    assert all(quantity.unit and quantity.meaning for case in cases for quantity in case.quantities)
-
-
-@pytest.mark.parametrize(
-    ("unit", "meaning"), [("m", "largest overlap of the samples"), ("1", ""), ("mm", "")]
-)
-def test_a_name_with_another_unit_or_meaning_is_found(unit, meaning):
-    head_on = registry.get_case("head-on")
-    (ours,) = [one for one in head_on.quantities if one.name == "largest_overlap_m"]
-
-    class Other(Ball):
-        quantities = (Observable(ours.name, unit, "", meaning or ours.meaning),)
-
-    assert ambiguous([head_on, Other()]) == {"largest_overlap_m"}
-    Other.quantities = (ours,)
-    assert ambiguous([head_on, Other()]) == set()
-
-
-def test_a_name_in_the_baseline_has_the_unit_that_its_case_declares():
-    """Records also have names that no case declares; in those a name has one case."""
-    declared = {
-        (name, one.name): one.unit.removeprefix("1")
-        for name, case in registry.all_cases().items()
-        for one in case.quantities
-    }
-    units, undeclared = defaultdict(set), defaultdict(set)
-    for path in (one for one in BASELINE.glob("*.csv") if ".series" not in one.name):
-        with path.open(encoding="utf-8", newline="") as file:
-            for row in csv.DictReader(file):
-                case, name = row["case"], row["quantity"]
-                units[name].add(row["unit"])
-                if (case, name) not in declared:
-                    undeclared[name].add(case)
-                assert declared.get((case, name), row["unit"]) == row["unit"], (path.name, name)
-    assert {name: found for name, found in units.items() if len(found) > 1} == {}
-    assert {name: found for name, found in undeclared.items() if len(found) > 1} == {}
-    assert units["largest_overlap_m"] == {"m"}
-
-
-@pytest.mark.parametrize(
-    ("member", "place"),
-    [
-        ("expected_rows", "`planned` of the verification"),
-        ("verify_beside", "`study.role`"),
-        ("by_default", "unless others are named"),
-        ("verify", "`run`, a member of the class that `verified_by` names"),
-        ("planned", "`verified_by`"),
-        ("regression", "TOML file"),
-        ("sections", "`shown_by`"),
-    ],
-)
-def test_a_case_with_a_member_of_an_earlier_version_is_refused_by_name_and_place(member, place):
-    with pytest.raises(TypeError, match=rf"Old\.{member}: is not called any more: .*{place}"):
-        type("Old", (InclineCase,), {member: None})
-
-
-def test_what_lay_in_the_contract_is_found_there_still():
-    """By packages that were written for it."""
-    for module, names in contract._MOVED.items():
-        for name in names:
-            assert getattr(contract, name) is getattr(import_module(module), name)
-    with pytest.raises(AttributeError, match="'nothing'"):
-        _ = contract.nothing
+    declared = defaultdict(set)
+    for quantity in (
+        one for case in map(registry.get_case, registry.built_in()) for one in case.quantities
+    ):
+        assert "" not in (quantity.unit, quantity.meaning)
+        declared[quantity.name].add((quantity.unit, quantity.shape, quantity.meaning))
+    assert {name for name, meanings in declared.items() if len(meanings) > 1} == set()

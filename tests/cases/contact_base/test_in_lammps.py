@@ -1,32 +1,25 @@
 """Contact cases in LAMMPS: limits that hold, defects that are found, releases that lack a model."""
 
 import math
-import shlex
 import subprocess
-from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 import harness
-from harness.cases.contact import impact, invariance, motion
-from harness.cases.contact.limits import KINKED, STEPS
-from harness.cases.contact.submodels import PULLS_LITTLE
+from harness.cases.contact import invariance
+from harness.cases.contact.submodels import TURNING
 from harness.cases.contact.verification import verify_trials
 from harness.cases.registry import get_case
 from harness.cases.verification import Study
 from harness.comparison.known_defects import mark_known_defects
 from harness.comparison.verdicts import Kind, Verdict
-from harness.comparison.verification import Findings
 from harness.engines.lammps.engine import Lammps
 from harness.observables.provenance import Provenance, release_of
-from harness.solvers.pair import normal
 from harness.store.baseline import known_defects
-from harness.theory.contact import damping_ratio
 from harness.workflows.case_runs import run
 
-GONE = {
+MENDED = {
     "wall-youngs-modulus",
     "wall-shear-modulus",
     "jkr-without-history",
@@ -77,28 +70,6 @@ def few(case, names, systems=("wall",)):
 
 
 @pytest.mark.parametrize(
-    ("friction", "restitution", "converges"),
-    [(0.45, 0.9, False), (0.6, 0.9, True), (0.6, 0.8, True), (0.8, 0.5, True)],
-)
-def test_mindlin_with_a_dashpot_has_a_limit_where_it_sticks_at_touch(
-    lammps, friction, restitution, converges
-):
-    case, name = get_case("oblique"), "mindlin, coeff_restitution"
-    submodels = [one for one in case.other_submodels if one.name == name]
-    (trial,) = (one for one in case.trials("default", submodels) if one.system == "wall")
-    assert trial.parameters.tangential_damping == 0.5
-    changed = trial.parameters.replace(friction=friction, restitution=restitution)
-    found = verify_trials(case, lammps, Study("default"), [replace(trial, parameters=changed)])
-    (row,) = (check for check in found.checks if check.name.endswith(": tangential_ratio"))
-    zeta = damping_ratio(restitution)
-    left = 2.0 * zeta * restitution * friction * math.pi / 2.0 * (1.0 + restitution)
-    width = left / STEPS["default"][-1]
-    assert (width < KINKED) == (restitution == PULLS_LITTLE)
-    apart = abs(row.value - row.expected)
-    assert apart < width if converges else apart > 50.0 * width
-
-
-@pytest.mark.parametrize(
     ("name", "submodels"),
     [
         ("head-on", ("hooke, velocity", "hertz, viscoelastic", "jkr")),
@@ -120,25 +91,6 @@ def test_the_limit_of_a_small_step_is_the_law(lammps, name, submodels):
         assert check.tolerance <= max(1e-4, 1e-6 * abs(check.expected))
         assert check.cell.order_low <= check.cell.order <= check.cell.order_high
     assert len(found.records) == len(submodels)
-    (short,) = case.display.sections(found, Findings(name), {})
-    assert not short.drawings
-    assert [len(cell.plots()) for cell in short.cells] == [1] * len(submodels)
-    found.evidence = replace(found.evidence, drawn=True)
-    (section,) = case.display.sections(found, Findings(name), {})
-    assert section.drawings
-    assert [cell.submodel for cell in section.cells] == list(submodels)
-    for cell in section.cells:
-        commands = [text for _, text in cell.commands]
-        assert any("lmp -in contacts-plane.in -var" in text for text in commands)
-        assert shlex.split(commands[0])[3].startswith(f"{name}/{cell.submodel}/")
-        plot, errors = cell.plots()
-        law, engine = plot.lines[0], plot.lines[-1]
-        assert engine.marked
-        # the engine's points lie on the curve of the law, where it has one value
-        if len({*law.x}) == len(law.x) and np.all(np.diff(law.x) > 0.0):
-            on_curve = np.interp(engine.x, law.x, law.y)
-            assert np.abs(on_curve - engine.y).max() < 0.05 * np.ptp(law.y)
-        assert all(np.isfinite(line.y).all() for line in errors.lines)
 
 
 def test_defects_are_found_by_name_in_the_release_that_has_them(lammps):
@@ -167,32 +119,6 @@ def test_defects_are_found_by_name_in_the_release_that_has_them(lammps):
     }
     assert not [c for c in told if c.verdict is Verdict.FAIL]
     assert {c.cell.submodel for c in told if c.verdict is Verdict.PASS} >= {"linear_history"}
-
-
-def test_every_system_stands_on_a_page_and_a_run_that_failed_with_what_the_law_asks_for(lammps):
-    version = lammps.identify().engine_version
-    if release_of(version) < release_of("29 Aug 2024"):
-        pytest.skip(f"LAMMPS {version} has no NaN at an elastic wall of the old style")
-    case = few(get_case("bounce"), ("old hooke, no damping", "hertz"), ("wall", "frozen sphere"))
-    found = verify_trials(case, lammps, Study("default"), case.trials("default"))
-    (section,) = case.display.sections(found, Findings("bounce"), {})
-    cells = {cell.submodel: cell for cell in section.cells}
-    groups = {name: [plot.group for plot in cell.plots()] for name, cell in cells.items()}
-    assert groups["hertz"] == ["wall", "wall", "frozen sphere", "frozen sphere"]
-    assert groups["old hooke, no damping"] == ["wall", "frozen sphere", "frozen sphere"]
-    failed = cells["old hooke, no damping"]
-    assert "wall: LAMMPS left no finite value." in failed.paragraphs
-    (law,) = failed.plots()[0].lines
-    assert np.isfinite(law.y).all()
-    asked = {row[1]: row[2] for row in failed.tables[0].rows if row[0] == "wall"}
-    assert asked["rebound ratio"] == "1"
-    assert float(asked["contact time"]) == pytest.approx(
-        found.evidence.failed[0].references["contact_time_s"].value, rel=1e-8
-    )
-    commands = dict(failed.commands)
-    assert "lmp -in contacts-plane.in -var" in commands["wall: the run that failed"]
-    assert failed.inputs == {"contacts", "contacts-plane", "contacts-pair"}
-    assert not any("failed" in name for name, _ in cells["hertz"].commands)
 
 
 def test_a_run_of_a_preset_gives_quantities_beside_their_references(lammps):
@@ -336,30 +262,6 @@ def test_the_dashpots_of_mdr_are_those_of_wall_and_pair_interchanged_which_is_kn
             assert zeta == pytest.approx(factor * 0.25 * math.sqrt(0.3), rel=0.01)
 
 
-@pytest.fixture
-def forgetful():
-    """Let no scene and motion that are kept be taken for those of another dashpot."""
-    kept = (motion._followed, motion.contact_time, impact.impact)
-    for one in kept:
-        one.cache_clear()
-    yield
-    for one in kept:
-        one.cache_clear()
-
-
-@pytest.mark.usefixtures("forgetful")
-@pytest.mark.parametrize("submodel", ["mdr, mdr damping", "mdr, yield, mdr damping"])
-@pytest.mark.parametrize(("system", "factor"), [("wall", 0.5), ("two spheres", 2.0)])
-def test_with_that_factor_the_dashpot_of_mdr_holds(lammps, monkeypatch, system, factor, submodel):
-    told = normal.coefficient
-    monkeypatch.setattr(normal, "coefficient", lambda law, rules: factor * told(law, rules))
-    case = few(get_case("head-on"), (submodel,), (system,))
-    trials = case.trials("default", case.submodels)
-    checks = verify_trials(case, lammps, Study("default"), trials).checks
-    judged = [check for check in checks if check.cell]
-    assert {check.verdict for check in judged} == {Verdict.PASS}
-
-
 def test_friction_beside_mdr_holds_and_its_hertzian_stiffness_is_found(lammps):
     names = ("mdr, mindlin", "mdr, yield, mindlin", "mdr, bulk, mindlin")
     case = few(get_case("oblique"), names, ("wall", "two spheres"))
@@ -375,6 +277,63 @@ def test_friction_beside_mdr_holds_and_its_hertzian_stiffness_is_found(lammps):
     assert all("mdr_friction = hertz" in c.note for c in checks if not c.cell)
 
 
+def marked(lammps, checks):
+    """Return checks, with failures that known defects explain marked."""
+    return mark_known_defects(checks, known_defects(), {"lammps": lammps.identify().engine_version})
+
+
+@pytest.mark.parametrize(
+    ("name", "submodels"),
+    [
+        ("prescribed-motion", ("mindlin, dmt", "mindlin, jkr")),
+        ("prescribed-motion", tuple(one.name for one in TURNING)),
+        ("head-on", ("old hooke, clipped", "old hertz/history, clipped")),
+    ],
+)
+def test_they_hold_from_the_default_level_on(lammps, name, submodels):
+    case = get_case(name)
+    chosen = [one for one in case.submodels if one.name in submodels]
+    assert not [*case.trials("quick", chosen)]
+    trials = [t for t in case.trials("default", chosen) if t.system in ("wall", "two spheres")]
+    checks = marked(lammps, verify_trials(case, lammps, Study("default"), trials).checks)
+    assert {c.cell.submodel for c in checks if c.verdict is Verdict.PASS} == set(submodels)
+    broken = {c.name for c in checks if c.verdict not in (Verdict.PASS, Verdict.FINDING)}
+    # the torque at its limit, and in a pair that is tilted its part about other axes
+    assert all("marshall" in name or "twisting sds, mindlin, jkr" in name for name in broken)
+    assert not [name for name in broken if "_forth" in name and "marshall" not in name]
+    assert not [c for c in checks if c.verdict is Verdict.FAIL]
+
+
+def test_springs_of_rolling_turn_round_on_another_rank_which_is_known(lammps, monkeypatch):
+    # four on fewer cores wait for one another: level full of the slow tests has them
+    monkeypatch.setattr(invariance, "_most_ranks", lambda *_: 2)
+    case = type(get_case("prescribed-motion"))()
+    case.submodels = [one for one in TURNING if "marshall" not in one.name]
+    case.systems = {"two spheres, turned": case.systems["two spheres, turned"]}
+    checks = marked(lammps, invariance.invariances(case, lammps, Study("full")))
+    ranks = [check for check in checks if check.cell and check.cell.invariance == "2 ranks"]
+    assert len(ranks) == len(case.submodels)
+    if ranks[0].verdict is Verdict.NOT_TESTED:
+        pytest.skip(ranks[0].note)
+    assert {check.verdict for check in ranks} == {Verdict.KNOWN_DEFECT}
+    assert all("rolling-turned-round-on-exchange" in check.note for check in ranks)
+    # torques that turn round, no round-off
+    assert all(check.value > 0.01 for check in ranks)
+    assert not [check for check in checks if check.verdict is Verdict.FAIL]
+
+
+def test_a_bounce_off_a_frozen_sphere_stays_on_the_axis_and_holds_to_a_millionth(lammps):
+    case, names = get_case("bounce"), ("hooke, velocity", "hertz, viscoelastic", "old hooke")
+    chosen = [one for one in case.submodels if one.name in names]
+    trials = [t for t in case.trials("default", chosen) if t.system == "frozen sphere"]
+    found = verify_trials(case, lammps, Study("default"), trials)
+    assert {check.cell.submodel for check in found.checks} == set(names)
+    assert {check.verdict for check in found.checks} == {Verdict.PASS}
+    assert all(check.tolerance <= 1e-6 for check in found.checks)
+    for one in found.evidence.refined:
+        assert not one.motion.position[:, 0, :2].any()
+
+
 @pytest.mark.parametrize("script", DEFECTS)
 def test_the_script_of_a_defect_runs_with_lammps_alone(script, tmp_path, lammps):
     try:
@@ -388,4 +347,4 @@ def test_the_script_of_a_defect_runs_with_lammps_alone(script, tmp_path, lammps)
     told = next(line for line in done.stdout.splitlines() if ": expected" in line)
     words = told.replace(",", "").split()
     expected, found = (float(words[words.index(w) + 1]) for w in ("expected", "found"))
-    assert (abs(found - expected) < 1e-3) == (script.parent.name in GONE) or math.isnan(found)
+    assert (abs(found - expected) < 1e-3) == (script.parent.name in MENDED) or math.isnan(found)

@@ -65,51 +65,6 @@ def test_every_case_holds_under_the_rules_that_a_code_declares(code):
         assert [check for check in judged if check.verdict is not Verdict.PASS] == []
 
 
-def springs(name, engine, *systems):
-    """Return a case, and what it finds of linear springs with friction in some systems."""
-    case = get_case(name)
-    submodels = [one for one in case.submodels if one.name == "linear_history"]
-    trials = [one for one in case.trials("default", submodels) if one.system in systems]
-    return case, verify_trials(case, engine, Study("default"), trials)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    "coefficient",
-    [
-        "friction",
-        "tangential_stiffness",
-        "normal_stiffness",
-        "damping_coefficient",
-        "tangential_damping",
-    ],
-)
-def test_a_force_that_jumps_within_a_step_hides_no_fault(coefficient):
-    """A percent is a twentieth of the smallest defect that is known of any code."""
-    try:
-        with engine_class("liggghts")(workers=1) as inner:
-            case, found = springs("oblique", Planted(inner, coefficient, 1.01), "wall")
-            planted = Planted(inner, coefficient, 1.003)
-            _, along_a_path = springs("prescribed-motion", planted, "wall", "two spheres, turned")
-    except EngineMissingError as error:
-        pytest.skip(str(error))
-    rows = {check.name.rpartition(": ")[2]: check for check in found.checks if check.judged}
-    (climbed,) = found.evidence.refined
-    other = climbed.finest.replace(**{coefficient: 1.01 * getattr(climbed.finest, coefficient)})
-    moved = case.expected(other, climbed.rules)
-    # what moves a value by more than the tolerance, and its uncertainty twice, fails
-    seen = {
-        name
-        for name, row in rows.items()
-        if abs(moved[name].value - row.expected) > row.tolerance + 2.0 * row.uncertainty
-    }
-    # of a percent of this dashpot an impact shows less than its jitter
-    assert seen or coefficient == "tangential_damping"
-    assert seen <= {name for name, row in rows.items() if row.verdict is Verdict.FAIL}
-    # along a path that is given the forces have no jitter: a third of it, in every coefficient
-    assert Verdict.FAIL in {row.verdict for row in along_a_path.checks}
-
-
 @pytest.mark.slow
 def test_no_row_fails_at_quick_in_any_engine_and_uncertainties_cover_what_is_left():
     """All contact cases in every engine that is here, at the shortest level."""

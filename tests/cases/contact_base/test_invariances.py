@@ -6,20 +6,16 @@ from typing import ClassVar
 import numpy as np
 import pytest
 
-from harness.cases.contact import invariance, transformations
-from harness.cases.contact.contact_case import ContactCase
+from harness.cases.contact import transformations
 from harness.cases.contact.invariance import invariances
-from harness.cases.contact.motion import motion_of
-from harness.cases.contact.submodels import Trial
-from harness.cases.contact.transformations import EQUAL, chosen
-from harness.cases.registry import all_cases, get_case
+from harness.cases.contact.transformations import EQUAL
+from harness.cases.registry import get_case
 from harness.cases.verification import Study
 from harness.comparison.known_defects import mark_known_defects
 from harness.comparison.verdicts import Kind, Verdict
-from harness.engines.lammps.engine import DEFAULTS, SORTED, Lammps, variations
+from harness.engines.lammps.engine import DEFAULTS, SORTED, Lammps
 from harness.engines.output import SERIES
 from harness.errors import EngineMissingError
-from harness.observables.provenance import release_of
 from harness.store.baseline import known_defects
 
 pytestmark = [pytest.mark.live, pytest.mark.usefixtures("lammps_here")]
@@ -50,23 +46,6 @@ class OneRank(Lammps):
             for told in super().variations(job, ends)
             if told.ranks == 1
         ]
-
-
-class Single(OneRank):
-    """LAMMPS as a code that writes single precision and no forces."""
-
-    traits: ClassVar = replace(Lammps.traits, digits=7)
-
-    def run(self, jobs):
-        outputs = super().run(jobs)
-        for output in outputs:
-            series = output.tables[SERIES]
-            output.tables[SERIES] = {
-                name: column.astype(np.float32).astype(float)
-                for name, column in series.items()
-                if name[:2] not in ("fx", "fy", "fz", "tx", "ty", "tz")
-            }
-        return outputs
 
 
 @pytest.fixture(scope="module")
@@ -145,51 +124,11 @@ def test_springs_that_turn_round_are_found_on_one_rank_with_defaults_and_by_a_so
     assert told.verdict is Verdict.FAIL
 
 
-@pytest.mark.parametrize("system", [EQUAL, "unequal spheres"])
-def test_lammps_s_default_sort_alone_exchanges_a_carried_pair_while_it_rolls(lammps, system):
-    """One sort in 1000 steps: which takes more steps than the other invariances have."""
-    case = few("prescribed-motion", ["rolling sds, linear_history"], [system])
-    (trial,) = [t for t in chosen(case, "full") if t.system == system]
-    one = transformations.first_runs(case, trial, "full")
-    invariance._run([one], lammps)
-    carried, motion = one.runs[transformations.CARRIED], one.motion(transformations.CARRIED)
-    assert carried.scene.steps == transformations.MANY > 4000
-    ends = motion.position[[0, -1]].mean(axis=1)
-    (told,) = (v.values for v in variations(carried.job, ends.tolist()) if v.name == SORTED)
-    jobs = [
-        replace(carried.job, values={**carried.job.values, **told, "sort": sort})
-        for sort in ("0 0", "1000 0")
-    ]
-    never, by_default = (motion_of(output, carried.scene) for output in lammps.run(jobs))
-    apart = np.abs(by_default.torque - never.torque).max()
-    assert apart > 5e-3 * np.abs(never.torque).max()
-    assert np.abs(by_default.force - never.force).max() < 1e-9 * np.abs(never.force).max()
-
-
-def test_the_shortest_level_takes_a_few(lammps):
-    found = rows(lammps, few("oblique", ["linear_history"], ["wall", "unequal spheres"]), "quick")
-    assert found.keys() == {"turned", "restarted"}
-    found = rows(lammps, few("oblique", ["mindlin_rescale/force"], ["wall"]), "quick")
-    assert found.keys() == {"turned", "continued with a setup", "restarted"}
-
-
 def test_every_variation_that_changes_a_law_fails(lammps, monkeypatch):
     monkeypatch.setattr(OneRank, "besides", {"friction": 0.3 * (1.0 + 1e-9)})
     found = rows(lammps, few("oblique", ["mindlin_rescale/force"], ["wall"]))
     # both the run again and the restarted one slide by the other friction
     assert failed(found) == OF_LAMMPS - {"restarted"}
-
-
-def test_a_code_that_writes_few_digits_and_no_forces_is_held_to_those(monkeypatch):
-    case = few("oblique", ["mindlin_rescale/force"], ["wall"])
-    with Single(workers=1) as engine:
-        found = rows(engine, case)
-        # the digits do not show what LAMMPS's defect "continued with a setup" makes of 20 steps
-        assert failed(found) <= {"continued with a setup"}
-        assert found["turned"].value > 0.0
-        assert all(1e-6 < row.tolerance < 1e-3 for row in found.values() if row.tolerance)
-        monkeypatch.setattr(OneRank, "besides", {"friction": 0.3 * 1.01})
-        assert "newton on" in failed(rows(engine, case))
 
 
 def test_a_restart_that_forgets_springs_fails(lammps):
@@ -270,45 +209,6 @@ def test_what_an_engine_refuses_is_not_tested_for_the_same_reason_as_its_values(
     assert row.note == "LAMMPS 1 has no mdr: LAMMPS 2 has it"
 
 
-ROUNDED = BOTH | {"axes exchanged", "over a periodic boundary"}
-
-
-def at(speed, names=("mdr",), systems=("wall",)):
-    """Return head-on impacts of a speed [m/s]."""
-    case = few("head-on", names, systems)
-    case.sets = {"usual": {"speed": speed}}
-    return case
-
-
-@pytest.mark.parametrize("speed", [0.01, 0.1, 1.0, 3.0])
-def test_mdr_stays_within_the_width_of_its_lost_digits_at_every_scale(lammps, speed):
-    found = rows(lammps, at(speed))
-    if found["continued without setup"].verdict is Verdict.NOT_TESTED:
-        pytest.skip("this release has no mdr")
-    assert (
-        found["continued without setup"].verdict,
-        found["continued without setup"].tolerance,
-    ) == (Verdict.PASS, 0.0)
-    for name in ROUNDED:
-        assert found[name].verdict is Verdict.PASS
-        assert 0.0 < found[name].tolerance < 1e-7
-        assert "loses digits" in found[name].why
-    assert found["turned"].value > 1e-3 * found["turned"].tolerance
-    assert found["newton on"].note == "its mdr takes newton = off, not on"
-    assert "reversed in time" not in found
-
-
-def test_where_the_digits_of_mdr_are_lost_it_is_not_judged_and_says_by_how_much(lammps):
-    found = rows(lammps, at(1e-4))
-    if found["continued without setup"].verdict is Verdict.NOT_TESTED:
-        pytest.skip("this release has no mdr")
-    for name in ROUNDED:
-        assert found[name].verdict is Verdict.NOT_TESTED
-        assert "that may move it by " in found[name].note
-        assert "more than 1e-06" in found[name].note
-    assert found["continued without setup"].verdict is Verdict.PASS
-
-
 @pytest.mark.parametrize("submodel", ["mdr", "mdr, yield", "mdr, bulk"])
 def test_a_change_of_ten_widths_in_a_run_of_mdr_is_found(lammps, monkeypatch, submodel):
     case = few("head-on", [submodel], ["wall"])
@@ -334,76 +234,11 @@ def test_a_radius_that_grows_is_late_over_a_periodic_boundary_which_is_known(lam
     assert "mdr-radius-late-on-ghosts" in told.note
 
 
-@pytest.mark.parametrize(("level", "expected"), [("quick", {"wall"}), ("default", {"wall", EQUAL})])
-def test_a_law_of_equal_spheres_goes_through_these_in_place_of_unequal_ones(level, expected):
-    trials = chosen(get_case("head-on"), level)
-    assert {one.system for one in trials if one.submodel == "mdr, yield"} == expected
-
-
-def test_the_shortest_level_carries_one_pair_with_friction_and_one_that_rolls(lammps):
-    """The second has a known defect there; a spring of shear that was turned round would fail."""
-    versions = {"lammps": lammps.identify().engine_version}
-    found = invariances(get_case("prescribed-motion"), lammps, Study("quick"))
-    carried = {row.cell.submodel: row for row in found if row.cell.invariance == DEFAULTS}
-    assert set(carried) == {"mindlin", "rolling sds, mindlin"}
-    assert carried["mindlin"].verdict is Verdict.PASS
-    rolling = carried["rolling sds, mindlin"]
-    (told,) = mark_known_defects([rolling], known_defects(), versions)
-    assert told.verdict is Verdict.KNOWN_DEFECT
-    assert told.cell.defect == "rolling-turned-round-by-defaults"
-    # twice the force of friction, of the normal force
-    turned = replace(rolling, value=2.0 * 0.2)
-    assert mark_known_defects([turned], known_defects(), versions)[0].verdict is Verdict.FAIL
-
-
-def test_a_spring_of_shear_that_an_order_turns_round_is_seen_at_the_shortest_level(lammps):
-    case = get_case("prescribed-motion")
-    (trial,) = [t for t in chosen(case, "quick") if (t.submodel, t.system) == ("mindlin", EQUAL)]
-    one = transformations.first_runs(case, trial, "quick")
-    invariance._run([one], lammps)
-    later = {way.name: way for way in transformations.later_runs(one, lammps, "quick")}
-    one.runs |= {DEFAULTS: later[DEFAULTS]}
-    invariance._run([one], lammps)
-    (held,) = invariance._rows(one, lammps, lambda way: way.name == DEFAULTS)
-    assert held.verdict is Verdict.PASS
-    motion = one.motions[DEFAULTS]
-    force = motion.force.copy()
-    along = motion.position[:, :1] - motion.position[:, 1:]
-    along /= np.linalg.norm(along, axis=2, keepdims=True)
-    normal = (force * along).sum(axis=2, keepdims=True) * along
-    force[-1] = (2.0 * normal - force)[-1]
-    one.motions[DEFAULTS] = replace(motion, force=force)
-    (broken,) = invariance._rows(one, lammps, lambda way: way.name == DEFAULTS)
-    assert broken.verdict is Verdict.FAIL
-
-
 def test_what_an_engine_cannot_be_told_is_not_tested(lammps, monkeypatch):
     monkeypatch.setattr(OneRank, "besides", {"no_such": 1})
     found = rows(lammps, few("oblique", ["mindlin"], ["wall"]))
     assert {n for n, r in found.items() if r.verdict is Verdict.NOT_TESTED} == OF_LAMMPS
     assert "has no variable 'no_such'" in found["newton on"].note
-
-
-@pytest.mark.parametrize(
-    ("submodel", "level", "most"),
-    [("hooke", "default", 1), ("jkr", "default", 2), ("hooke", "full", 4), ("jkr", "full", 4)],
-)
-def test_level_full_takes_every_submodel_over_four_ranks(submodel, level, most):
-    case = get_case("head-on")
-    assert invariance._most_ranks(case, Trial(submodel, "wall", case.default), level) == most
-
-
-def test_the_force_at_touch_is_left_out_where_a_motion_begins_there(lammps):
-    case = few("prescribed-motion", ["twisting sds, mindlin"], ["unequal spheres"])
-    (trial,) = [t for t in chosen(case, "full") if t.system == "unequal spheres"]
-    one = transformations.first_runs(case, trial, "full")
-    invariance._run([one], lammps)
-    motion = one.motion(transformations.PLAIN)
-    first = (np.arange(len(motion.force)) == 0)[:, None, None]
-    moved = replace(motion, force=motion.force + 1.0 * first)
-    sizes = dict.fromkeys(("position", "velocity", "omega", "force", "torque"), 1.0)
-    assert invariance.difference(motion, moved, sizes)["force"] == 1.0
-    assert invariance.difference(motion, moved, sizes, 1)["force"] == 0.0
 
 
 def test_ranks_need_a_launcher_of_their_own(lmp):
@@ -429,58 +264,3 @@ def test_ranks_change_no_bit_and_a_fault_on_them_is_seen(lmp, monkeypatch):  # n
 
         monkeypatch.setattr(Lammps, "variations", wrong)
         assert failed(rows(engine, case)) == {"2 ranks"}
-
-
-CONTACTS = tuple(case for case in all_cases().values() if isinstance(case, ContactCase))
-
-
-def one_each(key):
-    """Return trials of level full by case: of those of one submodel and key the next in turn."""
-    alike, wanted = {}, {}
-    for case in CONTACTS:
-        for trial in chosen(case, "full"):
-            alike.setdefault((trial.submodel, key(trial.system)), []).append((case.name, trial))
-    for number, trials in enumerate(alike.values()):
-        name, trial = trials[number % len(trials)]
-        wanted.setdefault(name, []).append(trial)
-    return wanted
-
-
-def found_at_full(monkeypatch, engine, wanted, invariances):
-    """Return what is found of some trials in LAMMPS; skip where other defects may be in it."""
-    version = engine.identify().engine_version
-    if not release_of("29 Aug 2024") <= release_of(version) <= release_of("22 Jul 2025 - 9"):
-        pytest.skip(f"LAMMPS {version} may have other defects")
-    monkeypatch.setattr(invariance, "chosen", lambda case, _: wanted.get(case.name, []))
-    told = mark_known_defects(invariances(Study("full")), known_defects(), {"lammps": version})
-    unexpected = (Verdict.FAIL, Verdict.FIXED)
-    assert [(row.name, row.verdict) for row in told if row.verdict in unexpected] == []
-    return told
-
-
-@pytest.mark.slow
-def test_every_submodel_and_system_is_invariant_but_for_known_defects(monkeypatch):
-    wanted = one_each(lambda system: system)
-    with OneRank(workers=2) as engine:
-        told = found_at_full(
-            monkeypatch, engine, wanted,
-            lambda study: [row for case in CONTACTS for row in invariances(case, engine, study)],
-        )  # fmt: skip
-    passed = sum(row.verdict is Verdict.PASS for row in told)
-    assert passed > 4 * sum(map(len, wanted.values()))
-
-
-@pytest.mark.slow
-@pytest.mark.timeout(1200)  # four ranks that poll on two cores
-def test_ranks_change_no_bit_of_any_submodel_but_for_known_defects(lmp, monkeypatch):  # noqa: ARG001
-    """What ranks exchange are a submodel's values of pairs and of walls, whatever the motion."""
-    wanted = one_each(lambda system: next(w for w in ("plates", "wall", "") if w in system))
-    with Lammps() as engine:
-        told = found_at_full(
-            monkeypatch, engine, wanted,
-            lambda study: invariance._all_over_ranks(CONTACTS, engine, study),
-        )  # fmt: skip
-    for ranks in ("2 ranks", "4 ranks"):
-        seen = [row for row in told if row.cell.invariance == ranks]
-        passed = sum(row.verdict is Verdict.PASS for row in seen)
-        assert passed > 0.5 * sum(map(len, wanted.values()))

@@ -5,10 +5,11 @@ import math
 import numpy as np
 import pytest
 
-from harness.cases.contact.limits import RECORDED, STEPS, powers, refine
+from harness.cases.contact.limits import STEPS, powers, refine
 from harness.cases.contact.motion import crossing, peak, value_at
 from harness.cases.prescribed_motion import CHORDS
 from harness.cases.registry import get_case
+from harness.comparison.verdicts import Kind, Tolerance, Verdict, decided, is_undecided, judge
 from harness.errors import RequestError
 from harness.parameters.law import ContactLaw
 from harness.parameters.rules import Rules
@@ -58,17 +59,6 @@ def test_the_jitter_of_a_kink_stays_within_the_uncertainty():
     assert limit.order_interval[0] <= limit.order <= limit.order_interval[1]
 
 
-def test_a_quantity_that_a_rung_lacks_has_no_limit_and_one_that_is_zero_has():
-    rungs = [{"x": np.nan if n == 200 else 1.0, "zero": 0.0} for n in LADDER]
-    found = refine(powers(ContactLaw()), LADDER, rungs, kinked=False)
-    assert list(found) == ["zero"]
-    assert found["zero"].value == 0.0
-
-
-def test_every_level_runs_what_the_baseline_records():
-    assert all(RECORDED in steps for steps in STEPS.values())
-
-
 T = np.linspace(0.0, 4.0, 101)
 
 
@@ -108,3 +98,28 @@ def test_a_pair_that_turns_as_one_body_keeps_its_forces_with_levers_to_the_conta
 def test_only_two_free_spheres_turn_as_one_body():
     with pytest.raises(RequestError, match=r"turned = 0\.1: needs two spheres"):
         get_case("prescribed-motion").parameters(turned=0.1)
+
+
+@pytest.mark.parametrize(
+    ("apart", "uncertainty", "verdict"),
+    [
+        (0.5, 0.5, Verdict.PASS),
+        (0.5, 2.0, Verdict.NOT_TESTED),  # agrees, but nobody knows
+        (1.5, 0.2, Verdict.FAIL),
+        (1.5, 0.7, Verdict.NOT_TESTED),  # no more than it is uncertain by
+        (math.nan, 0.1, Verdict.FAIL),
+        (0.5, math.nan, Verdict.NOT_TESTED),
+    ],
+)
+def test_a_verdict_needs_an_uncertainty_within_the_tolerance(apart, uncertainty, verdict):
+    row = judge("x", Kind.CROSS_CODE, 1.0 + apart, 1.0, Tolerance("", 1.0, 0.0, ""),
+                uncertainty=uncertainty)  # fmt: skip
+    assert decided(row, "no more runs").verdict is verdict
+    assert is_undecided(1.0 + apart, 1.0, uncertainty, 1.0) is (verdict is Verdict.NOT_TESTED)
+    if verdict is Verdict.NOT_TESTED:
+        assert "undecided: 0.5 apart" in decided(row, "no more runs").note or apart != 0.5
+        assert "no more runs" in decided(row, "no more runs").note
+
+
+SMALL, LARGE = 1e-3, 10.0
+"""[m/s] of a jitter at that step, of 1 m/s."""

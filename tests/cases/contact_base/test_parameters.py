@@ -1,5 +1,6 @@
 """What a contact case may be told, and the one line that names what it may not."""
 
+import math
 from dataclasses import replace
 
 import pytest
@@ -10,7 +11,7 @@ from harness.cases.contact.parameters import ContactSystem
 from harness.engines.lammps.engine import Lammps, variations
 from harness.errors import RequestError
 from harness.parameters.law import ContactLaw
-from harness.parameters.scene import Body, ContactScene, Plane
+from harness.parameters.scene import Body, ContactScene, Plane, Segment
 from harness.parameters.submodels import PARTNER
 from harness.solvers.pair.integration import integrate
 from harness.workflows.case_runs import run
@@ -143,3 +144,15 @@ def test_scripts_are_told_of_the_branches_of_mdr_where_they_are_there():
     assert told(yield_stress=1e6)["yield_stress"] == 1e6
     assert told(bulk_response=True)["bulk_response"] == "yes"
     assert told(surface_energy=0.5)["surface_energy"] == 0.5
+
+
+def test_a_moving_plane_and_two_bodies_that_are_led_are_refused():
+    moving = replace(FLOOR, velocity=(1.0, 0.0, 0.0))
+    with pytest.raises(RequestError, match="takes those at rest"):
+        integrate(ContactScene((BALL,), (moving,), LAW, step=1e-5, steps=10))
+    with pytest.raises(RequestError, match=r"velocity = .* three finite numbers"):
+        replace(FLOOR, velocity=(math.nan, 0.0, 0.0))
+    still, down = (0.0, 0.0, 0.0), (0.0, 0.0, -1.0)
+    both = Segment(10, (down, down), (still, still))
+    with pytest.raises(RequestError, match="scripts move one body"):
+        values_of(ContactScene((BALL, BALL), (), LAW, step=1e-5, steps=10, segments=(both,)))

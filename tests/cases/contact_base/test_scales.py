@@ -1,19 +1,10 @@
 """What contact cases refuse: values without a meaning, in a line that names what is allowed."""
 
-import math
-from dataclasses import replace
-
 import pytest
-from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as st
 
-from harness.cases.contact.contact_case import LONGER
 from harness.cases.contact.parameters import ContactSystem
 from harness.cases.registry import get_case
-from harness.comparison.verdicts import Cell, Kind, Tolerance, judge
-from harness.engines.registry import open_engine
 from harness.errors import RequestError
-from harness.store.baseline import known_defects
 from harness.workflows.case_runs import parameters_of
 
 STRONG = {"damping": "velocity", "damping_coefficient": "1e5"}
@@ -83,67 +74,18 @@ NAMES = (
     "rolling-resistance", "twist", "pull-off", "prescribed-motion",
 )  # fmt: skip
 
-TRIALS = [
-    (name, trial)
-    for name in NAMES
-    for trial in get_case(name).trials("default")
-    if trial.system not in LONGER and trial.parameters.interface == "current"
-]
-
-STEPS = 200
-APART = 0.1
-"""A step is at most half of each of the law's times: by then second-order schemes are 1 % off in
-the phase and those of a dashpot, of first order, some more; ten times that is another motion."""
-
-
-def known_to_fail(name, trial, engine):
-    """Return whether this version of LAMMPS has a known defect in the cell of a trial."""
-    row = judge("", Kind.CROSS_CODE, 0.0, 0.0, Tolerance("", 1.0, 0.0, "any"))
-    cell = Cell(name, trial.submodel, trial.system, engine.name)
-    versions = {engine.name: engine.identify().engine_version}
-    return any(one.concerns(replace(row, cell=cell), versions) for one in known_defects())
-
-
-def changes(trial):
-    """Return changes of up to three of a trial's numbers by up to three powers of ten."""
-    numbers = [name for name, value in trial.parameters if isinstance(value, float) and value]
-    names = st.lists(st.sampled_from(numbers), min_size=1, max_size=3, unique=True)
-    powers = st.lists(st.floats(-3.0, 3.0), min_size=3, max_size=3)
-    return st.tuples(names, powers).map(
-        lambda told: {n: getattr(trial.parameters, n) * 10**p for n, p in zip(*told, strict=False)}
-    )
-
-
-@pytest.fixture(scope="module")
-def lammps():
-    with open_engine("lammps") as engine:
-        yield engine
-
-
-@pytest.mark.live
-@settings(
-    max_examples=30, deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow]
-)
-@given(told=st.sampled_from(TRIALS).flatmap(lambda one: st.tuples(st.just(one), changes(one[1]))))
-def test_what_is_accepted_is_finite_and_agrees_with_its_reference(lammps, told):
-    (name, trial), changed = told
-    case = get_case(name)
-    if known_to_fail(name, trial, lammps):
-        return
-    try:
-        parameters = trial.parameters.replace(**changed, steps_per_contact=STEPS)
-        if case.scene(parameters).steps > 20 * STEPS * 10:
-            return  # a long run, and nothing else
-    except RequestError:
-        return
-    found = case.measure(parameters, lammps).values
-    for quantity, reference in case.references(parameters, lammps.traits).items():
-        assert math.isfinite(found[quantity]), quantity
-        assert found[quantity] == pytest.approx(reference.value, rel=APART, abs=APART), quantity
-
 
 def test_presets_and_trials_are_within_their_own_limits():
     kinds = [get_case(name) for name in NAMES]
     made = [preset for case in kinds for preset in case.presets.values()]
     assert all(isinstance(one, ContactSystem) for one in made)
     assert all([*case.trials("full", (*case.submodels, *case.other_submodels))] for case in kinds)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_what_a_level_runs_a_longer_one_runs_as_well(name):
+    levels = [
+        {(trial.submodel, trial.system) for trial in get_case(name).trials(level)}
+        for level in ("quick", "default", "full")
+    ]
+    assert levels[0] <= levels[1] <= levels[2]

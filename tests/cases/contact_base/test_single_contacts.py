@@ -1,7 +1,5 @@
 """Cases of single contacts beyond impacts: what they refuse, and planted faults that turn them."""
 
-import subprocess
-
 import pytest
 
 from harness.cases.contact.verification import verify_trials
@@ -9,11 +7,10 @@ from harness.cases.registry import get_case
 from harness.cases.verification import Study
 from harness.comparison.verdicts import Verdict
 from harness.engines.lammps.engine import Lammps
-from harness.engines.output import results_in
 from harness.errors import RequestError
 from harness.parameters.rules import Rules
 from harness.workflows.case_runs import run
-from tests.cases.contact_base.perturbed import Planted, rows_of
+from tests.cases.contact_base.perturbed import Planted
 
 
 @pytest.mark.parametrize(
@@ -52,26 +49,6 @@ from tests.cases.contact_base.perturbed import Planted, rows_of
 def test_values_without_a_meaning_are_refused(name, settings, message):
     with pytest.raises(RequestError, match=message):
         run(name, settings)
-
-
-@pytest.mark.parametrize(
-    ("name", "system", "coefficient"),
-    [
-        ("incline-rest", "wall, rests", "rolling_stiffness"),
-        ("incline-rest", "wall, rests", "rolling_damping"),
-        ("incline-rest", "wall, rolls", "rolling_friction"),
-        ("incline-rest", "wall, rests", "tangential_stiffness"),
-        ("collision", "size ratio 100", "normal_stiffness"),
-        ("collision", "size ratio 100", "friction"),
-    ],
-)
-def test_a_percent_of_a_coefficient_turns_a_row(name, system, coefficient):
-    case = get_case(name)
-    trial = next(one for one in case.trials("default") if one.system == system)
-    rows = rows_of(case, trial, coefficient, "quick")
-    assert Verdict.FAIL in {row.verdict for row in rows}
-    exact = rows_of(case, trial, coefficient, "quick", factor=1.0)
-    assert {row.verdict for row in exact} == {Verdict.PASS}
 
 
 @pytest.mark.parametrize("fault", ["partner_density", "partner_radius", "partner_share"])
@@ -158,55 +135,6 @@ def test_a_small_sphere_on_a_large_one_has_one_limit_in_both_schemes(lammps, sub
     assert 0.0 < abs(one - other) < 2e-5  # the keyword acts
     assert 3e-4 < abs(one - limit) < 2e-3
     assert 3e-4 < abs(other - limit) < 2e-3
-
-
-IN_THE_NECK = """
-units si
-atom_style sphere
-atom_modify map array sort 0 0
-newton off
-comm_modify vel yes
-boundary f f f
-region box block -0.02 0.02 -0.02 0.02 -0.02 0.02
-create_box 2 box
-create_atoms 1 single -0.005 0 0
-create_atoms 1 single 0.005 0 0
-create_atoms 2 single 0 2.8e-5 0.0016005365
-set type 1 diameter 0.01 density 2500
-set type 2 diameter 0.0005 density 2500
-group large type 1
-group small type 2
-pair_style granular
-pair_coeff * * hooke 1e4 0.5 tangential linear_history 8235 0 ${friction} &
-  damping coeff_restitution ${word}
-fix frozen large freeze
-fix weight small gravity 9.81 vector 0 0 -1
-fix moves small nve/sphere
-timestep ${step}
-run $(round(0.1/dt)) post no
-print "RESULT along = $(y[3]:%.17g)"
-"""
-
-
-@pytest.mark.live
-def test_a_small_sphere_between_two_large_ones_does_not_stick(lmp, tmp_path):
-    """The example of pull request 4351: the small sphere rolls along the neck, in both schemes."""
-    (tmp_path / "in.neck").write_text(IN_THE_NECK, encoding="utf-8")
-
-    def along(step, word="", friction=0.5):
-        sets = {"step": step, "word": word, "friction": friction}
-        words = (part for name, value in sets.items() for part in ("-var", name, str(value)))
-        command = [lmp, "-in", "in.neck", "-log", "log", "-screen", "none", *words]
-        subprocess.run(command, cwd=tmp_path, check=True)
-        return float(dict(results_in((tmp_path / "log").read_text("utf-8")))["along"])
-
-    rolled = along(1e-6)
-    assert rolled > 10 * 2.8e-5
-    plain, synchronized = along(4e-6), along(4e-6, "synchronized_verlet")
-    assert plain == pytest.approx(rolled, rel=1e-5)
-    assert synchronized == pytest.approx(rolled, rel=2e-4)
-    assert synchronized != pytest.approx(rolled, rel=2e-5)  # an error of the step
-    assert along(4e-6, friction=0.0) != pytest.approx(rolled, rel=0.1)
 
 
 @pytest.mark.live

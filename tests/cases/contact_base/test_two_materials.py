@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from harness.cases.contact import motion as template
-from harness.cases.contact.impact import head_on, published
+from harness.cases.contact.impact import head_on
 from harness.cases.contact.motion import followed
 from harness.cases.contact.parameters import (
     ContactSystem,
@@ -15,7 +15,6 @@ from harness.cases.contact.parameters import (
     reduced_modulus,
     reduced_shear_modulus,
 )
-from harness.cases.contact.report import formulas
 from harness.cases.contact.submodels import TWO_MATERIALS
 from harness.cases.contact.verification import verify_trials
 from harness.cases.registry import get_case
@@ -114,16 +113,6 @@ def test_which_of_several_contacts_two_materials_are_of_is_not_guessed():
         ContactScene((ball, ball), (floor,), of(1e8, 0.3, 2e8), step=1e-6, steps=1)
     with pytest.raises(RequestError, match="upper_density is that of this case"):
         get_case("stacked").default.replace(partner_density=1e4)
-
-
-def test_a_page_states_the_moduli_of_two_and_shows_no_curve_of_one():
-    law = of(1e8, 0.3, 2e8).replace(tangential="mindlin")
-    text = " ".join(formula for _, formula in formulas(law))
-    assert "(1 - nu_2^2) / E_2" in text
-    assert "(2 - nu_2) / G_2" in text
-    told = {"normal": "hertz", "tangential": "mindlin", "friction": 0.3}
-    assert published(ContactSystem(**told), 1.0) is not None
-    assert published(ContactSystem(**told, partner_youngs_modulus=1e9), 1.0) is None
 
 
 def trial_of(name, submodel, system):
