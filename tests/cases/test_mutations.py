@@ -12,12 +12,9 @@ import pytest
 from harness.cases.drop.case import CASE as DROP
 from harness.cases.incline import verification as incline_checks
 from harness.cases.incline.case import CASE as INCLINE
-from harness.cases.tower import verification as against_exact
-from harness.cases.tower import verification as tower_checks
 from harness.cases.tower.case import CASE as TOWER
 from harness.cases.verification import Study
 from harness.comparison.verdicts import Kind, Triage, Verdict, missing_from
-from harness.engines.reference import Reference
 from harness.workflows.verification import MainRun
 from tests.cases import mutations
 from tests.cases.mutations import Mutant
@@ -27,42 +24,6 @@ from tests.engine_doubles import Twin, frictionless, least_restitution, most_dam
 QUICK = Study("quick")
 KEPT = {}
 """Outputs by job: each runs once, whatever is planted in it afterwards."""
-
-
-@pytest.fixture(autouse=True, scope="module")
-def _what_no_fault_changes_is_computed_once():
-    """Keep the references and extrapolations: each test computes only what its fault changes."""
-    references, angles, towers = {}, {}, {}
-    run, extrapolate, tower = Reference.run, incline_checks.extrapolate, tower_checks.tower
-
-    def run_once(engine, jobs):
-        if type(engine) is not Reference:
-            return run(engine, jobs)
-        key = tuple(mutations.key_of(job) for job in jobs)
-        if key not in references:
-            references[key] = run(engine, jobs)
-        return references[key]
-
-    def extrapolate_once(found):
-        key = tuple((one.case, one.value_deg, one.uncertainty_deg) for one in found)
-        if key not in angles:
-            angles[key] = extrapolate(found)
-        return angles[key]
-
-    def tower_once(case, solver="", **options):
-        if solver != "exact":
-            return tower(case, solver=solver, **options) if solver else tower(case, **options)
-        key = case, *sorted(options.items())
-        if key not in towers:
-            towers[key] = tower(case, solver=solver, **options)
-        return towers[key]
-
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(Reference, "run", run_once)
-        patch.setattr(incline_checks, "extrapolate", extrapolate_once)
-        patch.setattr(tower_checks, "tower", tower_once)
-        patch.setattr(against_exact, "tower", tower_once)
-        yield
 
 
 def passage(job):

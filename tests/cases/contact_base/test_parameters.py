@@ -14,30 +14,8 @@ from harness.parameters.law import ContactLaw
 from harness.parameters.scene import Body, ContactScene, Plane, Segment
 from harness.parameters.submodels import PARTNER
 from harness.solvers.pair.integration import integrate
-from harness.workflows.case_runs import run
 
 USUAL = ContactSystem(tangential="linear_history", friction=0.3)
-
-
-@pytest.mark.parametrize(
-    ("settings", "words"),
-    [
-        ({"friction": "-0.1", "tangential": "mindlin"}, "friction"),
-        ({"normal": "hertz", "poisson_ratio": "0.6"}, "poisson_ratio = '0.6'"),
-        ({"restitution": "0.5", "damping": "velocity"}, "restitution = 0.5: damping = 'velocity'"),
-        ({"partner_radius": "0.02"}, "partner = 'wall' has none"),
-        ({"interface": "old", "rolling": "sds"}, "rolling"),
-        ({"interface": "old", "tangential": "linear_history"}, "interface = 'old': states"),
-        ({"preset": "chung-ooi-9"}, "has the presets"),
-        ({"partner": "box"}, "partner = 'box'"),
-        ({"steps_per_contact": "1"}, "steps_per_contact"),
-    ],
-)
-def test_what_is_not_allowed_is_one_line_that_names_it(settings, words):
-    more = {"damping_coefficient": "1"} if "damping" in settings else {}
-    with pytest.raises(RequestError, match=words) as told:
-        run("head-on", {**settings, **more})
-    assert "\n" not in str(told.value)
 
 
 def test_two_spheres_share_mass_and_curvature():
@@ -111,27 +89,6 @@ def test_a_sphere_yields_at_the_same_phase_of_a_step_on_every_rung(partner):
         until.append(yields.time / scene.step)
     assert [steps % 1.0 for steps in until] == pytest.approx([0.5] * 4, abs=1e-6)
     assert until[1] - 0.5 == pytest.approx(2.0 * (until[0] - 0.5), rel=1e-9)
-
-
-def test_a_yield_stress_that_an_impact_would_press_flat_is_refused():
-    with pytest.raises(RequestError, match=r"yield_stress = 10.0 Pa: must be between .* a quarter"):
-        run("head-on", {"normal": "mdr", "yield_stress": "10", "speed": "1"})
-
-
-@pytest.mark.parametrize(
-    ("settings", "words"),
-    [
-        (
-            {"normal": "mdr", "surface_energy": "0"},
-            "surface_energy = 0.0 J/m2: normal = mdr needs one, above 0",
-        ),
-        ({"normal": "hertz"}, "normal = 'hertz': attracts nothing (normal = dmt, jkr, mdr do)"),
-    ],
-)
-def test_nothing_is_pulled_off_that_does_not_stick(settings, words):
-    with pytest.raises(RequestError) as told:
-        run("pull-off", settings)
-    assert words in str(told.value)
 
 
 def test_scripts_are_told_of_the_branches_of_mdr_where_they_are_there():
