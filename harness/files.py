@@ -134,12 +134,12 @@ def _mapped(names: set[str], mark: bytes = b"") -> set[str]:
     return in_use
 
 
-# ---- where things are kept: the cache, and the history of runs
+# ---- where things are kept
 #
 # In the cache are results, environments of engines' releases (releases) and compiled kernels
-# (numba). Both are found in this order: the option --cache (the cache only), the environment
-# variable DEM_HARNESS_HOME (cache and history.sqlite under that folder), else the places of the
-# XDG base directory specification.
+# (numba). It is found in this order: the option --cache, the environment variable
+# DEM_HARNESS_HOME (the folder cache below it), else the place of the XDG base directory
+# specification.
 
 VARIABLE = "DEM_HARNESS_HOME"
 NAME = "dem-harness"
@@ -171,21 +171,13 @@ def cache_place(option: Path | None = None) -> Place:
     named = os.environ.get(VARIABLE)
     if named:
         return Place(Path(named) / "cache", VARIABLE)
-    return Place(_base("XDG_CACHE_HOME", ".cache") / NAME)
+    return Place(_cache_home() / NAME)
 
 
-def history_place() -> Place:
-    """Return the file of the history."""
-    named = os.environ.get(VARIABLE)
-    if named:
-        return Place(Path(named) / "history.sqlite", VARIABLE)
-    return Place(_base("XDG_DATA_HOME", ".local/share") / NAME / "history.sqlite")
-
-
-def _base(variable: str, below_home: str) -> Path:
-    """Return a base directory; the specification has relative values ignored."""
-    value = os.environ.get(variable, "")
-    return Path(value) if value.startswith("/") else Path("~").expanduser() / below_home
+def _cache_home() -> Path:
+    """Return the base directory of caches; the specification has relative values ignored."""
+    value = os.environ.get("XDG_CACHE_HOME", "")
+    return Path(value) if value.startswith("/") else Path("~").expanduser() / ".cache"
 
 
 def make_private(folder: Path) -> None:

@@ -57,7 +57,7 @@ def pytest_xdist_auto_num_workers():
 
 @pytest.fixture(autouse=True, scope="session")
 def _nothing_in_the_home_of_the_user(tmp_path_factory):
-    """Keep cache and history out of the home, also of fixtures wider than a test."""
+    """Keep the cache out of the home, also of fixtures wider than a test."""
     kernels = os.environ.get("NUMBA_CACHE_DIR") or str(cache_place().path / "numba")
     with pytest.MonkeyPatch.context() as patch:
         # compiled once, and not for the home of each test
@@ -93,7 +93,7 @@ def _homes(tmp_path_factory):
 
 @pytest.fixture(autouse=True)
 def home(_homes, monkeypatch):
-    """Give each test a cache and a history of its own, empty."""
+    """Give each test a cache of its own, empty."""
     folder = next(_homes)
     folder.mkdir()
     monkeypatch.setenv("DEM_HARNESS_HOME", str(folder))

@@ -171,15 +171,6 @@ class Verification:
     """Whether :meth:`selectable` names what each row is of."""
 
     @property
-    def cost(self) -> Mapping[str, float]:
-        """Return the CPU time [s] of a level in the default engine, without the report.
-
-        That of level full of a bulk case is expected, not measured.
-        """
-        cost: Mapping[str, float] = self.case.text.get("cost", {})
-        return cost
-
-    @property
     def regression(self) -> Mapping[str, Tolerance]:
         """Return how far quantities of its baseline records may move, by their names.
 

@@ -10,7 +10,7 @@ from cyclopts import App, Parameter
 
 from harness.cli.command import File, Folder, Json, Level, options
 from harness.cli.engine_options import EngineOptions
-from harness.cli.files import check_source, print_json, print_line, recorded
+from harness.cli.files import check_source, print_json, print_line
 from harness.cli.verify import Printer, print_regression
 from harness.report.plain import one_line
 
@@ -36,26 +36,18 @@ class BaselineOptions:
     def run(
         self, engine: EngineOptions, tolerances: Path | None, quiet: bool
     ) -> BaselineComparison:
-        """Run the cases and compare; the run is recorded."""
-        from harness.workflows.baseline import compare_with_baseline
+        """Run the cases and compare."""
+        from harness.workflows import compare_with_baseline, progress_bars
 
-        with recorded("baseline", quiet=quiet) as recording, engine.run() as opened:
-            compared = compare_with_baseline(
+        with progress_bars("baseline", quiet=quiet) as progress, engine.run() as opened:
+            return compare_with_baseline(
                 self.level,
                 cases=self.cases,
                 baseline=self.baseline,
                 tolerances=tolerances,
                 engine=opened,
-                progress=recording.progress,
+                progress=progress,
             )
-            recording.status = compared.status
-            recording.engine = (
-                compared.verification.provenance.to_json()
-                if compared.verification.provenance
-                else {}
-            )
-            recording.quantities = compared.checks
-        return compared
 
 
 @options()

@@ -18,18 +18,14 @@ from harness.cli.engine_options import (
     WhereOptions,
     answer,
     completed,
-    local_runs,
-    print_cost,
     with_restarts,
 )
 from harness.cli.files import (
     FilmOptions,
     check_target,
-    cpu_time,
     print_columns,
     print_json,
     print_wrapped,
-    recorded,
     write_all,
 )
 from harness.errors import RequestError
@@ -37,7 +33,6 @@ from harness.report.plain import write_csv
 
 if TYPE_CHECKING:
     from harness.engines.contract import Engine
-    from harness.observables.row import Row
     from harness.report.film import Film
     from harness.workflows.case_runs import RunResult
 
@@ -72,10 +67,6 @@ def cases(name: str | None = None, /, *, json: Json = False) -> int:
         return 0
     for case in records:
         print_wrapped(f"{case['name']} ({case['group']}): {case['summary']}")
-        if case["verify_seconds"]:
-            each = case["verify_seconds"].items()
-            cost = ", ".join(f"{cpu_time(seconds)} {level}" for level, seconds in each)
-            print_wrapped(f"verify: {cost}, of CPU time", indent=4)
         if name is not None:
             _print_details(case)
             continue
@@ -134,8 +125,6 @@ class CaseOptions(CostOptions):
 
     settings: Settings = None
     """A parameter of the case, in SI units and degrees; repeat it for several."""
-    cost: bool = False
-    """Run nothing: tell whether the run is kept and what it would take on one core."""
     profile: File = None
     """Write the profile of the run over the height, or its curves over time, to this CSV file, of a
     case that has one."""
@@ -199,12 +188,12 @@ def run(
     case
         A case that `dem-harness cases` lists.
     """
-    from harness.engines.border import MOST_SECONDS
     from harness.engines.registry import named_values
+    from harness.workflows import progress_bars
     from harness.workflows import run as run_case
     from harness.workflows.case_runs import check_film
     from harness.workflows.study_run import RUN_SECONDS
-    from harness.workflows.sweep_plan import names_in, plan_of_run
+    from harness.workflows.sweep_plan import names_in
 
     values = named_values(choice.settings or (), "--set")
     choice.check_profile(case)
@@ -214,10 +203,6 @@ def run(
     engines = [runner.engine or "lammps"]
     runner.check_names(engines)
     runner = with_restarts(runner, engines, RUN_SECONDS if choice.force else math.inf)
-    if choice.cost:
-        chosen = plan_of_run(case, values, runner.engine, names_in(choice.quantity))
-        print_cost(chosen, local_runs(runner), None, json)
-        return 0
     more: dict[str, Any] = {}
 
     @contextmanager
@@ -226,20 +211,19 @@ def run(
             if film.film is not None:
                 check_film(case, values, engine, film.pictures)
             yield engine
-            more.update(completed({}, engine, recording))
+            more.update(completed({}, engine, progress))
 
-    with recorded("run", quiet=json) as recording:
+    with progress_bars("run", quiet=json) as progress:
         result = run_case(
             case,
             values,
             runner.engine,
             quantities=names_in(choice.quantity),
             open_one=open_one,
-            progress=recording.progress,
-            most_seconds=math.inf if choice.force else MOST_SECONDS,
+            progress=progress,
+            agree=lambda seconds: choice.agree(seconds, f"case {case!r} with these values"),
         )
         record = {**result.to_json(), **more}
-        recording.engine, recording.quantities = record, _run_quantities(record, values)
         choice.write_profile(result)
         film.write(partial(_film, case, values, runner))
     return answer(record, result.engine, json, _print)
@@ -328,20 +312,3 @@ def engines(where: WhereOptions = WhereOptions(), *, json: Json = False) -> int:
         lines.append((status.engine, status.how, *cells))
     print_columns(lines)
     return 0
-
-
-def _run_quantities(record: Mapping[str, Any], settings: Mapping[str, Any]) -> list[Row]:
-    """Return the quantities of ``run`` with their references; ``settings`` are values set."""
-    from harness.observables.row import Row
-
-    values = "".join(f", {name} = {value}" for name, value in sorted(settings.items()))
-    return [
-        Row(
-            f"{record['case']}: {name}: {record['engine']}{values}",
-            quantity["value"],
-            math.nan,
-            quantity["unit"],
-            expected=math.nan if quantity["reference"] is None else quantity["reference"],
-        )
-        for name, quantity in record["quantities"].items()
-    ]

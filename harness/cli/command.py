@@ -150,7 +150,7 @@ app = App(
 COMMANDS = """
     verify:verify publish:reproduce incline:theory incline:critical_angle tower:tower tower:impulse
     cases:cases cases:run sweep:sweep study:study publish:inputs cases:engines releases:releases
-    releases:upstream releases:defect baseline:diff kept:history publish:site kept:cache
+    releases:upstream releases:defect baseline:diff publish:site cache:cache
     baseline:baseline
 """
 """Module and function of each command, in the order of the help; imported when it is run."""

@@ -15,15 +15,14 @@ from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 from cyclopts import Parameter
 
 from harness.cli.command import Folder, Name, options
-from harness.cli.files import Recording, print_frame, print_json, print_wrapped
+from harness.cli.files import print_json
 from harness.errors import EngineError, HarnessError, RequestError
 from harness.report.plain import printable
 
 if TYPE_CHECKING:
     from harness.engines.contract import Engine
     from harness.store.entries import Entries
-    from harness.workflows.slurm import Slurm
-    from harness.workflows.sweep_plan import SweepPlan
+    from harness.workflows.progress import Progress
     from harness.workflows.sweep_run import Local
 
 
@@ -190,27 +189,6 @@ def local_runs(options: IntegratorOptions) -> Local:
     return Local(opened, options.entries(), options.fresh)
 
 
-def print_cost(chosen: SweepPlan, local: Local, on_cluster: Slurm | None, json: bool) -> None:
-    """Print what a sweep costs, and how that is estimated."""
-    import pandas as pd
-
-    from harness.workflows.slurm import GAIN
-    from harness.workflows.sweep_run import COST, cost_of
-
-    rows = cost_of(chosen, local, on_cluster.cost if on_cluster else None)
-    ranks = f"; of ranks {GAIN:g} of the ideal gain is counted on" if on_cluster else ""
-    if json:
-        rows = [dict(row) for row in rows]
-        print_json({"case": chosen.case.name, "rows": rows, "model": COST + ranks})
-        return
-    frame = pd.DataFrame(rows)
-    print_frame(frame.drop(columns="problem"), 3)
-    for row in rows:
-        if row["problem"]:
-            print_wrapped(f"{row['engine']}: {row['problem']}")
-    print_wrapped(f"model: {COST}{ranks}")
-
-
 @options("Engine")
 class EngineOptions(IntegratorOptions):
     """One engine of the user's choice."""
@@ -286,26 +264,16 @@ class SolverOptions(ProgramOptions):
         with self.open(self.solver) as engine:
             yield engine
 
-    @property
-    def own_record(self) -> dict[str, str]:
-        """Return the history's entry of a solver of the harness, which has its version."""
-        from harness import __version__
-
-        return {"engine": self.solver, "engine_version": __version__, "how": "solver"}
-
 
 def completed(
-    record: Mapping[str, Any], engine: Engine | None, recording: Recording
+    record: Mapping[str, Any], engine: Engine | None, progress: Progress
 ) -> dict[str, Any]:
     """Return a record with whether its engine qualifies, and how many runs were made or kept.
 
-    An engine that does not qualify sets the status to 3. Nothing is added for a solver of the
-    harness. Ask after the result, which raises RequestError for a wrong request at once; kept
-    runs are not repeated.
+    Nothing is added for a solver of the harness. Ask after the result, which raises RequestError
+    for a wrong request at once; kept runs are not repeated.
     """
-    full = {**record, **qualification(engine, recording), **runs_made(engine)}
-    recording.engine = full
-    return full
+    return {**record, **qualification(engine, progress), **runs_made(engine)}
 
 
 def answer(
@@ -322,22 +290,17 @@ def answer(
     return 0
 
 
-def qualification(engine: Engine | None, recording: Recording) -> dict[str, Any]:
-    """Qualify an engine and return the result for a record; a failure sets the status to 3.
-
-    Nothing of those that others are held against.
-    """
+def qualification(engine: Engine | None, progress: Progress) -> dict[str, Any]:
+    """Qualify an engine and return the result for a record; nothing for the reference engines."""
     from harness.cases.qualification import qualify
     from harness.engines.registry import ALWAYS
     from harness.store.entries import tell_stderr
 
     if engine is None or engine.name in ALWAYS:
         return {}
-    recording.progress(f"qualification of {engine.name}", 0, 1)
+    progress(f"qualification of {engine.name}", 0, 1)
     try:
         reason = qualify(engine, tell=tell_stderr).reason
     except EngineError as error:
         reason = str(error)
-    if reason:
-        recording.status = HarnessError.exit_status
     return {"qualified": not reason, "qualification_failures": reason}

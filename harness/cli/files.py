@@ -1,27 +1,20 @@
-"""What a command reads, writes, prints and records: checked paths, whole files, JSON, history.
-
-The name of a quantity in the history says which run it is of: runs of the same name can be drawn
-over one another. Parameters are named where they are not the default.
-"""
+"""What a command reads, writes and prints: checked paths, whole files, tables, JSON."""
 
 from __future__ import annotations
 
 import contextlib
 import itertools
-import platform
 import shutil
 import sys
 import textwrap
-import time
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from datetime import datetime
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from harness.cli.command import File, options
-from harness.errors import HarnessError, RequestError, cannot_write
+from harness.errors import RequestError, cannot_write
 from harness.report.plain import json_text, one_line
 
 if TYPE_CHECKING:
@@ -29,41 +22,15 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from harness.observables.reference import Columns, Points, ReferencePoints
-    from harness.observables.row import Row
     from harness.report.film import Film
-    from harness.store.history import History
-    from harness.workflows.progress import Progress
 
 GAP = 2
 """Blanks between two columns."""
 
 
-def cpu_time(seconds: float) -> str:
-    """Return a time of processors in words: in seconds below an hour."""
-    from harness.engines.border import in_words
-
-    return f"{seconds:.0f} s" if seconds < 3600.0 else in_words(seconds)
-
-
 def print_json(record: Mapping[str, Any]) -> None:
     """Print one JSON object, strict JSON: what is not finite becomes null."""
     print(json_text(record), end="")
-
-
-def print_json_rows(head: Mapping[str, Any], name: str, rows: Iterable[Mapping[str, Any]]) -> None:
-    """Print one JSON object as :func:`print_json` does, with ``rows`` under ``name`` at its end.
-
-    Each row is printed as it comes: the memory that this takes is that of one row.
-    """
-    text = json_text({**head, name: []}).rstrip("\n")
-    before, _, after = text.rpartition("]")
-    end = ""
-    print(before, end="")
-    for row in rows:
-        lines = json_text(row).rstrip("\n").replace("\n", "\n    ")
-        print(f"{end and ','}\n    {lines}", end="")
-        end = "\n  "
-    print(f"{end}]{after}")
 
 
 @contextlib.contextmanager
@@ -365,113 +332,3 @@ class FilmOptions:
         """Write the film that ``make`` returns for a number of pictures, if one is requested."""
         if self.film is not None:
             write_all({("--film", self.film): make(self.pictures).write})
-
-
-def non_default(record: Mapping[str, Any], defaults: Mapping[str, Any]) -> str:
-    """Return the values of a record that are not the usual ones, as the end of a name."""
-    changed = {
-        key: record[key] for key, usual in defaults.items() if record.get(key, usual) != usual
-    }
-    return "".join(f", {key} = {value}" for key, value in changed.items())
-
-
-@dataclass
-class Recording:
-    """What a command records of its run before it ends."""
-
-    status: int = 0
-    engine: Mapping[str, Any] = field(default_factory=dict)
-    quantities: Sequence[Row] = ()
-    cached: bool = False
-    folder: Path | None = None
-    progress: Progress = lambda *_: None
-
-
-Finish = Callable[[Recording, float, str], None]
-"""Completes a run: with the recording, the seconds it took, and a note on what ended it."""
-
-
-@contextlib.contextmanager
-def recorded(command: str, *, quiet: bool = False) -> Iterator[Recording]:
-    """Record a run from here to the end of the block, with the error that ended it, if any.
-
-    Yield what the command fills in, with what shows its progress unless ``quiet``. A default place
-    that cannot be written costs a note on stderr, one that was named in DEM_HARNESS_HOME the
-    command: RequestError.
-    """
-    from harness.cli import interrupted_status
-    from harness.workflows import progress_bars
-
-    recording, clock = Recording(), time.monotonic()
-    with _begin(command) as finish:
-        try:
-            with progress_bars(command, quiet=quiet) as recording.progress:
-                yield recording
-        except HarnessError as error:
-            recording.status = error.exit_status
-            finish(recording, time.monotonic() - clock, str(error))
-            raise
-        except KeyboardInterrupt:
-            recording.status = interrupted_status()
-            finish(recording, time.monotonic() - clock, "interrupted")
-            raise
-        # of an exception that nobody foresaw the run stays unfinished
-        finish(recording, time.monotonic() - clock, "")
-
-
-@contextlib.contextmanager
-def _begin(command: str) -> Iterator[Finish]:
-    """Insert a run that starts now; yield what completes it."""
-    import sqlite3
-
-    from harness import __version__
-    from harness.files import history_place
-    from harness.store.acceptance import commit
-    from harness.store.entries import tell_stderr
-    from harness.store.history import History, RunStart
-
-    place = history_place()
-    system = f"{platform.system()} {platform.machine()}, Python {platform.python_version()}"
-    start = RunStart(command, given_words(command), __version__, commit(), system)
-    with contextlib.ExitStack() as stack:
-        try:
-            history = stack.enter_context(History(place.path))
-            run = history.begin(start)
-        except (OSError, sqlite3.Error) as error:
-            if place.named_by:
-                raise place.refused(str(error)) from None
-            tell_stderr(f"history {place.path} cannot be written ({error}); no record of this run")
-            yield lambda *_: None
-        else:
-            yield partial(_finish, history, run)
-
-
-def _finish(history: History, run: int, recording: Recording, seconds: float, note: str) -> None:
-    """Complete the run; a history that went away meanwhile must not cost its result."""
-    import sqlite3
-
-    from harness.store.entries import tell_stderr
-    from harness.store.history import RunEnd
-
-    end = RunEnd(
-        status=recording.status,
-        seconds=seconds,
-        engine=recording.engine.get("engine", ""),
-        engine_version=recording.engine.get("engine_version", ""),
-        how=recording.engine.get("how", ""),
-        cached=recording.cached,
-        folder=str(recording.folder.absolute()) if recording.folder else "",
-        note=note,
-    )
-    try:
-        history.finish(run, end, recording.quantities)
-    except sqlite3.Error as error:
-        tell_stderr(f"history {history.path} cannot be written ({error}); the run has no end there")
-
-
-def given_words(command: str) -> list[str]:
-    """Return the words after the command as text, as the shell handed them over."""
-    words = sys.argv[1:]
-    words_after = words[words.index(command) + 1 :] if command in words else []
-    # what is not UTF-8 on the command line cannot be stored as it is
-    return [word.encode("utf-8", "backslashreplace").decode() for word in words_after]

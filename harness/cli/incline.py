@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -13,18 +12,15 @@ from harness.cli.command import ContactName, Json, Reading, options, panel
 from harness.cli.engine_options import CostOptions, EngineOptions, answer, completed
 from harness.cli.files import (
     FilmOptions,
-    non_default,
     print_json,
     print_record,
     print_wrapped,
-    recorded,
 )
 from harness.errors import RequestError
 
 if TYPE_CHECKING:
     from harness.cases.incline.system import Incline
     from harness.engines.contract import Engine
-    from harness.observables.row import Row
     from harness.parameters.law import Contact
     from harness.report.film import Film
     from harness.workflows.progress import Progress
@@ -244,6 +240,7 @@ def critical_angle(
         dem-harness critical-angle --film bumps.gif --film-angles 9.5,10.5
     """
     from harness.cases.incline.closed_forms import angles_beside
+    from harness.workflows import progress_bars
 
     touching = contact.contact_or("plastic" if route.extrapolate else "source")
     route.check(system)
@@ -251,12 +248,11 @@ def critical_angle(
     route.check_contact(case)
     film.check()
     film.angles()
-    with recorded("critical-angle", quiet=json) as recording, engine.run() as opened:
+    with progress_bars("critical-angle", quiet=json) as progress, engine.run() as opened:
         route.check_cost(case, opened)
         with _options_named():
-            angle = route.measure(case, opened, recording.progress)
-        record = completed({**angles_beside(touching), **angle}, opened, recording)
-        recording.quantities = angle_quantities(record)
+            angle = route.measure(case, opened, progress)
+        record = completed({**angles_beside(touching), **angle}, opened, progress)
         if (motion := film.film_of(case, opened, angle)) is not None:
             film.write(lambda _: motion)
     return answer(record, engine.engine, json, _print)
@@ -324,42 +320,3 @@ def theory(
     ).to_json()
     (print_json if json else print_record)(record)
     return 0
-
-
-_INCLINE_DEFAULTS = {
-    "diameter_m": 1.0,
-    "density_kg_per_m3": 6.0 / math.pi,
-    "gravity_m_per_s2": 9.81,
-}
-
-
-def angle_quantities(record: Mapping[str, Any]) -> list[Row]:
-    """Return the critical angle of ``critical-angle`` and the closed form."""
-    from harness.observables.row import Row
-
-    if record.get("extrapolated"):
-        where = "extrapolated"
-    else:
-        where = (
-            f"k = {record['stiffness_N_per_m']:.12g} N/m, "
-            f"{record['steps_per_contact']:.12g} steps per contact"
-        )
-    if record.get("wells", 10) != 10:
-        where += f", {record['wells']} wells"
-    name = f"critical angle: {record['method']}, {_contact(record)}, {where}"
-    return [
-        Row(
-            name + non_default(record, _INCLINE_DEFAULTS),
-            record["critical_angle_deg"],
-            record["uncertainty_deg"],
-            "deg",
-            record.get("closed_form_deg", math.nan),
-        )
-    ]
-
-
-def _contact(record: Mapping[str, Any]) -> str:
-    if record["contact"] != "custom":
-        return f"{record['contact']} contact"
-    mass = "" if record["effective_mass"] == "full" else ", half mass"
-    return f"damping ratio {record['damping_ratio']:.12g}, tail {record['tail']}{mass}"

@@ -15,7 +15,6 @@ from harness.cli.files import (
     print_line,
     print_record,
     read_reference,
-    recorded,
 )
 from harness.errors import RequestError
 
@@ -102,16 +101,16 @@ def _reproduced(
 ) -> Reproduction:
     from harness.reproduction.page import check_folder, write
     from harness.reproduction.run import reproduce as reproduce_with
+    from harness.workflows import progress_bars
 
     if folder is not None:
         check_folder(folder)
-    with recorded("reproduce", quiet=quiet) as recording, engine.run() as opened:
-        reproduction = reproduce_with(engine=opened, reference=points, progress=recording.progress)
-        recording.engine, recording.folder = reproduction.provenance.to_json(), folder
+    with progress_bars("reproduce", quiet=quiet) as progress, engine.run() as opened:
+        reproduction = reproduce_with(engine=opened, reference=points, progress=progress)
         if folder is not None:
-            recording.progress("figures, movies and report", 0, 1)
+            progress("figures, movies and report", 0, 1)
             write(reproduction, folder)
-            recording.progress("figures, movies and report", 1, 1)
+            progress("figures, movies and report", 1, 1)
     return reproduction
 
 
@@ -133,7 +132,7 @@ def _committed(folder: Path) -> pd.DataFrame:
 DEFAULT = Path("reports/runs/site")
 
 
-def site(*runs: Path, output: Path = DEFAULT, history: bool = False, json: Json = False) -> int:
+def site(*runs: Path, output: Path = DEFAULT, json: Json = False) -> int:
     """Build a static site of the committed reports and of runs.
 
     It starts with the state of every code, case and release; then come verification, contacts,
@@ -151,12 +150,10 @@ def site(*runs: Path, output: Path = DEFAULT, history: bool = False, json: Json 
         Folders that `verify --output` wrote; their pages join the site.
     output
         Folder of the site; an older site in it is replaced.
-    history
-        Look through the recorded runs of this machine for what moved.
     """
     from harness.workflows import site as build
 
-    built = build(output, runs, history=history)
+    built = build(output, runs)
     if json:
         print_json(built.to_json())
     else:

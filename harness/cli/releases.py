@@ -17,7 +17,6 @@ from harness.cli.files import (
     print_line,
     print_record,
     print_wrapped,
-    recorded,
 )
 from harness.errors import RequestError
 
@@ -56,8 +55,8 @@ def releases(
 
     Each wheel is installed once, in an environment of its own under the user's
     cache folder, and run through that environment's lmp. What was run before is not run
-    again; each release is a run of the history. Classes of change: same
-    to the last bit, within round-off, within tolerance, moved, engine error.
+    again. Classes of change: same to the last bit, within round-off, within tolerance, moved,
+    engine error.
 
     For example:
 
@@ -71,22 +70,21 @@ def releases(
         runs is the reference.
     """
     from harness.files import check_folder
+    from harness.workflows import progress_bars
     from harness.workflows import releases as compare
 
     output = choice.output
     if output is not None:
         check_folder(output)
     entries = kept.entries()
-    with recorded("releases", quiet=json) as recording:
+    with progress_bars("releases", quiet=json) as progress:
         comparison = compare(
             names,
             level=choice.level,
             cases=choice.cases,
             remember=lambda engine: cached(engine, entries, kept.fresh),
-            progress=recording.progress,
+            progress=progress,
         )
-        recording.status, recording.folder = comparison.status, output
-    _record(comparison)
     if output is not None:
         from harness.report.folder import write_releases
 
@@ -96,16 +94,6 @@ def releases(
     else:
         _print(comparison, output)
     return comparison.status
-
-
-def _record(matrix: ReleaseMatrix) -> None:
-
-    for column in matrix.columns:
-        if column.provenance is not None:
-            with recorded("releases", quiet=True) as recording:
-                recording.status = 3 if column.error or column.errors else 0
-                recording.engine = column.provenance.to_json()
-                recording.quantities = _case_quantities(column.records)
 
 
 def _print(matrix: ReleaseMatrix, output: Path | None) -> None:

@@ -21,7 +21,6 @@ from harness.cli.files import (
     print_json,
     print_wrapped,
     read_reference,
-    recorded,
 )
 from harness.errors import RequestError
 from harness.workflows.slurm_queue import ExecutorOptions
@@ -96,6 +95,7 @@ def study(
     case
         A case that has a study: `layers`.
     """
+    from harness.workflows import progress_bars
     from harness.workflows import study as run_study
     from harness.workflows.case_runs import usual_engine
     from harness.workflows.study_run import planned, study_of
@@ -115,25 +115,24 @@ def study(
     with (
         output_folder(options.output, "-study") as folder,
         _held(options, where),
-        recorded("study", quiet=json) as recording,
+        progress_bars("study", quiet=json) as progress,
     ):
         result = run_study(
             case,
             level,
             points=points,
             executor_of=executor_of,
-            progress=recording.progress,
+            progress=progress,
             earlier=options.runs,
             least_ranks=where.ranks,
         )
-        recording.folder, recording.status = folder, FAILED if _without_result(result) else 0
         _write(result, folder, options.runs)
     record = {**result.to_json(), "output": str(folder)}
     if json:
         print_json(record)
     else:
         _print(record, question.columns)
-    return recording.status
+    return FAILED if _without_result(result) else 0
 
 
 def _held(options: StudyOptions, where: ExecutorOptions) -> contextlib.AbstractContextManager[None]:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import math
 import re
-import shutil
 import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -20,19 +19,16 @@ from harness.cli.engine_options import (
     CostOptions,
     IntegratorOptions,
     local_runs,
-    print_cost,
     qualification,
     runs_made,
     with_restarts,
 )
 from harness.cli.files import (
-    Recording,
     Writer,
     output_folder,
     print_frame,
     print_json,
     read_points,
-    recorded,
     save_figure,
     write_all,
 )
@@ -45,6 +41,7 @@ Executors = Annotated[ExecutorOptions, Parameter(name="*", group=panel("Where it
 if TYPE_CHECKING:
     from harness.engines.contract import Engine
     from harness.observables.reference import Points
+    from harness.workflows.progress import Progress
     from harness.workflows.slurm import Slurm
     from harness.workflows.sweep_plan import SweepPlan, SweepRequest
     from harness.workflows.sweep_run import Row, Sweep
@@ -78,9 +75,6 @@ class SweepOptions(IntegratorOptions):
     """What is measured and shown: quantities of the case with commas between, the first in the
     figure. Of one such as `critical_angle_deg` a value takes several runs. [default: all that a
     run measures, the first in the figure]"""
-    cost: bool = False
-    """Run nothing: tell for each engine what is kept and what the rest would take, on one core and,
-    with --executor slurm, in jobs."""
     output: Folder = None
     """Where table and figure are written; the same sweep goes on there. [default:
     reports/runs/DATE-sweep]"""
@@ -146,7 +140,7 @@ def sweep(
         dem-harness sweep tower --over height=1,2,5:20:4 --engines exact,lammps --output mine
         dem-harness sweep oblique --set preset=kharaz --over angle=5:85:9 \
             --quantity rim_speed_ratio --reference measured.csv
-        dem-harness sweep silo --set preset=published --over seed=1:4:4 --cost \
+        dem-harness sweep silo --set preset=published --over seed=1:4:4 \
             --executor slurm --ranks 16 --time 720
 
     Parameters
@@ -154,42 +148,38 @@ def sweep(
     target
         A case that `dem-harness cases` lists, or a file, FILE.toml, that says what is swept.
     """
+    from harness.workflows import progress_bars
+
     options = replace(options, target=target)
     chosen = _planned(options)
     points = options.points(chosen)
-    settings = where.settings(here=not options.cost)
-    if settings is None and not options.cost:  # a cluster has limits of its own
+    settings = where.settings(here=True)
+    if settings is None:  # a cluster has limits of its own
         limit.agree(chosen.seconds(), f"{chosen.runs} runs of case {chosen.case.name!r}")
     options.check_names(chosen.engines, "--engines")
     # a job has a limit of its own
     seconds = math.inf if settings is None else 60.0 * settings.minutes
     options = with_restarts(options, chosen.engines, seconds)
     # without SLURM nothing runs on ranks here, nor is kept of such runs
-    if options.mpirun is None and where.ranks > 1 and (not options.cost or shutil.which("srun")):
+    if options.mpirun is None and where.ranks > 1:
         options = replace(options, mpirun=_launcher(options, chosen.engines, where.ranks))
-    if options.cost:
-        executor = None if settings is None else _on_cluster(options, settings, Path())
-        print_cost(chosen, local_runs(options), executor, json)
-        return 0
     counts: dict[str, int] = {}
-    with recorded("sweep", quiet=json) as recording, _folder(options, chosen.request) as folder:
+    with progress_bars("sweep", quiet=json) as progress, _folder(options, chosen.request) as folder:
         table = PartialTable(folder / ROWS)
         if settings is None:
-            result, unqualified = _run(options, chosen, counts, recording, table)
+            result, unqualified = _run(options, chosen, counts, progress, table)
         else:
-            result = _run_on_cluster(options, chosen, settings, folder, recording, table)
+            result = _run_on_cluster(options, chosen, settings, folder, progress, table)
             unqualified = {}
-        recording.folder = folder
         ended = result.count("done") + result.count("undecided")
-        if result.count("failed") or not ended:
-            recording.status = FAILED
+        failed = result.count("failed") or not ended or unqualified
         notes = _written(folder, result, points)
     notes += [f"engine {n!r} did not qualify: {reason}" for n, reason in unqualified.items()]
     if json:
         print_json({**result.to_json(), **counts, "output": str(folder), "notes": notes})
     else:
         _print(result, notes)
-    return recording.status
+    return FAILED if failed else 0
 
 
 def _launcher(options: SweepOptions, engines: Sequence[str], ranks: int) -> str:
@@ -216,7 +206,7 @@ def _run(
     options: SweepOptions,
     chosen: SweepPlan,
     counts: dict[str, int],
-    recording: Recording,
+    progress: Progress,
     table: PartialTable,
 ) -> tuple[Sweep, dict[str, str]]:
     from harness.workflows.sweep_run import Local, run_plan
@@ -234,12 +224,12 @@ def _run(
                 counted.values()
             ):  # it states none of them: nothing to qualify for
                 return
-            reason = qualification(engine, recording).get("qualification_failures")
+            reason = qualification(engine, progress).get("qualification_failures")
             if reason:
                 unqualified[name] = reason
 
     executor = Local(open_one, options.entries(), options.fresh)
-    return run_plan(chosen, executor, recording.progress, table), unqualified
+    return run_plan(chosen, executor, progress, table), unqualified
 
 
 def _run_on_cluster(
@@ -247,12 +237,12 @@ def _run_on_cluster(
     chosen: SweepPlan,
     settings: ExecutorOptions,
     folder: Path,
-    recording: Recording,
+    progress: Progress,
     table: PartialTable,
 ) -> Sweep:
     from harness.workflows.sweep_run import run_plan
 
-    return run_plan(chosen, _on_cluster(options, settings, folder), recording.progress, table)
+    return run_plan(chosen, _on_cluster(options, settings, folder), progress, table)
 
 
 def _on_cluster(options: SweepOptions, settings: ExecutorOptions, folder: Path) -> Slurm:

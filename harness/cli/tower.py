@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Hashable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -18,10 +18,8 @@ from harness.cli.files import (
     FilmOptions,
     Writer,
     check_target,
-    non_default,
     print_wrapped,
     read_reference,
-    recorded,
     save_figure,
     write_all,
 )
@@ -36,7 +34,6 @@ if TYPE_CHECKING:
     from harness.cases.tower.impulse import TableOptions as Over
     from harness.engines.contract import Engine
     from harness.observables.reference import ReferencePoints
-    from harness.observables.row import Row
     from harness.observables.tower import TowerRun
     from harness.parameters.tower import Tower
     from harness.report.film import Film
@@ -87,7 +84,6 @@ class RunOptions(CostOptions):
     def check_cost(self, case: Tower, solver: str | None, engine: Engine | None) -> None:
         """State what a run costs; raise RequestError for one too long, unless it is forced."""
         from harness.cases.tower.case import tower_seconds
-        from harness.engines.border import OWN_SECONDS
 
         seconds = tower_seconds(
             case,
@@ -97,7 +93,7 @@ class RunOptions(CostOptions):
             steps_per_contact=self.steps_per_contact,
         )
         work = f"--height {case.height} --duration {self.duration:g}, {solver or 'engine'}"
-        self.agree(seconds, f"the tower ({work})", None if engine else OWN_SECONDS)
+        self.agree(seconds, f"the tower ({work})")
 
 
 def tower(
@@ -123,11 +119,12 @@ def tower(
     from harness.cases.tower.run import covering
     from harness.cases.tower.run import tower as run_tower
     from harness.observables.tower import summary
+    from harness.workflows import progress_bars
 
     check_target(run.series, "--series")
     film.check()
     case, window = system.tower(), run.window
-    with recorded("tower", quiet=json) as recording, solver.run() as engine:
+    with progress_bars("tower", quiet=json) as progress, solver.run() as engine:
         run.check_cost(case, solver.own_solver, engine)
         tower_run = run_tower(
             case,
@@ -136,12 +133,10 @@ def tower(
             steps_per_contact=run.steps_per_contact,
             profiles=film.film is not None,
             engine=engine,
-            progress=recording.progress,
+            progress=progress,
         )
-        covering_run = covering(tower_run, window, engine, recording.progress)
-        record = completed(summary(tower_run, window, covering_run), engine, recording)
-        recording.engine = {**solver.own_record, **record}
-        recording.quantities = tower_quantities(record)
+        covering_run = covering(tower_run, window, engine, progress)
+        record = completed(summary(tower_run, window, covering_run), engine, progress)
     if run.series is not None:
         write_all({("--series", run.series): lambda path: write_csv(tower_run.to_frame(), path)})
     film.write(partial(_film, tower_run))
@@ -231,7 +226,6 @@ class ImpulseOptions(CostOptions):
         """State what a table costs; raise RequestError for one too long, unless it is forced."""
         from harness.cases.tower.case import tower_seconds
         from harness.cases.tower.impulse import families
-        from harness.engines.border import OWN_SECONDS
 
         over, rules = self.over(), engine.traits if engine else None
         every = list(over["heights"])
@@ -243,7 +237,7 @@ class ImpulseOptions(CostOptions):
             for case in group
         )
         work = f"the table (--heights {self.heights})"
-        self.agree(seconds * len(every) / len(some), work, None if rules else OWN_SECONDS)
+        self.agree(seconds * len(every) / len(some), work)
 
 
 @options()
@@ -314,23 +308,21 @@ def impulse(
         dem-harness impulse --law overlap --figure angles.svg --reference measured.csv
     """
     from harness.cases.tower.impulse import impulse_angles
+    from harness.workflows import progress_bars
 
     points, name, case = files.points(), solver.solver, table.case()
-    with recorded("impulse", quiet=json) as recording, solver.run() as engine:
+    with progress_bars("impulse", quiet=json) as progress, solver.run() as engine:
         table.check_cost(solver.own_solver, engine)
         frame = impulse_angles(
             case=case,
             solver=solver.own_solver,
             reading=table.reading,
             engine=engine,
-            progress=recording.progress,
+            progress=progress,
             **table.over(),
         )
-        record = completed({"solver": name, "reading": table.reading}, engine, recording)
-        recording.engine = engine.identify().to_json() if engine else solver.own_record
+        record = completed({"solver": name, "reading": table.reading}, engine, progress)
         record["rows"] = frame.to_dict(orient="records")
-        others = {"mass_kg": table.mass, "gravity_m_per_s2": table.gravity}
-        recording.quantities = impulse_quantities(record["rows"], name, others)
     files.write(frame, points, table.reading, name)
     if points is not None:
         pairs = zip(points.heights, points.angles_deg, strict=True)
@@ -408,53 +400,3 @@ def _cells(run: pd.DataFrame) -> Iterable[str]:
     for ratio, angle in zip(run["impulse_ratio"], run["critical_angle_deg"], strict=True):
         degrees = "-" if angle != angle else format(angle, "6.3f")
         yield "-" if ratio != ratio else f"{ratio:.4f}  {degrees}"
-
-
-_TOWER_DEFAULTS = {"mass_kg": 1.0, "gravity_m_per_s2": 9.81, "base": "fixed"}
-_TOWER = (
-    ("impulse_Ns", "impulse, {window} window", "N s"),
-    ("peak_force_N", "peak force", "N"),
-    ("turnaround_s", "turnaround", "s"),
-    ("energy_drift", "energy drift", ""),
-)
-"""Key, name and unit of what ``tower`` measures."""
-
-
-def tower_quantities(record: Mapping[str, Any]) -> list[Row]:
-    """Return impulse, peak force, turnaround and energy drift of ``tower``."""
-    from harness.observables.row import Row
-
-    case = (
-        (
-            f"{record['solver']}, {record['law']} law, n = {record['height']}, "
-            f"k = {record['stiffness_N_per_m']:.12g} N/m, v0 = {record['speed_m_per_s']:.12g} m/s, "
-            f"{record['duration_s'] / record['contact_time_s']:.6g} t0"
-        )
-        + ("" if record["step_s"] is None else f", step {record['step_s']:.6g} s")
-        + non_default(record, _TOWER_DEFAULTS)
-    )
-    window = record["window"]
-    return [
-        Row(f"tower: {name.format(window=window)}: {case}", float(record[key]), math.nan, unit)
-        for key, name, unit in _TOWER
-    ]
-
-
-def impulse_quantities(
-    rows: Iterable[Mapping[Hashable, Any]], solver: str, others: Mapping[str, float]
-) -> list[Row]:
-    """Return the impulse ratio of each row of ``impulse``; ``others`` are mass and gravity."""
-    from harness.observables.row import Row
-
-    rest = non_default(others, _TOWER_DEFAULTS)
-    return [
-        Row(
-            f"impulse ratio alpha({row['height']}): {solver}, {row['law']} law, "
-            f"{row['window']} window, k = {row['stiffness_N_per_m']:.12g} N/m, "
-            f"v0 = {row['speed_m_per_s']:.12g} m/s{rest}",
-            row["impulse_ratio"],
-            math.nan,
-            "",
-        )
-        for row in rows
-    ]

@@ -6,7 +6,6 @@ What failed stands first, findings and counts next, the headlines last.
 from __future__ import annotations
 
 import math
-import shlex
 import sys
 import textwrap
 from collections import Counter
@@ -17,16 +16,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import Parameter
 
 from harness.cli.command import File, Folder, Json, options
-from harness.cli.engine_options import EngineOptions, runs_made, with_restarts
+from harness.cli.engine_options import CostOptions, EngineOptions, runs_made, with_restarts
 from harness.cli.files import (
     check_source,
     closed_pipe_allowed,
-    cpu_time,
-    given_words,
     output_folder,
     print_json,
     read_curves,
-    recorded,
 )
 from harness.errors import RequestError
 from harness.report.plain import one_line
@@ -34,7 +30,6 @@ from harness.report.plain import one_line
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from harness.comparison.verdicts import Check
     from harness.observables.reference import CurvePoints
     from harness.store.entries import Entries
     from harness.workflows.progress import Progress
@@ -43,8 +38,8 @@ if TYPE_CHECKING:
 MOST_FAILED, MOST_UNTESTED, MOST_FINDINGS = 40, 8, 5
 """Rows of each sort that are printed without --verbose."""
 
-MOST_EARLIER = 50
-"""Runs of the history that are looked through for the cost of one like it."""
+INSTEAD = "--quick or fewer cases"
+"""What may be requested in place of a verification that takes too long."""
 
 WIDEST = 120
 COLOURS = {
@@ -212,12 +207,11 @@ def _command_of(path: Path) -> Iterator[str]:
 
 
 @options()
-class VerifyOptions:
+class VerifyOptions(CostOptions):
     """What is to be verified: how much, against which baseline, and where the report goes."""
 
     quick: bool = False
-    """A shorter ladder: some 20 s of CPU time, as many for the contacts; `dem-harness cases` has
-    the time of each case, and the command says it before it begins."""
+    """A shorter ladder: some 20 s of CPU time, as many for the contacts."""
     full: bool = False
     """Up to 100 times the stiffness, every height: some two minutes for incline and tower."""
     cases: Annotated[str | None, Parameter(metavar="NAME[,NAME...]")] = None
@@ -265,6 +259,23 @@ class VerifyOptions:
         check_source(self.known_defects, "--known-defects")
         check_source(self.baseline, "--baseline", folder=True)
 
+    def check_seconds(self) -> None:
+        """State the expected time of a long run; raise RequestError above the limit.
+
+        Nothing is known of the part that a pattern selects.
+        """
+        from harness.workflows.engine_status import selected_engines
+        from harness.workflows.estimate import verification_seconds
+        from harness.workflows.verification import Selection, checked_level
+
+        if self.only:
+            return
+        level = checked_level(self.level)
+        names = Selection(self.cases).names(level)
+        engines = 1 + len(selected_engines(self.engines or ()).named)
+        seconds = verification_seconds(names, level, engines)
+        self.agree(seconds, f"level {level} of {len(names)} cases", None, INSTEAD)
+
     @property
     def points(self) -> CurvePoints:
         """Return the points of ``--reference``; raise RequestError for those of no chosen case."""
@@ -304,15 +315,14 @@ def verify(
         dem-harness verify --quick --output mine
         dem-harness verify --engines all --cases incline,tower
     """
+    from harness.workflows import progress_bars
+
     choice.check()
     others = engines_of(choice.engines)
     engine.check_names((engine.engine, *others), "--engines")
     points = choice.points
-    with output_folder(choice.output) as folder, recorded("verify", quiet=json) as recording:
-        record = _record(choice, engine, points, folder, recording.progress)
-        recording.cached = record["cached"]
-        recording.status, recording.folder = record["status"], folder
-        recording.engine, recording.quantities = record["engine"] or {}, _checks(record)
+    with output_folder(choice.output) as folder, progress_bars("verify", quiet=json) as progress:
+        record = _record(choice, engine, points, folder, progress)
     with closed_pipe_allowed():
         if json:
             print_json({**record, "folder": str(folder)})
@@ -321,14 +331,6 @@ def verify(
     for error in record["engine_errors"] if record["status"] == 3 else ():
         print(f"dem-harness: {error}", file=sys.stderr)
     return int(record["status"])
-
-
-def _checks(record: Record) -> list[Check]:
-    from harness.comparison.verdicts import Check
-    from harness.shown import adapter
-
-    checks: list[Check] = adapter(list[Check]).validate_python(record["checks"])
-    return checks
 
 
 def engines_of(wanted: str | None) -> tuple[str, ...]:
@@ -353,47 +355,11 @@ def _record(
     key = _key(choice, engine) if entries else None
     record = None if engine.fresh else _kept(entries, key, folder)
     if record is None:
-        _say_cost(choice, engine.fresh)
+        choice.check_seconds()
         record = _measured(choice, engine, points, folder, progress)
         if entries is not None and key is not None and not record["engine_errors"]:
             entries.put(key, pack_verification(folder, record))
     return record
-
-
-def _say_cost(choice: VerifyOptions, fresh: bool) -> None:
-    """Say on stderr which cases are run, and what the same request took when it was last run."""
-    from harness.store.entries import tell_stderr
-    from harness.workflows import history
-    from harness.workflows.verification import Selection, checked_level
-
-    cases = Selection(choice.cases, choice.only).chosen(checked_level(choice.level))
-    same = _what_counts(given_words("verify"))
-    took = [
-        row["seconds"]
-        for row in history(command="verify", limit=MOST_EARLIER).rows
-        if row["seconds"] is not None
-        and not row["cached"]
-        and row["status"] in ("0", "1", 0, 1)
-        and _what_counts(shlex.split(row["options"])) == same
-    ]
-    last = f"took {took[0]:.0f} s when last run" if took else "no earlier run tells what it takes"
-    kept = "" if fresh else "; runs that are kept are not made again"
-    cost = {case.name: case.verification.cost.get(choice.level) for case in cases}
-    each = ", ".join(n if s is None else f"{n} {cpu_time(s)}" for n, s in cost.items())
-    # the part of the time that a pattern leaves out is not known
-    complete = cases and not choice.only and None not in cost.values()
-    total = f"; {cpu_time(sum(filter(None, cost.values())))} of CPU time in all" if complete else ""
-    request = f"level {choice.level}, {len(cases)} cases ({each}{total})"
-    tell_stderr(f"verify, {request}: {last}{kept}")
-
-
-def _what_counts(words: Sequence[str]) -> list[str]:
-    kept = list(words)
-    while "--output" in kept:
-        place = kept.index("--output")
-        del kept[place : place + 2]
-    return [word for word in kept if word not in ("--json", "--verbose", "--fresh")
-            and not word.startswith("--output=")]  # fmt: skip
 
 
 def _key(choice: VerifyOptions, engine: EngineOptions) -> str | None:

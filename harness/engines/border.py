@@ -32,13 +32,10 @@ if TYPE_CHECKING:
 
 
 MOST_SECONDS = 600.0
-"""The default verification takes one minute, the longest two: ten is none of this package's."""
+"""The expected time of a longer run is refused without --force."""
 
-OWN_SECONDS = 120.0
-"""Of solvers of this package: what it shows takes them seconds."""
-
-STATED_SECONDS = 10.0
-"""What is expected to take longer is said beforehand."""
+STATED_SECONDS = 60.0
+"""The expected time of a longer run is printed before it begins."""
 
 PARTICLES = 10
 """Of the system that the costs were measured on: one grain and nine fixed spheres."""

@@ -1,6 +1,6 @@
 """A row of a result: a value with its uncertainty and unit, what it is of, what is expected of it.
 
-It is the one form in which a value goes from a case to the baseline, the history, a diff, the
+It is the one form in which a value goes from a case to the baseline, a diff, the
 releases and a report. :class:`harness.comparison.verdicts.Check` is a row that was judged.
 """
 

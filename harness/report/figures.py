@@ -1,4 +1,4 @@
-"""Draw the figures that need results alone: divergences, history, releases and sweeps."""
+"""Draw the figures that need results alone: divergences, trends, releases and sweeps."""
 
 from __future__ import annotations
 
@@ -6,8 +6,7 @@ import re
 import textwrap
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from datetime import date, datetime
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
@@ -15,12 +14,10 @@ from matplotlib import colormaps, dates
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure as AnyFigure
 from matplotlib.lines import Line2D
-from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from harness.comparison.releases import ReleaseMatrix, ReleaseRow
 from harness.comparison.series import Comparison
-from harness.errors import RequestError
 from harness.report.style import (
     BLACK,
     BLUE,
@@ -108,64 +105,27 @@ def divergence(series: Comparison) -> AnyFigure:
     return figure
 
 
-Against = Literal["date", "version"]
 Floats = NDArray[np.float64]
 
 SERIES_COLOURS = (BLUE, ORANGE, GREEN, PURPLE, BLACK)
-SPREAD = 0.5
-"""Width over which the runs of one release are spread, in time order; releases are 1 apart."""
-
 HALF_A_DAY = 0.5
 LINE = 90
 """Characters of a name that fit over the axes."""
 
 
-def recorded(frame: pd.DataFrame, against: Against = "date") -> Figure:
-    """Draw one quantity of runs over date or release, or how many of their rows failed.
+def trend(frame: pd.DataFrame) -> Figure:
+    """Draw one quantity over the date of its runs, with uncertainties and tolerances.
 
-    Raise RequestError where ``frame`` holds no quantity that was measured, or several.
-    """
-    frame = frame[~frame["cached"]]  # a kept result handed out again is no measurement
-    if "name" in frame:
-        names = sorted(frame["name"].unique())
-        if not names:
-            raise RequestError("--plot: no run in the history measured this --quantity")
-        if len(names) > 1:
-            some = ", ".join(map(repr, names[:3]))
-            problem = f"fits {len(names)} quantities, must fit one: {some}"
-            raise RequestError(f"--plot: --quantity {problem}")
-        return quantity_history(frame, against)
-    figure = Figure(figsize=(8.0, 4.2), layout="constrained")
-    axes = figure.add_subplot()
-    if not frame.empty:
-        x = _by_date(axes, frame)
-        axes.plot(x, frame["failed"].to_numpy(), "o", mfc="none")
-        _around(axes, x)
-    axes.set_ylim(-0.5, max([1, *frame["failed"]]) + 0.5)
-    axes.yaxis.set_major_locator(MaxNLocator(integer=True))
-    label(axes, "date of the run (UTC)", "rows that failed")
-    return figure
-
-
-def quantity_history(frame: pd.DataFrame, against: Against) -> Figure:
-    """Draw one quantity with its uncertainties and the tolerance that it was held to.
-
-    ``frame`` has a row for each run and the columns of the history:
+    ``frame`` has a row for each run and the columns
     ``started``, ``engine``, ``engine_version``, ``how``, ``name``, ``unit``,
     ``value``, ``uncertainty``, ``expected``, ``tolerance``, ``verdict``.
     """
     ordered = frame.sort_values("started")
     figure = Figure(figsize=(8.0, 4.2), layout="constrained")
     axes = figure.add_subplot()
-    if against == "date":
-        x = _by_date(axes, ordered)
-        axes.set_xlabel("date of the run (UTC)")
-        _around(axes, x)
-    else:
-        x, releases = _by_release(ordered)
-        axes.set_xticks(range(len(releases)), releases)
-        axes.set_xlim(-0.5, len(releases) - 0.5)
-        axes.set_xlabel("release of the engine")
+    x = _by_date(axes, ordered)
+    axes.set_xlabel("date of the run (UTC)")
+    _around(axes, x)
     _band(axes, x, ordered)
     _points(axes, x, ordered)
     name, unit = str(ordered["name"].iloc[0]), str(ordered["unit"].iloc[0])
@@ -188,34 +148,6 @@ def _around(axes: Axes, x: Floats) -> None:
     """Leave some room beside the runs, half a day where there is one date alone."""
     margin = 0.04 * float(np.ptp(x)) or HALF_A_DAY
     axes.set_xlim(x.min() - margin, x.max() + margin)
-
-
-def release_order(version: str) -> tuple[date, str]:
-    """Return what sorts releases such as ``22 Jul 2025 - Update 4`` by date, then by update.
-
-    Others come first, by their text.
-    """
-    day, _, update = version.partition(" - ")
-    try:
-        return datetime.strptime(day.strip(), "%d %b %Y").date(), update
-    except ValueError:
-        return date.min, version
-
-
-def _by_release(frame: pd.DataFrame) -> tuple[Floats, list[str]]:
-    """Return where each run stands, and the label of each release, in their order."""
-    versions = frame["engine_version"].astype(str)
-    releases = sorted(set(versions), key=release_order)
-    x = np.empty(len(frame))
-    for index, release in enumerate(releases):
-        of_release = np.flatnonzero(versions == release)
-        shift = (
-            np.linspace(-SPREAD / 2, SPREAD / 2, len(of_release))
-            if len(of_release) > 1
-            else np.zeros(1)
-        )
-        x[of_release] = index + shift
-    return x, [release.replace(" - ", "\n") for release in releases]
 
 
 def _band(axes: Axes, x: Floats, frame: pd.DataFrame) -> None:

@@ -73,14 +73,6 @@ class Record:
         """Return the rows as a table, the keys of each as columns."""
         return frame_of(getattr(self, self.ROWS) if self.ROWS else [self])
 
-    def record(self) -> dict[str, Any]:
-        """Return :meth:`to_json`, by the name of version 1.0."""
-        return self.to_json()
-
-    def frame(self) -> pd.DataFrame:
-        """Return :meth:`to_frame`, by the name of version 1.0."""
-        return self.to_frame()
-
 
 class Result(Record, ABC):
     """A result that a notebook shows in a few lines, and that draws itself.
@@ -132,9 +124,6 @@ class Listing(list[T]):
     def to_frame(self) -> pd.DataFrame:
         """Return a row for each, its keys as columns."""
         return frame_of(self)
-
-    frame = to_frame
-    """By the name of version 1.0."""
 
     def _repr_html_(self) -> str:
         frame = self.to_frame()

@@ -1,1 +1,1 @@
-"""Keep results between runs: baselines, outputs of engines, verifications, the history of runs."""
+"""Keep results between runs: baselines, outputs of engines and verifications."""

@@ -19,7 +19,6 @@ _HOMES = {
     "harness.workflows.baseline": "accept_baseline compare_with_baseline diff releases",
     "harness.workflows.case_runs": "case_details cases film film_section run",
     "harness.workflows.engine_status": "engines inputs outdated_inputs",
-    "harness.workflows.history_search": "history",
     "harness.workflows.progress": "progress_bars",
     "harness.workflows.static_site": "site",
     "harness.workflows.study_run": "study",
@@ -47,7 +46,6 @@ if TYPE_CHECKING:
     from harness.workflows.baseline import accept_baseline, compare_with_baseline, diff, releases
     from harness.workflows.case_runs import case_details, cases, film, film_section, run
     from harness.workflows.engine_status import engines, inputs, outdated_inputs
-    from harness.workflows.history_search import history
     from harness.workflows.progress import progress_bars
     from harness.workflows.static_site import site
     from harness.workflows.study_run import study
@@ -57,7 +55,7 @@ if TYPE_CHECKING:
 __all__ = [
     "accept_baseline", "case_details", "cases", "compare_with_baseline", "critical_angle",
     "critical_angles", "diff", "energy_scaling_angles", "engines", "extrapolated_critical_angle",
-    "film", "film_section", "history", "impulse_angles", "impulse_by_gamma", "impulse_table",
+    "film", "film_section", "impulse_angles", "impulse_by_gamma", "impulse_table",
     "inputs", "outdated_inputs", "progress_bars", "releases", "run", "sections", "site", "study",
     "sweep", "theory", "tower", "verify",
 ]  # fmt: skip

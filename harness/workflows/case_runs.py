@@ -6,7 +6,7 @@ A run has quantities with their references.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -15,7 +15,6 @@ from pydantic_core import PydanticUndefined
 from harness import __version__
 from harness.cases.contract import Case, Measured, Reference
 from harness.cases.registry import MAIN, all_cases, get_case
-from harness.engines.border import refuse_endless
 from harness.engines.contract import Engine
 from harness.engines.registry import DEFAULT, engine_class, engine_names
 from harness.engines.traits import Traits
@@ -52,8 +51,7 @@ class CaseInfo(Record):
     ``parameters`` are named as ``--set`` takes them, those of nested objects with a dot;
     ``quantities`` map a name to its unit; ``engines`` have a template for the case, or take its
     scene; ``solvers`` are those of this package; ``presets`` known sets of parameters; ``derived``
-    are quantities, with their units, that take several runs for a value; ``verify_seconds`` is
-    the CPU time [s] that its verification took, by level.
+    are quantities, with their units, that take several runs for a value.
     """
 
     name: str
@@ -66,7 +64,6 @@ class CaseInfo(Record):
     presets: tuple[str, ...] = ()
     by_default: bool = field(default=False)
     derived: Mapping[str, str] = field(default_factory=dict)
-    verify_seconds: Mapping[str, float] = field(default_factory=dict)
 
 
 def cases() -> Listing[CaseInfo]:
@@ -88,7 +85,6 @@ def _info(case: Case[Any]) -> CaseInfo:
         derived={
             quantity.name: quantity.unit for more in case.derived() for quantity in more.quantities
         },
-        verify_seconds=dict(case.verification.cost),
     )
 
 
@@ -377,7 +373,7 @@ def run(
     open_one: Open | None = None,
     fresh: bool = False,
     progress: Progress = silent,
-    most_seconds: float = math.inf,
+    agree: Callable[[float], None] = lambda _: None,
 ) -> RunResult:
     """Run a case once and return its quantities with their references.
 
@@ -387,18 +383,16 @@ def run(
     ``critical_angle_deg``, takes several runs. ``engine`` is an open engine, or the name of an
     engine or of a solver of the case; the default engine unless given. ``open_one`` opens one by
     its name; else runs are kept, and ``fresh`` makes them again. Raise RequestError for a name or
-    value that is not allowed, for an engine that cannot run the case, with the reason, and for what
-    is expected to take more than ``most_seconds``; EngineError for a run that failed.
+    value that is not allowed, for an engine that cannot run the case, with the reason;
+    EngineError for a run that failed. ``agree`` is called with the expected time [s], and may
+    raise.
     """
     wanted = [quantities] if isinstance(quantities, str) else list(quantities)
     chosen = get_case(case).measuring(wanted)
     parameters = parameters_of(chosen, settings or {})
 
     def begin(rules: Traits | None, solver: str = "") -> None:
-        refuse_endless(
-            chosen.seconds(parameters, rules, solver), f"case {case!r} with these values",
-            most_seconds,
-        )  # fmt: skip
+        agree(chosen.seconds(parameters, rules, solver))
         progress(case, 0, 1)
 
     if isinstance(engine, Engine):

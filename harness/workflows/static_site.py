@@ -23,7 +23,6 @@ from harness.report.sections import Table
 from harness.report.text import headline
 from harness.shown import Result, number
 from harness.store.baseline import checkout_baseline, known_defects
-from harness.workflows import history as recorded_history
 from harness.workflows import site_board as board
 from harness.workflows.baseline import FILE, read_results
 from harness.workflows.site_board import (
@@ -41,7 +40,7 @@ if TYPE_CHECKING:
 LIST = "site.json"
 """File of a site with the addresses of all that it holds."""
 
-RUNS, HISTORY = "runs", "history/index.html"
+RUNS, MOVED = "runs", "moved/index.html"
 DEFECTS = f"{board.DEFECTS}/index.html"
 
 COMMITTED = (
@@ -112,15 +111,12 @@ class BuiltSite(Result):
         return figure
 
 
-def site(
-    output: Path, runs: Sequence[Path] = (), *, history: bool = False, project: Path | None = None
-) -> BuiltSite:
+def site(output: Path, runs: Sequence[Path] = (), *, project: Path | None = None) -> BuiltSite:
     """Build a site into a folder: the committed reports, and folders that ``verify`` wrote.
 
-    With ``history`` what this machine has recorded is looked through for what moved. ``project`` is
-    the folder that holds ``reports``, that of this checkout unless given. A site that the output
-    folder holds is replaced. Raise RequestError for a folder with other files, for what is no run,
-    and where there is nothing to show.
+    ``project`` is the folder that holds ``reports``, that of this checkout unless given. A site
+    that the output folder holds is replaced. Raise RequestError for a folder with other files, for
+    what is no run, and where there is nothing to show.
     """
     output = Path(output)
     check_folder(output)
@@ -128,7 +124,7 @@ def site(
     project = project or (checkout.parent.parent if checkout else None)
     reports = project / "reports" if project and (project / "reports").is_dir() else None
     folders = _run_folders(runs)
-    if reports is None and not folders and not history:
+    if reports is None and not folders:
         raise RequestError("RUN: no reports are committed here; name folders of `verify --output`")
     site_runs = [
         SiteRun(name, read_results(folder), f"{RUNS}/{name}/report.html")
@@ -137,7 +133,7 @@ def site(
     if reports and (reports / board.MAIN / FILE).is_file():
         main = read_results(reports / board.MAIN)
         site_runs.insert(0, SiteRun("Main job", main, f"reports/{board.MAIN}/report.html"))
-    built = _filled(project or output, reports, site_runs, history=history)
+    built = _filled(project or output, reports, site_runs)
     for name, folder in folders.items():
         built.add_folder(folder, f"{RUNS}/{name}")
     _write(built, output)
@@ -177,16 +173,14 @@ def _run_folders(runs: Sequence[Path]) -> dict[str, Path]:
     return folders
 
 
-def _filled(
-    root: Path, reports: Path | None, site_runs: Sequence[SiteRun], *, history: bool
-) -> Site:
+def _filled(root: Path, reports: Path | None, site_runs: Sequence[SiteRun]) -> Site:
     defects = board.defect_pages(known_defects(), reports)
     committed = {title: file for title, file in COMMITTED if reports and (root / file).is_file()}
     pages = {title: _address(file) for title, file in committed.items()}
-    pages = {"Start": START, **pages, "Defects": DEFECTS, "History": HISTORY}
-    parts = [*release_parts(reports), *run_parts(site_runs, history=history)]
+    pages = {"Start": START, **pages, "Defects": DEFECTS, "What moved": MOVED}
+    parts = [*release_parts(reports), *run_parts(site_runs)]
     texts = {
-        f"history/{picture.name}.svg": picture.svg for part in parts for picture in part.pictures
+        f"moved/{picture.name}.svg": picture.svg for part in parts for picture in part.pictures
     }
     for page in defects:
         folder = page.address.rpartition("/")[0]
@@ -204,9 +198,7 @@ def _filled(
     named = {entry.name: page.address for page in defects for entry in page.entries}
     built = Site(root, tuple(pages.items()), planned, scripts, texts, named)
     built.add_template(START, "board.md.j2", **_start(site_runs, reports, defects))
-    built.add_template(
-        HISTORY, "history.md.j2", "History: what moved, and when", parts_of_history=parts
-    )
+    built.add_template(MOVED, "moved.md.j2", "What moved, and when", parts=parts)
     for page in defects:
         built.add_template(page.address, "defect.md.j2", page.title, defect=page, index=DEFECTS)
     for file in committed.values():
@@ -282,15 +274,11 @@ def _write(built: Site, output: Path) -> None:
 
 
 MOST_FIGURES = 6
-"""Quantities whose history is drawn, of those that moved last."""
+"""Quantities that are drawn over time, of those that moved last."""
 
 MOST_STEPS = 100
 """Moves of one step that a page lists; the tables beside the pages have all."""
 
-MOST_MEASURED = 200_000
-"""Values of the history that are looked through, the newest."""
-
-LEVELS = ("quick", "full")
 SAME_RUN = ("name", "kind", "unit", "engine", "level")
 """What values of one series have in common."""
 
@@ -299,8 +287,8 @@ TITLES = {RELEASES: "Incline and tower, by release", CONTACTS: "Contacts, by rel
 
 
 @dataclass(frozen=True)
-class HistoryPart:
-    """A part of the history: what was compared, what moved at each step, and figures of it."""
+class MovedPart:
+    """A part of the page of what moved: what was compared, each step, and figures of it."""
 
     place: str
     title: str
@@ -309,7 +297,7 @@ class HistoryPart:
     pictures: tuple[Picture, ...] = ()
 
 
-def release_parts(reports: Path | None) -> Iterator[HistoryPart]:
+def release_parts(reports: Path | None) -> Iterator[MovedPart]:
     """Yield what moved from release to release, for each committed report of releases."""
     for name, title in TITLES.items():
         rows = read_table(reports / name / "results.csv") if reports else []
@@ -323,7 +311,7 @@ def release_parts(reports: Path | None) -> Iterator[HistoryPart]:
                 f"{', '.join(releases)}, each against the release before it. "
             )
             place = title.split(",")[0].lower().replace(" ", "-")
-            yield HistoryPart(place, title, sentence + _counted(moves), tuple(_boards(moves)))
+            yield MovedPart(place, title, sentence + _counted(moves), tuple(_boards(moves)))
 
 
 def _of_release(row: dict[str, str]) -> RunPoint:
@@ -332,25 +320,21 @@ def _of_release(row: dict[str, str]) -> RunPoint:
     return RunPoint((row["case"], row["quantity"]), row["release"], value, float(row["tolerance"]))
 
 
-def run_parts(runs: Sequence[SiteRun], *, history: bool) -> Iterator[HistoryPart]:
-    """Yield what moved over the runs of a site, with ``history`` over those of this machine too."""
+def run_parts(runs: Sequence[SiteRun]) -> Iterator[MovedPart]:
+    """Yield what moved over the runs of a site."""
     rows = [row for run in runs for row in _rows_of(run)]
-    if history:
-        kept = recorded_history(quantity="*", command="verify", limit=MOST_MEASURED).rows
-        rows += [_recorded(row) for row in kept if not row["cached"]]
-    # two runs of one millisecond are in the order of their numbers
-    rows.sort(key=lambda row: (row["started"], row.get("run", 0)))
+    rows.sort(key=lambda row: row["started"])
     names = list(dict.fromkeys(row["label"] for row in rows))
     if len(names) < 2:
-        several = "two runs or more, or --history" if len(names) else "a run"
-        yield HistoryPart("runs", "From run to run", f"Nothing to compare: it takes {several}.")
+        several = "two runs or more" if len(names) else "a run"
+        yield MovedPart("runs", "From run to run", f"Nothing to compare: it takes {several}.")
         return
     moves = steps(_point(row) for row in rows)
     first, last = rows[0]["started"][:10], rows[-1]["started"][:10]
     sentence = f"{len(names)} runs from {first} to {last}, each against the one before it with the "
     sentence += f"same engine and level. {_counted(moves)}"
     drawn = tuple(_drawn(moves, rows))
-    yield HistoryPart("runs", "From run to run", sentence, tuple(_boards(moves)), drawn)
+    yield MovedPart("runs", "From run to run", sentence, tuple(_boards(moves)), drawn)
 
 
 def _rows_of(run: SiteRun) -> Iterator[dict[str, Any]]:
@@ -365,9 +349,7 @@ def _rows_of(run: SiteRun) -> Iterator[dict[str, Any]]:
         "harness_version": results.harness_version,
         "platform": results.platform,
         "level": results.level,
-        "cached": False,
     }
-    # names as the history has them
     for (name, kind, _), before, check in numbered(results.checks, _name_of):
         identity = {"name": f"{name} ({before + 1})" if before else name, "kind": str(kind)}
         yield {**common, **check.to_json(), **identity, "verdict": str(check.verdict)}
@@ -377,25 +359,12 @@ def _name_of(check: Check) -> tuple[str, Kind, str]:
     return check.name, check.kind, check.unit
 
 
-def _recorded(row: dict[str, Any]) -> dict[str, Any]:
-    level = next((name for name in LEVELS if f"--{name}" in row["options"].split()), "default")
-    label = f"run {row['run']}, {row['started'][:16].replace('T', ' ')}"
-    numbers = ("value", "uncertainty", "expected", "tolerance")
-    return {
-        **row,
-        **{n: math.nan for n in numbers if row[n] is None},
-        "level": level,
-        "label": label,
-    }
-
-
 def _point(row: dict[str, Any]) -> RunPoint:
     value = Row(row["name"], row["value"], row["uncertainty"], row["unit"], row["expected"])
     facts = (
         ("release", row["engine_version"]),
         ("run as", row["how"]),
         ("harness", row["harness_version"]),
-        ("commit", row.get("harness_commit", "")),
         ("platform", row["platform"]),
     )
     series = tuple(row[name] for name in SAME_RUN)
@@ -440,7 +409,7 @@ def _row(step: Step) -> tuple[Any, ...]:
 def _drawn(moves: Sequence[Step], rows: Sequence[dict[str, Any]]) -> Iterator[Picture]:
     import pandas as pd
 
-    from harness.report.figures import quantity_history
+    from harness.report.figures import trend
 
     series = list(dict.fromkeys(step.after.series for step in reversed(moves)))[:MOST_FIGURES]
     for n, key in enumerate(series, 1):
@@ -449,7 +418,7 @@ def _drawn(moves: Sequence[Step], rows: Sequence[dict[str, Any]]) -> Iterator[Pi
             name = str(of_series[0]["name"])
             frame = pd.DataFrame(of_series)
             frame["started"] = pd.to_datetime(frame["started"], utc=True, format="ISO8601")
-            draw = partial(quantity_history, frame, "date")
+            draw = partial(trend, frame)
             yield picture(
                 f"moved-{n}", name, "Each run, with the tolerance that it was held to.", draw
             )

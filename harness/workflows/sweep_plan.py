@@ -30,7 +30,6 @@ from harness.store.baseline import bounded_text
 from harness.workflows.case_runs import (
     NO_RULES,
     PRESET,
-    engine_for,
     is_solver,
     parameters_in,
     parameters_of,
@@ -241,16 +240,6 @@ def plan(request: SweepRequest) -> SweepPlan:
         every = f" (so are all {len(refused)} points)" if len(refused) > 1 else ""
         raise RequestError(f"--over {where}: {refused[0].reason}{every}")
     return SweepPlan(request, case, engines, tuple(points), refused)
-
-
-def plan_of_run(
-    name: str, settings: Mapping[str, str], engine: str | None, quantities: Sequence[str] = ()
-) -> SweepPlan:
-    """Return one run as a sweep over nothing; raise RequestError as :func:`plan` does."""
-    case = get_case(name).measuring(quantities)
-    point = SweepPoint({}, parameters_of(case, settings))
-    request = SweepRequest(name, {}, settings)
-    return SweepPlan(request, case, (engine_for(case, engine),), (point,))
 
 
 def _parameters(case: Case[Any], fixed: Mapping[str, str], swept: Mapping[str, str]) -> Parameters:

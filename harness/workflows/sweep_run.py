@@ -12,7 +12,7 @@ import inspect
 import json
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
@@ -504,52 +504,6 @@ def run_plan(
     return Sweep(
         chosen.case.name, tuple(rows()), over, quantities, chosen.request.quantity, missing, chosen
     )
-
-
-COST = (
-    "steps x particles x what a step of ten particles takes the engine (its traits), good to a "
-    "factor of three; kept_core_hours were measured"
-)
-"""How :func:`cost_of` estimates."""
-
-
-def cost_of(
-    chosen: SweepPlan, local: Local, on_cluster: Callable[[Work], Row] | None = None
-) -> list[Row]:
-    """Return what a sweep costs, a row for each engine; nothing is run.
-
-    ``kept`` runs are not made again; core hours [h] are of one core, expected of the others.
-    ``on_cluster`` returns further columns for these.
-    """
-    rows: list[Row] = []
-    for engine in chosen.engines:
-        work = Work(chosen.case, engine, [point.parameters for point in chosen.points])
-        known: dict[int, Ran] = {}
-        more: Row = {"problem": ""}
-        places = range(len(chosen.points))
-        try:
-            known = dict(local.lookup(work))
-            left = [place for place in places if place not in known]
-            if on_cluster and left:
-                to_run = replace(work, parameters=[work.parameters[place] for place in left])
-                more = on_cluster(to_run)
-        except EngineMissingError as error:
-            left, more = [*places], {"problem": str(error)}
-        kept = [ran for ran in known.values() if isinstance(ran, Measured | EngineUndecidedError)]
-        hours = [chosen.run_seconds(engine, chosen.points[place]) / 3600.0 for place in left]
-        rows.append(
-            {
-                "engine": engine,
-                "runs": len(places),
-                "kept": len(kept),
-                "kept_core_hours": sum(ran.seconds * (ran.ranks or 1) for ran in kept) / 3600.0,
-                "cannot": len(known) - len(kept) + len(chosen.refused),
-                "core_hours": sum(hours),
-                "longest_run_core_hours": max(hours, default=0.0),
-                **more,
-            }
-        )
-    return rows
 
 
 def _rows(chosen: SweepPlan, engine: str, ran: Mapping[int, Ran]) -> list[Row]:

@@ -1,14 +1,11 @@
-import io
 import json
 import os
-import re
 import resource
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
-from rich.console import Console
 
 COMMANDS = [
     "verify",
@@ -22,7 +19,6 @@ COMMANDS = [
     "study layers",
     "inputs",
     "engines",
-    "history",
     "reproduce",
     "releases",
     "baseline compare",
@@ -50,21 +46,6 @@ def test_every_command_has_help(command, name):
         assert f"<{kind}" not in said
     _, _, examples = said.partition("For example:")
     assert examples.count(f"dem-harness {name}") in (2, 3)
-
-
-@pytest.mark.parametrize("name", [*COMMANDS, "defect"])
-def test_help_has_the_words_of_each_option_and_no_holes_between_them(name):
-    from harness.cli.command import app
-
-    words = name.replace("study layers", "study").split()
-    console = Console(width=2000, file=io.StringIO())  # each text in a line of its own
-    app.help_print(words, console=console)
-    said = console.file.getvalue()
-    for word in words:
-        app = app[word]
-    for argument in app.assemble_argument_collection(parse_docstring=True):
-        assert " ".join((argument.parameter.help or "").replace("`", "").split()) in said
-    assert not re.search(r"\[default: [^]]*\] \[default: ", said)
 
 
 def test_help_imports_nothing_heavy():
@@ -97,18 +78,6 @@ def test_ctrl_c_while_the_command_line_is_imported_is_status_130():
     assert (done.returncode, done.stdout, done.stderr) == (130, "", "")
 
 
-def test_ctrl_c_in_the_first_lines_of_main_is_status_130():
-    script = (
-        "import harness.cli\n"
-        "def pressed(): raise KeyboardInterrupt\n"
-        "harness.cli._open_streams = pressed\n"
-        "harness.cli.main()"
-    )
-    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True)
-    assert done.returncode == 130
-    assert done.stderr == "dem-harness: interrupted; nothing half-written is left\n"
-
-
 def test_an_unknown_command_or_option_is_status_2_and_says_where_the_help_is(command):
     command("no-such-command", status=2)
     said = command("theory", "--no-such-option", status=2).err
@@ -123,8 +92,6 @@ def test_an_unknown_command_or_option_is_status_2_and_says_where_the_help_is(com
         ("theory", "--shock", "2"),
         ("theory", "--shock", "x"),
         ("tower", "--height", "0"),
-        ("history", "--since", "0001-01-01"),
-        ("history", "--since", "9999-12-31T23:59:59-14:00"),
         ("run", "nothing"),
         ("run", "drop", "--set", "x=1"),
         ("run", "drop", "--set", "x"),
@@ -197,17 +164,12 @@ def test_a_reader_that_has_seen_enough_is_no_error():
     assert (process.returncode, said) == (0, [])
 
 
-def test_a_stream_or_an_argument_that_is_not_utf8_costs_a_question_mark(home):
+def test_a_stream_or_an_argument_that_is_not_utf8_costs_a_question_mark():
     plain = {**os.environ, "PYTHONIOENCODING": "ascii", "PYTHONUTF8": "0"}
     for words in (["theory", "--shock", b"\xff"], ["tower", "--law", b"\xff\xfe"]):
         done = subprocess.run([*PROGRAM, *words], capture_output=True, env=plain, check=False)
         assert done.returncode == 2
         assert b"Traceback" not in done.stderr
-    done = subprocess.run(
-        [*PROGRAM, "history", "--engine", b"\xff", "--json"], capture_output=True, check=False
-    )
-    assert done.returncode == 0, done.stderr
-    assert list(home.iterdir()) == []
 
 
 def test_a_working_directory_that_is_gone_is_said(tmp_path):

@@ -74,9 +74,6 @@ def test_what_was_verified_is_handed_out_again_and_said_to_be_so(kept):
     assert _files(kept.folder / "again") == _files(kept.folder / "first")
     said = kept.run("verify", "--quick", "--output", "printed").stdout
     assert f"from the cache: measured {kept.first['started']}" in said
-    runs = json.loads(kept.run("history", "--json").stdout)["runs"]
-    assert [run["cached"] for run in reversed(runs)][:2] == [False, True]
-    assert {run["judged"] for run in runs} == {runs[0]["judged"]}
 
 
 @pytest.mark.slow

@@ -58,11 +58,3 @@ def test_quantities_of_several_runs_are_listed_with_their_own_parameters(name, c
     said = command("cases", name).out
     for word in ("critical_angle_deg", "uncertainty_deg", "tolerance", "passage, steady"):
         assert word in said
-
-
-@pytest.mark.parametrize("name", all_cases())
-def test_every_case_says_what_its_verification_costs(name, command):
-    cost = all_cases()[name].verification.cost
-    assert set(cost) >= {"quick", "default"}
-    assert min(cost.values()) > 0.0
-    assert f"verify: {cost['quick']:.0f} s quick" in command("cases", name).out

@@ -3,7 +3,6 @@
 import json
 import os
 import re
-import shutil
 import signal
 import subprocess
 import sys
@@ -23,14 +22,14 @@ from harness.cases.incline.system import Incline
 from harness.cases.registry import all_cases
 from harness.cases.tower.case import tower_seconds
 from harness.cli.engine_options import CostOptions
-from harness.engines.border import MOST_SECONDS, OWN_SECONDS, engine_seconds, refuse_endless
+from harness.engines.border import MOST_SECONDS, engine_seconds, refuse_endless
 from harness.engines.reference import Reference
 from harness.engines.registry import ENGINES, engine_class
 from harness.errors import RequestError
 from harness.parameters.tower import Tower
+from harness.workflows.estimate import OTHER_SECONDS, SECONDS_BY_LEVEL, verification_seconds
 
 ENDLESS = [
-    ("impulse", "--heights", "10000"),
     ("impulse", "--heights", "1-10000"),
     ("critical-angle", "--stiffness", "1e308"),
     ("critical-angle", "--stiffness", "1e308", "--engine", "reference"),
@@ -39,7 +38,9 @@ ENDLESS = [
     ("critical-angle", "--method", "steady", "--wells", "10000", "--stiffness", "1e11"),
     ("tower", "--height", "10000000"),
     ("tower", "--duration", "1e7"),
-    ("tower", "--height", "1000", "--duration", "3000", "--solver", "exact"),
+    ("tower", "--height", "1000", "--duration", "30000", "--solver", "exact"),
+    ("verify", "--cases", "penetration"),
+    ("verify", "--full", "--cases", "all"),
     ("tower", "--height", "1000000", "--law", "overlap", "--solver", "lammps"),
     ("run", "incline", "--set", "stiffness=1e300"),
     ("run", "drop", "--set", "steps_per_contact=1e5", "--set", "duration=1e4"),
@@ -81,12 +82,12 @@ def test_force_runs_it_all_the_same(answer):
 
 def test_a_long_run_is_said_beforehand(capsys):
     cost = CostOptions()
-    cost.agree(5.0, "it")
+    cost.agree(50.0, "it")
     assert capsys.readouterr().err == ""
-    cost.agree(90.0, "it", OWN_SECONDS)
+    cost.agree(90.0, "it")
     assert capsys.readouterr().err == "dem-harness: it: an estimated 1.5 minutes on one core\n"
-    with pytest.raises(RequestError, match=r"it would take .* 3 minutes .* 2 minutes are the lim"):
-        cost.agree(180.0, "it", OWN_SECONDS)
+    with pytest.raises(RequestError, match=r"it would take .* 15 minutes .* 10 minutes are the"):
+        cost.agree(900.0, "it")
     CostOptions(force=True).agree(1e9, "it")
     assert "31.7 years" in capsys.readouterr().err
 
@@ -190,9 +191,7 @@ def test_ctrl_c_is_heard_within_two_seconds_in_compiled_loops(harness, tmp_path,
             begun.kill()  # one that did not hear it would go on for hours
     # the machine may be shared: its scheduler is no part of what is measured
     assert time.monotonic() - sent < 4.0
-    stated, ended = said.splitlines()
-    assert "an estimated" in stated
-    assert (begun.returncode, "interrupted" in ended) == (130, True)
+    assert (begun.returncode, "interrupted" in said.splitlines()[-1]) == (130, True)
 
 
 def test_an_error_before_the_work_is_an_object_with_json(answer):
@@ -201,55 +200,8 @@ def test_an_error_before_the_work_is_an_object_with_json(answer):
     assert "would take" in found["error"]
 
 
-CLUSTER = ("--executor", "slurm", "--ranks", "4")
-ON_CLUSTER = {"ranks", "jobs", "longest_run_hours"}
-
-
-def test_cost_of_a_sweep_counts_what_is_kept_and_runs_nothing(answer, tmp_path):
-    words = ("sweep", "incline", "--engines", "reference", "--over")
-    assert answer(*words, "angle=9,10", "--output", "mine")["done"] == 2
-    before = {path.name for path in tmp_path.iterdir()}
-    (row,) = answer(*words, "angle=9,10,11,12", "--cost")["rows"]
-    assert (row["runs"], row["kept"], row["cannot"]) == (4, 2, 0)
-    assert row["core_hours"] == pytest.approx(2 * row["longest_run_core_hours"], rel=0.1)
-    assert row["kept_core_hours"] > 0.0
-    assert not ON_CLUSTER & row.keys()
-    assert answer(*words, "angle=9,10,11,12", "--cost")["rows"] == [row]  # none was run
-    assert {path.name for path in tmp_path.iterdir()} == before
-    (fresh,) = answer(*words, "angle=9,10,11,12", "--cost", "--fresh")["rows"]
-    assert fresh["core_hours"] == pytest.approx(2 * row["core_hours"], rel=0.1)
-
-
-def test_cost_on_a_cluster_is_told_without_one(answer, monkeypatch, tmp_path, lammps_here):  # noqa: ARG001
-    """The published silo: hours of ranks, jobs that end it, and why a shorter job cannot."""
-    (tmp_path / "bin").mkdir()
-    (tmp_path / "bin" / "ldd").symlink_to(shutil.which("ldd"))  # LAMMPS is known by its libraries
-    monkeypatch.setenv("PATH", f"{Path(sys.executable).parent}:{tmp_path / 'bin'}")
-    words = ("sweep", "silo", "--set", "preset=published", "--over", "seed=1,2", "--cost", *CLUSTER)
-    (day,) = answer(*words, "--time", "1440")["rows"]
-    assert (day["ranks"], day["jobs"], day["problem"]) == (4, 2, "")
-    assert day["longest_run_hours"] == pytest.approx(day["longest_run_core_hours"] / 2)
-    (hour,) = answer(*words, "--time", "60")["rows"]  # it goes on from restart files
-    assert hour["jobs"] >= day["longest_run_hours"] * 2
-    assert answer(*words, "--time", "60", "--fresh")["rows"] == [hour]
-    (short,) = answer(*words, "--time", "1")["rows"]
-    assert short["jobs"] is None
-    assert "between two restart files" in short["problem"]
-
-
-def test_cost_of_a_run_is_that_of_its_case(answer, command, lammps_here):  # noqa: ARG001
-    """What is refused without --force is told with --cost."""
-    (row,) = answer("run", "drum", "--set", "preset=published", "--cost")["rows"]
-    drum = all_cases()["drum"]
-    seconds = drum.seconds(drum.presets[PUBLISHED], engine_class("lammps").traits)
-    assert row["core_hours"] == pytest.approx(seconds / 3600.0)
-    said = command("run", "tower", "--engine", "nope", "--cost", status=2).err
-    assert "--engine 'nope' is not known" in said
-    assert "model: steps x particles" in command("run", "tower", "--engine", "exact", "--cost").out
-
-
-def test_an_engine_that_is_not_here_has_a_cost_and_the_reason(answer, monkeypatch):
-    monkeypatch.setenv("PATH", "")
-    (row,) = answer("sweep", "silo", "--over", "seed=1,2", "--engines", "yade", "--cost")["rows"]
-    assert row["core_hours"] > 0.0
-    assert "yade" in row["problem"]
+def test_the_estimate_of_a_verification_names_cases_there_are():
+    assert set(SECONDS_BY_LEVEL) <= set(all_cases())
+    assert all(list(seconds) == sorted(seconds) for seconds in SECONDS_BY_LEVEL.values())
+    assert verification_seconds(["incline", "tower"], "default") == 32.0
+    assert verification_seconds(["drag"], "full", engines=3) == 3 * OTHER_SECONDS

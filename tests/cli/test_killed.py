@@ -1,14 +1,11 @@
-"""kill -9 at random moments of ``verify``: nothing is lost, nothing half-written."""
+"""kill -9 of ``verify``: its folder is whole or not there, and the next run completes it."""
 
 import json
 import os
-import random
 import signal
-import sqlite3
 import subprocess
 import sys
 import time
-from contextlib import closing
 
 import pytest
 
@@ -17,11 +14,8 @@ from harness.store.entries import Entries
 
 pytestmark = [pytest.mark.live, pytest.mark.slow]
 
-MOMENTS = 10
 CASES = "incline,drop"
 """Two cases are enough: what is kept of a run is written in the same way in all of them."""
-
-SEED = 6
 
 
 def _start(folder, home, output):
@@ -64,12 +58,11 @@ def _entries_are_whole(cache):
     return len(keys)
 
 
-@pytest.mark.parametrize("moment", range(MOMENTS))
-def test_the_run_after_a_kill_completes(undisturbed, moment, tmp_path, home):
+@pytest.mark.parametrize("part", [0.3, 0.6, 0.9])
+def test_the_run_after_a_kill_completes(undisturbed, part, tmp_path, home):
     record, seconds = undisturbed
-    after = random.Random(SEED * MOMENTS + moment).uniform(0.0, seconds)
     killed = _start(tmp_path, home, "killed")
-    time.sleep(after)
+    time.sleep(part * seconds)
     killed.send_signal(signal.SIGKILL)
     killed.communicate(timeout=60)
     cache = home / "cache"
@@ -82,12 +75,6 @@ def test_the_run_after_a_kill_completes(undisturbed, moment, tmp_path, home):
     assert again["checks"] == record["checks"]
     assert not list(tmp_path.glob(f"{PREFIX}*"))
     made = again["engine_runs"]
-    print(f"killed after {after:.1f} s, {kept} entries kept; then {made} engine runs made")
     # of a verification that was done there is one entry more, its report
     whole = again["cached"] or kept > record["engine_runs"]
     assert made == (0 if whole else record["engine_runs"] - kept)
-    with closing(sqlite3.connect(home / "history.sqlite")) as database:
-        assert database.execute("PRAGMA integrity_check").fetchall() == [("ok",)]
-        statuses = database.execute("SELECT status FROM run ORDER BY id").fetchall()
-    assert statuses[-1] == (0,)
-    assert statuses[:-1] in ([], [(None,)], [(0,)])

@@ -5,11 +5,9 @@ import subprocess
 import sys
 import time
 
-import jsonschema
 import pytest
 
 from harness.cases.registry import all_cases
-from harness.cli.verify import VerifyOptions, _say_cost
 from harness.errors import RequestError
 
 pytestmark = pytest.mark.live
@@ -30,7 +28,6 @@ def test_quick(answer, tmp_path):
     assert not any(check["triage"] for check in against)
     on_disk = json.loads((tmp_path / "run" / "results.json").read_text())
     assert on_disk["checks"] == record["checks"]
-    jsonschema.validate(on_disk, json.loads((tmp_path / "run" / "results.schema.json").read_text()))
     assert set(record["scripts"]) == {p.name for p in (tmp_path / "run" / "scripts").iterdir()}
     for name in record["scripts"]:  # each script that ran left a log that names its command
         assert (
@@ -53,7 +50,8 @@ def test_requests_that_cannot_be_met(harness, tmp_path):
     assert "cannot be written" in harness("verify", "--output", "file/run", status=2).stderr
 
 
-def test_ctrl_c_leaves_nothing(tmp_path, home, answer):
+@pytest.mark.parametrize(("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_a_signal_leaves_nothing(tmp_path, home, number, status):
     process = subprocess.Popen(
         [sys.executable, "-m", "harness", "verify", "--output", "run"],
         cwd=tmp_path,
@@ -63,19 +61,17 @@ def test_ctrl_c_leaves_nothing(tmp_path, home, answer):
         start_new_session=True,
     )
     until = time.monotonic() + 60.0
-    while not (home / "history.sqlite").exists():
+    while not (home / "cache").exists():
         assert process.poll() is None
         assert time.monotonic() < until
         time.sleep(0.05)
     time.sleep(1.0)
-    os.killpg(process.pid, signal.SIGINT)
+    os.killpg(process.pid, number)
     _, said = process.communicate(timeout=30)
-    assert process.returncode == 130
-    assert "interrupted" in said
+    assert process.returncode == status
+    assert "nothing half-written is left" in said
     assert "Traceback" not in said
     assert list(tmp_path.iterdir()) == []
-    (run,) = answer("history")["runs"]
-    assert (run["status"], run["note"]) == (130, "interrupted")
 
 
 def test_a_lammps_that_dies_leaves_a_report_and_status_3(harness, tmp_path):
@@ -105,17 +101,6 @@ def test_an_unwritable_engine_option_leaves_no_folder(harness, tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_verify_says_what_each_case_costs(capsys):
-    cost = {name: all_cases()[name].verification.cost["quick"] for name in ("drop", "incline")}
-    _say_cost(VerifyOptions(quick=True, cases="drop,incline"), fresh=True)
-    said = " ".join(capsys.readouterr().err.split())
-    for name, seconds in cost.items():
-        assert f"{name} {seconds:.0f} s" in said
-    assert f"; {sum(cost.values()):.0f} s of CPU time in all" in said
-    _say_cost(VerifyOptions(quick=True, only="incline"), fresh=True)
-    assert "in all" not in capsys.readouterr().err  # a part of them, nobody knows which
-
-
 def test_long_runs_of_lammps_go_on_where_they_were_cut(command, monkeypatch):
     """Beside another main engine as well."""
     case = all_cases()["penetration"]
@@ -128,6 +113,6 @@ def test_long_runs_of_lammps_go_on_where_they_were_cut(command, monkeypatch):
         raise RequestError("enough")
 
     monkeypatch.setattr("harness.workflows.verify", verify)
-    command("verify", "--cases", "penetration", status=2)
+    command("verify", "--cases", "penetration", "--quick", status=2)
     command("verify", "--cases", "incline", "--engine", "reference", status=2)
     assert seen == [[True, False] * 2, [False, False, True, False]]

@@ -23,7 +23,6 @@ from harness.parameters.tower import Tower
 from harness.reproduction.claims import SOURCES, Ledger, untestable
 from harness.reproduction.run import Reproduction
 from harness.workflows.baseline import BaselineComparison
-from harness.workflows.history_search import HistoryAnswer
 from harness.workflows.sweep_run import Sweep
 
 PACKAGES = Provenance("toy", "1 Jan 2030", tuple(f"PACKAGE-{n}" for n in range(200)), how="made up")
@@ -61,20 +60,6 @@ def releases():
     return release_matrix("quick", "Linux", [column("1", 1.0), column("2", 1.1)], allowed, "TOY")
 
 
-def history(quantity):
-    run = {
-        "run": 1, "started": "2030-01-01T00:00:00+00:00", "finished": "2030-01-01T00:00:02+00:00",
-        "command": "verify", "options": "", "engine": "toy", "engine_version": "1", "how": "x",
-        "status": 0, "seconds": 2.0, "cached": False, "judged": 3, "failed": 1, "folder": "",
-        "harness_version": "0", "harness_commit": "", "platform": "", "note": "",
-    }  # fmt: skip
-    row = {
-        **run, "name": "angle", "kind": "analytic", "unit": "deg", "value": 10.2,
-        "uncertainty": 0.1, "expected": 10.3, "tolerance": 0.2, "verdict": "pass", "triage": "",
-    }  # fmt: skip
-    return HistoryAnswer("history.sqlite", (run,), (row,) if quantity else None)
-
-
 def reproduction():
     statement = next(source for source in SOURCES.values() if source.untestable)
     parts = dict.fromkeys(("figures", "motions", "findings"), None)
@@ -103,8 +88,6 @@ MADE = {
     "compare_with_baseline": lambda found: BaselineComparison(against_baseline(found), ()),
     "diff": lambda found: diff_runs(found.results, replace(found, seconds=2.0).results),
     "releases": lambda _: releases(),
-    "history": lambda _: history(quantity=False),
-    "history, quantity": lambda _: history(quantity=True),
     "reproduce": lambda _: reproduction(),
 }
 LONGER = {"run", "releases"}
@@ -146,13 +129,6 @@ def test_lists_are_tables(verb, monkeypatch):
     found = getattr(workflows, verb)()
     assert len(found.to_frame()) == len(found) > 0
     assert "<table" in found._repr_html_()
-
-
-def test_a_history_of_two_quantities_says_that_one_can_be_drawn():
-    found = history(quantity=True)
-    two = replace(found, quantities=(*found.quantities, {**found.quantities[0], "name": "other"}))
-    with pytest.raises(RequestError, match="2 quantities"):
-        two.plot()
 
 
 @pytest.mark.parametrize(

@@ -12,7 +12,6 @@ import pytest
 from harness.comparison.verdicts import Kind, Tolerance, judge
 from harness.errors import RequestError
 from harness.store.baseline import known_defects
-from harness.store.history import History, RunEnd, RunStart
 from harness.workflows import site
 from tests.published_run import RUN
 
@@ -21,7 +20,7 @@ LARGEST = 2_000_000
 
 MAIN_PAGES = (
     "index.html",
-    "history/index.html",
+    "moved/index.html",
     "reports/index.html",
     "reports/defects/index.html",
     "reports/defects/tsuji-restitution/index.html",
@@ -34,7 +33,7 @@ MAIN_PAGES = (
 FIRST = {
     ("index.html", 390),
     ("index.html", 1400),
-    ("history/index.html", 390),
+    ("moved/index.html", 390),
     ("reports/defects/tsuji-restitution/index.html", 1400),
 }
 PAGES = pytest.mark.parametrize(
@@ -179,28 +178,12 @@ def test_runs_join_the_site_and_the_step_at_which_a_value_moved_is_named(
     assert "Site" in (built.folder / "runs" / "run1" / "report.html").read_text()
     assert (built.folder / "runs" / "run1" / "scripts" / "a.in").is_file()
     assert "run3: Failed: 1 analytic" in (built.folder / "index.html").read_text()
-    history = (built.folder / "history" / "index.html").read_text()
-    assert "run2, 2030-01-02 00:00 → run3, 2030-01-03 00:00: 1 moved" in history
-    assert "run1, 2030-01-01 00:00 → run2" not in history
-    assert (built.folder / "history" / "moved-1.svg").is_file()
+    moved = (built.folder / "moved" / "index.html").read_text()
+    assert "run2, 2030-01-02 00:00 → run3, 2030-01-03 00:00: 1 moved" in moved
+    assert "run1, 2030-01-01 00:00 → run2" not in moved
+    assert (built.folder / "moved" / "moved-1.svg").is_file()
     found = {page: Links((built.folder / page).read_text()) for page in built.pages}
     assert "runs/run1/report.html" in found["index.html"].links
-
-
-def test_what_this_machine_has_recorded_is_looked_through(nothing_committed, tmp_path, monkeypatch):
-    monkeypatch.setenv("DEM_HARNESS_HOME", str(tmp_path / "home"))
-    # of one millisecond: in the order of their numbers
-    monkeypatch.setattr("harness.store.history._now", lambda: "2026-11-24T00:00:00.000+00:00")
-    width = Tolerance("deg", 0.1, 0.0, "why")
-    with History(tmp_path / "home" / "history.sqlite") as history:
-        for number, value in enumerate((10.2, 10.2, 10.5), 1):
-            run = history.begin(RunStart("verify", ["--quick"], str(number), "commit", "here"))
-            rows = [judge("angle", Kind.ANALYTIC, value, 10.2, width)]
-            history.finish(run, RunEnd(0, 1.0, engine="toy"), rows)
-    built = site(tmp_path / "site", history=True, project=nothing_committed)
-    page = (built.folder / "history" / "index.html").read_text()
-    assert "1 move." in page
-    assert "harness: 2 → 3." in page
 
 
 def test_runs_of_one_name_stand_beside_one_another(nothing_committed, tmp_path):
