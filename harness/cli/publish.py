@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
-from harness.cli.command import Folder, Json, options
+from harness.cli.command import Folder, Json, Name, options
 from harness.cli.engine_options import EngineOptions
 from harness.cli.files import (
     output_folder,
@@ -161,32 +161,62 @@ def site(*runs: Path, output: Path = DEFAULT, json: Json = False) -> int:
     return 0
 
 
-def inputs(*, folder: Path = Path("inputs"), check: bool = False, json: Json = False) -> int:
+@options()
+class InputsOptions:
+    """Which scripts are written, and where."""
+
+    folder: Annotated[Path | None, Parameter(metavar="DIR")] = None
+    """Where the LAMMPS scripts are. [default: inputs]"""
+    check: bool = False
+    """Write nothing; fail (status 1) when a LAMMPS script differs or is missing."""
+    engine: Name = None
+    """Write the scripts of this engine instead, into the folder of --output."""
+    output: Folder = None
+    """Folder for the scripts of --engine; must not hold anything yet."""
+
+    def check_together(self) -> None:
+        """Raise RequestError for options that do not go together."""
+        if self.engine is None and self.output is not None:
+            raise RequestError(f"--output {self.output}: needs --engine NAME")
+        if self.engine is not None and self.output is None:
+            raise RequestError(f"--engine {self.engine}: needs --output DIR")
+        if self.engine is not None and self.check:
+            raise RequestError(f"--engine {self.engine}: does not go with --check")
+        if self.engine is not None and self.folder is not None:
+            raise RequestError(f"--folder {self.folder}: does not go with --engine")
+
+
+def inputs(choice: InputsOptions = InputsOptions(), *, json: Json = False) -> int:
     """Write the generated LAMMPS scripts, or check that the written ones are up to date.
+
+    With --engine and --output it writes the scripts of any engine into a new folder. They run
+    with that engine alone.
 
     For example:
 
         dem-harness inputs --check
         dem-harness inputs --folder mine
-
-    Parameters
-    ----------
-    folder
-        Where the scripts are.
-    check
-        Write nothing; fail (status 1) when a script differs or is missing.
+        dem-harness inputs --engine yade --output scripts
     """
     from harness.workflows import engine_status as verb
     from harness.workflows import progress_bars
 
+    choice.check_together()
+    folder = choice.folder or Path("inputs")
+    written: list[Path] = []
+    outdated: dict[str, str] = {}
     with progress_bars("inputs", quiet=json):
-        written = [] if check else [str(path) for path in verb.inputs(folder)]
-        outdated = verb.outdated_inputs(folder) if check else {}
+        if choice.engine is not None and choice.output is not None:
+            written = verb.inputs(choice.output, choice.engine)
+        elif choice.check:
+            outdated = verb.outdated_inputs(folder)
+        else:
+            written = verb.inputs(folder)
     if json:
-        print_json({"up_to_date": not outdated, "outdated": outdated} if check
-                   else {"written": written})  # fmt: skip
-    elif not check:
-        print("\n".join(written))
+        print_json({"up_to_date": not outdated, "outdated": outdated} if choice.check
+                   else {"written": [str(path) for path in written]})  # fmt: skip
+    elif not choice.check:
+        print("\n".join(map(str, written)))
     else:
         print("\n".join(f"{folder / name}: {difference}" for name, difference in outdated.items())
               or f"{folder}: every script is what would be written")  # fmt: skip

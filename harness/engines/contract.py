@@ -377,7 +377,7 @@ class Engine(ABC):
 
     @classmethod
     def inputs(cls, templates: Iterable[Template]) -> dict[str, str]:  # noqa: ARG003
-        """Return the generated input files of templates, by their names below ``inputs``."""
+        """Return the generated input files of templates, by their names."""
         return {}
 
     def logs(self) -> dict[str, str]:

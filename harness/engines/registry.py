@@ -16,7 +16,7 @@ from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 from typing import Any, Literal, get_args, get_origin, get_type_hints
 
-from harness.engines.contract import Engine, Template
+from harness.engines.contract import Engine
 from harness.engines.process import Limits
 from harness.engines.programs import find_program
 from harness.errors import RequestError
@@ -133,19 +133,6 @@ def fingerprint_of(name: str, options: Mapping[str, Any]) -> Mapping[str, Any] |
     except RequestError:
         other = {"how": "missing"}
     return None if other is None else {**identity, "twin": other}
-
-
-def input_files(templates: Iterable[Template], *engines: str) -> dict[str, str]:
-    """Return the generated inputs of templates, by their names below ``inputs``.
-
-    Of the engines that are named, or of all of this package.
-    """
-    some = list(templates)
-    return {
-        path: text
-        for name in engines or ENGINES
-        for path, text in engine_class(name).inputs(some).items()
-    }
 
 
 @cache

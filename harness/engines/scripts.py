@@ -190,15 +190,13 @@ class ScriptSource(Engine):
 
     ``renders_variants``: whether each variant of a template is a script of its own
     (``<template>-<variant>.<extension>``), or all run that of the main one with other values.
-    ``inputs_folder`` is where scripts are written below ``inputs``, the engine's name unless
-    given. ``unused_values`` are those that no script has a use for. A sampled job sets each of
-    the ``switches`` that its script declares. ``allowed`` is what variables of the engine's own
-    may be. ``jinja`` are options of Jinja's environment.
+    ``unused_values`` are those that no script has a use for. A sampled job sets each of the
+    ``switches`` that its script declares. ``allowed`` is what variables of the engine's own may
+    be. ``jinja`` are options of Jinja's environment.
     """
 
     extension: ClassVar[str] = "py"
     renders_variants: ClassVar[bool] = False
-    inputs_folder: ClassVar[str | None] = None
     unused_values: ClassVar[frozenset[str]] = frozenset()
     switches: ClassVar[Values] = {}
     allowed: ClassVar[Mapping[str, Allowed]] = {}
@@ -298,15 +296,14 @@ class ScriptSource(Engine):
 
     @classmethod
     def inputs(cls, templates: Iterable[Template]) -> dict[str, str]:
-        """Return the scripts of all variants that the engine renders, by names below ``inputs``."""
-        folder = cls.name if cls.inputs_folder is None else cls.inputs_folder
+        """Return the scripts of all variants that the engine renders, by their names."""
         texts = {}
         for template in templates:
             if cls.states(template):
                 variants = [template.main] if cls.takes_scene(template) else template.variants
                 for variant in variants:
                     script = cls.script(template, variant)
-                    texts[f"{folder}/{script.name}".lstrip("/")] = script.text
+                    texts[script.name] = script.text
         return texts
 
     def refuses(self, job: Job) -> str:

@@ -16,14 +16,14 @@ from harness.comparison.verification import DeclaredEngine
 from harness.engines.registry import (
     ALWAYS,
     DEFAULT,
+    ENGINES,
     engine_class,
     engine_names,
-    input_files,
     open_engine,
 )
 from harness.engines.traits import ContactModel, Traits
 from harness.errors import EngineError, RequestError, cannot_write
-from harness.files import held_folder
+from harness.files import check_folder, held_folder, whole_folder
 from harness.observables.provenance import Provenance
 from harness.shown import Listing, Record
 from harness.workflows.progress import Progress, silent
@@ -206,28 +206,53 @@ def _status(name: str, how: str, options: Mapping[str, Any]) -> EngineStatus:
     return EngineStatus(name, provenance.how or how, provenance, traits)
 
 
-def generated_inputs() -> dict[str, str]:
-    """Return the inputs of the cases and engines of this package, by their names."""
-    return input_files([get_case(name).template for name in built_in()])
+def generated_inputs(engine: str = DEFAULT) -> dict[str, str]:
+    """Return an engine's scripts of the cases of this package, by their names; it need not be here.
+
+    Raise RequestError for an unknown engine, and for one that runs without scripts.
+    """
+    templates = [get_case(name).template for name in built_in()]
+    texts = engine_class(engine).inputs(templates)
+    if not texts:
+        names = (name for name in ENGINES if engine_class(name).inputs(templates))
+        raise RequestError(
+            f"--engine {engine!r} runs without scripts: must be one of {', '.join(names)}"
+        )
+    return texts
 
 
-def inputs(folder: Path) -> list[Path]:
-    """Write every input into a folder, made if need be; return the files.
+def inputs(folder: Path, engine: str | None = None) -> list[Path]:
+    """Write the scripts of LAMMPS, or of the named engine, into a folder; return the files.
 
-    Each is written aside and renamed. Raise RequestError when the folder
+    Those of LAMMPS are each written aside and renamed, in a folder that may hold others. Those of
+    a named engine make a new folder, all of them or none. Raise RequestError for what
+    :func:`generated_inputs` refuses, for a new folder that holds something, and for one that
     cannot be written, FullDiskError where there is no space.
     """
+    if engine is not None:
+        return _new_inputs(folder, generated_inputs(engine))
     written = []
     try:
         folder.mkdir(parents=True, exist_ok=True)
         with held_folder(folder) as aside:
             for name, text in generated_inputs().items():
                 (aside / "input").write_text(text, encoding="utf-8")
-                (folder / name).parent.mkdir(parents=True, exist_ok=True)
                 written.append((aside / "input").replace(folder / name))
     except OSError as error:
         raise cannot_write(f"folder {folder} cannot be written", error) from None
     return written
+
+
+def _new_inputs(folder: Path, texts: Mapping[str, str]) -> list[Path]:
+    check_folder(folder)
+    try:
+        with whole_folder(folder) as aside:
+            for name, text in texts.items():
+                (aside / name).parent.mkdir(parents=True, exist_ok=True)
+                (aside / name).write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise cannot_write(f"--output {folder} cannot be written", error) from None
+    return [folder / name for name in texts]
 
 
 def outdated_inputs(folder: Path) -> dict[str, str]:

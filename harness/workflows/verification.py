@@ -540,13 +540,17 @@ class MainRun:
         """Return the inputs that ran, by name."""
         templates_by_name: dict[str, str] = {}
         if self.engine is not None:
-            templates_by_name |= self.engine.inputs([get_case(name).template for name in self.main])
+            templates = [get_case(name).template for name in self.main]
+            folder = "" if self.engine.name == DEFAULT else f"{self.engine.name}/"
+            texts = self.engine.inputs(templates)
+            templates_by_name |= {folder + path: text for path, text in texts.items()}
         for name, by_case in others.findings.items():
             if name in others.kinds:
                 templates = [get_case(case).template for case in by_case]
                 # one that fails to render left its row
                 with suppress(EngineError):
-                    templates_by_name |= others.kinds[name].inputs(templates)
+                    texts = others.kinds[name].inputs(templates)
+                    templates_by_name |= {f"{name}/{path}": text for path, text in texts.items()}
         return templates_by_name
 
 

@@ -1,20 +1,28 @@
-from contextlib import contextmanager
+import ast
 from pathlib import Path
 
 import pytest
 
-from harness.cli.publish import inputs
 from harness.workflows.engine_status import generated_inputs
 
 COMMITTED = Path(__file__).parents[2] / "inputs"
+SCRIPTS = {
+    "lammps": "incline-source.in",
+    "liggghts": "silo.in",
+    "yade": "silo.py",
+    "kratos": "silo.py",
+    "mfix": "tower/mfix.dat",
+}
+
+
+def files_in(folder):
+    return {str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file()}
 
 
 def test_what_is_written_passes_the_check(harness, tmp_path):
     harness("inputs", "--folder", "scripts")
     harness("inputs", "--folder", "scripts", "--check")
-    folder = tmp_path / "scripts"
-    written = {str(p.relative_to(folder)) for p in folder.rglob("*") if p.is_file()}
-    assert written == set(generated_inputs())
+    assert files_in(tmp_path / "scripts") == set(generated_inputs())
 
 
 def test_the_committed_ones_are_up_to_date(harness):
@@ -32,21 +40,37 @@ def test_a_changed_or_missing_script_fails_the_check(answer, tmp_path):
     assert record["outdated"][missing.name] == "is missing"
 
 
-def test_bad_folders(harness, tmp_path):
+@pytest.mark.parametrize("engine", SCRIPTS)
+def test_the_scripts_of_an_engine_are_written_and_compile(answer, tmp_path, engine):
+    folder = tmp_path / "made" / "scripts"
+    written = answer("inputs", "--engine", engine, "--output", str(folder))["written"]
+    assert {str(Path(path).relative_to(folder)) for path in written} == files_in(folder)
+    assert SCRIPTS[engine] in files_in(folder)
+    for script in folder.glob("*.py"):
+        compile(script.read_text(), script.name, "exec", ast.PyCF_ONLY_AST)
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        ("--folder none --check", "no such folder"),
+        ("--folder file", "cannot be written"),
+        ("--engine yade", "--engine yade: needs --output DIR"),
+        ("--output new", "--output new: needs --engine NAME"),
+        ("--engine yade --output new --check", "--engine yade: does not go with --check"),
+        ("--engine yade --output new --folder x", "--folder x: does not go with --engine"),
+        ("--engine yad --output new", "--engine 'yad' is not known: must be one of lammps, "),
+        ("--engine reference --output new", "'reference' runs without scripts: must be one of"),
+        ("--engine yade --output full", "--output full: holds something already"),
+        ("--engine yade --output file", "--output file: is a file"),
+        ("--engine yade --output /proc/new", "--output /proc/new: cannot be written"),
+    ],
+)
+def test_bad_options_are_named_and_nothing_is_written(harness, tmp_path, words, said):
+    (tmp_path / "full").mkdir()
+    (tmp_path / "full" / "kept").write_text("")
     (tmp_path / "file").write_text("")
-    assert "no such folder" in harness("inputs", "--folder", "none", "--check", status=2).stderr
-    assert "cannot be written" in harness("inputs", "--folder", "file", status=2).stderr
-
-
-@pytest.mark.parametrize("check", [False, True])
-def test_the_seconds_that_it_takes_are_counted_on_a_terminal(monkeypatch, tmp_path, check):
-    told = []
-
-    @contextmanager
-    def bars(title, *, quiet):
-        told.append((title, quiet))
-        yield
-
-    monkeypatch.setattr("harness.workflows.progress_bars", bars)
-    inputs(folder=tmp_path, check=check)
-    assert told == [("inputs", False)]
+    before = files_in(tmp_path)
+    assert said in harness("inputs", *words.split(), status=2).stderr
+    assert files_in(tmp_path) == before
+    assert not (tmp_path / "new").exists()

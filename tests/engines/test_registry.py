@@ -15,7 +15,6 @@ from harness.engines.registry import (
     chosen_options,
     engine_class,
     engine_names,
-    input_files,
     open_engine,
     refused_plugins,
 )
@@ -209,5 +208,5 @@ def test_a_class_is_an_engine_for_a_try(plugins, tmp_path, monkeypatch):
 def test_inputs_of_templates_need_no_engine_here():
     template = Template("drop", {"": {}})
     assert issubclass(engine_class("lammps"), Engine)
-    assert input_files([Template("no such case", {"": {}})], "lammps", "liggghts") == {}
+    assert Lammps.inputs([Template("no such case", {"": {}})]) == {}
     assert Lammps.states(template)

@@ -99,7 +99,6 @@ class Toy(ScriptedEngine):
 class Varied(Toy):
     name = "varied"
     renders_variants = True
-    inputs_folder = ""
 
 
 @pytest.fixture(autouse=True)
@@ -187,7 +186,7 @@ def test_a_value_that_the_script_cannot_be_told_is_refused_before_anything_runs(
 
 
 def test_variants_are_scripts_of_their_own_or_values_of_the_main_one(toy):
-    assert set(Toy.inputs([BALL])) == {"toy/ball.py"}
+    assert set(Toy.inputs([BALL])) == {"ball.py"}
     assert set(Varied.inputs([BALL])) == {"ball.py", "ball-big.py"}
     assert "made by dem-harness" in Varied.inputs([BALL])["ball-big.py"]
     assert ": big a big one\n" in Varied.script(BALL, "big").text

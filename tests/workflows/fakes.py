@@ -195,7 +195,7 @@ class Toy(Engine):
 
     @classmethod
     def inputs(cls, templates):
-        return {f"{cls.name}/{template.name}.in": "y = a x" for template in templates}
+        return {f"{template.name}.in": "y = a x" for template in templates}
 
     def logs(self):
         return {f"{self.name}/line.in": "multiplied"}

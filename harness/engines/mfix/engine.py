@@ -134,7 +134,7 @@ def _lines(rows: Iterable[Iterable[float]]) -> str:
 
 
 def input_files(templates: Iterable[Template]) -> dict[str, str]:
-    """Return an input of each template that has an example, by its name below ``inputs``.
+    """Return an input of each template that has an example, by its name.
 
     An example ``templates/<template>.toml`` says in which values it differs from the template's
     main variant with the contact of the recorded runs, and has a title.
@@ -148,7 +148,7 @@ def input_files(templates: Iterable[Template]) -> dict[str, str]:
             table = tomllib.loads(example.read_text(encoding="utf-8"))
             system = _example(template, table)
             written = system_files(system, table["title"])
-            files |= {f"mfix/{template.name}/{name}": text for name, text in written.items()}
+            files |= {f"{template.name}/{name}": text for name, text in written.items()}
     return files
 
 
@@ -160,7 +160,7 @@ def _contact_examples(template: Template) -> dict[str, str]:
             continue
         title = f"A contact with friction: {template.notes[variant]}"
         written = contact_files(ContactInput(values), title)
-        files |= {f"mfix/{template.name}-{variant}/{name}": t for name, t in written.items()}
+        files |= {f"{template.name}-{variant}/{name}": t for name, t in written.items()}
     return files
 
 
@@ -336,7 +336,7 @@ class Mfix(ProgramEngine):
 
     @classmethod
     def inputs(cls, templates: Iterable[Template]) -> dict[str, str]:
-        """Return the inputs of templates that have an example, by their names below ``inputs``."""
+        """Return the inputs of templates that have an example, by their names."""
         return input_files(templates)
 
     def progress(self, folder: Path) -> int:  # noqa: ARG002

@@ -13,7 +13,6 @@ from harness.cases.tower import system as tower
 from harness.engines.mfix.engine import Mfix, keyword_file, particle_file
 from harness.engines.mfix.system import LIFT, steps_per_contact
 
-INPUTS = Path(__file__).parents[3] / "inputs"
 RECORDED = Path(__file__).parent / "recorded"
 
 DIFFERS = {
@@ -107,9 +106,9 @@ def test_the_run_ends_with_its_last_step_rounded_up_in_single_precision(read_key
     assert steps == pytest.approx(system.steps - 0.5)
 
 
-def test_the_committed_inputs_are_a_folder_for_each_system_without_user_routines(read_keywords):
+def test_the_inputs_are_a_folder_for_each_system_without_user_routines(read_keywords):
     files = Mfix.inputs([incline.TEMPLATE, drop.TEMPLATE, tower.TEMPLATE])
-    assert {name.split("/")[1] for name in files} == {"incline", "drop", "tower"}
+    assert {name.split("/")[0] for name in files} == {"incline", "drop", "tower"}
     for name, text in files.items():
         if name.endswith("mfix.dat"):
             keys = read_keywords(text)
@@ -117,7 +116,6 @@ def test_the_committed_inputs_are_a_folder_for_each_system_without_user_routines
             for axis, index in (("X", "I"), ("Y", "J")):
                 cells = keys[f"DESGRIDSEARCH_{index}MAX"]
                 assert cells == 1 or keys[f"{axis}LENGTH"] / cells >= 2.4 * keys["D_P0(1)"]
-            assert text == (INPUTS / name).read_text(encoding="utf-8")
             particles = files[name.replace("mfix.dat", "particle_input.dat")].splitlines()
             assert keys["PARTICLES"] == len(particles)
             assert text.startswith("# ")
