@@ -86,10 +86,6 @@ class EngineOutputError(EngineError, kind="bad output"):
     """The engine ended without a complete, finite result."""
 
 
-class NotKeptError(HarnessError):
-    """A run that is not kept, of an engine that runs nothing."""
-
-
 class EngineUndecidedError(EngineOutputError, kind="undecided"):
     """A run that ended well without the event that it waits for: ``values`` were measured.
 

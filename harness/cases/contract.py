@@ -8,8 +8,7 @@ To add a case, subclass :class:`Case` in ``cases/<name>/case.py`` as ``CASE = My
 package of your own under the entry point ``dem_harness.cases``. ``quantities``, ``template``,
 ``job``, ``read`` and ``references`` are enough for ``run``, and with ``plans`` for a verification.
 What is more than plans lies in a class of its own: how the case is verified
-(:mod:`harness.cases.verification`), how it is shown (:mod:`harness.cases.display`), a question
-that many runs answer (:mod:`harness.cases.study`).
+(:mod:`harness.cases.verification`), how it is shown (:mod:`harness.cases.display`).
 
 A quantity that takes several runs for one value, such as a critical angle, is measured by a case of
 its own, which ``derived`` returns: it names what it ``varied``, and overrides ``measure``. ``run``
@@ -35,7 +34,6 @@ from harness.parameters.base import Parameters
 
 if TYPE_CHECKING:
     from harness.cases.display import Display
-    from harness.cases.study import CaseStudy
     from harness.cases.verification import Verification
 
 P = TypeVar("P", bound=Parameters)
@@ -171,10 +169,6 @@ class Case(ABC, Generic[P]):
             )
         return chosen[0] if chosen else self
 
-    def study(self) -> CaseStudy | None:
-        """Return the study that the case declares, None for one without."""
-        return None
-
     def source_of(self, preset: str) -> str:
         """Return where the values of a preset were published; empty for those of this package."""
         return "the source paper, arXiv 2409.13633" if preset == "source" else ""
@@ -204,13 +198,6 @@ class Case(ABC, Generic[P]):
     def seconds(self, parameters: P, rules: Traits | None, solver: str = "") -> float:
         """Return what a run is expected to take [s], in an engine of these rules or a solver."""
         return 0.0 if rules is None else job_seconds(self.job(parameters), rules)
-
-    def part_seconds(self, parameters: P, rules: Traits) -> float:
-        """Return the expected time of the longest part of a run between two restart files [s].
-
-        By default that of the whole run.
-        """
-        return self.seconds(parameters, rules)
 
     def measure(self, parameters: P, engine: Engine) -> Measured:
         """Run once in an engine and return what was measured.
@@ -264,7 +251,6 @@ class Case(ABC, Generic[P]):
 
 _MOVED = {
     "harness.cases.text": ("Words", "text_of", "tolerances_of"),
-    "harness.cases.study": ("Arm", "CaseStudy", "Conclusion", "EngineOf", "Row", "StudyCost"),
     "harness.cases.verification": (
         *("Once", "Part", "Progress", "Role", "Study", "asked", "failed_part", "places"),
         *("planned_in", "rows_of_parts", "silent"),

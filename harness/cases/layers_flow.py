@@ -15,7 +15,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from pydantic import Field
@@ -23,7 +23,6 @@ from scipy import stats
 
 from harness.cases.contract import Case, LevelName, Plan, Reference
 from harness.cases.display import Display
-from harness.cases.layers.averages import Mean, mean_of
 from harness.cases.layers.case import PACKED
 from harness.cases.layers.system import CONTACT_ALLOWED, Packing, values_of
 from harness.cases.text import tolerances_of
@@ -179,6 +178,13 @@ def _windowed(values: Floats) -> Floats:
     return np.convolve(values, kernel, mode="same")
 
 
+class Drift(NamedTuple):
+    """A relative change with the half width of its interval."""
+
+    value: float
+    half_width: float
+
+
 @dataclass(frozen=True)
 class Measurement:
     """What a flow left: blocks of equal length, each with its means and its slices.
@@ -222,7 +228,7 @@ class Measurement:
         return cls(case, blocks, Slices.of(case, output), *numbers)
 
     @property
-    def drift(self) -> Mean:
+    def drift(self) -> Drift:
         """Return how much the kinetic energy changes over the measurement, over its mean.
 
         By a straight line through the blocks; the interval holds it with :data:`CONFIDENT`. Where
@@ -242,7 +248,7 @@ class Measurement:
         quantile = float(stats.t.ppf(0.5 + CONFIDENT / 2, count - 2))
         half = quantile * float(line.stderr) * scale
         half *= math.sqrt((1.0 + goes_on) / (1.0 - goes_on))
-        return Mean(float(line.slope) * scale, half, count)
+        return Drift(float(line.slope) * scale, half)
 
     def profile(self) -> dict[str, Floats]:
         """Return the profile, each (slices,), with uncertainties by the scatter of the blocks."""
@@ -261,9 +267,9 @@ class Measurement:
         measured = [self._of_middle(self.slices.mean(block)) for block in range(len(self.blocks))]
         for name, value in self._of_middle(self.slices.mean()).items():
             values[name] = value
-            values[f"{name}_uncertainty"] = mean_of(
-                [block_values[name] for block_values in measured]
-            ).half_width
+            values[f"{name}_uncertainty"] = uncertainty_of(
+                [of_block[name] for of_block in measured]
+            )
         return values
 
     def _means(self) -> dict[str, float]:
@@ -286,11 +292,11 @@ class Measurement:
         )
         return {
             "mean_speed": float(speed.mean()),
-            "mean_speed_uncertainty": mean_of(speed).half_width,
+            "mean_speed_uncertainty": uncertainty_of(speed),
             "coordination": float(touching.mean()),
             "mean_height": float(height.mean()),
             "mu": float(along.sum() / -out.sum()),
-            "mu_uncertainty": mean_of(along / -out).half_width,
+            "mu_uncertainty": uncertainty_of(along / -out),
             "mu_of_contacts": shear / normal,
             "momentum_balance": float((along + gained).mean() / weight[0]),
             "weight_on_base": float(-out.mean() / weight[1]),
@@ -319,6 +325,11 @@ class Measurement:
 UNCERTAIN = ("solid_fraction", "velocity", "granular_temperature", "shear_rate", "normal_stress",
              "shear_stress", "mu", "inertial_number")  # fmt: skip
 OF_MIDDLE = ("solid_fraction", "granular_temperature", "normal_stress")
+
+
+def uncertainty_of(values: Sequence[float]) -> float:
+    """Return the half width of the 95 % interval of the mean of independent values."""
+    return _half_width(len(values)) * float(np.std(values, ddof=1))
 
 
 def _half_width(count: int) -> float:

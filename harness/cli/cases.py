@@ -13,6 +13,7 @@ from cyclopts import Parameter
 
 from harness.cli.command import File, Json, Name, Settings, options
 from harness.cli.engine_options import (
+    RUN_SECONDS,
     CostOptions,
     IntegratorOptions,
     WhereOptions,
@@ -192,7 +193,6 @@ def run(
     from harness.workflows import progress_bars
     from harness.workflows import run as run_case
     from harness.workflows.case_runs import check_film
-    from harness.workflows.study_run import RUN_SECONDS
     from harness.workflows.sweep_plan import names_in
 
     values = named_values(choice.settings or (), "--set")

@@ -149,7 +149,7 @@ app = App(
 
 COMMANDS = """
     verify:verify publish:reproduce incline:theory incline:critical_angle tower:tower tower:impulse
-    cases:cases cases:run sweep:sweep study:study publish:inputs cases:engines releases:releases
+    cases:cases cases:run sweep:sweep publish:inputs cases:engines releases:releases
     releases:upstream releases:defect baseline:diff publish:site cache:cache
     baseline:baseline
 """

@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     from harness.engines.contract import Engine
     from harness.store.entries import Entries
     from harness.workflows.progress import Progress
-    from harness.workflows.sweep_run import Local
 
 
 @options("Kept results")
@@ -179,16 +178,6 @@ class CostOptions:
             tell_stderr(f"{work}: an estimated {in_words(seconds)} on one core")
 
 
-def local_runs(options: IntegratorOptions) -> Local:
-    """Return what runs on this machine in the chosen engines, runs kept where there is a cache."""
-    from functools import partial
-
-    from harness.workflows.sweep_run import Local
-
-    opened = partial(options.open, integrator=options.integrator)
-    return Local(opened, options.entries(), options.fresh)
-
-
 @options("Engine")
 class EngineOptions(IntegratorOptions):
     """One engine of the user's choice."""
@@ -221,6 +210,10 @@ def runs_made(engine: Engine | None) -> dict[str, int]:
     if not isinstance(engine, CachedEngine):
         return {}
     return {"engine_runs": engine.ran, "engine_runs_from_cache": engine.read}
+
+
+RUN_SECONDS = 7200
+"""[s] that a single run may take with ``--force``."""
 
 
 OWN = ("rk4", "exact")

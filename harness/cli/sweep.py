@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import math
 import re
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -18,10 +17,8 @@ from harness.cli.command import options as grouped
 from harness.cli.engine_options import (
     CostOptions,
     IntegratorOptions,
-    local_runs,
     qualification,
     runs_made,
-    with_restarts,
 )
 from harness.cli.files import (
     Writer,
@@ -34,15 +31,11 @@ from harness.cli.files import (
 )
 from harness.errors import RequestError, cannot_write
 from harness.report.plain import one_line, write_csv
-from harness.workflows.slurm_queue import ExecutorOptions
-
-Executors = Annotated[ExecutorOptions, Parameter(name="*", group=panel("Where it runs"))]
 
 if TYPE_CHECKING:
     from harness.engines.contract import Engine
     from harness.observables.reference import Points
     from harness.workflows.progress import Progress
-    from harness.workflows.slurm import Slurm
     from harness.workflows.sweep_plan import SweepPlan, SweepRequest
     from harness.workflows.sweep_run import Row, Sweep
 
@@ -89,14 +82,10 @@ class SweepOptions(IntegratorOptions):
 
         target = self.target
         of_file = target.endswith(".toml")
-        base = request_in(Path(target)) if of_file else SweepRequest(target, {}, {})
-        more = {
-            "over": named_values(self.over or (), "--over"),
-            "fixed": named_values(self.settings or (), "--set"),
-            "engines": self.engines,
-            "quantity": self.quantity,
-        }
-        return with_options(base, more.items())
+        base = request_in(Path(target)) if of_file else SweepRequest(target, (), {})
+        over = named_values(self.over or (), "--over")
+        fixed = named_values(self.settings or (), "--set")
+        return with_options(base, over, fixed, self.engines, self.quantity)
 
     def points(self, chosen: SweepPlan) -> Points | None:
         """Return the measured points, if there are any; raise RequestError for a bad file."""
@@ -124,7 +113,6 @@ def sweep(
     target: str,
     /,
     options: SweepOptions = SweepOptions(),
-    where: Executors = ExecutorOptions(),
     limit: CostOptions = CostOptions(),
     *,
     json: Json = False,
@@ -140,8 +128,7 @@ def sweep(
         dem-harness sweep tower --over height=1,2,5:20:4 --engines exact,lammps --output mine
         dem-harness sweep oblique --set preset=kharaz --over angle=5:85:9 \
             --quantity rim_speed_ratio --reference measured.csv
-        dem-harness sweep silo --set preset=published --over seed=1:4:4 \
-            --executor slurm --ranks 16 --time 720
+        dem-harness sweep inputs/sweeps/step-and-stiffness.toml --output mine
 
     Parameters
     ----------
@@ -153,24 +140,12 @@ def sweep(
     options = replace(options, target=target)
     chosen = _planned(options)
     points = options.points(chosen)
-    settings = where.settings(here=True)
-    if settings is None:  # a cluster has limits of its own
-        limit.agree(chosen.seconds(), f"{chosen.runs} runs of case {chosen.case.name!r}")
+    limit.agree(chosen.seconds(), f"{chosen.runs} runs of case {chosen.case.name!r}")
     options.check_names(chosen.engines, "--engines")
-    # a job has a limit of its own
-    seconds = math.inf if settings is None else 60.0 * settings.minutes
-    options = with_restarts(options, chosen.engines, seconds)
-    # without SLURM nothing runs on ranks here, nor is kept of such runs
-    if options.mpirun is None and where.ranks > 1:
-        options = replace(options, mpirun=_launcher(options, chosen.engines, where.ranks))
     counts: dict[str, int] = {}
     with progress_bars("sweep", quiet=json) as progress, _folder(options, chosen.request) as folder:
         table = PartialTable(folder / ROWS)
-        if settings is None:
-            result, unqualified = _run(options, chosen, counts, progress, table)
-        else:
-            result = _run_on_cluster(options, chosen, settings, folder, progress, table)
-            unqualified = {}
+        result, unqualified = _run(options, chosen, counts, progress, table)
         ended = result.count("done") + result.count("undecided")
         failed = result.count("failed") or not ended or unqualified
         notes = _written(folder, result, points)
@@ -180,16 +155,6 @@ def sweep(
     else:
         _print(result, notes)
     return FAILED if failed else 0
-
-
-def _launcher(options: SweepOptions, engines: Sequence[str], ranks: int) -> str:
-    from harness.engines.registry import options_of
-    from harness.workflows.slurm_queue import launcher_for, launcher_of_engine
-
-    for name in engines:
-        if "launcher" in options_of(name):
-            return launcher_of_engine(name, options.opening(name, options.integrator), ranks)
-    return launcher_for(ranks, "")
 
 
 def _planned(options: SweepOptions) -> SweepPlan:
@@ -209,7 +174,7 @@ def _run(
     progress: Progress,
     table: PartialTable,
 ) -> tuple[Sweep, dict[str, str]]:
-    from harness.workflows.sweep_run import Local, run_plan
+    from harness.workflows.sweep_run import Runner, run_plan
 
     unqualified: dict[str, str] = {}
 
@@ -228,36 +193,8 @@ def _run(
             if reason:
                 unqualified[name] = reason
 
-    executor = Local(open_one, options.entries(), options.fresh)
-    return run_plan(chosen, executor, progress, table), unqualified
-
-
-def _run_on_cluster(
-    options: SweepOptions,
-    chosen: SweepPlan,
-    settings: ExecutorOptions,
-    folder: Path,
-    progress: Progress,
-    table: PartialTable,
-) -> Sweep:
-    from harness.workflows.sweep_run import run_plan
-
-    return run_plan(chosen, _on_cluster(options, settings, folder), progress, table)
-
-
-def _on_cluster(options: SweepOptions, settings: ExecutorOptions, folder: Path) -> Slurm:
-    """Return what runs under SLURM; engines are opened here to look up what is kept."""
-    from harness.files import cache_place
-    from harness.workflows.slurm import Slurm
-
-    local = local_runs(options)
-    return Slurm(
-        folder,
-        settings,
-        local,
-        lambda name: options.opening(name, options.integrator),
-        cache_place(options.cache).path if local.entries is not None else None,
-    )
+    runner = Runner(open_one, options.entries(), options.fresh)
+    return run_plan(chosen, runner, progress, table), unqualified
 
 
 @dataclass

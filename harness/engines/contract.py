@@ -366,11 +366,6 @@ class Engine(ABC):
         """Return when the restart file was left from which a run goes on [s]; 0 without one."""
         return 0.0
 
-    @classmethod
-    def srun_mpi(cls, **options: Any) -> str:  # noqa: ARG003
-        """Return what srun's --mpi must be for ranks of an engine opened so; empty: as it is."""
-        return ""
-
     def script_digest(self, job: Job) -> str:  # noqa: ARG002
         """Return a digest of the script that a job runs; empty where the engine takes scenes."""
         return ""

@@ -1,4 +1,4 @@
-"""Write reports into folders, complete or not at all: of runs, studies, differences, releases.
+"""Write reports into folders, complete or not at all: of runs, differences, releases.
 
 A folder is checked before anything is run: it must be new or empty, and writable. Everything is
 written aside and renamed at the end. Of a run there is more for CI: Markdown that fits a comment or
@@ -16,7 +16,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 from xml.etree import ElementTree as Xml
 
 from harness.comparison.releases import Column, ReleaseChange, ReleaseMatrix, ReleaseRow, untested
@@ -48,7 +48,7 @@ from harness.report.text import (
 from harness.shown import number
 
 if TYPE_CHECKING:
-    import pandas as pd
+    pass
 
 
 def write(
@@ -107,50 +107,6 @@ def _write_texts(folder: Path, texts: Mapping[str, str]) -> None:
     for name, text in texts.items():
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         (folder / name).write_text(text, encoding="utf-8", errors="replace")
-
-
-@dataclass(frozen=True)
-class Page:
-    """What opens the page: title, question, verdict, and facts on who ran it and how."""
-
-    title: str
-    question: str
-    verdict: tuple[str, ...]
-    facts: Mapping[str, str]
-
-
-def write_study(
-    page: Page,
-    sections: Sequence[Section],
-    record: Mapping[str, Any],
-    tables: Mapping[str, pd.DataFrame],
-    folder: Path,
-) -> None:
-    """Write report.html, report.md, study.json, a CSV of each table and the figures.
-
-    All aside first, then renamed. Raise RequestError for a folder that holds something.
-    """
-    check_folder(folder)
-    drawn = draw_sections(sections, png=True)
-    titled = [part for part in drawn if part.section.title]
-    first, *rest = page.verdict or ("Nothing was found.",)
-    values: dict[str, Any] = {
-        "page": page,
-        "first": first,
-        "rest": rest,
-        "opening": next((part for part in titled if part.pictures), None),
-        "parts_of_study": titled,
-    }
-    html = html_page("study.md.j2", page.title, **values)
-    markdown = markdown_page("study.md.j2", page.title, **values)
-    with whole_folder(folder) as aside:
-        aside.mkdir()
-        write_drawn(drawn, aside)
-        for name, table in tables.items():
-            write_csv(table, aside / name)
-        (aside / "study.json").write_text(json_text(record), encoding="utf-8")
-        (aside / "report.md").write_text(markdown, encoding="utf-8")
-        (aside / "report.html").write_text(html, encoding="utf-8")
 
 
 NUMERIC = ("before", "after", "moved by", "in tolerances", "in uncertainties")

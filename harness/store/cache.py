@@ -25,7 +25,7 @@ from harness.engines import process
 from harness.engines.contract import Engine, Job
 from harness.engines.output import Output
 from harness.engines.registry import DEFAULT, open_engine
-from harness.errors import EngineError, NotKeptError
+from harness.errors import EngineError
 from harness.files import KERNELS, cache_place
 from harness.observables.provenance import Provenance
 from harness.store.entries import (
@@ -138,20 +138,16 @@ class CachedEngine(Engine):
 
     An interrupted command so goes on where it stopped. ``fresh`` reads nothing
     and keeps all the same. ``ran`` and ``read`` count the runs. The wall time
-    in an output that was read is that of the run when it was made. ``runs`` False raises
-    NotKeptError in place of a run.
+    in an output that was read is that of the run when it was made.
     """
 
-    def __init__(
-        self, engine: Engine, entries: Entries, *, fresh: bool = False, runs: bool = True
-    ) -> None:
+    def __init__(self, engine: Engine, entries: Entries, *, fresh: bool = False) -> None:
         self.traits = engine.traits
         self.ran = 0
         self.read = 0
         self._engine = engine
         self._entries = entries
         self._fresh = fresh
-        self._runs = runs
         self._lock = threading.Lock()
 
     def __getattribute__(self, attribute: str) -> Any:
@@ -171,8 +167,6 @@ class CachedEngine(Engine):
         keys = [] if fingerprint is None else [run_key(self._engine, j, fingerprint) for j in jobs]
         results: dict[int, Output | EngineError] = dict(self._kept(keys))
         missing = [index for index in range(len(jobs)) if index not in results]
-        if missing and not self._runs:
-            raise NotKeptError(f"{self._engine.title}: {len(missing)} runs are not kept")
         outputs = self._engine.run([jobs[i] for i in missing]) if missing else []
         with self._lock:
             self.ran += len(outputs)
@@ -181,17 +175,6 @@ class CachedEngine(Engine):
             if keys and isinstance(output, Output):
                 self._entries.put(keys[index], pack_output(output, jobs[index].template.name))
         return [results[index] for index in range(len(jobs))]
-
-    def kept(self, jobs: Sequence[Job]) -> dict[int, Output]:
-        """Return the outputs that are kept, by the places of their jobs; nothing is run."""
-        fingerprint = self._engine.fingerprint()
-        if fingerprint is None:
-            return {}
-        return dict(self._kept(run_key(self._engine, job, fingerprint) for job in jobs))
-
-    def of_kept(self) -> CachedEngine:
-        """Return the engine as it reads what is kept, and raises NotKeptError for other runs."""
-        return CachedEngine(self._engine, self._entries, fresh=self._fresh, runs=False)
 
     def on_ranks(self, ranks: int) -> Engine:
         """Return the engine on so many MPI ranks, whose outputs are kept as well."""
@@ -220,7 +203,7 @@ class CachedEngine(Engine):
 _PASSED_ON = frozenset(
     (
         *("name", "title", "states", "refuses", "check", "fingerprint", "fingerprint_of"),
-        *("ready", "workers", "resumes", "resumed_at", "srun_mpi"),
+        *("ready", "workers", "resumes", "resumed_at"),
         *("twin", "twin_options", "script_digest", "inputs", "logs", "variations"),
     )
 )

@@ -21,7 +21,6 @@ _HOMES = {
     "harness.workflows.engine_status": "engines inputs outdated_inputs",
     "harness.workflows.progress": "progress_bars",
     "harness.workflows.static_site": "site",
-    "harness.workflows.study_run": "study",
     "harness.workflows.sweep_run": "sweep",
     "harness.workflows.verification": "sections verify",
 }
@@ -48,7 +47,6 @@ if TYPE_CHECKING:
     from harness.workflows.engine_status import engines, inputs, outdated_inputs
     from harness.workflows.progress import progress_bars
     from harness.workflows.static_site import site
-    from harness.workflows.study_run import study
     from harness.workflows.sweep_run import sweep
     from harness.workflows.verification import sections, verify
 
@@ -56,7 +54,7 @@ __all__ = [
     "accept_baseline", "case_details", "cases", "compare_with_baseline", "critical_angle",
     "critical_angles", "diff", "energy_scaling_angles", "engines", "extrapolated_critical_angle",
     "film", "film_section", "impulse_angles", "impulse_by_gamma", "impulse_table",
-    "inputs", "outdated_inputs", "progress_bars", "releases", "run", "sections", "site", "study",
+    "inputs", "outdated_inputs", "progress_bars", "releases", "run", "sections", "site",
     "sweep", "theory", "tower", "verify",
 ]  # fmt: skip
 

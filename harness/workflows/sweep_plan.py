@@ -105,18 +105,28 @@ LARGEST_FILE = 1_000_000
 KEYS = ("case", "engines", "quantity", "set", "over")
 
 
+Grid = Mapping[str, str]
+"""Values of parameters as text: all their combinations are run."""
+
+
 @dataclass(frozen=True)
 class SweepRequest:
-    """A sweep as it is asked for, texts as on the command line.
+    """A sweep as it is requested, with texts as on the command line.
 
-    ``quantity`` are the names of those that are to be measured and shown; the first is drawn.
+    ``grids`` are run one after the other, a combination that two of them share once. ``quantity``
+    names the quantities to measure and show; the first is drawn.
     """
 
     case: str
-    over: Mapping[str, str]
+    grids: tuple[Grid, ...]
     fixed: Mapping[str, str]
     engines: str = ""
     quantity: str = ""
+
+    @property
+    def over(self) -> tuple[str, ...]:
+        """Return the names of the swept parameters."""
+        return tuple(dict.fromkeys(name for grid in self.grids for name in grid))
 
 
 @dataclass(frozen=True)
@@ -175,7 +185,7 @@ def request_in(file: Path) -> SweepRequest:
     """Return the sweep of a TOML file; raise RequestError for one that is not sound.
 
     ``case`` is a name, ``engines`` and ``quantity`` may be left out, ``[set]`` and ``[over]`` are
-    tables of parameters.
+    tables of parameters. Several tables ``[[over]]`` are run one after the other.
     """
     try:
         return _request(file, tomllib.loads(bounded_text(file, LARGEST_FILE)))
@@ -194,19 +204,24 @@ def _request(file: Path, contents: Mapping[str, Any]) -> SweepRequest:
         if key not in KEYS:
             raise RequestError(f"{file}: {key!r} is not known: must be one of {', '.join(KEYS)}")
         table = key in ("set", "over")
-        if isinstance(value, Mapping) != table:
+        tables = value if key == "over" and isinstance(value, list) else [value]
+        if not all(isinstance(one, Mapping) == table for one in tables):
             form = f"a table [{key}]" if table else "a text or a list of texts"
             raise RequestError(f"{file}: {key}: must be {form}")
     if not isinstance(contents.get("case"), str):
         raise RequestError(f"{file}: case: must be given, the name of a case")
-    over, fixed = (flat(contents.get(key, {})) for key in ("over", "set"))
+    over = contents.get("over", [])
     return SweepRequest(
         contents["case"],
-        {name: as_text(values) for name, values in over.items()},
-        {name: as_text(value) for name, value in fixed.items()},
+        tuple(_texts(grid) for grid in (over if isinstance(over, list) else [over])),
+        _texts(contents.get("set", {})),
         as_text(contents.get("engines", "")),
         as_text(contents.get("quantity", "")),
     )
+
+
+def _texts(table: Mapping[str, Any]) -> Grid:
+    return {name: as_text(values) for name, values in flat(table).items()}
 
 
 def plan(request: SweepRequest) -> SweepPlan:
@@ -216,30 +231,52 @@ def plan(request: SweepRequest) -> SweepPlan:
     or a value that is not allowed by itself, and where every point is refused.
     """
     case = get_case(request.case).measuring(names_in(request.quantity))
-    if not request.over:
+    if not all(request.grids) or not request.over:
         raise RequestError("--over: must be given, a parameter with its values: NAME=VALUES")
     for name in request.over:
         if name in request.fixed:
             raise RequestError(
                 f"--over {name}: is set by --set {name}={request.fixed[name]} already"
             )
-    values = {name: values_of(name, text) for name, text in request.over.items()}
+    grids = [{name: values_of(name, text) for name, text in grid.items()} for grid in request.grids]
     engines = _engines(case, request.engines)
-    runs = math.prod(len(some) for some in values.values()) * len(engines)
+    runs = sum(math.prod(map(len, grid.values())) for grid in grids) * len(engines)
     if runs > MOST_VALUES:
         raise RequestError(f"--over: {runs} runs are asked for: must be at most {MOST_VALUES}")
-    points, refused = [], {}
-    for place, combination in enumerate(itertools.product(*values.values())):
-        swept = dict(zip(values, combination, strict=True))
-        try:
-            points.append(SweepPoint(swept, _parameters(case, request.fixed, swept)))
-        except CombinationError as error:
-            refused[place] = RefusedPoint(swept, {**request.fixed, **swept}, str(error))
+    points, refused = _points(case, request.fixed, grids)
     if not points:
         where = ", ".join(f"{name}={value}" for name, value in refused[0].swept.items())
         every = f" (so are all {len(refused)} points)" if len(refused) > 1 else ""
         raise RequestError(f"--over {where}: {refused[0].reason}{every}")
     return SweepPlan(request, case, engines, tuple(points), refused)
+
+
+def _points(
+    case: Case[Any], fixed: Mapping[str, str], grids: Iterable[Mapping[str, Sequence[str]]]
+) -> tuple[list[SweepPoint], dict[int, RefusedPoint]]:
+    """Return the combinations of all grids, and by their places those that the case refuses.
+
+    A combination with the parameters of one in an earlier grid is left out.
+    """
+    points: list[SweepPoint] = []
+    refused: dict[int, RefusedPoint] = {}
+    earlier: set[tuple[str, str]] = set()
+    for grid in grids:
+        planned = set()
+        for combination in itertools.product(*grid.values()):
+            swept = dict(zip(grid, combination, strict=True))
+            try:
+                point = SweepPoint(swept, _parameters(case, fixed, swept))
+            except CombinationError as error:
+                place = len(points) + len(refused)
+                refused[place] = RefusedPoint(swept, {**fixed, **swept}, str(error))
+                continue
+            key = swept.get(PRESET, ""), point.parameters.model_dump_json()
+            if key not in earlier:
+                points.append(point)
+                planned.add(key)
+        earlier |= planned
+    return points, refused
 
 
 def _parameters(case: Case[Any], fixed: Mapping[str, str], swept: Mapping[str, str]) -> Parameters:
@@ -286,13 +323,18 @@ def names_in(text: str) -> list[str]:
     return [name.strip() for name in text.split(",") if name.strip()]
 
 
-def with_options(base: SweepRequest, changes: Iterable[tuple[str, Any]]) -> SweepRequest:
-    """Return a sweep with what the command line gives besides, which wins over the file."""
-    changed: dict[str, Any] = dict(vars(base))
-    for key, value in changes:
-        old = changed[key]
-        changed[key] = {**old, **value} if isinstance(old, Mapping) else value or old
-    return SweepRequest(**changed)
+def with_options(
+    base: SweepRequest, over: Grid, fixed: Mapping[str, str], engines: str, quantity: str
+) -> SweepRequest:
+    """Return a sweep with the options of the command line, which win over the file."""
+    grids = base.grids if base.grids or not over else ({},)
+    return SweepRequest(
+        base.case,
+        tuple({**grid, **over} for grid in grids),
+        {**base.fixed, **fixed},
+        engines or base.engines,
+        quantity or base.quantity,
+    )
 
 
 def parameter_columns(parameters: Parameters, without: Sequence[str] = ()) -> dict[str, Any]:
@@ -310,7 +352,7 @@ def parameter_columns(parameters: Parameters, without: Sequence[str] = ()) -> di
     return columns
 
 
-def swept_columns(point: SweepPoint, names: Mapping[str, str]) -> tuple[str, ...]:
+def swept_columns(point: SweepPoint, names: Iterable[str]) -> tuple[str, ...]:
     """Return the columns of swept parameters; a nested one that is swept whole by its name."""
     units = {name: info.unit for name, info in parameters_in(point.parameters)}
     columns: list[str] = []
@@ -364,9 +406,7 @@ def reference_lines(
     where a reference costs little; none where a case knows no reference.
     """
     name = next(q.name for q in chosen.case.quantities if quantity_key(q) == column)
-    rest = list(chosen.request.over)[2:]
-    first = chosen.points[0].swept
-    drawn = [p for p in chosen.points if all(p.swept[other] == first[other] for other in rest)]
+    drawn = _first_of_each(chosen.points, over)
     engines: dict[ReferenceLine, list[str]] = {}
     for engine in chosen.engines:
         rules = NO_RULES if chosen.solves(engine) else engine_class(engine).traits
@@ -388,6 +428,14 @@ def reference_lines(
         for merged, some in groups.items()
         for line in ([merged] if len(some) == seconds else some)
     )
+
+
+def _first_of_each(points: Sequence[SweepPoint], over: Sequence[str]) -> list[SweepPoint]:
+    """Return the first point of each combination of the first two columns that are swept."""
+    drawn: dict[tuple[Any, ...], SweepPoint] = {}
+    for point in points:
+        drawn.setdefault(tuple(_value(point, column) for column in over[:2]), point)
+    return list(drawn.values())
 
 
 def _by_second(
@@ -437,7 +485,7 @@ def _dense(
     chosen: SweepPlan, name: str, point: SweepPoint, x: Sequence[float], rules: Traits
 ) -> list[Reference | None]:
     swept: Mapping[str, str] = point.swept
-    first = next(iter(chosen.request.over))
+    first = chosen.request.over[0]
     settings = {**chosen.request.fixed, **swept}
     parameters = [parameters_of(chosen.case, {**settings, first: repr(at)}) for at in x]
     return _references(chosen.case, name, parameters, rules)

@@ -1,7 +1,7 @@
 """Sweep a case over its parameters and over engines: one tidy row a run.
 
-The folder of a sweep is held by one process at a time, and the same sweep takes it up again. On
-this machine runs are made in the engine's own workers, or in a solver of the case.
+The folder of a sweep is held by one process at a time, and the same sweep takes it up again. Runs
+are made in the engine's own workers, or in a solver of the case.
 """
 
 from __future__ import annotations
@@ -12,10 +12,10 @@ import inspect
 import json
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Any
 
 from harness import __version__
 from harness.cases.contract import Case, Measured
@@ -28,14 +28,13 @@ from harness.errors import (
     EngineOutputError,
     EngineUndecidedError,
     HarnessError,
-    NotKeptError,
     RequestError,
 )
 from harness.files import cache_place, check_writable, held_folder, lock_file
 from harness.observables.provenance import Provenance
 from harness.parameters.base import Parameters
 from harness.shown import Result
-from harness.store.cache import CachedEngine, opened
+from harness.store.cache import opened
 from harness.store.entries import (
     ROOT,
     Entries,
@@ -122,13 +121,6 @@ Ran = Measured | HarnessError
 """What became of a run: RequestError where the engine cannot state it."""
 
 
-def undecided(reason: str, ran: Measured) -> EngineUndecidedError:
-    """Return the outcome of a run that ended without the event it waits for."""
-    error = EngineUndecidedError(reason, ran.values)
-    error.provenance, error.seconds, error.ranks = ran.provenance, ran.seconds, ran.ranks
-    return error
-
-
 @dataclass(frozen=True)
 class Work:
     """Runs of one case in one engine, or one solver of the case."""
@@ -137,38 +129,21 @@ class Work:
     engine: str
     parameters: Sequence[Parameters]
 
-    @property
-    def solves(self) -> bool:
-        """Return whether it is a solver that runs them."""
-        return is_solver(self.case, self.engine)
-
-
-class Executor(Protocol):
-    """Runs the work of a sweep somewhere."""
-
-    def __call__(self, work: Work) -> Iterator[tuple[int, Ran]]:
-        """Yield the place and the outcome of each run as soon as it is known, in any order."""
-
-
-@runtime_checkable
-class CheckedExecutor(Protocol):
-    """An executor that can say beforehand what it cannot run."""
-
-    def check(self, work: Work) -> None:
-        """Raise RequestError for work that cannot be run; nothing is begun."""
-
 
 @dataclass(frozen=True)
-class Local:
-    """Runs work here; ``entries`` keep what solvers found, nothing for None."""
+class Runner:
+    """Makes the runs of a sweep; ``entries`` keep what solvers found, nothing for None."""
 
     open_one: Open = opened
     entries: Entries | None = None
     fresh: bool = False
 
-    def __call__(self, work: Work) -> Iterator[tuple[int, Ran]]:
-        """Yield the outcomes; raise EngineError where the engine itself cannot be opened."""
-        if work.solves:
+    def outcomes(self, work: Work) -> Iterator[tuple[int, Ran]]:
+        """Yield the place and the outcome of each run as soon as it is over, in any order.
+
+        Raise EngineError where the engine itself cannot be opened.
+        """
+        if is_solver(work.case, work.engine):
             for place, parameters in enumerate(work.parameters):
                 yield place, self._solved(work, parameters)
             return
@@ -180,34 +155,12 @@ class Local:
             for first in range(0, len(work.parameters), CHUNK):
                 yield from _in_engine(work, engine, range(first, first + CHUNK))
 
-    def lookup(self, work: Work) -> Iterator[tuple[int, Ran]]:
-        """Yield what is kept and what is refused; nothing is run."""
-        if work.solves:
-            for place, parameters in enumerate(work.parameters):
-                outcome = self._kept(work, self._key(work, parameters))
-                if outcome is not None:
-                    yield place, outcome
-            return
-        with self.open_one(work.engine) as engine:
-            if work.case.varied:
-                kept_runs = engine.of_kept() if isinstance(engine, CachedEngine) else engine
-                for place, parameters in enumerate(work.parameters):
-                    with contextlib.suppress(NotKeptError):
-                        yield place, measured(work.case, parameters, kept_runs)
-                return
-            jobs, refused = jobs_of(work, engine, range(len(work.parameters)))
-            yield from refused.items()
-            kept = engine.kept([job for job, _ in jobs]) if isinstance(engine, CachedEngine) else {}
-            for index, output in kept.items():
-                for place in jobs[index][1]:
-                    yield place, read(work, engine, place, output)
-
     def _solved(self, work: Work, parameters: Parameters) -> Ran:
         """Return what a solver finds, or found before."""
         key = self._key(work, parameters)
-        kept = self._kept(work, key)
+        kept = None if self.fresh or self.entries is None else self.entries.get(key)
         if kept is not None:
-            return kept
+            return Measured(json.loads(kept), version_of_solver(work.engine), ranks=1)
         outcome = solved(work.case, parameters, work.engine)
         if isinstance(outcome, Measured) and self.entries is not None:
             self.entries.put(key, json.dumps(dict(outcome.values)).encode())
@@ -225,12 +178,6 @@ class Local:
                 "source": [source_digest(), _beyond(work.case)],
             }
         )
-
-    def _kept(self, work: Work, key: str) -> Measured | None:
-        kept = None if self.fresh or self.entries is None else self.entries.get(key)
-        if kept is None:
-            return None
-        return Measured(json.loads(kept), version_of_solver(work.engine), ranks=1)
 
 
 def solved(case: Case[Any], parameters: Parameters, solver: str) -> Ran:
@@ -250,12 +197,17 @@ def version_of_solver(solver: str) -> Provenance:
 def jobs_of(
     work: Work, engine: Engine, places: Sequence[int]
 ) -> tuple[list[tuple[Job, list[int]]], dict[int, Ran]]:
-    """Return the jobs that an engine can run, each once with its places, and why not the others."""
+    """Return the jobs that an engine can run, each once with its places, and why not the others.
+
+    Each has the time that it is expected to need.
+    """
     jobs: dict[tuple[Any, ...], tuple[Job, list[int]]] = {}
     refused: dict[int, Ran] = {}
     for place in places:
         try:
-            job = work.case.job(work.parameters[place])
+            parameters = work.parameters[place]
+            seconds = work.case.seconds(parameters, engine.traits)
+            job = replace(work.case.job(parameters), seconds=seconds)
             reason = engine.refuses(job)
         except HarnessError as error:
             refused[place] = error
@@ -281,15 +233,10 @@ def read(work: Work, engine: Engine, place: int, output: Output | EngineError) -
 
 
 def measured(case: Case[Any], parameters: Parameters, engine: Engine) -> Ran:
-    """Return what several runs in an engine lead to, or why they do not.
-
-    Raise NotKeptError where a run is missing in an engine of kept ones.
-    """
+    """Return what several runs in an engine lead to, or why they do not."""
     try:
         reason = engine.refuses(case.job(parameters))
         return RequestError(reason) if reason else case.measure(parameters, engine)
-    except NotKeptError:
-        raise
     except HarnessError as error:
         return error
     except Exception as error:  # one value must not cost the others
@@ -382,16 +329,15 @@ class Sweep(Result):
     def figure(self, quantity: str = "", points: Points | None = None) -> Figure | None:
         """Return a quantity over the first two columns of ``over``; None where none was measured.
 
-        Of further ones the first value is shown. Without a name, the one that was asked for or
-        the first that was measured. What it is expected to be is a line, ``points`` are drawn
-        beside it.
+        Of rows that are equal in these the first is shown. Without a name, the one that was asked
+        for or the first that was measured. What it is expected to be is a line, ``points`` are
+        drawn beside it.
         """
         from harness.report.figures import sweep_figure
         from harness.workflows.sweep_plan import reference_lines
 
         frame = self.to_frame()
-        for name in self.over[2:]:
-            frame = frame[frame[name] == frame[name].iloc[0]]
+        frame = frame.drop_duplicates(["engine", *self.over[:2]])
         frame = frame[frame["status"] == DONE]
         wanted = [self._column(quantity)] if quantity else self.selected
         measured = [n for n in wanted if n in frame and frame[n].notna().any()]
@@ -432,7 +378,7 @@ def sweep(
     *,
     fixed: Mapping[str, Any] | None = None,
     engines: str | Sequence[str] = "",
-    executor: Executor | None = None,
+    runner: Runner | None = None,
     quantities: str | Sequence[str] = "",
     quantity: str = "",
     progress: Progress = silent,
@@ -444,16 +390,16 @@ def sweep(
     engines and solvers, or ``all``; the usual one unless given. ``quantities`` are names of those
     to measure and show, of a derived one such as ``critical_angle_deg`` several runs for a value;
     those of a run unless given; ``quantity`` is one of them. Runs are kept in the default place
-    and not run twice;
-    ``executor`` runs them elsewhere.
+    and not run twice, unless ``runner`` makes them.
 
     Raise RequestError, before anything runs, for a name or value that is not allowed, and
     EngineError for a named engine that is not here; a run that fails is a row.
     """
     texts = {name: as_text(values) for name, values in over.items()}
     values = {name: as_text(value) for name, value in (fixed or {}).items()}
-    request = SweepRequest(case, texts, values, as_text(engines), as_text(quantities) or quantity)
-    return run_plan(plan(request), executor, progress)
+    asked = as_text(quantities) or quantity
+    request = SweepRequest(case, (texts,), values, as_text(engines), asked)
+    return run_plan(plan(request), runner, progress)
 
 
 Partial = Callable[[Callable[[], Sequence[Row]]], None]
@@ -462,12 +408,12 @@ Partial = Callable[[Callable[[], Sequence[Row]]], None]
 
 def run_plan(
     chosen: SweepPlan,
-    executor: Executor | None = None,
+    runner: Runner | None = None,
     progress: Progress = silent,
     partial: Partial | None = None,
 ) -> Sweep:
     """Run a sweep that was checked; ``partial`` is given the rows as runs are over."""
-    run = executor or Local(entries=Entries(cache_place().path))
+    runner = runner or Runner(entries=Entries(cache_place().path))
     parameters = [point.parameters for point in chosen.points]
     ran: dict[str, dict[int, Ran]] = {engine: {} for engine in chosen.engines}
     missing: dict[str, str] = {}
@@ -478,17 +424,11 @@ def run_plan(
             for row in _rows(chosen, engine, outcomes)
         ]  # fmt: skip
 
-    works = [Work(chosen.case, engine, parameters) for engine in chosen.engines]
-    if isinstance(run, CheckedExecutor):
-        for work in works:
-            run.check(work)
-    # a cluster is given all of it before any is waited for
-    streams = [_stream(run, work) for work in works]
-    for engine, stream in zip(chosen.engines, streams, strict=True):
+    for engine in chosen.engines:
         of_engine = ran[engine]
         progress(engine, 0, len(parameters))
         try:
-            for place, outcome in stream:
+            for place, outcome in runner.outcomes(Work(chosen.case, engine, parameters)):
                 of_engine[place] = outcome
                 progress(engine, len(of_engine), len(parameters))
                 if partial is not None:
@@ -511,19 +451,6 @@ def _rows(chosen: SweepPlan, engine: str, ran: Mapping[int, Ran]) -> list[Row]:
     for place, refused in sorted(chosen.refused.items()):
         rows.insert(place, _refused_row(chosen, engine, refused))
     return rows
-
-
-def _stream(run: Executor, work: Work) -> Iterator[tuple[int, Ran]]:
-    """Return the outcomes of work; an engine that cannot be opened raises in its turn."""
-    try:
-        return run(work)
-    except EngineError as error:
-        return _raising(error)
-
-
-def _raising(error: EngineError) -> Iterator[tuple[int, Ran]]:
-    raise error
-    yield
 
 
 def _row(chosen: SweepPlan, engine: str, point: SweepPoint, ran: Ran | None) -> Row:

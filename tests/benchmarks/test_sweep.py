@@ -13,7 +13,7 @@ from harness.engines.registry import open_engine
 from harness.store.cache import CachedEngine
 from harness.store.entries import Entries
 from harness.workflows import sweep
-from harness.workflows.sweep_run import Local
+from harness.workflows.sweep_run import Runner
 
 pytestmark = [pytest.mark.benchmark, pytest.mark.live]
 
@@ -39,12 +39,12 @@ def test_the_harness_costs_little_beside_the_engine(tmp_path, lammps_here, fixed
     runs = RUNS if most is None else RUNS // 4
     # what is imported and compiled once is not what a run costs
     with open_engine("lammps") as engine:
-        warm = Local(lambda _: CachedEngine(engine, entries))
-        sweep("incline", {"angle": "9,9.5"}, engines="lammps", executor=warm)
+        warm = Runner(lambda _: CachedEngine(engine, entries))
+        sweep("incline", {"angle": "9,9.5"}, engines="lammps", runner=warm)
     before, own = _children(), time.process_time()
     with open_engine("lammps") as engine:
-        local = Local(lambda _: CachedEngine(engine, entries))
-        found = sweep("incline", {"angle": f"10:11:{runs}"}, fixed=fixed, executor=local)
+        runner = Runner(lambda _: CachedEngine(engine, entries))
+        found = sweep("incline", {"angle": f"10:11:{runs}"}, fixed=fixed, runner=runner)
     own, engines = time.process_time() - own, _children() - before
     assert found.count("done") == runs
     each = f"{1e3 * own / runs:.1f} ms of {1e3 * engines / runs:.0f} ms a run"

@@ -16,7 +16,6 @@ COMMANDS = [
     "cases",
     "run",
     "sweep",
-    "study layers",
     "inputs",
     "engines",
     "reproduce",

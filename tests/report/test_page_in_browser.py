@@ -11,7 +11,7 @@ import pytest
 
 from harness.comparison.run_diff import diff_runs
 from harness.comparison.verification import read_published
-from harness.report.folder import Page, write_diff, write_study
+from harness.report.folder import write_diff
 from harness.report.gallery import draw_sections
 from harness.report.page import report_page
 from harness.report.plain import finite
@@ -30,9 +30,7 @@ LOOKS = pytest.mark.parametrize(
     ],
 )
 OTHER_PAGES = [pytest.param(name, marks=pytest.mark.slow) for name in ("engines", "diff")]
-WITH_CHECKS = pytest.mark.parametrize("name", ["report", *OTHER_PAGES])
-STUDY = pytest.param("study", marks=pytest.mark.slow)
-PAGES = pytest.mark.parametrize("name", ["report", *OTHER_PAGES, STUDY])
+PAGES = pytest.mark.parametrize("name", ["report", *OTHER_PAGES])
 FIGURES = 6
 A4_WIDTH = 710
 """Pixels of CSS between the margins of a sheet."""
@@ -66,9 +64,6 @@ def pages(verification, declared, sections, tmp_path_factory):
     )
     write_diff(diff_runs(before, after), folder / "run", folder / "run", folder / "two")
     shutil.copy(folder / "two" / "diff.html", folder)
-    study = Page("A study", "Does it fall?", ("It falls.",), {"command": "study it"})
-    write_study(study, sections, {}, {}, folder / "studied")
-    shutil.copy(folder / "studied" / "report.html", folder / "study.html")
     return folder
 
 
@@ -350,7 +345,7 @@ def test_a_figure_that_is_wider_than_its_place_says_so(look, width):
 
 
 @pytest.mark.parametrize("scheme", [pytest.param("light", marks=pytest.mark.slow), "dark"])
-@WITH_CHECKS
+@PAGES
 def test_print_shows_every_column_dark_on_white(look, barriers, name, scheme):
     page = look(name, (A4_WIDTH, 1000), scheme)
     page.emulate_media(media="print", color_scheme=scheme)

@@ -29,7 +29,7 @@ from harness.workflows.sweep_plan import (
     values_of,
     with_options,
 )
-from harness.workflows.sweep_run import Local, held_sweep, run_plan
+from harness.workflows.sweep_run import Runner, held_sweep, run_plan
 from tests.workflows import fakes
 
 pytestmark = pytest.mark.usefixtures("registered")
@@ -106,7 +106,7 @@ def test_every_combination_is_a_flat_row_in_every_engine():
 
 def test_measured_points_stand_beside_what_was_swept():
     over = {"end.x": "3:5:2", "slope": "1,2"}
-    assert drawn_columns(plan(SweepRequest("line", over, {}, "toy", "y"))) == (
+    assert drawn_columns(plan(SweepRequest("line", (over,), {}, "toy", "y"))) == (
         "end.x_m",
         "y_m",
         "uncertainty_m",
@@ -241,19 +241,19 @@ class Keyed(fakes.Toy):
 def test_what_was_run_before_and_the_same_twice_is_not_run_again(tmp_path):
     inner = Keyed()
     engine = CachedEngine(inner, Entries(tmp_path))
-    local = Local(lambda _: engine, Entries(tmp_path))
-    sweep("line", {"slope": "1,2"}, engines="toy", executor=local)
-    again = sweep("line", {"slope": "1:3:3", "count": "1,2"}, engines="toy", executor=local)
+    runner = Runner(lambda _: engine, Entries(tmp_path))
+    sweep("line", {"slope": "1,2"}, engines="toy", runner=runner)
+    again = sweep("line", {"slope": "1:3:3", "count": "1,2"}, engines="toy", runner=runner)
     # the job does not depend on the count
     assert inner.slopes == [1.0, 2.0, 3.0]
     assert list(again.to_frame()["y_m"]) == [2.0, 2.0, 4.0, 4.0, 6.0, 6.0]
 
 
 def test_solvers_are_asked_once(tmp_path, monkeypatch):
-    local = Local(entries=Entries(tmp_path))
-    first = sweep("line", {"slope": "1,2"}, engines="pencil", executor=local)
+    runner = Runner(entries=Entries(tmp_path))
+    first = sweep("line", {"slope": "1,2"}, engines="pencil", runner=runner)
     monkeypatch.setattr(fakes.Line, "solve", lambda *_: pytest.fail("solved again"))
-    again = sweep("line", {"slope": "1,2"}, engines="pencil", executor=local)
+    again = sweep("line", {"slope": "1,2"}, engines="pencil", runner=runner)
     assert first.rows == again.rows
 
 
@@ -265,12 +265,37 @@ def test_a_file_says_what_is_swept_and_options_change_it(tmp_path):
         encoding="utf-8",
     )
     asked = request_in(file)
-    assert asked == SweepRequest(
-        "line", {"slope": "1,2", "end.x": "1:2:2"}, {"count": "2"}, "toy,other"
+    grid = {"slope": "1,2", "end.x": "1:2:2"}
+    assert asked == SweepRequest("line", (grid,), {"count": "2"}, "toy,other")
+    changed = with_options(asked, {"slope": "5"}, {}, "", "y")
+    assert changed.grids == ({"slope": "5", "end.x": "1:2:2"},)
+    assert (changed.fixed, changed.engines, changed.quantity) == ({"count": "2"}, "toy,other", "y")
+
+
+def test_grids_of_a_file_are_run_together_and_what_they_share_once(tmp_path):
+    file = tmp_path / "s.toml"
+    file.write_text(
+        'case = "line"\nengines = "toy"\nover = [{slope = [1, 2], count = [1, 2]},\n'
+        "{slope = [2, 3], count = 2}, {slope = 2, end.x = 5}]\n",
+        encoding="utf-8",
     )
-    changed = with_options(asked, {"over": {"slope": "5"}, "engines": "", "fixed": {}}.items())
-    assert changed.over == {"slope": "5", "end.x": "1:2:2"}
-    assert changed.engines == "toy,other"
+    asked = request_in(file)
+    assert asked.over == ("slope", "count", "end.x")
+    found = run_plan(plan(asked))
+    rows = [(row["slope"], row["count"], row["end.x_m"], row["y_m"]) for row in found.rows]
+    assert rows[:4] == [(1, 1, 2, 2), (1, 2, 2, 2), (2, 1, 2, 4), (2, 2, 2, 4)]
+    assert rows[4:] == [(3, 2, 2, 6), (2, 1, 5, 10)]
+    # of each slope and count the first is drawn
+    lines = found.figure("y").axes[0].get_lines()
+    assert [line.get_xydata().tolist() for line in lines if len(line.get_xdata()) < 81] == [
+        [[1, 2], [2, 4]],
+        [[1, 2], [2, 4], [3, 6]],
+    ]
+    whole = with_options(asked, {"slope": "4"}, {}, "", "")
+    assert len(plan(whole).points) == 3
+    file.write_text('case = "line"\nover = [{slope = 1}, {}]\n', encoding="utf-8")
+    with pytest.raises(RequestError, match="--over: must be given"):
+        plan(request_in(file))
 
 
 @pytest.mark.parametrize(
@@ -279,13 +304,24 @@ def test_a_file_says_what_is_swept_and_options_change_it(tmp_path):
         ("case = ", "is not TOML"),
         ("[over]\nslope = 1\n", "case: must be given"),
         ('case = "line"\nover = 3\n', r"over: must be a table \[over\]"),
+        ('case = "line"\nover = [{slope = 1}, 3]\n', r"over: must be a table \[over\]"),
         ('case = "line"\nstiffness = 3\n', "'stiffness' is not known: must be one of case"),
         ("case = " + "[" * 100_000, "is nested too deep"),
         ('case = "line"\n[over]\nslope = ' + "[" * 900 + "]" * 900, "nested too deep|must be"),
         ("case = " + "1" * 5000, "is not TOML"),
         ("#" * 1_000_001, "is longer than 1000000 bytes"),
     ],
-    ids=["no TOML", "no case", "no table", "unknown", "deep", "deep list", "digits", "long"],
+    ids=[
+        "no TOML",
+        "no case",
+        "no table",
+        "no tables",
+        "unknown",
+        "deep",
+        "deep list",
+        "digits",
+        "long",
+    ],
 )
 def test_a_bad_file_is_named(tmp_path, text, said):
     file = tmp_path / "s.toml"
@@ -303,8 +339,8 @@ def test_a_device_that_does_not_end_is_refused(tmp_path):
 
 def test_two_sweeps_in_one_folder_are_refused(tmp_path):
     asked, other = (
-        SweepRequest("line", {"slope": "1"}, {}),
-        SweepRequest("line", {"slope": "2"}, {}),
+        SweepRequest("line", ({"slope": "1"},), {}),
+        SweepRequest("line", ({"slope": "2"},), {}),
     )
     with (
         held_sweep(tmp_path / "a", asked),
@@ -427,8 +463,8 @@ def test_a_sweep_that_runs_has_its_table_with_what_is_pending(tmp_path):
         table(rows)
         seen.append(list(pd.read_csv(file)["status"]))
 
-    chosen = plan(SweepRequest("line", {"slope": "1:3:3"}, {}, "toy,pencil"))
-    run_plan(chosen, Local(), partial=partial)
+    chosen = plan(SweepRequest("line", ({"slope": "1:3:3"},), {}, "toy,pencil"))
+    run_plan(chosen, Runner(), partial=partial)
     assert seen[0].count("pending") == 5
     assert seen[-1] == ["done"] * 6
     assert [one.count("pending") for one in seen] == sorted(

@@ -26,7 +26,6 @@ from harness.cases.bulk.equivalence import (
     same_shares,
 )
 from harness.cases.bulk.materials import PACKED, Bed
-from harness.cases.bulk.restarts import longest_part
 from harness.cases.bulk.rules import Law, differing, law_of
 from harness.cases.contract import LEVELS, Case, LevelName
 from harness.cases.display import Display
@@ -199,10 +198,6 @@ class BulkCase(Case[P]):
         disturbed = parameters.steps // 2 if self.empties else parameters.steps
         steps = parameters.settle_steps + disturbed
         return PACKED * engine_seconds(steps, parameters.grains, rules)
-
-    def part_seconds(self, parameters: P, rules: Traits) -> float:
-        """Return the expected time between two restart files [s], of the whole run without any."""
-        return self.seconds(parameters, rules) * longest_part(self.job(parameters).values)
 
     @abstractmethod
     def cut(self, p: P) -> Cut:

@@ -6,6 +6,8 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from harness.cases.contract import Case, LevelName, Plan, Reference
 from harness.cases.display import Display
 from harness.cases.layers.system import (
@@ -18,9 +20,7 @@ from harness.cases.layers.system import (
     job_of,
     profile_in,
     read,
-    restart_steps,
 )
-from harness.cases.study import CaseStudy
 from harness.cases.verification import Study, Verification
 from harness.comparison.verdicts import Tolerance
 from harness.comparison.verification import Findings
@@ -35,7 +35,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from harness.cases.layers.system import Profile
-    from harness.report.film import Film
 
 
 TITLE = "Frictionless layers"
@@ -47,8 +46,8 @@ EXPLAINED = (
 )
 
 
-def flow_section(engine: str, profile: Profile, film: Film | None = None) -> Section:
-    """Return the section with the profile of a flow in an engine, and the film of one."""
+def flow_section(engine: str, profile: Profile) -> Section:
+    """Return the section with the profile of a flow in an engine."""
     drawing = Drawing(
         "layers-profile",
         "Profile of a small flow of layers",
@@ -57,8 +56,7 @@ def flow_section(engine: str, profile: Profile, film: Film | None = None) -> Sec
         "fraction rises and falls with the layers and may exceed that of a packing.",
         lambda: profile_drawn(engine, profile),
     )
-    films = () if film is None else (film,)
-    return Section(TITLE, (EXPLAINED,), drawings=(drawing,), films=films)
+    return Section(TITLE, (EXPLAINED,), drawings=(drawing,))
 
 
 def profile_drawn(engine: str, profile: Profile) -> Figure:
@@ -83,6 +81,20 @@ FLOWING = Layers(layers=4, length=8, width=4, first_angle=16.0, rate=0.5)
 PACKED = 2.0
 """Cost of a particle and step in a packing, by that of a grain on a row: the least of the committed
 runs at 1,000 to 3,000 grains are 0.16 to 0.26 us."""
+
+LOWERING = {1: 18.5, 2: 29.3, 4: 50.7, 8: 54.3}
+"""[sqrt(d/g) for each d of length] from the first angle to the stop at LOWERING_RATE, by layers:
+means over the runs of reports/layers; a longer box is longer in coming to rest. Other thicknesses
+lie between, or are the last."""
+
+LOWERING_RATE = 0.1
+"""[deg for each d] at which that was measured; the time goes as its inverse."""
+
+LEAST_SPEED = 0.01
+"""[sqrt(g d)] of a flow that is not at rest: no descent takes longer than its angles at it."""
+
+RISE_DEG = 2.5
+"""[deg] from the stop to the start: what raised runs of 1 to 8 layers took."""
 
 STATIC_DEG = 30.0
 """A grain at rest touches two spheres 30 deg either side of the row's normal."""
@@ -126,12 +138,6 @@ class LayersCase(Case[Layers]):
         """Return four layers, the single grain of the incline, and a small quick flow."""
         return {"layers": Layers(), "single": SINGLE, "small": FLOWING}
 
-    def study(self) -> CaseStudy:
-        """Return the study of thickness and stiffness."""
-        from harness.cases.layers.study import LayersStudy
-
-        return LayersStudy()
-
     def job(self, parameters: Layers) -> Job:
         """Return the job of one descent."""
         return job_of(parameters)
@@ -157,15 +163,10 @@ class LayersCase(Case[Layers]):
 
     def seconds(self, parameters: Layers, rules: Traits | None, solver: str = "") -> float:
         """Return what a descent is expected to take [s], good to a factor of three."""
-        from harness.cases.layers.extents import steps_of  # with the study that it is the cost of
-
-        return _seconds(parameters, steps_of(parameters), rules)
-
-    def part_seconds(self, parameters: Layers, rules: Traits) -> float:
-        """Return the expected time of the flow, or of the steps between two restart files [s]."""
-        flow = (20.0 + parameters.flow_time) / parameters.step
-        every = min(restart_steps(parameters), parameters.time_limit / parameters.step)
-        return _seconds(parameters, max(flow, every), rules)
+        if rules is None:
+            return 0.0
+        particles = parameters.grains + parameters.base_spheres
+        return PACKED * engine_seconds(steps_of(parameters), particles, rules)
 
     def plans(self, level: LevelName, traits: Traits) -> Sequence[Plan[Layers]]:
         """Return the single grain, lowered; beyond level quick raised as well."""
@@ -185,12 +186,9 @@ class LayersVerification(Verification):
         """Judge the single grain, and run a small flow for its profile."""
         findings = super().run(engine, study)
         if not engine.refuses(self.case.job(FLOWING)):
-            from harness.cases.layers.report import film_job, film_of
-
-            output, filmed = engine.run([self.case.job(FLOWING), film_job()])
+            (output,) = engine.run([self.case.job(FLOWING)])
             if not isinstance(output, EngineError):
-                film = None if isinstance(filmed, EngineError) else film_of(filmed, engine.title)
-                findings.evidence = engine.title, profile_in(output), film
+                findings.evidence = engine.title, profile_in(output)
         return findings
 
 
@@ -204,10 +202,14 @@ class LayersDisplay(Display):
         return () if main is None or main.evidence is None else (flow_section(*main.evidence),)
 
 
-def _seconds(parameters: Layers, steps: float, rules: Traits | None) -> float:
-    if rules is None:
-        return 0.0
-    return PACKED * engine_seconds(steps, parameters.grains + parameters.base_spheres, rules)
+def steps_of(case: Layers) -> float:
+    """Return the number of steps that a descent is expected to take."""
+    slowness = float(np.interp(case.layers, [*LOWERING], [*LOWERING.values()]))
+    longest = (case.first_angle - case.lowest_angle) / case.rate / LEAST_SPEED
+    expected = slowness * case.length * LOWERING_RATE / case.rate
+    lowering = min(expected, longest, case.time_limit)
+    raising = 0.0 if case.rise == 0.0 else RISE_DEG / case.rise
+    return (20.0 + case.flow_time + lowering + raising) / case.step
 
 
 CASE = LayersCase()

@@ -324,9 +324,6 @@ TEMPLATE = Template(
 )
 
 
-def job_of(case: Layers, every: int | None = None) -> Job:
-    """Return the job of a descent; with ``every``, all particles are kept each so many steps."""
-    values = values_of(case)
-    if every is None:
-        return Job(TEMPLATE, {**values, "restart_every": restart_steps(case)})
-    return Job(TEMPLATE, {**values, "series_every": every}, sampled=True)
+def job_of(case: Layers) -> Job:
+    """Return the job of a descent."""
+    return Job(TEMPLATE, {**values_of(case), "restart_every": restart_steps(case)})

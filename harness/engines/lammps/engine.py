@@ -16,7 +16,7 @@ from typing import Any
 
 from harness.engines.contract import Job, Value, Values, Variation, Vector
 from harness.engines.lammps.language import LammpsLanguage, packages_in, version_in
-from harness.engines.lammps.releases import executable_of, fingerprint, in_use, is_release, is_wheel
+from harness.engines.lammps.releases import executable_of, fingerprint, in_use, is_release
 from harness.engines.lammps.restarts import (
     EVERY,
     FILES,
@@ -370,15 +370,6 @@ class Lammps(LammpsLanguage):
         if self._restarts is None or not self.resumes(job):
             return 0.0
         return RestartFolder(self._restarts, self.task(job), self._fingerprint or {}).left_at
-
-    @classmethod
-    def srun_mpi(cls, **options: Any) -> str:
-        """Return ``pmi2`` for LAMMPS of the Python package: its MPICH speaks PMI-1 and PMI-2.
-
-        Started without, each rank is a LAMMPS of its own.
-        """
-        lmp = _executable(options.get("lmp"), options.get("launcher"), options.get("program"))
-        return "pmi2" if lmp is not None and is_wheel(Path(find_program("lmp", lmp))) else ""
 
     def execute(self, tasks: Sequence[Task]) -> list[Output | EngineError]:
         """Run tasks in the workers, or through the executable."""

@@ -1,6 +1,5 @@
 """The critical angle as a quantity: in ``run`` and ``sweep``, as the search itself finds it."""
 
-import json
 import math
 
 import pytest
@@ -19,9 +18,8 @@ from harness.store.cache import CachedEngine
 from harness.store.entries import Entries
 from harness.theory.incline import critical_angle as closed_form
 from harness.workflows import run, sweep
-from harness.workflows.slurm import JobOrder, outcome_of, run_order
 from harness.workflows.sweep_plan import SweepRequest, plan, request_in
-from harness.workflows.sweep_run import Local, Work, measured
+from harness.workflows.sweep_run import measured
 
 ANGLE = "critical_angle_deg"
 SOFT = {"preset": "plastic", "stiffness": "1e4", "starts": "2"}
@@ -78,7 +76,7 @@ def test_rigid_spheres_are_a_solver_and_what_is_expected():
 @pytest.mark.parametrize("name", ["angle", "phase"])
 def test_what_is_searched_over_can_be_neither_swept_nor_set(name):
     with pytest.raises(RequestError, match=f"over {name}=.*{name}: {ANGLE} is searched for over"):
-        plan(SweepRequest("incline", {name: "0.1,0.2"}, {}, "reference", ANGLE))
+        plan(SweepRequest("incline", ({name: "0.1,0.2"},), {}, "reference", ANGLE))
     with pytest.raises(RequestError, match=f"set: {name}: {ANGLE} is searched for"):
         run("columns", {name: "0.1"}, "reference", quantities=ANGLE)
 
@@ -92,7 +90,7 @@ def test_what_is_searched_over_can_be_neither_swept_nor_set(name):
 )
 def test_other_quantities_are_refused_with_those_that_there_are(quantity, said):
     with pytest.raises(RequestError, match=said):
-        plan(SweepRequest("incline", {"stiffness": "1e5"}, {}, "", quantity))
+        plan(SweepRequest("incline", ({"stiffness": "1e5"},), {}, "", quantity))
     with pytest.raises(RequestError, match=said):
         run("incline", quantities=quantity.split(","))
 
@@ -143,27 +141,12 @@ def test_a_search_that_was_cut_goes_on_with_the_runs_that_it_made(tmp_path):
     expected = measured(case, parameters, whole)
     with pytest.raises(KeyboardInterrupt):
         measured(case, parameters, CachedEngine(cut, entries))
-    work = Work(case, "reference", [parameters])
-    assert list(Local(lambda _: CachedEngine(Counting(), entries)).lookup(work)) == []
     found = measured(case, parameters, CachedEngine(rest, entries))
     assert found.values == expected.values
     assert 0 < rest.count < whole.count
     again = Counting()
-    ((_, known),) = Local(lambda _: CachedEngine(again, entries)).lookup(work)
-    assert (known.values, again.count) == (expected.values, 0)
-
-
-def test_a_job_of_a_cluster_measures_the_quantity(tmp_path):
-    parameters = get_case("incline").measuring([ANGLE]).presets["plastic"]
-    soft = parameters.replace(stiffness=1e4, starts=2)
-    told = tmp_path / "told.jsonl"
-    run_order(JobOrder("incline", "reference", {}, {"a": soft}, None, False, told, (ANGLE,)))
-    (line,) = map(json.loads, told.read_text().splitlines())
-    expected = critical_angle(
-        Incline(contact=PLASTIC, steps_per_contact=100.0, stiffness=1e4),
-        phases=2, engine=Reference(),
-    )  # fmt: skip
-    assert outcome_of(line).values[ANGLE] == expected.value_deg
+    assert measured(case, parameters, CachedEngine(again, entries)).values == expected.values
+    assert again.count == 0
 
 
 def test_a_search_costs_its_runs():

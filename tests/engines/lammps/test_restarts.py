@@ -8,14 +8,12 @@ import time
 
 import pytest
 
-from harness import __version__
 from harness.cases.layers.case import CASE
 from harness.cases.layers.system import Layers, job_of, restart_steps
 from harness.engines.lammps.engine import Lammps
 from harness.engines.lammps.restarts import END, STATE, RestartFolder
 from harness.engines.process import Limits
 from harness.errors import EngineCrashError, EngineInputError, EngineTimeoutError
-from harness.workflows.study_run import RESTART_LINES, script_digest
 
 SMALL = Layers(layers=1, length=6, width=3, stiffness_over_weight=1e3, flow_time=10.0)
 EVERY = 3000
@@ -42,24 +40,6 @@ def test_restart_files_are_part_of_a_long_run_and_not_of_the_committed_ones():
         1e10, rel=1e-5
     )
     assert "restart_every" not in job_of(SMALL, every=100).values  # a series is not cut
-
-
-def test_the_script_is_told_apart_by_what_it_does_without_restart_files(monkeypatch):
-    text = Lammps.script(CASE.template).text
-    marked = RESTART_LINES.findall(text)
-    assert len(marked) > 10
-    assert "restart" not in RESTART_LINES.sub("", text)
-    before = script_digest(CASE, "lammps")
-
-    def inputs(changed):
-        monkeypatch.setattr(Lammps, "inputs", classmethod(lambda *_: {"layers.in": changed}))
-        return script_digest(CASE, "lammps")
-
-    assert inputs(text) == before == inputs(text.replace(marked[0], ""))
-    assert inputs(text.replace("viscous 0.5", "viscous 0.6")) != before
-    version = f"dem-harness {__version__}"
-    assert version in text
-    assert inputs(text.replace(version, "dem-harness 999.0")) == before
 
 
 @pytest.fixture(scope="module")
