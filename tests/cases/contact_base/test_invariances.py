@@ -3,7 +3,6 @@
 from dataclasses import replace
 from typing import ClassVar
 
-import numpy as np
 import pytest
 
 from harness.cases.contact import transformations
@@ -14,7 +13,6 @@ from harness.cases.verification import Study
 from harness.comparison.known_defects import mark_known_defects
 from harness.comparison.verdicts import Kind, Verdict
 from harness.engines.lammps.engine import DEFAULTS, SORTED, Lammps
-from harness.engines.output import SERIES
 from harness.errors import EngineMissingError
 from harness.store.baseline import known_defects
 
@@ -174,30 +172,6 @@ def test_a_run_that_leaves_no_numbers_is_not_tested(lammps):
         pytest.skip("this release has the wall right")
     assert row.verdict is Verdict.NOT_TESTED
     assert row.note.startswith("the run as it stands is missing: LAMMPS wrote a series")
-
-
-class Forceless(OneRank):
-    """LAMMPS whose bodies pass through one another, as mixed types did by 23 Jun 2022."""
-
-    def run(self, jobs):
-        outputs = super().run(jobs)
-        for output in outputs:
-            series = output.tables[SERIES]
-            for name in series:
-                if name[:2] in ("fx", "fy", "fz", "tx", "ty", "tz"):
-                    series[name] = np.zeros_like(series[name])
-        return outputs
-
-
-def test_a_run_without_any_force_is_not_tested_and_costs_no_other_row():
-    """Differences would be measured in an overlap of nothing."""
-    case = few("head-on", ["hertz"], ["two spheres"])
-    with Forceless(workers=1) as engine:
-        found = rows(engine, case)
-    judged = {name: row.verdict for name, row in found.items()}
-    assert {*judged.values()} == {Verdict.NOT_TESTED}
-    assert len(judged) > 10
-    assert "no sample of the run as it stands has a force" in found["moved"].note
 
 
 def test_what_an_engine_refuses_is_not_tested_for_the_same_reason_as_its_values(
