@@ -57,13 +57,6 @@ def test_one_material_has_the_moduli_of_two_which_are_the_harmonic_mean_of_each(
     assert min(nu, xi) - 1e-9 <= poisson <= max(nu, xi) + 1e-9
 
 
-@given(MODULI, RATIOS, MODULI)
-def test_of_one_poisson_ratio_the_modulus_is_the_harmonic_mean(e, nu, f):
-    young, poisson = one_material(of(e, nu, f))
-    assert young == pytest.approx(2.0 * e * f / (e + f), rel=1e-9)
-    assert poisson == pytest.approx(nu, abs=1e-9)
-
-
 def test_a_rigid_partner_makes_a_contact_twice_as_stiff():
     equal, rigid = effective_moduli(of(1e8, 0.3)), effective_moduli(of(1e8, 0.3, 1e30))
     assert rigid == pytest.approx([2.0 * one for one in equal], rel=1e-12)
