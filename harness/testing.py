@@ -420,7 +420,7 @@ def an_incline_stops_and_slides(subject: Subject) -> None:
     for case in cases:
         _require_stated(engine, incline_job(case, "passage"), INCLINE)
     traits = engine.traits
-    theirs = run_inclines(Reference(traits.integrator, spring=traits.spring), cases, "passage")
+    theirs = run_inclines(Reference(traits.integrator), cases, "passage")
     for run, expected in zip(run_inclines(engine, cases, "passage"), theirs, strict=True):
         if isinstance(run, EngineError) or isinstance(expected, EngineError):
             raise EngineCheckError(f"the run of an incline failed: {run}")

@@ -37,7 +37,7 @@ hypothesis.settings.register_profile("no deadline", deadline=None)
 hypothesis.settings.load_profile("no deadline")
 
 
-OPTIONAL_PROGRAMS = {"browser", "esys", "kratos_here", "liggghts", "yade"}
+OPTIONAL_PROGRAMS = {"browser", "kratos_here", "liggghts", "yade"}
 """Fixtures of programs that the README's command does not install."""
 
 

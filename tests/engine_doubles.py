@@ -50,14 +50,14 @@ class Twin(Reference):
     traits = replace(TRAITS, lineage="LAMMPS", title="Twin")
 
     def __init__(self, change_values=dict, change_output=lambda _, output: output):
-        super().__init__(self.traits.integrator or "velocity-verlet", spring=self.traits.spring)
+        super().__init__(self.traits.integrator or "velocity-verlet")
         self.change_values, self.change_output = change_values, change_output
         self.jobs = []
 
     def run(self, jobs):
         self.check(jobs)
         self.jobs += jobs
-        scenes = [job.template.scene(self.change_values(job.values), self._spring) for job in jobs]
+        scenes = [job.template.scene(self.change_values(job.values)) for job in jobs]
         return [
             output if isinstance(output, EngineError) else self.change_output(job, output)
             for job, output in zip(jobs, self.run_scenes(scenes), strict=True)

@@ -20,7 +20,7 @@ from harness.engines.output import Table
 from harness.errors import EngineError
 from harness.observables.reference import Trajectory
 from harness.parameters.base import Parameters
-from harness.parameters.law import SOURCE, Contact, Hertz, NamedContact, hertz
+from harness.parameters.law import SOURCE, Contact, NamedContact
 from harness.parameters.scene import ContactScene, in_plane, spheres
 
 COLUMNS = ("time_s", "x_m", "y_m", "vx_m_per_s", "vy_m_per_s")
@@ -67,16 +67,6 @@ class Grain(Parameters):
             "step_s": self.step,
         }
 
-    @property
-    def hertz_speed(self) -> float:
-        """Return sqrt(g d) [m/s], at which a Hertz spring stands for k."""
-        return math.sqrt(self.gravity * self.diameter)
-
-    @property
-    def hertz(self) -> Hertz:
-        """Return the Hertz contact that stands for the linear one."""
-        return hertz(self.contact, self.stiffness, self.mass, self.hertz_speed)
-
     def values(self, *names: str) -> dict[str, Value]:
         """Return the properties of these names, as a script is told them."""
         return {name: getattr(self, name) for name in names}
@@ -98,7 +88,6 @@ class Grain(Parameters):
             self.contact,
             self.stiffness,
             step=self.step,
-            hertz_speed=self.hertz_speed,
             **more,
         )
 

@@ -45,7 +45,6 @@ class DeclaredEngine:
     integrator: str
     tails: tuple[str, ...]
     effective_masses: tuple[str, ...]
-    spring: str
     digits: int
     lineage: str
     caveats: tuple[str, ...]

@@ -52,7 +52,7 @@ def job_seconds(job: Job, rules: Traits) -> float:
     """Return the expected time of a job's scene [s]; 0 for a job without a scene."""
     if job.template.scene is None:
         return 0.0
-    scene = job.template.scene(job.values, rules.spring)
+    scene = job.template.scene(job.values)
     return engine_seconds(scene.steps, len(scene.mass), rules)
 
 

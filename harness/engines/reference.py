@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import cache
 from importlib.metadata import version
-from typing import Any, get_args
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,7 +24,6 @@ from harness.engines.traits import FRICTIONLESS, ContactModel, Traits
 from harness.errors import EngineError, RequestError
 from harness.observables.provenance import Provenance
 from harness.observables.reference import Trajectory
-from harness.parameters.law import STIFFEST, Spring
 from harness.parameters.plane_scene import STAGES, Stage
 from harness.parameters.scene import ContactScene
 from harness.solvers.grain.columns import OverColumns
@@ -138,8 +137,8 @@ def _columns_unstated(scene: ContactScene, n: int) -> str:
     d, held = float(scene.diameter[0]), scene.position[1:]
     count = len(held) // n
     along = np.repeat(d * np.arange(count), n)
-    if scene.spring != "linear" or scene.forces:
-        return "over columns it has the linear spring, and writes no forces"
+    if scene.forces:
+        return "over columns it writes no forces"
     apart = np.abs(held[:, 0] - along).max()
     if scene.period is None or max(apart, abs(scene.period - count * d)) > EQUAL * count * d:
         return "its columns touch in an endless row along x from 0 on"
@@ -168,14 +167,12 @@ MOST_STEPS = 10**15
 
 
 class Reference(Engine):
-    """One grain on fixed spheres, linear or Hertz's spring with dashpot, by one of ``INTEGRATORS``.
+    """One grain on fixed spheres, linear spring and dashpot, by one of ``INTEGRATORS``.
 
     ``velocity-verlet`` follows LAMMPS, ``mfix-euler`` and ``mfix-adams-bashforth``
     follow MFiX-DEM; ``adaptive`` has no step (that of a scene counts for the sampling and the
-    time limit alone) and is the reference for the others.
-    ``spring`` is ``linear`` or ``Hertz`` (:mod:`harness.parameters.law`).
-    ``seconds`` [s] bounds the wall time of a run. Raise RequestError for an
-    integrator or a spring that is not known.
+    time limit alone) and is the reference for the others. ``seconds`` [s] bounds the wall time of
+    a run. Raise RequestError for an integrator that is not known.
     """
 
     name = "reference"
@@ -193,7 +190,6 @@ class Reference(Engine):
         self,
         integrator: str = DEFAULT_INTEGRATOR,
         *,
-        spring: Spring = "linear",
         workers: int | None = None,
         seconds: float = 300.0,
     ) -> None:
@@ -201,15 +197,10 @@ class Reference(Engine):
             raise RequestError(
                 f"--integrator {integrator!r} is not known: must be one of {', '.join(INTEGRATORS)}"
             )
-        if spring not in get_args(Spring):
-            raise RequestError(f"spring {spring!r} is not known: must be linear or Hertz")
         self.integrator = integrator
         if type(self).traits is Reference.traits:  # a class of its own declares for itself
             cost = 0.0 if integrator == ADAPTIVE else self.traits.microseconds_per_step
-            self.traits = replace(
-                self.traits, integrator=integrator, spring=spring, microseconds_per_step=cost
-            )
-        self._spring: Spring = spring
+            self.traits = replace(self.traits, integrator=integrator, microseconds_per_step=cost)
         self.workers = workers or cores()
         self._seconds = seconds
 
@@ -224,15 +215,14 @@ class Reference(Engine):
         reason = super().refuses(job)
         if reason or job.template.scene is None:
             return reason
-        scene = job.template.scene(job.values, self._spring)
+        scene = job.template.scene(job.values)
         return self._unstated(scene) or self._unstable(scene, row_of(scene))
 
     def fingerprint(self) -> Mapping[str, Any]:
-        """Return the integrator, the spring and the libraries; its own source is in every key."""
+        """Return the integrator and the libraries; its own source is in every key."""
         return {
             "engine": self.name,
             "integrator": self.integrator,
-            "spring": self._spring,
             "packages": {name: version(name) for name in ("numba", "scipy")},
         }
 
@@ -243,7 +233,7 @@ class Reference(Engine):
             reason, build = super().refuses(job), job.template.scene
             if reason or build is None:
                 raise self._refused(job.template.name, reason)
-            scenes.append(build(job.values, self._spring))
+            scenes.append(build(job.values))
         return self.run_scenes(scenes, [job.template.name for job in jobs])
 
     def run_scenes(
@@ -287,8 +277,6 @@ class Reference(Engine):
     def _row(self, scene: ContactScene, name: str) -> Row:
         """Return the system of a scene; raise RequestError for one that cannot be run."""
         reason = self._unstated(scene)
-        if scene.spring != self._spring:
-            reason = f"its spring is {self._spring}"
         if reason:
             raise self._refused(name, reason)
         if scene.steps > MOST_STEPS:
@@ -310,9 +298,7 @@ class Reference(Engine):
         if self.integrator == ADAPTIVE or row.single or scene.columns is not None:
             return ""
         zeta = scene.contact.zeta_against_full_mass
-        # the spring is stiffest at the largest overlap, where the dashpot is the linear one
-        stiffer = math.sqrt(STIFFEST) if row.hertz else 1.0
-        fewest = stiffer * _fewest_steps(self.integrator, zeta / stiffer)
+        fewest = _fewest_steps(self.integrator, zeta)
         steps_per_contact = row.contact_time / scene.step
         if steps_per_contact > fewest:
             return ""

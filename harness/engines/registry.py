@@ -27,7 +27,6 @@ ENGINES: dict[str, str] = {
     "liggghts": "harness.engines.liggghts.engine:Liggghts",
     "yade": "harness.engines.yade.engine:Yade",
     "kratos": "harness.engines.kratos.engine:Kratos",
-    "esys": "harness.engines.esys.engine:Esys",
     "mfix": "harness.engines.mfix.engine:Mfix",
 }
 """Where each engine's class is. Imported when it is asked for: none pays for another's imports."""

@@ -262,7 +262,7 @@ class ScriptSource(Engine):
         if text_in(cls.own_folders(), f"{SCENE}.{cls.extension}.j2") is None:
             return False
         try:
-            scene = template.scene(template.variants[template.main], cls.traits.spring)
+            scene = template.scene(template.variants[template.main])
         except RequestError:
             return False
         return not unstated(scene)
@@ -340,7 +340,7 @@ class ScriptSource(Engine):
         """Return the scene of a job."""
         defaults = job.template.variants[job.variant] if job.variant else {}
         assert job.template.scene is not None
-        return job.template.scene({**defaults, **job.values}, self.traits.spring)
+        return job.template.scene({**defaults, **job.values})
 
     @staticmethod
     def _unused(job: Job, script: Script) -> str:
@@ -394,7 +394,7 @@ class ScriptSource(Engine):
         data: Mapping[str, Datum] = settings
         if cls.takes_scene(template) and template.scene is not None:
             source = f"{SCENE}.{cls.extension}.j2"
-            scene = template.scene({"series_every": LOOK, **settings}, cls.traits.spring)
+            scene = template.scene({"series_every": LOOK, **settings})
             data = cls.scene_values(scene)
         elif source is None:
             raise RequestError(f"engine {cls.name!r} has no template {template.name!r}")
@@ -409,7 +409,6 @@ class ScriptSource(Engine):
             "variant": variant,
             "note": template.notes.get(variant, ""),
             "allowed": {},
-            "spring": cls.traits.spring,
             "look": LOOK,
             **cls.context(template, variant),
         }

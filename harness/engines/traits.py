@@ -16,7 +16,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from harness.parameters.law import Contact, Spring
+    from harness.parameters.law import Contact
 
 
 ContactValues = Mapping[str, str | int | float]
@@ -166,8 +166,6 @@ class Traits:
     ``integrator`` is the reference DEM's name for the engine's own scheme, or
     empty where it has none. ``frictionless`` is what it states of the contacts without friction,
     ``contact_models`` of those with it. ``digits`` are those of its output.
-    ``force_from_velocity`` says that its forces are changes of velocity over a step, which round
-    as such.
     ``microseconds_per_step`` is the cost of a step of ten particles, as the table of engines in
     ``reports/example`` has it, rounded up; 0 where runs have no step. ``lineage`` is the engine it
     grew out of: such a one is a regression partner, not independent evidence. ``install_hint``
@@ -179,9 +177,7 @@ class Traits:
     versions: tuple[str, ...]
     integrator: str
     frictionless: ContactModel = ContactModel("contact", FRICTIONLESS)
-    spring: Spring = "linear"
     digits: int = 15
-    force_from_velocity: bool = False
     microseconds_per_step: float = 1.0
     lineage: str = ""
     title: str = ""

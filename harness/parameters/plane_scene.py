@@ -19,12 +19,11 @@ if TYPE_CHECKING:  # what knows a code's fingerprint loads no numerics
     import numpy as np
     from numpy.typing import NDArray
 
-    from harness.parameters.law import Spring
     from harness.parameters.scene import ContactScene
 
     Floats = NDArray[np.float64]
-    SceneBuilder = Callable[[Mapping[str, str | int | float], Spring], ContactScene]
-    """Makes the scene of a job from its values, with the spring that the engine has."""
+    SceneBuilder = Callable[[Mapping[str, str | int | float]], ContactScene]
+    """Makes the scene of a job from its values."""
 
 
 @dataclass(frozen=True)

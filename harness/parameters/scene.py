@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from harness.errors import RequestError
-from harness.parameters.law import Contact, ContactLaw, Spring
+from harness.parameters.law import Contact, ContactLaw
 
 if TYPE_CHECKING:
     from harness.parameters.plane_scene import Columns, Stage
@@ -99,10 +99,9 @@ class ContactScene:
 
     In the plane of x and y (:func:`in_plane`) ``gravity`` has two components, and there may be
     more. ``contact`` is what the law follows from, for codes that are told a ratio or a
-    restitution. The ``spring`` is the law's, or Hertz's that stands for it at the speed
-    ``hertz_speed`` [m/s] (:mod:`harness.parameters.law`). ``period`` [m] is that of x, None without
-    one. ``every`` may be 0: then the start, the end and the ends of ``stages`` are wanted.
-    ``decided`` tells from the table so far whether the run may end earlier.
+    restitution. ``period`` [m] is that of x, None without one. ``every`` may be 0: then the start,
+    the end and the ends of ``stages`` are wanted. ``decided`` tells from the table so far whether
+    the run may end earlier.
 
     Raise RequestError for a scene that is none.
     """
@@ -116,8 +115,6 @@ class ContactScene:
     gravity: tuple[float, ...] = ZERO
     segments: tuple[Segment, ...] = field(default=())
     contact: Contact = field(default=Contact(damping_ratio=0.0), repr=False)
-    spring: Spring = "linear"
-    hertz_speed: float = 0.0
     period: float | None = None
     stages: tuple[Stage, ...] = ()
     forces: bool = False

@@ -210,7 +210,7 @@ EXPLAINED = (
     "Two classes of contact law must not be compared as one: a code that clips the attractive "
     "tail rebounds where one that keeps it does not, and half the effective mass damps less. So "
     "each engine stands beside theory, and beside the reference DEM under the engine's own rules "
-    "(tail, effective mass, spring, scheme, step). Differences between classes are findings. An "
+    "(tail, effective mass, scheme, step). Differences between classes are findings. An "
     "engine's results are used after it has qualified on one fixed sphere. Agreement with an "
     "engine that grew out of another is a regression test, not independent evidence."
 )
@@ -220,7 +220,6 @@ HEAD = (
     "version",
     "tails",
     "m_eff",
-    "spring",
     "scheme",
     "digits",
     "grew out of",
@@ -248,7 +247,6 @@ def _row(declared: DeclaredEngine) -> tuple[str, ...]:
         ", ".join(filter(None, (declared.version, declared.how))) or "not here",
         ", ".join(declared.tails),
         ", ".join("m" if mass == "full" else "m/2" for mass in declared.effective_masses),
-        declared.spring,
         declared.integrator or "its own",
         str(declared.digits),
         declared.lineage or "independent",

@@ -91,7 +91,6 @@ def declared(
         integrator=traits.integrator,
         tails=tuple(map(str, traits.frictionless.states["tail"])),
         effective_masses=tuple(map(str, traits.frictionless.states["effective_mass"])),
-        spring=traits.spring,
         digits=traits.digits,
         lineage=traits.lineage,
         caveats=traits.caveats,
@@ -139,7 +138,6 @@ class EngineStatus(Record):
         "lineage": "traits.lineage",
         "tails": "tails",
         "effective_masses": "effective_masses",
-        "spring": "traits.spring",
         "integrator": "traits.integrator",
         "digits": "traits.digits",
     }

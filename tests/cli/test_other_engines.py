@@ -48,7 +48,7 @@ def test_every_option_is_in_one_panel_of_the_help(command, monkeypatch, name):
     [
         (("critical-angle", "--program", "yade=sh"), "--program yade=sh: goes with --engine yade"),
         (("tower", "--program", "mfix=sh"), "--program mfix=sh: goes with --solver mfix only"),
-        (("verify", "--program", "esys=sh"), "--program esys=sh: goes with --engines esys only"),
+        (("verify", "--program", "yade=sh"), "--program yade=sh: goes with --engines yade only"),
         (("tower", "--engine-option", "mfix.x=1"), "--engine-option mfix: goes with --solver mfix"),
         (("run", "drop", "--program", "=sh"), "--program '=sh': must be NAME=VALUE"),
         (("run", "drop", "--program", "yade="), "--program 'yade=': must be NAME=VALUE"),
@@ -114,7 +114,7 @@ def test_a_verification_with_engines_is_not_kept_as_a_whole(tmp_path):
 
 @pytest.mark.slow
 @pytest.mark.live
-@pytest.mark.parametrize("name", ["yade", "kratos", "esys", "mfix"])
+@pytest.mark.parametrize("name", ["yade", "kratos", "mfix"])
 def test_a_second_command_runs_nothing(command, tmp_path, name):
     """Neither the run nor the qualification of another code, which take it most of a minute."""
     words = ["run", "drop", "--engine", name, "--cache", str(tmp_path / "cache"), "--json"]
@@ -127,7 +127,7 @@ def test_a_second_command_runs_nothing(command, tmp_path, name):
         words += ["--program", f"mfix={program}"]
     elif name == "kratos":
         pytest.importorskip("KratosMultiphysics.DEMApplication")
-    elif shutil.which({"esys": "esysparticle"}.get(name, name)) is None:
+    elif shutil.which(name) is None:
         pytest.skip(f"no {name} on PATH")
     first, second = (json.loads(command(*words).out) for _ in range(2))
     assert first["qualified"]

@@ -15,7 +15,7 @@ from harness.shown import adapter, to_json
 def test_whether_an_engine_was_used_is_said_and_to_json(changes, summary):
     declared = DeclaredEngine(
         "yade", "1", "executable", "apt install yade", ("1",), "velocity-verlet", ("clipped",),
-        ("full",), "linear", 15, "", (), **changes,
+        ("full",), 15, "", (), **changes,
     )  # fmt: skip
     assert declared.summary == summary
     record = to_json(declared)

@@ -20,7 +20,6 @@ ANSWERS = {
     "liggghts": "LIGGGHTS (Version LIGGGHTS-PUBLIC {}, compiled 2022)\n\n hertz  hooke/stiffness\n",
     "yade": "Yade version: {} \n",
     "kratos": "Multi-Physics 10.9\nKRATOS {}\nDeregistering DEMApplication\n",
-    "esys": "RESULT version = {}\n",
 }
 """What each says of itself."""
 
@@ -123,8 +122,6 @@ def main(code, mode):
             if rows:
                 series.write_text(rows, encoding="utf-8")
             log.write_text(end, encoding="utf-8")
-            if code == "esys":
-                print(end)
     finally:
         if code == "kratos":
             print("Deregistering DEMApplication", flush=True)

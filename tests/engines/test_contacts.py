@@ -18,7 +18,6 @@ TURNED = MOVED.default.replace(**TURNING_UNDAMPED[0].law)
 CLIPPED = {"damping": "velocity", "clipped": "yes"}
 HERTZ = {"normal": "hertz", "tangential": "mindlin"}
 STATED = {
-    "esys": (OBLIQUE, PAIR),
     "kratos": (OBLIQUE, WALL),
     "mfix": (OBLIQUE, SPRINGS),
     "yade": (MOVED, TURNED),
@@ -26,16 +25,6 @@ STATED = {
 """A contact that each states, with its case; what follows are changes of it."""
 
 REFUSED = {
-    "esys": [
-        ({"planes": 1}, "its RotFriction takes two spheres, and no wall"),
-        ({"damping": "velocity"}, "takes damping = none, not velocity"),
-        (HERTZ, "takes tangential = none, not mindlin"),
-        (
-            {"normal": "hertz", "tangential": "none", "damping": "viscoelastic"},
-            "its HertzianViscoElastic never attracts (clipped = yes)",
-        ),
-        ({"tangential": "none", "planes": 1}, ""),
-    ],
     "kratos": [
         ({"damping": "velocity"}, "never attracts"),
         (
@@ -116,10 +105,6 @@ ROLLS, TWISTS, TURNS = (
     one.name for (one,) in (ROLLING_UNDAMPED, TWISTING_UNDAMPED, TURNING_UNDAMPED)
 )
 HELD = {
-    "esys": [
-        ("oblique", "linear_history, 2/7, elastic", "unequal spheres", 1.0),
-        ("bounce", "hooke", "wall", 1.0),
-    ],
     "kratos": [
         ("oblique", "linear_history, elastic", "unequal spheres", 1.0),
         ("prescribed-motion", "linear_history, elastic", "two spheres, turned", 1.0),

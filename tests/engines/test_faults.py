@@ -27,14 +27,12 @@ from harness.parameters.law import PLASTIC
 
 PLAYER = Path(__file__).parent / "player.py"
 LANGUAGE = ("lammps", "liggghts")
-PYTHON = ("yade", "kratos", "esys")
+PYTHON = ("yade", "kratos")
 CODES = (*LANGUAGE, *PYTHON)
 FIRST = ("lammps", "yade")
 """One code with LAMMPS's language and one with a script of scenes: the others share their code."""
 
 GIGABYTE = 1024**3
-LAUNCHER = 'shift 2\nexec "$@"\n'
-"""Takes ``-np 2`` off and runs the rest, once."""
 GOOD, BAD = (
     Drop(contact=PLASTIC, speed=1.0, sideways=v, steps_per_contact=100.0, duration=2.0, every=100)
     for v in (0.5, 13.0)
@@ -50,10 +48,8 @@ def play(script_file, monkeypatch):
 
         def make(code, mode, workers=1, **limits):
             words = f'exec "{sys.executable}" -I "{PLAYER}" {code} "{mode}" "$@"\n'
-            options = {"program": script_file(words, f"player-{code}")}
-            if code == "esys":
-                options["launcher"] = script_file(LAUNCHER, "mpirun-fake")
-            engine = engine_class(code)(**options, workers=workers, limits=Limits(**limits))
+            program = script_file(words, f"player-{code}")
+            engine = engine_class(code)(program, workers=workers, limits=Limits(**limits))
             return opened.enter_context(engine)
 
         yield make
@@ -96,7 +92,6 @@ OWN = {
         ),
     ],
     "yade": [("raise", {}, EngineCrashError, "no such particle")],
-    "esys": [("raise", {}, EngineInputError, "no such particle")],
 }
 for code in LANGUAGE:
     OWN[code] = [
@@ -228,9 +223,8 @@ def test_a_program_that_is_another_is_refused_by_name(script_file, tmp_path, cod
         program = str(path)
     else:
         program = script_file(NOT_IT[way], f"not-{code}")
-    more = {"launcher": script_file(LAUNCHER, "mpirun-fake")} if code == "esys" else {}
     with (
-        engine_class(code)(program=program, **more) as engine,
+        engine_class(code)(program=program) as engine,
         pytest.raises(EngineMissingError, match=f"not-{code}") as caught,
     ):
         engine.identify()

@@ -8,7 +8,6 @@ from pathlib import Path
 import pytest
 
 from harness.engines import programs
-from harness.engines.esys.engine import Esys
 from harness.engines.kratos.engine import Kratos
 from harness.engines.mfix.engine import Mfix
 from harness.engines.yade.engine import Yade
@@ -38,14 +37,6 @@ def yade(folder):
     return Yade, {"program": str(program)}, folder / "lib/yade/libpkg_dem.so"
 
 
-def esys(folder):
-    tree(folder, "lib/python3/dist-packages/esys/lsm/LsmPy.so")
-    (folder / "bin").mkdir()
-    shutil.copy(TRUE, folder / "bin" / "esysparticle")
-    options = {"program": str(folder / "bin" / "esysparticle"), "launcher": str(TRUE)}
-    return Esys, options, folder / "lib/python3/dist-packages/esys/lsm/LsmPy.so"
-
-
 def kratos(folder, monkeypatch):
     tree(folder, "KratosMultiphysics/__init__.py", "KratosMultiphysics/.libs/KratosCore.so")
     monkeypatch.setenv("PYTHONPATH", str(folder))
@@ -57,7 +48,7 @@ def mfix(folder):
     return Mfix, {"program": str(folder / "mfixsolver")}, folder / "mfixsolver"
 
 
-@pytest.mark.parametrize("name", ["yade", "esys", "kratos", "mfix"])
+@pytest.mark.parametrize("name", ["yade", "kratos", "mfix"])
 def test_a_changed_file_of_an_installation_is_another_engine(tmp_path, monkeypatch, name):
     more = (monkeypatch,) if name == "kratos" else ()
     kind, options, file = globals()[name](tmp_path, *more)

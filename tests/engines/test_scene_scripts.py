@@ -29,7 +29,7 @@ from harness.parameters.tower import Tower
 from tests.engines.tower_runs import force_difference
 
 HERE = Path(__file__).parent
-CODES = ("liggghts", "yade", "kratos", "esys")
+CODES = ("liggghts", "yade", "kratos")
 PYTHON = CODES[1:]
 TEMPLATES = (system.TEMPLATE, drops.TEMPLATE, tower_system.TEMPLATE)
 TOWER = Tower(height=2, law="overlap", stiffness=1e5)
@@ -46,12 +46,6 @@ RECORDED = {
         50,
         Drop(contact=PLASTIC, steps_per_contact=200.0, gap=1e-3, speed=1.0, duration=2.0, every=20),
         timing_of(TOWER, 3.0, 100.0, 60),
-    ),
-    "esys": (
-        Incline(angle=10.5, stiffness=1e5, contact=PLASTIC, steps_per_contact=50.0),
-        50,
-        Drop(contact=HALF, speed=1.0, gap=1e-4, steps_per_contact=200.0, duration=4.0, every=20),
-        timing_of(TOWER, 2.0, 200.0, 40),
     ),
 }
 """What was recorded: the passage of an incline, steps between its samples, a drop, a tower."""
@@ -71,9 +65,9 @@ def engine_of(code):
     return engine
 
 
-def scene(template, kind):
+def scene(template):
     values = {"series_every": LOOK, **template.variants[template.main]}
-    return template.scene(values, kind.traits.spring)
+    return template.scene(values)
 
 
 def parameters(script):
@@ -92,9 +86,8 @@ def parameters(script):
 def test_a_script_declares_the_data_of_a_scene_and_uses_them(code, template):
     kind = engine_class(code)
     script = kind.script(template)
-    stated = kind.scene_values(scene(template, kind))
-    # of contacts that always clip there is no tail to set; Hertz's have coefficients of their own
-    own = {"tail"} - script.variables | ({"damping"} if kind.traits.spring == "Hertz" else set())
+    stated = kind.scene_values(scene(template))
+    own = {"tail"} - script.variables  # of contacts that always clip there is no tail to set
     more = {"series", "results", *OWN.get(code, ())}
     assert script.variables | more == {*stated, *more} - own
     assert "import harness" not in script.text
@@ -122,14 +115,14 @@ def test_a_job_sets_all_data_to_the_last_digit(code, contact):
         task = engine.task(job)
         left = task.script.variables - set(task.values) - {"series", "results"}
         assert left <= set(OWN.get(code, ()))
-        own = engine.scene_values(job.template.scene(job.values, engine.traits.spring))
+        own = engine.scene_values(job.template.scene(job.values))
         assert all(task.values[n] == v for n, v in own.items() if n in task.values)
         line = engine.command_line(task)
         assert all(engine.literal(v) in line for v in (own["step"], own["mass"], *own["vx"]))
         if code in PYTHON:
             has = parameters(task.script)
             assert all(type(has[name]) is type(value) for name, value in task.values.items())
-    values = engine.scene_values(system.scene_of(system.values_of(case, "passage"), "linear"))
+    values = engine.scene_values(system.scene_of(system.values_of(case, "passage")))
     eta = case.settings()["damping_coefficient_N_s_per_m"]
     assert values["damping"] == pytest.approx(eta, rel=1e-14)
     assert engine.task(system.job_of(case, "passage", 7)).values["every"] == 7
@@ -172,8 +165,7 @@ def recorded():
 
 
 def reference_of(code):
-    traits = engine_class(code).traits
-    return Reference(traits.integrator, spring=traits.spring)
+    return Reference(engine_class(code).traits.integrator)
 
 
 @READ
@@ -195,8 +187,8 @@ def test_a_drop_goes_where_the_reference_goes(recorded, code):
 @READ
 def test_an_incline_is_judged_by_its_stages_as_the_reference_is(recorded, code):
     case, every, _, _ = RECORDED[code]
-    output, spring = recorded(code, "incline"), engine_class(code).traits.spring
-    run = inclines.read(case, "passage", output, spring, every)
+    output = recorded(code, "incline")
+    run = inclines.read(case, "passage", output, every)
     (expected,) = inclines.run_inclines(reference_of(code), [case], "passage", every=every)
     assert (run.motion, run.steps, run.touching) == (Motion.MOVES_ON, expected.steps, True)
     assert run.steps == int(output.text("steps"))
@@ -208,7 +200,7 @@ def test_an_incline_is_judged_by_its_stages_as_the_reference_is(recorded, code):
         np.testing.assert_allclose(getattr(path, name), values[: path.x_m.size], atol=1e-11)
     if path.time_s[-1] == run.time_s:
         last = (path.x_m[-1], path.y_m[-1], path.vx_m_per_s[-1], path.vy_m_per_s[-1])
-        assert run.margin_J == pytest.approx(margin(case, 1, *last, spring), rel=1e-12)
+        assert run.margin_J == pytest.approx(margin(case, 1, *last), rel=1e-12)
 
 
 @READ
@@ -234,7 +226,7 @@ def test_a_tower_is_read_with_the_forces_of_its_contacts(recorded, code):
 
 def test_every_crest_of_a_steady_run_is_kept(recorded):
     case = RECORDED["yade"][0].replace(angle=20.0, wells=3)
-    run = inclines.read(case, "steady", recorded("yade", "steady"), "linear")
+    run = inclines.read(case, "steady", recorded("yade", "steady"))
     assert run.motion is Motion.MOVES_ON
     assert run.trajectory is None
     assert run.crests.time_s.shape == (3,)
@@ -270,7 +262,7 @@ def test_a_stage_that_is_missing_leaves_the_run_undecided(recorded, code):
     output, case = recorded(code, "incline"), RECORDED[code][0]
     stages = {name: column[:1] for name, column in output.tables["stages"].items()}
     with pytest.raises(EngineOutputError, match="undecided, before the time limit"):
-        inclines.read(case, "passage", replace(output, tables={"stages": stages}), "linear")
+        inclines.read(case, "passage", replace(output, tables={"stages": stages}))
 
 
 def _with_columns(text):
@@ -321,7 +313,7 @@ def test_a_wrong_row_of_a_passage_is_named(recorded, row, error):
 
     def read():
         output = recorded("yade", "incline", lambda _: series)
-        inclines.read(RECORDED["yade"][0], "passage", output, "linear", 1)
+        inclines.read(RECORDED["yade"][0], "passage", output, 1)
 
     with pytest.raises(error):
         read()

@@ -58,7 +58,7 @@ def verification():
 def _declared(engine, **others):
     return DeclaredEngine(
         engine, "1.2" if not others.get("missing") else "", "executable", "apt install", ("1.2",),
-        "velocity-verlet", ("clipped",), ("full", "half"), "linear", 15,
+        "velocity-verlet", ("clipped",), ("full", "half"), 15,
         **{"lineage": "", "caveats": (), **others},
     )  # fmt: skip
 

@@ -5,10 +5,7 @@ import math
 import pytest
 from scipy.special import gamma
 
-from harness.cases.drop.case import Drop, run_drops
-from harness.engines.reference import Reference
 from harness.errors import RequestError
-from harness.parameters.law import Contact, hertz
 from harness.theory.contact import impact
 from tests.theory import closed_forms
 
@@ -51,14 +48,3 @@ def test_strong_damping_unclipped_falls_as_the_fifth_power():
 def test_a_damping_out_of_range_is_refused(a):
     with pytest.raises(RequestError, match="must be from 0 to 1000"):
         impact(a, clipped=True)
-
-
-@pytest.mark.parametrize("tail", ["clipped", "attractive"])
-@pytest.mark.parametrize("zeta", [0.0, 0.2, 1.0, 5.0])
-def test_the_reference_dem_rebounds_with_it(tail, zeta):
-    contact = Contact(restitution=None, damping_ratio=zeta, tail=tail)
-    case = Drop(contact=contact, speed=1.0, gap=1e-4, every=100, duration=60.0)
-    law = hertz(case.contact, case.stiffness, case.mass, case.hertz_speed)
-    expected = impact(law.relaxation / law.overlap, clipped=tail == "clipped").restitution
-    (run,) = run_drops(Reference("rk4", spring="Hertz"), [case])
-    assert run.path.vy_m_per_s[-1] == pytest.approx(expected, abs=1e-5)

@@ -119,7 +119,7 @@ def test_the_pages_of_the_main_job_are_small_enough(built):
 @pytest.mark.slow
 def test_the_board_has_every_code_release_and_case(built):
     board = (built.folder / "index.html").read_text()
-    for word in ("lammps", "liggghts", "yade", "kratos", "esys", "mfix", "incline", "tower"):
+    for word in ("lammps", "liggghts", "yade", "kratos", "mfix", "incline", "tower"):
         assert f">{word}<" in board
     for word in ("2022.6.23.4.0", "2025.7.22.4.0", "slip-to-roll", "prescribed-motion"):
         assert word in board

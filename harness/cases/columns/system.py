@@ -43,10 +43,10 @@ from harness.cases.incline.system import TEMPLATE as INCLINE
 from harness.cases.incline.system import values_of as values_of_incline
 from harness.engines.contract import Engine, Job, Output, Template, Value
 from harness.engines.output import Table
-from harness.errors import EngineError, RequestError
+from harness.errors import EngineError
 from harness.observables.reference import Trajectory
 from harness.parameters.allowed import allowed_in
-from harness.parameters.law import PLASTIC, Spring, contact_of
+from harness.parameters.law import PLASTIC, contact_of
 from harness.parameters.plane_scene import Columns as Held
 from harness.parameters.plane_scene import Stage
 from harness.parameters.scene import ContactScene
@@ -297,13 +297,8 @@ def case_of(values: Mapping[str, Any]) -> Columns:
     )
 
 
-def scene_of(values: Mapping[str, Any], spring: Spring) -> ContactScene:
-    """Return the grain, particle 1, and the columns as arrays, with a stage for each well.
-
-    Raise RequestError for another spring than the linear one.
-    """
-    if spring != "linear":
-        raise RequestError(f"spring = {spring!r}: columns at rest are those of the linear one")
+def scene_of(values: Mapping[str, Any]) -> ContactScene:
+    """Return the grain, particle 1, and the columns as arrays, with a stage for each well."""
     case, route = case_of(values), values["route"]
     d, tilt, n = case.diameter, math.radians(case.angle), case.n
     wells = 1 if route == "passage" else case.wells

@@ -283,11 +283,10 @@ def as_the_defect_makes_it(
 
 
 def _names(scene: ContactScene) -> dict[str, float]:
-    """Return the numbers that a formula may name: coefficients of the law, and radii [m]."""
+    """Return the numbers that a formula may name: the coefficients of the law."""
     law = scene.law.model_dump(include=set(COEFFICIENTS), exclude_none=True)
-    radii = [body.radius for body in scene.bodies]
     both = {"poisson_ratio_of_both": one_material(scene.law)[1]} if scene.law.materials else {}
-    return {**law, **both, "radius": radii[0], "mean_radius": sum(radii) / len(radii)}
+    return {**law, **both}
 
 
 OPERATORS: Mapping[type[ast.operator], Callable[[float, float], float]] = {

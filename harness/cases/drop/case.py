@@ -2,8 +2,7 @@
 
 Each error of an engine that is known to occur shows here: a dashpot that is silently missing or
 takes another effective mass (restitution), a contact that is found late (onset), a force along the
-tangent (oblique), a wrong spring (static), a wrong clock (fall). Expected are closed forms, and
-Hertz's impact, which is integrated.
+tangent (oblique), a wrong spring (static), a wrong clock (fall). Expected are closed forms.
 
 It is in the group of contacts and no ``ContactCase``. Engines qualify by it that state no contact
 with friction: the reference DEM, codes of other packages. It looks at a single step: what a
@@ -45,7 +44,6 @@ from harness.parameters.law import (
     PLASTIC,
     SOURCE,
     Contact,
-    Spring,
     Tail,
     contact_allowed,
     contact_of,
@@ -54,10 +52,8 @@ from harness.parameters.law import (
 from harness.parameters.scene import ContactScene
 from harness.report.sections import Section
 from harness.theory.contact import (
-    Impact,
     duration_clipped,
     duration_unclipped,
-    impact,
     largest_overlap,
     restitution_clipped,
     restitution_unclipped,
@@ -126,12 +122,6 @@ class Drop(Grain):
         return weight + math.hypot(weight, speed * math.sqrt(self.mass / self.stiffness))
 
     @property
-    def hertz_speed(self) -> float:
-        """Return sqrt(speed^2 + sideways^2 + g d) [m/s], at which a Hertz spring stands for k."""
-        falls = math.sqrt(self.gravity * self.diameter)
-        return math.hypot(self.speed, self.sideways, falls)
-
-    @property
     def steps(self) -> int:
         """Return the number of steps, a multiple of ``every`` that covers the duration."""
         return self.every * math.ceil(self.duration * self.steps_per_contact / self.every - 1e-9)
@@ -166,7 +156,7 @@ def case_of(values: Mapping[str, Any]) -> Drop:
     )
 
 
-def scene_of(values: Mapping[str, Any], spring: Spring) -> ContactScene:
+def scene_of(values: Mapping[str, Any]) -> ContactScene:
     """Return the grain, particle 1, and the fixed sphere as arrays."""
     case = case_of(values)
     return case.scene(
@@ -175,7 +165,6 @@ def scene_of(values: Mapping[str, Any], spring: Spring) -> ContactScene:
         gravity=(0.0, -case.gravity),
         steps=values["steps"],
         every=values["series_every"],
-        spring=spring,
     )
 
 
@@ -231,30 +220,15 @@ def restitution(case: Drop) -> float:
     return law(case.contact.zeta_against_full_mass)
 
 
-def hertz_impact(case: Drop) -> Impact:
-    """Return the head-on collision with Hertz's spring."""
-    law = case.hertz
-    clipped = case.contact.tail == "clipped"
-    return impact(law.relaxation * case.speed / law.overlap, clipped=clipped)
-
-
-def rest(case: Drop, spring: Spring) -> tuple[float, float]:
-    """Return the overlap [m] under the weight, and the slowest rate [1/s] at which it is reached.
-
-    m g / k, or (m g / K)^(2/3) with Hertz's spring.
-    """
-    weight = case.mass * case.gravity
-    if spring == "linear":
-        overlap, slope = weight / case.stiffness, case.stiffness
-        zeta = case.contact.zeta_against_full_mass
-    else:
-        overlap = case.hertz.rest(weight)
-        slope, zeta = case.hertz.slope(overlap), case.hertz.damping_ratio(overlap, case.mass)
+def rest(case: Drop) -> tuple[float, float]:
+    """Return the overlap m g / k [m], and the slowest rate [1/s] at which it is reached."""
+    zeta = case.contact.zeta_against_full_mass
     slowest = zeta - math.sqrt(zeta * zeta - 1.0) if zeta >= 1.0 else zeta
-    return overlap, slowest * math.sqrt(slope / case.mass)
+    overlap = case.mass * case.gravity / case.stiffness
+    return overlap, slowest * math.sqrt(case.stiffness / case.mass)
 
 
-def _linear_impact(case: Drop) -> dict[str, Reference]:
+def _impact(case: Drop) -> dict[str, Reference]:
     """Return the largest overlap of a collision that turns within the run, and the end speed.
 
     The motion turns at half the time at which the clipped force vanishes.
@@ -274,12 +248,6 @@ def _linear_impact(case: Drop) -> dict[str, Reference]:
     return references
 
 
-def _hertz_impact(case: Drop) -> dict[str, Reference]:
-    e = hertz_impact(case).restitution
-    values = {"restitution": e, "end_speed_m_per_s": e * case.speed}
-    return {name: Reference(value, "integrated") for name, value in values.items()}
-
-
 def _falling(case: Drop) -> dict[str, Reference]:
     """Return where a free fall ends; {} for one that meets the sphere."""
     time = case.steps * case.step
@@ -292,9 +260,9 @@ def _falling(case: Drop) -> dict[str, Reference]:
     }
 
 
-def _resting(case: Drop, spring: Spring) -> dict[str, Reference]:
+def _resting(case: Drop) -> dict[str, Reference]:
     """Return the overlap under the weight; {} for a grain that is still moving at the end."""
-    overlap, rate = rest(case, spring)
+    overlap, rate = rest(case)
     if math.exp(-rate * case.steps * case.step) > RESTED:
         return {}
     return {"end_overlap_m": Reference(overlap, "closed form")}
@@ -311,9 +279,6 @@ search for contacts might happen to look."""
 
 SPEED = 1.0
 """[m/s] of the collisions, on spheres of 1 m and 1 kg."""
-
-TIMES_TO_REST = 30.0
-"""[1/rate] of the slowest decay, until a grain rests; half of them pass before it is linear."""
 
 OVERLAP = 1e-4
 """[d] of the grain that slides by: pressed in at the start."""
@@ -345,8 +310,8 @@ class DropEvidence:
 def drop_tests(traits: Traits) -> Iterator[DropTest]:
     """Yield the tests that an engine with such traits can be put to."""
     for contact in _contacts(traits):
-        yield _collision(contact, traits.spring)
-    yield _static(traits) if traits.spring == "linear" else _static_hertz(traits)
+        yield _collision(contact)
+    yield _static(traits)
     yield _onset(traits)
     yield _fall(traits)
     yield _oblique(traits)
@@ -369,30 +334,21 @@ def _any_contact(traits: Traits) -> Contact:
     return next(iter(_contacts(traits)))
 
 
-def _collision(contact: Contact, spring: Spring) -> DropTest:
-    """Return the test of a restitution: in closed form, or integrated with Hertz's spring.
+def _collision(contact: Contact) -> DropTest:
+    """Return the test of a restitution.
 
     An error of one step in the contact's begin is worth omega h of the speed, and so is
-    the first-order error of a scheme that meets damping explicitly. With Hertz's spring the largest
-    overlap without damping is that of the linear one at the speed of the drop, so a step is worth
-    as much of the speed as there.
+    the first-order error of a scheme that meets damping explicitly.
     """
-    if spring == "linear":
-        # a contact that ends late: at 15 contact times for the source's
-        case = _flying(contact, duration=25.0, every=100)
-        expected = restitution(case)
-    else:
-        impact = hertz_impact(_flying(contact, duration=1.0, every=1))
-        # the impact's own time, and as much again for the flight before it
-        case = _flying(contact, duration=1.0 + 2.0 * impact.duration / math.pi, every=100)
-        expected = impact.restitution
+    # a contact that ends late: at 15 contact times for the source's
+    case = _flying(contact, duration=25.0, every=100)
     width = math.pi / case.steps_per_contact * (1.0 + 2.0 * contact.zeta_against_full_mass)
     return DropTest(
         f"{HEAD_ON_CHECK}, {contact.name}",
         "restitution",
         case,
         lambda run: float(run.path.vy_m_per_s[-1]) / SPEED,
-        expected,
+        restitution(case),
         Tolerance("", width, 0.0, "omega h (1 + 2 zeta): a step's worth of spring and dashpot"),
     )
 
@@ -431,27 +387,10 @@ def _static(traits: Traits) -> DropTest:
     # soft, so that single precision resolves the overlap
     case = Drop(contact=contact, stiffness=1e4, gravity=9.81, duration=40.0, every=1000)
     amplitude = 2.0 * math.exp(-contact.zeta_against_full_mass * math.pi * case.duration)
-    return _rest("m g / k", case, amplitude, traits)
-
-
-def _static_hertz(traits: Traits) -> DropTest:
-    """Return the grain that comes to rest on Hertz's spring: the overlap is (m g / K)^(2/3).
-
-    The most damped contact rests first; the step may be coarse, as the rest does not depend on it.
-    """
-    contact = max(_contacts(traits), key=lambda contact: contact.zeta_against_full_mass)
-    case = Drop(contact=contact, gravity=9.81, steps_per_contact=200.0, every=100)
-    _, rate = rest(case, traits.spring)
-    case = case.replace(duration=TIMES_TO_REST / rate / case.contact_time)
-    return _rest("(m g / K)^(2/3)", case, math.exp(-0.5 * TIMES_TO_REST), traits)
-
-
-def _rest(name: str, case: Drop, amplitude: float, traits: Traits) -> DropTest:
-    """Return the test of the overlap at rest; ``amplitude`` is the part of the motion left."""
-    overlap, _ = rest(case, traits.spring)
+    overlap, _ = rest(case)
     digits = 10.0 ** (1 - traits.digits) * case.diameter / overlap
     return DropTest(
-        f"static contact, overlap over {name}",
+        "static contact, overlap over m g / k",
         "static_overlap_ratio",
         case,
         lambda run: (case.diameter - float(run.path.y_m[-1])) / overlap,
@@ -605,18 +544,17 @@ class DropCase(Case[Drop]):
         return quantities
 
     def references(self, parameters: Drop, traits: Traits) -> Mapping[str, Reference]:
-        """Return what is expected under an engine's spring; {} where nothing is known."""
+        """Return what is expected in closed form; {} where nothing is known."""
         if parameters.sideways != 0.0:
             kept = parameters.gravity == 0.0
             return {"angular_momentum_ratio": Reference(1.0, "closed form")} if kept else {}
         if parameters.gravity > 0.0 and parameters.gap > 0.0:
             return _falling(parameters)
         if parameters.gravity > 0.0:
-            return _resting(parameters, traits.spring)
+            return _resting(parameters)
         if parameters.speed <= 0.0:
             return {}
-        linear = traits.spring == "linear"
-        return _linear_impact(parameters) if linear else _hertz_impact(parameters)
+        return _impact(parameters)
 
 
 class DropVerification(Verification):

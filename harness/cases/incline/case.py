@@ -49,7 +49,7 @@ class InclineCase(Case[Incline]):
 
     def read(self, parameters: Incline, output: Output, traits: Traits) -> Mapping[str, float]:
         """Return what became of one passage; raise EngineOutputError for a bad output."""
-        return read(parameters, "passage", output, traits.spring).quantities
+        return read(parameters, "passage", output).quantities
 
     def references(self, parameters: Incline, traits: Traits) -> Mapping[str, Reference]:
         """Return the margin of rigid spheres; none for a contact that rebounds."""

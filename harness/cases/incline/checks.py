@@ -529,7 +529,7 @@ def _tolerance(traits: Traits, closed_form: float) -> Tolerance:
 
     Not by the engine that is judged, whose fault would widen it.
     """
-    reference = reference_for(traits) or Reference(spring=traits.spring)
+    reference = reference_for(traits) or Reference()
     angle = critical_angle(RECURSION_CASE, engine=reference)
     off = abs(angle.value_deg - closed_form) + angle.uncertainty_deg
     slope = incline.passage_margin_slope(closed_form, SHOCK_WITHOUT_REBOUND)

@@ -39,7 +39,7 @@ from harness.engines.reference import Reference
 from harness.engines.traits import Traits
 from harness.errors import EngineError
 from harness.observables.row import Row
-from harness.parameters.law import PLASTIC, SOURCE, Contact, EffectiveMass, Spring, Tail
+from harness.parameters.law import PLASTIC, SOURCE, Contact, EffectiveMass, Tail
 from harness.shown import Record
 from harness.theory.chain import SHOCK_WITHOUT_REBOUND
 from harness.theory.incline import critical_angle as closed_form
@@ -66,10 +66,8 @@ def contacts_of(traits: Traits) -> list[Contact]:
 
 
 def reference_for(traits: Traits) -> Reference | None:
-    """Return the reference DEM in an engine's scheme and spring; None where it has no such."""
-    if not traits.integrator:
-        return None
-    return Reference(traits.integrator, spring=traits.spring)
+    """Return the reference DEM in an engine's scheme; None where it has no such."""
+    return Reference(traits.integrator) if traits.integrator else None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -78,8 +76,7 @@ class EngineAngle(Row, Record):
 
     The closed form is ``expected``, and the reference DEM has the engine's rules.
 
-    ``role`` is the contact that ``contact`` stands for in the engine, ``plastic`` or ``source``,
-    with its ``spring``.
+    ``role`` is the contact that ``contact`` stands for in the engine, ``plastic`` or ``source``.
     ``reference_deg`` is NaN where the reference DEM has no such rules;
     ``microseconds_per_step`` is the cost, NaN where none was measured. ``lineage`` is the
     engine that it grew out of. A ``recorded`` angle was measured elsewhere.
@@ -87,7 +84,6 @@ class EngineAngle(Row, Record):
 
     role: str
     contact: Contact
-    spring: Spring
     stiffness: float  # [N/m]
     steps_per_contact: float
     integrator: str
@@ -101,7 +97,6 @@ class EngineAngle(Row, Record):
         "contact": "contact.name",
         "tail": "contact.tail",
         "effective_mass": "contact.effective_mass",
-        "spring": "spring",
         "stiffness_N_per_m": "stiffness",
         "steps_per_contact": "steps_per_contact",
         "critical_angle_deg": "value",
@@ -115,14 +110,14 @@ class EngineAngle(Row, Record):
     }
 
     @property
-    def rules(self) -> tuple[Tail, EffectiveMass, Spring]:
+    def rules(self) -> tuple[Tail, EffectiveMass]:
         """Return the class of the law: results are comparable only within one."""
-        return self.contact.tail, self.contact.effective_mass, self.spring
+        return self.contact.tail, self.contact.effective_mass
 
     @property
     def rules_text(self) -> str:
         """Return the class in words."""
-        return f"{self.contact.tail} tail, m_eff {self.contact.mass_text}, {self.spring} spring"
+        return f"{self.contact.tail} tail, m_eff {self.contact.mass_text}"
 
     @property
     def off_reference_deg(self) -> float:
@@ -245,7 +240,6 @@ def _cell(engine: Engine, case: Incline, study: Study, angles: list[EngineAngle]
         engine.name,
         role=case.contact.name.partition(",")[0],
         contact=case.contact,
-        spring=traits.spring,
         stiffness=case.stiffness,
         steps_per_contact=case.steps_per_contact,
         integrator=traits.integrator,
@@ -263,7 +257,7 @@ def _cell(engine: Engine, case: Incline, study: Study, angles: list[EngineAngle]
 
 
 def _against_theory(name: str, angle: EngineAngle, phases: str, traits: Traits) -> Check:
-    of_theory = angle.role == PLASTIC_ROLE and traits.spring == "linear"
+    of_theory = angle.role == PLASTIC_ROLE
     if of_theory and angle.stiffness >= STIFF:
         return judge(
             name,
@@ -293,7 +287,7 @@ def _against_reference(
         return not_tested(name, Kind.CROSS_CODE, reason, "deg")
     if isinstance(reference, EngineError):
         return failed_run(name, Kind.CROSS_CODE, reference, "deg")
-    note = f"reference DEM: {traits.integrator}, {traits.spring} spring"
+    note = f"reference DEM: {traits.integrator}"
     return judge(
         name,
         Kind.CROSS_CODE,
@@ -346,5 +340,5 @@ def reference_angle(
     engine = reference_for(traits)
     if engine is None:
         return None
-    key = ("incline", traits.integrator, traits.spring, case, phases)
+    key = ("incline", traits.integrator, case, phases)
     return study.once(key, partial(critical_angle_or_error, case, phases=phases, engine=engine))

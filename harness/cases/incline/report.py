@@ -156,7 +156,7 @@ def engine_table(angles: Sequence[EngineAngle]) -> Table:
             _signed(angle.difference),
             "" if angle.who == OWN else _signed(angle.off_reference_deg),
             _number(angle.microseconds_per_step, ".2g"),
-            f"{angle.contact.tail}, {angle.contact.mass_text}, {angle.spring}",
+            f"{angle.contact.tail}, {angle.contact.mass_text}",
             angle.evidence,
         )
         for angle in angles

@@ -27,7 +27,6 @@ from harness.engines.contract import Engine, Output
 from harness.engines.output import SERIES, SHOWN, Table
 from harness.errors import EngineError, EngineOutputError, RequestError
 from harness.observables.reference import Trajectory
-from harness.parameters.law import Spring
 from harness.parameters.plane_scene import STAGES
 from harness.parameters.scene import ContactScene
 
@@ -54,7 +53,7 @@ def run_inclines(
         engine,
         cases,
         lambda case: job_of(case, route, every),
-        lambda case, output: read(case, route, output, engine.traits.spring, every),
+        lambda case, output: read(case, route, output, every),
     )
 
 
@@ -65,17 +64,13 @@ def measured(
     return complete(run_inclines(engine, cases, route, every=every))
 
 
-def read(
-    case: Incline, route: Route, output: Output, spring: Spring, every: int | None = None
-) -> InclineRun:
+def read(case: Incline, route: Route, output: Output, every: int | None = None) -> InclineRun:
     """Return the run in an output: by its verdict, or judged by its path.
 
     Raise EngineOutputError for what is missing, out of order or cut short, EngineNaNError for
     values that are not finite.
     """
-    return read_by(
-        lambda looks: judge(case, route, path_in(looks), spring), case, route, output, every
-    )
+    return read_by(lambda looks: judge(case, route, path_in(looks)), case, route, output, every)
 
 
 def read_by(
@@ -201,9 +196,9 @@ def _complete(path: Trajectory, rows: int, engine_name: str) -> None:
         raise EngineOutputError(f"{engine_name} left a series with samples missing in between")
 
 
-def scene_from(case: Incline, start: Start, spring: Spring = "linear") -> ContactScene:
+def scene_from(case: Incline, start: Start) -> ContactScene:
     """Return the scene of the steady route with the grain at another start."""
-    scene = scene_of(values_of(case, "steady"), spring)
+    scene = scene_of(values_of(case, "steady"))
     x, y, vx, vy = start.state()
     grain, *row = scene.bodies
     moved = replace(grain, position=(x, y, 0.0), velocity=(vx, vy, 0.0))
@@ -215,11 +210,8 @@ def steady_runs(engine: Reference, cases: Sequence[Incline], start: Start) -> li
 
     Raise the first EngineError, RequestError for a step that the integrator cannot take.
     """
-    spring = engine.traits.spring
-    outputs = complete(engine.run_scenes([scene_from(case, start, spring) for case in cases]))
-    return [
-        read(case, "steady", output, spring) for case, output in zip(cases, outputs, strict=True)
-    ]
+    outputs = complete(engine.run_scenes([scene_from(case, start) for case in cases]))
+    return [read(case, "steady", output) for case, output in zip(cases, outputs, strict=True)]
 
 
 def follow(
@@ -241,5 +233,5 @@ def follow(
     if every < 1:
         raise RequestError(f"every = {every}: must be at least 1 step")
     steps = math.ceil(duration / case.step * (1.0 - 1e-12))
-    scene = scene_from(case, start, engine.traits.spring)
+    scene = scene_from(case, start)
     return engine.follow(replace(scene, steps=steps, every=every))

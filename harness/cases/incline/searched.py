@@ -145,7 +145,7 @@ class SearchedAngle(Case[InclineSearch]):
             if not self.of.references(parameters, traits):
                 return {}
             return {"critical_angle_deg": Reference(critical_angle(), "closed form")}
-        if e > MOST_RESTITUTION or traits.spring != "linear":  # another spring rebounds otherwise
+        if e > MOST_RESTITUTION:
             return {}
         return {"critical_angle_deg": Reference(of_rigid_spheres(e), "integrated", quick=True)}
 

@@ -33,7 +33,6 @@ from harness.parameters.law import (
     contact_of,
     contact_values,
 )
-from harness.parameters.law import Spring as SpringLaw
 from harness.parameters.plane_scene import Stage
 from harness.parameters.scene import ContactScene
 
@@ -103,82 +102,6 @@ class Incline(Grain):
         return math.pi / (2.0 * (math.sqrt(zeta * zeta + 2.0 / 3.0) - zeta))
 
 
-@dataclass(frozen=True)
-class Linear:
-    """Force k delta."""
-
-    case: Incline
-
-    def overlap(self, force: float) -> float:
-        """Return F / k."""
-        return force / self.case.stiffness
-
-    def change(self, force: float, by: float) -> float:
-        """Return dF / k, the same at every force."""
-        return by / self.case.stiffness
-
-    def energy_under(self, force: float) -> float:
-        """Return F^2 / 2k."""
-        return 0.5 * force**2 / self.case.stiffness
-
-    def energy(self, *overlaps: Any) -> Any:
-        """Return k delta^2 / 2, summed."""
-        first, *others = (overlap**2 for overlap in overlaps)
-        return 0.5 * self.case.stiffness * sum(others, start=first)
-
-    def small_motion(self, force: float) -> tuple[float, float]:
-        """Return sqrt(k/m) and the contact's own damping ratio."""
-        omega = math.sqrt(self.case.stiffness / self.case.mass)
-        return omega, self.case.contact.zeta_against_full_mass
-
-    def most_rebound(self) -> float:
-        """Return 0: the hops of contacts near critical damping are over when it has settled."""
-        return 0.0
-
-
-@dataclass(frozen=True)
-class HertzSpring:
-    """Force K delta^(3/2), K as :mod:`harness.parameters.law` makes it from the stiffness."""
-
-    case: Incline
-
-    def overlap(self, force: float) -> float:
-        """Return (F / K)^(2/3)."""
-        return self.case.hertz.rest(force)
-
-    def change(self, force: float, by: float) -> float:
-        """Return dF / (3/2 K sqrt(delta))."""
-        return by / self.case.hertz.slope(self.overlap(force))
-
-    def energy_under(self, force: float) -> float:
-        """Return 2/5 F delta."""
-        return 0.4 * force * self.overlap(force)
-
-    def energy(self, *overlaps: Any) -> Any:
-        """Return 2/5 K delta^(5/2), summed."""
-        return 0.4 * self.case.hertz.coefficient * sum(overlap**2.5 for overlap in overlaps)
-
-    def small_motion(self, force: float) -> tuple[float, float]:
-        """Return sqrt(3/2 K sqrt(delta) / m) and its damping ratio."""
-        law, overlap, mass = self.case.hertz, self.overlap(force), self.case.mass
-        return math.sqrt(law.slope(overlap) / mass), law.damping_ratio(overlap, mass)
-
-    def most_rebound(self) -> float:
-        """Return the law's bound: it rebounds more than a linear contact of its damping ratio."""
-        return self.case.hertz.most_rebound()
-
-
-Spring = Linear | HertzSpring
-"""A spring under loads [N] and at overlaps [m]: the overlap and the energy [J] that bear a load,
-the change of the overlap with it, the energy of overlaps, omega [rad/s] and zeta of small motions
-about the rest under it, and a bound on the restitution of the shock, for the hops after it."""
-
-
-def spring_of(case: Incline, law: SpringLaw) -> Spring:
-    """Return the spring of a case under a law."""
-    return Linear(case) if law == "linear" else HertzSpring(case)
-
-
 Number = TypeVar("Number", float, NDArray[np.float64])
 
 STEADY_SPEED = 0.48
@@ -191,8 +114,7 @@ SETTLED = 8.0
 """Times of the contact's slowest rate, at 0.35 sqrt(g d), for it to settle after a shock."""
 
 SPEED_AFTER_SHOCK = 0.35
-NORMAL_SPEED = SPEED_AFTER_SHOCK * math.tan(math.pi / 3.0)
-"""[sqrt(g d)] into the sphere ahead, at the shock that leaves SPEED_AFTER_SHOCK along it."""
+"""[sqrt(g d)] along the sphere ahead."""
 
 
 @dataclass(frozen=True)
@@ -213,9 +135,9 @@ class Start:
         return x, y, vx, vy
 
 
-def start_of(case: Incline, route: str, law: SpringLaw = "linear") -> Start:
+def start_of(case: Incline, route: str) -> Start:
     """Return the start of a route, ``passage`` or ``steady``."""
-    return start_behind_crest(case, law) if route == "passage" else start_in_well(case)
+    return start_behind_crest(case) if route == "passage" else start_in_well(case)
 
 
 def start_in_well(case: Incline, speed: float | None = None) -> Start:
@@ -230,21 +152,22 @@ def start_in_well(case: Incline, speed: float | None = None) -> Start:
     )
 
 
-def start_behind_crest(case: Incline, law: SpringLaw = "linear") -> Start:
+def start_behind_crest(case: Incline) -> Start:
     """Return the start of the passage route: just the energy of the crest, in balance.
 
     The overlap at an angle phi from the crest bears m g (3 cos phi - 2), the weight
     less the centrifugal force; the rate of phi follows from
     the energy. The case's phase shifts phi by a fraction of a step's way.
     """
-    weight, d, spring = case.mass * case.gravity, case.diameter, spring_of(case, law)
+    weight, d = case.mass * case.gravity, case.diameter
     rate = math.sqrt(2.0 * case.gravity * (1.0 - math.cos(BEHIND_CREST)) / d)
     phi = BEHIND_CREST + case.phase * rate * case.step
     force = weight * (3.0 * math.cos(phi) - 2.0)
-    overlap = spring.overlap(force)
-    slope = spring.change(force, 3.0 * weight * math.sin(phi))
+    overlap = force / case.stiffness
+    slope = 3.0 * weight * math.sin(phi) / case.stiffness
     r = d - overlap
-    kinetic = crest_energy(case, law) - weight * r * math.cos(phi) - spring.energy(overlap)
+    spring = 0.5 * case.stiffness * overlap**2
+    kinetic = crest_energy(case) - weight * r * math.cos(phi) - spring
     omega = math.sqrt(2.0 * kinetic / case.mass / (r * r + slope * slope))
     beta = phi - math.radians(case.angle)
     return Start(
@@ -255,10 +178,10 @@ def start_behind_crest(case: Incline, law: SpringLaw = "linear") -> Start:
     )
 
 
-def crest_energy(case: Incline, law: SpringLaw = "linear") -> float:
+def crest_energy(case: Incline) -> float:
     """Return the energy [J] of a grain at rest on the first sphere's crest, pressed in."""
     weight = case.mass * case.gravity
-    return weight * _crest_radius(case, law) + spring_of(case, law).energy_under(weight)
+    return weight * _crest_radius(case) + 0.5 * weight**2 / case.stiffness
 
 
 def overlaps(case: Incline, x: Number, y: Number) -> tuple[Number, Number]:
@@ -268,30 +191,20 @@ def overlaps(case: Incline, x: Number, y: Number) -> tuple[Number, Number]:
     return d - np.hypot(x - behind, y), d - np.hypot(x - behind - d, y)
 
 
-def energy(
-    case: Incline, x: Number, y: Number, vx: Number, vy: Number, law: SpringLaw = "linear"
-) -> Number:
+def energy(case: Incline, x: Number, y: Number, vx: Number, vy: Number) -> Number:
     """Return the mechanical energy [J]: motion, height over the first sphere, springs."""
     tilt = math.radians(case.angle)
     height = y * math.cos(tilt) - x * math.sin(tilt)
-    pressed = [np.maximum(overlap, 0.0) for overlap in overlaps(case, x, y)]
-    springs = spring_of(case, law).energy(*pressed)
+    behind, ahead = (np.maximum(overlap, 0.0) for overlap in overlaps(case, x, y))
+    springs = 0.5 * case.stiffness * (behind**2 + ahead**2)
     motion = 0.5 * case.mass * (vx * vx + vy * vy)
     total: Number = motion + case.mass * case.gravity * height + springs
     return total
 
 
-def margin(
-    case: Incline,
-    well: int,
-    x: Number,
-    y: Number,
-    vx: Number,
-    vy: Number,
-    law: SpringLaw = "linear",
-) -> Number:
+def margin(case: Incline, well: int, x: Number, y: Number, vx: Number, vy: Number) -> Number:
     """Return the energy [J] above that of a grain at rest on the crest after ``well`` wells."""
-    return energy(case, x, y, vx, vy, law) - crest_energy(case, law) + margin_offset(case, well)
+    return energy(case, x, y, vx, vy) - crest_energy(case) + margin_offset(case, well)
 
 
 def margin_offset(case: Incline, well: int) -> float:
@@ -299,52 +212,43 @@ def margin_offset(case: Incline, well: int) -> float:
     return case.mass * case.gravity * well * case.diameter * math.sin(math.radians(case.angle))
 
 
-def end_of(case: Incline, route: str, well: int, law: SpringLaw = "linear") -> float:
+def end_of(case: Incline, route: str, well: int) -> float:
     """Return the x [m] whose passage ends a well: a crest, or where a passage has settled."""
-    return settled_place(case, law) if route == "passage" else crest_place(case, well, law)
+    return settled_place(case) if route == "passage" else crest_place(case, well)
 
 
-def crest_place(case: Incline, well: int, law: SpringLaw = "linear") -> float:
+def crest_place(case: Incline, well: int) -> float:
     """Return the x [m] of the crest after ``well`` wells."""
     tilt = math.radians(case.angle)
-    return well * case.diameter - _crest_radius(case, law) * math.sin(tilt)
+    return well * case.diameter - _crest_radius(case) * math.sin(tilt)
 
 
-def settled_place(case: Incline, law: SpringLaw = "linear") -> float:
+def settled_place(case: Incline) -> float:
     """Return the x [m] past the first well where the contact has settled: the passage's end.
 
     The energy left over the crest is the same there as on it, and the slow way
     to the crest need not be walked.
     """
     tilt = math.radians(case.angle)
-    return case.diameter - _crest_radius(case, law) * math.sin(tilt + settled_before(case, law))
+    return case.diameter - _crest_radius(case) * math.sin(tilt + settled_before(case))
 
 
-def settled_before(case: Incline, law: SpringLaw = "linear") -> float:
+def settled_before(case: Incline) -> float:
     """Return how far before the crest [rad] the contact has settled after a shock.
 
-    The slowest rate is that of
-    x'' + 2 zeta omega x' + omega^2 x, of small motions under the weight. A grain that
-    rebounds hops on first: it turns by 60 deg at NORMAL_SPEED, and its hops add up
-    to 2 e / (1 - e) NORMAL_SPEED / g of time, g being less by no more than cos 30 deg.
+    The slowest rate is that of x'' + 2 zeta omega x' + omega^2 x. The hops of contacts near
+    critical damping are over by then.
     """
-    d = case.diameter
-    spring = spring_of(case, law)
-    omega, zeta = spring.small_motion(case.mass * case.gravity)
+    d, zeta = case.diameter, case.contact.zeta_against_full_mass
+    omega = math.sqrt(case.stiffness / case.mass)
     slowest = zeta + math.sqrt(zeta * zeta - 1.0) if zeta >= 1.0 else 1.0 / (zeta + 1e-9)
     swept = SETTLED * slowest / omega * SPEED_AFTER_SHOCK * math.sqrt(case.gravity / d)
-    rebound = spring.most_rebound()
-    if rebound > 0.0:
-        hops = 2.0 * rebound / (1.0 - min(rebound, 0.99)) * NORMAL_SPEED / math.cos(math.pi / 6.0)
-        swept += hops * SPEED_AFTER_SHOCK
     return min(max(math.pi / 6.0 - math.radians(case.angle) - swept, 0.0), BEHIND_CREST)
 
 
-def _crest_radius(case: Incline, law: SpringLaw) -> float:
+def _crest_radius(case: Incline) -> float:
     """Return the distance [m] of the grain from the sphere on whose crest it rests."""
-    if law == "linear":  # as the LAMMPS script has it, to the last digit
-        return case.diameter * (1.0 - case.static_overlap)
-    return case.diameter - spring_of(case, law).overlap(case.mass * case.gravity)
+    return case.diameter * (1.0 - case.static_overlap)
 
 
 class Motion(StrEnum):
@@ -436,19 +340,16 @@ class Looks(NamedTuple):
     """[J] margin up to which a grain that moves back is trapped."""
 
 
-def judge(case: Incline, route: str, path: Trajectory, spring: SpringLaw = "linear") -> Judgement:
-    """Return the outcome of a path, judged at its samples as LAMMPS's script judges.
-
-    ``spring`` is that of the engine.
-    """
+def judge(case: Incline, route: str, path: Trajectory) -> Judgement:
+    """Return the outcome of a path, judged at its samples as LAMMPS's script judges."""
     state = (path.x_m, path.y_m, path.vx_m_per_s, path.vy_m_per_s)
 
     def touching(row: int) -> bool:
         return bool(max(overlaps(case, float(path.x_m[row]), float(path.y_m[row]))) > 0.0)
 
     looks = Looks(
-        lambda well: margin(case, well, *state, spring),
-        lambda well: end_of(case, route, well, spring),
+        lambda well: margin(case, well, *state),
+        lambda well: end_of(case, route, well),
         touching,
     )
     return judge_by(looks, case, route, path)
@@ -523,27 +424,23 @@ def case_of(values: Mapping[str, Any]) -> Incline:
     )
 
 
-def scene_of(values: Mapping[str, Any], spring: SpringLaw) -> ContactScene:
+def scene_of(values: Mapping[str, Any]) -> ContactScene:
     """Return the grain, particle 1, and the row as arrays, with a stage for each well."""
     case, route = case_of(values), values["route"]
     d, tilt = case.diameter, math.radians(case.angle)
     wells = 1 if route == "passage" else case.wells
     return case.scene(
-        start_of(case, route, spring).state(),
+        start_of(case, route).state(),
         np.column_stack([np.arange(case.spheres) * d, np.zeros(case.spheres)]),
         gravity=(case.gravity * math.sin(tilt), -case.gravity * math.cos(tilt)),
         steps=math.ceil(case.time_limit * math.sqrt(d / case.gravity) / case.step),
         every=values.get("series_every"),
         period=case.spheres * d,
-        spring=spring,
         stages=tuple(
-            Stage(
-                end_of(case, route, well, spring),
-                crest_energy(case, spring) - margin_offset(case, well),
-            )
+            Stage(end_of(case, route, well), crest_energy(case) - margin_offset(case, well))
             for well in range(1, wells + 1)
         ),
-        decided=_decided(case, route, spring),
+        decided=_decided(case, route),
     )
 
 
@@ -577,6 +474,6 @@ def job_of(case: Incline, route: Route, every: int | None = None) -> Job:
     return Job(TEMPLATE, values_of(case, route, every), variant, sampled=every is not None)
 
 
-def _decided(case: Incline, route: Route, spring: SpringLaw) -> Callable[[Table], bool]:
+def _decided(case: Incline, route: Route) -> Callable[[Table], bool]:
     """Return a function that tests whether a path so far decides the outcome."""
-    return lambda table: judge(case, route, path_in(table), spring).motion is not Motion.UNDECIDED
+    return lambda table: judge(case, route, path_in(table)).motion is not Motion.UNDECIDED

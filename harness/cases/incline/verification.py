@@ -106,7 +106,7 @@ from harness.engines.reference import Reference
 from harness.errors import EngineError, EngineOutputError, RequestError
 from harness.observables.reference import Trajectory
 from harness.observables.row import Row
-from harness.parameters.law import CONTACTS, PLASTIC, SOURCE, Contact, Spring
+from harness.parameters.law import CONTACTS, PLASTIC, SOURCE, Contact
 from harness.parameters.plane_scene import LOOK
 from harness.theory.incline import critical_angle as closed_form
 
@@ -182,32 +182,30 @@ def _path(
     judged = [
         judge(f"{name}, {HELD_PATH[0]}", Kind.CROSS_CODE, apart, 0.0, near),
         judge(f"{name}, {HELD_PATH[1]}", Kind.CROSS_CODE, faster, 0.0, slow),
-        _told_energy(name, run, path, reference.traits.spring),
-        _energy_rise(name, run, path, expected.path, reference.traits.spring),
+        _told_energy(name, run, path),
+        _energy_rise(name, run, path, expected.path),
     ]
     return judged, expected
 
 
-def _energy_rise(
-    name: str, run: InclineRun, path: Trajectory, expected_path: Trajectory, spring: Spring
-) -> Check:
+def _energy_rise(name: str, run: InclineRun, path: Trajectory, expected_path: Trajectory) -> Check:
     """Hold the largest rise of energy along the whole path against that of the reference's.
 
     Contacts only take energy: a wrong sample of position or velocity shows in it, also where
     round-off has grown too much for the paths to be compared.
     """
-    expected_rise, rise = (_rise(run.case, motion, spring) for motion in (expected_path, path))
+    expected_rise, rise = (_rise(run.case, motion) for motion in (expected_path, path))
     name = f"{name}, {HELD_PATH[3]}"
     return judge(name, Kind.CROSS_CODE, rise, expected_rise, levels.ENERGY_RISE)
 
 
-def _rise(case: Incline, path: Trajectory, spring: Spring) -> float:
+def _rise(case: Incline, path: Trajectory) -> float:
     """Return the largest rise of energy over its lowest value before, along a path [m g d]."""
-    total = energy(case, path.x_m, path.y_m, path.vx_m_per_s, path.vy_m_per_s, spring)
+    total = energy(case, path.x_m, path.y_m, path.vx_m_per_s, path.vy_m_per_s)
     return float((total - np.minimum.accumulate(total)).max()) / case.weight_energy
 
 
-def _told_energy(name: str, run: InclineRun, path: Trajectory, spring: Spring) -> Check:
+def _told_energy(name: str, run: InclineRun, path: Trajectory) -> Check:
     """Compare the energy that a run reports with that of the last sample of its path."""
     case = run.case
     well = max(1, run.crests.time_s.size + (run.motion is not Motion.MOVES_ON))
@@ -216,7 +214,7 @@ def _told_energy(name: str, run: InclineRun, path: Trajectory, spring: Spring) -
         f"{name}, {HELD_PATH[2]}",
         Kind.CROSS_CODE,
         run.margin,
-        margin(case, well, x, y, vx, vy, spring) / case.weight_energy,
+        margin(case, well, x, y, vx, vy) / case.weight_energy,
         levels.TOLD_ENERGY,
     )
 
@@ -516,7 +514,6 @@ def _recorded_angle(
             **{**vars(row), "expected": closed_form()},
             role=SOURCE_ROLE,
             contact=case.contact.replace(name="source, m_eff m/2"),
-            spring="linear",
             stiffness=stiffness,
             steps_per_contact=case.steps_per_contact,
             integrator=EULER,

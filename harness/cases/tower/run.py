@@ -123,7 +123,7 @@ def read(
     time = np.asarray(table[clock] * timing.step if clock == "step" else table[clock])
     _check_times(time, timing, clock, output.who)
     acceleration = _accelerations(case, forces, f)
-    smallest = _rounding(case, timing.step, traits, x, v)
+    smallest = _rounding(case, x)
     least = smallest / case.each("mass")[0]
     _same_motion(case, timing, (x, v, acceleration), least, traits, output.who)
     if forces == CONTACT_FORCE:
@@ -215,15 +215,10 @@ def _same_motion(
             )
 
 
-def _rounding(case: Tower, step: float, traits: Traits, x: Floats, v: Floats) -> float:
+def _rounding(case: Tower, x: Floats) -> float:
     """Return the least force [N] above rounding."""
-    mass, stiffness = case.each("mass")[0], case.each("stiffness")[0]
-    rounding = ROUNDINGS * float(np.finfo(float).eps)
-    pressed = stiffness * float(np.abs(x).max())
-    if traits.force_from_velocity:
-        moved = mass / step * float(np.abs(v).max())
-        return rounding * case.particles * (moved + pressed)
-    return rounding * pressed
+    pressed = case.each("stiffness")[0] * float(np.abs(x).max())
+    return ROUNDINGS * float(np.finfo(float).eps) * pressed
 
 
 def _tower_run(

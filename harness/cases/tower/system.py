@@ -14,7 +14,7 @@ from harness.engines.contract import Job, Template, Value
 from harness.errors import RequestError
 from harness.observables.tower import SEARCH
 from harness.parameters.allowed import COUNT, Allowed, allowed_in
-from harness.parameters.law import Contact, Spring, contact_allowed
+from harness.parameters.law import Contact, contact_allowed
 from harness.parameters.scene import ContactScene, in_plane, spheres
 from harness.parameters.tower import Height, Law, Property, Tower
 
@@ -134,7 +134,7 @@ def case_of(values: Mapping[str, Any]) -> Tower:
     return Tower(**{name: values[name] for name in Tower.model_fields if name in values})
 
 
-def scene_of(values: Mapping[str, Any], spring: Spring) -> ContactScene:
+def scene_of(values: Mapping[str, Any]) -> ContactScene:
     """Return the tower as arrays, along x, the grain first; gravity along x."""
     case = case_of(values)
     count, d = case.particles, case.each("diameter")[0]
@@ -158,8 +158,6 @@ def scene_of(values: Mapping[str, Any], spring: Spring) -> ContactScene:
         step=step,
         steps=round(values["duration"] * case.contact_time / step),
         every=values["series_every"],
-        spring=spring,
-        hertz_speed=case.speed,
         forces=True,
     )
 

@@ -169,7 +169,7 @@ def _example(template: Template, settings: Mapping[str, Any]) -> System:
     assert template.scene is not None
     defaults = template.variants[template.main]
     contact = {name: v for name, v in contact_values(CONTACT).items() if name in defaults}
-    scene = template.scene({**defaults, **contact, **settings["values"]}, "linear")
+    scene = template.scene({**defaults, **contact, **settings["values"]})
     if "velocity" in settings:
         grain, *others = scene.bodies
         grain = replace(grain, velocity=(*settings["velocity"], 0.0))
@@ -323,7 +323,7 @@ class Mfix(ProgramEngine):
         if reason or job.template.scene is None:
             return reason
         try:
-            scene = job.template.scene(job.values, self.traits.spring)
+            scene = job.template.scene(job.values)
             _supported_system(job.template.name, scene, _stretches(scene)[0], self._scheme)
         except RequestError as error:
             return str(error)
@@ -348,7 +348,7 @@ class Mfix(ProgramEngine):
         if job.template.scene is None:
             contact = ContactInput(job.values, self._scheme)
             return self._solve(contact_files(contact), lambda f, _: contact_table(contact, f))
-        scene, seconds = job.template.scene(job.values, self.traits.spring), 0.0
+        scene, seconds = job.template.scene(job.values), 0.0
         for steps in _stretches(scene):
             try:
                 system = _supported_system(job.template.name, scene, steps, self._scheme)

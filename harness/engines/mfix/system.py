@@ -314,8 +314,6 @@ def _check(scene: ContactScene, scheme: Scheme) -> None:
     for values, name in ((scene.diameter, "diameter"), (scene.mass, "mass")):
         if np.ptp(values) > EQUAL * values[0]:
             raise RequestError(f"its spheres have one {name}")
-    if scene.spring != "linear":
-        raise RequestError("its spring is linear")
     mobile = np.count_nonzero(~scene.fixed)
     if scene.fixed[:mobile].any():
         raise RequestError("its fixed particles must come last")

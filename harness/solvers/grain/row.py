@@ -2,7 +2,7 @@
 
 The spheres are an endless row, or one alone. On a row two are enough: a grain between the centres
 of two neighbours is a diameter or more away from every other, along the row alone. The normal
-contact has a linear or Hertz's spring with its dashpot; its attractive tail is kept or clipped.
+contact is a linear spring with a dashpot; its attractive tail is kept or clipped.
 
 ``FIXED_STEP`` names the schemes. A scheme is a kernel for one step, and its *growth*, the largest
 factor by which motion in a well of the row grows in one step; it is stable until that exceeds 1. In
@@ -23,7 +23,6 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 from harness.compiled import compiled
-from harness.parameters.law import hertz
 from harness.parameters.scene import ContactScene
 
 
@@ -33,21 +32,6 @@ def normal_force(
 ) -> float:
     """Return k delta - eta * separation speed [N] of two spheres that touch; clipped: never < 0."""
     force = stiffness * overlap - damping * separation_speed
-    if clipped and force < 0.0:
-        return 0.0
-    return force
-
-
-@compiled
-def hertz_force(
-    overlap: float, separation_speed: float, coefficient: float, damping: float, clipped: bool
-) -> float:
-    """Return K delta^(3/2) - K A sqrt(delta) separation speed [N]; ``damping`` is K A.
-
-    Nothing where there is no overlap.
-    """
-    root = math.sqrt(max(overlap, 0.0))
-    force = root * (coefficient * overlap - damping * separation_speed)
     if clipped and force < 0.0:
         return 0.0
     return force
@@ -76,9 +60,8 @@ class Grain(NamedTuple):
 class Row(NamedTuple):
     """The system in SI units: spheres, contact, and the two components of gravity [m/s2].
 
-    ``stiffness`` and ``damping`` are k [N/m] and eta [N s/m] of the linear spring; with
-    ``hertz`` they are K [N/m^(3/2)] and K A. ``contact_time`` [s] is pi sqrt(m/k). ``single``
-    says that there is one fixed sphere, at the origin, and no row.
+    ``stiffness`` and ``damping`` are k [N/m] and eta [N s/m]. ``contact_time`` [s] is
+    pi sqrt(m/k). ``single``: there is one fixed sphere, at the origin, and no row.
     """
 
     diameter: float
@@ -88,31 +71,22 @@ class Row(NamedTuple):
     clipped: bool
     along: float
     normal: float
-    hertz: bool
     contact_time: float
     single: bool = False
 
 
 def row_of(scene: ContactScene) -> Row:
-    """Return the system of a scene that :func:`.statement.unstated` accepts.
-
-    Raise RequestError for a Hertz spring without a speed that sets its scale.
-    """
-    mass, stiffness = scene.bodies[0].mass, scene.stiffness
-    spring, dashpot = stiffness, scene.law.damping_coefficient or 0.0
-    if scene.spring == "Hertz":
-        law = hertz(scene.contact, stiffness, mass, scene.hertz_speed)
-        spring, dashpot = law.coefficient, law.coefficient * law.relaxation
+    """Return the system of a scene that :func:`harness.engines.reference.unstated` accepts."""
+    mass = scene.bodies[0].mass
     return Row(
         diameter=float(scene.diameter[0]),
         mass=mass,
-        stiffness=spring,
-        damping=dashpot,
+        stiffness=scene.stiffness,
+        damping=scene.law.damping_coefficient or 0.0,
         clipped=scene.law.clipped,
         along=scene.gravity[0],
         normal=scene.gravity[1],
-        hertz=scene.spring == "Hertz",
-        contact_time=math.pi * math.sqrt(mass / stiffness),
+        contact_time=math.pi * math.sqrt(mass / scene.stiffness),
         single=scene.period is None,
     )
 
@@ -138,16 +112,9 @@ def _push(dx: float, dy: float, vx: float, vy: float, row: Row) -> tuple[float, 
         return 0.0, 0.0
     distance = math.sqrt(square)
     nx, ny = dx / distance, dy / distance
-    force = contact_force(row.diameter - distance, vx * nx + vy * ny, row, row.clipped)
+    speed = vx * nx + vy * ny
+    force = normal_force(row.diameter - distance, speed, row.stiffness, row.damping, row.clipped)
     return force * nx, force * ny
-
-
-@compiled
-def contact_force(overlap: float, separation_speed: float, row: Row, clipped: bool) -> float:
-    """Return the force [N] of a contact, by the row's law."""
-    if row.hertz:
-        return hertz_force(overlap, separation_speed, row.stiffness, row.damping, clipped)
-    return normal_force(overlap, separation_speed, row.stiffness, row.damping, clipped)
 
 
 # ---- the motion between two changes of contact: which spheres push is given, not looked up
@@ -168,7 +135,7 @@ def unclipped_force(state: State, row: Row, sphere: int) -> float:
     dx, dy = state[0] - sphere * row.diameter, state[1]
     distance = math.hypot(dx, dy)
     speed = (state[2] * dx + state[3] * dy) / distance
-    return contact_force(row.diameter - distance, speed, row, False)
+    return normal_force(row.diameter - distance, speed, row.stiffness, row.damping, False)
 
 
 @compiled
@@ -190,12 +157,11 @@ def energy(state: State, behind: int, row: Row) -> float:
     The state's x counts from sphere ``behind`` of the row.
     """
     x = state[0] + behind * row.diameter
-    power, share = (2.5, 0.4) if row.hertz else (2.0, 0.5)
     spheres = (0,) if row.single else (0, 1)
-    springs = sum(max(overlap(state, row, sphere), 0.0) ** power for sphere in spheres)
+    springs = sum(max(overlap(state, row, sphere), 0.0) ** 2.0 for sphere in spheres)
     motion = 0.5 * row.mass * (state[2] * state[2] + state[3] * state[3])
     weight = row.mass * (row.along * x + row.normal * state[1])
-    return float(motion - weight + share * row.stiffness * springs)
+    return float(motion - weight + 0.5 * row.stiffness * springs)
 
 
 Growth = Callable[[float, float], float]

@@ -41,7 +41,7 @@ SOFT = Columns(n=5, contact=PLASTIC, steps_per_contact=100.0, stiffness=1e5)
 @pytest.mark.parametrize("n", [1, 2, 5])
 def test_columns_start_at_rest(law, n):
     case = SOFT.replace(law=law, n=n)
-    scene = scene_of(values_of(case, "steady"), "linear")
+    scene = scene_of(values_of(case, "steady"))
     row, held = row_of(scene), held_of(scene, row_of(scene))
     held.awake[:] = True
     away = Grain(0.5 * case.diameter, 3.0 * case.diameter, 0.0, 0.0)
@@ -54,7 +54,7 @@ def test_columns_start_at_rest(law, n):
 @pytest.mark.parametrize("law", LAWS)
 def test_a_passage_starts_with_the_first_column_in_balance(law):
     case = SOFT.replace(law=law)
-    scene = scene_of(values_of(case, "passage"), "linear")
+    scene = scene_of(values_of(case, "passage"))
     row, held = row_of(scene), held_of(scene, row_of(scene))
     x, y = scene.position[0]
     accelerate(Grain(x, y, 0.0, 0.0), 0.0, 0.0, row, held._replace(damping=0.0))

@@ -72,17 +72,17 @@ def test_mixed_materials_of_2022_are_of_the_models_that_are_predicted(
         assert law[quantity] != pytest.approx(value, rel=1e-3)
 
 
-def test_formulas_of_the_law_and_of_the_radii_are_computed():
+def test_formulas_of_the_law_are_computed():
     scene, rules = as_the_defect_makes_it(
         SCENE,
         Rules(),
         Prediction(
-            law={"youngs_modulus": "0.75 * youngs_modulus", "friction": "mean_radius / radius"},
+            law={"youngs_modulus": "0.75 * youngs_modulus", "friction": "2 * friction"},
             rules={"shear_factor": "((2 - poisson_ratio) * (1 + poisson_ratio))**2 / 8"},
         ),
     )
     assert scene.law.youngs_modulus == pytest.approx(0.75e8)
-    assert scene.law.friction == pytest.approx(2.0)
+    assert scene.law.friction == pytest.approx(0.6)
     # 0.61051, as measured by the script of wall-shear-modulus
     assert rules.shear_factor == pytest.approx(0.61051, abs=1e-5)
     assert rules.modulus_factor == 1.0

@@ -47,16 +47,6 @@ def test_the_largest_overlap_is_that_of_the_damped_spring():
         assert found == pytest.approx(expected, rel=2e-3)
 
 
-def test_on_a_hertz_spring_the_restitution_is_integrated():
-    engine, case = Reference(spring="Hertz"), CASE.presets["head-on"]
-    expected = CASE.references(case, engine.traits)["restitution"]
-    assert expected.kind == "integrated"
-    found = CASE.measure(case, engine).values["restitution"]
-    assert found == pytest.approx(expected.value, abs=1e-3)
-    static = CASE.references(CASE.presets["static"].replace(duration=400.0), engine.traits)
-    assert static["end_overlap_m"].kind == "closed form"
-
-
 @pytest.mark.parametrize(
     "changes",
     [

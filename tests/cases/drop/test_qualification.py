@@ -25,14 +25,14 @@ class Trapped(Reference):
 
     name = "trapped"
 
-    def __init__(self, case=lambda c: c, path=lambda _, p: p, spring="linear"):
-        super().__init__(spring=spring)
+    def __init__(self, case=lambda c: c, path=lambda _, p: p):
+        super().__init__()
         self._change_case, self._change_path = case, path
 
     def run(self, jobs):
         cases = [case_of(job.values) for job in jobs]
         changed = [values_of(self._change_case(case)) for case in cases]
-        outputs = self.run_scenes([scene_of(values, self._spring) for values in changed])
+        outputs = self.run_scenes([scene_of(values) for values in changed])
         return [
             with_path(output, self._change_path(case, path_of(output)))
             for case, output in zip(cases, outputs, strict=True)
@@ -52,10 +52,9 @@ def failed(engine):
             c.verdict is Verdict.FAIL}  # fmt: skip
 
 
-@pytest.mark.parametrize("spring", ["linear", "Hertz"])
 @pytest.mark.parametrize("integrator", INTEGRATORS)
-def test_the_reference_qualifies_with_every_integrator(integrator, spring):
-    found = qualify(Reference(integrator, spring=spring))
+def test_the_reference_qualifies_with_every_integrator(integrator):
+    found = qualify(Reference(integrator))
     assert found.holds, found.failures
     assert found.failures == ""
 
@@ -138,18 +137,8 @@ def slow_clock(_, path):
     ],
     ids=["no dashpot", "m/2", "tail", "spring", "late contact", "drag", "clock"],
 )
-@pytest.mark.parametrize("spring", ["linear", "Hertz"])
-def test_each_trap_is_caught(trap, shown, spring):
-    assert shown in failed(Trapped(**trap, spring=spring))
-
-
-@pytest.mark.parametrize(("declared", "real"), [("linear", "Hertz"), ("Hertz", "linear")])
-def test_a_spring_of_another_law_is_caught(declared, real):
-    class Other(Trapped):
-        def run(self, jobs):
-            return Reference(spring=real).run(jobs)
-
-    assert "static contact" in failed(Other(spring=declared))
+def test_each_trap_is_caught(trap, shown):
+    assert shown in failed(Trapped(**trap))
 
 
 def test_a_damping_that_is_declared_half_is_held_against_half():
@@ -222,14 +211,14 @@ def test_the_solver_of_contacts_with_friction_integrates_the_same_scene(tail, ma
     """One law: the contact without friction is hooke with a constant dashpot, clipped or not."""
     contact = Contact(restitution=0.5, tail=tail, effective_mass=mass)
     case = Drop(contact=contact, speed=1.0, gap=1e-3, every=100, duration=4.0)
-    path = integrate(scene_of(values_of(case), "linear"))
+    path = integrate(scene_of(values_of(case)))
     free = path.velocities[-1, 0]
     assert free[1] / case.speed == pytest.approx(restitution(case), abs=1e-9)
     assert (free[0], free[2]) == (0.0, 0.0)
 
 
 def test_an_endless_row_is_none_of_the_solver_of_contacts():
-    scene = replace(scene_of(values_of(Drop(speed=1.0)), "linear"), period=9.0)
+    scene = replace(scene_of(values_of(Drop(speed=1.0))), period=9.0)
     with pytest.raises(RequestError, match=r"period = 9\.0 m: the reference integration has none"):
         integrate(scene)
 

@@ -162,7 +162,7 @@ def angle(engine, tail, value, **others):
     fields = {**known, **others}
     return EngineAngle(
         "critical angle", value, 3e-4, "deg", 10.2, engine,
-        contact=PLASTIC.replace(tail=tail), spring="linear", stiffness=1e6,
+        contact=PLASTIC.replace(tail=tail), stiffness=1e6,
         steps_per_contact=100.0, integrator="velocity-verlet", **fields,
     )  # fmt: skip
 

@@ -13,7 +13,6 @@ def angle(**changes):
         "who": "yade",
         "role": "plastic",
         "contact": PLASTIC.replace(effective_mass="half"),
-        "spring": "linear",
         "stiffness": 1e6,
         "steps_per_contact": 100.0,
         "value": 10.25,
@@ -25,9 +24,8 @@ def angle(**changes):
 
 
 def test_a_class_is_said_in_words():
-    assert angle().rules_text == "clipped tail, m_eff m/2, linear spring"
-    hertz = angle(contact=SOURCE, spring="Hertz")
-    assert hertz.rules_text == "attractive tail, m_eff m, Hertz spring"
+    assert angle().rules_text == "clipped tail, m_eff m/2"
+    assert angle(contact=SOURCE).rules_text == "attractive tail, m_eff m"
 
 
 def test_differences_are_in_full_and_missing_ones_are_nan():

@@ -22,7 +22,7 @@ def followed(case, route, seconds, every=1):
 
 
 def run_of_path(case, route, path, every=None):
-    return read(case, route, Output((), WHO, {"series": vars(path)}, seconds=1.0), "linear", every)
+    return read(case, route, Output((), WHO, {"series": vars(path)}, seconds=1.0), every)
 
 
 @pytest.mark.parametrize("contact", [SOURCE, CLIPPED, PLASTIC], ids=lambda c: c.name)
@@ -114,7 +114,7 @@ def told(case, **changes):
 
 def test_a_script_that_judges_is_taken_at_its_word():
     case = Incline()
-    run = read(case, "passage", told(case), "linear")
+    run = read(case, "passage", told(case))
     assert (run.motion, run.steps, run.margin_J) == (Motion.MOVES_ON, 100, 0.5)
     assert run.touching
 
@@ -137,13 +137,13 @@ def test_a_script_that_judges_is_taken_at_its_word():
 def test_a_result_that_contradicts_itself_is_no_result(changes, words):
     case = Incline()
     with pytest.raises(EngineOutputError, match=words):
-        read(case, "passage", told(case, **changes), "linear")
+        read(case, "passage", told(case, **changes))
 
 
 def test_every_well_must_have_its_crest():
     case = Incline(wells=3)
     rows = [f"{n} {25 * (n + 1) * case.step!r} 0.5 1" for n in (1, 2, 3)]
-    assert len(read(case, "steady", told(case, crests=rows), "linear").crests.time_s) == 3
+    assert len(read(case, "steady", told(case, crests=rows)).crests.time_s) == 3
     for broken in (rows[:2], [rows[0], rows[2]], [rows[1], rows[0], rows[2]]):
         with pytest.raises(EngineOutputError, match="crests of 3"):
-            read(case, "steady", told(case, crests=broken), "linear")
+            read(case, "steady", told(case, crests=broken))

@@ -47,7 +47,7 @@ def test_the_path_is_the_reference_s_step_by_step(engines, scheme, route, contac
     case = Incline(contact=contact, angle=12.0, stiffness=1e5, steps_per_contact=50.0, wells=3)
     (run,) = run_inclines(engines[scheme], [case], route, every=1)
     path = run.trajectory
-    scene = scene_of(values_of(case, route, every=1), "linear")
+    scene = scene_of(values_of(case, route, every=1))
     # the reference's own judging would begin anew at each crest
     expected = Reference(REFERENCE[scheme]).follow(replace(scene, steps=run.steps))
     assert run.motion is Motion.MOVES_ON

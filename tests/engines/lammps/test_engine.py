@@ -213,7 +213,7 @@ def test_variables_on_the_command_line_override_the_script(lmp, lammps, tmp_path
     script = inputs / "incline-source.in"
     subprocess.run([lmp, "-in", str(script), "-screen", "none", *options], cwd=tmp_path, check=True)
     log = (tmp_path / "log.lammps").read_text(encoding="utf-8")
-    run = read(case, "passage", Output(results_in(log), Provenance("lammps", "1")), "linear")
+    run = read(case, "passage", Output(results_in(log), Provenance("lammps", "1")))
     (expected,) = measured(lammps, [case], "passage")
     assert run.margin_J == expected.margin_J
 

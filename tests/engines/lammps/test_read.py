@@ -25,7 +25,7 @@ MOVING = CASE.replace(angle=10.5, wells=3)
 def read(log, series=None, case=CASE, route="steady"):
     tables = {} if series is None else {"series": read_csv(series, "LAMMPS", rising=True)}
     output = Output(results_in(log), WHO, tables, log, 0.5)
-    return read_run(case, route, output, "linear", None if series is None else 1000)
+    return read_run(case, route, output, None if series is None else 1000)
 
 
 def changed(log, name, value):

@@ -46,7 +46,7 @@ def run_committed(lmp, contact, inputs):
         who = engine.identify()
         task = Task(job_of(case, "steady"), Script(name, text, frozenset()), {})
         (output,) = engine.execute([task])
-    return who, read(case, "steady", output, "linear")
+    return who, read(case, "steady", output)
 
 
 @pytest.mark.parametrize("contact", ["source", "plastic", "clipped"])

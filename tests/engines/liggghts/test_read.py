@@ -26,7 +26,7 @@ def read_run(case, log, series=None, route="passage"):
     """Return the run of an incline."""
     tables = {} if series is None else {"series": read_csv(series, "LIGGGHTS", rising=True)}
     output = with_stages(Output(results_in(log), WHO, tables, log, 0.5, "LIGGGHTS"))
-    return read_incline(case, route, output, "linear", None if series is None else 100)
+    return read_incline(case, route, output, None if series is None else 100)
 
 
 def read_tower(case, step, dump, who, profiles=False):

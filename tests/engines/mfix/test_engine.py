@@ -116,7 +116,7 @@ class HalvedReference(Reference):
     traits = SaysFull.traits
 
     def run(self, jobs):
-        return self.run_scenes([job.template.scene(job.values, "linear") for job in halved(jobs)])
+        return self.run_scenes([job.template.scene(job.values) for job in halved(jobs)])
 
 
 @pytest.mark.parametrize("naive", [SaysFull, HalvedReference])
@@ -302,7 +302,7 @@ def test_adams_bashforth_is_an_option_that_its_inputs_state(stand_in):
 def test_a_held_sphere_is_at_its_place_after_the_first_step_of_either_scheme():
     """By the schemes of the reference DEM: x + h (v + h a), and x + h/2 (v + v + h a)."""
     case = GOOD.replace(gravity=9.81, gap=-1e-3)
-    scene = TEMPLATE.scene(values_of(case), "linear")
+    scene = TEMPLATE.scene(values_of(case))
     for scheme, average in (("EULER", 1.0), ("ADAMS_BASHFORTH", 0.5)):
         system = system_of("drop", scene, 100, 1, scheme)
         assert f"DES_INTG_METHOD = '{scheme}'" in keyword_file(system)

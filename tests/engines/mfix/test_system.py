@@ -25,12 +25,12 @@ def incline(incline_of):
 
 
 def drop_scene(case):
-    return drop.scene_of(drop.values_of(case), "linear")
+    return drop.scene_of(drop.values_of(case))
 
 
 def tower_scene(case, steps_per_contact=1000.0, every=10):
     timing = Timing(3.0, 0.0, 0, every, steps_per_contact)
-    return tower.scene_of(tower.values_of(case, timing), "linear")
+    return tower.scene_of(tower.values_of(case, timing))
 
 
 def tower_system(case, steps=3000, every=10, **how):
@@ -154,7 +154,6 @@ def row_scene():
         ({"position": np.array([[0.0, 0.0], [2.0, 0.0], [1.0, 0.0]])}, "must come in order"),
         ({"mass": np.array([1.0, 1.0, 2.0])}, "have one mass"),
         ({"diameter": np.array([1.0, 1.0, 2.0])}, "have one diameter"),
-        ({"spring": "Hertz"}, "its spring is linear"),
         ({"gravity": (0.0, -9.81)}, "forces are those of particles in a line"),
         ({"gravity": (0.0, -9.81), "forces": False, "fixed": np.full(3, False)}, "must be level"),
     ],

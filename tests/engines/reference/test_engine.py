@@ -87,7 +87,7 @@ ARRAYS = ("position", "velocity", "mass", "diameter", "fixed")
 
 def scene(**changes):
     """Return the scene of a passage, changed."""
-    built = scene_of(values_of(Incline(), "passage"), "linear")
+    built = scene_of(values_of(Incline(), "passage"))
     arrays = {name: changes.pop(name) for name in ARRAYS if name in changes}
     return replace(built.with_spheres(**arrays), **changes)
 
@@ -119,7 +119,6 @@ def moved(row, by):
         ({"period": 10.0}, "touch in an endless row"),
         ({"position": moved(3, (0.0, 1e-6))}, "touch in an endless row"),
         ({"position": moved(3, (1e-6, 0.0))}, "touch in an endless row"),
-        ({"spring": "Hertz", "hertz_speed": 1.0}, "its spring is linear"),
         ({"velocity": np.full((10, 2), math.nan)}, "three finite numbers"),
         ({"every": -1}, "must be at least 0"),
         ({"steps": 0}, "must be at least 1"),
@@ -140,7 +139,7 @@ def test_a_free_flight_needs_a_sphere_all_the_same():
 @pytest.mark.parametrize("integrator", ["velocity-verlet", "adaptive"])
 def test_stages_leave_the_start_and_their_ends(integrator):
     case = Incline(angle=10.6, wells=2)
-    built = scene_of(values_of(case, "steady"), "linear")
+    built = scene_of(values_of(case, "steady"))
     (output,) = Reference(integrator).run_scenes([built])
     table = output.table(("time_s", "step", "x_m"))
     assert table["time_s"].shape == (3,)
@@ -170,7 +169,7 @@ def test_a_row_that_begins_elsewhere_is_the_same_row(integrator):
 def test_one_sphere_has_no_neighbours(integrator):
     """A grain that slides off it sideways falls where the next one of a row would stop it."""
     drop = Drop(speed=0.5, sideways=2.0, gravity=9.81, steps_per_contact=100.0)
-    built = replace(drop_scene(drop_values(drop), "linear"), steps=60_000, every=0)
+    built = replace(drop_scene(drop_values(drop)), steps=60_000, every=0)
     (output,) = Reference(integrator).run_scenes([built])
     end = {name: column[-1] for name, column in output.tables["series"].items()}
     assert end["time_s"] == pytest.approx(60_000 * drop.step)

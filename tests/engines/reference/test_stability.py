@@ -70,7 +70,7 @@ def test_the_kernels_in_a_well_grow_below_the_bound_and_settle_above_it(name, ze
     number, growth = FIXED_STEP[name]
     step = math.pi / (factor * fewest_steps_per_contact(growth, zeta))  # k = m = 1: omega = 1
     # so large a diameter that the angle of the contacts stays, and gravity that keeps them
-    row = Row(1e9, 1.0, 1.0, 2.0 * zeta, False, 0.0, -1.0, False, math.pi)
+    row = Row(1e9, 1.0, 1.0, 2.0 * zeta, False, 0.0, -1.0, math.pi)
     rest = math.sqrt(0.75) * row.diameter - 2.0 / 3.0 + 1e-4
     grain = begin(number, Grain(0.5 * row.diameter, rest, 0.0, 0.0), row)
     early = max(abs(advance(number, grain, row, step, n).vy) for n in range(1, 20))

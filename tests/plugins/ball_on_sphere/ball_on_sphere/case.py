@@ -58,7 +58,7 @@ def values_of(p):
             "zeta": p.zeta, "gap": p.gap, "step": p.step, "steps": p.steps}  # fmt: skip
 
 
-def scene_of(values, spring):
+def scene_of(values):
     """Return ball and sphere as arrays."""
     d = values["diameter"]
     bodies = spheres(
@@ -76,8 +76,6 @@ def scene_of(values, spring):
         step=values["step"],
         steps=values["steps"],
         every=values["steps"],
-        spring=spring,
-        hertz_speed=values["speed"],
     )
 
 

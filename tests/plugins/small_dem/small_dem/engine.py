@@ -64,7 +64,7 @@ class SmallDem(Engine):
         outputs = []
         for job in jobs:
             try:
-                outputs.append(self.simulate(job.template.scene(job.values, "linear")))
+                outputs.append(self.simulate(job.template.scene(job.values)))
             except EngineNaNError as error:
                 outputs.append(error)
         return outputs

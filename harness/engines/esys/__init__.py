@@ -1,1 +1,0 @@
-"""ESyS-Particle, run as a program under an MPI launcher."""
