@@ -185,7 +185,7 @@ def test_each_engine_has_its_row(angles):
     assert row["less theory"] == "+0.0003"
     assert row["less reference"] == "+0.0001"
     assert row["µs per step"] == "4.9"
-    assert row["class"] == "clipped, m, linear"
+    assert row["class"] == "clipped, m"
     assert [row[-1] for row in table.rows] == [
         "independent", "regression partner", "recorded", "the harness's own",
     ]  # fmt: skip
