@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import replace
 from difflib import get_close_matches
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -22,9 +20,7 @@ from harness.errors import RequestError
 
 if TYPE_CHECKING:
     from harness.comparison.known_defects import KnownDefect
-    from harness.comparison.regression import BaselineRecord
     from harness.comparison.releases import ReleaseMatrix
-    from harness.observables.row import Row
 
 MOST_MOVED = 20
 """Values that moved which a terminal shows."""
@@ -251,12 +247,3 @@ def _defect_record(fields: KnownDefect) -> dict[str, Any]:
         "cases": ", ".join(fields.cases),
         "submodels": ", ".join(fields.submodels),
     }
-
-
-def _case_quantities(cases: Iterable[BaselineRecord]) -> list[Row]:
-    """Return what cases of the baseline measured, named as their rows are."""
-    return [
-        replace(quantity, name=f"{case.name}: {name}")
-        for case in cases
-        for name, quantity in case.quantities.items()
-    ]

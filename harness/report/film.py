@@ -167,9 +167,6 @@ class Film:
 
 
 SUFFIXES = (".gif", ".mp4", ".png")
-FRAMES = 120
-"""Of a film, unless another number is asked for: six seconds."""
-
 MOST_FRAMES = 600
 """Half a minute; a GIF of more would be larger than pages and mails take."""
 

@@ -13,7 +13,6 @@ import numpy as np
 
 from harness.comparison.compare import ROUND_OFF, Change, Pair, compare
 from harness.comparison.regression import Baseline, BaselineRecord, changed_parameters
-from harness.engines.programs import ask_program
 from harness.errors import RequestError
 from harness.files import whole_folder
 from harness.observables.row import Row
@@ -27,18 +26,6 @@ from harness.store.baseline import (
     same_text,
     table_texts,
 )
-from harness.store.entries import ROOT
-
-
-def commit() -> str:
-    """Return the commit, with ``-dirty`` where files were edited; empty outside a checkout."""
-    folder = ROOT.parent
-    if not (folder / ".git").exists():
-        return ""
-    command = ["git", "-C", str(folder), "describe", "--always", "--dirty", "--exclude", "*"]
-    done = ask_program([*command, "--abbrev=40"], 10.0)
-    return done.stdout.strip() if done is not None and done.returncode == 0 else ""
-
 
 METADATA = ("engine_version", "how", "platform", "script_sha256", "levels", "label", "family")
 
