@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import App, Parameter
 
-from harness.cli.command import File, Folder, Json, Level, options
+from harness.cli.command import Folder, Json, Level, options
 from harness.cli.engine_options import EngineOptions
 from harness.cli.files import check_source, print_json, print_line
 from harness.cli.verify import Printer, print_regression
@@ -33,9 +33,7 @@ class BaselineOptions:
     """Folder of the baseline. [default: reports/baseline of this project, or the installed
     package's own]"""
 
-    def run(
-        self, engine: EngineOptions, tolerances: Path | None, quiet: bool
-    ) -> BaselineComparison:
+    def run(self, engine: EngineOptions, quiet: bool) -> BaselineComparison:
         """Run the cases and compare."""
         from harness.workflows import compare_with_baseline, progress_bars
 
@@ -44,18 +42,9 @@ class BaselineOptions:
                 self.level,
                 cases=self.cases,
                 baseline=self.baseline,
-                tolerances=tolerances,
                 engine=opened,
                 progress=progress,
             )
-
-
-@options()
-class CompareOptions(BaselineOptions):
-    """As those of both commands, and how far a quantity may move."""
-
-    tolerances: File = None
-    """Named overrides of the regression tolerances beside those of inputs/tolerances.toml, TOML."""
 
 
 @options()
@@ -67,7 +56,7 @@ class AcceptOptions(BaselineOptions):
 
 
 def compare(
-    choice: CompareOptions = CompareOptions(),
+    choice: BaselineOptions = BaselineOptions(),
     engine: EngineOptions = EngineOptions(),
     *,
     json: Json = False,
@@ -83,8 +72,7 @@ def compare(
         dem-harness baseline compare --baseline mine --json
     """
     check_source(choice.baseline, "--baseline", folder=True)
-    check_source(choice.tolerances, "--tolerances")
-    compared = choice.run(engine, choice.tolerances, json)
+    compared = choice.run(engine, json)
     if json:
         print_json(compared.to_json())
     else:
@@ -111,7 +99,7 @@ def accept(
     from harness.workflows.baseline import accept_baseline, where_to_accept
 
     target = where_to_accept(choice.baseline)
-    compared = choice.run(engine, None, json)
+    compared = choice.run(engine, json)
     if not json:
         _print_changes(compared)
     written = bool(compared.changes) and (choice.yes or (not json and _agreed(compared, target)))

@@ -228,8 +228,6 @@ class VerifyOptions(CostOptions):
     """Baseline to compare with. [default: the committed one, reports/baseline]"""
     no_baseline: bool = False
     """Leave the comparison with a baseline out."""
-    tolerances: File = None
-    """Named overrides of the regression tolerances beside those of inputs/tolerances.toml, TOML."""
     known_defects: File = None
     """Known defects beside the committed ones, TOML as in inputs/known-defects.toml."""
     reference: File = None
@@ -255,7 +253,6 @@ class VerifyOptions(CostOptions):
             raise RequestError("--quick and --full: give one of them only")
         if self.baseline is not None and self.no_baseline:
             raise RequestError("--baseline and --no-baseline: give one of them only")
-        check_source(self.tolerances, "--tolerances")
         check_source(self.known_defects, "--known-defects")
         check_source(self.baseline, "--baseline", folder=True)
 
@@ -373,7 +370,7 @@ def _key(choice: VerifyOptions, engine: EngineOptions) -> str | None:
     further = choice.known_defects
     with_further(further)  # a bad file is refused, whatever is kept
     names = Selection(choice.cases, choice.only).names(checked_level(choice.level))
-    against = {} if choice.no_baseline else digest(choice.baseline, choice.tolerances)
+    against = {} if choice.no_baseline else digest(choice.baseline)
     return verification_key(
         choice.level,
         cases=names,
@@ -426,7 +423,7 @@ def _measured(
     from harness.workflows import verify as verify_with
     from harness.workflows.verification import Selection, chosen_baseline
 
-    accepted = not choice.no_baseline and chosen_baseline(choice.baseline, choice.tolerances)
+    accepted = not choice.no_baseline and chosen_baseline(choice.baseline)
     engine = with_restarts(engine, {engine.engine or "lammps", "lammps"})
     with engine.open(engine.engine, engine.integrator) as opened:
         if engine.lmp or engine.mpirun or engine.program:

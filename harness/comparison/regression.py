@@ -1,7 +1,7 @@
 """Hold what was measured against the committed baseline: a row for every quantity of every record.
 
 A record is what one run, or one search, left in numbers and a series. How far it may be from its
-baseline is what its case allows, and named overrides. The same script, binary and machine give the
+baseline is what its case allows. The same script, binary and machine give the
 same bits: over ways to start an engine, over ranks and repetitions the spread is exactly 0. What a
 case allows is what another compiler, processor or release does to the rounding.
 """
@@ -11,10 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from fnmatch import fnmatchcase
 from typing import Any, Required, TypedDict
-
-from pydantic import Field
 
 from harness.comparison.compare import compare
 from harness.comparison.series import Comparison, Series, compare_series
@@ -34,7 +31,6 @@ from harness.comparison.verdicts import (
 from harness.errors import EngineError, RequestError
 from harness.observables.provenance import Provenance
 from harness.observables.row import Row
-from harness.parameters.base import Parameters
 
 UNSTATED = Tolerance(
     "", 0.0, 1e-9, "the case states none: round-off of 1e5 steps, and two orders of ten above"
@@ -45,42 +41,9 @@ ByCase = Mapping[str, Mapping[str, Tolerance]]
 """Tolerances by the name of the case, then of the quantity; ``series`` is the band of series."""
 
 
-class Override(Parameters):
-    """A named exception, for the records and quantities that match two patterns."""
-
-    name: str = Field(description="[-] what rows call it")
-    case: str = Field(description="[-] name of the record, with * and ?")
-    quantity: str = Field(description="[-] name of the quantity, with * and ?")
-    absolute: float = Field(0.0, ge=0.0, strict=True, description="of a value, in its unit")
-    relative: float = Field(0.0, ge=0.0, strict=True, description="[-] part of a value")
-    reason: str = Field(min_length=20, description="[-] why, in a sentence")
-
-    @property
-    def tolerance(self) -> Tolerance:
-        """Return what is allowed in place of the case's tolerance."""
-        return Tolerance("", self.absolute, self.relative, self.reason)
-
-    def applies(self, record: str, quantity: str) -> bool:
-        """Return whether a quantity of a record is meant."""
-        return fnmatchcase(record, self.case) and fnmatchcase(quantity, self.quantity)
-
-
-@dataclass(frozen=True)
-class AllowedChanges:
-    """The tolerances of cases, and the exceptions to them."""
-
-    by_case: ByCase
-    overrides: Sequence[Override] = ()
-
-    def of(self, case: str, record: str, quantity: str) -> tuple[Tolerance, str]:
-        """Return the tolerance of a quantity, and the name of the override behind it.
-
-        The last override that applies wins.
-        """
-        for override in reversed(self.overrides):
-            if override.applies(record, quantity):
-                return override.tolerance, override.name
-        return self.by_case.get(case, {}).get(quantity, UNSTATED), ""
+def allowed_change(tolerances: ByCase, case: str, quantity: str) -> Tolerance:
+    """Return the tolerance of a case's quantity, that of round-off where the case states none."""
+    return tolerances.get(case, {}).get(quantity, UNSTATED)
 
 
 @dataclass(frozen=True)
@@ -192,14 +155,13 @@ Family = tuple[str, ...]
 
 @dataclass(frozen=True)
 class Baseline:
-    """The records that were accepted, by name, and the exceptions to their tolerances.
+    """The records that were accepted, by name.
 
     ``digest`` stands for the contents of the files.
     """
 
     records: Mapping[str, BaselineRecord]
     where: str = ""
-    overrides: Sequence[Override] = ()
     digest: str = ""
 
     def of_level(self, level: str) -> list[BaselineRecord]:
@@ -238,11 +200,14 @@ class Regression:
 class _Rows:
     """Rows in order; those of numbers and of series by the family of their record."""
 
-    allowed: AllowedChanges
+    tolerances: ByCase
     checks: list[Check] = field(default_factory=list)
     divergences: list[Comparison] = field(default_factory=list)
     families: list[Family] = field(default_factory=list)
     classes: dict[Family, str] = field(default_factory=dict)
+
+    def allowed(self, case: str, quantity: str) -> Tolerance:
+        return allowed_change(self.tolerances, case, quantity)
 
     def add(self, check: Check, family: Family = ()) -> None:
         self.checks.append(check)
@@ -262,7 +227,7 @@ def against_baseline(
     reason, and fails where nothing explains it. A record without a baseline is not tested.
     """
     records = {record.name: record for record in measured}
-    rows = _Rows(AllowedChanges(tolerances, baseline.overrides))
+    rows = _Rows(tolerances)
     if not baseline.of_level(level):
         name, where = row_name(f"level {level}"), baseline.where or "any folder"
         reason_none = (
@@ -340,7 +305,7 @@ def _compare(record: BaselineRecord, accepted: BaselineRecord, rows: _Rows) -> N
             rows.classes[family] = class_of_series
 
     def width(wanted: Row, _: Row) -> float:
-        return rows.allowed.of(record.case, accepted.name, wanted.name)[0].width(wanted.value)
+        return rows.allowed(record.case, wanted.name).width(wanted.value)
 
     for quantity, pair in compare(accepted.quantities, record.quantities, width).items():
         if pair.before is None:
@@ -350,11 +315,10 @@ def _compare(record: BaselineRecord, accepted: BaselineRecord, rows: _Rows) -> N
             note_gone = "it is not measured any more"
             rows.add(failed(name, Kind.REGRESSION, note_gone, Triage.MISSING))
             continue
-        tolerance, exception = rows.allowed.of(record.case, accepted.name, quantity)
-        remark = "; ".join(filter(None, (note, exception and f"override {exception!r}")))
+        tolerance = rows.allowed(record.case, quantity)
         row = judge(
             name, Kind.REGRESSION, pair.after.value, wanted.value,
-            replace(tolerance, unit=wanted.unit), uncertainty=pair.after.uncertainty, note=remark,
+            replace(tolerance, unit=wanted.unit), uncertainty=pair.after.uncertainty, note=note,
         )  # fmt: skip
         if changed:
             row = replace(row, verdict=Verdict.FAIL, triage=f"{Triage.WRONG_INPUT}: {changed[0]}")
@@ -369,7 +333,7 @@ def _series(record: BaselineRecord, accepted: BaselineRecord, note: str, rows: _
     """Add one row for the series of a record, its worst column; return the class of a failure."""
     name = row_name(accepted.name, "series")
     assert accepted.series is not None
-    width, _ = rows.allowed.of(record.case, accepted.name, "series")
+    width = rows.allowed(record.case, "series")
     if record.series is None:
         rows.add(failed(name, Kind.REGRESSION, "its series was not recorded", Triage.MISSING))
         return str(Triage.MISSING)

@@ -17,9 +17,9 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from harness.comparison.compare import Change, Pair, compare
 from harness.comparison.known_defects import defect_of
 from harness.comparison.regression import (
-    AllowedChanges,
     BaselineRecord,
     ByCase,
+    allowed_change,
     earliest,
     name_in_cell,
 )
@@ -154,11 +154,11 @@ class ReleaseChange(StrEnum):
     NOT_TESTED = "not tested"
 
 
-def parted(record: BaselineRecord, reference: BaselineRecord, allowed: AllowedChanges) -> str:
+def parted(record: BaselineRecord, reference: BaselineRecord, tolerances: ByCase) -> str:
     """Say when the series of a record that moved left that of the reference."""
     if record.series is None or reference.series is None:
         return ""
-    width = allowed.of(record.case, reference.name, "series")[0]
+    width = allowed_change(tolerances, record.case, "series")
     try:
         columns = compare_series(reference.name, record.series, reference.series, width.relative)
     except RequestError as error:
@@ -365,7 +365,6 @@ def release_matrix(
 
     ``engine`` is its name as reports write it, ``cases`` what was asked for.
     """
-    allowed = AllowedChanges(tolerances)
     reference = next((i for i, column in enumerate(columns) if column.records), 0)
     measured = [{record.name: record for record in column.records} for column in columns]
     rows = []
@@ -374,7 +373,7 @@ def release_matrix(
         first = of_reference or next(records[name] for records in measured if name in records)
 
         def width(wanted: Row, _: Row | None = None, of: BaselineRecord = first) -> float:
-            return allowed.of(of.case, of.name, wanted.name)[0].width(wanted.value)
+            return allowed_change(tolerances, of.case, wanted.name).width(wanted.value)
 
         before = of_reference.quantities if of_reference else {}
         pairs = [
@@ -387,7 +386,7 @@ def release_matrix(
                 for column, of_release in zip(columns, pairs, strict=True)
             )
             cells = tuple(
-                replace(cell, note=parted(records[name], of_reference, allowed))
+                replace(cell, note=parted(records[name], of_reference, tolerances))
                 if cell.change is ReleaseChange.MOVED and of_reference
                 else cell
                 for cell, records in zip(cells, measured, strict=True)

@@ -5,9 +5,8 @@
 attractive; height = 17; step_s = 1e-06``: names of nested parameters joined by dots, sorted; a
 value as JSON, a text without its quotes where nothing else could be meant.
 
-The committed tables lie in ``reports/baseline`` of the project, overrides of tolerances and known
-defects in ``inputs``; a wheel carries them in ``harness/store/committed``. A checkout's own come
-first.
+The committed tables lie in ``reports/baseline`` of the project, known defects in ``inputs``; a
+wheel carries them in ``harness/store/committed``. A checkout's own come first.
 """
 
 from __future__ import annotations
@@ -29,7 +28,7 @@ import numpy as np
 
 import harness
 from harness.comparison.known_defects import KnownDefect
-from harness.comparison.regression import Baseline, BaselineRecord, Override
+from harness.comparison.regression import Baseline, BaselineRecord
 from harness.comparison.series import Series
 from harness.errors import RequestError
 from harness.observables.row import Row
@@ -50,16 +49,6 @@ def bounded_text(path: Path, longest: int = LONGEST) -> str:
 
 
 Named = TypeVar("Named", bound=Parameters)
-
-
-def read_overrides(path: Path) -> tuple[Override, ...]:
-    """Return the overrides of a file.
-
-    Each is a table ``[override.NAME]`` with the fields of
-    :class:`~harness.comparison.regression.Override`. Raise RequestError, naming file and override,
-    for anything else.
-    """
-    return _tables(path, "override", f"--tolerances {path}", Override)
 
 
 def _tables(path: Path, key: str, label: str, kind: type[Named]) -> tuple[Named, ...]:
@@ -395,11 +384,6 @@ def in_checkout(folder: Path) -> bool:
     return Path(harness.__file__).parent.resolve() not in folder.resolve().parents
 
 
-def committed_tolerances() -> Path | None:
-    """Return the file of overrides that came with this harness, None if there is none."""
-    return committed_file("tolerances.toml")
-
-
 KNOWN_DEFECTS = "known-defects.toml"
 """File of ``inputs``."""
 
@@ -416,40 +400,32 @@ def digest_of(folder: Path) -> str:
     return digest_of_files(sorted(folder.glob(f"*{TABLE}")), folder)
 
 
-def digest(folder: Path | None, tolerances: Path | None) -> dict[str, str | None]:
-    """Return the digests of a baseline, of its overrides and of the known defects.
+def digest(folder: Path | None) -> dict[str, str | None]:
+    """Return the digests of a baseline and of the known defects, None where there is none.
 
-    The committed baseline unless given; overrides of a file add to the committed ones. None
-    where there is none. They stand for all that a
-    comparison depends on besides the runs. Raise RequestError for a file that cannot be read.
+    The committed baseline unless given. They stand for all that a comparison depends on besides
+    the runs.
     """
     where = folder or committed()
-    overrides = [path for path in (committed_tolerances(), tolerances) if path is not None]
-    for path in overrides:
-        read_overrides(path)
     defects = committed_file(KNOWN_DEFECTS)
     return {
         "folder": digest_of(where) if where else None,
-        "tolerances": " ".join(digest_of_files([path], path.parent) for path in overrides) or None,
         "known_defects": digest_of_files([defects], defects.parent) if defects else None,
     }
 
 
-def read_baseline(folder: Path, tolerances: Path | None = None) -> Baseline:
-    """Return the baseline of a folder, with the committed overrides and those of a file.
+def read_baseline(folder: Path) -> Baseline:
+    """Return the baseline of a folder.
 
     Raise RequestError, naming file and line, for a folder that is not there and a
     file that is damaged.
     """
     if not folder.is_dir():
         raise RequestError(f"--baseline {folder}: no such folder")
-    # the last one that matches wins: a file that is given decides
-    files = [path for path in (committed_tolerances(), tolerances) if path is not None]
-    overrides = tuple(override for path in files for override in read_overrides(path))
     records: dict[str, BaselineRecord] = {}
     for table in tables_in(folder):
         records |= {record.name: record for record in read_tables(table)}
-    return Baseline(records, str(folder), overrides, digest_of(folder))
+    return Baseline(records, str(folder), digest_of(folder))
 
 
 # ---- known defects

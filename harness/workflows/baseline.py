@@ -96,7 +96,6 @@ def compare_with_baseline(
     *,
     cases: str | Iterable[str] | None = None,
     baseline: Path | None = None,
-    tolerances: Path | None = None,
     engine: EngineChoice = None,
     fresh: bool = False,
     progress: Progress = silent,
@@ -107,7 +106,7 @@ def compare_with_baseline(
     empty. Raise RequestError for a damaged file, which is named.
     """
     new = baseline is not None and not baseline.exists()
-    accepted = Baseline({}, str(baseline)) if new else chosen_baseline(baseline, tolerances)
+    accepted = Baseline({}, str(baseline)) if new else chosen_baseline(baseline)
     verification = verify(
         level, cases=cases, engine=engine, fresh=fresh, progress=progress, baseline=accepted
     )

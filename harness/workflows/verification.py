@@ -174,17 +174,14 @@ def nothing_matches(only: str, names: Iterable[str]) -> RequestError:
     )
 
 
-def chosen_baseline(source: Path | Baseline | None, tolerances: Path | None = None) -> Baseline:
-    """Return the baseline of a folder, or the committed one; empty where there is none.
-
-    ``tolerances`` is a file of overrides, the committed one unless given.
-    """
+def chosen_baseline(source: Path | Baseline | None) -> Baseline:
+    """Return the baseline of a folder, or the committed one; empty where there is none."""
     if isinstance(source, Baseline):
         return source
     where = source or committed()
     if where is None:
         return Baseline({}, "none")
-    return read_baseline(where, tolerances)
+    return read_baseline(where)
 
 
 def here() -> str:

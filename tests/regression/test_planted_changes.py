@@ -86,7 +86,7 @@ def regression(measured, errors=None):
     """Hold what was measured against the committed baseline of the same records."""
     names = {record.name for record in measured} | set(errors or {})
     known = read_baseline(COMMITTED)
-    chosen = Baseline({name: known.records[name] for name in names}, known.where, known.overrides)
+    chosen = Baseline({name: known.records[name] for name in names}, known.where)
     cases = ("incline", "tower")
     expected = Expected(engines={"lammps"}, cases=cases, errors=errors or {})
     tolerances = {name: get_case(name).verification.regression for name in cases}

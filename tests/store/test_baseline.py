@@ -16,10 +16,7 @@ from harness.store.acceptance import ChangeKind, changes, write
 from harness.store.baseline import (
     HEAD,
     committed,
-    committed_tolerances,
-    digest,
     read_baseline,
-    read_overrides,
     read_tables,
     table_texts,
 )
@@ -245,57 +242,6 @@ def test_a_wheel_finds_its_own(tmp_path, monkeypatch):
     assert committed() is None
     shutil.copytree(harness_baseline, own)
     assert committed() == own
-    assert committed_tolerances() is None
 
 
 harness_baseline = committed()
-
-
-OVERRIDE = """
-[override.soft]
-case = "lammps/*"
-quantity = "critical_angle_deg"
-absolute = 1e-4
-reason = "contacts of the soft case break at another step here"
-"""
-
-
-def test_overrides_are_read(tmp_path):
-    path = tmp_path / "tolerances.toml"
-    path.write_text(OVERRIDE)
-    (override,) = read_overrides(path)
-    assert (override.name, override.case) == ("soft", "lammps/*")
-    assert override.tolerance.width(10.0) == 1e-4
-    assert read_overrides(committed_tolerances()) == ()
-
-
-@pytest.mark.parametrize(
-    ("text", "said"),
-    [
-        (OVERRIDE.replace("1e-4", "-1.0"), "absolute = -1.0: must be greater than or equal to 0"),
-        (OVERRIDE.replace("1e-4", "true"), "absolute = True"),
-        (OVERRIDE.replace("quantity", "quality"), "quantity: must be given"),
-        (OVERRIDE + 'unit = "deg"\n', "unit: no such parameter"),
-        ("[tolerance]\n", "and nothing else"),
-        ("[override", "cannot be read"),
-        (
-            OVERRIDE.replace("contacts of the soft case break at another step here", "so"),
-            "reason = 'so'",
-        ),
-    ],
-)
-def test_bad_overrides_are_named(tmp_path, text, said):
-    path = tmp_path / "tolerances.toml"
-    path.write_text(text)
-    with pytest.raises(RequestError, match=f"--tolerances {path}") as caught:
-        read_overrides(path)
-    assert said in str(caught.value)
-
-
-@pytest.mark.parametrize("name", ["nope.toml", "."])
-def test_a_file_of_overrides_that_is_not_there_or_a_folder_is_one_line(tmp_path, name):
-    path = tmp_path / name
-    for read in (read_overrides, lambda file: digest(None, file)):
-        with pytest.raises(RequestError, match=f"--tolerances {path}: cannot be read") as caught:
-            read(path)
-        assert "\n" not in str(caught.value)

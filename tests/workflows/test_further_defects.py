@@ -1,4 +1,4 @@
-"""``--known-defects`` and ``--tolerances`` stand beside the committed files."""
+"""``--known-defects`` stands beside the committed file."""
 
 import tomllib
 from pathlib import Path
@@ -7,7 +7,7 @@ import pytest
 
 from harness.errors import RequestError
 from harness.store import baseline as store
-from harness.store.baseline import known_defects, read_baseline, with_further
+from harness.store.baseline import known_defects, with_further
 from harness.workflows.verification import Selection, verify
 
 COMMITTED = Path(__file__).parents[2] / "inputs" / "known-defects.toml"
@@ -34,20 +34,6 @@ def test_a_file_is_read_beside_the_committed_one(tmp_path, monkeypatch):
     monkeypatch.setattr(store, "committed_file", lambda _: rest)
     assert {defect.name for defect in with_further(None)} == every - {"old-wall-friction"}
     assert {defect.name for defect in with_further(one)} == every
-
-
-def test_overrides_of_a_file_come_after_the_committed_ones(tmp_path, monkeypatch):
-    files = {}
-    for name in ("committed", "mine"):
-        files[name] = tmp_path / f"{name}.toml"
-        files[name].write_text(
-            f'[override.{name}]\ncase = "*"\nquantity = "*"\nabsolute = 1.0\nrelative = 0.0\n'
-            'reason = "runs on another machine, for a test"\n'
-        )
-    monkeypatch.setattr("harness.store.baseline.committed_tolerances", lambda: files["committed"])
-    (tmp_path / "baseline").mkdir()
-    found = read_baseline(tmp_path / "baseline", files["mine"])
-    assert [override.name for override in found.overrides] == ["committed", "mine"]
 
 
 @pytest.mark.live
