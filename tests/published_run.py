@@ -1,7 +1,7 @@
 """A run as `verify` publishes it, of no checks, for tests that read such runs."""
 
 RUN = {
-    "schema": 1,
+    "schema": 2,
     "level": "quick",
     "started": "2030-01-01T00:00:00+00:00",
     "seconds": 1.0,

@@ -146,7 +146,7 @@ class Printer:
             self.line(f"{kind}: {', '.join(filter(None, parts))}")
 
     def headlines(self, headlines: Sequence[Record]) -> None:
-        """Print what was expected and measured, as summary.md has it."""
+        """Print what was expected and measured, as report.md has it."""
         from harness.observables.row import Row
         from harness.report.text import headline_lines
 

@@ -133,7 +133,7 @@ def diff_runs(before: Results, after: Results) -> RunDiff:
         (run.cases, {engine.engine for engine in run.engines.declared} if run.engines else set())
         for run in (before, after)
     ]
-    same_plan = plans[0] == plans[1] or 1 in (before.schema, after.schema)  # which named no cases
+    same_plan = plans[0] == plans[1]
     hows = [run.engine.how if run.engine else "" for run in (before, after)]
     same_plan = same_plan and before.level == after.level
     pairs = compare(first, second, lambda _, check: check.tolerance)
@@ -179,17 +179,10 @@ def _metadata(before: Results, after: Results) -> tuple[MetadataChange, ...]:
     expected = [{(h.name, h.who): _text(h.expected) for h in run.headlines} for run in runs]
     for key in expected[0].keys() & expected[1].keys():
         pairs.append((f"expected {key[0]}", expected[0][key], expected[1][key]))
-    # runs of an early version do not name their scripts, cases and baseline
-    names = {*before.scripts, *after.scripts} if before.scripts and after.scripts else set()
-    for name in sorted(names):
+    for name in sorted({*before.scripts, *after.scripts}):
         ours, theirs = (run.scripts.get(name, "not there")[:12] for run in runs)
         pairs.append((f"script {name}", ours, theirs))
-    early = (
-        {"cases", "baseline", "baseline sha256"} if 1 in (before.schema, after.schema) else set()
-    )
-    return tuple(
-        MetadataChange(*pair) for pair in pairs if pair[1] != pair[2] and pair[0] not in early
-    )
+    return tuple(MetadataChange(*pair) for pair in pairs if pair[1] != pair[2])
 
 
 def _by_kind_and_name(checks: Iterable[Check]) -> dict[Hashable, Check]:

@@ -17,7 +17,6 @@ from enum import StrEnum
 from typing import Annotated, Any, NamedTuple
 
 from pydantic import Field, computed_field, field_serializer
-from pydantic.json_schema import SkipJsonSchema
 
 from harness.comparison.series import Divergence
 from harness.errors import (
@@ -184,7 +183,7 @@ class Check(Row, Record):
     """
 
     expected: Number = field()
-    who: SkipJsonSchema[Annotated[str, Field(exclude=True)]] = ""
+    who: Annotated[str, Field(exclude=True)] = ""
     kind: Kind
     tolerance: Number
     verdict: Verdict
@@ -194,7 +193,7 @@ class Check(Row, Record):
     log: str = field(default="", repr=False)
     cell: Cell | None = None
     # what a known defect makes of the row, where a case can compute it; not published
-    predict: SkipJsonSchema[Annotated[Predict | None, Field(exclude=True)]] = field(
+    predict: Annotated[Predict | None, Field(exclude=True)] = field(
         default=None, repr=False, compare=False
     )
 

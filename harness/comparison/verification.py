@@ -1,8 +1,8 @@
 """What a verification found: findings of each case and engine, the whole run, its published form.
 
-The dataclasses are the one source of results.json: the file is their dump, the committed JSON
-Schema is generated from them, and :func:`harness.workflows.diff` reads runs with them. Beside their
-keys stand those that cases publish, which each case documents.
+The dataclasses are the one source of results.json: the file is their dump, and
+:func:`harness.workflows.diff` reads runs with them. Beside their keys stand those that cases
+publish, which each case documents.
 """
 
 from __future__ import annotations
@@ -122,7 +122,7 @@ class Engines:
 class Results:
     """One verification run, as results.json holds it.
 
-    ``schema`` is the version of this form, 1 where the key is missing. ``level`` is quick,
+    ``schema`` is the version of this form. ``level`` is quick,
     default or full; ``started`` ISO 8601 in UTC; ``seconds`` the wall time [s]; ``status`` the
     exit status: 0 holds, 1 a verdict failed, 3 an engine died, or a case that was asked for by
     name tested nothing (``untested_cases``). ``engine`` is null when none could
@@ -155,39 +155,10 @@ class Results:
 def read_published(record: Any) -> Results:
     """Return a run from its JSON value; keys that are not known are passed over.
 
-    The extrapolated angle of schema 1 becomes a headline. Raise
-    pydantic.ValidationError for what is no run.
+    Raise pydantic.ValidationError for a value that is no run.
     """
-    if isinstance(record, dict) and record.get("schema", 1) == 1:
-        record = {
-            **record,
-            "schema": 1,
-            "headlines": _headlines_of_schema_1(record),
-            "engines": None,
-        }
     results: Results = adapter(Results).validate_python(record)
     return results
-
-
-def _headlines_of_schema_1(record: Mapping[str, Any]) -> list[dict[str, Any]]:
-    extrapolated, engine = record.get("extrapolated"), record.get("engine") or {}
-    if not isinstance(extrapolated, dict) or not isinstance(engine, dict):
-        return []
-    return [
-        {
-            "name": "critical angle",
-            "unit": "deg",
-            "expected": record.get("closed_form_deg"),
-            "value": extrapolated.get("critical_angle_deg"),
-            "uncertainty": extrapolated.get("uncertainty_deg"),
-            "who": engine.get("engine", ""),
-        }
-    ]
-
-
-def json_schema() -> dict[str, Any]:
-    """Return the JSON Schema of the keys that every run has."""
-    return adapter(Results).json_schema(mode="serialization")
 
 
 @dataclass(frozen=True, repr=False)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import groupby
@@ -89,12 +90,42 @@ def report_page(
     )
 
 
-def report_markdown(verification: Verification, drawn: Sequence[Drawn]) -> str:
-    """Return the whole report as Markdown; all text in it is escaped."""
-    return markdown_page("report.md.j2", TITLE, **_values(verification, drawn, {}))
-
-
 TITLE = "DEM verification"
+
+LIMIT = 60_000
+"""Characters of the Markdown report: a comment on GitHub holds 65,536."""
+
+KEPT = 2
+"""Lines of a table's head, and as many rows are kept at least."""
+
+
+def report_markdown(verification: Verification, drawn: Sequence[Drawn]) -> str:
+    """Return the report as Markdown, below :data:`LIMIT` characters; all text in it is escaped."""
+    values = _values(verification, drawn, {})
+    return shortened(markdown_page("report.md.j2", TITLE, **values), LIMIT)
+
+
+def shortened(text: str, limit: int) -> str:
+    """Return Markdown of less than ``limit`` characters: the longest tables lose their last rows.
+
+    A sentence below such a table counts them. What is too long without tables ends early.
+    """
+    blocks = text.rstrip("\n").split("\n\n")
+    left_out: Counter[int] = Counter()
+    tables = {n: block.split("\n") for n, block in enumerate(blocks) if block.startswith("|")}
+    while sum(len(block) + 2 for block in blocks) >= limit:
+        long = {n: lines for n, lines in tables.items() if len(lines) > 2 * KEPT}
+        if not long:
+            end = "\n\nThe rest is in report.html.\n"
+            return text[: limit - len(end) - 1].rpartition("\n\n")[0] + end
+        longest = max(long, key=lambda n: len(blocks[n]))
+        lines = tables[longest]
+        kept = max(2 * KEPT, len(lines) // 2)
+        left_out[longest] += len(lines) - kept
+        tables[longest] = lines[:kept]
+        rest = f"{left_out[longest]} more rows are left out; results.csv has every check."
+        blocks[longest] = "\n".join(lines[:kept]) + f"\n\n{rest}"
+    return "\n\n".join(blocks) + "\n"
 
 
 def _values(
@@ -108,6 +139,8 @@ def _values(
         "headline": headline(verification.checks, verification.untested_cases),
         "outcome": _outcome(verification),
         "counts": _counts(rows, present),
+        "kind_counts": text.summary(verification)[1],
+        "severe": _severe(verification),
         "headlines": [(h.name, text.expected(h), text.measured(h)) for h in verification.headlines],
         "verdicts": _verdicts(verification, present),
         "rows": rows,
@@ -158,6 +191,22 @@ def _counts(rows: Sequence[Row], present: Sequence[Verdict]) -> list[str]:
         for v in present
     ]
     return [*counts[:-1], f"{counts[-1]} of {len(rows)} rows"] if counts else []
+
+
+SEVERE = (Verdict.FAIL, Verdict.KNOWN_DEFECT, Verdict.FIXED, Verdict.NOT_TESTED)
+
+
+def _severe(verification: Verification) -> Table:
+    """Return the rows that do not hold, failures first, with what happened."""
+    rows = []
+    for check in by_severity(verification.checks):
+        if check.verdict in SEVERE:
+            about = "" if check.engine_died else text.triage(check)
+            note = "" if math.isnan(check.value) else check.note
+            happened = (text.happened(check), about, text.details(check), note)
+            words = "; ".join(filter(None, happened))[:600]
+            rows.append((f"{check.verdict}: {check.name}", str(check.kind), words))
+    return Table("", "", ("check", "kind", "what happened"), tuple(rows))
 
 
 def _verdicts(verification: Verification, present: Sequence[Verdict]) -> Table:

@@ -159,17 +159,14 @@ def read_results(run: str | Path) -> Results:
     """Return the results of a run, from its folder or its results.json.
 
     Raise RequestError, naming the file, for what is not there, is no JSON or no
-    run, or is of a newer form than this version reads.
+    run, or is of another form.
     """
     path = Path(run)
     path = path / FILE if path.is_dir() else path
     record = _json(path)
-    version = record.get("schema", 1) if isinstance(record, dict) else None
-    if isinstance(version, int) and version > SCHEMA:
-        raise RequestError(
-            f"{path}: is of schema {version}, this dem-harness reads up to {SCHEMA}; "
-            "take a newer one"
-        )
+    version = record.get("schema", SCHEMA) if isinstance(record, dict) else SCHEMA
+    if version != SCHEMA:
+        raise RequestError(f"{path}: is of schema {version!r}, this dem-harness reads {SCHEMA}")
     try:
         return read_published(record)
     except ValidationError as error:

@@ -182,8 +182,8 @@ def test_a_move_without_an_uncertainty_has_none_to_be_measured_in():
 
 
 def test_another_baseline_and_other_cases_are_named():
-    before = run(schema=2, baseline="a", baseline_sha256="1", cases=["one"])
-    after = run(schema=2, baseline="a", baseline_sha256="2", cases=["one", "two"])
+    before = run(baseline="a", baseline_sha256="1", cases=["one"])
+    after = run(baseline="a", baseline_sha256="2", cases=["one", "two"])
     assert {(c.name, c.before, c.after) for c in diff_runs(before, after).metadata} == {
         ("baseline sha256", "1", "2"),
         ("cases", "one", "one two"),
@@ -192,7 +192,7 @@ def test_another_baseline_and_other_cases_are_named():
 
 def test_another_expectation_of_a_headline_is_named():
     told = {"name": "angle", "unit": "deg", "value": 10.0, "uncertainty": 0.1, "who": "x"}
-    before = run(schema=2, headlines=[told | {"expected": 10.2}])
-    after = run(schema=2, headlines=[told | {"expected": 10.3}])
+    before = run(headlines=[told | {"expected": 10.2}])
+    after = run(headlines=[told | {"expected": 10.3}])
     (change,) = diff_runs(before, after).metadata
     assert (change.name, change.before, change.after) == ("expected angle", "10.2", "10.3")

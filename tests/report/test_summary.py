@@ -1,47 +1,59 @@
+"""The head of report.md is what a pull request shows, and the whole fits into a comment."""
+
 from dataclasses import replace
 
 from harness.comparison.verdicts import Verdict
-from harness.report.folder import short_markdown
+from harness.report.page import LIMIT, report_markdown, shortened
 from harness.report.text import headline
 
-COMMENT = 65_536
-"""Characters that a comment on GitHub holds."""
 
-
-def test_failures_come_first_and_all_else_is_folded(verification):
-    text = short_markdown(verification)
-    opened = text.index("<details>")
-    for said in ("angle \\| fails", "a run that hung", "out of time: 5 s", "not installed"):
-        assert text.index(said) < opened
-    for said in ("angle &lt;holds>", "laws differ"):
-        assert text.index(said) > opened
-    assert text.count("<details>") == text.count("</details>")
+def test_verdicts_and_failures_come_before_all_else(verification):
+    text = report_markdown(verification, [])
+    assert text.splitlines()[2] == "**Failed: 1 analytic, 1 cross-code**"
+    told = "- critical angle: expected 10.2078 deg; toy 10.2070 ± 0.0004 deg (step to 0)"
+    assert told in text.splitlines()
+    head = text[: text.index("## Verdicts")]
+    for said in ("analytic ", "angle \\| fails", "a run that hung", "out of time: 5 s"):
+        assert said in head
+    assert "not tested: " in head
+    assert "laws differ" not in head
 
 
 def test_a_run_that_holds_has_no_table_of_failures(verification):
-    text = short_markdown(replace(verification, checks=verification.checks[:1]))
+    text = report_markdown(replace(verification, checks=verification.checks[:1]), [])
     assert "All verdicts hold" in text
     assert "what happened" not in text
 
 
 def test_however_many_rows_it_fits_into_a_comment(verification):
     wordy = [replace(check, note="n" * 900, name="x" * 300) for check in verification.checks]
-    text = short_markdown(replace(verification, checks=tuple(wordy * 400)))
-    assert len(text) < COMMENT
-    assert "more, in report.html" in text
+    text = report_markdown(replace(verification, checks=tuple(wordy * 400)), [])
+    assert len(text) < LIMIT
+    assert "more rows are left out; results.csv has every check." in text
+    assert "## Provenance" in text
+
+
+def test_the_longest_tables_are_cut_and_what_is_left_out_is_counted():
+    def table(rows):
+        return "\n".join(["| a |", "|---|", *(f"| {n} |" for n in range(rows))])
+
+    text = f"# T\n\n{table(1000)}\n\nwords\n\n{table(5)}\n"
+    assert shortened(text, 100_000) == text
+    cut = shortened(text, 3_000)
+    assert len(cut) < 3_000
+    assert table(5) in cut
+    kept = cut[: cut.index("more rows")].count("| ") - 1
+    assert f"{1000 - kept} more rows are left out" in cut
+    words = shortened("one\n\n" + "two " * 1000, 500)
+    assert words == "one\n\nThe rest is in report.html.\n"
 
 
 def test_text_opens_no_tag_and_mentions_nobody(verification):
     check = replace(verification.checks[1], name="<script> @somebody\nnew | row \x1b[31mred")
-    text = short_markdown(replace(verification, checks=(check,)))
+    text = report_markdown(replace(verification, checks=(check,)), [])
     assert "<script>" not in text
     assert "@somebody" not in text
     assert "&lt;script> @\u200bsomebody new \\| row red |" in text
-
-
-def test_the_headlines_are_told_with_who_measured_them(verification):
-    told = "- critical angle: expected 10.2078 deg; toy 10.2070 ± 0.0004 deg (step to 0)"
-    assert told in short_markdown(verification).splitlines()
 
 
 def test_the_headline_counts_known_defects_and_what_was_not_tested(verification):

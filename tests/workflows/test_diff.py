@@ -28,11 +28,6 @@ def test_a_run_is_a_folder_or_its_file(written):
     assert diff(str(folder), folder).metadata == ()
 
 
-def test_a_run_from_before_the_schema_had_a_number_is_read(written):
-    old = {key: value for key, value in RUN.items() if key != "schema"}
-    assert diff(written(text=json.dumps(old)), written("other")).rows == ()
-
-
 @pytest.mark.parametrize(
     ("text", "said"),
     [
@@ -40,8 +35,8 @@ def test_a_run_from_before_the_schema_had_a_number_is_read(written):
         ("[" * 100_000, r"results\.json: is damaged, no JSON"),
         ("[]", r"results\.json: is not a run of dem-harness"),
         ('{"level": "quick"}', r"is not a run of dem-harness \(started: field required\)"),
-        (json.dumps(RUN | {"schema": 3}), r"is of schema 3, this dem-harness reads up to 2"),
-        (json.dumps(RUN | {"schema": "x"}), r"is not a run of dem-harness \(schema: "),
+        (json.dumps(RUN | {"schema": 1}), r"is of schema 1, this dem-harness reads 2"),
+        (json.dumps(RUN | {"schema": "x"}), r"is of schema 'x', this dem-harness reads 2"),
         (json.dumps(RUN | {"checks": [{}]}), r"\(checks\.0\.name: field required\)"),
     ],
 )
@@ -65,15 +60,6 @@ def test_a_file_that_is_no_text_is_refused(written):
     (folder / "results.json").write_bytes(b"\xff\xfe\x00")
     with pytest.raises(RequestError, match="no UTF-8 text"):
         diff(folder, folder)
-
-
-def test_the_extrapolated_angle_of_schema_1_is_told_as_a_headline(written):
-    engine = {"engine": "lammps", "engine_version": "1", "packages": ["GRANULAR"]}
-    extrapolated = {"critical_angle_deg": 10.2078, "uncertainty_deg": 1e-4, "rungs": []}
-    found = diff(written(engine=engine, extrapolated=extrapolated), written("other"))
-    (headline,) = found.before.headlines
-    assert (headline.expected, headline.value, headline.who) == (10.2, 10.2078, "lammps")
-    assert found.after.headlines == ()
 
 
 def test_a_row_that_one_side_lacks_with_tolerance_0_is_told_and_no_error(written):

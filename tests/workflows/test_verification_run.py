@@ -8,7 +8,7 @@ from harness.comparison.verdicts import Kind, Planned, Triage, Verdict
 from harness.comparison.verification import Findings, read_published
 from harness.engines import registry as engine_registry
 from harness.errors import EngineCrashError, RequestError
-from harness.report.folder import short_markdown
+from harness.report.page import report_markdown
 from harness.report.plain import finite
 from harness.workflows import sections, verify
 from harness.workflows.engine_status import EngineSelection, selected_engines
@@ -119,7 +119,7 @@ def test_a_case_that_was_asked_for_and_tested_nothing_is_status_3(cases):
     assert "line" in found.untested_cases
     assert found.status == 3
     assert found.to_json()["untested_cases"] == list(found.untested_cases)
-    assert "Nothing was tested in" in short_markdown(found)
+    assert "Nothing was tested in" in report_markdown(found, [])
 
 
 def test_a_case_that_nobody_named_may_be_not_tested():
