@@ -13,7 +13,6 @@ WRONG = {
     "verify --no-quick": ("--no-quick", "--quick"),
     "tower --height 1.5": ("--height '1.5'", "whole number"),
     "sweep incline --over": ("--over", "given a value"),
-    "sweep incline --over angle=9 --cpus 0": ("--cpus 0", "1 or more"),
     "run": ("CASE", "given a value"),
     "diff one": ("AFTER", "given a value"),
     "baseline comparo": ("comparo", "compare"),
