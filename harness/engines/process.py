@@ -325,10 +325,7 @@ CANCEL_SECONDS = 0.5
 
 
 def cores() -> int:
-    """Return the number of cores this process may use; a scheduler may give less than it shows."""
-    allotted = os.environ.get("SLURM_CPUS_PER_TASK", "")
-    if allotted.isdecimal():
-        return int(allotted)
+    """Return the number of cores this process may use."""
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1

@@ -75,16 +75,6 @@ def test_a_run_that_fails_is_an_engine_error():
         run("line", {}, engine)
 
 
-def test_a_run_shows_itself_and_is_a_table():
-    found = run("line", {}, "toy")
-    assert list(found.to_frame()["quantity"]) == ["y", "twice"]
-    page = found._repr_html_()
-    assert ">line<" in page
-    assert ">toy 1<" in page
-    assert "6 m; 6 by closed form, +0 off" in page
-    assert len(page) < 800
-
-
 def test_the_cases_are_listed_with_parameters_quantities_and_engines():
     by_name = {case.name: case for case in cases()}
     assert list(by_name) == ["line", "kept", "gate", "raising"]
@@ -95,16 +85,6 @@ def test_the_cases_are_listed_with_parameters_quantities_and_engines():
     assert "toy" in record["engines"]
     assert "blind" not in record["engines"]
     assert record["presets"] == ["usual", "steep"]
-
-
-def test_an_engine_that_cannot_be_imported_is_no_engine_of_a_case(monkeypatch):
-    from harness.engines import registry
-
-    monkeypatch.setattr(
-        registry, "engine_names", lambda: (_ for _ in ()).throw(AssertionError("not called"))
-    )
-    monkeypatch.setattr("harness.workflows.case_runs.engine_names", lambda: ["toy", "no:Such"])
-    assert {case.engines for case in cases()} == {("toy",)}
 
 
 def test_a_restitution_that_is_set_is_not_overridden_by_the_damping_ratio_that_was_there():

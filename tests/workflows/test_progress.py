@@ -1,48 +1,13 @@
-"""Progress: told to a function, drawn in a terminal, and nowhere else."""
-
-import inspect
-import os
-import pty
-import re
-import select
-import subprocess
-import sys
-import time
+"""Progress: reported to a function, and in a log line by line."""
 
 import pytest
 
 from harness import workflows
 from harness.cases.incline.system import Incline
-from harness.cases.tower.run import Options
 from harness.engines.reference import Reference
 from harness.engines.registry import open_engine
 from harness.parameters.tower import Tower
-from harness.reproduction import reproduce
 from harness.workflows import progress as module
-
-LONG = [
-    "compare_with_baseline",
-    "critical_angle",
-    "critical_angles",
-    "engines",
-    "extrapolated_critical_angle",
-    "impulse_angles",
-    "impulse_table",
-    "releases",
-    "reproduce",
-    "run",
-    "tower",
-    "verify",
-]
-
-
-@pytest.mark.parametrize("name", LONG)
-def test_every_long_verb_takes_a_progress(name):
-    verb = reproduce if name == "reproduce" else getattr(workflows, name)
-    taken = set(inspect.signature(verb).parameters)
-    if verb is workflows.tower:  # its keywords are one class
-        taken |= set(Options.__annotations__)
-    assert "progress" in taken
 
 
 def stages(verb):
@@ -71,63 +36,6 @@ def test_verbs_tell_how_far_they_are():
         assert found[0][:2] == ("runs, passage", 0)
         assert stages(lambda told: workflows.run("drop", engine=engine, progress=told))
     assert stages(lambda told: workflows.engines(programs={}, progress=told))[-1][0] == "engines"
-
-
-def in_terminal(*words, tmp_path, **env):
-    """Run a command with standard error on a terminal; return what it shows there, and stdout."""
-    main, other = pty.openpty()
-    with subprocess.Popen(
-        [sys.executable, "-m", "harness", *words],
-        stdout=subprocess.PIPE,
-        stderr=other,
-        cwd=tmp_path,
-        env={**os.environ, "TERM": "xterm", "COLUMNS": "100", **env},
-    ) as process:
-        os.close(other)
-        shown, deadline = b"", time.monotonic() + 100
-        while time.monotonic() < deadline and select.select([main], [], [], 60)[0]:
-            try:
-                part = os.read(main, 65536)
-            except OSError:
-                break
-            shown += part
-        out = process.stdout.read().decode()
-    os.close(main)
-    assert process.returncode == 0, shown
-    return re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", shown.decode()), out
-
-
-@pytest.mark.slow
-def test_a_terminal_shows_the_stage_the_time_and_that_kernels_are_compiled(tmp_path):
-    shown, out = in_terminal(
-        "tower", "--height", "2", tmp_path=tmp_path, NUMBA_CACHE_DIR=str(tmp_path / "empty")
-    )
-    assert "tower: compiling, or loading, kernels" in shown
-    assert re.search(r"0:00:\d\d", shown)
-    assert "impulse_Ns" in out
-
-
-def test_json_and_what_is_no_terminal_show_nothing(tmp_path, commands):
-    shown, out = in_terminal("impulse", "--heights", "1-9", "--json", tmp_path=tmp_path)
-    assert shown == ""
-    assert out.startswith("{")
-    done = commands.run(["impulse", "--heights", "1-9"], tmp_path, 120)
-    assert (done.returncode, done.stderr) == (0, "")
-
-
-def test_what_is_done_at_once_draws_nothing(tmp_path):
-    assert in_terminal("theory", tmp_path=tmp_path)[0] == ""
-
-
-def test_bars_that_end_at_once_end_cleanly(monkeypatch):
-    monkeypatch.setenv("TTY_COMPATIBLE", "1")
-    monkeypatch.setattr(module, "DELAY", 0.0)
-    with module.progress_bars("verb") as told:
-        told("stage", 0, 2)
-        time.sleep(0.3)
-        told("stage", 2, 2)
-    with pytest.raises(KeyboardInterrupt), module.progress_bars("verb"):
-        raise KeyboardInterrupt
 
 
 def test_a_log_says_which_stages_are_over_and_how_far_others_are(monkeypatch, capsys):

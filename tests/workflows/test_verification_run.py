@@ -11,7 +11,6 @@ from harness.errors import EngineCrashError, RequestError
 from harness.report.page import report_markdown
 from harness.report.plain import finite
 from harness.workflows import sections, verify
-from harness.workflows.engine_status import EngineSelection, selected_engines
 from tests.workflows import fakes
 
 pytestmark = pytest.mark.usefixtures("registered")
@@ -168,11 +167,6 @@ def test_an_engine_beside_tests_a_case_that_the_main_one_cannot_state():
     assert found.status == 0
 
 
-def test_what_ran_is_told_by_its_scripts():
-    assert list(verified("line,raising").scripts) == ["toy/line.in"]
-    assert set(verified(engines="other").scripts) == {"toy/line.in", "other/line.in"}
-
-
 BASELINE = Baseline(
     {
         record.name: record.at("quick", "here")
@@ -204,31 +198,27 @@ def leave(monkeypatch, change):
     monkeypatch.setattr(fakes.KeptVerification, "run", verify_less)
 
 
-def test_a_record_that_is_missing_without_a_reason_fails(monkeypatch):
-    leave(monkeypatch, lambda found: found.records.clear())
-    check = row(verified("kept", baseline=BASELINE), "baseline: toy/line")
-    assert check.verdict is Verdict.FAIL
-    assert check.triage == Triage.MISSING
-
-
-def test_a_record_that_a_case_explains_is_not_tested(monkeypatch):
+@pytest.mark.parametrize(
+    ("why", "verdict", "triage"),
+    [
+        ({}, Verdict.FAIL, Triage.MISSING),
+        ({"untested": {"toy/l*": "toy cannot"}}, Verdict.NOT_TESTED, Triage.NOT_TESTED),
+        ({"errors": {"toy/line": EngineCrashError("signal")}}, Verdict.FAIL,
+         "engine error: crashed"),
+    ],
+    ids=["missing", "explained", "died"],
+)  # fmt: skip
+def test_a_record_that_is_not_there_has_the_verdict_of_its_reason(
+    monkeypatch, why, verdict, triage
+):
     def change(found):
         found.records.clear()
-        found.untested["toy/l*"] = "toy cannot"
+        for name, reasons in why.items():
+            getattr(found, name).update(reasons)
 
     leave(monkeypatch, change)
     check = row(verified("kept", baseline=BASELINE), "baseline: toy/line")
-    assert (check.verdict, check.note) == (Verdict.NOT_TESTED, "toy cannot")
-
-
-def test_a_record_whose_run_died_fails_with_its_class(monkeypatch):
-    def change(found):
-        found.records.clear()
-        found.errors["toy/line"] = EngineCrashError("signal")
-
-    leave(monkeypatch, change)
-    check = row(verified("kept", baseline=BASELINE), "baseline: toy/line")
-    assert (check.verdict, check.triage) == (Verdict.FAIL, "engine error: crashed")
+    assert (check.verdict, check.triage) == (verdict, triage)
 
 
 def test_records_of_cases_that_were_not_asked_for_are_left_out():
@@ -302,10 +292,12 @@ def test_what_engines_publish_stands_under_engines():
     assert [told["engine"] for told in record["engines"]["declared"]] == ["other"]
 
 
-def test_an_exception_between_engines_is_a_failed_row():
-    found = verified("raising", engines="other")
-    assert "KeyError" in row(found, "raising: engines against").note
-    assert "IndexError" in row(found, "other: raising").note
+def test_engines_are_held_against_one_another_by_the_case():
+    found = verified("kept", engines="toy,other")
+    assert row(found, "toy and other").verdict is Verdict.PASS
+    broken = verified("raising", engines="other")
+    assert "KeyError" in row(broken, "raising: engines against").note
+    assert "IndexError" in row(broken, "other: raising").note
 
 
 def test_a_run_is_published_and_read_back():
@@ -320,32 +312,8 @@ def test_a_run_is_published_and_read_back():
     assert read.scripts.keys() == found.scripts.keys()
 
 
-def test_names_of_engines():
-    everything = selected_engines("all")
-    assert everything.engines == tuple(engine_registry.ENGINES)
-    assert everything.wants("toy")
-    assert everything.named == frozenset()
-    assert selected_engines(["wrong, toy"]).engines == ("toy", "wrong")
-    assert selected_engines(()) == EngineSelection()
-    tried = selected_engines("tests.workflows.fakes:Toy")
-    assert tried.engines == ("tests.workflows.fakes:Toy",)
-
-
 def test_what_was_recorded_stands_in_for_an_engine_that_is_asked_for_and_missing():
     found = verified("kept", engines="missing")
     assert row(found, "missing (recorded): y").verdict is Verdict.PASS
     assert "missing (recorded)" in found.others
     assert not rows(verified("kept", engines="other"), "recorded")
-
-
-def test_engines_are_held_against_one_another_by_the_case():
-    found = verified("kept", engines="toy,other")
-    assert row(found, "toy and other").verdict is Verdict.PASS
-
-
-def test_progress_is_told_engine_by_engine():
-    told = []
-    verified("line", engines="other", progress=lambda *stage: told.append(stage))
-    assert [stage for stage in told if stage[0] == "engine other"] == [
-        ("engine other", done, 2) for done in (0, 1, 2)
-    ]
