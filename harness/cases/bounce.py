@@ -10,7 +10,6 @@ from pydantic import Field
 
 from harness.cases.contact.contact_case import ContactCase
 from harness.cases.contact.impact import impact, rebound
-from harness.cases.contact.limits import NORMALS, Scan
 from harness.cases.contact.motion import Motion
 from harness.cases.contact.parameters import ContactSystem, Gravity, check_impact, meets
 from harness.cases.contact.submodels import BOUNCE, NORMAL, NORMAL_BESIDE, OLD_NORMAL, SYSTEMS, Told
@@ -44,7 +43,6 @@ class BounceCase(ContactCase[Bounce]):
     # off a sphere it would fall, but not within a contact: round-off sideways has no time to grow
     systems: ClassVar[Told] = {name: SYSTEMS[name] for name in ("wall", "frozen sphere")}
     sets: ClassVar[Told] = {"usual": NORMAL[1].law, **BOUNCE}
-    scan = Scan("rebound_ratio", "height", (0.01, 0.02, 0.05, 0.1, 0.2), NORMALS)
 
     def scene(self, parameters: Bounce) -> ContactScene:
         """Return the contact with gravity, from half a step before it on."""

@@ -14,7 +14,6 @@ import numpy as np
 from pydantic import Field
 
 from harness.cases.contact.contact_case import ContactCase
-from harness.cases.contact.limits import Scan
 from harness.cases.contact.motion import Motion
 from harness.cases.contact.parameters import meets
 from harness.cases.contact.submodels import (
@@ -58,7 +57,6 @@ class CollisionCase(ContactCase[Collision]):
         *(submodel for submodel in TANGENTIAL if submodel.name == "mindlin"),
     )
     other_submodels = (*TANGENTIAL_BESIDE, *ROLLING_UNDAMPED)
-    drawn_quantity = "tangential_ratio"
     has_invariances = False  # of the same laws those of an oblique impact
     sets: ClassVar[Told] = {"usual": {"partner": "sphere", **SLIDING}}
     systems: ClassVar[Told] = {
@@ -67,7 +65,6 @@ class CollisionCase(ContactCase[Collision]):
         "size ratio 10": {"partner_radius": 0.1, "partner_share": 0.1},
         "size ratio 100": {"partner_radius": 1.0, "partner_share": 0.1},
     }
-    scan = Scan("tangential_ratio", "partner_radius", (0.01, 0.02, 0.05, 0.1, 0.3, 1.0))
 
     def scene(self, parameters: Collision) -> ContactScene:
         """Return the impact as it is seen where the second sphere moves towards the first."""

@@ -15,7 +15,6 @@ import numpy as np
 from pydantic import Field
 
 from harness.cases.contact.contact_case import Resting, RestingCase
-from harness.cases.contact.limits import Scan
 from harness.cases.contact.motion import Motion
 from harness.cases.contact.parameters import Radius, rest_overlap
 from harness.cases.contact.submodels import NORMAL, SLIDING, TANGENTIAL, Told
@@ -111,7 +110,6 @@ class CurvedWallCase(RestingCase[CurvedWall], SurroundedCase[CurvedWall]):
         "hill": {"wall": "hill", "angle": 20.0},
         "rim": {"wall": "rim", "angle": 20.0},
     }
-    scan = Scan("angle_ratio", "angle", (5.0, 15.0, 30.0, 45.0), (("linear_history",),))
 
     def scene(self, parameters: CurvedWall) -> ContactScene:
         """Return the sphere at rest along the normal, and what stands for the wall."""

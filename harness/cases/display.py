@@ -39,14 +39,13 @@ class Display:
         """Return whether the case has films."""
         return type(self).film is not Display.film
 
-    def film_jobs(self, parameters: Any = None, frames: int = 120) -> Sequence[Job]:
+    def film_jobs(self, parameters: Any, frames: int) -> Sequence[Job]:
         """Return the jobs of a film that an engine may refuse although it runs the case."""
         return ()
 
-    def film(self, engine: Engine, parameters: Any = None, frames: int = 120) -> Film | None:
-        """Return the film of one run; None for a case that has none.
+    def film(self, engine: Engine, parameters: Any, frames: int) -> Film:
+        """Return the film of one run of a case that has films.
 
-        Of the system that shows the case best where no parameters are given. Raise EngineError
-        for a run that failed.
+        Raise EngineError for a run that failed.
         """
-        return None
+        raise NotImplementedError

@@ -7,8 +7,7 @@ from typing import ClassVar
 
 from pydantic import Field
 
-from harness.cases.contact.limits import Scan
-from harness.cases.contact.motion import Array, Motion
+from harness.cases.contact.motion import Motion
 from harness.cases.contact.parameters import ContactSystem, Duration, Gravity, counted, meets
 from harness.cases.contact.submodels import HOOKE, Told, named
 from harness.cases.contact.surroundings import ClosedFormCase
@@ -50,7 +49,6 @@ class DragCase(ClosedFormCase[Drag]):
     every_level = ("terminal",)
     sets: ClassVar[Told] = {"falls": HOOKE}
     powers = (1.0, 2.0, 3.0)  # dragged by the velocity of half a step before
-    scan = Scan("speed_over_terminal", "duration", (0.5, 1.0, 2.0, 3.0), (("viscous",),))
 
     def scene(self, parameters: Drag) -> ContactScene:
         """Return the sphere alone."""
@@ -90,14 +88,6 @@ class DragCase(ClosedFormCase[Drag]):
             "speed_over_terminal": speed,
             "fall_ratio": fallen / parameters.duration,
         }
-
-    def axes(self, parameters: Drag) -> tuple[str, str]:
-        """Return what is drawn: the speed."""
-        return "time (ms)", "speed of the fall (m/s)"
-
-    def curves(self, parameters: Drag, motion: Motion) -> Mapping[str, tuple[Array, Array]]:
-        """Return the speed over the time."""
-        return {"": (1e3 * motion.time, -motion.velocity[:, 0, 2])}
 
 
 CASE = DragCase()

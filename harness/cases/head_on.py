@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, ClassVar
+from collections.abc import Mapping
+from typing import ClassVar
 
 import numpy as np
 from pydantic import Field
 
 from harness.cases.contact.contact_case import ContactCase
 from harness.cases.contact.impact import head_on, impact, overlap_of, relative_velocity
-from harness.cases.contact.limits import NORMALS, Scan
 from harness.cases.contact.motion import Motion, crossing, peak, value_at
 from harness.cases.contact.parameters import ContactSystem, Speed, check_impact
-from harness.cases.contact.report import ContactDisplay, force_over_overlap
 from harness.cases.contact.submodels import (
     BRANCHES,
     COHESIVE,
@@ -28,10 +26,6 @@ from harness.cases.contact.submodels import (
     Told,
 )
 from harness.parameters.scene import ContactScene
-from harness.report.sections import Drawing
-
-if TYPE_CHECKING:
-    from harness.cases.contact.limits import Evidence
 
 
 class HeadOn(ContactSystem):
@@ -48,14 +42,12 @@ class HeadOnCase(ContactCase[HeadOn]):
     """A sphere meets a wall or a sphere head-on: restitution, contact time, peaks."""
 
     name = "head-on"
-    shown_by = "harness.cases.head_on:HeadOnDisplay"
     sets: ClassVar[Told] = {"elastic": {}, **HEAD_ON}
     systems: ClassVar[Told] = {**SYSTEMS, **TWO_MATERIALS}
     submodels = (*NORMAL, *COHESIVE, *OLD_NORMAL, *BRANCHES, *OLD_CLIPPED, *TOGETHER)
     other_submodels = NORMAL_BESIDE
     invariant = (*NORMAL, *COHESIVE, *OLD_NORMAL, *BRANCHES, *TOGETHER)
     over_ranks = ("jkr", "mdr, yield")
-    scan = Scan("largest_force_N", "speed", (0.1, 0.2, 0.5, 1.0, 2.0, 3.0), NORMALS)
 
     def scene(self, parameters: HeadOn) -> ContactScene:
         """Return the impact, sampled over the contact."""
@@ -79,21 +71,6 @@ class HeadOnCase(ContactCase[HeadOn]):
     def closed_forms(self, parameters: HeadOn) -> Mapping[str, float]:
         """Return what is known exactly of linear springs, Hertz's and constant restitution."""
         return head_on(parameters, parameters.speed)
-
-
-class HeadOnDisplay(ContactDisplay):
-    """Shows the force over the overlap, too."""
-
-    def drawings(self, evidence: Evidence) -> Sequence[Drawing]:
-        """Return the errors, and the force over the overlap."""
-        force = Drawing(
-            "head-on-force",
-            "head-on: force over overlap",
-            "Force on the sphere over the overlap, through a contact, in the first system that "
-            "states it; a panel for each family of submodels.",
-            lambda: force_over_overlap(evidence.refined, evidence.engine_title),
-        )
-        return (force, *super().drawings(evidence))
 
 
 CASE = HeadOnCase()

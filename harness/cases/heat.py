@@ -8,8 +8,7 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
 
-from harness.cases.contact.limits import Scan
-from harness.cases.contact.motion import Array, Motion
+from harness.cases.contact.motion import Motion
 from harness.cases.contact.parameters import (
     ContactSystem,
     Duration,
@@ -95,7 +94,6 @@ class HeatCase(ClosedFormCase[Heat]):
     }
     sets: ClassVar[Told] = {"cools": HOOKE}
     powers = (1.0, 2.0, 3.0)  # temperatures go on by those of the step before
-    scan = Scan("excess_ratio", "duration", (0.5, 1.0, 2.0, 3.0), (("heat radius, hooke",),))
 
     def scene(self, parameters: Heat) -> ContactScene:
         """Return the bodies, held at rest."""
@@ -165,17 +163,6 @@ class HeatCase(ClosedFormCase[Heat]):
             "partner_excess_ratio": mean * (1.0 - decay[1]),
             "heat_change_ratio": 0.0,
         }
-
-    def axes(self, parameters: Heat) -> tuple[str, str]:
-        """Return what is drawn: the temperatures."""
-        return "time (s)", "temperature (K)"
-
-    def curves(self, parameters: Heat, motion: Motion) -> Mapping[str, tuple[Array, Array]]:
-        """Return the temperature of each body over the time."""
-        if motion.temperature is None:
-            return {}
-        names = ("first", "second")
-        return {n: (motion.time, t) for n, t in zip(names, motion.temperature.T, strict=False)}
 
 
 CASE = HeatCase()

@@ -9,7 +9,6 @@ from typing import ClassVar
 import numpy as np
 
 from harness.cases.contact.contact_case import RestingCase, rolling
-from harness.cases.contact.limits import Scan
 from harness.cases.contact.motion import Array, Motion
 from harness.cases.contact.parameters import dashpots, rest_overlap, tangential_stiffness
 from harness.cases.contact.submodels import ROLLING, ROLLING_BESIDE, ROLLING_UNDAMPED, Told
@@ -40,15 +39,6 @@ class InclineRestCase(RestingCase[InclineRest]):
     # tan(angle) over mu_r = 0.05: 0.35, so that a spring without a dashpot holds it as well; 1.4
     systems: ClassVar[Told] = {"wall, rests": {"angle": 1.0}, "wall, rolls": {"angle": 4.0}}
     sets: ClassVar[Told] = {"rests": {"friction": 0.3, **ROLLING[0].law, "angle": 1.0}}
-    scan = Scan(
-        "acceleration_ratio",
-        "angle",
-        (0.5, 1.0, 2.0, 3.0, 4.0, 6.0, 8.0),
-        (
-            ("rolling sds, linear_history, tied", "rolling sds, linear_history, elastic"),
-            ("rolling sds, mindlin/force, elastic",),
-        ),
-    )
 
     def observed(self, parameters: InclineRest, motion: Motion) -> Mapping[str, float]:
         """Return how far it got, in all and over the first half, and its mean acceleration."""

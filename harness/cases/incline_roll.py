@@ -12,7 +12,6 @@ from typing import ClassVar
 from pydantic import Field
 
 from harness.cases.contact.contact_case import Friction, Resting, RestingCase, rolling
-from harness.cases.contact.limits import FRICTION, Scan
 from harness.cases.contact.motion import Motion
 from harness.cases.contact.parameters import Gravity
 from harness.cases.contact.submodels import ROLLING_ON, SLIDING, Told
@@ -51,12 +50,6 @@ class InclineRollCase(Friction, RestingCase[InclineRoll]):
         "wall, rolls": {"angle": 20.0},
         "wall, slides": {"angle": 60.0},
     }
-    scan = Scan(
-        "acceleration_ratio",
-        "angle",
-        (10.0, 20.0, 30.0, 40.0, 45.0, 50.0, 60.0, 70.0, 80.0),
-        (("linear_history", "linear_history, clipped"), FRICTION[1]),
-    )
 
     def observed(self, parameters: InclineRoll, motion: Motion) -> Mapping[str, float]:
         """Return accelerations over the second half, and the momentum at the end."""

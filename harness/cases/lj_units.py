@@ -9,8 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import ClassVar
 
-from harness.cases.contact.limits import Scan
-from harness.cases.contact.motion import Array, Motion
+from harness.cases.contact.motion import Motion
 from harness.cases.contact.submodels import (
     COHESIVE_FRICTION,
     ROLLING,
@@ -49,12 +48,10 @@ class LjUnitsCase(SurroundedCase[InLjUnits]):
         *(submodel for submodel in TANGENTIAL if submodel.name == "mindlin_rescale/force"),
         *(submodel for submodel in COHESIVE_FRICTION if submodel.name == "mindlin, jkr"),
     )
-    drawn_quantity = "tangential_ratio"
     sets: ClassVar[Told] = {"usual": SLIDING}
     systems: ClassVar[Told] = {
         name: SYSTEMS[name] for name in ("wall", "two spheres", "unequal spheres")
     }
-    scan = Scan("tangential_ratio", "angle", (15.0, 30.0, 45.0, 60.0), (("linear_history",),))
 
     def scene(self, parameters: InLjUnits) -> ContactScene:
         """Return the impact in other units."""
@@ -71,10 +68,6 @@ class LjUnitsCase(SurroundedCase[InLjUnits]):
     def sizes(self, parameters: InLjUnits) -> Mapping[str, float]:
         """Return the size of the ratio of impulses."""
         return OBLIQUE.sizes(parameters)
-
-    def curves(self, parameters: InLjUnits, motion: Motion) -> Mapping[str, tuple[Array, Array]]:
-        """Return force over overlap, in SI units."""
-        return super().curves(parameters, UNITS.back(motion))
 
 
 CASE = LjUnitsCase()

@@ -16,7 +16,6 @@ import numpy as np
 from pydantic import Field
 
 from harness.cases.contact.contact_case import Resting, RestingCase, rolling
-from harness.cases.contact.limits import Scan
 from harness.cases.contact.motion import Array, Motion
 from harness.cases.contact.parameters import (
     Speed,
@@ -107,9 +106,6 @@ class MovingWallCase(RestingCase[MovingWall], SurroundedCase[MovingWall]):
         "along": {"moves": "along"},
         "across": {"moves": "across"},
     }
-    scan = Scan(
-        "gained_velocity_ratio", "duration", (5.0, 10.0, 15.0, 20.0), (("linear_history",),)
-    )
 
     def set_up(self, parameters: MovingWall) -> ContactScene:
         """Return the scene with the sphere at rest."""

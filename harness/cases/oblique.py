@@ -1,14 +1,14 @@
 """A sphere meets a wall or another sphere at an angle: friction over a whole contact.
 
-The tangential velocity and the spin after the contact. Laws without partial slip are drawn with the
-whole curve of Maw, Barber and Fawcett (1976).
+The tangential velocity and the spin after the contact. Laws without partial slip, and codes, are
+drawn with the whole curve of Maw, Barber and Fawcett (1976).
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, field
 from typing import ClassVar
 
 import numpy as np
@@ -16,10 +16,10 @@ from pydantic import Field
 
 from harness.cases.contact.contact_case import ContactCase, Friction
 from harness.cases.contact.impact import impact, relative_velocity
-from harness.cases.contact.limits import Evidence, RefinedTrial, Scan
+from harness.cases.contact.limits import Evidence
 from harness.cases.contact.motion import Array, Motion
 from harness.cases.contact.parameters import ContactSystem, Speed, between, check_impact
-from harness.cases.contact.report import ANGLES, ContactDisplay, OverAngle, expected_scan
+from harness.cases.contact.report import ContactDisplay
 from harness.cases.contact.submodels import (
     HERTZ,
     OBLIQUE,
@@ -34,120 +34,108 @@ from harness.cases.contact.verification import ContactVerification
 from harness.cases.verification import Study
 from harness.comparison.verdicts import finding
 from harness.comparison.verification import Findings
+from harness.engines.contract import Engine
+from harness.errors import EngineError
 from harness.parameters.rules import Rules
-from harness.parameters.scene import ZERO, ContactScene
-from harness.report.sections import Drawing, Section
-from harness.report.style import BLACK, COLOURS, STYLES, Figure, legend_below, panels
+from harness.parameters.scene import ContactScene
+from harness.report.sections import Drawing
+from harness.report.style import BLACK, COLOURS, MARKERS, STYLES, Figure, legend_below, panels
 from harness.shown import in_words
-from harness.theory.contact import (
-    partial_slip_rebound,
-    slides_throughout,
-    sliding_impulse,
-    stiffness_ratio,
-)
+from harness.theory.contact import partial_slip_rebound, stiffness_ratio
 
 LAWS = ("mindlin", "mindlin/force", "mindlin_rescale", "mindlin_rescale/force")
 INCIDENCES = np.array([0.25, 0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0, 4.5, 5.0, 6.0])
 FRICTION, POISSON = 0.3, 0.3
+DRAWN_STEPS = 400
+"""Steps of a contact in the runs of codes that are drawn beside partial slip."""
 
 
-def _rebounds(case: ObliqueCase, law: str) -> Array:
-    """Return psi of the rebound of an elastic sphere on a wall, of one material."""
-    kappa = stiffness_ratio(POISSON)
+@dataclass(frozen=True)
+class Rebounds:
+    """Normalised rebounds (M,) at :data:`INCIDENCES` of a code, and the law that it stated."""
+
+    law: str
+    psi: Array = field(repr=False)
+
+
+@dataclass(frozen=True)
+class ObliqueEvidence(Evidence):
+    """The trials in an engine, and its rebounds; None where it states no law of Mindlin's."""
+
+    rebounds: Rebounds | None = None
+
+
+def _elastic(case: ObliqueCase, law: str, psi: float) -> Oblique:
+    """Return the impact of an elastic sphere on a wall of its material, 1 m/s along the normal."""
+    angle = math.degrees(math.atan(psi * FRICTION / stiffness_ratio(POISSON)))
+    return case.default.replace(
+        **{**HERTZ, "poisson_ratio": POISSON},
+        damping="none",
+        tangential=law,
+        tangential_damping=0.0,
+        friction=FRICTION,
+        angle=angle,
+        speed=1.0 / math.cos(math.radians(angle)),
+        steps_per_contact=DRAWN_STEPS,
+    )
+
+
+def _rebound(psi: float, quantities: Mapping[str, float]) -> float:
+    """Return the normalised rebound of the contact point after an impact at incidence psi."""
+    slip_ratio = quantities["tangential_ratio"] - quantities["rim_speed_ratio"]
+    return psi * slip_ratio / quantities["normal_restitution"]
+
+
+def expected_rebounds(case: ObliqueCase, law: str) -> Array:
+    """Return the normalised rebounds (M,) of a law, integrated under the default rules."""
     reached = []
     for psi in INCIDENCES:
-        angle = math.degrees(math.atan(psi * FRICTION / kappa))
-        parameters = case.default.replace(
-            **{**HERTZ, "poisson_ratio": POISSON},
-            damping="none",
-            tangential=law,
-            tangential_damping=0.0,
-            friction=FRICTION,
-            angle=angle,
-            speed=1.0 / math.cos(math.radians(angle)),
-        )
-        references = case.expected(parameters, Rules())
-        slip_ratio = references["tangential_ratio"].value - references["rim_speed_ratio"].value
-        reached.append(psi * slip_ratio / references["normal_restitution"].value)
+        references = case.expected(_elastic(case, law, psi), Rules())
+        values = {name: reference.value for name, reference in references.items()}
+        reached.append(_rebound(psi, values))
     return np.array(reached)
 
 
-def _figure(curves: Mapping[str, Array]) -> Figure:
+def measured_rebounds(case: ObliqueCase, engine: Engine) -> Rebounds | None:
+    """Return the rebounds in an engine, of the first law that it states; NaN for a failed run."""
+    for law in LAWS:
+        impacts = [_elastic(case, law, psi) for psi in INCIDENCES]
+        jobs = [case.job(parameters) for parameters in impacts]
+        if not any(engine.refuses(job) for job in jobs):
+            break
+    else:
+        return None
+    reached = np.full(len(INCIDENCES), np.nan)
+    for place, (parameters, output) in enumerate(zip(impacts, engine.run(jobs), strict=True)):
+        if not isinstance(output, EngineError):
+            observed = case.observed(parameters, case.motion(parameters, output))
+            reached[place] = _rebound(INCIDENCES[place], observed)
+    return Rebounds(law, reached)
+
+
+def partial_slip_figure(laws: Mapping[str, Array], codes: Mapping[str, Rebounds]) -> Figure:
+    """Draw Maw's curve, the rebounds of laws as lines, and of codes, by their titles, as marks."""
     figure = panels(1, 1, width=8.0, height=4.4)
     axes = figure.axes[0]
     psi = np.linspace(0.0, INCIDENCES[-1], 121)
     name = "partial slip: Maw, Barber and Fawcett 1976"
     axes.plot(psi, partial_slip_rebound(psi, POISSON), color=BLACK, lw=2.0, label=name)
-    for number, (law, reached) in enumerate(curves.items(), 1):
+    for number, (law, reached) in enumerate(laws.items(), 1):
+        colour, style = COLOURS[number], STYLES[number]
+        axes.plot(INCIDENCES, reached, color=colour, ls=style, label=in_words(law))
+    for number, (code, rebounds) in enumerate(codes.items()):
         axes.plot(
             INCIDENCES,
-            reached,
-            color=COLOURS[number],
-            ls=STYLES[number],
-            marker="o",
+            rebounds.psi,
+            MARKERS[number % len(MARKERS)],
+            color="0.25",
             mfc="none",
-            label=in_words(law),
+            ms=4.0 + 1.5 * number,
+            label=f"{code}, {in_words(rebounds.law)}",
         )
     axes.set(xlabel="normalised incidence", ylabel="normalised rebound")
     legend_below(figure)
     return figure
-
-
-SHOWN = ("linear_nohistory", "linear_history", "mindlin", "mindlin_rescale")
-AXES = ("angle to the normal (deg)", "tangential velocity ratio")
-
-OVER_ANGLE = OverAngle(
-    quantity="tangential_ratio",
-    parameter="angle",
-    title="Velocity ratio over the angle",
-    y=AXES[1],
-    value=lambda _, angle: angle,
-    angle=lambda parameters: parameters.angle,
-    sent=lambda changed: (changed.velocity, ZERO),
-    # the velocity at the contact of solid spheres changes by 7/2 of that of the centre
-    ratio=lambda _, rim_ratio: 1.0 - 2.0 / 7.0 * (1.0 - rim_ratio),
-)
-
-
-def ratio_over_angle(
-    case: ContactCase[Oblique], trials: Sequence[RefinedTrial], engine_title: str
-) -> Figure:
-    """Draw the laws' expected ratios, Coulomb's under gross sliding, and an engine's limits."""
-    figure = panels(1, 1, width=8.0, height=4.4)
-    axes = figure.axes[0]
-    walls = [
-        refined
-        for refined in trials
-        if refined.trial.system == "wall" and refined.trial.submodel in SHOWN
-    ]
-    for number, refined in enumerate(walls):
-        colour = COLOURS[(number + 1) % len(COLOURS)]
-        name = in_words(refined.trial.submodel)
-        axes.plot(ANGLES, _ratios(case, refined), color=colour, ls=STYLES[number], label=name)
-        reached = refined.limits["tangential_ratio"].value
-        axes.plot(refined.trial.parameters.angle, reached, "o", color=colour, mfc="none")
-    angles, slides = sliding(0.3, 1.0)
-    axes.plot(angles, slides, color=BLACK, lw=0.8, label="sliding throughout, e = 1")
-    axes.set(xlabel=AXES[0], ylabel=AXES[1])
-    axes.set_title(f"lines: the laws; circles: {engine_title}")
-    legend_below(figure, columns=3)
-    return figure
-
-
-def sliding(friction: float, restitution: float) -> tuple[Array, Array]:
-    """Return angles [deg] and velocity ratios where a rigid contact slides to its end."""
-    angles = np.linspace(5.0, 89.0, 85)
-    incidence = np.tan(np.radians(angles))
-    slides = incidence > slides_throughout(friction, restitution)
-    ratio = 1.0 - sliding_impulse(friction, restitution, 1.0) / incidence
-    return angles[slides], ratio[slides]
-
-
-def _ratios(case: ContactCase[Oblique], refined: RefinedTrial) -> Array:
-    scan = expected_scan(
-        case, refined, "angle", ANGLES.tolist(), lambda changed: (changed.velocity, ZERO)
-    )
-    return scan["tangential_ratio"]
 
 
 LEAST_ANGLE = 1e-6
@@ -183,14 +171,11 @@ class ObliqueCase(Friction, ContactCase[Oblique]):
     shown_by = "harness.cases.oblique:ObliqueDisplay"
     sets: ClassVar[Told] = {"usual": SLIDING, **OBLIQUE}
     other_submodels = (*Friction.other_submodels, *ROLLING_UNDAMPED)
-    drawn_quantity = "tangential_ratio"
-    over_angle = OVER_ANGLE
     systems: ClassVar[Told] = {**SYSTEMS, **TWO_MATERIALS}
     two_materials_of = "mindlin"
     submodels = (*Friction.submodels, *RUBBING)
     invariant = submodels
     over_ranks = ("mindlin_rescale/force", "old hooke/history")
-    scan = Scan("tangential_ratio", "angle", (5.0, 15.0, 25.0, 35.0, 45.0, 55.0, 65.0, 75.0, 85.0))
 
     def scene(self, parameters: Oblique) -> ContactScene:
         """Return the impact; samples before and after it."""
@@ -220,12 +205,26 @@ class ObliqueVerification(ContactVerification):
 
     case: ObliqueCase
 
+    def run(self, engine: Engine, study: Study) -> Findings:
+        """Judge the trials; above level quick run what is drawn beside partial slip, too."""
+        findings = super().run(engine, study)
+        if study.level != "quick":
+            rebounds = study.once(
+                (self.case.name, "rebounds", engine.name),
+                lambda: measured_rebounds(self.case, engine),
+            )
+            evidence = findings.evidence
+            findings.evidence = ObliqueEvidence(
+                evidence.engine_title, evidence.refined, evidence.failed, rebounds
+            )
+        return findings
+
     def run_solvers(self, study: Study) -> Findings:
         """Return how far each law is from the curve, where it is farthest, as findings."""
         if study.level == "quick":
             return super().run_solvers(study)
         expected = partial_slip_rebound(INCIDENCES, POISSON)
-        curves = {law: _rebounds(self.case, law) for law in LAWS}
+        curves = {law: expected_rebounds(self.case, law) for law in LAWS}
         findings = Findings(self.case.name, evidence=curves)
         for law, reached in curves.items():
             at = int(np.abs(reached - expected).argmax())
@@ -244,33 +243,24 @@ class ObliqueVerification(ContactVerification):
 
 
 class ObliqueDisplay(ContactDisplay):
-    """Shows velocity ratios over the angle, and the curve of partial slip."""
+    """Shows laws and codes beside the curve of partial slip."""
 
-    def drawings(self, evidence: Evidence) -> Sequence[Drawing]:
-        """Return the velocity ratio over the angle, and the errors."""
-        over_angle = Drawing(
-            "oblique-ratio",
-            "oblique: velocity ratio over the angle",
-            "Tangential velocity after over that before, by law, for a sphere on a wall.",
-            lambda: ratio_over_angle(self.case, evidence.refined, evidence.engine_title),
-        )
-        return (over_angle, *super().drawings(evidence))
-
-    def sections(
-        self, main: Findings | None, solvers: Findings, engines: Mapping[str, Findings]
-    ) -> Sequence[Section]:
-        """Add the curve of partial slip to the sections of a contact case."""
-        sections = super().sections(main, solvers, engines)
+    def drawings(self, solvers: Findings, engines: Mapping[str, Findings]) -> Sequence[Drawing]:
+        """Return the rebounds of laws and codes over the incidence, where the laws were run."""
         if not solvers.evidence:
-            return sections
-        slip = Drawing(
-            "oblique-partial-slip",
-            "oblique: laws that stick as a whole beside partial slip",
-            "Velocity at the contact after over that before, both over mu times the normal one and "
-            "times 2 (1 - nu) / (2 - nu), elastic spheres on a wall of their material, nu = 0.3.",
-            lambda: _figure(solvers.evidence),
+            return ()
+        evidences = [findings.evidence for findings in engines.values() if findings.evidence]
+        codes = {e.engine_title: e.rebounds for e in evidences if e.rebounds is not None}
+        return (
+            Drawing(
+                "oblique-partial-slip",
+                "oblique: laws that stick as a whole beside partial slip",
+                "Velocity at the contact after over that before, both over mu times the normal one "
+                "and times 2 (1 - nu) / (2 - nu), elastic spheres on a wall of their material, nu "
+                f"= 0.3. Lines: the laws integrated; marks: codes, {DRAWN_STEPS} steps a contact.",
+                lambda: partial_slip_figure(solvers.evidence, codes),
+            ),
         )
-        return [replace(section, drawings=(*section.drawings, slip)) for section in sections]
 
 
 CASE = ObliqueCase()

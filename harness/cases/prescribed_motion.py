@@ -17,7 +17,6 @@ import numpy as np
 from pydantic import Field
 
 from harness.cases.contact.contact_case import ContactCase
-from harness.cases.contact.limits import Scan
 from harness.cases.contact.motion import Array, Motion
 from harness.cases.contact.parameters import (
     ContactSystem,
@@ -229,7 +228,6 @@ class PrescribedMotionCase(ContactCase[PrescribedMotion]):
         TURNED: {"partner": "sphere", "turned": 0.08, "shear": 5e-6},
         **TWO_MATERIALS,
     }
-    scan = Scan("reversed_ratio", "shear", (1e-6, 3e-6, 1e-5, 2e-5, 4e-5))
 
     def scene(self, parameters: PrescribedMotion) -> ContactScene:
         """Return the pieces of the motion, the sphere at touch before."""
@@ -317,35 +315,6 @@ class PrescribedMotionCase(ContactCase[PrescribedMotion]):
     def closed_forms(self, parameters: PrescribedMotion) -> Mapping[str, float]:
         """Return the torques of turning forth and back at a wall, where the load is constant."""
         return dict(_turning(parameters)) if parameters.partner == "wall" else {}
-
-    def axes(self, parameters: PrescribedMotion) -> tuple[str, str]:
-        """Return what is drawn: torques where there are some, else the tangential force."""
-        if parameters.turned:
-            return "time (ms)", "tangential over normal force, both turned"
-        if parameters.rolling != "none" or parameters.twisting != "none":
-            return "angle (mrad)", "torque over radius and normal force"
-        return "displacement (µm)", "tangential force (N)"
-
-    def curves(
-        self, parameters: PrescribedMotion, motion: Motion
-    ) -> Mapping[str, tuple[Array, Array]]:
-        """Return the tangential force over the displacement, or torques over their angles."""
-        force, torque = motion.force[:, 0], motion.torque[:, 0]
-        if parameters.turned:
-            return {"": (1e3 * motion.time, tangential_ratio(motion))}
-        if parameters.rolling == "none" and parameters.twisting == "none":
-            return {"": (1e6 * motion.position[:, 0, 0], force[:, 0])}
-        turned = 1e3 * parameters.turn * (motion.time / parameters.duration - (PIECES - 2))
-        pressed = parameters.radius * np.where(force[:, 2] > 0.0, force[:, 2], np.nan)
-        named_curves = {}
-        if parameters.rolling != "none":
-            turning = (turned > -SLACK) & (turned < 1e3 * parameters.turn + SLACK)
-            named_curves["rolling"] = turned[turning], (torque[:, 0] / pressed)[turning]
-        if parameters.twisting != "none":
-            turned = turned - 1e3 * parameters.turn
-            turning = turned > -SLACK
-            named_curves["twisting"] = turned[turning], (torque[:, 2] / pressed)[turning]
-        return named_curves
 
 
 def _turning(parameters: PrescribedMotion) -> Iterator[tuple[str, float]]:

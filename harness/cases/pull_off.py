@@ -11,7 +11,6 @@ from pydantic import Field
 
 from harness.cases.contact.contact_case import ContactCase
 from harness.cases.contact.impact import overlap_of
-from harness.cases.contact.limits import Scan
 from harness.cases.contact.motion import Motion
 from harness.cases.contact.parameters import (
     ContactSystem,
@@ -68,9 +67,6 @@ class PullOffCase(ContactCase[PullOff]):
         name: changes for name, changes in SYSTEMS.items() if name != "frozen sphere"
     }
     powers: ClassVar[tuple[float, ...]] = (1.0, 1.5, 2.0)
-    scan = Scan(
-        "pull_off_force_N", "surface_energy", (0.05, 0.1, 0.2, 0.5, 1.0), (("dmt",), ("jkr",))
-    )
 
     def scene(self, parameters: PullOff) -> ContactScene:
         """Return the pull, which parts half a step before the end."""

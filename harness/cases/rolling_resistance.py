@@ -8,7 +8,6 @@ from typing import ClassVar
 from pydantic import Field
 
 from harness.cases.contact.contact_case import Resting, RestingCase, speed_ratios
-from harness.cases.contact.limits import Scan
 from harness.cases.contact.motion import Motion
 from harness.cases.contact.parameters import Speed
 from harness.cases.contact.submodels import ROLLING, ROLLING_BESIDE, ROLLING_UNDAMPED, Told
@@ -35,15 +34,6 @@ class RollingResistanceCase(RestingCase[RollingResistance]):
     every_level = ("wall, stands",)
     sets: ClassVar[Told] = {"rolls": {"friction": 0.3, **ROLLING[0].law}}
     systems: ClassVar[Told] = {"wall, rolls": {}, "wall, stands": {"speed": 2e-3}}
-    scan = Scan(
-        "speed_ratio",
-        "speed",
-        (0.002, 0.005, 0.01, 0.02, 0.03),
-        (
-            ("rolling sds, linear_history, tied", "rolling sds, linear_history, elastic"),
-            ("rolling sds, mindlin/force, elastic",),
-        ),
-    )
 
     def observed(self, parameters: RollingResistance, motion: Motion) -> Mapping[str, float]:
         """Return the speed halfway, speed and spin at the end."""

@@ -8,8 +8,7 @@ from typing import ClassVar
 from pydantic import Field
 
 from harness.cases.contact.contact_case import Friction, Resting, RestingCase, rolling, speed_ratios
-from harness.cases.contact.limits import Scan
-from harness.cases.contact.motion import Array, Motion
+from harness.cases.contact.motion import Motion
 from harness.cases.contact.parameters import Duration, Speed
 from harness.cases.contact.submodels import ROLLING_ON, SLIDING, Told
 from harness.cases.contact.submodels import SLIP_TO_ROLL as MFIX
@@ -47,22 +46,12 @@ class SlipToRollCase(Friction, RestingCase[SlipToRoll]):
     other_submodels = (*Friction.other_submodels, *ROLLING_ON)
     sets: ClassVar[Told] = {"usual": SLIDING, **MFIX}
     systems: ClassVar[Told] = {"wall": {}}
-    scan = Scan("speed_ratio", "duration", (0.1, 0.3, 0.5, 0.7, 0.9, 1.1, 1.3, 1.5))
 
     def observed(self, parameters: SlipToRoll, motion: Motion) -> Mapping[str, float]:
         """Return speeds after the second quarter and at the end, spin at the end."""
         u, spin = rolling(parameters, motion)
         quantities = speed_ratios("sliding_speed_ratio", parameters, motion, parameters.speed)
         return {**quantities, "momentum_ratio": float(u[-1] + 0.4 * spin[-1]) / parameters.speed}
-
-    def axes(self, parameters: SlipToRoll) -> tuple[str, str]:
-        """Return what is drawn: both speeds until it rolls."""
-        return "time (ms)", "speeds over that of the start"
-
-    def curves(self, parameters: SlipToRoll, motion: Motion) -> Mapping[str, tuple[Array, Array]]:
-        """Return speed, and radius times spin."""
-        named = super().curves(parameters, motion)
-        return {name: (time, value / parameters.speed) for name, (time, value) in named.items()}
 
     def closed_forms(self, parameters: SlipToRoll) -> Mapping[str, float]:
         """Return the momentum about the floor, which no force there changes, but a torque does."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from typing import ClassVar
 
@@ -10,45 +9,10 @@ from pydantic import Field
 
 from harness.cases.contact.contact_case import ContactCase, Friction
 from harness.cases.contact.impact import impact, relative_velocity
-from harness.cases.contact.limits import Scan
-from harness.cases.contact.motion import Array, Motion
+from harness.cases.contact.motion import Motion
 from harness.cases.contact.parameters import ContactSystem, Speed, Turning, check_impact
-from harness.cases.contact.report import OverAngle
 from harness.cases.contact.submodels import ROLLING_ON, SLIDING, SPIN, Told
-from harness.parameters.scene import ContactScene, Vector
-
-
-def _spin(parameters: Spin, angle: float) -> float:
-    """Return the spin [rad/s] with which the surface meets what it hits at an angle [deg]."""
-    return parameters.speed * math.tan(math.radians(angle)) / parameters.radius
-
-
-def _angle(parameters: Spin) -> float:
-    return math.degrees(math.atan(parameters.radius * parameters.spin / parameters.speed))
-
-
-def _sent(parameters: Spin) -> tuple[Vector, Vector]:
-    return (0.0, 0.0, -parameters.speed), (0.0, parameters.spin, 0.0)
-
-
-def _ratio(parameters: Spin, rim_ratio: Array) -> Array:
-    """Return the spin ratio of a sphere, the other without spin.
-
-    An impulse J changes the velocity at the contact by 7/2 J / m*, and r omega by 5/2 J / m.
-    """
-    return 1.0 - 5.0 / 7.0 * parameters.reduced_mass / parameters.mass * (1.0 - rim_ratio)
-
-
-OVER_ANGLE = OverAngle(
-    quantity="spin_ratio",
-    parameter="spin",
-    title="Spin ratio over the angle of the velocity at the contact",
-    y="spin after over that before",
-    value=_spin,
-    angle=_angle,
-    sent=_sent,
-    ratio=_ratio,
-)
+from harness.parameters.scene import ContactScene
 
 
 class Spin(ContactSystem):
@@ -76,9 +40,6 @@ class SpinCase(Friction, ContactCase[Spin]):
     name = "spin"
     other_submodels = (*Friction.other_submodels, *ROLLING_ON)
     sets: ClassVar[Told] = {"usual": SLIDING, **SPIN}
-    drawn_quantity = "spin_ratio"
-    over_angle = OVER_ANGLE
-    scan = Scan("spin_ratio", "spin", (25.0, 50.0, 100.0, 150.0, 200.0, 300.0, 400.0))
 
     def scene(self, parameters: Spin) -> ContactScene:
         """Return the impact; samples before and after it."""

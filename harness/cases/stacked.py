@@ -9,8 +9,7 @@ from typing import Annotated, ClassVar
 from pydantic import Field
 
 from harness.cases.contact.contact_case import ContactCase
-from harness.cases.contact.limits import Scan
-from harness.cases.contact.motion import Array, Motion
+from harness.cases.contact.motion import Motion
 from harness.cases.contact.parameters import (
     COARSEST,
     FLOOR,
@@ -98,9 +97,6 @@ class StackedCase(ContactCase[Stacked]):
         "between plates": {"partner": "sphere", "partner_radius": None},
         "unequal, between plates": {"partner": "sphere", "partner_radius": 0.012},
     }
-    scan = Scan(
-        "lower_height_ratio", "duration", (1.0, 2.0, 3.0, 4.0, 5.0, 6.0), (("hooke",), ("hertz",))
-    )
 
     def scene(self, parameters: Stacked) -> ContactScene:
         """Return the spheres with the room's squeeze shared by the contacts, the lower one off."""
@@ -145,15 +141,6 @@ class StackedCase(ContactCase[Stacked]):
         size = min(1.0, (off + rest_overlap(parameters, weight)) / parameters.squeezed) or 1.0
         names = (quantity.name for quantity in self.quantities)
         return dict.fromkeys(names, size)
-
-    def axes(self, parameters: Stacked) -> tuple[str, str]:
-        """Return what is drawn: how far each sphere rises."""
-        return "time (ms)", "rise (µm)"
-
-    def curves(self, parameters: Stacked, motion: Motion) -> Mapping[str, tuple[Array, Array]]:
-        """Return the rise of both spheres."""
-        rise = 1e6 * (motion.position[:, :, 2] - motion.position[0, :, 2])
-        return {name: (1e3 * motion.time, rise[:, i]) for i, name in enumerate(("lower", "upper"))}
 
     def _omega(self, parameters: Stacked) -> float:
         """Return sqrt(k / m) [1/s] with the stiffness at a third of the squeeze."""

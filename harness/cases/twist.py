@@ -12,8 +12,7 @@ from typing import ClassVar
 from pydantic import Field
 
 from harness.cases.contact.contact_case import Resting, RestingCase
-from harness.cases.contact.limits import Scan
-from harness.cases.contact.motion import Array, Motion
+from harness.cases.contact.motion import Motion
 from harness.cases.contact.parameters import Turning, rest_overlap, twisting_limit, twisting_spring
 from harness.cases.contact.submodels import TWISTING, TWISTING_BESIDE, TWISTING_UNDAMPED, Told
 from harness.parameters.scene import ZERO, Vector
@@ -56,15 +55,6 @@ class TwistCase(RestingCase[Twist]):
         "wall, swings": {"partner": "wall", "spin": 5e-3, "duration": 30.0},
         "frozen sphere, spins": {"partner": "frozen"},
     }
-    scan = Scan(
-        "spin_ratio",
-        "spin",
-        (2.0, 5.0, 10.0, 15.0, 20.0, 30.0),
-        (
-            ("twisting sds, linear_history, tied", "twisting sds, linear_history, elastic"),
-            ("twisting marshall, mindlin",),
-        ),
-    )
 
     def observed(self, parameters: Twist, motion: Motion) -> Mapping[str, float]:
         """Return the spin halfway and at the end, and what it lost in between."""
@@ -76,14 +66,6 @@ class TwistCase(RestingCase[Twist]):
             "spin_ratio": float(spin[-1]) / parameters.spin,
             "deceleration_ratio": lost / self._slipping(parameters),
         }
-
-    def axes(self, parameters: Twist) -> tuple[str, str]:
-        """Return what is drawn: the spin over the time."""
-        return "time (ms)", "spin (rad/s)"
-
-    def curves(self, parameters: Twist, motion: Motion) -> Mapping[str, tuple[Array, Array]]:
-        """Return the spin about the vertical."""
-        return {"": (1e3 * motion.time, motion.omega[:, 0, 2])}
 
     def closed_forms(self, parameters: Twist) -> Mapping[str, float]:
         """Return the spin that the contact leaves, and what it lost.

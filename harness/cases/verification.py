@@ -157,8 +157,9 @@ class Study:
 
 
 def places(case: str, submodel: str, system: str) -> tuple[str, ...]:
-    """Return what a pattern may call a trial: its parts, or all three with slashes between."""
-    return case, submodel, system, f"{case}/{submodel}/{system}"
+    """Return what a pattern may call a trial: its parts, its cell, or all three with slashes."""
+    cell = f"{case}/{submodel}"
+    return case, submodel, system, cell, f"{cell}/{system}"
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,6 @@ from cyclopts import Parameter
 from harness.cli.command import ContactName, Json, Reading, options, panel
 from harness.cli.engine_options import CostOptions, EngineOptions, answer, completed
 from harness.cli.files import (
-    FilmOptions,
     print_json,
     print_record,
     print_wrapped,
@@ -22,7 +21,6 @@ if TYPE_CHECKING:
     from harness.cases.incline.system import Incline
     from harness.engines.contract import Engine
     from harness.parameters.law import Contact
-    from harness.report.film import Film
     from harness.workflows.progress import Progress
 
 
@@ -180,50 +178,11 @@ class ContactOptions:
         return next((c for c in CONTACTS.values() if c.replace(name="custom") == custom), custom)
 
 
-@options("Film")
-class AngleFilmOptions(FilmOptions):
-    """A film of the grain in steady motion, at some angles."""
-
-    film_angles: Annotated[str | None, Parameter(metavar="DEG[,DEG...]")] = None
-    """Angles of the film, one to three. [default: below and above the angle that was measured, by
-    0.05 deg or three times its uncertainty]"""
-
-    def angles(self) -> list[float]:
-        """Return the requested angles [deg]; raise RequestError for one that is not an angle."""
-        if self.film_angles is None:
-            return []
-        if self.film is None:
-            raise RequestError(f"--film-angles {self.film_angles}: goes with --film only")
-        from harness.cases.incline.film import MOST_ANGLES
-
-        try:
-            angles = [float(word) for word in self.film_angles.split(",")]
-        except ValueError:
-            angles = []
-        if not 1 <= len(angles) <= MOST_ANGLES or not all(0.0 <= angle <= 30.0 for angle in angles):
-            raise RequestError(
-                f"--film-angles {self.film_angles}: must be one to {MOST_ANGLES} numbers from 0 "
-                "to 30 deg with commas between"
-            )
-        return angles
-
-    def film_of(self, case: Incline, engine: Engine, record: Mapping[str, Any]) -> Film | None:
-        """Return the film of a case, None where none is requested."""
-        if self.film is None:
-            return None
-        from harness.cases.incline.film import angles_beside, incline_film
-
-        measured = record["critical_angle_deg"], record["uncertainty_deg"]
-        angles = self.angles() or angles_beside(*measured)
-        return incline_film(engine, [case.replace(angle=angle) for angle in angles], self.pictures)
-
-
 def critical_angle(
     route: RouteOptions = RouteOptions(),
     contact: ContactOptions = ContactOptions(),
     system: InclineOptions = InclineOptions(),
     engine: EngineOptions = EngineOptions(),
-    film: AngleFilmOptions = AngleFilmOptions(),
     *,
     json: Json = False,
 ) -> int:
@@ -237,7 +196,6 @@ def critical_angle(
 
         dem-harness critical-angle --extrapolate
         dem-harness critical-angle --engine yade --program yade=/opt/yade/bin/yade --contact clipped
-        dem-harness critical-angle --film bumps.gif --film-angles 9.5,10.5
     """
     from harness.cases.incline.closed_forms import angles_beside
     from harness.workflows import progress_bars
@@ -246,15 +204,11 @@ def critical_angle(
     route.check(system)
     case = system.case(engine.engine, touching)
     route.check_contact(case)
-    film.check()
-    film.angles()
     with progress_bars("critical-angle", quiet=json) as progress, engine.run() as opened:
         route.check_cost(case, opened)
         with _options_named():
             angle = route.measure(case, opened, progress)
         record = completed({**angles_beside(touching), **angle}, opened, progress)
-        if (motion := film.film_of(case, opened, angle)) is not None:
-            film.write(lambda _: motion)
     return answer(record, engine.engine, json, _print)
 
 

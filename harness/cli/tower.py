@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -15,7 +14,6 @@ from harness.cli.command import File, Json, Reading, options
 from harness.cli.engine_options import CostOptions, SolverOptions, answer, completed
 from harness.cli.files import (
     FORMATS,
-    FilmOptions,
     Writer,
     check_target,
     print_wrapped,
@@ -34,9 +32,7 @@ if TYPE_CHECKING:
     from harness.cases.tower.impulse import TableOptions as Over
     from harness.engines.contract import Engine
     from harness.observables.reference import ReferencePoints
-    from harness.observables.tower import TowerRun
     from harness.parameters.tower import Tower
-    from harness.report.film import Film
 
 MOST_SHOWN = 20
 """Entries of a list that the table shows; JSON has them all."""
@@ -100,7 +96,6 @@ def tower(
     system: TowerOptions = TowerOptions(),
     run: RunOptions = RunOptions(),
     solver: SolverOptions = SolverOptions(),
-    film: FilmOptions = FilmOptions(),
     *,
     json: Json = False,
 ) -> int:
@@ -114,7 +109,6 @@ def tower(
 
         dem-harness tower --height 4 --law overlap --solver lammps
         dem-harness tower --height 2 --window first-contact --series tower.csv
-        dem-harness tower --height 9 --law overlap --duration 6 --film tower.gif
     """
     from harness.cases.tower.run import covering
     from harness.cases.tower.run import tower as run_tower
@@ -122,7 +116,6 @@ def tower(
     from harness.workflows import progress_bars
 
     check_target(run.series, "--series")
-    film.check()
     case, window = system.tower(), run.window
     with progress_bars("tower", quiet=json) as progress, solver.run() as engine:
         run.check_cost(case, solver.own_solver, engine)
@@ -131,7 +124,6 @@ def tower(
             solver=solver.own_solver,
             duration=run.duration,
             steps_per_contact=run.steps_per_contact,
-            profiles=film.film is not None,
             engine=engine,
             progress=progress,
         )
@@ -139,14 +131,7 @@ def tower(
         record = completed(summary(tower_run, window, covering_run), engine, progress)
     if run.series is not None:
         write_all({("--series", run.series): lambda path: write_csv(tower_run.to_frame(), path)})
-    film.write(partial(_film, tower_run))
     return answer(record, solver.solver, json, _print)
-
-
-def _film(run: TowerRun, frames: int) -> Film:
-    from harness.cases.tower.film import tower_film
-
-    return tower_film(run, frames)
 
 
 def _print(record: Mapping[str, Any]) -> None:

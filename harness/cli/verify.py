@@ -221,7 +221,8 @@ class VerifyOptions(CostOptions):
     are missing are not tested. One that is named must be here."""
     only: Annotated[str, Parameter(metavar="PATTERN")] = ""
     """Run what matches, in all cases unless --cases names some: a shell-style pattern of a case, a
-    submodel, a system, `case/submodel/system`, or a check, as `hertz*` or `*rim_speed_ratio`."""
+    submodel, a system, `case/submodel`, `case/submodel/system`, or a check, as `hertz*` or
+    `*rim_speed_ratio`."""
     output: Folder = None
     """Folder for the report; must not hold anything yet. [default: reports/runs/ and the date]"""
     baseline: Folder = None
@@ -237,8 +238,6 @@ class VerifyOptions(CostOptions):
     """Exit status 1 also where a check was not tested."""
     png: bool = False
     """Write every figure as PNG too, beside SVG."""
-    film: bool = False
-    """Show films of the incline and of the tower in the page, by the engine's own motions."""
     verbose: bool = False
     """Print every check, not only those that failed."""
 
@@ -379,7 +378,6 @@ def _key(choice: VerifyOptions, engine: EngineOptions) -> str | None:
             "baseline": against,
             "strict": choice.strict,
             "png": choice.png,
-            **({"film": True} if choice.film else {}),
             **({"reference": _digest(choice.reference)} if choice.reference else {}),
             "only": choice.only,
             "further_defects": further and _digest(further),
@@ -419,7 +417,7 @@ def _measured(
     progress: Progress,
 ) -> dict[str, Any]:
     from harness.report.folder import write
-    from harness.workflows import film_section, sections
+    from harness.workflows import sections
     from harness.workflows import verify as verify_with
     from harness.workflows.verification import Selection, chosen_baseline
 
@@ -441,7 +439,6 @@ def _measured(
         )
         progress("figures and report", 0, 1)
         record = verification.to_json()
-        films = [film_section(verification.cases, opened)] if choice.film else []
-        write(verification, folder, [*sections(verification), *films], png=choice.png)
+        write(verification, folder, sections(verification), png=choice.png)
         progress("figures and report", 1, 1)
         return {**record, "cached": False, **runs_made(opened)}

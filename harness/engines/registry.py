@@ -76,6 +76,13 @@ def engine_class(name: str) -> type[Engine]:
     )
 
 
+def engine_title(name: str) -> str:
+    """Return what tables and figures call an engine; any other name as it is."""
+    if name not in engine_names() and ":" not in name:
+        return name
+    return engine_class(name).traits.title or name.upper()
+
+
 def open_engine(
     name: str = DEFAULT,
     *,

@@ -19,9 +19,8 @@ from harness.files import check_folder, whole_folder
 from harness.report.figures import changes as draw_changes
 from harness.report.gallery import Drawn, data_uri, draw_sections, picture, size, write_drawn
 from harness.report.junit import junit
-from harness.report.markdown import style
 from harness.report.matrix import defect_scripts
-from harness.report.page import FOLDER, addresses, cell_pages, report_markdown, report_page
+from harness.report.page import report_markdown, report_page
 from harness.report.plain import json_text, safe_path, write_csv
 from harness.report.render import WIDE, Figure, html_page, markdown_page
 from harness.report.sections import Section, Table, divergence_section, engines_section
@@ -33,9 +32,9 @@ def write(
     """Write results, pages, figures, scripts and logs into a folder.
 
     results.json, results.csv, junit.xml; report.html and report.md; figures/, scripts/ and logs/;
-    cells/ with a page for each cell of the matrix; defects/ with the scripts that show known ones.
-    ``sections`` are those of the cases; series that diverged and other engines have sections of
-    their own before them. Figures are SVG, with ``png`` PNG too.
+    defects/ with the scripts that show known defects. ``sections`` are those of the cases; series
+    that diverged and other engines have sections of their own before them. Figures are SVG, with
+    ``png`` PNG too.
 
     Raise RequestError as :func:`check_folder` does.
     """
@@ -66,11 +65,8 @@ def _fill(verification: Verification, folder: Path, drawn: Sequence[Drawn]) -> N
         "results.json": json_text(verification.to_json()),
         "junit.xml": junit(verification),
         "report.md": report_markdown(verification, drawn),
-        "report.html": report_page(verification, drawn, addresses(drawn)),
+        "report.html": report_page(verification, drawn),
     }
-    pages = dict(cell_pages(verification, drawn))
-    if pages:
-        texts |= {**pages, f"{FOLDER}/style.css": style()}
     _write_texts(folder, {**texts, **defect_scripts(verification)})
 
 

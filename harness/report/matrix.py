@@ -11,10 +11,12 @@ import math
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from shlex import quote
 
 from harness.comparison.known_defects import KnownDefect, defect_of
 from harness.comparison.verdicts import Cell, Check, Kind, Verdict
 from harness.comparison.verification import Verification
+from harness.engines.registry import DEFAULT, engine_title
 from harness.report import text
 from harness.report.plain import printable, safe_path
 from harness.report.sections import Label, Table, TableCell
@@ -28,8 +30,7 @@ Place = tuple[str, str, str]
 
 MARKS = (
     "A mark for each system of bodies: the largest error of its quantities in the limit of a small "
-    "step, relative for what has a unit. It leads to {leads} with value, reference and order; a "
-    "defect is one that is known."
+    "step, relative for what has a unit. It leads to the row; a defect is one that is known."
 )
 
 
@@ -106,32 +107,26 @@ class Matrix:
     columns: tuple[str, ...]
     rows: Mapping[str, Mapping[str, tuple[Mark, ...]]]
 
-    def table(self, pages: Mapping[Place, str]) -> Table:
-        """Return it as a table; its marks lead to ``pages`` of cells, or to rows without them."""
+    def table(self) -> Table:
+        """Return it as a table; its marks lead to rows."""
 
         def label(mark: Mark) -> Label:
-            address = pages.get(
-                (mark.cell.case, mark.cell.submodel, mark.cell.engine), f"#{mark.place}"
-            )
+            address = f"#{mark.place}"
             return Label(mark.text, mark.check.verdict, address, mark.cell.system, mark.title)
 
         def cells(row: Mapping[str, tuple[Mark, ...]]) -> list[TableCell]:
             return [tuple(map(label, row.get(column, ()))) for column in self.columns]
 
         rows = [(name, *cells(row)) for name, row in self.rows.items()]
-        caption = MARKS.format(leads="the page" if pages else "the row")
         title = f"Cases and submodels, {self.title}"
-        return Table(title, caption, (self.head, *self.columns), tuple(rows))
+        return Table(title, MARKS, (self.head, *self.columns), tuple(rows))
 
 
-def matrices(
-    placed: Sequence[tuple[Check, str]], titles: Mapping[str, str] | None = None
-) -> list[Matrix]:
+def matrices(placed: Sequence[tuple[Check, str]]) -> list[Matrix]:
     """Return a matrix for each engine of checks that stand in cells, each with its place.
 
-    Where there are several, one with a column for each comes first. ``titles`` are how engines
-    are written, by name. An invariance is seen where it fails only: what is known of those would
-    hide the values.
+    Where there are several, one with a column for each comes first. An invariance is seen where
+    it fails only: what is known of those would hide the values.
     """
     worst: dict[tuple[str, ...], Mark] = {}
     for check, place in placed:
@@ -144,7 +139,7 @@ def matrices(
                 worst[key] = mark
     marks = sorted(worst.values(), key=lambda m: (m.cell.submodel, m.cell.system))
     engines = dict.fromkeys(mark.cell.engine for mark in worst.values())
-    written = {engine: (titles or {}).get(engine, engine) for engine in engines}
+    written = {engine: engine_title(engine) for engine in engines}
     tables = [
         _matrix(title, "submodel", [m for m in marks if m.cell.engine == engine], _by_case)
         for engine, title in written.items()
@@ -216,16 +211,13 @@ def stands_in_cell(check: Check) -> bool:
     return check.cell is not None and not check.cell.invariance
 
 
-def values(checks: Sequence[Check], titles: Mapping[str, str]) -> list[Table]:
-    """Return a table for each engine and case of what stands in cells: value, reference, order.
-
-    ``titles`` are how engines are written, by name.
-    """
+def values(checks: Sequence[Check]) -> list[Table]:
+    """Return a table for each engine and case of what stands in cells: value, reference, order."""
     tables: dict[tuple[str, str], list[Mark]] = {}
     for mark in (Mark(check, "") for check in checks if stands_in_cell(check)):
         tables.setdefault((mark.cell.engine, mark.cell.case), []).append(mark)
     return [
-        Table(f"Values of {case}, {titles.get(engine, engine)}", "", HEAD, tuple(_rows(marks)))
+        Table(f"Values of {case}, {engine_title(engine)}", "", HEAD, tuple(_rows(marks)))
         for (engine, case), marks in tables.items()
     ]
 
@@ -303,17 +295,14 @@ class Cause:
         return f"{counted} in {cells} cell{'s' * (cells != 1)} of the matrix" if cells else counted
 
 
-def causes(verification: Verification, commands: Mapping[Place, Sequence[str]]) -> list[Cause]:
-    """Return the causes of what does not hold, the most severe first.
-
-    ``commands`` repeat a run of a cell, by the cell; those of its first cell stand with a failure.
-    """
+def causes(verification: Verification) -> list[Cause]:
+    """Return the causes of what does not hold, the most severe first."""
     groups: dict[tuple[str, ...], list[Check]] = {}
     for check in text.by_severity(verification.checks):
         if check.verdict in APART:
             groups.setdefault((check.verdict, *_key(check)), []).append(check)
     defects = {defect.name: (defect, script) for defect, script in verification.defects}
-    return [_cause(rows, defects, commands) for rows in groups.values()]
+    return [_cause(rows, defects) for rows in groups.values()]
 
 
 def _key(check: Check) -> tuple[str, ...]:
@@ -330,11 +319,7 @@ def _key(check: Check) -> tuple[str, ...]:
     return (check.kind, check.triage, *cell)
 
 
-def _cause(
-    rows: Sequence[Check],
-    defects: Mapping[str, tuple[KnownDefect, str]],
-    commands: Mapping[Place, Sequence[str]],
-) -> Cause:
+def _cause(rows: Sequence[Check], defects: Mapping[str, tuple[KnownDefect, str]]) -> Cause:
     first = rows[0]
     name = defect_of(first)
     if name in defects:
@@ -352,10 +337,15 @@ def _cause(
             title = f"{title}: {first.name}"
         remarks = (text.explained(first), text.details(first), text.happened(first))
         sentences = tuple(dict.fromkeys(_sentence(remark) for remark in remarks if remark))
-    cause = Cause(first.verdict, title, sentences, tuple(rows))
-    again = next((commands[cell] for cell in cause.cells if cell in commands), ())
-    repeated = first.verdict is Verdict.FAIL
-    return replace(cause, commands=tuple(again) if repeated else ())
+    again = (_command(first.cell),) if first.verdict is Verdict.FAIL and first.cell else ()
+    return Cause(first.verdict, title, sentences, tuple(rows), again)
+
+
+def _command(cell: Cell) -> str:
+    """Return the command that makes the rows of a cell's system again."""
+    place = quote(f"{cell.case}/{cell.submodel}/{cell.system}")
+    engine = "" if cell.engine == DEFAULT else f" --engine {cell.engine}"
+    return f"dem-harness verify --only {place}{engine}"
 
 
 def _of_defect(rows: Sequence[Check], defect: KnownDefect, script: str) -> Cause:

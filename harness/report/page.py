@@ -1,35 +1,29 @@
-"""Write the pages of a run: its report, as one page and as Markdown, and a page for each cell."""
+"""Write the report of a run, as one page of HTML and as Markdown."""
 
 from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from itertools import groupby
-from pathlib import PurePosixPath
 from typing import Any
 
-from harness.comparison.known_defects import KnownDefect, defect_of
-from harness.comparison.verdicts import Check, Kind, Verdict
+from harness.comparison.verdicts import Check, Verdict
 from harness.comparison.verification import Verification
 from harness.report import text
-from harness.report.gallery import Drawn, DrawnCell, commands, titles
+from harness.report.gallery import Drawn
 from harness.report.matrix import (
     Cause,
-    Mark,
-    Place,
     address,
     causes,
     matrices,
     stands_in_cell,
     values,
 )
-from harness.report.plain import safe_path
 from harness.report.render import html_page, markdown_page
-from harness.report.sections import CellText, Label, Table, TableCell
+from harness.report.sections import Label, Table
 from harness.report.text import SEVERITY, by_severity, headline, summaries
-from harness.shown import in_words, number
+from harness.shown import number
 
 NUMERIC = ("value", "expected", "difference", "uncertainty", "tolerance", "used")
 COLUMNS = ("verdict", "check", "kind", "value", "expected", "unit", *NUMERIC[2:])
@@ -73,20 +67,15 @@ def rows_of(verification: Verification) -> list[Row]:
     return [Row(check, f"check-{n}") for n, check in enumerate(ordered, 1)]
 
 
-def report_page(
-    verification: Verification, drawn: Sequence[Drawn], cells: Mapping[Place, str] | None = None
-) -> str:
-    """Return the page; figures, scripts and style are inside it, so that it can be sent alone.
-
-    ``cells`` are the pages of the matrix's cells beside it, by case, submodel and engine.
-    """
+def report_page(verification: Verification, drawn: Sequence[Drawn]) -> str:
+    """Return the page; figures, scripts and style are inside it, so that it can be sent alone."""
     outcome = headline(verification.checks, verification.untested_cases)
     frame = {"name": TITLE, "who": _run_label(verification), "columns": COLUMNS}
     return html_page(
         "report.md.j2",
         f"{TITLE}: {outcome}",
         frame=frame,
-        **_values(verification, drawn, cells or {}),
+        **_values(verification, drawn),
     )
 
 
@@ -101,7 +90,7 @@ KEPT = 2
 
 def report_markdown(verification: Verification, drawn: Sequence[Drawn]) -> str:
     """Return the report as Markdown, below :data:`LIMIT` characters; all text in it is escaped."""
-    values = _values(verification, drawn, {})
+    values = _values(verification, drawn)
     return shortened(markdown_page("report.md.j2", TITLE, **values), LIMIT)
 
 
@@ -128,11 +117,9 @@ def shortened(text: str, limit: int) -> str:
     return "\n\n".join(blocks) + "\n"
 
 
-def _values(
-    verification: Verification, drawn: Sequence[Drawn], cells: Mapping[Place, str]
-) -> dict[str, Any]:
+def _values(verification: Verification, drawn: Sequence[Drawn]) -> dict[str, Any]:
     """Return what the template is filled with."""
-    rows, engines = rows_of(verification), titles(drawn)
+    rows = rows_of(verification)
     present = [v for v in SEVERITY if any(c.verdict is v for c in verification.checks)]
     gallery = [part for part in drawn if not part.section.title and part.section.opening is None]
     return {
@@ -145,25 +132,19 @@ def _values(
         "verdicts": _verdicts(verification, present),
         "rows": rows,
         "openings": [part for part in drawn if part.section.opening],
-        "causes": [
-            (cause, rows_in(cause, rows)) for cause in causes(verification, commands(drawn))
-        ],
+        "causes": [(cause, rows_in(cause, rows)) for cause in causes(verification)],
         "findings": [row for row in rows if row.check.verdict is Verdict.FINDING],
-        "titles": engines,
+        "engines": len({check.cell.engine for check in verification.checks if check.cell}),
         "names": COLUMNS,
         "numeric": NUMERIC,
         "kinds": [s.kind for s in summaries(verification.checks)],
         "present": present,
         "kind_tables": list(_kind_tables(verification)),
-        "matrices": [
-            matrix.table(cells)
-            for matrix in matrices([(row.check, row.id) for row in rows], engines)
-        ],
-        "values": values(verification.checks, engines),
+        "matrices": [matrix.table() for matrix in matrices([(row.check, row.id) for row in rows])],
+        "values": values(verification.checks),
         "defects": [
             (defect, address(defect) if script else "") for defect, script in verification.defects
         ],
-        "cells": cells,
         "parts_of_report": [part for part in drawn if part.section.title],
         "pictures": [picture for part in gallery for picture in part.pictures],
         "failures": [failure for part in gallery for failure in part.failures],
@@ -256,215 +237,3 @@ def _run_label(verification: Verification) -> str:
     provenance = verification.provenance.label if verification.provenance else "no engine"
     started = verification.started[:16].replace("T", " ")
     return f"{provenance} · {started} UTC · {verification.level} · {verification.seconds:.0f} s"
-
-
-FOLDER = "cells"
-GONE = "no longer there:"
-"""With which the note of a row begins whose known defect is gone."""
-CHANGED = (
-    "Each row repeats a run with one thing changed that must not matter. The number is the largest "
-    "difference of the two motions, over the size of what differs; allowed is what round-off can "
-    "make of it, for the reason given."
-)
-"""What an invariance is."""
-UNCERTAIN = (
-    "Where the uncertainty is larger than the value, the value is 0 as far as can be told: "
-    "the uncertainty is how far the limit of a small step may still move."
-)
-
-VALUES, INVARIANCES = "Limits of a small step", "What must not change a run"
-
-HEAD = ("system", "verdict", "quantity", "value", "uncertainty", "reference", "by", "error",
-        "tolerance", "order (95 %)")  # fmt: skip
-CHANGES = ("system", "verdict", "changed", "difference", "allowed", "what was done",
-           "what may differ")  # fmt: skip
-REPORT = "../report.html#"
-BY = {Kind.ANALYTIC: "closed form", Kind.INVARIANCE: "the same run"}
-"""What a value is held against; any other is an integration."""
-
-
-def addresses(drawn: Sequence[Drawn]) -> dict[Place, str]:
-    """Return the file of each cell's page below the report, by case, submodel and engine."""
-    places: dict[Place, str] = {}
-    for cell in (cell for part in drawn for cell in part.cells):
-        words = "-".join((cell.text.engine, cell.text.case, cell.text.submodel))
-        stem = safe_path(words.replace("/", "-").lower())
-        taken, number = set(places.values()), 1
-        while f"{FOLDER}/{stem}.html" in taken:
-            number += 1
-            stem = f"{stem.rstrip('0123456789')}{number}"
-        places[cell.text.place] = f"{FOLDER}/{stem}.html"
-    return places
-
-
-def cell_pages(verification: Verification, drawn: Sequence[Drawn]) -> Iterator[tuple[str, str]]:
-    """Yield address and page of each cell."""
-    rows = _by_place(rows_of(verification))
-    places = addresses(drawn)
-    for cell in (cell for part in drawn for cell in part.cells):
-        text = cell.text
-        systems = [
-            (name, [(plot.title, plot.caption, picture) for plot, picture in plots])
-            for name, plots in groupby(cell.plots, key=lambda pair: pair[0].group)
-        ]
-        marks = _in_order(rows.get(text.place, []), [name for name, _ in systems])
-        yield (
-            places[text.place],
-            html_page(
-                "cell.md.j2",
-                f"{text.case}, {text.submodel}: {text.engine_title}",
-                frame={
-                    "name": f"{text.case}: {text.submodel}",
-                    "who": _cell_title(text, verification),
-                    "above": f"{REPORT}matrix",
-                    "sheet": "style.css",
-                    "look": "cell",
-                },
-                text=text,
-                systems=systems,
-                tables=list(_tables(marks, text, verification)),
-                defects=_defects(marks, verification),
-                failures=cell.failures,
-                scripts=[f"scripts/{safe_path(name)}" for name in _scripts(cell, verification)],
-            ),
-        )
-
-
-def _defects(
-    rows: Sequence[Mark], verification: Verification
-) -> list[tuple[KnownDefect, str, bool]]:
-    """Return known defects that rows are marked with, address of the script, whether it is gone."""
-    named = {defect_of(row.check): row.check.verdict for row in rows}
-    return [
-        (defect, address(defect) if script else "", named[defect.name] is Verdict.FIXED)
-        for defect, script in verification.defects
-        if defect.name in named
-    ]
-
-
-def _note_text(row: Mark, verification: Verification) -> str:
-    """Return the note of a row, without the cause of its known defect."""
-    name = defect_of(row.check)
-    cause = next(
-        (defect.note for defect, _ in verification.defects if name and defect.name == name), ""
-    )
-    return row.check.note.replace(cause, "").strip("; ").removeprefix(GONE).strip("; ")
-
-
-def _cell_title(text: CellText, verification: Verification) -> str:
-    """Return the engine's title with its version."""
-    versions = {engine.engine: engine.version for engine in verification.engines}
-    if verification.provenance is not None:
-        versions[verification.provenance.engine] = verification.provenance.engine_version
-    return " ".join(filter(None, (text.engine_title, versions.get(text.engine, ""))))
-
-
-def _by_place(rows: Sequence[Row]) -> dict[Place, list[Mark]]:
-    marks: dict[Place, list[Mark]] = {}
-    for row in rows:
-        cell = row.check.cell
-        if cell is not None:
-            place = (cell.case, cell.submodel, cell.engine)
-            marks.setdefault(place, []).append(Mark(row.check, row.id))
-    return marks
-
-
-def _in_order(rows: Sequence[Mark], systems: Sequence[str]) -> list[Mark]:
-    """Return rows by their systems, those that have plots in the order of these."""
-
-    def order(row: Mark) -> tuple[int, str]:
-        name = row.cell.system
-        return systems.index(name) if name in systems else len(systems), name
-
-    return sorted(rows, key=order)
-
-
-def _tables(
-    rows: Sequence[Mark], text: CellText, verification: Verification
-) -> Iterator[tuple[Table, list[str]]]:
-    """Yield the rows of values, and those of what must not change a run, each with notes."""
-    values = [row for row in rows if not row.cell.invariance]
-    changed = [row for row in rows if row.cell.invariance]
-    if values:
-        ordered = any(row.order != "-" for row in values)
-        head = HEAD if ordered else HEAD[:-1]
-        cells = tuple(_value(row, verification)[: len(head)] for row in values)
-        reasons = dict.fromkeys(f"Tolerance: {row.check.why}." for row in values if row.check.why)
-        notes = [*_notes(values, verification), *_uncertain(values), *reasons]
-        yield Table(VALUES, "", head, cells), notes
-    if changed:
-        cells = tuple(_change(row, text, verification) for row in changed)
-        notes = [*_notes(changed, verification), *_uncertain(changed)]
-        yield Table(INVARIANCES, CHANGED, CHANGES, cells), notes
-
-
-def _value(row: Mark, verification: Verification) -> tuple[TableCell, ...]:
-    check, link = row.check, REPORT + row.place
-    first = (row.cell.system, (Label(check.verdict, check.verdict),))
-    if not row.quantity:
-        return (*first, (Label(_note_text(row, verification), address=link),))
-    unit = f" ({check.unit})" if check.unit not in ("", "1") else ""
-    return (
-        *first,
-        (Label(in_words(row.quantity, check.unit) + unit, address=link),),
-        number(check.value, 9),
-        number(check.uncertainty, 2),
-        number(check.expected, 9),
-        BY.get(check.kind, "integration"),
-        number(check.difference, 2),
-        number(check.tolerance, 2),
-        row.order + (f" ({row.interval})" if row.order != "-" else ""),
-    )
-
-
-def _change(row: Mark, text: CellText, verification: Verification) -> tuple[TableCell, ...]:
-    check, changed = row.check, row.cell.invariance
-    first = (
-        row.cell.system,
-        (Label(check.verdict, check.verdict),),
-        (Label(changed, address=REPORT + row.place),),
-    )
-    if not row.quantity:
-        return (*first, _note_text(row, verification))
-    numbers = (number(check.value, 2), number(check.tolerance, 2))
-    return (*first, *numbers, text.invariances.get(changed, ""), check.why)
-
-
-def _uncertain(rows: Sequence[Mark]) -> list[str]:
-    return [UNCERTAIN] if any(r.check.uncertainty > abs(r.check.value) for r in rows) else []
-
-
-def _notes(rows: Sequence[Mark], verification: Verification) -> Iterator[str]:
-    """Yield the notes of rows with a value, each once, led by the names of its rows."""
-    noted: dict[str, list[str]] = {}
-    valued = [row for row in rows if row.quantity]
-    for row in valued:
-        place = f"{row.cell.system}, {in_words(row.quantity, row.check.unit)}"
-        noted.setdefault(_note_text(row, verification), []).append(place)
-    for note, places in noted.items():
-        if note:
-            yield note if len(places) == len(valued) else f"{'; '.join(places)}: {note}"
-
-
-def _scripts(cell: DrawnCell, verification: Verification) -> list[str]:
-    """Return the scripts of its engine that the commands of a cell name and run.
-
-    Those of an engine beside the main one stand in a folder of its name.
-    """
-    words = " ".join(command for _, command in cell.text.commands).split()
-    main = (
-        verification.provenance.engine if verification.provenance is not None else cell.text.engine
-    )
-    others = {engine.engine for engine in verification.engines} - {main}
-    engines = {name: name.partition("/")[0] for name in verification.scripts}
-    names = [n for n, e in engines.items() if (e if e in others else main) == cell.text.engine]
-    inputs = cell.text.inputs
-    if not inputs:
-        return [name for name in names if PurePosixPath(name).name in words]
-    return [
-        name
-        for name in names
-        # all files of an input that is a folder
-        if PurePosixPath(name).parent.name in inputs
-        or (PurePosixPath(name).name in words and PurePosixPath(name).stem in inputs)
-    ]

@@ -35,8 +35,8 @@ TALL = 0.95
 """So does one at least this much of its width high."""
 
 
-FRAME = {"who": "", "above": "", "sheet": None, "look": "", "columns": ()}
-"""What stands about a page: who made it, a page above it, its style, a class, heads of its rows."""
+FRAME = {"who": "", "sheet": None, "look": "", "columns": ()}
+"""What stands about a page: who made it, its style, a class, heads of its rows."""
 
 
 def markdown_page(name: str, title: str, package: str = "", **values: Any) -> str:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from typing import TYPE_CHECKING
@@ -17,13 +17,7 @@ from harness.comparison.series import Comparison
 from harness.comparison.verification import DeclaredEngine
 
 if TYPE_CHECKING:
-    import numpy as np
     from matplotlib.figure import Figure
-    from numpy.typing import NDArray
-
-    from harness.report.film import Film
-
-    Numbers = Sequence[float] | NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -115,61 +109,6 @@ class Drawing:
 
 
 @dataclass(frozen=True)
-class Line:
-    """A line of a plot, or points where it is ``marked``; ``x`` and ``y`` are of one length.
-
-    A value that is not finite is left out and interrupts the line.
-    """
-
-    name: str
-    x: Numbers
-    y: Numbers
-    marked: bool = False
-
-
-@dataclass(frozen=True)
-class Plot:
-    """A small figure of lines, its axes named with their units, both logarithmic or linear.
-
-    Plots of one ``group`` stand together under its name.
-    """
-
-    title: str
-    caption: str
-    x: str
-    y: str
-    lines: tuple[Line, ...]
-    logarithmic: bool = False
-    group: str = ""
-
-
-@dataclass(frozen=True)
-class CellText:
-    """The text of a cell of the matrix, a submodel of a case in an engine, beside its rows.
-
-    ``commands`` repeat a run, each with a label. ``plots`` are made when the page is. ``inputs``
-    are names of the scripts that ``commands`` run, without ending: of a file or its folder.
-    ``invariances`` say by name what was changed of a run.
-    """
-
-    case: str
-    submodel: str
-    engine: str
-    engine_title: str
-    paragraphs: tuple[str, ...]
-    tables: tuple[Table, ...]
-    commands: tuple[tuple[str, str], ...]
-    plots: Callable[[], Sequence[Plot]] = field(repr=False)
-    inputs: frozenset[str] = frozenset()
-    invariances: Mapping[str, str] = field(default_factory=dict)
-
-    @property
-    def place(self) -> tuple[str, str, str]:
-        """Return case, submodel and engine."""
-        return (self.case, self.submodel, self.engine)
-
-
-@dataclass(frozen=True)
 class Opening:
     """What a case answers, for the top of a report.
 
@@ -188,10 +127,10 @@ class Opening:
 
 @dataclass(frozen=True)
 class Section:
-    """A part of a report: paragraphs, list items, tables, figures, films, in this order.
+    """A part of a report: paragraphs, list items, tables, figures, in this order.
 
-    A section without a title adds its figures to the gallery and nothing else. ``cells`` have
-    pages of their own. An ``opening`` stands at the top of the report.
+    A section without a title adds its figures to the gallery and nothing else. An ``opening``
+    stands at the top of the report.
     """
 
     title: str = ""
@@ -199,8 +138,6 @@ class Section:
     items: tuple[str, ...] = ()
     tables: tuple[Table, ...] = ()
     drawings: tuple[Drawing, ...] = ()
-    cells: tuple[CellText, ...] = ()
-    films: tuple[Film, ...] = ()
     opening: Opening | None = None
 
 

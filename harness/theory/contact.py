@@ -374,16 +374,6 @@ def held(stiffness: float, dashpot: float, duration: float) -> float:
     return math.exp(-half * duration) * (cmath.cos(phase) - half * swings).real
 
 
-def two_branches(incidence: float, friction: float, restitution: float, sticking: float) -> float:
-    """Return the tangential velocity at the contact after over before, sticking or sliding.
-
-    An impact that sticks leaves ``sticking``, one that slides 1 - 7/2 mu (1 + e) v / u; the impulse
-    is the lesser of both (Walton 1993; Foerster, Louge, Chang and Allia, Phys. Fluids 6, 1108
-    (1994)). ``incidence`` is u / v, above 0.
-    """
-    return max(sticking, 1.0 - slides_throughout(friction, restitution) / incidence)
-
-
 # ---- oblique elastic impact with partial slip
 #
 # Maw, Barber and Fawcett, Wear 38, 101 (1976): a solid elastic sphere on a half-space of the same
@@ -403,9 +393,6 @@ Array = NDArray[np.float64]
 
 SPRINGS, STEPS = 200, 2000
 """On half of the largest contact, and of the impact."""
-
-POINTS = 48
-"""Of a curve up to where all slides."""
 
 
 def stiffness_ratio(poisson: float) -> float:
@@ -436,16 +423,6 @@ def partial_slip_rebound(
         force = width * strains.sum(axis=1, keepdims=True)
         speed -= h * chi * force
     return np.asarray(speed.reshape(psi.shape))
-
-
-@lru_cache(maxsize=64)
-def rebounds(poisson: float) -> tuple[Array, Array]:
-    """Return psi of the incidence and of the rebound up to where all slides, each (POINTS,).
-
-    Beyond, the rebound is psi - 4 chi. The arrays are not to be written to.
-    """
-    psi = np.linspace(0.0, 7.0 * stiffness_ratio(poisson) - 1.0, POINTS + 1)[1:]
-    return psi, partial_slip_rebound(psi, poisson)
 
 
 def spring_strains(strains: Array, limit: Array) -> Array:

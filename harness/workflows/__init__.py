@@ -17,7 +17,7 @@ _HOMES = {
     "impulse_table",
     "harness.cases.tower.run": "tower",
     "harness.workflows.baseline": "accept_baseline compare_with_baseline diff releases",
-    "harness.workflows.case_runs": "case_details cases film film_section run",
+    "harness.workflows.case_runs": "case_details cases film run",
     "harness.workflows.engine_status": "engines inputs outdated_inputs",
     "harness.workflows.progress": "progress_bars",
     "harness.workflows.static_site": "site",
@@ -43,7 +43,7 @@ if TYPE_CHECKING:
     )
     from harness.cases.tower.run import tower
     from harness.workflows.baseline import accept_baseline, compare_with_baseline, diff, releases
-    from harness.workflows.case_runs import case_details, cases, film, film_section, run
+    from harness.workflows.case_runs import case_details, cases, film, run
     from harness.workflows.engine_status import engines, inputs, outdated_inputs
     from harness.workflows.progress import progress_bars
     from harness.workflows.static_site import site
@@ -53,7 +53,7 @@ if TYPE_CHECKING:
 __all__ = [
     "accept_baseline", "case_details", "cases", "compare_with_baseline", "critical_angle",
     "critical_angles", "diff", "energy_scaling_angles", "engines", "extrapolated_critical_angle",
-    "film", "film_section", "impulse_angles", "impulse_by_gamma", "impulse_table",
+    "film", "impulse_angles", "impulse_by_gamma", "impulse_table",
     "inputs", "outdated_inputs", "progress_bars", "releases", "run", "sections", "site",
     "sweep", "theory", "tower", "verify",
 ]  # fmt: skip

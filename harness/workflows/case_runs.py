@@ -18,11 +18,10 @@ from harness.cases.registry import MAIN, all_cases, get_case
 from harness.engines.contract import Engine
 from harness.engines.registry import DEFAULT, engine_class, engine_names
 from harness.engines.traits import Traits
-from harness.errors import HarnessError, RequestError
+from harness.errors import RequestError
 from harness.observables.row import Row
 from harness.parameters.allowed import allowed_in, unit_in
 from harness.parameters.base import Parameters, nested
-from harness.report.sections import Section
 from harness.shown import Listing, Record, Result
 from harness.store.cache import EngineChoice, opened
 from harness.workflows.progress import Progress, silent
@@ -427,14 +426,13 @@ def film(
 
     chosen = get_case(case)
     check_frames(frames, "film")
-    parameters = parameters_of(chosen, settings) if settings else None
-    with opened(engine, fresh=fresh) as running:
-        check_film(case, settings, running, frames)
-        movie = chosen.display.film(running, parameters, frames)
-    if movie is None:
+    if not chosen.display.has_film:
         have = [other.name for other in all_cases().values() if other.display.has_film]
         raise RequestError(f"film: case {case!r} has none; must be one of {', '.join(have)}")
-    return movie
+    parameters = parameters_of(chosen, settings or {})
+    with opened(engine, fresh=fresh) as running:
+        check_film(case, settings, running, frames)
+        return chosen.display.film(running, parameters, frames)
 
 
 def check_film(
@@ -442,24 +440,10 @@ def check_film(
 ) -> None:
     """Raise RequestError, before anything is run, for an engine that cannot run a film's jobs."""
     chosen = get_case(case)
-    parameters = parameters_of(chosen, settings) if settings else None
+    parameters = parameters_of(chosen, settings or {})
     for job in chosen.display.film_jobs(parameters, frames):
         if reason := engine.refuses(job):
             raise RequestError(f"film: {engine.title} cannot run it: {reason}")
-
-
-def film_section(cases: Iterable[str], engine: Engine) -> Section:
-    """Return the films of cases in an engine; a run that fails is a sentence that says so."""
-    films, failures = [], []
-    for name in cases:
-        case = get_case(name)
-        try:
-            movie = case.display.film(engine) if engine.states(case.template) else None
-        except HarnessError as error:
-            failures.append(f"The film of case {name} could not be made: {error}")
-        else:
-            films += [movie] if movie is not None else []
-    return Section("Films", tuple(failures), films=tuple(films))
 
 
 def usual_engine(case: Case[Any]) -> str:

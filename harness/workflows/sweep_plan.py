@@ -21,7 +21,7 @@ import numpy as np
 
 from harness.cases.contract import Case, Reference
 from harness.cases.registry import get_case
-from harness.engines.registry import engine_class, engine_names
+from harness.engines.registry import engine_class, engine_names, engine_title
 from harness.engines.traits import Traits
 from harness.errors import CombinationError, HarnessError, RequestError
 from harness.observables.provenance import Observable
@@ -362,13 +362,6 @@ def swept_columns(point: SweepPoint, names: Iterable[str]) -> tuple[str, ...]:
         else:  # an object by its name
             columns += [column_of(n, u) for n, u in units.items() if n == f"{name}.name"] or [name]
     return tuple(columns)
-
-
-def engine_title(name: str) -> str:
-    """Return what figures call an engine; a solver has its name."""
-    if name not in engine_names() and ":" not in name:
-        return name
-    return engine_class(name).traits.title or name.upper()
 
 
 def drawn_columns(chosen: SweepPlan) -> tuple[str, str, str]:

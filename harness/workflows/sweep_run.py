@@ -22,6 +22,7 @@ from harness.cases.contract import Case, Measured
 from harness.cases.registry import get_case
 from harness.engines.contract import Engine, Job, Output
 from harness.engines.process import cores, parallel_each
+from harness.engines.registry import engine_title
 from harness.errors import (
     EngineError,
     EngineMissingError,
@@ -54,7 +55,6 @@ from harness.workflows.sweep_plan import (
     SweepRequest,
     as_text,
     column_of,
-    engine_title,
     names_in,
     parameter_columns,
     plan,

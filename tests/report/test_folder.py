@@ -4,7 +4,6 @@ import re
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
 import pandas as pd
 import pytest
 
@@ -14,7 +13,6 @@ from harness.report import folder as report_folder
 from harness.report.folder import write
 from harness.report.gallery import draw_sections
 from harness.report.sections import Drawing, Section
-from harness.report.style import lay_out
 from tests.report.conftest import DIVERGED, draw
 
 FIGURES = {"one", "two", "broad", "odd", "four-rows", "extra"}
@@ -62,24 +60,6 @@ def test_every_link_of_the_page_leads_to_a_file_or_a_place_in_it(target):
             assert (target / link).is_file()
 
 
-def test_sections_come_in_order_and_their_figures_with_them(target):
-    page, text = ((target / name).read_text() for name in ("report.html", "report.md"))
-    places = [page.index(f">{title}</h2>") for title in ("The slope", "The ball", "Figures")]
-    assert places == sorted(places)
-    for name in FIGURES - {"extra"}:
-        assert places[0] < page.index(f'id="{name}"') < places[1]
-    assert page.index('id="extra"') > places[2]
-    assert text.index("## The slope") < text.index("figures/four-rows.svg")
-    assert (
-        text.index("figures/four-rows.svg") < text.index("## The ball") < text.index("## Figures")
-    )
-    for said in ("an item", "Angles of every contact.", "10.2070"):
-        assert said in page
-        assert said in text
-    assert "| source \\| kept | 10.2060 | &lt;b>not&lt;/b> bold |" in text
-    assert "&lt;b&gt;not&lt;/b&gt; bold" in page
-
-
 def test_the_log_of_a_failed_run_is_found_from_its_row(verification, target):
     (died,) = (check for check in verification.checks if check.engine_died)
     assert (target / "logs" / died.log_name).read_text() == died.log
@@ -105,16 +85,6 @@ def test_figures_are_written_as_png_where_that_is_asked_for(verification, sectio
     names = {path.stem for path in figures.glob("*.svg")}
     assert names == {path.stem for path in figures.glob("*.png")} != set()
     assert all(path.read_bytes()[:4] == b"\x89PNG" for path in figures.glob("*.png"))
-
-
-def test_words_stand_where_a_layout_of_two_passes_puts_them():
-    ours, theirs = draw(2, 2)(), draw(2, 2)()
-    lay_out(ours)
-    theirs.get_layout_engine().execute(theirs)
-    for one, other in zip(ours.axes, theirs.axes, strict=True):
-        apart = np.subtract(one.get_position().extents, other.get_position().extents)
-        assert np.abs(apart).max() < 0.02
-        assert one.get_tightbbox().x0 >= 0
 
 
 def test_figures_of_one_name_are_told_apart_and_a_broken_one_is_named():
@@ -149,12 +119,6 @@ def test_series_that_diverged_and_other_engines_have_their_sections(
     assert "It &lt;always&gt; clips. It counts m/2." in page
 
 
-def test_without_them_there_is_no_such_section(target):
-    page = (target / "report.html").read_text()
-    assert "Where series diverge" not in page
-    assert "Engines beside one another" not in page
-
-
 def test_hostile_names_stay_text_and_files_stay_below_the_folder(hostile, tmp_path):
     write(hostile, tmp_path / "run", [Section("<script>x</script>", ("<script>y</script>",))])
     assert [path.name for path in tmp_path.iterdir()] == ["run"]
@@ -175,12 +139,6 @@ def test_a_folder_that_holds_something_is_refused_and_kept(verification, tmp_pat
     with pytest.raises(RequestError, match="holds something already"):
         write(verification, tmp_path)
     assert [path.name for path in tmp_path.iterdir()] == ["kept.txt"]
-
-
-def test_a_file_is_refused(tmp_path):
-    (tmp_path / "file").write_text("")
-    with pytest.raises(RequestError, match="is a file"):
-        check_folder(tmp_path / "file")
 
 
 def test_a_folder_that_cannot_be_made_is_refused(tmp_path):

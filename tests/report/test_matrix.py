@@ -76,13 +76,13 @@ def test_several_engines_stand_side_by_side_above_the_matrix_of_each():
     other = check("slide", "spring", "wall", 5e-8)
     other = replace(other, cell=replace(other.cell, engine="doll"))
     placed = [(row, f"check-{n}") for n, row in enumerate((*CHECKS, other))]
-    whole, *each = matrices(placed, {"toy": "Toy"})
-    assert [one.title for one in each] == ["Toy", "doll"]
-    assert whole.columns == ("Toy", "doll")
+    whole, *each = matrices(placed)
+    assert [one.title for one in each] == ["toy", "doll"]
+    assert whole.columns == ("toy", "doll")
     assert list(whole.rows) == ["roll: <old>", "roll: spring", "slide: spring"]
     row = whole.rows["slide: spring"]
     assert {name: [m.text for m in marks] for name, marks in row.items()} == {
-        "Toy": ["2e-09", "3e-08"],
+        "toy": ["2e-09", "3e-08"],
         "doll": ["5e-08"],
     }
     assert "doll" not in whole.rows["roll: spring"]

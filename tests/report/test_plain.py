@@ -1,15 +1,9 @@
 """Text of others in errors and tables: cut where it is long, no formula in a spreadsheet."""
 
-import ast
-from pathlib import Path
-
 import pandas as pd
 import pytest
 
 from harness.report.plain import csv_cell, shortened, write_csv
-
-HARNESS = Path(__file__).parents[2] / "harness"
-ELSEWHERE = {"report/plain.py"}
 
 
 @pytest.mark.parametrize("text", ["=1+1", "+cmd", "-@SUM(A1)", "@x", "\t=1", "\r=1"])
@@ -27,13 +21,6 @@ def test_a_table_keeps_its_numbers_and_quotes_a_version(tmp_path):
     write_csv(frame, tmp_path / "t.csv")
     assert (tmp_path / "t.csv").read_text() == "engine_version,x_m,n\n'=cmd(),-1.5,-3\n1,2.0,4\n"
     assert frame["engine_version"][0] == "=cmd()"
-
-
-def test_every_table_is_written_by_it():
-    for path in HARNESS.rglob("*.py"):
-        calls = [node for node in ast.walk(ast.parse(path.read_text())) if hasattr(node, "attr")]
-        wrote = any(node.attr == "to_csv" for node in calls)
-        assert not wrote or str(path.relative_to(HARNESS)) in ELSEWHERE, path
 
 
 def test_a_long_value_is_cut_and_what_is_allowed_stays():

@@ -2,7 +2,7 @@
 
 import pytest
 
-from harness.report.markdown import document, markdown_environment, tables
+from harness.report.markdown import document, tables
 from harness.report.render import Site
 
 TEXT = """# A title
@@ -48,12 +48,6 @@ def test_markdown_becomes_a_page_with_places_badges_and_named_cells():
     assert "&lt;b&gt;" in shown.body
 
 
-def test_a_cell_that_is_a_name_of_a_page_links_to_it():
-    shown = document("|defect|n|\n|---|---|\n|slips|slips twice|\n", {"slips": "a/b.html"})
-    assert '<td data-n="defect"><a href="a/b.html">slips</a></td>' in shown.body
-    assert shown.body.count("<a ") == 1
-
-
 def test_tables_are_read_by_their_headings():
     assert tables(TEXT) == {
         "Part, one": [{"case": "a", "verdict": "known defect", "value": "1"}],
@@ -95,9 +89,3 @@ def test_a_link_out_of_the_root_is_not_followed(tmp_path):
     built.add_file("README.md")
     assert built.files == {}
     assert built.unlinked == [("index.html", "../secret.txt")]
-
-
-def test_code_among_words_keeps_the_spaces_about_it():
-    template = markdown_environment(html=True).from_string("{{ words|backticks }}")
-    page = document(template.render(words="It takes `a_<b>` or _none_ (`c`)."), html=True).body
-    assert page == "<p>It takes <code>a_&lt;b&gt;</code> or _none_ (<code>c</code>).</p>\n"

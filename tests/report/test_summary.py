@@ -19,12 +19,6 @@ def test_verdicts_and_failures_come_before_all_else(verification):
     assert "laws differ" not in head
 
 
-def test_a_run_that_holds_has_no_table_of_failures(verification):
-    text = report_markdown(replace(verification, checks=verification.checks[:1]), [])
-    assert "All verdicts hold" in text
-    assert "what happened" not in text
-
-
 def test_however_many_rows_it_fits_into_a_comment(verification):
     wordy = [replace(check, note="n" * 900, name="x" * 300) for check in verification.checks]
     text = report_markdown(replace(verification, checks=tuple(wordy * 400)), [])

@@ -2,7 +2,6 @@ import re
 from urllib.parse import unquote
 from xml.etree import ElementTree
 
-import numpy as np
 import pytest
 
 from harness.report.gallery import compact, data_uri, size
@@ -15,11 +14,6 @@ FIGURE = """<?xml version="1.0"?>
  <path d="M 1.23456789 -0.001
 L 3.999999 4" transform="scale(0.015625)"/>
 </svg>"""
-
-
-def numbers(text):
-    paths = re.findall(r' d="([^"]+)"', text)
-    return np.array([float(n) for path in paths for n in re.findall(r"-?[\d.]+", path)])
 
 
 def test_paths_keep_a_hundredth_of_a_point_and_the_rest_its_value():
@@ -35,11 +29,6 @@ def picture():
     return draw_picture("sine", "Sine", "A sine.", draw())
 
 
-def test_a_figure_is_valid_and_shows_the_same_to_a_hundredth_of_a_point(picture):
-    assert ElementTree.fromstring(picture.svg).tag.endswith("svg")
-    assert not re.search(r' (?:d|x|y)="[^"]*\.\d{3}', picture.svg)
-
-
 def test_what_a_figure_refers_to_is_in_it_and_each_style_is_said_once(picture):
     root = ElementTree.fromstring(picture.svg)
     found = {node.get("id") for node in root.iter()} - {None}
@@ -50,19 +39,7 @@ def test_what_a_figure_refers_to_is_in_it_and_each_style_is_said_once(picture):
     assert all(node.attrib for node in root.iter() if node.tag.endswith("}g"))
 
 
-def test_the_words_of_a_figure_are_text_in_a_font_that_others_can_stand_in_for(picture):
-    root = ElementTree.fromstring(picture.svg)
-    words = {node.text for node in root.iter() if node.tag.endswith("}text")}
-    assert {"time (s)", "force (N)"} <= words
-    assert "'DejaVu Sans','Verdana',sans-serif" in picture.svg
-
-
 def test_the_uri_stands_in_an_attribute_and_gives_the_figure_back(picture):
     uri = data_uri(picture.svg)
     assert not set('"#&') & set(uri)
     assert unquote(uri.removeprefix("data:image/svg+xml,")) == picture.svg.replace("\n", " ")
-
-
-def test_an_ampersand_and_a_percent_sign_survive():
-    text = "<svg>&lt; 5 % #</svg>"
-    assert unquote(data_uri(text).partition(",")[2]) == text

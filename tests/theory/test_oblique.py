@@ -104,14 +104,6 @@ def test_what_a_sticking_spring_leaves_is_the_restitution_of_one_that_is_clipped
     assert -found == pytest.approx(closed_forms.sticking_restitution(ratio, zeta, clipped=True))
 
 
-def test_of_both_branches_the_lesser_impulse_holds():
-    slides = contact.slides_throughout(0.3, 0.5)
-    assert contact.two_branches(2.0 * slides, 0.3, 0.5, -0.2) == pytest.approx(0.5)
-    assert contact.two_branches(0.1 * slides, 0.3, 0.5, -0.2) == -0.2
-    both = slides / 1.2
-    assert contact.two_branches(both, 0.3, 0.5, -0.2) == pytest.approx(-0.2, abs=1e-14)
-
-
 @pytest.mark.parametrize("x_t", [0.0, 0.5])
 def test_the_law_leaves_as_much_where_friction_holds_it(x_t):
     law = SPRINGS.replace(

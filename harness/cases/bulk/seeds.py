@@ -398,31 +398,30 @@ class BulkDisplay(Display):
 
     case: BulkCase[Any]
 
-    def film_jobs(self, parameters: Any = None, frames: int = 120) -> Sequence[Job]:
+    def film_jobs(self, parameters: Any, frames: int) -> Sequence[Job]:
         """Return the job whose series is that of all particles."""
         from harness.cases.bulk.film import PARTICLES  # slow to load
 
-        p = parameters or self.case.default
-        job = self.case.job(p)
+        job = self.case.job(parameters)
         values = dict(job.values)
         values["series_every"] = max(1, int(values["steps"]) // (frames - 1))
-        if self.case.radii(p) is None:
+        if self.case.radii(parameters) is None:
             values[PARTICLES] = 1
         return (replace(job, values=values),)
 
-    def film(self, engine: Engine, parameters: Any = None, frames: int = 120) -> Film:
+    def film(self, engine: Engine, parameters: Any, frames: int) -> Film:
         """Return the film of one run after its release, opening or first turn."""
         from harness.cases.bulk.film import bulk_film
 
-        p = parameters or self.case.default
-        (job,) = self.film_jobs(p, frames)
-        job = replace(job, seconds=self.case.seconds(p, engine.traits))
+        (job,) = self.film_jobs(parameters, frames)
+        job = replace(job, seconds=self.case.seconds(parameters, engine.traits))
         words = (
             self.case.summary.partition(":")[0],
             f"{self.case.summary} A cut through the middle.",
         )
         begins = float(job.values["settle_steps"])
-        return bulk_film(engine, job, self.case.radii(p), begins, self.case.cut(p), words)
+        radii, cut = self.case.radii(parameters), self.case.cut(parameters)
+        return bulk_film(engine, job, radii, begins, cut, words)
 
     def sections(
         self, main: Findings | None, solvers: Findings, engines: Mapping[str, Findings]

@@ -1,7 +1,7 @@
 """The base classes of contact cases: what impacts and resting spheres have in common.
 
 A contact case is a scene, the quantities of its motion and their closed forms. Its submodels,
-systems and presets are tables; refinement, judgement and pages are those of all contact cases.
+systems and presets are tables; refinement, judgement and report are those of all contact cases.
 """
 
 from __future__ import annotations
@@ -9,12 +9,11 @@ from __future__ import annotations
 import math
 from abc import abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
+from typing import Any, ClassVar, TypeVar
 
 from pydantic import Field
 
-from harness.cases.contact.impact import overlap_of
-from harness.cases.contact.limits import STEPS, Scan
+from harness.cases.contact.limits import STEPS
 from harness.cases.contact.motion import (
     TEMPLATE,
     Array,
@@ -53,10 +52,6 @@ from harness.engines.contract import Job, Output, Template
 from harness.engines.traits import Traits
 from harness.parameters.rules import Rules
 from harness.parameters.scene import ZERO, ContactScene, Vector
-
-if TYPE_CHECKING:
-    from harness.cases.contact.report import OverAngle
-
 
 P = TypeVar("P", bound=ContactSystem)
 
@@ -103,12 +98,6 @@ class ContactCase(Case[P]):
     by_defaults: ClassVar[Sequence[str]] = ()
     """Names of those that also the shortest level carries through an engine's default order."""
     formula: ClassVar[str]
-    scan: ClassVar[Scan]
-    """The figure with all codes."""
-    drawn_quantity: ClassVar[str] = ""
-    """The quantity whose error is drawn; the first unless named."""
-    over_angle: ClassVar[OverAngle | None] = None
-    """A ratio that pages draw over the angle of an impact, in place of the motion."""
     every_level: ClassVar[Sequence[str]] = ()
     """Systems in which the shortest level runs each submodel, whoever's turn it is."""
     powers: ClassVar[tuple[float, ...]] = ()
@@ -232,15 +221,6 @@ class ContactCase(Case[P]):
         """Return what a submodel in a system changes of the case's parameters."""
         return {**PLAIN, **submodel.law, **self.systems[system], "steps_per_contact": steps}
 
-    def axes(self, parameters: P) -> tuple[str, str]:
-        """Return the names of the axes of :meth:`curves`, with units."""
-        return "overlap (µm)", "force (N)"
-
-    def curves(self, parameters: P, motion: Motion) -> Mapping[str, tuple[Array, Array]]:
-        """Return what a page draws of a motion, by name: x and y, each (M,)."""
-        overlap, _ = overlap_of(parameters, motion)
-        return {"": (1e6 * overlap, motion.force[:, 0, 2])}
-
 
 class Friction:
     """What cases with friction along the surface go through; stands before ``ContactCase``."""
@@ -315,15 +295,6 @@ class RestingCase(ContactCase[R]):
             gravity=parameters.pull,
         )
         return resolved(parameters, scene, overlap)
-
-    def axes(self, parameters: R) -> tuple[str, str]:
-        """Return what is drawn: both speeds."""
-        return "time (ms)", "velocity (m/s)"
-
-    def curves(self, parameters: R, motion: Motion) -> Mapping[str, tuple[Array, Array]]:
-        """Return the speed, and radius times spin."""
-        named = zip(("speed", "radius times spin"), rolling(parameters, motion), strict=True)
-        return {name: (1e3 * motion.time, value) for name, value in named}
 
 
 def rolling(parameters: Resting, motion: Motion) -> tuple[Array, Array]:

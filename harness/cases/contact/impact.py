@@ -7,7 +7,7 @@ impact with friction: the velocity that is left at the contact.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
@@ -23,7 +23,6 @@ from harness.cases.contact.parameters import (
 from harness.errors import RequestError
 from harness.parameters.scene import ZERO, ContactScene, Vector
 from harness.theory import contact
-from harness.theory.contact import held, rebounds, stiffness_ratio, two_branches
 
 
 def head_on(parameters: ContactSystem, speed: float) -> dict[str, float]:
@@ -90,80 +89,6 @@ def oscillator(parameters: ContactSystem) -> tuple[float, float]:
         return contact.damping_ratio(parameters.restitution), omega
     eta = dashpots(parameters, 0.0)  # constant, whatever the overlap
     return eta / 2.0 / math.sqrt(k * m), omega
-
-
-ANGLES = np.arange(4.0, 86.5, 0.5)
-"""[deg] to the normal, of the velocity at the contact."""
-
-
-@dataclass(frozen=True)
-class Published:
-    """A published curve: its name, its source in words, angles of incidence [deg] and ratio.
-
-    ``ratio`` is the tangential velocity at the contact after over that before, (M,).
-    """
-
-    name: str
-    source: str
-    angles: Array = field(repr=False)
-    ratio: Array = field(repr=False)
-
-
-def published(parameters: ContactSystem, restitution: float) -> Published | None:
-    """Return the curve of a linear contact or of a solid sphere; None where there is none."""
-    mu = parameters.friction or 0.0
-    if mu <= 0.0:
-        return None
-    if parameters.two_materials:  # the theory has those of equal ones, or with nu = 1/2
-        return None
-    if parameters.normal == "hertz" and "mindlin" in parameters.tangential:
-        return _partial_slip(parameters, mu, restitution)
-    if not parameters.linear or not parameters.tangential.startswith("linear"):
-        return None
-    sticking = _sticking(parameters)
-    ratio = [two_branches(u, mu, restitution, sticking) for u in np.tan(np.radians(ANGLES))]
-    source = (
-        "the branches of Walton (1993), sticking or sliding to the end with the lesser impulse: "
-        "the law does both in turn between them"
-    )
-    return Published("Walton 1993: sticks or slides", source, ANGLES, np.array(ratio))
-
-
-def _sticking(parameters: ContactSystem) -> float:
-    """Return what is left of the velocity at a linear contact that sticks throughout."""
-    zeta, omega = oscillator(parameters)
-    clipped = parameters.clipped
-    lasts = (contact.duration_clipped if clipped else contact.duration_unclipped)(zeta) / omega
-    stiffness = (parameters.tangential_stiffness or 0.0) / parameters.reduced_mass
-    damping = (parameters.tangential_damping or 0.0) * 2.0 * zeta * omega
-    return held(3.5 * stiffness, 3.5 * damping, lasts)
-
-
-def _partial_slip(parameters: ContactSystem, mu: float, restitution: float) -> Published:
-    """Return the curve of an elastic sphere; of one that dissipates with mu (1 + e) / 2 for mu.
-
-    So impacts that slide throughout are on it whatever they dissipate along the normal: inelastic
-    ones are drawn over 2 tan / (mu (1 + e)) (Thornton, Cummins and Cleary, Powder Technol. 233,
-    30 (2013)).
-    """
-    poisson = parameters.poisson_ratio
-    assert poisson is not None
-    kappa = stiffness_ratio(poisson)
-    scale = 0.5 * mu * (1.0 + restitution) / kappa  # u / v of psi = 1
-    psi, back = rebounds(poisson)
-    sliding = np.tan(np.radians(ANGLES)) / scale
-    sliding = sliding[sliding > psi[-1]]
-    incidence = np.concatenate([psi, sliding])
-    ratio = np.concatenate([back / psi, 1.0 - 7.0 * kappa / sliding])
-    source = "an elastic sphere with partial slip, by Maw, Barber and Fawcett (1976)"
-    if restitution < 1.0 - 1e-6:
-        source += (
-            ", with mu (1 + e) / 2 for mu, so that impacts that slide throughout are on it; it has "
-            "no dashpot along the surface"
-        )
-    angles = np.degrees(np.arctan(incidence * scale))
-    drawn = angles >= ANGLES[0]
-    return Published("Maw, Barber and Fawcett 1976", source, angles[drawn], ratio[drawn])
 
 
 IMPACT_SAMPLES = 100

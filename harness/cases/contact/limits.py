@@ -3,27 +3,23 @@
 A tolerance is a part of the quantity's size in the run: that of its value in SI units; of a ratio
 1, or its limit, or the largest that it has (:meth:`ContactCase.sizes`). Small values of large
 quantities are known no better than these; small quantities are.
-
-A scan sets codes side by side: a quantity over one parameter, by every code that can state it.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from harness.cases.contact.motion import Array, Motion, followed, rules_of
+from harness.cases.contact.motion import Array, Motion
 from harness.cases.contact.parameters import SMOOTH
-from harness.cases.contact.submodels import PLAIN, Trial
+from harness.cases.contact.submodels import Trial
 from harness.cases.contract import LevelName, Reference
 from harness.comparison.convergence import Limit, limit
 from harness.comparison.verdicts import Tolerance
-from harness.engines.contract import Engine
-from harness.errors import EngineError
 from harness.parameters.law import ContactLaw
 from harness.parameters.rules import Rules
 
@@ -246,138 +242,27 @@ def unresolved(
     return hidden_errors
 
 
-SCAN_STEPS = 1600
-"""Of a contact: at a few hundred the last stick and slip of an oblique impact still shows."""
-
-FRICTION = (
-    (
-        "linear_history, elastic",
-        "linear_history, clipped",
-        "linear_history",
-        "linear_history, 2/7, elastic",
-    ),
-    ("mindlin, elastic", "mindlin/force, elastic", "mindlin", "mindlin_rescale/force, elastic"),
-)
-"""Linear springs and solids with friction: of each the first that a code states."""
-
-NORMALS = (
-    ("hooke, velocity, clipped", "hooke, mass_velocity", "hooke"),
-    ("hertz, coeff_restitution, clipped", "hertz, coeff_restitution", "hertz"),
-)
-"""Normal forces, likewise."""
-
-
-@dataclass(frozen=True)
-class Scan:
-    """What is drawn: a quantity over values of a parameter, in the first system of the case.
-
-    Of each of the ``families`` a code shows the first submodel that it states.
-    """
-
-    quantity: str
-    parameter: str
-    values: tuple[float, ...]
-    families: tuple[tuple[str, ...], ...] = FRICTION
-
-
-@dataclass(frozen=True)
-class Scanned:
-    """One family in a code: what it measured, and what its rules ask for, each (M,)."""
-
-    family: int
-    submodel: str
-    measured: Array = field(repr=False)
-    expected: Array = field(repr=False)
-
-    @property
-    def apart(self) -> float:
-        """Return how far both are apart at most, as a part of the largest expected value."""
-        scale = float(np.abs(self.expected).max()) or 1.0
-        return float(np.nanmax(np.abs(self.measured - self.expected), initial=0.0)) / scale
-
-
-def measured_scan(case: ContactCase[Any], engine: Engine) -> tuple[Scanned, ...]:
-    """Return what a code finds, for each family that it can state; a run that fails is NaN."""
-    plan = list(_plan(case, engine))
-    outputs = engine.run([case.job(p) for _, _, rows in plan for p in rows]) if plan else []
-    scanned, size = [], len(case.scan.values)
-    for number, (family, name, rows) in enumerate(plan):
-        values = np.full(size, np.nan)
-        runs = outputs[number * size : (number + 1) * size]
-        for place, (parameters, output) in enumerate(zip(rows, runs, strict=True)):
-            if not isinstance(output, EngineError):
-                motion = case.motion(parameters, output)
-                values[place] = _value(case, parameters, motion)
-        rules = rules_of(case.job(rows[0]), engine.traits)
-        scanned.append(Scanned(family, name, values, curve(case, rows, rules)))
-    return tuple(scanned)
-
-
-def curve(case: ContactCase[Any], rows: Sequence[Any], rules: Rules) -> Array:
-    """Return what the law asks for under rules, for parameters (M,)."""
-    motions = [followed(case.scene(p), rules).motion for p in rows]
-    values = [_value(case, p, motion) for p, motion in zip(rows, motions, strict=True)]
-    return np.array(values, dtype=float)
-
-
-def _value(case: ContactCase[Any], parameters: Any, motion: Any) -> float:
-    return case.observed(parameters, motion).get(case.scan.quantity, float("nan"))
-
-
-def rows_of(case: ContactCase[Any], name: str) -> list[Any]:
-    """Return the parameters of a scan with a submodel."""
-    submodel = next(each for each in (*case.submodels, *case.other_submodels) if each.name == name)
-    system = next(iter(case.systems.values()))
-    settings = {**PLAIN, **submodel.law, **system, "steps_per_contact": SCAN_STEPS}
-    base = case.default.replace(**settings)
-    return [base.replace(**{case.scan.parameter: value}) for value in case.scan.values]
-
-
-def _plan(case: ContactCase[Any], engine: Engine) -> Iterator[tuple[int, str, list[Any]]]:
-    """Yield each family with the submodel of it that an engine states, and its parameters."""
-    for family, names in enumerate(case.scan.families):
-        for name in names:
-            rows = rows_of(case, name)
-            if not any(engine.refuses(case.job(parameters)) for parameters in rows):
-                yield family, name, rows
-                break
-
-
 @dataclass(frozen=True)
 class Tried:
-    """A trial that an engine ran, and what is expected of it under the engine's ``rules``.
-
-    ``finest`` are the parameters of the finest level, ``command`` is what runs one by hand.
-    """
+    """A trial that an engine ran under its ``rules``; ``finest`` are its finest parameters."""
 
     trial: Trial
-    references: Mapping[str, Reference]
     rules: Rules
     finest: Any
-    command: str
-
-
-@dataclass(frozen=True)
-class Failed(Tried):
-    """A trial without limits, of which ``command`` runs the level that failed, and ``why`` it did.
-
-    ``why`` goes on from the name of the engine.
-    """
-
-    why: str
 
 
 @dataclass(frozen=True)
 class RefinedTrial(Tried):
-    """Results of a trial: limits of its quantities, and its finest motion, which ``command`` runs.
+    """Results of a trial: what is expected, limits of its quantities, and its finest motion.
 
     ``plain`` is what is expected under the default rules. A force ``jumps`` within a step.
     ``levels`` are the parameters of the runs that the limits are of, and ``extrapolate`` makes
     limits of the values of such runs.
     """
 
-    limits: Mapping[str, Limit]
+    references: Mapping[str, Reference]
     plain: Mapping[str, Reference]
+    limits: Mapping[str, Limit]
     motion: Motion
     kinked: bool
     jumps: bool
@@ -387,17 +272,11 @@ class RefinedTrial(Tried):
 
 @dataclass(frozen=True)
 class Evidence:
-    """The trials of a case in an engine, by its title, and its part of the figure of all codes.
-
-    ``drawn``: with figures of all submodels, and on the page of each the curve that the law asks
-    for: these take longer than the runs of level quick.
-    """
+    """The trials of a case in an engine, by its title."""
 
     engine_title: str
-    refined: tuple[RefinedTrial, ...]
-    scans: tuple[Scanned, ...] = ()
-    drawn: bool = True
-    failed: tuple[Failed, ...] = ()
+    refined: tuple[RefinedTrial, ...] = ()
+    failed: tuple[Tried, ...] = ()
 
     @property
     def tried(self) -> tuple[Tried, ...]:

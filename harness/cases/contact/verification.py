@@ -18,10 +18,9 @@ from harness.cases.contact.limits import (
     SECONDS,
     STEPS,
     Evidence,
-    Failed,
     RefinedTrial,
+    Tried,
     lasting_powers,
-    measured_scan,
     powers,
     refine,
     unresolved,
@@ -116,11 +115,10 @@ class ContactVerification(Verification):
             findings = self._with_invariances(engine, study, submodels)
         else:
             findings = self._trials(engine, study, submodels)
-        first: Evidence = done.evidence if done and done.evidence else Evidence(engine.title, ())
+        first: Evidence = done.evidence if done and done.evidence else Evidence(engine.title)
         refined = (*first.refined, *findings.evidence.refined)
         failed = (*first.failed, *findings.evidence.failed)
-        scans = measured_scan(case, engine)
-        findings.evidence = Evidence(engine.title, refined, scans, failed=failed)
+        findings.evidence = Evidence(engine.title, refined, failed)
         return findings
 
     def _trials(self, engine: Engine, study: Study, submodels: Sequence[Submodel]) -> Findings:
@@ -159,17 +157,15 @@ def verify_trials(
             died = not isinstance(outcome, EngineNaNError)
             cell = _cell(case, trial, engine)
             findings.checks.append(replace(row, engine_died=died, cell=cell))
-            failed.append(_failed(case, trial, runs, engine, outcome))
+            finest = runs[-1][0]
+            failed.append(Tried(trial, rules_of(case.job(finest), engine.traits), finest))
         else:
             findings.checks += _judged(case, outcome, engine)
             refined_trials.append(outcome)
             recorded = runs[STEPS[study.level].index(RECORDED)]
             findings.records.append(_record(case, trial, recorded, engine))
         study.progress(case.name, number + 1, len(runnable))
-    drawn = study.level != "quick"
-    findings.evidence = Evidence(
-        engine.title, tuple(refined_trials), drawn=drawn, failed=tuple(failed)
-    )
+    findings.evidence = Evidence(engine.title, tuple(refined_trials), tuple(failed))
     return findings
 
 
@@ -289,31 +285,8 @@ def _limits_of_trial(
     limits = extrapolate(values_of_levels[used])
     levels = tuple(parameters for parameters, _ in runs[used])
     references, plain = case.expected(first, rules), case.expected(first, Rules())
-    common = trial, references, rules, finest, _command(output.log)
-    return RefinedTrial(*common, limits, plain, motion, kinked, jumps, levels, extrapolate)
-
-
-def _failed(
-    case: ContactCase[Any],
-    trial: Trial,
-    runs: Sequence[Run],
-    engine: Engine,
-    error: EngineError,
-) -> Failed:
-    """Return what is expected of a trial of which a run failed, and how."""
-    finest, last = runs[-1]
-    rules = rules_of(case.job(finest), engine.traits)
-    # a run that ended may be found wrong only as it is read
-    failed_run = next((output for _, output in runs if isinstance(output, EngineError)), last)
-    nan = isinstance(error, EngineNaNError)
-    why = "left no finite value" if nan else f"left no value ({error.kind})"
-    references = case.expected(finest, rules)
-    return Failed(trial, references, rules, finest, _command(failed_run.log), why)
-
-
-def _command(log: str) -> str:
-    """Return what a log begins with: the command that runs the same again."""
-    return log.partition("\n")[0].removeprefix("# ")
+    expected = references, plain, limits
+    return RefinedTrial(trial, rules, finest, *expected, motion, kinked, jumps, levels, extrapolate)
 
 
 def _judged(case: ContactCase[Any], refined: RefinedTrial, engine: Engine) -> list[Check]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -20,17 +19,10 @@ from numpy.typing import NDArray
 from harness.cases.incline.runs import measured
 from harness.cases.incline.system import Incline, InclineRun, Motion
 from harness.engines.contract import Engine
-from harness.errors import RequestError
 from harness.observables.reference import Trajectory
 from harness.report.film import WIDTH, Film, Scene, Traces
 from harness.report.style import BLACK, BLUE, GREEN, RED, label, power
 from harness.theory.incline import critical_angle
-
-MOST_ANGLES = 3
-"""Rows that a film has room for."""
-
-LEAST_BESIDE_DEG = 0.05
-"""Angles of a film are so far from the critical one at least: nearer ones take long to part."""
 
 SAMPLING = 0.02
 """[sqrt(d/g)] between two samples of a path: a tenth of a frame."""
@@ -52,27 +44,15 @@ _HEAD, _PLOT = 78, 190
 """Pixels of the text above, and of the speeds below."""
 
 
-def angles_beside(angle: float, uncertainty: float) -> tuple[float, float]:
-    """Return angles [deg] below and above a critical one, clear of its uncertainty."""
-    offset = max(LEAST_BESIDE_DEG, 3.0 * uncertainty)
-    return round(max(angle - offset, 0.0), 3), round(angle + offset, 3)
-
-
-def incline_film(engine: Engine, cases: Sequence[Incline], frames: int) -> Film:
-    """Run cases that differ by their angle in steady motion and return the film of them.
-
-    Raise RequestError for more than :data:`MOST_ANGLES`, EngineError for a run that failed.
-    """
-    if not 1 <= len(cases) <= MOST_ANGLES:
-        raise RequestError(f"film: {len(cases)} angles: must be from 1 to {MOST_ANGLES}")
-    runs = tuple(measured(engine, cases, "steady", every=sampling(cases[0])))
-    angles = ", ".join(_degrees(run) for run in runs)
+def incline_film(engine: Engine, case: Incline, frames: int) -> Film:
+    """Run a case in steady motion and return its film; raise EngineError for a run that failed."""
+    (run,) = measured(engine, [case], "steady", every=sampling(case))
     motion = InclineMotion(
         name="incline-film",
-        title=f"The grain over the bumps at {angles}",
-        sentence=incline_sentence(*runs),
-        runs=runs,
-        time=np.linspace(0.0, max(run.time_s for run in runs), frames),
+        title=f"The grain over the bumps at {_degrees(run)}",
+        sentence=incline_sentence(run),
+        runs=(run,),
+        time=np.linspace(0.0, run.time_s, frames),
     )
     return InclineGrain(motion).film(motion.name, motion.sentence)
 

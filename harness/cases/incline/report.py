@@ -12,7 +12,7 @@ from harness.cases.incline.checks import InclineEvidence, rigid_section
 from harness.cases.incline.closed_forms import rebound
 from harness.cases.incline.engine_checks import OWN, EngineAngle
 from harness.cases.incline.figures import angles_of_engines
-from harness.cases.incline.film import angles_beside, incline_film, sampling
+from harness.cases.incline.film import incline_film, sampling
 from harness.cases.incline.system import Incline, job_of
 from harness.cases.text import Words
 from harness.parameters.law import CLIPPED, PLASTIC
@@ -44,22 +44,13 @@ class InclineDisplay(Display):
         angles = [angle for findings in engines.values() for angle in findings.evidence]
         return *contacts, *engine_sections(angles)
 
-    def film_jobs(self, parameters: Incline | None = None, frames: int = 120) -> Sequence[Job]:
-        """Return the jobs of steady motion, with their paths."""
-        cases = _filmed(parameters)
-        return [job_of(case, "steady", sampling(cases[0])) for case in cases]
+    def film_jobs(self, parameters: Incline, frames: int) -> Sequence[Job]:
+        """Return the job of steady motion, with its path."""
+        return (job_of(parameters, "steady", sampling(parameters)),)
 
-    def film(
-        self, engine: Engine, parameters: Incline | None = None, frames: int = 120
-    ) -> Film | None:
-        """Return the film of the grain in steady motion, by default either side of the angle."""
-        return incline_film(engine, _filmed(parameters), frames)
-
-
-def _filmed(parameters: Incline | None) -> list[Incline]:
-    if parameters is not None:
-        return [parameters]
-    return [Incline(angle=angle) for angle in angles_beside(critical_angle(), 0.0)]
+    def film(self, engine: Engine, parameters: Incline, frames: int) -> Film:
+        """Return the film of the grain in steady motion."""
+        return incline_film(engine, parameters, frames)
 
 
 def contact_sections(evidence: InclineEvidence) -> Iterator[Section]:

@@ -41,15 +41,12 @@ class TowerDisplay(Display):
         others = [findings.evidence for findings in engines.values()]
         return tuple(_sections(main.evidence if main else None, solvers.evidence, others))
 
-    def film(
-        self, engine: Engine, parameters: TowerRunParameters | None = None, frames: int = 120
-    ) -> Film | None:
-        """Return the film of a run, by default of an impulse through ten particles."""
-        filmed = parameters or TowerRunParameters(height=9, duration=6.0)
+    def film(self, engine: Engine, parameters: TowerRunParameters, frames: int) -> Film:
+        """Return the film of a run."""
         run = run_tower(
-            filmed.tower,
-            duration=filmed.duration,
-            steps_per_contact=filmed.steps_per_contact,
+            parameters.tower,
+            duration=parameters.duration,
+            steps_per_contact=parameters.steps_per_contact,
             profiles=True,
             engine=engine,
         )

@@ -130,6 +130,6 @@ class Slow(Other):
 def test_the_run_of_a_film_has_the_time_that_it_is_expected_to_need():
     case, engine = get_case("silo"), Slow()
     with pytest.raises(EngineError, match="no film"):
-        case.display.film(engine)
+        case.display.film(engine, case.default, 5)
     (job,) = engine.given
     assert job.seconds == case.seconds(case.default, engine.traits) > 0.0

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 import harness
+from harness.cases import oblique
 from harness.cases.contact import invariance
 from harness.cases.contact.submodels import TURNING
 from harness.cases.contact.verification import verify_trials
@@ -317,3 +318,12 @@ def test_the_script_of_a_defect_runs_with_lammps_alone(script, tmp_path, lammps)
     words = told.replace(",", "").split()
     expected, found = (float(words[words.index(w) + 1]) for w in ("expected", "found"))
     assert (abs(found - expected) < 1e-3) == (script.parent.name in MENDED) or math.isnan(found)
+
+
+def test_points_beside_partial_slip_lie_on_the_law_that_the_engine_states(lammps):
+    found = oblique.measured_rebounds(oblique.CASE, lammps)
+    assert found.law == "mindlin"
+    expected = oblique.expected_rebounds(oblique.CASE, found.law)
+    assert found.psi == pytest.approx(expected, abs=5e-3)
+    figure = oblique.partial_slip_figure({found.law: expected}, {"LAMMPS": found})
+    assert [len(line.get_xdata()) for line in figure.axes[0].get_lines()] == [121, 12, 12]

@@ -3,11 +3,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from harness.cases.tower.film import TowerShock, _ticks, row_motion, tower_film
+from harness.cases.tower.film import TowerShock, row_motion, tower_film
 from harness.cases.tower.run import tower
 from harness.errors import RequestError
 from harness.parameters.tower import Tower
-from harness.report.film import gif
 
 
 def run_of(case, solver="exact", **more):
@@ -57,21 +56,6 @@ def test_only_deformable_particles_are_shortened(motion):
     assert np.abs(left - right)[motion.force > 0].max() < 1e-8
 
 
-def test_a_film_says_what_was_run():
-    film = tower_film(run_of(Tower(height=1)), 60)
-    assert film.frames == 60
-    assert film.title == "Tower of 2 particles, deformable law"
-    assert "on the grain 2.01 kN at 0.5 t0" in film.caption
-    assert len(gif(film.picture, film.frames)) < 1e6
-
-
-def test_other_sizes_and_base_are_drawn():
-    case = Tower(height=3, stiffness=[1.0, 2.0, 1.0, 2.0], mass=1e-9, diameter=1e-3, base="free")
-    film = tower_film(run_of(case), 12)
-    assert " mN at " in film.caption or " N at " in film.caption
-    assert film.picture(11).shape == (690, 880, 3)
-
-
 def test_what_shows_nothing_is_refused():
     run = run_of(Tower(height=1))
     with pytest.raises(RequestError, match="profiles=True"):
@@ -79,11 +63,3 @@ def test_what_shows_nothing_is_refused():
     still = replace(run, profiles=run.profiles._replace(forces=0 * run.profiles.forces))
     with pytest.raises(RequestError, match="nothing to show"):
         tower_film(still, 20)
-
-
-@pytest.mark.parametrize(
-    ("particles", "named"),
-    [(2, [0, 1]), (5, [0, 1, 2, 3, 4]), (20, [0, 4, 9, 14, 19]), (31, [0, 9, 19, 30])],
-)
-def test_round_particles_are_named(particles, named):
-    assert _ticks(particles) == named

@@ -1,6 +1,4 @@
-from __future__ import annotations
-
-import io
+"""Figures of impulses and angles: what they draw is the table that they are given."""
 
 import numpy as np
 import pytest
@@ -30,17 +28,9 @@ def by_gamma():
 
 
 def texts(figure):
-    """Draw the figure; return all that its titles and legends say."""
-    target = io.BytesIO()
-    figure.savefig(target, format="png", dpi=40)
-    assert target.tell() > 1000
+    """Return all that titles and legends say."""
     legends = [t.get_text() for legend in figure.legends for t in legend.get_texts()]
     return "\n".join([*legends, *(axes.get_title() for axes in figure.axes)])
-
-
-def labelled(figure):
-    """Return the names of all axes of the outer panels."""
-    return {axes.get_xlabel() for axes in figure.axes} | {a.get_ylabel() for a in figure.axes}
 
 
 def test_ratio_against_height(frame):
@@ -51,7 +41,6 @@ def test_ratio_against_height(frame):
             assert f"{law} law, {window} window, exact" in said
     assert said.count("v0 = ") == 6
     assert "k = 1e5 N/m, v0 = 2 m/s, Gamma = 0.016" in said
-    assert {"height n (contacts)", "impulse ratio alpha = J(n) / J(1)"} <= labelled(figure)
     drawn = [line for line in figure.axes[0].get_lines() if len(line.get_xdata()) == 4]
     assert len(drawn) == 6
 
@@ -68,14 +57,6 @@ def test_critical_angle_against_height_names_every_choice(frame):
         "reference: made-up.csv",
     ):
         assert words in said
-    assert "critical angle (deg)" in labelled(figure)
-
-
-def test_one_reading_alone_without_what_others_found(frame):
-    said = texts(figures.critical_angle_against_height(frame, readings=("kept",), solver="rk4"))
-    assert "velocity kept" in said
-    assert "velocity lost" not in said
-    assert "Peyneau" not in said
 
 
 def test_collapse_on_gamma(by_gamma):
@@ -83,7 +64,6 @@ def test_collapse_on_gamma(by_gamma):
     said = texts(figure)
     assert "n = 2\nn = 3\n" in said
     assert said.count(" kg, g = ") == 3
-    assert "Gamma = m g / (v0 sqrt(k m))" in labelled(figure)
 
 
 def test_map_over_gamma(by_gamma):
@@ -91,22 +71,6 @@ def test_map_over_gamma(by_gamma):
     assert "Gamma of the source's runs" in texts(figure)
     (mesh,) = (m for m in figure.axes[0].collections if m.get_array() is not None)
     assert mesh.get_array().shape == (3, 3)
-    assert mesh.get_cmap().name == "cividis"
-    assert "impulse ratio alpha = J(n) / J(1)" in labelled(figure)
-
-
-def test_lightness_of_the_map_rises_all_the_way():
-    """So the map reads in grey."""
-    import matplotlib as mpl
-
-    red, green, blue, _ = mpl.colormaps["cividis"](np.linspace(0, 1, 64)).T
-    assert (np.diff(0.2126 * red + 0.7152 * green + 0.0722 * blue) > 0).all()
-
-
-def test_map_without_marks_or_with_gaps(by_gamma):
-    gaps = by_gamma[by_gamma["mass_kg"] == 1.0].copy()
-    gaps.loc[gaps["height"] == 2, "impulse_ratio"] = np.nan
-    assert "source" not in texts(figures.map_over_gamma(gaps, "rk4"))
 
 
 @pytest.mark.parametrize("reference", [None, REFERENCE])
@@ -118,41 +82,6 @@ def test_energy_scaling(reference):
     assert "its angle at 10 particles, 2.64 deg" in said
     assert "5.76 ± 0.22 deg" in said
     assert ("reference: made-up.csv" in said) == (reference is not None)
-    assert {"height n (contacts)", "critical angle (deg)"} == labelled(figure)
-
-
-def test_energy_scaling_that_ends_before_ten():
-    figure = figures.energy_scaling(energy_scaling_angles(range(1, 5)), PEYNEAU_ROUX)
-    assert "its angle" not in texts(figure)
-
-
-def test_a_file_name_is_no_formula(frame):
-    odd = ReferencePoints("a$x_$b.csv", (2.0,), (9.0,))
-    said = texts(figures.critical_angle_against_height(frame, solver="exact", reference=odd))
-    assert r"a\$x_\$b.csv" in said
-
-
-def inside(figure):
-    """Return whether every legend lies within the figure."""
-    figure.canvas.draw()
-    return all(
-        figure.bbox.x0 <= box.x0 and box.x1 <= figure.bbox.x1
-        for box in (legend.get_window_extent() for legend in figure.legends)
-    )
-
-
-def test_legends_are_not_cut_off(frame):
-    from harness.report.style import house_style
-
-    one = frame[(frame["law"] == "overlap") & (frame["window"] == "turnaround")]
-    with house_style():
-        assert inside(
-            figures.critical_angle_against_height(
-                one, solver="exact", published=PEYNEAU_ROUX, reference=REFERENCE
-            )
-        )
-        assert inside(figures.ratio_against_height(one, "exact"))
-        assert inside(figures.energy_scaling(energy_scaling_angles(), PEYNEAU_ROUX))
 
 
 @pytest.mark.parametrize("law", ["overlap", "deformable"])
