@@ -376,7 +376,8 @@ def sweep_figure(
     _scale(axes, frame[x], frame[quantity])
     across, up = (_axis(column) for column in (x, quantity))
     alone = f", {engines[0]}" if second and len(engines) == 1 else ""
-    fixed = "".join(f", {_equal(name, frame[name].iloc[0])}" for name in over[2:])
+    same = [name for name in over[2:] if frame[name].nunique(dropna=False) == 1]
+    fixed = "".join(f", {_equal(name, frame[name].iloc[0])}" for name in same)
     label(axes, across, up, f"{title}{fixed}{alone}")
     if len(values) > MOST_NAMED:
         _bar(figure, axes, _axis(second or ""), values, colours)

@@ -1,4 +1,5 @@
 import math
+from dataclasses import replace
 
 import pandas as pd
 import pytest
@@ -260,6 +261,10 @@ def test_grids_of_a_file_are_run_together_and_what_they_share_once(tmp_path):
     ]
     whole = with_options(asked, {"slope": "4"}, {}, "", "")
     assert len(plan(whole).points) == 3
+    # values that are not the same in all that is drawn stand in no title
+    steep = {"preset": "steep", "count": "1"}
+    mixed = run_plan(plan(replace(asked, grids=(*asked.grids, steep)))).figure("y")
+    assert mixed.axes[0].get_title(loc="left") == "line, end.x = 2 m, TOY"
     file.write_text('case = "line"\nover = [{slope = 1}, {}]\n', encoding="utf-8")
     with pytest.raises(RequestError, match="--over: must be given"):
         plan(request_in(file))
