@@ -146,9 +146,6 @@ NAME = "dem-harness"
 KERNELS = "numba"
 """Folder of the cache for compiled kernels."""
 
-RESTARTS = "restarts"
-"""Folder of the cache for the restart files of runs that have not ended."""
-
 GROUP, OTHERS = stat.S_IWGRP, stat.S_IWOTH
 
 

@@ -19,7 +19,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pkgutil import resolve_name
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, Literal, TypeVar, get_args
 
@@ -199,12 +199,16 @@ class Case(ABC, Generic[P]):
         """Return what a run is expected to take [s], in an engine of these rules or a solver."""
         return 0.0 if rules is None else job_seconds(self.job(parameters), rules)
 
+    def timed_job(self, parameters: P, rules: Traits) -> Job:
+        """Return the job of a run with its expected time, in an engine of these rules."""
+        return replace(self.job(parameters), seconds=self.seconds(parameters, rules))
+
     def measure(self, parameters: P, engine: Engine) -> Measured:
         """Run once in an engine and return what was measured.
 
         Raise EngineError for a run that failed, RequestError for one that it cannot state.
         """
-        (output,) = engine.run([self.job(parameters)])
+        (output,) = engine.run([self.timed_job(parameters, engine.traits)])
         if isinstance(output, EngineError):
             raise output
         return self.measured(parameters, output, engine.traits)

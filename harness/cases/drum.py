@@ -27,7 +27,6 @@ from harness.cases.bulk.materials import (
 from harness.cases.bulk.materials import values_of as bed_values
 from harness.cases.bulk.mixing import Contacts, cells_of, lacey_index, surface_angle, touching
 from harness.cases.bulk.places import PUBLISHED, Cylinder, read_grains, write_grains
-from harness.cases.bulk.restarts import restart_values
 from harness.cases.bulk.rules import ALLOWED, NEUTRAL, Law, law_of
 from harness.cases.bulk.seeds import BulkCase, Curve, Runs, System
 from harness.cases.bulk.series import check_rows
@@ -410,8 +409,7 @@ class DrumCase(BulkCase[Drum]):
 
     def job(self, parameters: Drum) -> Job:
         """Return the job of one drum."""
-        values = {**values_of(parameters), **restart_values(parameters)}
-        return Job(TEMPLATE, values, sampled=True)
+        return Job(TEMPLATE, values_of(parameters), sampled=True)
 
     def read(self, parameters: Drum, output: Output, traits: Traits) -> Mapping[str, float]:
         """Return mixing, angle of the surface, state of the bed.

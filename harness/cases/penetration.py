@@ -25,7 +25,6 @@ from harness.cases.bulk.materials import (
 )
 from harness.cases.bulk.materials import values_of as bed_values
 from harness.cases.bulk.places import PUBLISHED, PUBLISHED_BOX, Box, data_file, read_places
-from harness.cases.bulk.restarts import restart_values
 from harness.cases.bulk.rules import ALLOWED
 from harness.cases.bulk.seeds import BulkCase, Curve, Runs, System
 from harness.cases.bulk.series import check_rows
@@ -329,8 +328,7 @@ class PenetrationCase(BulkCase[Penetration]):
 
     def job(self, parameters: Penetration) -> Job:
         """Return the job of one impact."""
-        values = {**values_of(parameters), **restart_values(parameters)}
-        return Job(TEMPLATE, values, sampled=True)
+        return Job(TEMPLATE, values_of(parameters), sampled=True)
 
     def read(self, parameters: Penetration, output: Output, traits: Traits) -> Mapping[str, float]:
         """Return depth, deceleration, energies, state of the bed.

@@ -25,7 +25,6 @@ from harness.cases.bulk.materials import (
     values_of,
 )
 from harness.cases.bulk.places import PUBLISHED
-from harness.cases.bulk.restarts import restart_values
 from harness.cases.bulk.rules import ALLOWED
 from harness.cases.bulk.seeds import BulkCase, Curve, Runs, System
 from harness.cases.bulk.series import check_grains, check_rows, largest_gain
@@ -244,8 +243,7 @@ class SiloCase(BulkCase[Silo]):
 
     def job(self, parameters: Silo) -> Job:
         """Return the job of one discharge."""
-        values = {**values_of(parameters), **restart_values(parameters)}
-        return Job(TEMPLATE, values, sampled=True)
+        return Job(TEMPLATE, values_of(parameters), sampled=True)
 
     def read(self, parameters: Silo, output: Output, traits: Traits) -> Mapping[str, float]:
         """Return rate, energies, state and loads of the bed.

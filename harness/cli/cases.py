@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from functools import partial
@@ -13,13 +12,11 @@ from cyclopts import Parameter
 
 from harness.cli.command import File, Json, Name, Settings, options
 from harness.cli.engine_options import (
-    RUN_SECONDS,
     CostOptions,
     IntegratorOptions,
     WhereOptions,
     answer,
     completed,
-    with_restarts,
 )
 from harness.cli.files import (
     FilmOptions,
@@ -174,9 +171,7 @@ def run(
 ) -> int:
     """One run of any case: its parameters, what it measures, and what is expected.
 
-    A run of LAMMPS that takes long leaves restart files with the kept results, where the same
-    command goes on after it was cut. With --force a run, or its part between two of them, has two
-    hours in place of five minutes.
+    A run has five minutes, or ten times its expected time where that is longer.
 
     For example:
 
@@ -202,7 +197,6 @@ def run(
         _check_film(case, film.film, runner.engine)
     engines = [runner.engine or "lammps"]
     runner.check_names(engines)
-    runner = with_restarts(runner, engines, RUN_SECONDS if choice.force else math.inf)
     more: dict[str, Any] = {}
 
     @contextmanager

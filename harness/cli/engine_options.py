@@ -6,11 +6,10 @@ A command that ran one engine ends with whether that engine qualifies.
 from __future__ import annotations
 
 import contextlib
-import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
-from typing import TYPE_CHECKING, Annotated, Any, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
@@ -117,35 +116,6 @@ class ProgramOptions(CacheOptions, WhereOptions):
             yield cached(opened, entries, self.fresh)
 
 
-Chosen = TypeVar("Chosen", bound=ProgramOptions)
-
-
-def with_restarts(options: Chosen, engines: Iterable[str], seconds: float = math.inf) -> Chosen:
-    """Return options with which long runs leave restart files in the cache, where there is one.
-
-    ``seconds`` is the limit of time that engines are given, unless they are given one already.
-    """
-    from time import time_ns
-
-    from harness.engines.registry import engine_settings, options_of
-    from harness.files import RESTARTS, cache_place
-
-    place = cache_place(options.cache).path.absolute() / RESTARTS
-    if options.fresh:  # these are runs of their own
-        place /= f"fresh-{time_ns()}"
-    settings, typed = (
-        list(options.engine_option or ()),
-        engine_settings(options.engine_option or ()),
-    )
-    more = {"restarts": str(place), "limits": f"{seconds:g}" if math.isfinite(seconds) else None}
-    for name in engines:
-        taken = options_of(name)
-        for key, value in more.items():
-            if key in taken and value is not None and key not in typed.get(name, {}):
-                settings.append(f"{name}.{key}={value}")
-    return replace(options, engine_option=settings)
-
-
 @options("Engine")
 class IntegratorOptions(ProgramOptions):
     """How engines are run, the reference engine's integrator among it."""
@@ -210,10 +180,6 @@ def runs_made(engine: Engine | None) -> dict[str, int]:
     if not isinstance(engine, CachedEngine):
         return {}
     return {"engine_runs": engine.ran, "engine_runs_from_cache": engine.read}
-
-
-RUN_SECONDS = 7200
-"""[s] that a single run may take with ``--force``."""
 
 
 OWN = ("rk4", "exact")

@@ -242,7 +242,6 @@ def _defect_record(fields: KnownDefect) -> dict[str, Any]:
         "until": fields.until or "today",
         "cause": fields.cause,
         "upstream": fields.upstream,
-        "in_bulk": fields.in_bulk or "not known",
         "predicts": fields.predicts.model_dump(exclude_defaults=True),
         "cases": ", ".join(fields.cases),
         "submodels": ", ".join(fields.submodels),

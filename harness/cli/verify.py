@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import Parameter
 
 from harness.cli.command import File, Folder, Json, options
-from harness.cli.engine_options import CostOptions, EngineOptions, runs_made, with_restarts
+from harness.cli.engine_options import CostOptions, EngineOptions, runs_made
 from harness.cli.files import (
     check_source,
     closed_pipe_allowed,
@@ -422,7 +422,6 @@ def _measured(
     from harness.workflows.verification import Selection, chosen_baseline
 
     accepted = not choice.no_baseline and chosen_baseline(choice.baseline)
-    engine = with_restarts(engine, {engine.engine or "lammps", "lammps"})
     with engine.open(engine.engine, engine.integrator) as opened:
         if engine.lmp or engine.mpirun or engine.program:
             opened.identify()  # a program that was named and is another ends the command at once

@@ -86,7 +86,6 @@ class KnownDefect(Parameters):
     ``invariances`` are those that it breaks, empty for one that makes values wrong. ``kind`` is
     another for a limitation that the engine's manual states. ``upstream`` is what the engine's
     developers wrote of it: manual, pull request, commit, release note; or "not reported".
-    ``in_bulk`` is what it does in many grains, and how that is known.
     """
 
     name: str
@@ -101,7 +100,6 @@ class KnownDefect(Parameters):
     since: str = ""
     until: str = ""
     upstream: str = Field(min_length=5)
-    in_bulk: str = ""
     script: str = ""
 
     def concerns(self, check: Check, versions: Mapping[str, str]) -> bool:

@@ -194,10 +194,6 @@ class Template:
         return next(iter(self.variants))
 
 
-RESTART_EVERY = "restart_every"
-"""Value of a job: steps between restart files. A code without them leaves it out."""
-
-
 @dataclass(frozen=True)
 class Job:
     """One run: a template, the values set in it, and whether its table of samples is wanted.
@@ -357,14 +353,6 @@ class Engine(ABC):
         Raise EngineMissingError where there is none.
         """
         raise EngineMissingError(f"{self.title} has no way to run on {ranks} ranks")
-
-    def resumes(self, job: Job) -> bool:  # noqa: ARG002
-        """Return whether a run that is cut goes on where it was when it is made again."""
-        return False
-
-    def resumed_at(self, job: Job) -> float:  # noqa: ARG002
-        """Return when the restart file was left from which a run goes on [s]; 0 without one."""
-        return 0.0
 
     def script_digest(self, job: Job) -> str:  # noqa: ARG002
         """Return a digest of the script that a job runs; empty where the engine takes scenes."""

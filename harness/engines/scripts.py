@@ -22,7 +22,7 @@ import re
 import threading
 import traceback
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cache, cached_property
 from importlib import import_module, resources
 from importlib.resources.abc import Traversable
@@ -31,7 +31,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from harness import __version__
 from harness.engines.border import engine_label
-from harness.engines.contract import RESTART_EVERY, Engine, Job, Template, Value, Values
+from harness.engines.contract import Engine, Job, Template, Value, Values
 from harness.errors import EngineError, HarnessError, RequestError
 from harness.parameters.allowed import COUNT, Allowed
 from harness.parameters.plane_scene import LOOK
@@ -201,7 +201,6 @@ class ScriptSource(Engine):
     switches: ClassVar[Values] = {}
     allowed: ClassVar[Mapping[str, Allowed]] = {}
     jinja: ClassVar[Mapping[str, bool]] = {}
-    replaced: Mapping[str, str] = {}
 
     @classmethod
     def literal(cls, value: Datum) -> str:
@@ -316,7 +315,7 @@ class ScriptSource(Engine):
         script, values = self.script(job.template, job.variant), self._values(job)
         fixed, neutral = self.traits.fixed_values, job.template.neutral
         for name, value in values.items():
-            if name in {*script.variables, RESTART_EVERY}:
+            if name in script.variables:
                 continue
             says_nothing = name in self.unused_values and name not in neutral
             if not says_nothing and value not in (fixed.get(name), neutral.get(name)):
@@ -353,7 +352,7 @@ class ScriptSource(Engine):
 
     def task(self, job: Job) -> Task:
         """Return a job with its script and all that is set in it; check the job before."""
-        script = self._changed(self.script(job.template, job.variant))
+        script = self.script(job.template, job.variant)
         values: Mapping[str, Datum]
         if self.takes_scene(job.template):
             values = {**self.scene_values(self._scene(job)), **self.settings(job)}
@@ -364,22 +363,11 @@ class ScriptSource(Engine):
 
     def script_digest(self, job: Job) -> str:
         """Return the SHA-256 of the script that a job runs, and of the data of its scene."""
-        digest = self._changed(self.script(job.template, job.variant)).sha256
+        digest = self.script(job.template, job.variant).sha256
         if not self.takes_scene(job.template):
             return digest
         data = json.dumps(self.scene_values(self._scene(job)), sort_keys=True)
         return digest + hashlib.sha256(data.encode()).hexdigest()
-
-    def _changed(self, script: Script) -> Script:
-        """Return a script with :attr:`replaced`; EngineError for a pattern not there just once."""
-        text = script.text
-        for pattern, words in self.replaced.items():
-            text, times = re.subn(pattern, words, text, flags=re.MULTILINE)
-            if times != 1:
-                raise EngineError(
-                    f"{script.name}: {pattern!r} matches {times} times: must match once"
-                )
-        return replace(script, text=text) if self.replaced else script
 
     def _values(self, job: Job) -> Values:
         """Return the values of a job, with the defaults of a variant that has no script."""

@@ -203,7 +203,7 @@ class CachedEngine(Engine):
 _PASSED_ON = frozenset(
     (
         *("name", "title", "states", "refuses", "check", "fingerprint", "fingerprint_of"),
-        *("ready", "workers", "resumes", "resumed_at"),
+        *("ready", "workers"),
         *("twin", "twin_options", "script_digest", "inputs", "logs", "variations"),
     )
 )

@@ -12,7 +12,7 @@ import inspect
 import json
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -205,9 +205,7 @@ def jobs_of(
     refused: dict[int, Ran] = {}
     for place in places:
         try:
-            parameters = work.parameters[place]
-            seconds = work.case.seconds(parameters, engine.traits)
-            job = replace(work.case.job(parameters), seconds=seconds)
+            job = work.case.timed_job(work.parameters[place], engine.traits)
             reason = engine.refuses(job)
         except HarnessError as error:
             refused[place] = error

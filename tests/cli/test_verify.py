@@ -7,9 +7,6 @@ import time
 
 import pytest
 
-from harness.cases.registry import all_cases
-from harness.errors import RequestError
-
 pytestmark = pytest.mark.live
 
 
@@ -99,20 +96,3 @@ def test_a_lammps_that_dies_leaves_a_report_and_status_3(harness, tmp_path):
 def test_an_unwritable_engine_option_leaves_no_folder(harness, tmp_path):
     harness("verify", "--quick", "--lmp", "/bin/true", "--output", "run", status=3)
     assert list(tmp_path.iterdir()) == []
-
-
-def test_long_runs_of_lammps_go_on_where_they_were_cut(command, monkeypatch):
-    """Beside another main engine as well."""
-    case = all_cases()["penetration"]
-    long, short = (case.job(p) for p in (case.presets["published"], case.default))
-    seen = []
-
-    def verify(level, *, engine, open_one, **more):  # noqa: ARG001
-        with open_one("lammps") as beside:
-            seen.append([one.resumes(job) for one in (engine, beside) for job in (long, short)])
-        raise RequestError("enough")
-
-    monkeypatch.setattr("harness.workflows.verify", verify)
-    command("verify", "--cases", "penetration", "--quick", status=2)
-    command("verify", "--cases", "incline", "--engine", "reference", status=2)
-    assert seen == [[True, False] * 2, [False, False, True, False]]

@@ -296,16 +296,6 @@ DISSIPATION = ("damping", "restitution", "damping_ratio")
 """Values of a contact that scripts take: the others are fixed here."""
 
 
-RESTART_WORK = 10**10
-"""[particles x steps] between two restart files: half an hour of a core. The longest run of the
-committed study took 7e9: none of them is cut in two by it."""
-
-
-def restart_steps(case: Layers) -> int:
-    """Return the steps between two restart files. Part of the run: it begins anew at each one."""
-    return math.ceil(RESTART_WORK / (case.grains + case.base_spheres))
-
-
 def values_of(case: Packing) -> dict[str, Value]:
     """Return the values of a script for a descent, or a flow at one angle."""
     contact = contact_values(case.contact)
@@ -319,11 +309,11 @@ CONTACT_ALLOWED = {
 
 TEMPLATE = Template(
     name=NAME,
-    variants={"": {**values_of(Layers()), "restart_every": 0}},
+    variants={"": values_of(Layers())},
     allowed={**allowed_in(Layers), **CONTACT_ALLOWED},
 )
 
 
 def job_of(case: Layers) -> Job:
     """Return the job of a descent."""
-    return Job(TEMPLATE, {**values_of(case), "restart_every": restart_steps(case)})
+    return Job(TEMPLATE, values_of(case))

@@ -17,17 +17,6 @@ from typing import Any
 from harness.engines.contract import Job, Value, Values, Variation, Vector
 from harness.engines.lammps.language import LammpsLanguage, packages_in, version_in
 from harness.engines.lammps.releases import executable_of, fingerprint, in_use, is_release
-from harness.engines.lammps.restarts import (
-    EVERY,
-    FILES,
-    PREFIX,
-    RestartFolder,
-    can_resume,
-    check_restored,
-    leaves_restarts,
-    link_into,
-    progress_in,
-)
 from harness.engines.lammps.workers import DEFORMABLE, SLEEPING, InProcess, Order, check_greeting
 from harness.engines.output import Output
 from harness.engines.process import Limits, cores, first_words, way_of_death
@@ -187,10 +176,8 @@ class Lammps(LammpsLanguage):
 
     ``program`` is another name for ``lmp``. ``workers`` processes run side by side, as many as
     there are cores unless told otherwise (one under a launcher, which has ranks of its own), at
-    most as many as shared memory has room for. Runs that can go on after they were cut leave their
-    restart files in ``restarts``: long ones, and with ``restart_every`` [steps] all whose scripts
-    can.
-    Raise RequestError when the executable or the launcher is not there, and for steps below 0.
+    most as many as shared memory has room for.
+    Raise RequestError when the executable or the launcher is not there.
     """
 
     name = "lammps"
@@ -220,22 +207,12 @@ class Lammps(LammpsLanguage):
         workers: int | None = None,
         limits: Limits | None = None,
         program: str | None = None,
-        restarts: str | None = None,
-        restart_every: int | None = None,
     ) -> None:
-        if restart_every is not None and restart_every < 0:
-            raise RequestError(
-                f"--engine-option lammps.restart_every={restart_every}: must be a number of steps, "
-                "0 for no restart files"
-            )
-        self._restarts = Path(restarts) if restarts else None
-        self._restart_every = restart_every
         self._environment = ExitStack()
         self._crowded = False
         self._launcher = launcher_words(launcher)
         super().__init__(_executable(lmp, launcher, program), workers, limits)
         self.opened_with = {"lmp": lmp, "launcher": launcher, "program": program}
-        self.opened_with |= {EVERY: restart_every}
         self.workers = 1 if self._launcher else self._with_room()
         self._inprocess = None if self.program else InProcess(self.workers, self.limits)
         self.ready = self._inprocess is not None
@@ -250,9 +227,7 @@ class Lammps(LammpsLanguage):
         """Return the contents of LAMMPS and its libraries; None for a wrapper that hides them."""
         launcher = options.get("launcher")
         lmp = _executable(options.get("lmp"), launcher, options.get("program"))
-        contents = fingerprint(lmp, launcher)
-        every = options.get(EVERY)
-        return contents if contents is None or every is None else {**contents, EVERY: every}
+        return fingerprint(lmp, launcher)
 
     @classmethod
     def twin_options(cls, **options: Any) -> Mapping[str, Any] | None:
@@ -305,14 +280,6 @@ class Lammps(LammpsLanguage):
         """Return the harness's own; of more ranks than cores, with waiting ranks that sleep."""
         return {**SLEEPING, **os.environ} if self._crowded else super().environment(folder)
 
-    def settings(self, job: Job) -> Values:
-        """Return the steps between restart files, where they are requested of all runs."""
-        every = self._restart_every
-        script = self.script(job.template, job.variant)
-        if every is None or not leaves_restarts(script, sampled=job.sampled):
-            return {}
-        return {EVERY: every}
-
     def refuses(self, job: Job) -> str:
         """Return why LAMMPS cannot run a job: an executable cannot call back for a force."""
         law = job.values.get("law")
@@ -360,31 +327,6 @@ class Lammps(LammpsLanguage):
         note = f"\n# with the {DEFORMABLE} law as an external force" if forced else ""
         return super().command_line(task) + note
 
-    def resumes(self, job: Job) -> bool:
-        """Return whether a run that is cut goes on from a restart file when it is made again."""
-        place = self._restarts is not None and self._fingerprint is not None
-        return place and self.states(job.template) and can_resume(self.task(job))
-
-    def resumed_at(self, job: Job) -> float:
-        """Return when the restart file was left from which a run goes on [s]; 0 without one."""
-        if self._restarts is None or not self.resumes(job):
-            return 0.0
-        return RestartFolder(self._restarts, self.task(job), self._fingerprint or {}).left_at
-
-    def execute(self, tasks: Sequence[Task]) -> list[Output | EngineError]:
-        """Run tasks in the workers, or through the executable."""
-        with ExitStack() as held:
-            folders: dict[int, RestartFolder] = {}
-            for place, task in enumerate(tasks):
-                if self._restarts is not None and self.resumes(task.job):
-                    folder = RestartFolder(self._restarts, task, self._fingerprint or {})
-                    folders[place] = held.enter_context(folder)
-            some = [folders[i].task if i in folders else task for i, task in enumerate(tasks)]
-            results = self._executed(some)
-            for place, folder in folders.items():
-                results[place] = folder.ended(results[place])
-        return results
-
     def shares(self, tasks: Sequence[Task]) -> list[list[int]]:
         """Return the tasks of each process: alone where earlier ones leave something behind.
 
@@ -401,35 +343,13 @@ class Lammps(LammpsLanguage):
         mixes = float(task.values.get("partner_youngs_modulus", 0.0)) > 0.0
         return mixes and release_of(self.identify().engine_version) < release_of(MIXES_MODELS)
 
-    def write(self, folder: Path, tasks: Sequence[Task]) -> None:
-        """Write the files of a batch, and links to the folders of its restart files."""
-        super().write(folder, tasks)
-        for path in self._restart_folders(tasks):
-            link_into(folder, path)
-
-    def progress(self, folder: Path) -> int:
-        """Return a number that changes with each new file, and with restart files."""
-        return super().progress(folder) + progress_in(folder)
-
-    def _restart_folders(self, tasks: Sequence[Task]) -> list[Path]:
-        links = [str(t.values[FILES]).partition("/")[0] for t in tasks if FILES in t.values]
-        place = self._restarts
-        return [place.absolute() / link.removeprefix(PREFIX) for link in links] if place else []
-
-    def _executed(self, tasks: Sequence[Task]) -> list[Output | EngineError]:
+    def execute(self, tasks: Sequence[Task]) -> list[Output | EngineError]:
+        """Run tasks in the workers, or through the executable."""
         if self._inprocess is None:
             return super().execute(tasks)
         forget = self.names_to_forget(tasks)
         orders = [
-            Order(
-                t.script,
-                self.variables(t),
-                forget,
-                t.job.sampled,
-                self._restart_folders([t]),
-                t.job.seconds,
-            )
-            for t in tasks
+            Order(t.script, self.variables(t), forget, t.job.sampled, t.job.seconds) for t in tasks
         ]
         results: list[Output | EngineError] = []
         for task, outcome in zip(tasks, self._inprocess.run(orders), strict=True):
@@ -441,15 +361,6 @@ class Lammps(LammpsLanguage):
                 error.log = error.log if isinstance(outcome, EngineError) else outcome.log
                 results.append(error)
         return results
-
-    def output(self, task: Task, log: str, series: str, seconds: float) -> Output:
-        """Return the output of a task; raise EngineError also for what a restart file lost.
-
-        The script of contacts reads one file on purpose: what it loses is measured there.
-        """
-        if can_resume(task):
-            check_restored(log, self.title)
-        return super().output(task, log, series, seconds)
 
     def close(self) -> None:
         """End LAMMPS's processes."""

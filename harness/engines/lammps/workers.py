@@ -27,7 +27,6 @@ from typing import Any, NamedTuple, TextIO
 
 from harness.engines.contract import each_alone, finished
 from harness.engines.lammps.language import check_log, error_from_text, file_of, version_in
-from harness.engines.lammps.restarts import link_into, progress_in
 from harness.engines.process import Ended, Limits, environment_in, first_words, last_text, text_of
 from harness.engines.programs import fresh_folder
 from harness.engines.scripts import Script
@@ -120,22 +119,18 @@ def check_greeting(greeting: str, ended: Ended, launcher: str, program: str) -> 
 
 
 START_SECONDS = 60.0
-LOOK_SECONDS = 5.0
-"""Between two looks for new restart files."""
 
 
 class Order(NamedTuple):
     """One run: a script, its variables, those to delete before, whether it writes a series.
 
-    ``restarts`` is the folder of its restart files, if there is one, ``seconds`` [s] the expected
-    time of a long run.
+    ``seconds`` [s] is the expected time of a long run.
     """
 
     script: Script
     variables: Mapping[str, str]
     forget: Sequence[str]
     sampled: bool
-    restarts: Sequence[Path] = ()
     seconds: float = 0.0
 
 
@@ -203,8 +198,6 @@ class Worker:
             "forget": job.forget,
             "variables": {**job.variables, "series": series.name},
         }
-        for path in job.restarts:
-            link_into(self._folder, path)
         start = time.monotonic()
         try:
             answer = self._ask(order, self._limits.time_for(job.seconds))
@@ -252,21 +245,13 @@ class Worker:
         return self._listen(seconds)
 
     def _listen(self, seconds: float) -> dict[str, Any]:
-        """Return the next answer; raise on death, or after so long without a restart file."""
+        """Return the next answer; raise on death, or after so many seconds."""
         stream = self._process.stdout
         assert stream is not None
         with selectors.DefaultSelector() as selector:
             selector.register(stream, selectors.EVENT_READ)
-            state, since = progress_in(self._folder), time.monotonic()
-            while not selector.select(
-                min(LOOK_SECONDS, max(0.0, since + seconds - time.monotonic()))
-            ):
-                if (new := progress_in(self._folder)) != state:
-                    state, since = new, time.monotonic()
-                elif time.monotonic() >= since + seconds:
-                    raise EngineTimeoutError(
-                        f"LAMMPS (in-process) gave no answer within {seconds:g} s"
-                    )
+            if not selector.select(seconds):
+                raise EngineTimeoutError(f"LAMMPS (in-process) gave no answer within {seconds:g} s")
         line = stream.readline()
         if not line.endswith(b"\n"):
             raise self._death()
