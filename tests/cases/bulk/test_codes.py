@@ -1,4 +1,4 @@
-"""Bulk cases in Yade and Kratos: what is read of them, small runs beside LAMMPS, planted faults."""
+"""Bulk cases in other codes: what is read of them, small runs beside LAMMPS, planted faults."""
 
 import math
 import shutil
@@ -19,6 +19,7 @@ from harness.observables.provenance import Provenance
 
 RECORDED = Path(__file__).parent / "recorded"
 HERE = {
+    "liggghts": shutil.which("liggghts") is not None,
     "yade": shutil.which("yade") is not None,
     "kratos": find_spec("KratosMultiphysics") is not None,
 }
@@ -150,7 +151,7 @@ def needs(code):
 @pytest.mark.live
 @pytest.mark.slow
 @ALL
-@EACH
+@pytest.mark.parametrize("code", HERE)
 def test_a_small_run_begins_as_lammps_s_and_settles_to_the_same_height(code, case):
     """Places at the start are one formula: after 10 steps of fall heights agree to round-off.
 
@@ -215,16 +216,3 @@ def test_a_planted_fault_turns_a_bulk_case(code, name, fault, error):
 
     with pytest.raises(error):
         found()
-
-
-@ALL
-def test_the_stated_cost_of_level_full_is_what_its_runs_are_expected_to_take(case):
-    """Of LAMMPS alone, as of the other levels, which were measured."""
-    rules = engine_class("lammps").traits
-    runs = [
-        p
-        for system in case.systems("full")
-        for p in case.verification.trials("full", system).values()
-    ]
-    expected = sum(case.seconds(p, rules) for p in runs)
-    assert case.verification.cost["full"] == pytest.approx(expected, rel=0.06)

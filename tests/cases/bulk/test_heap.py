@@ -18,43 +18,21 @@ from harness.cases.heap import (
     slope_angles,
     values_of,
 )
-from harness.cases.verification import Study
 from harness.comparison.verdicts import Verdict
-from harness.comparison.verification import Findings
 from harness.engines.contract import Job
 from harness.engines.lammps.engine import Lammps
 from harness.engines.liggghts.engine import Liggghts
 from harness.engines.output import Output
-from harness.engines.registry import engine_class
-from harness.engines.yade.engine import Yade
 from harness.errors import (
     EngineLostAtomsError,
     EngineOutputError,
     EngineUndecidedError,
-    RequestError,
 )
 from harness.observables.provenance import Provenance
 
 TRAITS = Lammps.traits
 TINY = Heap(length=16, width=5, sill=1, layers=20, duration=1.0)
 LIGGGHTS = pytest.mark.skipif(shutil.which("liggghts") is None, reason="liggghts is not installed")
-
-WRONG = [
-    ({"scatter": 0.2}, "scatter = 0.2: grains overlap at the start; must be at most spacing - 1"),
-    ({"dispersity": 0.5}, "grains overlap at the start"),
-    ({"width": 2, "spacing": 3.0}, "width = 2: no grain finds room between the sides"),
-    ({"step_size": 1e-4}, "step_size = 0.0001 s: must be at most"),
-    ({"length": 4}, "length = 4: must be greater than or equal to 8"),
-    ({"rolling_friction": -0.1}, "rolling_friction = -0.1: must be greater than or equal to 0"),
-]
-
-
-@pytest.mark.parametrize(("changes", "words"), WRONG)
-def test_what_cannot_be_simulated_is_refused_in_one_line(changes, words):
-    with pytest.raises(RequestError) as refused:
-        Heap(**changes)
-    assert words in str(refused.value)
-    assert "\n" not in str(refused.value)
 
 
 def test_the_step_is_that_of_the_smallest_grain():
@@ -67,10 +45,6 @@ def test_the_mean_mass_is_that_of_an_even_range_of_diameters():
     sizes = np.linspace(1.0 - 0.15, 1.0 + 0.15, 100_001)
     mean = p.grain.mass * np.mean(sizes**3)
     assert p.weight / (p.grains * p.gravity) == pytest.approx(mean, rel=1e-5)
-
-
-def test_columns_over_the_sill_are_left_out():
-    assert [over_sill(Heap(length=length), 20) for length in (8, 12, 18, 40)] == [2, 2, 1, 1]
 
 
 def ridge(angle, p, columns=20, bed=6e-3):
@@ -199,91 +173,11 @@ def test_a_planted_fault_turns_its_check(fault, turned):
     assert [row.verdict for row in rows] == expected
 
 
-def test_another_angle_fails_under_one_law_and_is_a_finding_under_two():
-    laws = [CASE.law(kind.traits, Heap()) for kind in (Lammps, Liggghts)]
-    assert laws[0].words != laws[1].words
-    mine = runs(law=laws[0])
-    verdicts = [
-        next(CASE.verification.compared([mine, runs("LIGGGHTS", law, angle_deg=26.0)])).verdict
-        for law in laws
-    ]
-    assert verdicts == [Verdict.FAIL, Verdict.FINDING]
-    assert (
-        next(CASE.verification.compared([mine, runs("LIGGGHTS", laws[1])])).verdict is Verdict.PASS
-    )
-
-
-def test_without_rolling_codes_of_one_tangential_spring_have_one_law():
-    sliding = CASE.presets["sliding"]
-    laws = [CASE.law(kind.traits, sliding) for kind in (Lammps, Liggghts, Yade)]
-    assert laws[0].words == laws[1].words != laws[2].words
-    assert laws[2].values["tangential"] == "mindlin/force"
-
-
-def test_levels_but_quick_verify_the_heap_without_rolling_too():
-    """Each system has rows of its own, is held against its own, and has a section of its own."""
-    names = ["heap", "heap: sliding alone"]
-    engines = [Moving(0), Moving(0)]
-    engines[1].name = engines[1].title = "twin"
-    study = Study("default")
-    found = {e.name: CASE.verification.run(e, replace(study, role="other")) for e in engines}
-    assert [one.system for one in found["twin"].evidence] == names
-    planned = [row.name for row in CASE.verification.planned("default", engines[1])]
-    assert planned == [f"{name}: twin: {check}" for name in names for check in CASE.judged]
-    assert set(planned) <= {row.name for row in found["twin"].checks}
-    rows = CASE.verification.compare(found)
-    held = [f"{name}: LAMMPS against twin: {q}" for name in names for q in CASE.equivalent]
-    assert [row.name for row in rows] == held
-    sections = CASE.display.sections(found["lammps"], Findings("heap"), {"twin": found["twin"]})
-    assert len({section.title for section in sections}) == 2
-    files = [drawing.name for section in sections for drawing in section.drawings]
-    assert files == [
-        "heap-profile", "heap-angle", "heap-sliding-alone-profile", "heap-sliding-alone-angle",
-    ]  # fmt: skip
-    assert [s.name for s in CASE.systems("quick")] == names[:1]
-
-
-def test_codes_that_do_not_resist_rolling_refuse_it():
-    for code in ("yade", "kratos"):
-        engine = engine_class(code).__new__(engine_class(code))
-        engine._scheme = "Velocity_Verlet"
-        refused = engine.refuses(CASE.job(Heap()))
-        assert refused.endswith("has no variable 'rolling_friction' (rolling_friction = 0.1)")
-        assert not engine.refuses(CASE.job(CASE.presets["sliding"]))
-
-
 def test_the_elastic_energy_of_columns_is_below_its_bound():
     p = Heap()
     loads = p.grain.mass * p.gravity * np.arange(1, p.layers + 1)
     energy = p.grains / p.layers * sum(p.grain.elastic_energy(load) for load in loads)
     assert energy < largest_elastic_energy(p)
-
-
-class Moving:
-    """An engine whose first heaps still move."""
-
-    name, title, traits, workers = "lammps", "LAMMPS", TRAITS, 99
-
-    def __init__(self, moving):
-        self.moving = moving
-
-    def refuses(self, _):
-        return ""
-
-    def run(self, jobs):
-        p, tables = Heap(), [series(Heap()) for _ in jobs]
-        for table in tables[: self.moving]:
-            table["remaining"][:-1] += 20
-        return [output(p, table) for table in tables]
-
-
-def test_heaps_that_still_move_have_no_value_and_none_at_all_decides_nothing():
-    rows = CASE.verification.run(Moving(1), Study("quick")).checks
-    assert {row.verdict for row in rows} == {Verdict.PASS}
-    rows = CASE.verification.run(Moving(4), Study("quick")).checks
-    assert [row.name for row in rows] == [f"heap: lammps: {name}" for name in CASE.judged]
-    assert {row.verdict for row in rows} == {Verdict.NOT_TESTED}
-    assert "undecided: the heap still moves: 20 grains" in rows[0].note
 
 
 @pytest.fixture(scope="module")
@@ -337,17 +231,6 @@ def test_a_planted_fault_in_the_script_is_no_result(fault, error):
     p = TINY.replace(duration=0.2)
     with pytest.raises(error):
         CASE.read(p, *run(Lammps, [p], fault), TRAITS)
-
-
-@pytest.mark.live
-@LIGGGHTS
-def test_both_codes_begin_with_the_same_grains():
-    """Places and sizes are one formula: after 10 steps of fall energies agree to round-off."""
-    short = {"settle_steps": 10, "steps": 10, "series_every": 10}
-    (mine,), (theirs,) = (run(kind, [TINY], **short) for kind in (Lammps, Liggghts))
-    for name in ("released_J", "mean_height_m", "bed_kinetic_J"):
-        assert theirs.number(name) == pytest.approx(mine.number(name), rel=1e-8)
-    assert mine.number("grains") == theirs.number("grains") == TINY.grains
 
 
 def torque(kind, p, steps, spin, overlap):

@@ -1,7 +1,6 @@
 """Penetration: what is refused, what is read, faults that turn each check, small runs."""
 
 import math
-import shutil
 from dataclasses import replace
 
 import numpy as np
@@ -9,7 +8,7 @@ import pytest
 from scipy.optimize import brentq
 
 from harness.cases.bulk.materials import RAYLEIGH, Sphere
-from harness.cases.bulk.seeds import Runs, draw
+from harness.cases.bulk.seeds import Runs
 from harness.cases.contract import Measured
 from harness.cases.penetration import CASE, Penetration, largest_elastic_energy, values_of
 from harness.cases.verification import Study
@@ -20,29 +19,13 @@ from harness.engines.liggghts.engine import Liggghts
 from harness.engines.output import Output
 from harness.engines.process import Limits
 from harness.engines.yade.engine import Yade
-from harness.errors import EngineLostAtomsError, EngineOutputError, RequestError
+from harness.errors import EngineLostAtomsError, EngineOutputError
 from harness.observables.provenance import Provenance
 
 TINY = Penetration(
     along=6, across=5, layers=3, start_height=0.0115, settle_time=0.06, duration=0.05
 )
 TRAITS = Lammps.traits
-
-WRONG = [
-    ({"scatter": 0.3}, "scatter = 0.3: grains overlap at the start; must be at most spacing - 1"),
-    ({"start_height": 0.02}, "start_height = 0.02 m: the sphere overlaps the grains at the start"),
-    ({"steel_radius": 0.013, "start_height": 0.1}, "steel_radius = 0.013 m: must be at most 0.012"),
-    ({"step_size": 1e-5}, "step_size = 1e-05 s: must be at most 7.929e-06"),
-    ({"restitution": 0.0}, "restitution = 0.0: must be greater than 0.05"),
-]
-
-
-@pytest.mark.parametrize(("changes", "words"), WRONG)
-def test_what_cannot_be_simulated_is_refused_in_one_line(changes, words):
-    with pytest.raises(RequestError) as refused:
-        Penetration(**changes)
-    assert words in str(refused.value)
-    assert "\n" not in str(refused.value)
 
 
 def test_the_longest_step_is_by_rayleigh_waves_of_steel_or_by_an_impact():
@@ -191,19 +174,6 @@ def test_the_worst_seed_decides():
     )
 
 
-def test_codes_that_part_fail_in_the_quantity_that_parts():
-    same = impacts()
-    other = impacts("LIGGGHTS", final_depth_m=1.1 * same.rows[0]["final_depth_m"])
-    found = {
-        row.name.rpartition(": ")[2]: row.verdict
-        for row in CASE.verification.compared([same, other])
-    }
-    assert found.pop("final_depth_m") is Verdict.FAIL
-    assert set(found.values()) == {Verdict.PASS}
-    few = replace(other, rows=other.rows[:3])
-    assert {row.verdict for row in CASE.verification.compared([same, few])} == {Verdict.NOT_TESTED}
-
-
 def test_where_the_floor_ends_the_fall_the_known_depth_is_not_tested():
     p = Penetration()
     near = impacts(lowest_height_m=p.steel_radius + 1.9 * p.radius)
@@ -287,20 +257,6 @@ def test_slow_codes_leave_the_published_bed_to_level_full_with_the_reason():
     assert [len(CASE.systems(level)) for level in ("quick", "default", "full")] == [1, 3, 2]
 
 
-@pytest.mark.parametrize("number", [1, 3])
-def test_single_runs_are_drawn_with_their_difference_and_without_an_error(number):
-    line = (np.array([0.0, 1.0]), np.array([2.0, 1.0]))
-    one, other = (
-        replace(impacts(name), curves=((line,),) * number) for name in ("LAMMPS", "LIGGGHTS")
-    )
-    _, below = draw([one, other], 0, CASE.drawn[0]).axes
-    assert len(below.lines) == 2
-    assert len(below.collections) == (0 if number == 1 else 2)
-    assert ("standard error" in below.get_title()) == (number > 1)
-    (alone,) = draw([one], 0, CASE.drawn[0]).axes  # nothing to differ from
-    assert len(alone.lines) == number
-
-
 @pytest.fixture(scope="module")
 def lammps():
     with Lammps() as engine:
@@ -324,19 +280,3 @@ def test_a_small_impact_in_lammps_loses_energy_and_comes_to_rest(lammps):
     assert found["energy_gain_ratio"] == 0.0
     assert found["dissipated_ratio"] > 0.5
     assert 0.4 < found["bed_solid_fraction"] < 0.7
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(shutil.which("liggghts") is None, reason="liggghts is not installed")
-def test_liggghts_starts_from_the_same_bed_and_settles_to_the_same_height(lammps):
-    with Liggghts() as other:
-        one, two = (CASE.measure(TINY, engine).values for engine in (lammps, other))
-    assert two["bed_solid_fraction"] == pytest.approx(one["bed_solid_fraction"], rel=0.05)
-
-
-@pytest.mark.slow
-def test_level_quick_leaves_the_rows_that_it_names(lammps):
-    found = CASE.verification.run(lammps, Study("quick"))
-    assert [row.name for row in found.checks] == [
-        planned.name for planned in CASE.verification.planned("quick", lammps)
-    ]

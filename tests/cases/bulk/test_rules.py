@@ -28,28 +28,6 @@ def test_lammps_and_liggghts_follow_one_law_yade_and_kratos_others():
     assert len({law.words for law in LAWS.values()}) == 3
 
 
-def test_the_laws_are_those_declared_with_the_contact_models():
-    assert "grows by increments; the dashpot never attracts" in LAWS["yade"].words
-    assert "shrinks with the overlap" in LAWS["kratos"].words
-    assert "dashpot along the surface that is tied to the normal one" in LAWS["kratos"].words
-    assert [law.inexact != "" for law in LAWS.values()] == [False, False, False, True]
-    yade = engine_class("yade").traits
-    mindlin = yade.contact_models[-1]
-    states = {**mindlin.states, "tangential": ("mindlin",)}
-    other = replace(yade, contact_models=(replace(mindlin, states=states),))
-    assert "times the stiffness of the overlap as it is; the dashpot never" in law_of(other).words
-
-
-def test_resistance_to_rolling_is_a_law_of_each_code_that_no_script_of_another_states():
-    rolling = {name: law_of(engine_class(name).traits, 0.1) for name in LAWS}
-    for name, law in rolling.items():
-        assert law.words.startswith(LAWS[name].words)
-        assert not law.values
-    assert rolling["lammps"].words.endswith("is of one stiffness for all overlaps")
-    assert "the rolling spring is the code's own" in rolling["liggghts"].words
-    assert law_of(engine_class("lammps").traits, 0.0) == LAWS["lammps"]
-
-
 def test_the_values_of_a_law_state_it_in_scripts():
     job = CASE.job(CASE.default)
     values = LAWS["kratos"].stated(job.values)
@@ -98,11 +76,6 @@ def test_a_restitution_without_a_tail_is_that_of_the_same_dashpot(restitution):
     assert abs(rebound(restitution, attracts=False) - restitution) > 0.005
 
 
-def test_restitutions_without_a_tail_end_at_one_and_at_critical_damping():
-    assert with_tail(1.0) == 1.0
-    assert with_tail(0.1) == 0.0
-
-
 @pytest.mark.parametrize(
     ("ratio", "laws", "verdict"),
     [
@@ -124,16 +97,6 @@ def test_means_that_differ_are_a_failure_under_one_law_and_a_finding_between_two
 
 
 RUNS = partial(Runs, equivalent=CASE.equivalent)
-
-
-def test_engines_of_two_laws_are_compared_by_the_case():
-    row = dict.fromkeys(CASE.equivalent, 1.0)
-    near = [{**row, "seed": seed} for seed in range(5)]
-    far = [{**seed, CASE.equivalent[0]: 2.0} for seed in near]
-    one = RUNS("LAMMPS", tuple(near), law=LAWS["lammps"])
-    for code, verdict in (("liggghts", Verdict.FAIL), ("yade", Verdict.FINDING)):
-        checks = list(CASE.verification.compared([one, RUNS(code, tuple(far), law=LAWS[code])]))
-        assert [check.verdict for check in checks[:2]] == [verdict, Verdict.PASS]
 
 
 def test_runs_that_are_all_the_same_are_one_run_whatever_time_they_took():
@@ -197,15 +160,6 @@ def test_a_code_is_held_against_the_main_one_under_its_own_rules(name):
     assert own.verdict is Verdict.FINDING
 
 
-def test_rules_that_the_main_code_cannot_state_are_not_tested_with_the_reason():
-    rows = (dict.fromkeys(CASE.equivalent, 1.0),) * 5
-    other = RUNS("Other", rows, law=Law("b"), main="its script has no variable")
-    checks = list(CASE.verification.compared([RUNS("Main", rows, law=Law("a")), other]))
-    unstated = [check for check in checks if "the rules of Other" in check.name]
-    assert {check.verdict for check in unstated} == {Verdict.NOT_TESTED}
-    assert len(unstated) == len(CASE.equivalent)
-
-
 class Fake:
     """An engine with the rules of a code, whose depth its rules move, and a fault."""
 
@@ -251,17 +205,6 @@ def held(main, *others):
     return {check.name: check for check in checks}
 
 
-@pytest.mark.usefixtures("faked")
-def test_without_a_main_engine_the_first_of_the_others_keeps_its_rows():
-    study = Study("default", role="other")
-    for code in ("lammps", "yade"):
-        engine = Fake(code)
-        findings = CASE.verification.run(engine, study)
-        planned = {row.name for row in CASE.verification.planned("default", engine)}
-        assert {row.name for row in findings.checks} == planned
-        assert findings.evidence[0].main is None
-
-
 @pytest.mark.parametrize(("fault", "verdict"), [(1.0, Verdict.PASS), (1.2, Verdict.FAIL)])
 @pytest.mark.usefixtures("faked")
 def test_the_main_engine_runs_the_rules_of_another_and_a_fault_in_that_one_fails(fault, verdict):
@@ -276,15 +219,6 @@ def test_the_main_engine_runs_the_rules_of_another_and_a_fault_in_that_one_fails
     stated = [values for values in main.ran if values.get("tangential") == "mindlin/force"]
     assert len(stated) == CASE.seeds["default"]
     assert stated[0] == law.stated(CASE.job(CASE.default).values)
-
-
-@pytest.mark.usefixtures("faked")
-def test_engines_of_one_law_share_the_runs_of_the_main_one():
-    main = Fake("lammps")
-    checks = held(main, Fake("yade"), Fake("yade", "twin"))
-    assert sum("tangential" in values for values in main.ran) == CASE.seeds["default"]
-    effects = [name for name in checks if "under the rules" in name and "against lammps" in name]
-    assert len(effects) == len(CASE.equivalent)
 
 
 @pytest.mark.usefixtures("faked")

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from harness.cases import drum, heap, penetration, silo
-from harness.cases.bulk.seeds import Curve, Runs, against_points, draw
+from harness.cases.bulk.seeds import Curve, Runs, against_points
 from harness.cases.contract import Measured
 from harness.cases.registry import get_case
 from harness.cases.verification import Study
@@ -60,31 +60,6 @@ def test_the_drum_has_both_kinds_in_both_quadrants_over_the_turn():
     assert found["small_falling_ratio"] == pytest.approx([1 - share for share in rising])
 
 
-def test_curves_over_another_x_are_not_in_the_profile():
-    """A heap has its shape at the end, over places, and its angle over time."""
-    mean = np.tile(np.linspace(1e-3, 2e-3, 20), (3, 1))
-    series = dict.fromkeys(heap.COLUMNS, np.arange(3.0)) | {"height_m": mean}
-    found = profile("heap", series)
-    assert list(found) == ["distance_m", "height_m"]
-    assert max(found["distance_m"]) < get_case("heap").default.reach
-    assert found["height_m"][-1] == pytest.approx(2 * mean[0, 19 - heap.over_sill(heap.Heap(), 20)])
-
-
-@pytest.mark.parametrize("name", CASES)
-def test_each_curve_has_columns_of_its_own_and_ends_where_its_runs_do(name):
-    case = get_case(name)
-    for level in ("quick", "default", "full"):
-        curves = case.verification.curves(level)
-        assert list(curves) == [system.name for system in case.systems(level)]
-        for system in case.systems(level):
-            assert list(curves[system.name]) == [curve.columns for curve in case.drawn]
-            assert len(curves[system.name]) == len(case.drawn)
-    for curve in case.drawn:
-        assert case.verification.curves("quick")[name][curve.columns] == getattr(
-            case.default, curve.end
-        )
-
-
 CURVE = Curve("a", "time (ms)", "height (mm)", ("time_s", "height_m"), "", (1e3, 1e3))
 
 
@@ -117,29 +92,6 @@ def test_points_of_another_curve_or_that_no_run_reaches_give_no_number():
     (row,) = against_points("lammps", runs(late, 1.0), [CURVE])
     assert (row.verdict, math.isnan(row.value)) == (Verdict.FINDING, True)
     assert "0 of 2 points" in row.note
-
-
-def test_points_are_drawn_in_the_units_of_the_axes_with_their_errors():
-    points = {CURVE.columns: Points("a.csv", (0.5, 7.0), (4.0, 1.0), (0.1, 0.2))}
-    above, below = draw([runs(points, 1.0, 3.0)], 0, CURVE).axes
-    (drawn,) = (c for c in above.containers if c.get_label() == "a.csv")
-    assert drawn.lines[0].get_xydata().tolist() == [[500.0, 4000.0], [7000.0, 1000.0]]
-    (bars,) = drawn.lines[2]
-    assert [np.ptp(bar[:, 1]) for bar in bars.get_segments()] == pytest.approx([200.0, 400.0])
-    (off,) = below.containers
-    assert off.lines[0].get_xydata().tolist() == [[500.0, 2000.0]]  # less the mean of all
-    assert above.lines[0].get_xydata()[-1].tolist() == [2000.0, 1000.0]
-    (plain,) = draw([runs({}, 1.0, 3.0)], 0, CURVE).axes
-    assert not plain.containers
-
-
-def test_points_of_a_rough_curve_are_on_it():
-    """More rows than the difference of codes is drawn at."""
-    t = np.linspace(0.0, 1.0, 1001)
-    rough = (-1.0) ** np.arange(1001)
-    points = {CURVE.columns: Points("a.csv", tuple(t[3::100]), tuple(rough[3::100]))}
-    _, below = draw([Runs("LAMMPS", ({},), (((t, rough),),), points=points)], 0, CURVE).axes
-    assert below.containers[0].lines[0].get_ydata() == pytest.approx(0.0)
 
 
 class Falls:

@@ -8,12 +8,9 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from harness.cases.bulk import materials
-from harness.cases.bulk.materials import check_memory
 from harness.cases.bulk.rules import Law
 from harness.cases.bulk.seeds import Runs
 from harness.cases.bulk.series import largest_gain
-from harness.cases.registry import get_case
 from harness.cases.silo import (
     CASE,
     STRESS_RATIO,
@@ -24,7 +21,6 @@ from harness.cases.silo import (
 )
 from harness.cases.verification import Study
 from harness.comparison.verdicts import Verdict
-from harness.comparison.verification import Findings
 from harness.engines.contract import Job
 from harness.engines.lammps.engine import Lammps
 from harness.engines.output import Output
@@ -32,7 +28,6 @@ from harness.errors import (
     EngineLostAtomsError,
     EngineOutputError,
     EngineUndecidedError,
-    RequestError,
 )
 from harness.observables.provenance import Provenance
 from harness.theory.bulk import janssen_share
@@ -43,44 +38,12 @@ TINY = Silo(
 )  # fmt: skip
 TRAITS = Lammps.traits
 
-WRONG = [
-    ({"orifice_radius": 0.03}, "orifice_radius = 0.03 m: must be less than silo_radius = 0.024 m"),
-    ({"scatter": 0.3}, "scatter = 0.3: grains overlap at the start; must be at most spacing - 1"),
-    ({"step_size": 1e-4}, "step_size = 0.0001 s: must be at most"),
-    ({"radius": 0.03}, "silo_radius = 0.024 m: no grain of radius = 0.03 m finds room"),
-    ({"cone_height": 0.0}, "cone_height = 0.0 m: must be greater than 0"),
-]
-
-
-@pytest.mark.parametrize(("changes", "words"), WRONG)
-def test_what_cannot_be_simulated_is_refused_in_one_line(changes, words):
-    with pytest.raises(RequestError) as refused:
-        Silo(**changes)
-    assert words in str(refused.value)
-    assert "\n" not in str(refused.value)
-
 
 def test_the_published_silos_have_a_hundred_thousand_grains_and_walls_of_45_deg():
     for name in ("published", "published-wide"):
         p = CASE.presets[name]
         assert p.grains == pytest.approx(1e5, rel=0.01)
         assert p.silo_radius - p.orifice_radius == pytest.approx(p.cone_height)
-
-
-def test_more_grains_than_memory_holds_are_refused():
-    with pytest.raises(RequestError, match=r"^1000000000000 grains: would take 2e\+06 GB"):
-        check_memory(10**12)
-    check_memory(Silo().grains)
-
-
-@pytest.mark.parametrize("name", ["silo", "drum", "penetration", "heap"])
-def test_no_case_runs_more_grains_than_memory_holds(name, monkeypatch):
-    case = get_case(name)
-    case.job(case.default)
-    monkeypatch.setattr(materials, "GRAIN_BYTES", 10**12)
-    for p in case.presets.values():
-        with pytest.raises(RequestError, match=rf"^{p.grains} grains: would take .* must be at"):
-            case.job(p)
 
 
 def test_the_surface_of_a_bed_is_where_its_mean_height_is_that_of_the_grains():
@@ -240,16 +203,6 @@ class Arching:
         return [output(p, series(p, stop=900.0 * (i < first))) for i in range(len(jobs))]
 
 
-def test_level_full_has_both_published_silos_from_four_seeds():
-    assert [system.name for system in CASE.systems("default")] == ["silo"]
-    _, *published = CASE.systems("full")
-    assert [system.name for system in published] == ["silo: published", "silo: published-wide"]
-    for system in published:
-        preset = CASE.presets[system.name.removeprefix("silo: ")]
-        assert [p.replace(seed=1) for p in system.trials.values()] == [preset] * 4
-        assert {p.seed for p in system.trials.values()} == {1, 2, 3, 4}
-
-
 def test_seeds_that_arch_have_no_rate_and_are_counted():
     rows = {
         row.name.rpartition(": ")[2]: row
@@ -283,17 +236,6 @@ def test_a_code_that_arches_more_often_is_no_equivalent_of_the_others(arches, la
     assert len(others) == len(CASE.equivalent)
     assert others[0].verdict is (Verdict.PASS if arches < 9 else Verdict.NOT_TESTED)
     assert "runs without" not in next(CASE.verification.compared([free, free])).name
-
-
-def test_a_code_that_always_arches_is_compared_and_has_no_section():
-    study = Study("quick", role="other")
-    engines = [Arching(0), Arching(4)]
-    engines[1].name = engines[1].title = "twin"
-    found = {one.name: CASE.verification.run(one, study) for one in engines}
-    row, *_ = CASE.verification.compare(found)
-    assert row.note.startswith("without a value: 0 of 4 and 4 of 4")
-    (section,) = CASE.display.sections(found["lammps"], Findings("silo"), {"twin": found["twin"]})
-    assert section.tables[0].head == ("quantity", "LAMMPS")
 
 
 @pytest.fixture(scope="module")
