@@ -119,6 +119,7 @@ def check_greeting(greeting: str, ended: Ended, launcher: str, program: str) -> 
 
 
 START_SECONDS = 60.0
+LONGEST_WAIT_SECONDS = 86400.0  # poll takes milliseconds as a 32-bit number
 
 
 class Order(NamedTuple):
@@ -250,8 +251,12 @@ class Worker:
         assert stream is not None
         with selectors.DefaultSelector() as selector:
             selector.register(stream, selectors.EVENT_READ)
-            if not selector.select(seconds):
-                raise EngineTimeoutError(f"LAMMPS (in-process) gave no answer within {seconds:g} s")
+            end = time.monotonic() + seconds
+            while not selector.select(min(LONGEST_WAIT_SECONDS, max(0.0, end - time.monotonic()))):
+                if time.monotonic() >= end:
+                    raise EngineTimeoutError(
+                        f"LAMMPS (in-process) gave no answer within {seconds:g} s"
+                    )
         line = stream.readline()
         if not line.endswith(b"\n"):
             raise self._death()
