@@ -5,10 +5,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from harness.cases.columns.case import CASE, Angle, Angles, finding_in_words, sections
+from harness.cases.columns.case import CASE
 from harness.cases.columns.system import (
     Columns,
-    case_of,
     crest_energy,
     critical_angle,
     loaded,
@@ -109,12 +108,6 @@ def test_the_kernel_finds_the_contacts_of_the_chain_solver(overlaps):
     assert press == pytest.approx(expected, abs=1e-12)
 
 
-def test_values_state_the_parameters():
-    case = SOFT.replace(law="deformable", inside="elastic")
-    stated = case_of(values_of(case, "passage"))
-    assert stated.replace(contact=case.contact) == case
-
-
 @pytest.fixture(scope="module")
 def lammps():
     with Lammps(workers=1) as engine:
@@ -148,23 +141,6 @@ def test_the_sources_angles_are_those_of_its_impulse_ratio():
     assert impulse_ratio(2, "overlap") == pytest.approx(0.626299, abs=2e-6)
     angles = source_angles(2, "overlap")
     assert angles["lost"] < closed_form() < angles["kept"]
-
-
-@pytest.mark.parametrize(("value", "words"), [(10.1, "does not lower"), (6.0, "falls as far as")])
-def test_the_finding_is_told_by_its_numbers(value, words):
-    angles = Angles(
-        [
-            Angle("angle", value, 0.001, "deg", n=4, law=law, inside="damped", stiffness=1e6)
-            for law in LAWS
-        ]
-    )
-    told = finding_in_words(angles)
-    assert len(told) == 2
-    assert all(words in one and f"{value:.3f} deg" in one for one in told)
-    (section,) = sections(angles)
-    section.drawings[0].draw()
-    assert len(section.tables[0].rows) == 2
-    assert sections(Angles()) == ()
 
 
 @pytest.mark.parametrize(

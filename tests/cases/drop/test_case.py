@@ -6,11 +6,8 @@ import pytest
 
 from harness.cases.drop.case import CASE, Drop
 from harness.cases.verification import Study
-from harness.comparison.verification import Findings
 from harness.engines.reference import Reference
-from harness.errors import RequestError
 from harness.parameters.law import PLASTIC, Contact
-from harness.report.style import house_style
 from tests.engine_doubles import Crashing, Twin
 
 KNOWN = {
@@ -74,12 +71,6 @@ def test_a_collision_that_is_not_over_has_no_restitution():
     assert "restitution" not in CASE.measure(case, Reference()).values
 
 
-def test_a_contact_is_chosen_by_its_name():
-    assert Drop(contact="plastic").contact is PLASTIC
-    with pytest.raises(RequestError, match="contact = 'wet'"):
-        Drop(contact="wet")
-
-
 def test_each_drop_is_a_record_with_a_tolerance():
     found = CASE.verification.run(Twin(), Study())
     names = [record.name for record in found.records]
@@ -100,21 +91,3 @@ def test_a_drop_that_dies_is_an_error_of_its_record():
     assert len(found.errors) == 11
     assert "crashing/drop-restitution-plastic" in found.errors
     assert all(check.engine_died for check in found.checks)
-
-
-def test_the_section_has_each_engine_and_the_figure_of_the_main_one():
-    main, beside = (
-        CASE.verification.run(Twin(), Study()),
-        CASE.verification.run(Reference(), Study()),
-    )
-    (section,) = CASE.display.sections(main, Findings("drop"), {"reference": beside})
-    (table,) = section.tables
-    assert {row[0] for row in table.rows} == {"Twin", "reference DEM"}
-    assert len(table.rows) == 22
-    with house_style():
-        figure = section.drawings[0].draw()
-    (axes,) = figure.axes
-    assert axes.get_title(loc="left").startswith("Twin")
-    (legend,) = figure.legends
-    assert len(legend.get_texts()) == 7
-    assert CASE.display.sections(None, Findings("drop"), {}) == ()

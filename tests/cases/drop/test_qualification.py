@@ -13,7 +13,7 @@ from harness.comparison.verdicts import Verdict
 from harness.engines.border import in_words
 from harness.engines.reference import INTEGRATORS, Reference
 from harness.engines.registry import open_engine
-from harness.errors import EngineCrashError, EngineTimeoutError, RequestError
+from harness.errors import EngineCrashError, EngineTimeoutError
 from harness.observables.reference import Trajectory
 from harness.parameters.law import Contact
 from harness.solvers.pair.integration import integrate
@@ -217,12 +217,6 @@ def test_the_solver_of_contacts_with_friction_integrates_the_same_scene(tail, ma
     assert (free[0], free[2]) == (0.0, 0.0)
 
 
-def test_an_endless_row_is_none_of_the_solver_of_contacts():
-    scene = replace(scene_of(values_of(Drop(speed=1.0))), period=9.0)
-    with pytest.raises(RequestError, match=r"period = 9\.0 m: the reference integration has none"):
-        integrate(scene)
-
-
 class Clock:
     """Stands in for ``time``: a start takes 2 s, the first one 100 s more, a step so long."""
 
@@ -253,12 +247,3 @@ def test_a_long_qualification_is_announced_by_what_a_step_takes(monkeypatch, ste
     assert sum(job.values["steps"] for job in probes) < 0.02 * steps
     expected = in_words(float(f"{step * steps:.2g}"))
     assert told == [f"twin: about {expected} for its qualification"] * long
-
-
-def test_nothing_is_timed_where_nobody_is_told_or_runs_are_kept(monkeypatch):
-    engine = Twin()
-    count = len(list(drop_tests(engine.traits)))
-    assert qualify(engine).holds
-    monkeypatch.setattr(engine, "fingerprint", lambda: {"engine": "twin"})
-    assert qualify(engine, tell=pytest.fail).holds
-    assert len(engine.jobs) == 2 * count

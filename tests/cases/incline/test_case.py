@@ -14,20 +14,14 @@ from harness.cases.incline.angle import (
     most_restitution,
 )
 from harness.cases.incline.case import CASE
-from harness.cases.incline.checks import TITLE
 from harness.cases.incline.closed_forms import closed_forms, rebound
-from harness.cases.incline.engine_checks import EngineAngle
-from harness.cases.incline.figures import angles_of_engines
-from harness.cases.incline.report import contacts_explained, engine_table
 from harness.cases.incline.runs import measured
 from harness.cases.incline.system import Incline
 from harness.cases.verification import Study
 from harness.comparison.verdicts import Verdict
-from harness.comparison.verification import Findings
 from harness.engines.reference import Reference
 from harness.errors import RequestError
-from harness.parameters.law import CLIPPED, PLASTIC, SOURCE, Contact
-from harness.report.style import house_style
+from harness.parameters.law import CLIPPED, SOURCE, Contact
 from harness.solvers.hard_sphere import critical_angle as rigid_angle
 from harness.theory.incline import critical_angle as closed_form
 from harness.theory.incline import passage_margin
@@ -59,12 +53,6 @@ def test_a_passage_moves_on_above_the_critical_angle(angle, moves):
 
 def test_a_contact_that_rebounds_has_no_reference():
     assert CASE.references(Incline(contact=HALF), Reference.traits) == {}
-
-
-def test_a_contact_is_chosen_by_its_name():
-    assert Incline(contact="plastic").contact is PLASTIC
-    with pytest.raises(RequestError, match=r"contact = 'wet'.* must be one of source, clipped, pl"):
-        Incline(contact="wet")
 
 
 def test_the_rebound_is_that_of_the_law_and_the_readings_part_with_it():
@@ -155,93 +143,6 @@ def test_below_the_bound_the_grain_slides_where_it_is_judged_and_above_it_may_fl
     bound = most_restitution(Incline(stiffness=stiffness))
     assert all(touching(bound - 0.005))
     assert not all(itertools.chain.from_iterable(touching(bound + by) for by in (0.02, 0.03, 0.04)))
-
-
-def angle(engine, tail, value, **others):
-    known = {"role": "plastic", "reference_deg": value - 1e-4, "microseconds_per_step": 4.9}
-    fields = {**known, **others}
-    return EngineAngle(
-        "critical angle", value, 3e-4, "deg", 10.2, engine,
-        contact=PLASTIC.replace(tail=tail), stiffness=1e6,
-        steps_per_contact=100.0, integrator="velocity-verlet", **fields,
-    )  # fmt: skip
-
-
-@pytest.fixture
-def angles():
-    return [
-        angle("yade", "clipped", 10.2003),
-        angle("liggghts", "attractive", 10.246, lineage="LAMMPS"),
-        angle("mfix (recorded)", "attractive", 10.206, recorded=True),
-        angle("reference", "clipped", 10.2004, microseconds_per_step=0.06),
-    ]
-
-
-def test_each_engine_has_its_row(angles):
-    table = engine_table(angles)
-    assert [row[0] for row in table.rows] == [a.who for a in angles]
-    row = dict(zip(table.head, table.rows[0], strict=True))
-    assert row["angle (deg)"] == "10.20030 ± 0.0003"
-    assert row["less theory"] == "+0.0003"
-    assert row["less reference"] == "+0.0001"
-    assert row["µs per step"] == "4.9"
-    assert row["class"] == "clipped, m"
-    assert [row[-1] for row in table.rows] == [
-        "independent", "regression partner", "recorded", "the harness's own",
-    ]  # fmt: skip
-
-
-def test_the_figure_of_angles_has_a_row_for_each_and_tells_contacts_apart(angles):
-    figure = angles_of_engines(angles, 10.2)
-    whole, near = figure.axes
-    names = [label.get_text() for label in whole.get_yticklabels()]
-    assert len(names) == 4
-    assert "mfix (recorded): plastic, 100 steps" in names
-    (legend,) = figure.legends
-    assert {text.get_text() for text in legend.get_texts()} == {
-        "closed form", "± 0.003 deg", "reference DEM, same rules", "engine, clipped tail",
-        "engine, attractive tail",
-    }  # fmt: skip
-    assert [text.get_text() for text in near.texts] == ["+46 →"]
-
-
-def test_the_figure_of_angles_keeps_to_one_stiffness_and_step(angles):
-    from dataclasses import replace
-
-    beside = [replace(angles[0], stiffness=1e5), replace(angles[0], who="x")]
-    figure = angles_of_engines([*angles, *beside], 10.2)
-    assert len(figure.axes[0].get_yticklabels()) == 5
-
-
-def test_the_sections_show_the_main_engine_and_those_beside_it(angles):
-    main = CASE.verification.run(Twin(), Study("quick"))
-    beside = {"yade": Findings("incline", "yade", evidence=angles)}
-    first, contacts, rigid, engines = CASE.display.sections(main, Findings("incline"), beside)
-    assert rigid.title == TITLE
-    assert contacts.items == contacts_explained()
-    (table,) = contacts.tables
-    assert "Twin" in table.caption
-    assert {row[0] for row in table.rows} == {"source", "clipped", "plastic"}
-    assert table.head[2:] == ("50 steps", "100 steps", "200 steps")
-    assert len(engines.tables[0].rows) == 4
-    texts = []
-    with house_style():
-        for drawing in (*first.drawings, *contacts.drawings, *engines.drawings):
-            for axes in drawing.draw().axes:
-                texts += [axes.get_title(loc="left"), *axes.get_legend_handles_labels()[1]]
-    assert not any("LAMMPS" in text for text in texts)
-    assert "Twin, step to zero" in texts
-    assert "= 10.2078 deg" in first.opening.steps[-1]
-    assert [drawing.name for drawing in first.drawings] == [first.opening.figure]
-    assert [drawing.name for drawing in contacts.drawings] == [
-        "contacts-side-by-side", "speed-against-time",
-        "path-over-the-bumps", "energy-after-each-shock",
-    ]  # fmt: skip
-    assert any(text.startswith("Twin, source contact") for text in texts)
-
-
-def test_without_runs_there_are_no_sections():
-    assert CASE.display.sections(None, Findings("incline"), {}) == ()
 
 
 def test_the_theory_and_the_adaptive_reference_hold():

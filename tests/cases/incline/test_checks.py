@@ -46,24 +46,6 @@ def test_an_honest_engine_holds_and_its_rows_bear_its_name(found):
     assert kinds == {Kind.ANALYTIC, Kind.CROSS_CODE, Kind.FINDING}
 
 
-def test_what_is_published_is_complete(found):
-    published = found.published
-    assert published["closed_form_deg"] == critical_angle()
-    assert published["extrapolated"]["extrapolated"] is True
-    assert len(published["critical_angles"]) == 12 + 8 + 2
-
-
-def test_each_record_has_its_own_key_a_label_and_a_tolerance_for_each_quantity(found):
-    names = [record.name for record in found.records]
-    assert len(set(names)) == len(names) == 27
-    assert len({record.label for record in found.records}) == len(names)
-    assert all(record.case == "incline" for record in found.records)
-    quantities = {name for record in found.records for name in record.quantities}
-    assert quantities | {"series"} == set(CASE.verification.regression)
-    paths = [record for record in found.records if record.series is not None]
-    assert {record.family for record in paths} == {("source",), ("clipped",), ("plastic",)}
-
-
 def test_a_contact_that_the_engine_does_not_have_is_not_tested():
     found = CASE.verification.run(Clamped(), Study("quick"))
     assert not failed(found.checks)

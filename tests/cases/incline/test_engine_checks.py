@@ -1,6 +1,5 @@
 """Critical angles of engines beside the main one, with stand-ins: rows and evidence."""
 
-import json
 import math
 from dataclasses import replace
 
@@ -85,16 +84,6 @@ def test_what_an_engine_cannot_state_is_not_tested_with_the_reason(found):
     assert row(found, "clamped: critical angle, source, clipped").verdict is Verdict.FINDING
 
 
-def test_lineage_is_said_in_the_rows_and_in_the_evidence(found):
-    for check in (
-        row(found, "twin: critical angle, plastic"),
-        row(found, "twin: critical angle against", "plastic"),
-    ):
-        assert "regression partner, not independent evidence" in check.note
-    assert {angle.evidence for angle in found["twin"].evidence} == {"regression partner"}
-    assert {angle.evidence for angle in found["half"].evidence} == {"independent"}
-
-
 def test_a_dying_engine_leaves_failed_rows_with_its_log(found):
     died = [check for check in found["crashing"].checks if check.engine_died]
     assert {check.log for check in died} == {"input\nlast words\n"}
@@ -123,35 +112,6 @@ def test_engines_of_one_class_agree_and_classes_are_findings_beside_the_first(fo
     assert not any("reference" in name.partition(",")[0] for name in rows)
 
 
-def test_an_engine_that_grew_out_of_the_other_is_a_regression_partner(found):
-    class Lammps(Twin):
-        name = "lammps"
-        traits = TRAITS
-
-    beside = {
-        "lammps": CASE.verification.run(Lammps(), Study("quick", role="other")),
-        "twin": found["twin"],
-    }
-    (agree,) = CASE.verification.compare(beside)
-    assert "regression partner" in agree.note
-
-
-def test_the_reference_is_run_once_for_engines_of_the_same_rules(monkeypatch):
-    asked = []
-    run = Reference.run_scenes
-
-    def counted(self, scenes, *names):
-        asked.append(type(self).__name__)
-        return run(self, scenes, *names)
-
-    monkeypatch.setattr(Reference, "run_scenes", counted)
-    study = Study("quick")
-    CASE.verification.run(Twin(), replace(study, role="other"))
-    first = asked.count("Reference")
-    CASE.verification.run(Twin(), replace(study, role="other"))
-    assert asked.count("Reference") == first > 0
-
-
 def test_what_a_step_costs_leaves_out_what_a_run_costs():
     def slow(_, output):
         steps = float(output.tables["stages"]["step"][-1])
@@ -161,12 +121,6 @@ def test_what_a_step_costs_leaves_out_what_a_run_costs():
     angle = critical_angle(case, engine=Twin(change_output=slow), phases=1)
     assert microseconds_per_step(angle, Twin(change_output=slow)) == pytest.approx(5.0)
     assert math.isnan(microseconds_per_step(angle, Crashing()))
-
-
-def test_the_published_angles_are_json(found):
-    rows = [angle for one in found.values() for angle in one.published["critical_angles"]]
-    assert {a["engine"] for a in rows} == {"reference", "twin", "clamped", "half"}
-    assert all(isinstance(a["critical_angle_deg"], float) for a in json.loads(json.dumps(rows)))
 
 
 def test_contacts_are_stated_in_the_effective_mass_of_the_engine():

@@ -24,16 +24,6 @@ def test_the_limit_of_a_synthetic_ladder(ladder):
     assert len(found.at_stiffness) == len(ladder.factors)
 
 
-def test_the_record_is_flat_and_names_the_ladder():
-    found = extrapolate([_angle(case) for case in Ladder().cases(Incline(contact=PLASTIC))])
-    record = found.to_json()
-    assert record["stiffness_N_per_m"] is None
-    assert record["extrapolated"] is True
-    assert len(record["ladder"]) == 20
-    assert len(record["limits"]) == 5
-    assert found.to_frame().shape == (20, 4)
-
-
 @pytest.mark.parametrize(
     ("changes", "word"),
     [
@@ -45,8 +35,3 @@ def test_the_record_is_flat_and_names_the_ladder():
 def test_a_ladder_with_too_few_rungs_is_refused(changes, word):
     with pytest.raises(RequestError, match=word):
         Ladder(**changes)
-
-
-def test_the_costliest_rung_comes_first():
-    steps = [case.step for case in Ladder().cases(Incline(contact=PLASTIC))]
-    assert steps == sorted(steps)

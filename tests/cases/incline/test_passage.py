@@ -1,5 +1,3 @@
-import math
-
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -83,16 +81,6 @@ def test_error_of_the_engine_comes_through():
 
     with pytest.raises(EngineCrashError):
         critical_angle_by_passage(measure, CASE)
-
-
-def test_record_and_frame_speak_of_the_same_runs(synthetic):
-    found = critical_angle_by_passage(synthetic().passage, CASE)
-    record, frame = found.to_json(), found.to_frame()
-    assert record["runs"] == len(frame) == len(found.samples)
-    assert record["critical_angle_deg"] == found.value_deg
-    assert record["engine"] == "synthetic"
-    assert list(frame["angle_deg"]) == sorted(frame["angle_deg"])
-    assert math.isfinite(frame["margin"].sum())
 
 
 def test_a_margin_that_jumps_is_bracketed_where_a_secant_runs_off(synthetic):

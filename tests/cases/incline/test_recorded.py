@@ -136,10 +136,3 @@ def test_what_was_not_recorded_is_refused():
     with pytest.raises(RequestError, match=r"f = 50 at 10.22 deg was not recorded"):
         recorded_path(50, 10.22)
     assert len(recorded_angles()) == 9
-
-
-def test_angles_come_with_their_cases():
-    for (stiffness, factor), angle in recorded_angles().items():
-        case = case_at(angle.value, stiffness, factor)
-        assert (case.contact, case.stiffness) == (CONTACT, stiffness)
-        assert angle.uncertainty == 0.002

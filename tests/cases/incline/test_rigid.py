@@ -61,17 +61,6 @@ def test_lammps_tends_to_rigid_spheres_as_it_stiffens(lammps_here):  # noqa: ARG
     assert off[2] < 0.005
 
 
-def test_the_report_shows_both_readings_beside_rigid_spheres():
-    section = rigid_section(())
-    (table,) = section.tables
-    assert [row[0] for row in table.rows] == ["0", *(f"{e:g}" for e in STIFFNESSES)]
-    assert table.rows[0][1] == "10.2078"
-    assert {row[2] for row in table.rows} == {"-"}
-    (drawing,) = section.drawings
-    assert len(drawing.draw().axes[0].get_lines()) == 3
-    assert "reference DEM" not in drawing.caption
-
-
 @pytest.mark.slow
 def test_the_full_level_extrapolates_the_reference_to_rigid_spheres():
     found = CASE.verification.run_solvers(Study("full"))

@@ -10,15 +10,14 @@ from harness.cases.incline.angle import critical_angle
 from harness.cases.incline.system import Incline
 from harness.cases.registry import get_case
 from harness.engines.reference import Reference
-from harness.engines.registry import engine_class
 from harness.errors import EngineCrashError, RequestError
-from harness.parameters.law import PLASTIC, SOURCE
+from harness.parameters.law import PLASTIC
 from harness.solvers.hard_sphere import critical_angle as rigid
 from harness.store.cache import CachedEngine
 from harness.store.entries import Entries
 from harness.theory.incline import critical_angle as closed_form
 from harness.workflows import run, sweep
-from harness.workflows.sweep_plan import SweepRequest, plan, request_in
+from harness.workflows.sweep_plan import SweepRequest, plan
 from harness.workflows.sweep_run import measured
 
 ANGLE = "critical_angle_deg"
@@ -147,23 +146,3 @@ def test_a_search_that_was_cut_goes_on_with_the_runs_that_it_made(tmp_path):
     again = Counting()
     assert measured(case, parameters, CachedEngine(again, entries)).values == expected.values
     assert again.count == 0
-
-
-def test_a_search_costs_its_runs():
-    case = get_case("incline").measuring([ANGLE])
-    one, rules = case.presets["source"], engine_class("reference").traits
-    single = get_case("incline").seconds(Incline(contact=SOURCE), rules)
-    assert case.seconds(one, rules) == pytest.approx(12 * single)
-    assert case.seconds(one.replace(starts=20), rules) == pytest.approx(24 * single)
-    assert case.seconds(one.replace(method="steady"), rules) > case.seconds(one, rules)
-    assert case.seconds(one, None, "hard-sphere") == 0.0
-
-
-def test_a_file_may_ask_for_it(tmp_path):
-    file = tmp_path / "mine.toml"
-    file.write_text(
-        'case = "incline"\nquantity = ["critical_angle_deg", "monotone"]\n[over]\nstiffness = 1e4\n'
-    )
-    chosen = plan(request_in(file))
-    assert {one.name for one in chosen.case.quantities} >= {ANGLE, "monotone"}
-    assert chosen.request.quantity == "critical_angle_deg,monotone"

@@ -74,18 +74,6 @@ def test_moving_band_below_a_trapped_one_is_told_and_widens_the_uncertainty(synt
     assert 10.5 <= found.value_deg + found.uncertainty_deg <= 10.51
 
 
-def test_narrow_moving_bands_within_the_scan_that_holds_the_change_are_seen(synthetic):
-    fate = in_bands(
-        (0.0, 10.22, Motion.TRAPPED),
-        (10.22, 10.27, Motion.MOVES_ON),
-        (10.27, 10.32, Motion.TRAPPED),
-        otherwise=Motion.MOVES_ON,
-    )
-    found = critical_angle_by_steady_motion(synthetic(fate=fate).steady, CASE)
-    assert not found.monotone
-    assert found.value_deg == pytest.approx(10.22, abs=5e-3)
-
-
 def test_undecided_band_is_part_of_the_uncertainty_and_never_counts_as_trapped(synthetic):
     engine = synthetic(
         fate=in_bands(
@@ -101,17 +89,6 @@ def test_undecided_band_is_part_of_the_uncertainty_and_never_counts_as_trapped(s
     assert "undecided within the time limit" in found.note
     assert found.monotone
     assert len(engine.cases) <= 30
-
-
-def test_one_undecided_angle_is_stepped_around(synthetic):
-    fate = in_bands(
-        (0.0, 10.2, Motion.TRAPPED),
-        (10.2, 10.2001, Motion.UNDECIDED),
-        otherwise=Motion.MOVES_ON,
-    )
-    found = critical_angle_by_steady_motion(synthetic(fate=fate).steady, CASE)
-    assert found.uncertainty_deg <= 5e-3
-    assert found.value_deg == pytest.approx(10.2, abs=5e-3)
 
 
 @pytest.mark.parametrize(
@@ -133,14 +110,6 @@ def test_fate_that_only_turns_from_moving_to_trapped_is_an_error(synthetic):
     fate = in_bands((0.0, 10.2, Motion.MOVES_ON), otherwise=Motion.TRAPPED)
     with pytest.raises(EngineOutputError, match="trapped"):
         critical_angle_by_steady_motion(synthetic(fate=fate).steady, CASE)
-
-
-def test_window_is_respected_when_it_holds_the_change(synthetic):
-    engine = synthetic()
-    critical_angle_by_steady_motion(engine.steady, CASE, window=(10.1, 10.3))
-    angles = [case.angle for case in engine.cases]
-    assert min(angles) == pytest.approx(10.1)
-    assert max(angles) == pytest.approx(10.3)
 
 
 def test_probes_of_coarse_steps_find_what_the_scan_missed(synthetic):

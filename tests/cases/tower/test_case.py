@@ -1,8 +1,5 @@
 """The tower as a case: one run, its references, its verification and its part of the report."""
 
-import math
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -11,7 +8,6 @@ from harness.cases.tower.run import record_name
 from harness.cases.tower.system import TowerRunParameters
 from harness.cases.verification import Study
 from harness.comparison.verdicts import Kind, Verdict
-from harness.engines.output import Output
 from harness.errors import EngineCrashError, EngineError, EngineOutputError, RequestError
 from harness.parameters.tower import Tower
 from harness.workflows.case_runs import parameters_of
@@ -132,14 +128,6 @@ def test_a_quantity_that_is_wrong_fails_a_cross_code_row(fault):
     assert any(check.kind is Kind.CROSS_CODE for check in failed)
 
 
-def test_six_digits_end_in_no_exception():
-    def rounded(table):
-        return {name: np.round(c, 6) for name, c in table.items()}
-
-    found = CASE.verification.run(faulty(rounded), QUICK)
-    assert not any("internal" in check.note or "Error:" in check.note for check in found.checks)
-
-
 def test_the_main_engine_is_held_law_by_law(main):
     names = [check.name for check in main.checks]
     assert "tower: row, deformable law" in names
@@ -219,13 +207,6 @@ def test_an_error_within_a_part_is_a_row_and_the_others_go_on(monkeypatch):
     assert CASE.display.sections(None, found, {})
 
 
-def test_laws_are_said_to_be_equal_where_they_are(own):
-    rows = [check for check in own.checks if check.name.startswith("laws: largest difference")]
-    assert len(rows) == 4
-    for check in rows:
-        assert ("equal for one contact" in check.note) == (check.value == 0.0), check.name
-
-
 def test_recorded_towers_stand_in_for_a_missing_engine():
     assert CASE.verification.recorded(QUICK) == {}
     study = Study(level="quick", missing=frozenset({"mfix"}))
@@ -238,47 +219,8 @@ def test_recorded_towers_stand_in_for_a_missing_engine():
     assert all(row["recorded"] for row in found.published["towers"])
 
 
-def test_sections_hold_tables_and_figures(own, main):
-    beside = {"row": CASE.verification.run(RowEngine(), replace(QUICK, role="other"))}
-    beside |= CASE.verification.recorded(Study(level="quick", missing=frozenset({"mfix"})))
-    first, laws, engines, gallery = CASE.display.sections(main, own, beside)
-    (table,) = laws.tables
-    assert [row[0] for row in table.rows] == [str(n) for n in (1, 2, 3, 4, 9, 19) for _ in "ab"]
-    (table,) = engines.tables
-    assert [row[0] for row in table.rows] == ["row", "mfix (recorded)"]
-    assert table.head == ("engine", "steps", "n = 1", "n = 2", "n = 4", "n = 9", "n = 19", "order")
-    assert math.isclose(float(table.rows[0][-1]), 2.0, abs_tol=0.1)
-    drawn = (*first.drawings, *engines.drawings, *gallery.drawings)
-    drawings = {drawing.name: drawing for drawing in drawn}
-    assert "10.21 deg for one contact" in first.opening.steps[-1]
-    assert first.opening.figure in drawings
-    assert {"engines-tower-error", "same-law-overlap", "impulse-ratio"} <= set(drawings)
-    assert drawings["same-law-overlap"].caption.startswith("Force on the grain by Row and RK4 and")
-    for drawing in drawings.values():
-        figure = drawing.draw()
-        assert all(axes.get_ylabel() or axes.get_xlabel() for axes in figure.axes)
-        assert any(axes.has_data() for axes in figure.axes)
-
-
-def test_a_report_without_an_engine_has_the_own_parts(own):
-    titles = [section.title for section in CASE.display.sections(None, own, {})]
-    assert titles == ["", "Where the laws differ, and what it does to the angle", ""]
-
-
-def test_reading_needs_nothing_but_the_output():
-    parameters = TowerRunParameters()
-    engine = RowEngine()
-    (output,) = engine.run([CASE.job(parameters)])
-    assert isinstance(output, Output)
-    assert CASE.read(parameters, output, engine.traits) == CASE.measure(parameters, engine).values
-
-
 def test_a_height_is_read_from_a_setting():
     assert parameters_of(CASE, {"height": "3"}).height == 3
     for text in ("3.5", "three", "9" * 30):
         with pytest.raises(RequestError, match=r"^--set: height = "):
             parameters_of(CASE, {"height": text})
-
-
-def test_without_settings_it_is_the_tower_that_every_code_can_state():
-    assert parameters_of(CASE, {}).law == "overlap"

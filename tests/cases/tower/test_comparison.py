@@ -43,13 +43,6 @@ def switches(*times, first=1):
     return lambda t: first + np.searchsorted(times, t, side="right") % 2
 
 
-def test_a_run_equals_itself():
-    found = compare(synthetic(), synthetic())
-    assert (found.force.peak, found.force.l2, found.velocity.peak) == (0, 0, 0)
-    assert found.divergence_time is None
-    assert found.events == ()
-
-
 def test_known_differences_at_shared_times():
     run = synthetic(
         force=lambda t: wave(t) + 5.0, velocity=lambda t: 2 * np.cos(np.pi * t / END) - 0.01
@@ -171,12 +164,6 @@ def test_a_grazing_contact_moves_no_other_pair():
     assert found.largest_event_difference <= 0.00003
 
 
-def test_several_contacts_within_one_sample_match_the_same_spread_out():
-    reference = synthetic(contacts=lambda t: 1 + (t > 0.005) + (t > 0.0052))
-    found = compare(synthetic(contacts=lambda t: 1 + 2 * (t > 0.0051)), reference)
-    assert [(p.either.contact, p.matched) for p in found.events] == [(2, True), (3, True)]
-
-
 def test_events_after_the_end_of_the_reference_are_not_missed():
     run = synthetic(contacts=switches(0.002, 0.008))
     reference = synthetic(FULL[:121], contacts=switches(0.002))
@@ -221,23 +208,6 @@ def least_cost(ours, theirs, near):
     return rest(0, 0)
 
 
-def test_no_list_of_random_times_stops_the_matching():
-    """Costs of equal sums differ in the last digit: 112 of 2000 such lists stopped it once."""
-    random = np.random.default_rng(1)
-    for _ in range(2000):
-        sides = [np.sort(random.uniform(0, 1, random.integers(0, 15))) for _ in range(2)]
-        events, references = (
-            [ContactEvent(1, "onset", float(time), 0.0) for time in side] for side in sides
-        )
-        pairs = match_events(events, references, 0.1)
-        assert len(pairs) + sum(pair.matched for pair in pairs) == sum(map(len, sides))
-
-
-def test_far_events_are_not_the_same():
-    found = compare(synthetic(contacts=switches(0.002)), synthetic(contacts=switches(0.008)))
-    assert [pair.matched for pair in found.events] == [False, False]
-
-
 @pytest.mark.parametrize("name", ["time", "grain_force", "grain_velocity", "contacts"])
 @pytest.mark.parametrize("value", [np.nan, np.inf])
 def test_what_is_not_finite_is_refused(name, value):
@@ -256,11 +226,6 @@ def test_other_cases_are_refused(change):
     other = synthetic(tower=Tower(**{"height": 3, "law": "overlap", **change}))
     with pytest.raises(RequestError, match=next(iter(change))):
         compare(other, synthetic())
-
-
-def test_other_laws_are_compared_on_request():
-    other = synthetic(tower=TOWER.model_copy(update={"law": "deformable"}))
-    assert compare(other, synthetic(), across_laws=True).force.peak == 0.0
 
 
 @pytest.mark.parametrize(

@@ -31,13 +31,6 @@ def test_every_height_is_close_and_the_order_is_that_of_the_scheme(kind, order):
     assert found.solver == kind.name
 
 
-def test_second_order_leaves_1e_7_and_is_given_no_room_for_first_order():
-    rows, evidence = checks_of(RowEngine(), "default")
-    assert all(abs(tower.impulse_error) < 1e-7 for tower in evidence.towers)
-    impulses = [check for check in rows if "impulse" in check.name]
-    assert all(check.tolerance == pytest.approx(2e-5 * check.expected) for check in impulses)
-
-
 def test_the_tolerance_of_the_order_is_not_the_scatter_of_the_run_under_test():
     rows, _ = checks_of(RowEngine())
     assert rows[-1].tolerance == 0.15
@@ -120,13 +113,3 @@ def test_an_engine_that_refuses_the_case_is_not_tested_with_its_reason():
     (only,), _ = checks_of(Hertzian())
     assert (only.name, only.verdict) == ("row: towers", Verdict.NOT_TESTED)
     assert only.note == "its spring is Hertz's"
-
-
-def test_an_exception_of_an_engine_becomes_failed_rows_that_name_it():
-    def wrong(*_):
-        raise IndexError("of a part")
-
-    rows, _ = checks_of(RowEngine(spoil=wrong))
-    assert {check.verdict for check in rows} == {Verdict.FAIL}
-    assert all("IndexError: of a part" in check.note for check in rows)
-    assert all(check.engine_died for check in rows)

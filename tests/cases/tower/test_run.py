@@ -11,12 +11,6 @@ from harness.parameters.tower import Tower
 from tests.cases.tower.row_engine import RowEngine
 
 
-def test_solvers_by_name():
-    case = Tower(height=3)
-    ends = [tower(case, solver=name).final_velocity for name in ("rk4", "exact")]
-    assert ends[0] == pytest.approx(ends[1], abs=1e-5)
-
-
 @pytest.mark.parametrize(
     ("values", "said"),
     [
@@ -84,10 +78,3 @@ def test_impulse_table():
     assert by["deformable", "turnaround", 2] == pytest.approx(0.9473, abs=1e-4)
     assert by["overlap", "turnaround", 2] == pytest.approx(0.6263, abs=1e-4)
     assert math.isnan(by["deformable", "structure", 7])
-
-
-def test_impulse_table_by_both_solvers():
-    common = {"heights": (2, 9), "stiffnesses": (1e5,), "speeds": (4.0,)}
-    tables = [impulse_table(solver=name, **common) for name in ("exact", "rk4")]
-    for exact, stepped in zip(*tables, strict=True):
-        assert exact.ratio == pytest.approx(stepped.ratio, abs=1e-5)

@@ -1,7 +1,5 @@
 from __future__ import annotations
 
-import json
-
 import numpy as np
 import pytest
 
@@ -52,15 +50,6 @@ def test_rounding_enters_no_order():
     only = study(Tower(height=1, law="overlap"), 0.8, [12800, 25600, 51200])
     assert np.isnan(only.peak_order.value)
     assert only.to_json()["peak_force_order"] is None
-
-
-def test_record_and_frame():
-    found = study(Tower(height=2), 1.6, [100, 400, 1600])
-    record = found.to_json()
-    assert json.loads(json.dumps(record, allow_nan=False)) == record
-    assert (record["law"], record["solver"], record["reference"]) == ("deformable", "rk4", "exact")
-    assert found.to_frame()["steps_per_contact"].tolist() == [100, 400, 1600]
-    assert (np.diff(found.step) < 0).all()
 
 
 def test_what_has_no_order_is_refused():
