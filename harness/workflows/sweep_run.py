@@ -480,7 +480,12 @@ def _status(ran: Ran | None) -> str:
 
 
 def _refused_row(chosen: SweepPlan, engine: str, refused: RefusedPoint) -> Row:
-    same = [p for p in chosen.points if p.swept.get(PRESET) == refused.swept.get(PRESET)]
+    same = [
+        point
+        for point in chosen.points
+        if point.swept.get(PRESET) == refused.swept.get(PRESET)
+        and point.swept.keys() <= refused.settings.keys()
+    ]
     example = (same or chosen.points)[0]
     row = dict(_row(chosen, engine, example, None))
     units = {name: info.unit for name, info in parameters_in(example.parameters)}
@@ -489,7 +494,7 @@ def _refused_row(chosen: SweepPlan, engine: str, refused: RefusedPoint) -> Row:
             row[column] = None
         parameter = f"{name}.name" if f"{name}.name" in units else name
         row[column_of(parameter, units.get(parameter, ""))] = _plain_value(text)
-    if not same:  # of another preset
+    if not same:  # of another preset or grid
         columns = {column_of(name, units.get(name, "")) for name in refused.settings}
         row |= {column_of(n, u): None for n, u in units.items() if column_of(n, u) not in columns}
     return {**row, "status": REFUSED, "reason": " ".join(refused.reason.split())}

@@ -193,16 +193,17 @@ def test_a_named_engine_that_is_missing_is_an_error_and_one_of_all_is_left_out(m
 
 
 class Keyed(fakes.Toy):
-    """Counts its runs, and can be told by its content."""
+    """Counts its runs and their time, and can be told by its content."""
 
     def __init__(self):
-        self.slopes = []
+        self.slopes, self.seconds = [], set()
 
     def fingerprint(self):
         return {"engine": "keyed"}
 
     def run(self, jobs):
         self.slopes += [job.values["slope"] for job in jobs]
+        self.seconds |= {job.seconds for job in jobs}
         return super().run(jobs)
 
 
@@ -214,6 +215,7 @@ def test_what_was_run_before_and_the_same_twice_is_not_run_again(tmp_path):
     again = sweep("line", {"slope": "1:3:3", "count": "1,2"}, engines="toy", runner=runner)
     # the job does not depend on the count
     assert inner.slopes == [1.0, 2.0, 3.0]
+    assert inner.seconds == {2.0}  # what the case expects: a long run has more time
     assert list(again.to_frame()["y_m"]) == [2.0, 2.0, 4.0, 4.0, 6.0, 6.0]
 
 
@@ -369,6 +371,15 @@ def test_a_corner_that_is_refused_is_a_row_and_the_others_run():
     assert list(last) == list(found.rows[0])
     assert found.to_json()["refused"] == 1
     assert "1 refused" in found.summary()["runs"]
+
+
+@pytest.mark.usefixtures("strict")
+def test_what_is_refused_in_a_second_grid_has_the_parameters_of_that_grid():
+    grids = ({"slope": "1", "end.x": "4"}, {"slope": "3", "count": "1,2"}, {"slope": "9"})
+    found = run_plan(plan(SweepRequest("line", grids, {}, "toy")))
+    rows = [(row["slope"], row["count"], row["end.x_m"], row["status"]) for row in found.rows]
+    assert rows[:3] == [(1, 1, 4, "done"), (3, 1, 2, "done"), (3, 2, 2, "refused")]
+    assert rows[3] == (9, None, None, "refused")
 
 
 @pytest.mark.usefixtures("strict")
