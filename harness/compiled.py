@@ -15,7 +15,6 @@ from __future__ import annotations
 import atexit
 import contextlib
 import hashlib
-import os
 import shutil
 import sys
 import tempfile
@@ -50,19 +49,11 @@ def _stamp(folder: Path) -> str:
 def _kernel_folder(place: Path, stamp: str) -> Path:
     """Return the folder below ``place`` for kernels of a stamp, made if need be.
 
-    One of this user's that others could write, as an earlier version made them, is emptied: what
-    is in it may be theirs. In place of one of another user's, or a link, it is a temporary one,
-    with a note on stderr.
+    In place of one that others can write, or a link, it is a temporary one, with a note on stderr.
     """
     folder = place / stamp
     with contextlib.suppress(OSError):
         make_private(folder)
-        mine = not folder.is_symlink() and folder.stat().st_uid == os.geteuid()
-        if mine and writable_by_others(folder):
-            aside = Path(tempfile.mkdtemp(dir=place))
-            folder.rename(aside / stamp)
-            shutil.rmtree(aside)
-            make_private(folder)
     if not folder.is_dir():
         return folder  # it cannot be made: numba chooses one of its own
     linked = "it is a link" if folder.is_symlink() else ""

@@ -190,10 +190,8 @@ def test_kernels_that_others_could_write_are_not_read(tmp_path, kernel):
     (folder,) = (tmp_path / "home" / "cache" / "numba").iterdir()
     folder.chmod(0o775)
     plant(folder, tmp_path / "mark")
-    assert kernel() == ""
+    assert f"kernels in {folder} are not used, others may write it (mode 775)" in kernel()
     assert not (tmp_path / "mark").exists()
-    assert folder.stat().st_mode & 0o777 == 0o700
-    assert list(folder.rglob("*.nbc"))
 
 
 def test_kernels_behind_a_link_are_not_read(tmp_path, kernel):

@@ -80,26 +80,6 @@ class Plan(Generic[P]):
     tolerances: Mapping[str, Tolerance]
 
 
-_VERIFICATION = "a member of the class that `verified_by` names (cases/verification.py)"
-_DISPLAY = "a member of the class that `shown_by` names (cases/display.py)"
-
-GONE = {
-    "by_default": "`verify` runs incline and tower unless others are named",
-    "expected_rows": "name the checks in `planned` of the verification",
-    "judge_count": "name the checks in `planned` of the verification",
-    "verify_beside": "`run` of the verification reads `study.role`",
-    "verify": f"`run`, {_VERIFICATION}",
-    "verify_own": f"`run_solvers`, {_VERIFICATION}",
-    "across": f"`compare`, {_VERIFICATION}",
-    "seconds_to_verify": f"`seconds`, {_VERIFICATION}",
-    **dict.fromkeys(("planned", "selectable", "recorded", "lists_rows"), _VERIFICATION),
-    **dict.fromkeys(("cost", "regression"), f"in the case's TOML file, or {_VERIFICATION}"),
-    **dict.fromkeys(("sections", "figures", "film"), _DISPLAY),
-}
-"""Members of a case of earlier versions, and what is in their place: one that still has them would
-be judged otherwise than it says."""
-
-
 class Case(ABC, Generic[P]):
     """One system: parameters to a job, an output to quantities, and what these should be."""
 
@@ -128,9 +108,6 @@ class Case(ABC, Generic[P]):
     def __init_subclass__(cls, **more: Any) -> None:
         super().__init_subclass__(**more)
         members = vars(cls)
-        gone = [name for name in members if name in GONE]
-        if gone:
-            raise TypeError(f"{cls.__name__}.{gone[0]}: is not called any more: {GONE[gone[0]]}")
         if "summary" not in members and cls.__doc__:
             cls.summary = cls.__doc__.partition("\n")[0]
         if text := text_of(cls):
@@ -251,21 +228,3 @@ class Case(ABC, Generic[P]):
                 raise EngineError(f"{where} returned {name} = {content}: not one number")
         profile = self.profile(parameters, output)
         return Measured(values, output.provenance, output.seconds, output.ranks, profile)
-
-
-_MOVED = {
-    "harness.cases.text": ("Words", "text_of", "tolerances_of"),
-    "harness.cases.verification": (
-        *("Once", "Part", "Progress", "Role", "Study", "asked", "failed_part", "places"),
-        *("planned_in", "rows_of_parts", "silent"),
-    ),
-}
-
-if not TYPE_CHECKING:
-
-    def __getattr__(name: str) -> Any:
-        """Return what lay here in earlier versions, for packages written for them."""
-        for module, names in _MOVED.items():
-            if name in names:
-                return resolve_name(f"{module}:{name}")
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
