@@ -340,7 +340,7 @@ AT_REST = Tolerance(
 
 def over_turn(figure: str, label: str, column: str) -> Curve:
     """Return a curve over the turn."""
-    return Curve(f"{{system}}-{figure}", "turned (deg)", label, ("turned_deg", column), end="turn")
+    return Curve(f"{{system}}-{figure}", "turned (deg)", label, ("turned_deg", column))
 
 
 class DrumCase(BulkCase[Drum]):

@@ -214,7 +214,6 @@ class HeapCase(BulkCase[Heap]):
             "distance from the middle (mm)",
             "height of the heap (mm)",
             ("distance_m", "height_m"),
-            end="reach",
             scale=(1e3, 1e3),
         ),
         Curve(
@@ -222,7 +221,6 @@ class HeapCase(BulkCase[Heap]):
             "time after the ends are taken away (s)",
             "angle (deg)",
             ("time_s", "angle_deg"),
-            end="duration",
         ),
     )
 

@@ -263,7 +263,6 @@ class PenetrationCase(BulkCase[Penetration]):
             "time after the release (ms)",
             "height of the sphere's centre (mm)",
             ("time_s", "height_m"),
-            end="duration",
             scale=(1e3, 1e3),
         ),
         Curve(
@@ -271,7 +270,6 @@ class PenetrationCase(BulkCase[Penetration]):
             "time after the release (ms)",
             "velocity of the sphere, upward (m/s)",
             ("time_s", "velocity_m_per_s"),
-            end="duration",
             scale=(1e3, 1.0),
         ),
         Curve(
@@ -279,7 +277,6 @@ class PenetrationCase(BulkCase[Penetration]):
             "time after the release (ms)",
             "deceleration of the sphere (m/s2)",
             ("time_s", "deceleration_m_per_s2"),
-            end="duration",
             scale=(1e3, 1.0),
         ),
     )

@@ -198,7 +198,6 @@ class SiloCase(BulkCase[Silo]):
             "time after the opening (s)",
             "grains that remain",
             ("time_s", "remaining"),
-            end="duration",
         ),
     )
 

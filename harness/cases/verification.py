@@ -34,7 +34,6 @@ from harness.errors import EngineError, EngineOutputError, RequestError
 
 if TYPE_CHECKING:
     from harness.cases.contract import Case, LevelName, Plan
-    from harness.observables.reference import Columns, CurvePoints
 
 Value = TypeVar("Value")
 
@@ -131,7 +130,6 @@ class Study:
     verified. ``once`` holds values that several parts share; a case keys its entries by its
     parameters.
     ``only`` is a shell-style pattern: trials and rows that it does not match are left out.
-    ``points`` are a user's, by the name of a system and the columns of a curve of it.
     """
 
     level: LevelName = "default"
@@ -142,7 +140,6 @@ class Study:
     once: Once = field(default_factory=Once, compare=False, repr=False)
     only: str = ""
     role: Role = "main"
-    points: CurvePoints = field(default_factory=dict)
 
     def selects(self, *names: str) -> bool:
         """Return whether :attr:`only` matches one of the names; True where there is no pattern."""
@@ -182,13 +179,6 @@ class Verification:
     def selectable(self, level: LevelName) -> set[str]:
         """Return the names that :attr:`Study.only` can match before a row is there."""
         return {self.case.name, *(quantity.name for quantity in self.case.quantities)}
-
-    def curves(self, level: LevelName) -> Mapping[str, Mapping[Columns, float]]:
-        """Return the curves in which a user's points are drawn.
-
-        By the name of a system and their columns, the largest x of a run.
-        """
-        return {}
 
     def planned(self, level: LevelName, engine: Engine) -> Sequence[Planned]:
         """Return the checks that :meth:`run` must return."""

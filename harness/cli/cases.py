@@ -12,8 +12,8 @@ from cyclopts import Parameter
 
 from harness.cli.command import File, Json, Name, Settings, options
 from harness.cli.engine_options import (
-    CostOptions,
     IntegratorOptions,
+    LongRunOptions,
     WhereOptions,
     answer,
     completed,
@@ -118,7 +118,7 @@ def _short(value: Any) -> str:
 
 
 @options()
-class CaseOptions(CostOptions):
+class CaseOptions(LongRunOptions):
     """What is run."""
 
     settings: Settings = None
@@ -215,7 +215,9 @@ def run(
             quantities=names_in(choice.quantity),
             open_one=open_one,
             progress=progress,
-            agree=lambda seconds: choice.agree(seconds, f"case {case!r} with these values"),
+            check_duration=lambda seconds: choice.check_duration(
+                seconds, f"case {case!r} with these values"
+            ),
         )
         record = {**result.to_json(), **more}
         choice.write_profile(result)

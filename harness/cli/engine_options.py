@@ -128,22 +128,22 @@ class IntegratorOptions(ProgramOptions):
 
 
 @options()
-class CostOptions:
-    """What a long run needs."""
+class LongRunOptions:
+    """Consent to a long run."""
 
     force: bool = False
-    """Run also what is expected to take longer than the limit."""
+    """Run also what is expected to take more than ten minutes of a core."""
 
-    def agree(self, seconds: float, work: str, most: float | None = None, *instead: str) -> None:
-        """State a long run's expected time; raise RequestError above ``most`` unless forced.
+    def check_duration(self, seconds: float, work: str, instead: str = "") -> None:
+        """Print the expected time of a long run; raise RequestError above the limit of engines.
 
-        That is the limit of engines unless given [s]; ``instead`` is what could be asked for.
+        ``instead`` is what to request in its place. With ``--force`` there is no limit.
         """
-        from harness.engines.border import STATED_SECONDS, in_words, refuse_endless
+        from harness.engines.border import STATED_SECONDS, check_duration, in_words
         from harness.store.entries import tell_stderr
 
         if not self.force:
-            refuse_endless(seconds, work, most, *instead)
+            check_duration(seconds, work, instead)
         if seconds > STATED_SECONDS:
             tell_stderr(f"{work}: an estimated {in_words(seconds)} on one core")
 

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.figure import Figure
 
-    from harness.observables.reference import Columns, Points, ReferencePoints
+    from harness.observables.reference import Points, ReferencePoints
     from harness.report.film import Film
 
 GAP = 2
@@ -262,22 +262,6 @@ def read_points(path: Path, across: str, up: str, error: str = "") -> Points:
     from harness.observables.reference import parse_points
 
     return replace(parse_points(*_text_of(path), across, up, error), name=path.name)
-
-
-def read_curves(
-    path: Path, curves: Mapping[str, Mapping[Columns, float]]
-) -> dict[str, dict[Columns, Points]]:
-    """Return the points of ``--reference`` by system and columns, of those in ``curves``.
-
-    Raise RequestError in a line for a bad file.
-    """
-    from harness.observables.reference import parse_curves
-
-    found = parse_curves(*_text_of(path), curves)
-    return {
-        system: {columns: replace(points, name=path.name) for columns, points in by.items()}
-        for system, by in found.items()
-    }
 
 
 def _text_of(path: Path) -> tuple[str, str]:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from cyclopts import Parameter
 
 from harness.cli.command import ContactName, Json, Reading, options, panel
-from harness.cli.engine_options import CostOptions, EngineOptions, answer, completed
+from harness.cli.engine_options import EngineOptions, LongRunOptions, answer, completed
 from harness.cli.files import (
     print_json,
     print_record,
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 @options()
-class RouteOptions(CostOptions):
+class RouteOptions(LongRunOptions):
     """How the angle is found."""
 
     method: Literal["passage", "steady"] = "passage"
@@ -77,7 +77,9 @@ class RouteOptions(CostOptions):
         else:
             changed = passing(case, self.wells) if self.method == "steady" else case
             seconds = angle_seconds(changed, self.method, engine.traits)
-        self.agree(seconds, f"a critical angle at --stiffness {case.stiffness:g} in {engine.name}")
+        self.check_duration(
+            seconds, f"a critical angle at --stiffness {case.stiffness:g} in {engine.name}"
+        )
 
     def measure(self, case: Incline, engine: Engine, progress: Progress) -> dict[str, Any]:
         """Return the record of the critical angle."""

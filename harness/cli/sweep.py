@@ -15,8 +15,8 @@ from cyclopts import Parameter
 from harness.cli.command import Folder, Json, Settings, panel
 from harness.cli.command import options as grouped
 from harness.cli.engine_options import (
-    CostOptions,
     IntegratorOptions,
+    LongRunOptions,
     qualification,
     runs_made,
 )
@@ -113,7 +113,7 @@ def sweep(
     target: str,
     /,
     options: SweepOptions = SweepOptions(),
-    limit: CostOptions = CostOptions(),
+    limit: LongRunOptions = LongRunOptions(),
     *,
     json: Json = False,
 ) -> int:
@@ -140,7 +140,7 @@ def sweep(
     options = replace(options, target=target)
     chosen = _planned(options)
     points = options.points(chosen)
-    limit.agree(chosen.seconds(), f"{chosen.runs} runs of case {chosen.case.name!r}")
+    limit.check_duration(chosen.seconds(), f"{chosen.runs} runs of case {chosen.case.name!r}")
     options.check_names(chosen.engines, "--engines")
     counts: dict[str, int] = {}
     with progress_bars("sweep", quiet=json) as progress, _folder(options, chosen.request) as folder:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from cyclopts import Parameter
 
 from harness.cli.command import File, Json, Reading, options
-from harness.cli.engine_options import CostOptions, SolverOptions, answer, completed
+from harness.cli.engine_options import LongRunOptions, SolverOptions, answer, completed
 from harness.cli.files import (
     FORMATS,
     Writer,
@@ -65,7 +65,7 @@ class TowerOptions:
 
 
 @options()
-class RunOptions(CostOptions):
+class RunOptions(LongRunOptions):
     """How long, how finely, and what is kept of it."""
 
     duration: float = 3.0
@@ -89,7 +89,7 @@ class RunOptions(CostOptions):
             steps_per_contact=self.steps_per_contact,
         )
         work = f"--height {case.height} --duration {self.duration:g}, {solver or 'engine'}"
-        self.agree(seconds, f"the tower ({work})")
+        self.check_duration(seconds, f"the tower ({work})")
 
 
 def tower(
@@ -163,7 +163,7 @@ MOST_ESTIMATED = 20
 
 
 @options()
-class ImpulseOptions(CostOptions):
+class ImpulseOptions(LongRunOptions):
     """The rows of the table, and how an impulse ratio becomes an angle."""
 
     heights: str = "1-19"
@@ -222,7 +222,7 @@ class ImpulseOptions(CostOptions):
             for case in group
         )
         work = f"the table (--heights {self.heights})"
-        self.agree(seconds * len(every) / len(some), work)
+        self.check_duration(seconds * len(every) / len(some), work)
 
 
 @options()

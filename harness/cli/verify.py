@@ -16,13 +16,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import Parameter
 
 from harness.cli.command import File, Folder, Json, options
-from harness.cli.engine_options import CostOptions, EngineOptions, runs_made
+from harness.cli.engine_options import EngineOptions, LongRunOptions, runs_made
 from harness.cli.files import (
     check_source,
     closed_pipe_allowed,
     output_folder,
     print_json,
-    read_curves,
 )
 from harness.errors import RequestError
 from harness.report.plain import one_line
@@ -30,7 +29,6 @@ from harness.report.plain import one_line
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from harness.observables.reference import CurvePoints
     from harness.store.entries import Entries
     from harness.workflows.progress import Progress
 
@@ -207,7 +205,7 @@ def _command_of(path: Path) -> Iterator[str]:
 
 
 @options()
-class VerifyOptions(CostOptions):
+class VerifyOptions(LongRunOptions):
     """What is to be verified: how much, against which baseline, and where the report goes."""
 
     quick: bool = False
@@ -231,9 +229,6 @@ class VerifyOptions(CostOptions):
     """Leave the comparison with a baseline out."""
     known_defects: File = None
     """Known defects beside the committed ones, TOML as in inputs/known-defects.toml."""
-    reference: File = None
-    """Points to draw in the figures of bulk cases, beside findings that say how far the codes are
-    from them: CSV with the columns `system`, as rows begin, and two of `run --profile`."""
     strict: bool = False
     """Exit status 1 also where a check was not tested."""
     png: bool = False
@@ -255,7 +250,7 @@ class VerifyOptions(CostOptions):
         check_source(self.known_defects, "--known-defects")
         check_source(self.baseline, "--baseline", folder=True)
 
-    def check_seconds(self) -> None:
+    def check_level(self) -> None:
         """State the expected time of a long run; raise RequestError above the limit.
 
         Nothing is known of the part that a pattern selects.
@@ -270,25 +265,7 @@ class VerifyOptions(CostOptions):
         names = Selection(self.cases).names(level)
         engines = 1 + len(selected_engines(self.engines or ()).named)
         seconds = verification_seconds(names, level, engines)
-        self.agree(seconds, f"level {level} of {len(names)} cases", None, INSTEAD)
-
-    @property
-    def points(self) -> CurvePoints:
-        """Return the points of ``--reference``; raise RequestError for those of no chosen case."""
-        if self.reference is None:
-            return {}
-        from harness.cases.registry import all_cases
-        from harness.workflows.verification import Selection, checked_level, curves
-
-        level = checked_level(self.level)
-        wanted = curves(Selection(self.cases, self.only).chosen(level), level)
-        if not wanted:
-            must = ", ".join(n for n, case in all_cases().items() if curves([case], level))
-            raise RequestError(
-                f"--reference {self.reference}: no chosen case has curves for it; --cases must "
-                f"name one of {must}"
-            )
-        return read_curves(self.reference, wanted)
+        self.check_duration(seconds, f"level {level} of {len(names)} cases", INSTEAD)
 
 
 def verify(
@@ -316,9 +293,8 @@ def verify(
     choice.check()
     others = engines_of(choice.engines)
     engine.check_names((engine.engine, *others), "--engines")
-    points = choice.points
     with output_folder(choice.output) as folder, progress_bars("verify", quiet=json) as progress:
-        record = _record(choice, engine, points, folder, progress)
+        record = _record(choice, engine, folder, progress)
     with closed_pipe_allowed():
         if json:
             print_json({**record, "folder": str(folder)})
@@ -341,7 +317,6 @@ def engines_of(wanted: str | None) -> tuple[str, ...]:
 def _record(
     choice: VerifyOptions,
     engine: EngineOptions,
-    points: CurvePoints,
     folder: Path,
     progress: Progress,
 ) -> dict[str, Any]:
@@ -351,8 +326,8 @@ def _record(
     key = _key(choice, engine) if entries else None
     record = None if engine.fresh else _kept(entries, key, folder)
     if record is None:
-        choice.check_seconds()
-        record = _measured(choice, engine, points, folder, progress)
+        choice.check_level()
+        record = _measured(choice, engine, folder, progress)
         if entries is not None and key is not None and not record["engine_errors"]:
             entries.put(key, pack_verification(folder, record))
     return record
@@ -378,7 +353,6 @@ def _key(choice: VerifyOptions, engine: EngineOptions) -> str | None:
             "baseline": against,
             "strict": choice.strict,
             "png": choice.png,
-            **({"reference": _digest(choice.reference)} if choice.reference else {}),
             "only": choice.only,
             "further_defects": further and _digest(further),
         },
@@ -412,7 +386,6 @@ def _kept(entries: Entries | None, key: str | None, folder: Path) -> dict[str, A
 def _measured(
     choice: VerifyOptions,
     engine: EngineOptions,
-    points: CurvePoints,
     folder: Path,
     progress: Progress,
 ) -> dict[str, Any]:
@@ -434,7 +407,6 @@ def _measured(
             baseline=accepted,
             progress=progress,
             strict=choice.strict,
-            points=points,
         )
         progress("figures and report", 0, 1)
         record = verification.to_json()

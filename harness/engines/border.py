@@ -59,18 +59,15 @@ def job_seconds(job: Job, rules: Traits) -> float:
 SMALLER = "a coarser step, a softer contact or a smaller system"
 
 
-def refuse_endless(
-    seconds: float, runs: str, most: float | None = None, instead: str = SMALLER
-) -> None:
-    """Raise RequestError for ``runs`` that are expected to take more than ``most`` seconds.
+def check_duration(seconds: float, work: str, instead: str = "") -> None:
+    """Raise RequestError for work that is expected to take more than :data:`MOST_SECONDS`.
 
-    That is :data:`MOST_SECONDS` by default; ``instead`` is what to request in its place.
+    ``instead`` is what to request in its place.
     """
-    most = MOST_SECONDS if most is None else most
-    if not seconds <= most:
+    if not seconds <= MOST_SECONDS:
         raise RequestError(
-            f"{runs} would take an estimated {in_words(seconds)} on one core, "
-            f"{in_words(most)} are the limit: {instead}, or --force"
+            f"{work} would take an estimated {in_words(seconds)} on one core, "
+            f"{in_words(MOST_SECONDS)} are the limit: {instead or SMALLER}, or --force"
         )
 
 

@@ -372,7 +372,7 @@ def run(
     open_one: Open | None = None,
     fresh: bool = False,
     progress: Progress = silent,
-    agree: Callable[[float], None] = lambda _: None,
+    check_duration: Callable[[float], None] = lambda _: None,
 ) -> RunResult:
     """Run a case once and return its quantities with their references.
 
@@ -383,15 +383,15 @@ def run(
     engine or of a solver of the case; the default engine unless given. ``open_one`` opens one by
     its name; else runs are kept, and ``fresh`` makes them again. Raise RequestError for a name or
     value that is not allowed, for an engine that cannot run the case, with the reason;
-    EngineError for a run that failed. ``agree`` is called with the expected time [s], and may
-    raise.
+    EngineError for a run that failed. ``check_duration`` is called with the expected time [s], and
+    may raise.
     """
     wanted = [quantities] if isinstance(quantities, str) else list(quantities)
     chosen = get_case(case).measuring(wanted)
     parameters = parameters_of(chosen, settings or {})
 
     def begin(rules: Traits | None, solver: str = "") -> None:
-        agree(chosen.seconds(parameters, rules, solver))
+        check_duration(chosen.seconds(parameters, rules, solver))
         progress(case, 0, 1)
 
     if isinstance(engine, Engine):

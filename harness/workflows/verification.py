@@ -11,7 +11,7 @@ from __future__ import annotations
 import platform
 import re
 import time
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import AbstractContextManager, ExitStack, suppress
 from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
@@ -20,7 +20,7 @@ from fnmatch import fnmatchcase
 from functools import partial
 from itertools import chain
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 from harness import __version__
 from harness.cases.contract import LEVELS, Case, LevelName
@@ -74,9 +74,6 @@ from harness.workflows.engine_status import (
 )
 from harness.workflows.progress import Progress, silent
 
-if TYPE_CHECKING:
-    from harness.observables.reference import Columns, CurvePoints
-
 
 def checked_level(name: str) -> LevelName:
     """Return a level by its name; raise RequestError for a name that is not one."""
@@ -90,15 +87,6 @@ def chosen_cases(wanted: str | Iterable[str] | None) -> list[Case[Any]]:
     """Return the cases of names, groups or ``all``; the main ones for None."""
     text = wanted if isinstance(wanted, str) else ",".join(wanted or ())
     return list(cases_named(text).values())
-
-
-def curves(cases: Iterable[Case[Any]], level: LevelName) -> dict[str, Mapping[Columns, float]]:
-    """Return the curves of cases in which a user's points are drawn, by the name of a system.
-
-    Each by its columns, with the largest x of a run.
-    """
-    each = (case.verification.curves(level) for case in cases)
-    return {system: columns for systems in each for system, columns in systems.items()}
 
 
 @dataclass(frozen=True)
@@ -566,7 +554,6 @@ def verify(  # noqa: PLR0913 - keywords of a public function
     baseline: Path | Baseline | Literal[False] | None = None,
     progress: Progress = silent,
     strict: bool = False,
-    points: CurvePoints | None = None,
 ) -> Verification:
     """Hold an engine against theory, other codes and the baseline, case by case.
 
@@ -575,7 +562,7 @@ def verify(  # noqa: PLR0913 - keywords of a public function
     open one or a name, the default one unless given; ``engines`` are compared with it, opened by
     ``open_one``: names, or ``all``. Runs of engines that are opened here are kept; ``fresh`` runs
     them again. ``baseline`` is read, in a folder, the committed one for None, none for False. With
-    ``strict`` not tested fails. ``points`` are a user's, drawn in the curves of systems.
+    ``strict`` not tested fails.
 
     An engine that fails leaves rows that say so and status 3, as does a case asked for by name or
     group of which no engine tested anything; a case that raises is a failed row; the rest goes on.
@@ -593,7 +580,7 @@ def verify(  # noqa: PLR0913 - keywords of a public function
         selected_engines(engines),
     )
     opens = open_one or partial(opened, fresh=fresh)
-    study = Study(checked, progress, opens, cases=tuple(chosen), only=only, points=points or {})
+    study = Study(checked, progress, opens, cases=tuple(chosen), only=only)
     accepted = None if baseline is False else chosen_baseline(baseline)
     defects = with_further(wanted.defects)
     begun, clock = datetime.now(UTC).isoformat(timespec="seconds"), time.monotonic()

@@ -21,8 +21,8 @@ from harness.cases.incline.levels import (
 from harness.cases.incline.system import Incline
 from harness.cases.registry import all_cases
 from harness.cases.tower.case import tower_seconds
-from harness.cli.engine_options import CostOptions
-from harness.engines.border import MOST_SECONDS, engine_seconds, refuse_endless
+from harness.cli.engine_options import LongRunOptions
+from harness.engines.border import MOST_SECONDS, check_duration, engine_seconds
 from harness.engines.reference import Reference
 from harness.engines.registry import ENGINES, engine_class
 from harness.errors import RequestError
@@ -76,19 +76,18 @@ def test_force_runs_it_all_the_same(answer):
     words = ("tower", "--height", "3", "--duration", "0.1", "--force")
     assert answer(*words)["height"] == 3
     with pytest.raises(RequestError, match="more than 1000 years"):
-        refuse_endless(float("nan"), "it")
-    refuse_endless(1e9, "it", float("inf"))
+        check_duration(float("nan"), "it")
 
 
 def test_a_long_run_is_said_beforehand(capsys):
-    cost = CostOptions()
-    cost.agree(50.0, "it")
+    cost = LongRunOptions()
+    cost.check_duration(50.0, "it")
     assert capsys.readouterr().err == ""
-    cost.agree(90.0, "it")
+    cost.check_duration(90.0, "it")
     assert capsys.readouterr().err == "dem-harness: it: an estimated 1.5 minutes on one core\n"
     with pytest.raises(RequestError, match=r"it would take .* 15 minutes .* 10 minutes are the"):
-        cost.agree(900.0, "it")
-    CostOptions(force=True).agree(1e9, "it")
+        cost.check_duration(900.0, "it")
+    LongRunOptions(force=True).check_duration(1e9, "it")
     assert "31.7 years" in capsys.readouterr().err
 
 

@@ -3,8 +3,6 @@ import pytest
 from harness.errors import RequestError
 from harness.observables.reference import (
     PEYNEAU_ROUX,
-    Points,
-    parse_curves,
     parse_points,
     parse_reference,
 )
@@ -93,66 +91,3 @@ def test_a_third_column_gives_errors_of_0_or_more():
     assert parse_points("x,y\n1,2\n", "a.csv", "x", "y", "uncertainty").errors is None
     with pytest.raises(RequestError, match="row 2: uncertainty_m = -1 must be finite and 0 or"):
         parse_points("a,b,uncertainty_m\n1,2,-1\n", "a.csv", "a", "b", "uncertainty_m")
-
-
-SYSTEMS = {
-    "silo": {("time_s", "remaining"): 1.0},
-    "bed: deep, long": {("time_s", "height_m"): 0.1, ("time_s", "speed"): 0.1},
-}
-
-
-def test_points_of_curves_are_by_system_and_columns():
-    found = parse_curves(
-        "system,time_s,remaining,height_m,height_m_uncertainty,who\n"
-        'silo,0.5,9,,,a\n"bed: deep, long",0,,2,0.1,b\nsilo,3,8,,,c\n'
-        '"bed: deep, long",0.1,,1,0,d\n',
-        "x.csv",
-        SYSTEMS,
-    )
-    assert found == {
-        "silo": {("time_s", "remaining"): Points("x.csv", (0.5, 3.0), (9.0, 8.0))},
-        "bed: deep, long": {
-            ("time_s", "height_m"): Points("x.csv", (0.0, 0.1), (2.0, 1.0), (0.1, 0.0))
-        },
-    }
-
-
-CURVES = "system,time_s,remaining\n"
-
-
-@pytest.mark.parametrize(
-    ("text", "words"),
-    [
-        ("", "x.csv: is empty; a header system is expected"),
-        (CURVES, "x.csv: holds a header, but no points"),
-        ("time_s,remaining\n1,2\n", "x.csv, row 1: no column system; found time_s, remaining"),
-        (
-            CURVES + "silo,0,9\nsillo,1,2\n",
-            "x.csv, row 3: system = 'sillo': must be one of 'silo', 'bed: deep, long'",
-        ),
-        (
-            'system,t,height_m\n"bed: deep, long",1,2\n',
-            "x.csv, row 2: no columns of 'bed: deep, long': must be time_s and height_m, or "
-            "time_s and speed",
-        ),
-        (CURVES + "silo,0,\n", "x.csv, row 2: no value of remaining"),
-        (CURVES + "silo,,4\n", "x.csv, row 2: time_s = '' is not a number"),
-        (CURVES + "silo,0,nan\n", "x.csv, row 2: remaining = nan must be finite"),
-        (
-            "system,time_s,remaining,remaining_uncertainty\nsilo,0,1,-1\n",
-            "x.csv, row 2: remaining_uncertainty = -1 must be finite and 0 or greater",
-        ),
-        (
-            CURVES + "silo,7,1\nsilo,5,2\n",
-            "x.csv: 'silo': time_s = 5 is the smallest: no run goes beyond 1",
-        ),
-        (
-            CURVES + "silo,0,2\nsilo,1,2\n",
-            "x.csv: 'silo': remaining = 2 of all points: must be two different values at least",
-        ),
-    ],
-)
-def test_bad_points_of_curves_are_one_line_with_what_is_allowed(text, words):
-    with pytest.raises(RequestError) as refused:
-        parse_curves(text, "x.csv", SYSTEMS)
-    assert str(refused.value) == words

@@ -52,7 +52,6 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from harness.cases.bulk.film import Cut
-    from harness.observables.reference import Columns, Points
     from harness.report.film import Film
 
     Floats = NDArray[np.float64]
@@ -72,15 +71,13 @@ MARGIN = Tolerance(
 class Curve:
     """A curve of each run: the name of its figure, the labels of its axes, its columns in a table.
 
-    Columns are in SI units and degrees; ``scale`` are those of the axes in them. ``end`` is the
-    parameter beyond which no run has an x.
+    Columns are in SI units and degrees; ``scale`` are those of the axes in them.
     """
 
     figure: str
     x: str
     y: str
     columns: tuple[str, str]
-    end: str
     scale: tuple[float, float] = (1.0, 1.0)
 
 
@@ -113,7 +110,7 @@ class Runs:
     of the first. ``law`` says by which rules the engine follows the law, ``rules`` whose they are
     where they are not its own. ``main`` is the main engine under these rules where its own are
     others, or why it cannot be. ``system`` is the name of what is simulated, ``equivalent`` what
-    codes are held against one another in, ``points`` are a user's, by the columns of their curve.
+    codes are held against one another in.
     """
 
     engine: str
@@ -126,7 +123,6 @@ class Runs:
     main: Runs | str | None = None
     system: str = ""
     equivalent: tuple[str, ...] = ()
-    points: Mapping[Columns, Points] = field(default_factory=dict)
 
     @property
     def title(self) -> str:
@@ -222,18 +218,6 @@ class BulkVerification(Verification):
         systems = self.case.systems(level)
         return [Planned(name) for system in systems for name in self.names(engine, system)]
 
-    def curves(self, level: LevelName) -> Mapping[str, Mapping[Columns, float]]:
-        """Return the columns of the curves of each system, and the largest x of its runs."""
-        return {
-            system.name: {
-                curve.columns: max(
-                    getattr(p, curve.end) for p in (system.parameters, *system.trials.values())
-                )
-                for curve in self.case.drawn
-            }
-            for system in self.case.systems(level)
-        }
-
     def run(self, engine: Engine, study: Study) -> Findings:
         """Run the systems of a level and judge them; a run without its event has no row.
 
@@ -266,10 +250,7 @@ class BulkVerification(Verification):
         law = self.case.law(engine.traits, system.parameters)
         own = system.equivalent
         equivalent = self.case.equivalent if own is None else own
-        points = study.points.get(system.name, {})
-        runs = Runs(
-            engine.title, (), law=law, system=system.name, equivalent=equivalent, points=points
-        )
+        runs = Runs(engine.title, (), law=law, system=system.name, equivalent=equivalent)
         trials = self.trials(study.level, system)
         names = self.names(engine, system)
         refused = engine.refuses(self.case.job(system.parameters))
@@ -282,7 +263,6 @@ class BulkVerification(Verification):
                 checks += [not_tested(n, Kind.ANALYTIC, why) for n in names]
             return checks, runs
         checks += self.case.judge(names, runs, system.parameters)
-        checks += against_points(engine.name, runs, self.case.drawn)
         words = main and self.case.law(main.traits, system.parameters).words
         if law.values and main is not None and words != law.words:
             under, failed = study.once(
@@ -504,43 +484,16 @@ def effect(check: Check) -> Check:
     return finding(check.name, check.value, 1.0, "", note, uncertainty=check.uncertainty)
 
 
-def against_points(engine: str, runs: Runs, drawn: Sequence[Curve]) -> Iterator[Check]:
-    """Yield how far the mean curve of an engine is from a user's points: a finding, no verdict.
-
-    The root mean square over the points that all runs reach, over the range of all points.
-    """
-    for place, curve in enumerate(drawn):
-        points = runs.points.get(curve.columns)
-        if points is None:
-            continue
-        name = f"{runs.system}: {engine}: {curve.columns[1]} against {points.name}"
-        lines = [curves[place] for curves in runs.curves]
-        first, last = max(x[0] for x, _ in lines), min(x[-1] for x, _ in lines)
-        at, value = np.array([points.x, points.y])
-        near = (at >= first) & (at <= last)
-        mean = np.mean([np.interp(at[near], *line) for line in lines], axis=0)
-        size = float(np.ptp(value))
-        rms = float(np.sqrt(np.mean((mean - value[near]) ** 2))) / size if near.any() else math.nan
-        note = (
-            f"root mean square of {curve.columns[1]} of the mean of {len(lines)} runs less that of "
-            f"{near.sum()} of {near.size} points, those within {curve.columns[0]} = {first:.4g} to "
-            f"{last:.4g} of all runs, over the range of the points, {size:.4g}; shown, not judged"
-        )
-        yield finding(name, rms, 0.0, "", note)
-
-
 def draw(engines: Sequence[Runs], place: int, curve: Curve) -> Figure:
     """Draw a curve of every seed, and how far the mean of each engine is from that of all.
 
-    With its standard error; a colour for each engine. A user's points are open squares. A single
-    engine without points has no difference.
+    With its standard error; a colour for each engine. A single engine has no difference.
     """
     from matplotlib.figure import Figure
 
-    from harness.report.style import BLACK, COLOURS
+    from harness.report.style import COLOURS
 
-    points = engines[0].points.get(curve.columns)
-    panels = (2, 1) if len(engines) > 1 or points else (1,)
+    panels = (2, 1) if len(engines) > 1 else (1,)
     figure = Figure(figsize=(7.0, 5.0 if len(panels) > 1 else 3.6), layout="constrained")
     (above,), *rest = figure.subplots(len(panels), sharex=True, height_ratios=panels, squeeze=False)
     across, up = curve.scale
@@ -559,22 +512,13 @@ def draw(engines: Sequence[Runs], place: int, curve: Curve) -> Figure:
             if len(values) > 1:
                 error = values.std(axis=0, ddof=1) / math.sqrt(len(values))
                 below.fill_between(x, mean - error, mean + error, color=colour, alpha=0.25, lw=0.0)
-    if points:
-        at, value = across * np.array(points.x), up * np.array(points.y)
-        errors = None if points.errors is None else up * np.array(points.errors)
-        near = (at >= x[0]) & (at <= x[-1])
-        off = value - np.mean([np.interp(at, *line) for each in lines for line in each], axis=0)
-        look: dict[str, Any] = {"fmt": "s", "ms": 5, "mfc": "white", "color": BLACK, "zorder": 3}
-        above.errorbar(at, value, errors, label=points.name, **look)
-        for (below,) in rest:
-            below.errorbar(at[near], off[near], None if errors is None else errors[near], **look)
     above.set(ylabel=curve.y)
     above.legend(title="code; a line for each run")
     for (below,) in rest:
         seeds = max(len(values) for values in every) > 1
         words = "mean of a code less that of all, with its standard error"
         words = words if seeds else "a code less the mean of all"
-        below.set_title(f"{words}; points likewise" if points else words, fontsize=9)
+        below.set_title(words, fontsize=9)
         below.set(ylabel="difference")
     figure.axes[-1].set(xlabel=curve.x)
     return figure
