@@ -1,14 +1,12 @@
 """One grain on fixed spheres of its size: what the incline, columns and the tower have in common.
 
-Its parameters and contact time, the runs of its jobs in an engine and what comes back, and what the
-source expects of a column of n deformable particles: its critical angle, twice.
+Its parameters and contact time, the runs of its jobs in an engine and what comes back.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Sequence
-from importlib import resources
 from typing import Any, TypeVar
 
 import numpy as np
@@ -20,7 +18,7 @@ from harness.engines.output import Table
 from harness.errors import EngineError
 from harness.observables.reference import Trajectory
 from harness.parameters.base import Parameters
-from harness.parameters.law import SOURCE, Contact, NamedContact
+from harness.parameters.law import SOURCE, NamedContact
 from harness.parameters.scene import ContactScene, in_plane, spheres
 
 COLUMNS = ("time_s", "x_m", "y_m", "vx_m_per_s", "vy_m_per_s")
@@ -92,15 +90,6 @@ class Grain(Parameters):
         )
 
 
-def steps_of_factor(factor: float, contact: Contact) -> float:
-    """Return the steps per pi sqrt(m/k) of a run recorded with so many steps in its own contact.
-
-    That of MFiX lasts pi / sqrt(k/m_eff - (eta / (2 m_eff))^2) with m_eff = m/2, which is
-    pi sqrt(m/k) / sqrt(2 (1 - zeta^2)): its ``DTSOLID_FACTOR`` is a ``factor`` of it.
-    """
-    return factor * math.sqrt(2.0 * (1.0 - contact.zeta**2))
-
-
 def path_in(table: Table) -> Trajectory:
     """Return the grain's path: the first particle where a table has several."""
     columns = [np.asarray(table[name]) for name in COLUMNS]
@@ -145,9 +134,3 @@ def run_or_raise(result: Run | EngineError) -> Run:
     if isinstance(result, EngineError):
         raise result
     return result
-
-
-def recorded_text(engine: str, name: str) -> str:
-    """Return a table of the folder ``recorded`` of an engine, which says where it comes from."""
-    folder = resources.files(f"harness.engines.{engine}").joinpath("recorded")
-    return folder.joinpath(name).read_text(encoding="utf-8")

@@ -126,16 +126,14 @@ class Study:
     """Settings of a verification: its level, and how to open another engine by name.
 
     ``role`` is that of the engine: ``main``, or ``other`` for one that is compared with it.
-    ``missing`` are the names of requested engines that could not be run, ``cases`` are
-    verified. ``once`` holds values that several parts share; a case keys its entries by its
-    parameters.
+    ``cases`` are verified. ``once`` holds values that several parts share; a case keys its entries
+    by its parameters.
     ``only`` is a shell-style pattern: trials and rows that it does not match are left out.
     """
 
     level: LevelName = "default"
     progress: Progress = silent
     open_engine: Callable[[str], AbstractContextManager[Engine]] | None = None
-    missing: frozenset[str] = frozenset()
     cases: tuple[Case[Any], ...] = ()
     once: Once = field(default_factory=Once, compare=False, repr=False)
     only: str = ""
@@ -215,10 +213,6 @@ class Verification:
     def run_solvers(self, study: Study) -> Findings:
         """Judge what needs no engine: closed forms and solvers of this package."""
         return Findings(self.case.name)
-
-    def recorded(self, study: Study) -> Mapping[str, Findings]:
-        """Return what was recorded with engines of ``study.missing``, by the name to show."""
-        return {}
 
     def compare(self, engines: Mapping[str, Findings]) -> Sequence[Check]:
         """Hold engines, by name, against one another."""

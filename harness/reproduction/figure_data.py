@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 
 from harness.cases.incline.runs import run_inclines
 from harness.cases.incline.system import Incline, InclineRun, Motion
-from harness.cases.incline.verification import PATHS, recorded_path
 from harness.cases.tower.impulse import READINGS, angle_from_impulse_ratio, energy_scaling_angles
 from harness.cases.tower.run import tower
 from harness.cases.tower.verification import PAIR, PARTED, Curve, error_over_stiffness
@@ -382,7 +381,7 @@ def _listed(heights: list[int]) -> str:
 ANGLES_DEG = (10.20, 10.22)
 """A hundredth of a degree either side of the source's 10.21 deg: trapped, and moving."""
 
-_EVERY = 200  # steps between samples: 0.013 s, as the recorded runs
+_EVERY = 200  # steps between samples: 0.013 s, as the paths in MFiX's scheme
 
 
 @dataclass(frozen=True)
@@ -412,14 +411,14 @@ class VelocitySeries:
 
 
 def velocity_series(
-    engine: Engine | None, recorded: Mapping[tuple[int, float], Trajectory]
+    engine: Engine | None, paths: Mapping[tuple[int, float], Trajectory]
 ) -> tuple[tuple[VelocitySeries, ...], Statement]:
-    """Run the source's contact in ``engine`` and compare with the recorded MFiX runs.
+    """Run the source's contact in ``engine`` and compare with ``paths`` in MFiX's scheme.
 
-    Without an engine, or with one that fails, the recorded runs stand alone and
-    the statement says why it cannot be tested.
+    Without an engine, or with one that fails, these stand alone and the statement says why it
+    cannot be tested. ``paths`` are by MFiX's steps per contact time and the angle [deg].
     """
-    others = as_series(recorded)
+    others = as_series(paths)
     try:
         if engine is None:
             raise EngineError("no engine was given")
@@ -429,15 +428,10 @@ def velocity_series(
     return (*from_engine, *others), judged(from_engine, others)
 
 
-def recorded_motions() -> dict[tuple[int, float], Trajectory]:
-    """Return MFiX's paths by (its steps per contact time, angle [deg]), k = 1e6 N/m."""
-    return {path: recorded_path(*path) for path in PATHS}
-
-
 def as_series(motions: Mapping[tuple[int, float], Trajectory]) -> list[VelocitySeries]:
-    """Return the recorded paths as velocity series, finest step and smallest angle first."""
+    """Return paths in MFiX's scheme as velocity series, finest step and smallest angle first."""
     return [
-        VelocitySeries("MFiX-DEM", steps, angle, not turns_back(path), path)
+        VelocitySeries("MFiX's scheme", steps, angle, not turns_back(path), path)
         for (steps, angle), path in sorted(motions.items(), key=lambda m: (-m[0][0], m[0][1]))
     ]
 
@@ -453,7 +447,7 @@ def turns_back(path: Trajectory) -> bool:
 
 
 def _engine_series(engine: Engine, others: Sequence[VelocitySeries]) -> list[VelocitySeries]:
-    """Run both angles for as many wells as the recorded grain that went farthest."""
+    """Run both angles for as many wells as the grain in MFiX's scheme that went farthest."""
     wells = max((math.ceil(s.path.x_m[-1] - s.path.x_m[0]) for s in others), default=20)
     cases = [Incline(angle=angle, wells=wells) for angle in ANGLES_DEG]
     return [

@@ -157,11 +157,6 @@ def angle_against_mfix_step(findings: FindingTables) -> Figure:
             frame["factor"], frame["euler_deg"], frame["euler_uncertainty_deg"], ls=style.STYLES[i],
             capsize=2, label=f"k = {style.power(k)} N/m, reference DEM, Euler", **look,
         )  # fmt: skip
-        recorded = frame[frame["recorded_deg"].notna()]
-        axes.plot(
-            recorded["factor"], recorded["recorded_deg"], style.MARKERS[i], mfc="white",
-            label=f"k = {style.power(k)} N/m, MFiX-DEM 21.3.2, recorded", **look,
-        )  # fmt: skip
         axes.annotate(f"no step: {limits[k]:.3f}", (5600, limits[k]), va="center", **look, **small)
     closed = findings.closed_form_deg
     axes.axhline(closed, color=style.BLACK, linewidth=1, linestyle=(0, (6, 3)))

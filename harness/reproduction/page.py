@@ -210,11 +210,9 @@ def _templates() -> Environment:
     return text
 
 
-def _measured(value: float, uncertainty: float = math.nan) -> str:
-    """Return a value with its uncertainty, to the digits that the uncertainty leaves."""
-    if math.isnan(value):
-        return "-"
-    return f"{value:.3f}" if math.isnan(uncertainty) else f"{value:.3f} ± {uncertainty:.1g}"
+def _measured(value: float, uncertainty: float) -> str:
+    """Return a value with its uncertainty, a dash for one that was not measured."""
+    return "-" if math.isnan(value) else f"{value:.3f} ± {uncertainty:.1g}"
 
 
 LEDGER = "ledger.csv"
@@ -275,8 +273,8 @@ def all_pictures(reproduction: Reproduction) -> list[Picture]:
         picture(
             "finding-mfix-step",
             "Finding: the step of MFiX's scheme",
-            "Critical angle of the source's contact with m/2, by our integrator in MFiX's scheme "
-            "and as recorded with MFiX. The curves cross the closed form on their way to limits "
+            "Critical angle of the source's contact with m/2, by our integrator in MFiX's scheme. "
+            "The curves cross the closed form on their way to limits "
             "that only a stiffer contact brings down. Bars: resolution of the search, and where "
             "in a step a contact begins.",
             lambda: angle_against_mfix_step(findings),

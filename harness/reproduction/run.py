@@ -15,7 +15,6 @@ from matplotlib import figure as mpl_figure
 from harness import __version__
 from harness.cases.incline.angle import CriticalAngle, critical_angle
 from harness.cases.incline.system import Incline
-from harness.cases.incline.verification import EULER, angle_in_scheme, case_at, recorded_angles
 from harness.cases.tower import figures as impulse
 from harness.cases.tower.figures import velocity_and_deformation
 from harness.cases.tower.impulse import impulse_angles
@@ -31,13 +30,20 @@ from harness.reproduction import figures as drawn
 from harness.reproduction.claims import ClaimStatus, Ledger, Statement, untestable
 from harness.reproduction.figure_data import (
     error_against_stiffness,
-    recorded_motions,
     structure_window,
     two_and_three_particles,
     velocity_series,
     window_selection,
 )
 from harness.reproduction.ledger import in_order, statements
+from harness.reproduction.mfix import (
+    ADAMS_BASHFORTH,
+    EULER,
+    STIFFNESSES,
+    angle_in_scheme,
+    case_at,
+    scheme_paths,
+)
 from harness.reproduction.movies import Motions, motions
 from harness.reproduction.schematics import collapse, force_and_contacts, separated
 from harness.shown import Result
@@ -70,18 +76,18 @@ def source_figures(
     engine: Engine | None,
     progress: Progress = silent,
     *,
-    recorded: Mapping[tuple[int, float], Trajectory] | None = None,
+    paths: Mapping[tuple[int, float], Trajectory] | None = None,
     reference: ReferencePoints | None = None,
 ) -> tuple[SourceFigure, ...]:
     """Recompute the source's figures, in their order.
 
     ``engine`` runs the incline; without it, or if it fails, that figure cannot be
-    tested and keeps the recorded runs. ``recorded`` are MFiX runs by (steps per
-    contact time, angle [deg]), those of the harness if not given. ``reference``
-    are measured angles of the user's, for what the source compares with others.
+    tested and keeps those in MFiX's scheme: ``paths`` by (steps per contact time, angle [deg]),
+    computed if not given. ``reference`` are measured angles of the user's, for what the source
+    compares with others.
     """
     runs = cache(lambda: impulse_angles(solver=SOLVER, laws=(Tower().law,)))
-    paths = recorded_motions() if recorded is None else recorded
+    paths = scheme_paths() if paths is None else paths
     # of each what it is drawn from with its statement, and how it is drawn from that
     figures: tuple[tuple[Compute, Draw], ...] = (
         (lambda: (True, figure_data.thin_layers(reference)),
@@ -179,8 +185,6 @@ def reproduce(
     )
 
 
-ADAMS_BASHFORTH = "mfix-adams-bashforth"
-STIFFNESSES = (1e5, 1e6, 1e7)
 FACTORS = (50, 100, 200, 500, 1000, 2000, 5000)
 RESTITUTIONS = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6)
 IN_THE_ENGINE = (0.1, 0.5)
@@ -197,9 +201,8 @@ class FindingTables:
     ``restitution`` (a row for each e): the angle of both readings of the shock,
     and what the reference DEM and the engine measure; ``heights`` (height, law,
     window): impulse ratio and angle of both readings; ``mfix`` (stiffness, step
-    factor, scheme): critical angle of our integrator in MFiX's scheme, with the
-    recorded one where there is one; ``limits`` (stiffness): the angle of the same
-    contact without a step.
+    factor, scheme): critical angle of our integrator in MFiX's scheme; ``limits``
+    (stiffness): the angle of the same contact without a step.
     """
 
     restitution: pd.DataFrame
@@ -263,22 +266,18 @@ def _heights() -> pd.DataFrame:
 def mfix_table() -> pd.DataFrame:
     """Return the critical angle of MFiX's contact over stiffness and ``DTSOLID_FACTOR``.
 
-    Columns for each integrator: value and uncertainty in deg, NaN where its step is
-    unstable; and the angle that was recorded with MFiX itself, NaN where none was.
+    Columns for each integrator: value and uncertainty in deg, NaN where its step is unstable.
     """
-    recorded = {at: angle.value for at, angle in recorded_angles().items()}
-    with Reference(EULER) as euler, Reference(ADAMS_BASHFORTH) as adams:
-        rows = [
-            {
-                "stiffness_N_per_m": k,
-                "factor": factor,
-                **_columns("euler", angle_in_scheme(k, factor, euler)),
-                **_columns("adams_bashforth", angle_in_scheme(k, factor, adams)),
-                "recorded_deg": recorded.get((k, factor), math.nan),
-            }
-            for k in STIFFNESSES
-            for factor in FACTORS
-        ]
+    rows = [
+        {
+            "stiffness_N_per_m": k,
+            "factor": factor,
+            **_columns("euler", angle_in_scheme(k, factor, EULER)),
+            **_columns("adams_bashforth", angle_in_scheme(k, factor, ADAMS_BASHFORTH)),
+        }
+        for k in STIFFNESSES
+        for factor in FACTORS
+    ]
     return pd.DataFrame(rows)
 
 

@@ -40,11 +40,6 @@ class EngineSelection:
 
     engines: tuple[str, ...] = ()
     named: frozenset[str] = frozenset()
-    everything: bool = False
-
-    def wants(self, engine: str) -> bool:
-        """Return whether an engine was asked for, by name or among all."""
-        return self.everything or engine in self.named
 
 
 def selected_engines(wanted: str | Iterable[str]) -> EngineSelection:
@@ -71,7 +66,7 @@ def selected_engines(wanted: str | Iterable[str]) -> EngineSelection:
     everything = ALL in names
     chosen = [name for name in available if everything or name in names or name in ALWAYS]
     others = [name for name in dict.fromkeys(names) if name not in (ALL, *available)]
-    return EngineSelection((*chosen, *others), frozenset(names) - {ALL}, everything)
+    return EngineSelection((*chosen, *others), frozenset(names) - {ALL})
 
 
 NO_TRAITS = Traits("", (), "", ContactModel("", {"tail": (), "effective_mass": ()}))

@@ -270,12 +270,11 @@ class OtherEngines:
         return [record for findings in of_cases for record in findings.records]
 
     def run(self) -> OtherEngines:
-        """Run the engines, add what was recorded with missing ones, and hold all together."""
+        """Run the engines, and hold all together."""
         if not self.selection.engines:
             return self
         for name in self.selection.engines:
             self._run_engine(name)
-        self._recorded()
         for case in self.cases:
             self._across(case)
         return self
@@ -380,21 +379,6 @@ class OtherEngines:
         if not (findings.checks or self.study.only or engine is self.main):
             return untested(engine.name, [case], NO_ROW)  # those of the main one are there
         return findings.checks
-
-    def _recorded(self) -> None:
-        wanted = filter(self.selection.wants, self.selection.engines)
-        qualified = {engine.engine for engine in self.declared if engine.summary == "qualified"}
-        missing = frozenset(wanted) - qualified
-        study = replace(self.study, missing=missing)
-        for case in self.cases:
-            try:
-                recorded = case.verification.recorded(study)
-            except Exception as error:
-                self.checks.append(failed_part(f"{case.name}: recorded results", error))
-                continue
-            for name, findings in recorded.items():
-                self.findings.setdefault(name, {})[case.name] = findings
-                self.checks += findings.checks
 
     def _across(self, case: Case[Any]) -> None:
         by_engine = {name: by[case.name] for name, by in self.findings.items() if case.name in by}

@@ -105,12 +105,6 @@ class KeptVerification(LineVerification):
         found.published = {"kept_y_m": output.number("y")}
         return found
 
-    def recorded(self, study):
-        if "missing" not in study.missing:
-            return {}
-        check = judge("missing (recorded): y", Kind.CROSS_CODE, 6.0, 6.0, NARROW)
-        return {"missing (recorded)": Findings("kept", "missing (recorded)", [check])}
-
     def compare(self, engines):
         if len(engines) < 2:
             return []

@@ -79,7 +79,7 @@ class EngineAngle(Row, Record):
     ``role`` is the contact that ``contact`` stands for in the engine, ``plastic`` or ``source``.
     ``reference_deg`` is NaN where the reference DEM has no such rules;
     ``microseconds_per_step`` is the cost, NaN where none was measured. ``lineage`` is the
-    engine that it grew out of. A ``recorded`` angle was measured elsewhere.
+    engine that it grew out of.
     """
 
     role: str
@@ -90,7 +90,6 @@ class EngineAngle(Row, Record):
     reference_deg: float = math.nan
     microseconds_per_step: float = math.nan
     lineage: str = ""
-    recorded: bool = False
 
     JSON: ClassVar = {
         "engine": "who",
@@ -127,8 +126,6 @@ class EngineAngle(Row, Record):
     @property
     def evidence(self) -> str:
         """Return what kind of evidence the value is."""
-        if self.recorded:
-            return "recorded"
         if self.who == OWN:
             return "the harness's own"
         return "regression partner" if self.lineage else "independent"
@@ -140,7 +137,7 @@ def across_engines(angles: Sequence[EngineAngle]) -> list[Check]:
     Those of the first engine's class are judged; other classes are findings beside it.
     """
     rows: list[Check] = []
-    live = [a for a in angles if not a.recorded and a.who != OWN]
+    live = [a for a in angles if a.who != OWN]
     base = live[0].who if live else ""
     for role in (PLASTIC_ROLE, SOURCE_ROLE):
         at_stated_step = [
@@ -322,11 +319,12 @@ def same_rules(traits: Traits, off: CriticalAngle, closed_form: float) -> Tolera
     Round-off that moves a contact's end to another step moves one phase of the mean by its
     whole range; the digits of an output are an error of the margin.
     """
-    recorded = REFERENCE_ANGLE
-    jitter = max(recorded.absolute, 2.0 * off.uncertainty_deg / off.phases)
+    jitter = max(REFERENCE_ANGLE.absolute, 2.0 * off.uncertainty_deg / off.phases)
     slope = passage_margin_slope(closed_form, SHOCK_WITHOUT_REBOUND)
     digits = MARGIN_DIGITS * 10.0 ** (1 - traits.digits) / slope
-    why = f"{recorded.reason}; {traits.digits} digits of its output are worth {digits:.1g} deg"
+    why = (
+        f"{REFERENCE_ANGLE.reason}; {traits.digits} digits of its output are worth {digits:.1g} deg"
+    )
     return Tolerance("deg", jitter + digits, 0.0, why)
 
 

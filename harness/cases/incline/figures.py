@@ -260,8 +260,8 @@ LOOKS = {"clipped": (BLUE, "o"), "attractive": (RED, "s")}
 def angles_of_engines(angles: Sequence[EngineAngle], closed_form: float) -> Figure:
     """Draw one row for each engine and contact: its angle, the reference's, and theory.
 
-    All at the stiffness of the first angle, and at its step but for recorded ones. Left all of
-    them; right those near the closed form, whose band can be seen there.
+    All at the stiffness and step of the first angle. Left all of them; right those near the closed
+    form, whose band can be seen there.
     """
     angles = _comparable(angles)
     figure = Figure(figsize=(9.6, 1.5 + 0.34 * len(angles)), layout="constrained")
@@ -294,12 +294,8 @@ def angles_of_engines(angles: Sequence[EngineAngle], closed_form: float) -> Figu
 def _comparable(angles: Sequence[EngineAngle]) -> list[EngineAngle]:
     """Return the angles at the first one's stiffness and step, contact by contact."""
     first = angles[0]
-    chosen = [
-        a
-        for a in angles
-        if a.stiffness == first.stiffness
-        and (a.recorded or a.steps_per_contact == first.steps_per_contact)
-    ]
+    at = (first.stiffness, first.steps_per_contact)
+    chosen = [a for a in angles if (a.stiffness, a.steps_per_contact) == at]
     contacts = list(dict.fromkeys(a.contact.name for a in chosen))
     return sorted(chosen, key=lambda a: contacts.index(a.contact.name))
 
@@ -349,5 +345,4 @@ def _beyond(axes: Axes, angles: Sequence[EngineAngle], closed_form: float, span:
 
 
 def _row_name(angle: EngineAngle) -> str:
-    steps = f", {angle.steps_per_contact:.3g} steps" if angle.recorded else ""
-    return f"{angle.who}: {angle.contact.name}{steps}"
+    return f"{angle.who}: {angle.contact.name}"

@@ -1,14 +1,12 @@
-"""An engine on the incline, held against the closed form, the reference DEM and recorded runs.
+"""An engine on the incline, held against the closed form and the reference DEM.
 
 Beside the reference DEM paths are compared sample by sample: same stiffness, step, contact and
 integration, so that they may differ by round-off only. The adaptive integrator measures the error
-of the integration itself. The runs recorded with MFiX-DEM 21.3.2 and their origin are in that
-engine's folder ``recorded``.
+of the integration itself.
 """
 
 from __future__ import annotations
 
-import csv
 import itertools
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -19,13 +17,12 @@ from typing import TYPE_CHECKING, TypeVar
 import numpy as np
 
 from harness.cases.contract import LevelName
-from harness.cases.grain import COLUMNS, complete, recorded_text, run_or_raise, steps_of_factor
+from harness.cases.grain import COLUMNS, complete, run_or_raise
 from harness.cases.incline import levels
 from harness.cases.incline.angle import (
     PHASES,
     CriticalAngle,
     critical_angle,
-    critical_angle_by_steady_motion,
     critical_angles,
     extrapolate,
     side_by_side,
@@ -57,21 +54,18 @@ from harness.cases.incline.checks import (
 )
 from harness.cases.incline.engine_checks import (
     OWN,
-    SOURCE_ROLE,
     EngineAngle,
     across_engines,
     angle_checks,
     reference_for,
 )
 from harness.cases.incline.levels import (
-    COARSE_WELLS,
     EXTRAPOLATED,
     MOST_ROUTE_JITTER,
-    RECORDED,
     SOURCE_CASE,
     SOURCE_CLIPPED,
 )
-from harness.cases.incline.runs import measured, run_inclines, steady_runs
+from harness.cases.incline.runs import measured, run_inclines
 from harness.cases.incline.system import (
     Incline,
     InclineRun,
@@ -79,13 +73,11 @@ from harness.cases.incline.system import (
     Route,
     energy,
     margin,
-    start_in_well,
 )
 from harness.cases.verification import (
     Part,
     Study,
     Verification,
-    failed_part,
     planned_in,
     rows_of_parts,
 )
@@ -103,10 +95,10 @@ from harness.comparison.verification import Findings
 from harness.engines.contract import Engine
 from harness.engines.process import parallel_map
 from harness.engines.reference import Reference
-from harness.errors import EngineError, EngineOutputError, RequestError
+from harness.errors import EngineError, EngineOutputError
 from harness.observables.reference import Trajectory
 from harness.observables.row import Row
-from harness.parameters.law import CONTACTS, PLASTIC, SOURCE, Contact
+from harness.parameters.law import CONTACTS, PLASTIC, SOURCE
 from harness.parameters.plane_scene import LOOK
 from harness.theory.incline import critical_angle as closed_form
 
@@ -378,163 +370,6 @@ def _worth_of_the_step(engine_name: str, angle: CriticalAngle) -> list[Check]:
     return [finding(name, angle.value_deg, exact.value_deg, "deg", note, angle.uncertainty_deg)]
 
 
-MFIX = "mfix"
-RECORDED_NAME = "mfix (recorded)"
-
-EULER = "mfix-euler"
-
-TOLERANCE_DEG = 1e-3
-
-FINE = 1000
-"""Factor from which a passage will do: where in a step a contact begins is worth 1e-4 deg."""
-
-COARSE = 50
-"""Factor of 4.8 steps per contact: how long one waits decides there on what lasts."""
-
-WELLS = 20
-"""Wells to pass in steady motion, beyond those of ``COARSE``, whose jitter asks for more."""
-
-CONTACT = Contact(
-    name="MFiX", restitution=1e-20, damping_ratio=None, tail="attractive", effective_mass="half"
-)
-"""The contact of the recorded inclines: m_eff = m/2 also against a fixed sphere, not clipped."""
-
-STIFFNESS = 1e6
-"""[N/m] of the recorded paths."""
-
-START_SPEED = 1.5
-"""[m/s] in a well, along the tangent of the sphere ahead."""
-
-FIRST_CENTRE = 0.5
-"""[m] x of the first fixed sphere in the recorded paths: they count from the row's left edge."""
-
-PATHS = ((50, 10.20), (500, 10.20), (500, 10.22))
-"""``DTSOLID_FACTOR`` and angle [deg] of the recorded paths."""
-
-
-def case_at(angle: float, stiffness: float, factor: float) -> Incline:
-    """Return the incline (1 m, 1 kg) as MFiX ran it at an angle [deg], k [N/m] and factor."""
-    return Incline(
-        angle=angle,
-        stiffness=stiffness,
-        contact=CONTACT,
-        steps_per_contact=steps_of_factor(factor, CONTACT),
-        spheres=10,
-    )
-
-
-def recorded_path(factor: int, angle: float) -> Trajectory:
-    """Return a recorded path, six digits; raise RequestError for one that is not in ``PATHS``.
-
-    It starts at x = 0.5 d, from the centre of a fixed sphere as everywhere in the harness.
-    """
-    if (factor, angle) not in PATHS:
-        recorded = ", ".join(f"f = {f} at {a:.2f} deg" for f, a in PATHS)
-        raise RequestError(
-            f"f = {factor} at {angle:g} deg was not recorded: must be one of {recorded}"
-        )
-    text = recorded_text(MFIX, f"quartier_k1e6_euler_f{factor}_th{angle:.2f}.csv")
-    t, x, y, vx, vy = np.loadtxt(
-        text.splitlines(), delimiter=",", skiprows=1, usecols=range(5), unpack=True
-    )
-    return Trajectory(t, x - FIRST_CENTRE, y, vx, vy)
-
-
-def recorded_angles() -> dict[tuple[float, int], Row]:
-    """Return the critical angles that bisecting MFiX runs left, by stiffness [N/m] and factor."""
-    rows = csv.DictReader(recorded_text(MFIX, "critical_angles_euler.csv").splitlines())
-    return {
-        (float(row["stiffness_N_per_m"]), int(row["dtsolid_factor"])): Row(
-            "critical angle",
-            float(row["critical_angle_deg"]),
-            float(row["uncertainty_deg"]),
-            "deg",
-            who=RECORDED_NAME,
-        )
-        for row in rows
-    }
-
-
-SHOWN: dict[LevelName, tuple[tuple[float, int], ...]] = {
-    "quick": ((1e6, 500),),
-    "default": ((1e6, 500), (1e6, 5000)),
-}
-"""Stiffness [N/m] and ``DTSOLID_FACTOR`` by level; all of them in a full one."""
-
-
-def recorded_checks(level: LevelName, angles: list[EngineAngle]) -> list[Check]:
-    """Return the rows of MFiX's recorded angles; add to ``angles``."""
-    chosen = SHOWN.get(level)
-    with Reference(EULER) as engine:
-        return [
-            _recorded_angle(*at, recorded, engine, angles)
-            for at, recorded in recorded_angles().items()
-            if chosen is None or at in chosen
-        ]
-
-
-def angle_in_scheme(stiffness: float, factor: int, engine: Reference) -> CriticalAngle | None:
-    """Return the critical angle at a stiffness [N/m] and factor; None for an unstable step.
-
-    Coarse steps by steady motion from MFiX's own start (1.5 m/s in a well), as the
-    recorded angles were found; fine ones by passage, which is the same there and
-    asks for a tenth of the steps.
-    """
-    wells = COARSE_WELLS if factor <= COARSE else WELLS
-    case = case_at(10.2, stiffness, factor).replace(wells=wells, time_limit=100.0 * wells)
-    try:
-        if factor >= FINE:
-            return critical_angle(case, engine=engine)
-        return critical_angle_by_steady_motion(
-            lambda cases: steady_runs(engine, cases, start_in_well(case, START_SPEED)),
-            case,
-            tolerance_deg=TOLERANCE_DEG,
-        )
-    except RequestError:
-        return None
-
-
-def _recorded_angle(
-    stiffness: float, factor: int, row: Row, engine: Reference, angles: list[EngineAngle]
-) -> Check:
-    """Hold a recorded angle against the reference DEM, by the same route from the same start."""
-    case = case_at(row.value, stiffness, factor)
-    name = (
-        f"{RECORDED_NAME}: critical angle against the reference DEM, k = {stiffness:g} N/m, "
-        f"{case.steps_per_contact:.3g} steps"
-    )
-    try:
-        recomputed = angle_in_scheme(stiffness, factor, engine)
-    except EngineError as error:
-        return failed_part(name, error, "deg")
-    if recomputed is None:
-        return not_tested(name, Kind.CROSS_CODE, "the step is unstable in the scheme", "deg")
-    angles.append(
-        EngineAngle(
-            **{**vars(row), "expected": closed_form()},
-            role=SOURCE_ROLE,
-            contact=case.contact.replace(name="source, m_eff m/2"),
-            stiffness=stiffness,
-            steps_per_contact=case.steps_per_contact,
-            integrator=EULER,
-            reference_deg=recomputed.value_deg,
-            recorded=True,
-        )
-    )
-    if factor == COARSE:
-        note = "4.8 steps per contact: how long one waits decides on what lasts"
-        return finding(name, row.value, recomputed.value_deg, "deg", note)
-    return judge(
-        name,
-        Kind.CROSS_CODE,
-        row.value,
-        recomputed.value_deg,
-        RECORDED,
-        uncertainty=row.uncertainty,
-        note=f"MFiX 21.3.2; reference DEM: {EULER}",
-    )
-
-
 TAILS = (SOURCE_CASE.replace(contact=SOURCE_CLIPPED), SOURCE_CASE)
 """The source's contact at its own step, tail clipped and kept."""
 
@@ -588,14 +423,6 @@ class InclineVerification(Verification):
         if study.level == "full":
             parts.append(Part("rigid spheres", lambda: list(rigid_checks(stiffenings))))
         return Findings("incline", checks=rows_of_parts("theory", parts), evidence=stiffenings)
-
-    def recorded(self, study: Study) -> Mapping[str, Findings]:
-        """Return the recorded angles of an engine that is missing."""
-        if MFIX not in study.missing:
-            return {}
-        angles: list[EngineAngle] = []
-        run = partial(recorded_checks, study.level, angles)
-        return {RECORDED_NAME: _other_engine(RECORDED_NAME, run, angles)}
 
     def compare(self, engines: Mapping[str, Findings]) -> Sequence[Check]:
         """Hold the angles of engines against one another."""

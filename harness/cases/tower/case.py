@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from functools import lru_cache, partial
+from functools import lru_cache
 
 from harness.cases.contract import Case, LevelName, Measured, Reference
-from harness.cases.tower import engine_checks
 from harness.cases.tower.engine_checks import other_findings
 from harness.cases.tower.run import MARGIN, NAME, SOLVERS, covering, read, tower
 from harness.cases.tower.system import (
@@ -17,8 +16,8 @@ from harness.cases.tower.system import (
     job_of,
     timing_of,
 )
-from harness.cases.tower.verification import CodeEvidence, engine_findings, own_findings, planned
-from harness.cases.verification import Part, Study, Verification, rows_of_parts
+from harness.cases.tower.verification import engine_findings, own_findings, planned
+from harness.cases.verification import Study, Verification
 from harness.comparison.verdicts import Planned
 from harness.comparison.verification import Findings
 from harness.engines.border import engine_seconds
@@ -199,19 +198,6 @@ class TowerVerification(Verification):
     def run_solvers(self, study: Study) -> Findings:
         """Hold RK4 and the exact propagator against each other and closed forms."""
         return own_findings(study)
-
-    def recorded(self, study: Study) -> Mapping[str, Findings]:
-        """Return the recorded towers of an engine that is missing."""
-        if engine_checks.MFIX not in study.missing:
-            return {}
-        evidence = CodeEvidence(engine_checks.RECORDED_NAME)
-        part = Part("towers", partial(engine_checks.recorded_checks, evidence.towers))
-        checks = rows_of_parts(engine_checks.RECORDED_NAME, [part])
-        rows = {"towers": [row.to_json() for row in evidence.towers]}
-        findings = Findings(
-            NAME, engine_checks.RECORDED_NAME, checks, evidence=evidence, published=rows
-        )
-        return {engine_checks.RECORDED_NAME: findings}
 
 
 CASE = TowerCase()

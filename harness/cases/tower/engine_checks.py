@@ -1,7 +1,6 @@
-"""The towers of an engine beside the main one, live or recorded, against the exact propagator.
+"""The towers of an engine beside the main one, against the exact propagator.
 
-The finest steps against the exact force, and the order of the error in the step. The towers
-recorded with MFiX-DEM 21.3.2 and their origin are in that engine's folder ``recorded``.
+The finest steps against the exact force, and the order of the error in the step.
 """
 
 from __future__ import annotations
@@ -11,9 +10,8 @@ from dataclasses import replace
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
-from harness.cases.grain import recorded_text, run_or_raise, steps_of_factor
+from harness.cases.grain import run_or_raise
 from harness.cases.tower import verification
 from harness.cases.tower.comparison import step_convergence
 from harness.cases.tower.run import MARGIN, NAME, covering, run_towers, tower
@@ -30,67 +28,9 @@ from harness.cases.verification import Part, Study, asked, rows_of_parts
 from harness.comparison.verdicts import Check, Kind, Tolerance, finding, judge, not_tested
 from harness.comparison.verification import Findings
 from harness.engines.contract import Engine
-from harness.errors import EngineError, RequestError
+from harness.errors import EngineError
 from harness.observables.tower import SEARCH, TowerRun, impulse, peak_force, window_end
-from harness.parameters.law import Contact
 from harness.parameters.tower import Tower
-
-MFIX = "mfix"
-RECORDED_NAME = "mfix (recorded)"
-
-UNDAMPED = Contact(name="undamped", restitution=1.0, damping_ratio=None, effective_mass="half")
-
-RECORDED_CASE = Tower(height=1, stiffness=1e5, speed=2.0, law="overlap")
-"""The recorded towers but for their heights: 1 kg, 1 m, undamped, all just touching."""
-
-FACTORS = (50, 5000)
-"""``DTSOLID_FACTOR`` of the recorded towers; only the finer ones are judged."""
-
-
-def recorded_tower(factor: int) -> NDArray[np.void]:
-    """Return the recorded force on a tower's grain: ``t_s`` [s], ``F_top_N2`` ... [N].
-
-    At the positions of that time, eight digits; every step at f = 50, every 100th at f = 5000.
-    Raise RequestError for a factor other than 50 and 5000.
-    """
-    if factor not in FACTORS:
-        raise RequestError(f"f = {factor}: no tower was recorded, must be 50 or 5000")
-    text = recorded_text(MFIX, f"tower_k1e5_euler_f{factor}.csv")
-    table: NDArray[np.void] = np.genfromtxt(text.splitlines(), delimiter=",", names=True)
-    return table
-
-
-def recorded_checks(towers: list[EngineTower]) -> list[Check]:
-    """Hold the largest recorded force on the grain against the exact one at the same times.
-
-    What was found is added to ``towers``.
-    """
-    factor, rows = FACTORS[-1], []
-    table, steps = recorded_tower(factor), steps_of_factor(factor, UNDAMPED)
-    for column in (table.dtype.names or ())[1:]:
-        case = RECORDED_CASE.replace(height=int(column.removeprefix("F_top_N")) - 1)
-        peak, exact = float(table[column].max()), _exact_peak(case, table["t_s"])
-        towers.append(EngineTower(RECORDED_NAME, case.height, steps, peak, exact, recorded=True))
-        rows.append(
-            judge(
-                f"{RECORDED_NAME}: tower, n = {case.height}: peak force",
-                Kind.CROSS_CODE,
-                peak,
-                exact,
-                replace(verification.FINEST, unit="N"),
-                note="largest of the samples, against the exact one at the same times",
-            )
-        )
-    return rows
-
-
-def _exact_peak(case: Tower, times: NDArray[np.float64]) -> float:
-    duration = float(times[-1]) / case.contact_time
-    run = tower(case, solver="exact", duration=duration, samples=times.size - 1)
-    # the exact run adds samples where contacts change; those are not MFiX's
-    at = np.abs(run.time[:, None] - times).argmin(axis=0)
-    return float(run.grain_force[at].max())
-
 
 CASE = Tower(law="overlap", stiffness=1e5, speed=2.0)
 

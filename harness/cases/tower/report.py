@@ -226,7 +226,7 @@ def towers_table(engines: Sequence[CodeEvidence]) -> Table:
     return Table(
         "Towers",
         "Towers under the overlap law: the larger of the relative errors of peak force and "
-        "turnaround impulse (recorded: peak force alone) against the exact propagator, and the "
+        "turnaround impulse against the exact propagator, and the "
         "order of the force error in the step.",
         ("engine", "steps", *(f"n = {height}" for height in heights), "order"),
         tuple(rows),

@@ -124,19 +124,15 @@ Curve = tuple[list[float], list[float]]
 
 @dataclass(frozen=True)
 class EngineTower(Record):
-    """Peak force [N] and turnaround impulse [N s] of a tower, beside the exact propagator's.
-
-    The impulse is NaN where none was recorded.
-    """
+    """Peak force [N] and turnaround impulse [N s] of a tower, beside the exact propagator's."""
 
     engine: str
     height: int
     steps_per_contact: float
     peak_force: float
     exact_peak_force: float
-    impulse: float = float("nan")
-    exact_impulse: float = float("nan")
-    recorded: bool = False
+    impulse: float
+    exact_impulse: float
 
     JSON: ClassVar = {
         "engine": "engine",
@@ -146,7 +142,6 @@ class EngineTower(Record):
         "peak_force_relative_error": "peak_error",
         "impulse_Ns": "impulse",
         "impulse_relative_error": "impulse_error",
-        "recorded": "recorded",
     }
 
     @property

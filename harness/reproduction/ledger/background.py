@@ -15,7 +15,6 @@ from scipy.optimize import brentq
 from harness.cases.incline.angle import CriticalAngle
 from harness.cases.incline.angle import critical_angle as measured_critical_angle
 from harness.cases.incline.system import Incline
-from harness.cases.incline.verification import recorded_angles
 from harness.cases.tower.impulse import impulse_table
 from harness.engines.contract import Engine
 from harness.errors import EngineError
@@ -23,6 +22,7 @@ from harness.parameters.law import SOURCE, Contact
 from harness.parameters.tower import Tower
 from harness.reproduction.claims import SOURCES, Printed, Statement, claim, compare, untestable
 from harness.reproduction.ledger.samples import generator, integrate
+from harness.reproduction.mfix import COARSE, FINE, STIFFNESSES, angle_in_scheme
 from harness.theory.incline import after_next_shock, critical_angle, no_flight_bound, steady_energy
 
 _HEIGHTS = range(1, 21)
@@ -281,34 +281,27 @@ def _upper_contact(angle_deg: float) -> float:
     return float(np.linalg.solve(normals, [-np.sin(tilt), np.cos(tilt)])[0])
 
 
-def angles_by_step() -> dict[float, dict[int, float]]:
-    """Return MFiX's recorded critical angles [deg] by stiffness [N/m] and steps per contact."""
-    by_stiffness: dict[float, dict[int, float]] = {}
-    for (stiffness, factor), angle in recorded_angles().items():
-        by_stiffness.setdefault(stiffness, {})[factor] = angle.value
-    return by_stiffness
+def angles_at(factor: int) -> NDArray[np.float64]:
+    """Return the critical angle [deg] in MFiX's scheme for each of ``STIFFNESSES``."""
+    found = [angle_in_scheme(stiffness, factor) for stiffness in STIFFNESSES]
+    return np.array([math.nan if angle is None else angle.value_deg for angle in found])
 
 
 def _mfix(printed: Printed) -> Iterator[Statement]:
-    angles = angles_by_step()
-    off = {
-        pick: np.array([steps[pick(steps)] for steps in angles.values()]) - critical_angle()
-        for pick in (min, max)
-    }
+    off = {factor: angles_at(factor) - critical_angle() for factor in (COARSE, FINE)}
     coarse, fine = (
-        [f"{d:+.4f} deg off at {k:.0e} N/m" for d, k in zip(off[pick], angles, strict=True)]
-        for pick in (min, max)
+        [f"{d:+.4f} deg off at {k:.0e} N/m" for d, k in zip(each, STIFFNESSES, strict=True)]
+        for each in off.values()
     )
-    stiffest = max(angles)
     yield compare(
         "text-mfix-angle",
         printed=printed.critical_angle_deg,
-        found=angles[stiffest][min(angles[stiffest])],
+        found=float(angles_at(COARSE)[-1]),
         tolerance=printed.simulated_within_deg,
         listing=coarse,
-        stiffest=stiffest,
+        stiffest=STIFFNESSES[-1],
     )
-    yield claim("text-mfix-validation", coarse=off[min], fine=off[max], listing=fine)
+    yield claim("text-mfix-validation", coarse=off[COARSE], fine=off[FINE], listing=fine)
 
 
 def _lammps(printed: Printed, engine: Engine) -> Iterator[Statement]:

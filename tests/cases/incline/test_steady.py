@@ -9,9 +9,9 @@ from harness.cases.incline.angle import (
 )
 from harness.cases.incline.levels import COARSE_RUNS
 from harness.cases.incline.system import Incline, Motion
-from harness.cases.incline.verification import case_at
 from harness.engines.reference import Reference
 from harness.errors import EngineOutputError
+from harness.reproduction.mfix import case_at
 from harness.theory.incline import critical_angle as closed_form
 
 CASE = Incline()

@@ -207,18 +207,6 @@ def test_an_error_within_a_part_is_a_row_and_the_others_go_on(monkeypatch):
     assert CASE.display.sections(None, found, {})
 
 
-def test_recorded_towers_stand_in_for_a_missing_engine():
-    assert CASE.verification.recorded(QUICK) == {}
-    study = Study(level="quick", missing=frozenset({"mfix"}))
-    ((name, found),) = CASE.verification.recorded(study).items()
-    assert name == found.engine == "mfix (recorded)"
-    assert {check.verdict for check in found.checks} == {Verdict.PASS}
-    assert [tower.height for tower in found.evidence.towers] == [1, 2, 4, 9]
-    # eight digits, and gravity half a step late
-    assert all(abs(tower.peak_error) < 5e-6 for tower in found.evidence.towers)
-    assert all(row["recorded"] for row in found.published["towers"])
-
-
 def test_a_height_is_read_from_a_setting():
     assert parameters_of(CASE, {"height": "3"}).height == 3
     for text in ("3.5", "three", "9" * 30):

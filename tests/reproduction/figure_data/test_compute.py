@@ -32,7 +32,7 @@ def test_the_same_statements_twice(found):
 def test_progress_and_the_users_points():
     heard = []
     points = ReferencePoints("made-up.csv", (2.0, 12.0), (9.0, 6.5))
-    found = source_figures(None, lambda *stage: heard.append(stage), recorded={}, reference=points)
+    found = source_figures(None, lambda *stage: heard.append(stage), paths={}, reference=points)
     assert [done for _, done, _ in heard] == list(range(1, heard[0][2] + 1))
     assert [found[3].draw, found[11].draw] == [None, None]  # no runs, a figure of others
     assert found[0].statement.status is ClaimStatus.REPRODUCED

@@ -10,18 +10,18 @@ from harness.reproduction.figure_data import (
     ANGLES_DEG,
     as_series,
     judged,
-    recorded_motions,
     turns_back,
     velocity_series,
 )
+from harness.reproduction.mfix import scheme_paths
 from tests.reproduction.doubles import FateEngine
 
-RECORDED = recorded_motions()
+PATHS = scheme_paths()
 
 
-def test_recorded_paths_start_in_a_well_and_stay_on_the_row():
-    assert sorted(RECORDED) == [(50, 10.2), (500, 10.2), (500, 10.22)]
-    for path in RECORDED.values():
+def test_paths_in_mfix_s_scheme_start_in_a_well_and_stay_on_the_row():
+    assert sorted(PATHS) == [(50, 10.2), (500, 10.2), (500, 10.22)]
+    for path in PATHS.values():
         for sphere in (0.0, 1.0):
             assert np.hypot(path.x_m[0] - sphere, path.y_m[0]) == pytest.approx(1, abs=1e-6)
         nearest = np.hypot(path.x_m - np.round(path.x_m), path.y_m)
@@ -30,19 +30,19 @@ def test_recorded_paths_start_in_a_well_and_stay_on_the_row():
         assert path.speed_m_per_s[0] == pytest.approx(1.5, abs=1e-5)  # six digits
 
 
-@pytest.mark.parametrize(("key", "path"), RECORDED.items())
+@pytest.mark.parametrize(("key", "path"), PATHS.items())
 def test_a_grain_that_turns_back_passes_no_more_wells(key, path):
     """The fate by another route: the way gone in the second half."""
     gone = np.ptp(path.x_m[path.time_s > 22.5])
     assert turns_back(path) == (gone < 1) == (key == (500, 10.2))
 
 
-def test_series_of_the_recorded_runs_in_order():
-    told = [(s.label, s.angle_deg, s.moving) for s in as_series(RECORDED)]
+def test_series_in_mfix_s_scheme_are_in_order():
+    told = [(s.label, s.angle_deg, s.moving) for s in as_series(PATHS)]
     assert told == [
-        ("MFiX-DEM, 500 steps", 10.2, False),
-        ("MFiX-DEM, 500 steps", 10.22, True),
-        ("MFiX-DEM, 50 steps", 10.2, True),
+        ("MFiX's scheme, 500 steps", 10.2, False),
+        ("MFiX's scheme, 500 steps", 10.22, True),
+        ("MFiX's scheme, 50 steps", 10.2, True),
     ]
 
 
@@ -50,26 +50,26 @@ def test_series_of_the_recorded_runs_in_order():
     ("fates", "keys", "status"),
     [
         ((Motion.TRAPPED, Motion.MOVES_ON), [(500, 10.2), (500, 10.22)], ClaimStatus.REPRODUCED),
-        ((Motion.TRAPPED, Motion.MOVES_ON), list(RECORDED), ClaimStatus.CORRECTED),
-        ((Motion.MOVES_ON, Motion.MOVES_ON), list(RECORDED), ClaimStatus.NOT_REPRODUCED),
+        ((Motion.TRAPPED, Motion.MOVES_ON), list(PATHS), ClaimStatus.CORRECTED),
+        ((Motion.MOVES_ON, Motion.MOVES_ON), list(PATHS), ClaimStatus.NOT_REPRODUCED),
         ((Motion.TRAPPED, Motion.TRAPPED), [(500, 10.22)], ClaimStatus.NOT_REPRODUCED),
         ((Motion.TRAPPED, Motion.MOVES_ON), [], ClaimStatus.REPRODUCED),
     ],
 )
 def test_the_status_follows_from_the_fates(fates, keys, status):
     engine = FateEngine(fates)
-    motions, statement = velocity_series(engine, {key: RECORDED[key] for key in keys})
+    motions, statement = velocity_series(engine, {key: PATHS[key] for key in keys})
     assert statement.status is status
     assert [job.values["angle"] for job in engine.jobs] == list(ANGLES_DEG)
     assert len(motions) == 2 + len(keys)
-    if keys == list(RECORDED):
+    if keys == list(PATHS):
         assert {job.values["wells"] for job in engine.jobs} == {20}
         assert "Does not agree: " in statement.computed
-        assert "MFiX-DEM, 50 steps, at 10.20 deg moves on" in statement.computed
+        assert "MFiX's scheme, 50 steps, at 10.20 deg moves on" in statement.computed
 
 
 def test_a_fine_step_that_disagrees_is_no_matter_of_the_step():
-    series = as_series(RECORDED)
+    series = as_series(PATHS)
     own = [dataclasses.replace(s, code="LAMMPS", steps=50.0) for s in series[:2]]
     series[1] = dataclasses.replace(series[1], moving=False)
     assert judged(own, series).status is ClaimStatus.NOT_REPRODUCED
@@ -79,11 +79,11 @@ def test_a_fine_step_that_disagrees_is_no_matter_of_the_step():
     ("engine", "why"),
     [(None, "no engine"), (FateEngine([EngineCrashError("it died")] * 2), "it died")],
 )
-def test_without_an_engine_the_recorded_runs_stand_alone(engine, why):
-    motions, statement = velocity_series(engine, RECORDED)
+def test_without_an_engine_the_paths_in_mfix_s_scheme_stand_alone(engine, why):
+    motions, statement = velocity_series(engine, PATHS)
     assert statement.status is ClaimStatus.UNTESTABLE
     assert why in statement.why
-    assert len(motions) == len(RECORDED)
+    assert len(motions) == len(PATHS)
 
 
 @pytest.mark.live
@@ -92,6 +92,6 @@ def test_lammps_changes_its_fate_between_the_two_angles():
     from harness.engines.registry import open_engine
 
     with open_engine() as engine:
-        motions, statement = velocity_series(engine, RECORDED)
+        motions, statement = velocity_series(engine, PATHS)
     assert [s.moving for s in motions[:2]] == [False, True]
     assert statement.status is ClaimStatus.CORRECTED

@@ -58,7 +58,6 @@ def mfix():
             "euler_uncertainty_deg": 0.001,
             "adams_bashforth_deg": np.nan if f == 50 else 10.2,
             "adams_bashforth_uncertainty_deg": np.nan if f == 50 else 0.001,
-            "recorded_deg": 10.2 if f == 50 else np.nan,
         }
         for k in STIFFNESSES
         for f in FACTORS

@@ -116,7 +116,7 @@ def test_the_same_bytes_twice(shown, figures, key):
 
 def test_points_of_the_user_are_drawn():
     points = ReferencePoints("made-up.csv", (2.0, 25.0), (14.0, 6.5))
-    drawn = drawings(source_figures(None, recorded={}, reference=points))
+    drawn = drawings(source_figures(None, paths={}, reference=points))
     for key in ("fig-1", "fig-11", "fig-13", "fig-15"):
         figure = drawn[key]()
         assert "reference: made-up.csv" in texts(figure), key
