@@ -188,14 +188,6 @@ def _named(where: str) -> Any:
     return getattr(import_module(module), name)
 
 
-def options_of(name: str) -> frozenset[str]:
-    """Return the names of the options that an engine's class takes; none of one not known."""
-    try:
-        return frozenset(_hints(engine_class(name))) - {"self", "return"}
-    except RequestError:
-        return frozenset()
-
-
 def _hints(kind: type[Engine]) -> dict[str, Any]:
     return get_type_hints(inspect.unwrap(kind.__init__))
 
