@@ -1,6 +1,5 @@
 """What would hardly end is refused before it begins; what runs long hears Ctrl-C."""
 
-import json
 import os
 import re
 import signal
@@ -159,16 +158,9 @@ def await_compiled_loops(process):
 @pytest.mark.parametrize(
     ("words", "less"),
     [
-        ((*ROW, "0.02"), SHORT),
-        *(
-            pytest.param(words, less, marks=pytest.mark.slow)
-            for words, less in (
-                ((*ROW, "3", "--law", "overlap"), SHORT),
-                (("tower", "--height", "1000", "--duration", "100", "--solver", "exact"), SHORT),
-                ((*STIFF, "--integrator", "velocity-verlet"), ("--stiffness", "1e5")),
-                ((*STIFF, "--integrator", "rk4"), ("--stiffness", "1e5")),
-            )
-        ),
+        ((*ROW, "3", "--law", "overlap"), SHORT),
+        (("tower", "--height", "1000", "--duration", "100", "--solver", "exact"), SHORT),
+        ((*STIFF, "--integrator", "rk4"), ("--stiffness", "1e5")),
     ],
     ids=lambda words: " ".join(words),
 )
@@ -191,12 +183,6 @@ def test_ctrl_c_is_heard_within_two_seconds_in_compiled_loops(harness, tmp_path,
     # the machine may be shared: its scheduler is no part of what is measured
     assert time.monotonic() - sent < 4.0
     assert (begun.returncode, "interrupted" in said.splitlines()[-1]) == (130, True)
-
-
-def test_an_error_before_the_work_is_an_object_with_json(answer):
-    found = answer("tower", "--height", "10000000", status=2)
-    assert json.dumps(found["status"]) == "2"
-    assert "would take" in found["error"]
 
 
 def test_the_estimate_of_a_verification_names_cases_there_are():

@@ -73,31 +73,14 @@ def test_options_reach_the_towers(answer):
     assert rows[0]["gamma"] == 0
 
 
-def test_table(impulse):
-    said = impulse(*FAST, "--window", "all")
-    assert said.err == ""
-    for words in ("deformable law, structure window, rk4", "velocity lost", "0.9473", "9.507"):
-        assert words in said.out
-    assert " -" in impulse("--heights", "9", *FAST[2:], "--window", "structure").out
-
-
-@pytest.mark.parametrize(
-    ("suffix", "head"), [("svg", b"<?xml"), ("png", b"\x89PNG"), ("pdf", b"%PDF")]
-)
-def test_figure(impulse, tmp_path, suffix, head):
+def test_figure(impulse, tmp_path):
     reference = tmp_path / "mine.csv"
     reference.write_text("h_over_d,theta_deg\n2,9\n", encoding="utf-8-sig")
-    target = tmp_path / f"figure.{suffix}"
+    target = tmp_path / "figure.svg"
     said = impulse(*FAST, "--reference", reference, "--figure", target)
     assert said.err == f"--figure: {target} is written\n"
-    assert target.read_bytes().startswith(head)
+    assert target.read_bytes().startswith(b"<?xml")
     assert sorted(path.name for path in tmp_path.iterdir()) == sorted(["mine.csv", target.name])
-
-
-def test_the_same_figure_is_the_same_file(impulse, tmp_path):
-    for name in ("a.svg", "b.svg"):
-        impulse(*FAST, "--figure", tmp_path / name)
-    assert (tmp_path / "a.svg").read_bytes() == (tmp_path / "b.svg").read_bytes()
 
 
 def test_csv_holds_the_rows(impulse, answer, tmp_path):
@@ -127,11 +110,9 @@ GOOD = "h_over_d,theta_deg\n2,9\n"
     [
         (b"", "is empty"),
         (GOOD.encode("utf-16"), "is UTF-16 or no text at all"),
-        (GOOD.encode("utf-16-le"), "is UTF-16 or no text at all"),
         (b"h_over_d,theta_deg\n2,9\n3,8\xb0\n", "row 3: byte 0xb0 is not UTF-8 (Latin-1 perhaps)"),
         (b"\x89PNG\r\n\x1a\n\x00\x00", "is UTF-16 or no text at all"),
         (b"h_over_d;theta_deg\n2;9\n", "row 1: columns are separated by semicolons"),
-        (b"h_over_d\ttheta_deg\n2\t9\n", "row 1: columns are separated by tabs"),
         (b"h_over_d,angle\n2,9\n", "row 1: no column theta_deg"),
         (b"h_over_d,theta_deg\n2,9\nthree,8\n", "row 3: h_over_d = 'three' is not a number"),
         (b"h_over_d,theta_deg\n2,nan\n", "row 2: theta_deg = nan must be"),
@@ -200,16 +181,6 @@ def test_a_full_disk_is_status_4_and_leaves_no_file(impulse, tmp_path, monkeypat
     assert out == ""
     assert "f.svg: No space left on device" in err
     assert list(tmp_path.iterdir()) == []
-
-
-def test_a_name_of_250_bytes_is_written_and_two_writers_do_not_meet(impulse, tmp_path):
-    target = tmp_path / ("x" * 246 + ".csv")
-    impulse(*FAST, "--csv", target)
-    whole = target.read_bytes()
-    (tmp_path / f".{target.name[:40]}.part").write_text("of another run")
-    impulse(*FAST, "--csv", target)
-    assert target.read_bytes() == whole
-    assert len(list(tmp_path.iterdir())) == 2
 
 
 def test_the_program_of_an_engine_can_be_named(impulse):

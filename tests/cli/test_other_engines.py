@@ -33,16 +33,6 @@ def as_yade(monkeypatch):
     monkeypatch.setitem(registry.ENGINES, "yade", f"{__name__}:Known")
 
 
-@pytest.mark.parametrize("name", ["verify", "critical-angle", "tower", "impulse", "run"])
-def test_every_option_is_in_one_panel_of_the_help(command, monkeypatch, name):
-    monkeypatch.setenv("COLUMNS", "200")
-    _, _, panel = command(name, "--help").out.partition("─ Engine ─")
-    for option in ("--lmp", "--mpirun", "--program", "--engine-option"):
-        assert option in panel
-    assert "NAME=PATH" in panel
-    assert "NAME.KEY=VALUE" in panel
-
-
 @pytest.mark.parametrize(
     ("words", "said"),
     [

@@ -38,10 +38,6 @@ def test_series(command, tmp_path):
     assert [p.name for p in tmp_path.iterdir()] == ["series.csv"]
 
 
-def test_table(command):
-    assert "impulse_Ns" in command("tower", "--window", "first-contact").out
-
-
 @pytest.mark.parametrize(
     ("words", "said"),
     [

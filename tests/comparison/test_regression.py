@@ -129,16 +129,23 @@ def test_other_version_platform_and_script_are_compared_and_said():
             assert said in check.note
 
 
-def test_case_that_was_not_run_is_not_tested_with_the_reason():
-    found = rows(ANGLE, reason=lambda case: f"{case.name} was left out")
-    (check,) = [c for c in found.checks if PATH.name in c.name]
-    assert check.verdict is Verdict.NOT_TESTED
-    assert check.note == f"{PATH.name} was left out"
-
-
-def test_a_record_that_nothing_explains_fails():
-    (check,) = [c for c in rows(ANGLE).checks if PATH.name in c.name]
-    assert (check.verdict, check.triage) == (Verdict.FAIL, Triage.MISSING)
+@pytest.mark.parametrize(
+    ("more", "verdict", "triage", "note"),
+    [
+        ({}, Verdict.FAIL, Triage.MISSING, "nothing says why"),
+        ({"reason": lambda _: "left out"}, Verdict.NOT_TESTED, "not tested", "left out"),
+        (
+            {"errors": {PATH.name: EngineMemoryError("4 GB")}},
+            Verdict.FAIL,
+            "out of memory",
+            "out of memory: 4 GB",
+        ),
+    ],
+)
+def test_a_record_that_was_not_measured_fails_unless_there_is_a_reason(more, verdict, triage, note):
+    (check,) = [c for c in rows(ANGLE, **more).checks if PATH.name in c.name]
+    assert (check.verdict, check.triage) == (verdict, triage)
+    assert note in check.note
 
 
 @pytest.mark.parametrize(
@@ -165,25 +172,11 @@ def test_only_relatives_take_the_class_of_a_series():
         assert check.triage == Triage.OUT_OF_TOLERANCE
 
 
-def test_case_that_died_fails_with_its_class():
-    found = rows(ANGLE, errors={PATH.name: EngineMemoryError("4 GB")})
-    (check,) = [c for c in found.checks if PATH.name in c.name]
-    assert check.verdict is Verdict.FAIL
-    assert check.triage == "out of memory"
-    assert check.note == "out of memory: 4 GB"
-
-
 def test_case_without_a_baseline_is_not_tested():
     found = rows(PATH, ANGLE, replace(ANGLE, name="lammps/new"))
     (check,) = [c for c in found.checks if "lammps/new" in c.name]
     assert check.verdict is Verdict.NOT_TESTED
     assert "baseline accept" in check.note
-
-
-def test_level_without_any_baseline_is_one_row():
-    (check,) = rows(PATH, ANGLE, level="full").checks
-    assert check.verdict is Verdict.NOT_TESTED
-    assert "no record of this level in here" in check.note
 
 
 @pytest.mark.parametrize("change", [{"engine": "mfix"}, {"case": "tower"}])

@@ -89,13 +89,6 @@ def test_status_is_1_when_a_value_moved_and_0_when_none_did(after, status):
     assert release_matrix("quick", "", columns, TOLERANCES).status == status
 
 
-def test_rows_and_record_name_the_record_with_its_label():
-    found = release_matrix("quick", "", [column("a", case(1.0))], TOLERANCES)
-    (row,) = found.to_json()["rows"]
-    assert (row["case"], row["label"], row["tolerance"]) == (CASE.name, "an angle", 1e-9)
-    assert row["cells"][0]["release"] == "a"
-
-
 def test_a_value_that_a_release_cannot_have_says_why():
     spring = replace(CASE, name="lammps/slide-spring-wall", case="slide", label="spring, wall")
     why = "LAMMPS a has no spring: LAMMPS b has it"

@@ -57,19 +57,9 @@ def test_a_move_is_told_in_its_unit_in_tolerances_and_in_both_uncertainties():
     assert one.moved_by == pytest.approx(1.0)
     assert one.in_tolerances == pytest.approx(2.0)
     assert one.in_uncertainties == pytest.approx(2.0)  # 3, 4, 5
-
-
-def test_a_move_where_none_is_allowed_is_infinite_and_no_move_is_none():
     exact = {"tolerance": 0.0, "uncertainty": 0.0}
-    assert (
-        only(diff_runs(run(row(**exact)), run(row(value=9.0, **exact)))).in_tolerances == -math.inf
-    )
-    assert only(diff_runs(run(row(**exact)), run(row(**exact)))).in_tolerances == 0.0
-
-
-def test_the_smallest_move_is_a_move():
-    moved = run(row(value=math.nextafter(10.0, 11.0)))
-    assert only(diff_runs(run(row()), moved)).change is RowChange.MOVED
+    moved = only(diff_runs(run(row(**exact)), run(row(value=9.0, **exact))))
+    assert (moved.in_tolerances, math.isnan(moved.in_uncertainties)) == (-math.inf, True)
 
 
 def test_a_missing_number_that_stays_missing_has_not_moved():
@@ -154,17 +144,6 @@ def test_everything_else_that_differs_is_named():
     }
 
 
-def test_table_and_record_have_the_rows():
-    found = diff_runs(run(row("a"), row("b")), run(row("a"), row("b", value=9.0)))
-    assert list(found.to_frame()["name"]) == ["b", "a"]
-    assert [r["name"] for r in found.to_json()["rows"]] == ["b"]
-    assert found.to_json()["counts"]["same"] == 1
-
-
-def test_a_run_without_an_engine_is_a_run():
-    assert only(diff_runs(run(row()), run(row(), engine=None))).change is RowChange.SAME
-
-
 @pytest.mark.parametrize("missing", ["before", "after"])
 def test_a_row_that_one_side_lacks_has_no_move_also_with_a_tolerance_of_0(missing):
     one = run(row(tolerance=0.0, uncertainty=0.0))
@@ -172,22 +151,6 @@ def test_a_row_that_one_side_lacks_has_no_move_also_with_a_tolerance_of_0(missin
     found = only(diff_runs(*runs))
     assert math.isnan(found.in_tolerances)
     assert math.isnan(found.in_uncertainties)
-
-
-def test_a_move_without_an_uncertainty_has_none_to_be_measured_in():
-    exact = {"uncertainty": 0.0}
-    found = only(diff_runs(run(row(**exact)), run(row(value=10.0 + 7e-15, **exact))))
-    assert found.moved_by > 0.0
-    assert math.isnan(found.in_uncertainties)
-
-
-def test_another_baseline_and_other_cases_are_named():
-    before = run(baseline="a", baseline_sha256="1", cases=["one"])
-    after = run(baseline="a", baseline_sha256="2", cases=["one", "two"])
-    assert {(c.name, c.before, c.after) for c in diff_runs(before, after).metadata} == {
-        ("baseline sha256", "1", "2"),
-        ("cases", "one", "one two"),
-    }
 
 
 def test_another_expectation_of_a_headline_is_named():

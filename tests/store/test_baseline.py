@@ -93,11 +93,9 @@ ROUNDED = Row("margin", np.nextafter(-1.0 / 3.0, 0.0), 0.0, "")
     [
         ({"quantities": {**PATH.quantities, "margin": ROUNDED}}, ChangeKind.ROUND_OFF),
         ({"engine_version": "new"}, ChangeKind.METADATA),
-        ({"label": "new"}, ChangeKind.METADATA),
         ({"series": None}, ChangeKind.CHANGED),
         ({"parameters": {**PATH.parameters, "stiffness": 2e6}}, ChangeKind.CHANGED),
         ({"quantities": {"margin": PATH.quantities["margin"]}}, ChangeKind.CHANGED),
-        ({"series": Series(TIME, {"x_m": np.sin(TIME)})}, ChangeKind.CHANGED),
         (
             {"series": Series(TIME, {"x_m": np.sin(TIME) + 1e-6, "y_m": np.cos(TIME)})},
             ChangeKind.CHANGED,
@@ -113,13 +111,6 @@ def test_round_off_and_metadata_are_told_apart_from_changes(folder, change, kind
     assert found.kind is kind
     assert found.lines
     assert found.to_json()["case"] == PATH.name
-
-
-def test_a_record_that_loses_its_series_loses_its_samples(folder):
-    (change,) = changes([replace(PATH, series=None)], read_baseline(folder))
-    write([change], folder)
-    assert not (folder / "lammps.series.csv").exists()
-    assert read_baseline(folder).records[PATH.name].series is None
 
 
 def test_write_that_fails_leaves_the_baseline_as_it_was(folder, monkeypatch):
@@ -153,8 +144,6 @@ def lines(text):
         (lambda text: text + lines(text)[1], "line 6: record lammps/angle comes twice"),
         (lambda text: text.replace(",quick,", ",full,", 1), "line 3: it is not of the record"),
         (lambda text: text.replace("stiffness = ", "stiffness", 4), "line 2: parameters"),
-        (lambda _: "", "line 1"),
-        (lambda text: text.replace('"', "", 1), "line"),
     ],
 )
 def test_a_damaged_table_is_named_with_its_line(folder, damage, said):
@@ -171,9 +160,7 @@ def test_a_damaged_table_is_named_with_its_line(folder, damage, said):
     [
         (None, "No such file"),
         (lambda text: "".join(lines(text)[:-1]), "not over the times"),
-        (lambda text: "".join(lines(text)[:-3] + lines(text)[-2:]), "not over the times"),
         (lambda text: lines(text)[0] + "".join(lines(text)[:0:-1]), "out of order"),
-        (lambda text: text.replace(",y_m,", ",x_m,"), "out of order"),
         (lambda text: text.replace(",0,1\n", ",0,nan\n"), "value = 'nan' is not a finite"),
         (lambda text: text.replace("path-source", "path-plastic"), "samples of lammps/path-"),
         (lambda text: "".join(x for x in lines(text) if ",y_m," not in x), "the table has"),

@@ -104,13 +104,6 @@ def test_only_what_is_missing_is_run_and_the_order_is_kept(engine, entries):
     assert (cached.ran, cached.read) == (3, 2)
 
 
-def test_another_process_reads_what_one_has_kept(engine, entries, synthetic):
-    inclines(CachedEngine(engine, entries))
-    other = Synthetic(synthetic())
-    inclines(CachedEngine(other, Entries(entries.folder)))
-    assert other.ran == 0
-
-
 JOB = job_of(Incline(), "passage")
 
 
@@ -135,10 +128,11 @@ def test_another_job_is_another_run(engine, entries, other):
     assert engine.ran == 2
 
 
-def test_another_script_is_another_run(engine, entries):
+@pytest.mark.parametrize(("fact", "value"), [("script", "two"), ("who", WHO | {"files": ["2"]})])
+def test_another_script_or_engine_is_another_run(engine, entries, fact, value):
     cached = CachedEngine(engine, entries)
     inclines(cached)
-    engine.script = "two"
+    setattr(engine, fact, value)
     inclines(cached)
     assert engine.ran == 2
 
@@ -157,14 +151,6 @@ def test_a_kept_output_is_the_fresh_one_to_the_last_bit(engine, entries):
         for column, values in table.items():
             assert kept.tables[name][column].dtype == values.dtype
             np.testing.assert_array_equal(kept.tables[name][column], values)
-
-
-def test_another_engine_is_another_run(engine, entries):
-    cached = CachedEngine(engine, entries)
-    inclines(cached)
-    engine.who = WHO | {"files": ["2"]}
-    inclines(cached)
-    assert engine.ran == 2
 
 
 def test_errors_are_not_kept(engine, entries):
@@ -230,17 +216,6 @@ def test_a_search_that_was_interrupted_goes_on_where_it_stopped(engine, entries,
     assert resumed.ran == whole.ran - 2
     assert found.value_deg == expected.value_deg
     assert found.samples == expected.samples
-
-
-def test_it_is_the_engine_in_all_else(engine, entries):
-    with CachedEngine(engine, entries) as cached:
-        assert cached.name == "synthetic"
-        assert cached.identify() == engine.identify()
-        assert cached.fingerprint() == WHO
-        assert cached.states(JOB.template)
-        assert cached.refuses(JOB) == ""
-        assert cached.title == engine.title
-    assert engine.closed
 
 
 @pytest.mark.live

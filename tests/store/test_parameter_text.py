@@ -32,13 +32,6 @@ def test_parameters_are_read_back_as_they_are(parameters):
     assert types(back) == types(parameters)
 
 
-def test_the_text_is_short_and_sorted():
-    parameters = {"step_s": 1e-6, "contact": {"tail": "clipped", "restitution": None}, "height": 2}
-    assert parameter_text(parameters) == (
-        "contact.restitution = null; contact.tail = clipped; height = 2; step_s = 1e-06"
-    )
-
-
 @pytest.mark.parametrize("parameters", [{"a.b": 1}, {"": 1}, {"a": float("nan")}])
 def test_what_cannot_be_stated_is_refused(parameters):
     with pytest.raises(ValueError, match=r"name|range|NaN|JSON"):
