@@ -58,9 +58,9 @@ def reproduce(
 ) -> int:
     """Recompute the source: every equation, number and figure, and whether it holds.
 
-    Writes a folder with report.html, report.md, ledger.csv, the figures of the
-    source from our own runs, movies, and dump files for OVITO. A statement that
-    does not hold is a finding, not a failure: exit status 0.
+    Writes a folder with report.html, report.md, ledger.csv and the figures of the
+    source from our own runs. A statement that does not hold is a finding, not a
+    failure: exit status 0.
 
     For example:
 
@@ -108,9 +108,9 @@ def _reproduced(
     with progress_bars("reproduce", quiet=quiet) as progress, engine.run() as opened:
         reproduction = reproduce_with(engine=opened, reference=points, progress=progress)
         if folder is not None:
-            progress("figures, movies and report", 0, 1)
+            progress("figures and report", 0, 1)
             write(reproduction, folder)
-            progress("figures, movies and report", 1, 1)
+            progress("figures and report", 1, 1)
     return reproduction
 
 

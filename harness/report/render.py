@@ -180,13 +180,10 @@ SITE_FRAME: Mapping[str, Any] = {"sheet": "", "look": "document"}
 """What stands about a page; the site adds its style and its navigation."""
 SHEET = '<link rel="stylesheet" href="{}">\n</head>'
 START = "index.html"
-LINK = re.compile(r'\b(href|src|data-gif)="([^"#]*)(#[^"]*)?"')
+LINK = re.compile(r'\b(href|src)="([^"#]*)(#[^"]*)?"')
 ANCHOR = r'<a\b[^>]*\bhref="{}"[^>]*>(.*?)</a>'
 ELSEWHERE = re.compile(r"[a-z][a-z0-9+.-]*:|//")
 """How an address begins that is none of the site: of another host, of mail, data."""
-
-LOADED = ".js"
-"""What ends the name of a script beside a film, which a page loads where the film is started."""
 
 
 @dataclass
@@ -285,7 +282,7 @@ class Site:
             if not at or at == address:
                 at = path if path in self.planned else self._address(path)
             if at and at not in self.planned:
-                wanted.extend([path, *([path + LOADED] if name == "data-gif" else [])])
+                wanted.append(path)
             if not at:
                 lost.append(link[2])
                 return link[0]

@@ -4,9 +4,8 @@ In the order of the work: ``source.toml`` has what the source says, statement by
 formulas, the condition or tolerance by which it is judged, and the sentence of what a run finds.
 ``ledger`` recomputes the statements by section and ``figure_data`` those of its figures, which
 ``figures`` draws; ``claims`` has the numbers as they are printed, makes rows of the ledger from
-both, puts numbers into formulas and sentences, and compares two ledgers. ``movies`` runs and draws
-the motions of its supplement; ``page`` writes all of it into a
-folder. ``run.reproduce`` does the whole, with tables of findings beyond the source.
+both, puts numbers into formulas and sentences, and compares two ledgers. ``page`` writes all of it
+into a folder. ``run.reproduce`` does the whole, with tables of findings beyond the source.
 """
 
 from __future__ import annotations

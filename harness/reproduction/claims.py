@@ -84,7 +84,6 @@ def bounded(value: float, bound: float = ROUND_OFF) -> str:
 _REASONS = {
     "round-off": "two routes in double precision, numbers of about 1: round-off",
     "last digit": "half of the last digit printed",
-    "rows": "the rows named must stand as the erratum says",
 }
 
 
@@ -92,7 +91,7 @@ _REASONS = {
 class Source:
     """A place in the publication, and what stands there.
 
-    ``key`` is unique (``eq-6``, ``table-1-well``, ``text-t-c``, ``fig-4``, ``erratum-3``);
+    ``key`` is unique (``eq-6``, ``table-1-well``, ``text-t-c``, ``fig-4``, ``erratum-13``);
     ``where`` names section and number; ``says`` is one sentence or formula. ``formula`` computes
     what it gives exactly as it is printed, right or wrong, or ``holds`` is a condition on the
     numbers of a run; ``repaired`` is the same once it is corrected. ``finds`` is what a run finds,
@@ -100,8 +99,7 @@ class Source:
     the conditions and sentences of its parts. ``tolerance``
     [``unit``] is how far printed and found may lie apart, ``why`` where it comes from.
     ``evidence`` are links, relative to the report's folder or the repository
-    (``figures/x.svg``, ``tests/theory/test_shock.py``). ``title`` is that of a figure;
-    ``wrong`` and ``right`` are the statements that an erratum is about.
+    (``figures/x.svg``, ``tests/theory/test_shock.py``). ``title`` is that of a figure.
     """
 
     key: str
@@ -120,8 +118,6 @@ class Source:
     untestable: str = ""
     title: str = ""
     picture: str = ""
-    wrong: tuple[str, ...] = ()
-    right: tuple[str, ...] = ()
 
     def printed(self, **numbers: Any) -> Any:
         """Return what the formula gives as it is printed, of numbers and arrays alike."""
@@ -142,7 +138,7 @@ def _source(key: str, entry: dict[str, Any]) -> Source:
         fields.setdefault("finds", "{facts}")
     elif "evidence" in fields:
         fields["evidence"] = tuple(f"tests/{test}.py" for test in fields["evidence"])
-    why = "rows" if "wrong" in fields else fields.get("why", "")
+    why = fields.get("why", "")
     fields["why"] = _REASONS.get(why, why)
     return Source(key, **fields)
 
@@ -276,13 +272,12 @@ def claim(
     holds: bool | None = None,
     corrected_holds: bool | None = None,
     correction: str | None = None,
-    evidence: tuple[str, ...] | None = None,
     **numbers: Any,
 ) -> Statement:
     """Return the row of a statement in words, judged by a condition on this run's numbers.
 
-    ``numbers`` are those of its conditions and of its sentence in the source; conditions,
-    correction and evidence are the source's unless given.
+    ``numbers`` are those of its conditions and of its sentence in the source; conditions and
+    correction are the source's unless given.
     """
     named = named_source(source)
     if holds is None:
@@ -299,7 +294,7 @@ def claim(
         status,
         fill_in(named.finds, numbers),
         correction,
-        named.evidence if evidence is None else evidence,
+        named.evidence,
         why=named.why,
     )
 

@@ -1,4 +1,4 @@
-"""Write the report of the reproduction: ledger, figures, movies and findings in one folder.
+"""Write the report of the reproduction: ledger, figures and findings in one folder.
 
 Page and Markdown are of one template; its findings are prose, filled with the numbers of the run.
 """
@@ -19,7 +19,6 @@ from harness.errors import RequestError
 from harness.files import check_writable, whole_folder
 from harness.observables.tower import WINDOWS
 from harness.report import render
-from harness.report.film import base64_uri
 from harness.report.gallery import Picture, picture
 from harness.report.markdown import markdown_environment
 from harness.report.plain import write_csv
@@ -27,8 +26,6 @@ from harness.report.render import markdown_page
 from harness.report.sections import Label, Table
 from harness.reproduction.claims import ClaimStatus, Statement
 from harness.reproduction.figures import angle_against_mfix_step, angle_against_restitution
-from harness.reproduction.movies import Movie
-from harness.reproduction.movies import films as draw_films
 from harness.reproduction.run import FindingTables, Reproduction, SourceFigure
 
 if TYPE_CHECKING:
@@ -112,30 +109,25 @@ TITLE = "Harper, Dufek and Breard (arXiv 2409.13633), recomputed"
 LEDGER_HEAD = ("where", "the source says", "status", "computed here", "evidence")
 
 
-def markdown(
-    reproduction: Reproduction, pictures: Sequence[Picture], films: Sequence[Movie], root: str
-) -> str:
-    """Return the report as Markdown, with links to ledger, figures, movies and dumps.
+def markdown(reproduction: Reproduction, pictures: Sequence[Picture], root: str) -> str:
+    """Return the report as Markdown, with links to ledger and figures.
 
     ``root`` is the repository, seen from the report's folder.
     """
     values = _values(reproduction, root)
-    return markdown_page(TEMPLATE, TITLE, PACKAGE, **values, pictures=pictures, films=films)
+    return markdown_page(TEMPLATE, TITLE, PACKAGE, **values, pictures=pictures)
 
 
-def html_page(
-    reproduction: Reproduction, pictures: Sequence[Picture], films: Sequence[Movie], root: str
-) -> str:
-    """Return the page; figures and movies are files beside it, named relative to it.
+def html_page(reproduction: Reproduction, pictures: Sequence[Picture], root: str) -> str:
+    """Return the page; figures are files beside it, named relative to it.
 
     ``root`` is the repository, seen from the report's folder.
     """
     values = _values(reproduction, root)
     versions = f"{reproduction.provenance.label} · dem-harness {reproduction.harness_version}"
     return render.html_page(
-        TEMPLATE, TITLE, package=PACKAGE, frame={"who": versions}, **values,
-        pictures=pictures, films=films,
-    )  # fmt: skip
+        TEMPLATE, TITLE, package=PACKAGE, frame={"who": versions}, **values, pictures=pictures
+    )
 
 
 def findings_text(reproduction: Reproduction) -> str:
@@ -235,7 +227,7 @@ def check_folder(folder: Path) -> None:
 
 
 def write(reproduction: Reproduction, folder: Path) -> None:
-    """Write report.md, report.html, ledger.csv, figures, movies and dumps into a folder.
+    """Write report.md, report.html, ledger.csv and figures into a folder.
 
     An older reproduction there is replaced as a whole. Raise RequestError as
     :func:`check_folder` does.
@@ -248,21 +240,13 @@ def write(reproduction: Reproduction, folder: Path) -> None:
 
 
 def _fill(reproduction: Reproduction, folder: Path, root: str) -> None:
-    for name in ("figures", "movies", "dumps"):
-        (folder / name).mkdir()
-    pictures, films = all_pictures(reproduction), draw_films(reproduction.motions)
+    (folder / "figures").mkdir()
+    pictures = all_pictures(reproduction)
     for drawn in pictures:
         (folder / "figures" / f"{drawn.name}.svg").write_text(drawn.svg, encoding="utf-8")
-    for film in films:
-        (folder / "movies" / f"{film.name}.gif").write_bytes(film.gif)
-        # a page that is opened from a disk may load a script, and no other file
-        uri = base64_uri(film.gif, "image/gif")
-        (folder / "movies" / f"{film.name}.gif.js").write_text(f'filmData("{uri}");\n', "ascii")
-        (folder / "movies" / f"{film.name}.png").write_bytes(film.still)
-        (folder / "dumps" / f"{film.name}.dump.gz").write_bytes(film.dump)
     write_csv(reproduction.ledger.to_frame(), folder / LEDGER)
     for name, page in (("report.md", markdown), ("report.html", html_page)):
-        (folder / name).write_text(page(reproduction, pictures, films, root), encoding="utf-8")
+        (folder / name).write_text(page(reproduction, pictures, root), encoding="utf-8")
 
 
 def all_pictures(reproduction: Reproduction) -> list[Picture]:

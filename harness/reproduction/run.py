@@ -1,4 +1,4 @@
-"""Recompute the source, from the ledger to the movies, with tables of findings beyond it."""
+"""Recompute the source, its ledger and figures, with tables of findings beyond it."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from harness.parameters.law import Contact
 from harness.parameters.tower import Tower
 from harness.reproduction import figure_data, schematics
 from harness.reproduction import figures as drawn
-from harness.reproduction.claims import ClaimStatus, Ledger, Statement, untestable
+from harness.reproduction.claims import ClaimStatus, Ledger, Statement
 from harness.reproduction.figure_data import (
     error_against_stiffness,
     structure_window,
@@ -44,7 +44,6 @@ from harness.reproduction.mfix import (
     case_at,
     scheme_paths,
 )
-from harness.reproduction.movies import Motions, motions
 from harness.reproduction.schematics import collapse, force_and_contacts, separated
 from harness.shown import Result
 from harness.store.cache import EngineChoice, opened
@@ -62,7 +61,7 @@ SOLVER = "exact"
 Compute = Callable[[], tuple[Any, Statement]]
 """Return what a figure is drawn from, empty where there is nothing, and its statement."""
 
-Draw = Callable[[Any], mpl_figure.Figure] | None
+Draw = Callable[[Any], mpl_figure.Figure]
 
 
 class SourceFigure(NamedTuple):
@@ -105,7 +104,6 @@ def source_figures(
         (lambda: (True, figure_data.critical_angles(runs(), reference)),
          lambda _: impulse.critical_angle_against_height(
             runs(), solver=SOLVER, published=PEYNEAU_ROUX, reference=reference)),
-        (lambda: ((), untestable("fig-12")), None),
         (figure_data.energy_scaling,
          lambda data: impulse.energy_scaling(data, PEYNEAU_ROUX, reference=reference)),
         (separated, drawn.separation),
@@ -115,8 +113,8 @@ def source_figures(
     recomputed = []
     for done, (compute, draw) in enumerate(figures, 1):
         data, statement = compute()
-        nothing = isinstance(data, tuple) and not data  # no runs, or a figure of others
-        drawing = None if draw is None or nothing else partial(draw, data)
+        nothing = isinstance(data, tuple) and not data  # no runs
+        drawing = None if nothing else partial(draw, data)
         recomputed.append(SourceFigure(statement, drawing))
         progress("figures of the source", done, len(figures))
     return tuple(recomputed)
@@ -128,7 +126,6 @@ class Reproduction(Result):
 
     ledger: Ledger
     figures: tuple[SourceFigure, ...]
-    motions: Motions
     findings: FindingTables
     provenance: Provenance
     platform: str
@@ -177,7 +174,6 @@ def reproduce(
     return Reproduction(
         ledger=Ledger(tuple(in_order([*rows, *(figure.statement for figure in figures)]))),
         figures=figures,
-        motions=motions(engine, progress),
         findings=findings(engine, progress),
         provenance=engine.identify(),
         platform=f"{platform.system()} {platform.machine()}",

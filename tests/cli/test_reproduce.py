@@ -1,18 +1,17 @@
 import csv
-import filecmp
 import io
 import json
 from contextlib import contextmanager
 from pathlib import Path
 from types import SimpleNamespace
 
+import pandas as pd
 import pytest
 
 from harness.observables.provenance import Provenance
-from harness.reproduction.claims import SOURCES, Ledger, compare
+from harness.reproduction.claims import SOURCES, Ledger, compare, ledger_differences
 
 REPORT = Path(__file__).parents[2] / "reports" / "reproduction"
-CHECKOUT = REPORT.parents[1]
 
 
 class NoEngine:
@@ -26,12 +25,9 @@ class NoEngine:
 @pytest.fixture
 def run_here(monkeypatch, tmp_path, capsys):
     """Run the command in this process and in an empty folder, with a ledger of one row."""
-    from harness.cli import publish
     from harness.cli.publish import ReproduceOptions, reproduce
 
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(publish, "recorded", lambda *_, **__: _recorder())
-
     asked = {}
 
     def run(found=10.2078, **options):
@@ -50,23 +46,15 @@ def run_here(monkeypatch, tmp_path, capsys):
     return run
 
 
-@contextmanager
-def _recorder():
-    yield SimpleNamespace(progress=lambda *_: None)
-
-
 def _fill(found, folder, _root):
     found.ledger.to_frame().to_csv(folder / "ledger.csv", index=False)
 
 
 def test_a_run_goes_below_runs_unless_told_otherwise(run_here, tmp_path):
     status, record = run_here()
-    folder = Path(record["folder"])
     assert status == 0
-    assert folder.parent == Path("reports/runs")
-    assert folder.name.endswith("-reproduction")
-    assert (tmp_path / folder / "ledger.csv").is_file()
-    assert not (tmp_path / "reports" / "reproduction").exists()
+    assert Path(record["folder"]).parent == Path("reports/runs")
+    assert (tmp_path / record["folder"] / "ledger.csv").is_file()
 
 
 def test_check_reads_the_committed_ledger_and_writes_nothing(run_here, tmp_path):
@@ -95,11 +83,6 @@ def test_points_of_the_user_reach_the_figures(run_here, harness, tmp_path):
     assert "--reference none.csv: No such file" in said
 
 
-def test_check_without_a_committed_ledger(harness):
-    said = harness("reproduce", "--check", status=2).stderr
-    assert "reports/reproduction: no ledger.csv in it" in said
-
-
 def test_requests_that_cannot_be_met(harness, tmp_path):
     (tmp_path / "thesis").mkdir()
     (tmp_path / "thesis" / "chapter.tex").touch()
@@ -110,36 +93,30 @@ def test_requests_that_cannot_be_met(harness, tmp_path):
     said = harness("reproduce", "--check", "--output", "thesis", status=2).stderr
     assert "is not a ledger as dem-harness reproduce writes it" in said
     assert [path.name for path in tmp_path.iterdir()] == ["thesis"]
+    said = harness("reproduce", "--check", status=2).stderr
+    assert "reports/reproduction: no ledger.csv in it" in said
 
 
 def test_the_committed_report_is_whole():
     text = (REPORT / "ledger.csv").read_text(encoding="utf-8")
     rows = list(csv.DictReader(io.StringIO(text)))
-    assert len(rows) > 150
-    assert {"eq-1", "eq-18", "eq-a11", "fig-1", "fig-16", "erratum-13"} <= {r["key"] for r in rows}
+    assert {row["key"] for row in rows} == set(SOURCES)
     page = (REPORT / "report.md").read_text(encoding="utf-8")
     for row in rows:
         for path in row["evidence"].split():
             there = REPORT / path if path.startswith("figures/") else REPORT.parents[1] / path
             assert there.is_file(), row["key"]
-    for folder in ("figures", "movies", "dumps"):
-        for path in (REPORT / folder).iterdir():
-            # what the page plays of a film stands beside it
-            assert f"({folder}/{path.name.removesuffix('.js')})" in page
-    images = [p for f in ("figures", "movies") for p in (REPORT / f).iterdir()]
-    assert sum(path.stat().st_size for path in images) < 10e6
+    for path in (REPORT / "figures").iterdir():
+        assert f"(figures/{path.name})" in page
 
 
 @pytest.mark.live
 @pytest.mark.slow
-def test_the_committed_report_is_what_the_command_makes(harness, answer, tmp_path):
+def test_the_committed_report_is_what_the_command_makes(harness, tmp_path):
     """The ledger up to round-off; the files themselves may differ in last digits elsewhere."""
-    found = answer("reproduce", "--check", "--output", str(REPORT), timeout=600)
-    assert found["differences"] == []
-    harness("reproduce", "--output", "twice", timeout=600)
-    harness("reproduce", "--output", "again", timeout=600)
-    names = [p.relative_to(tmp_path / "twice") for p in (tmp_path / "twice").rglob("*.*")]
-    same, other, missing = filecmp.cmpfiles(
-        tmp_path / "twice", tmp_path / "again", [str(name) for name in names], shallow=False
-    )
-    assert (len(same), other, missing) == (len(names), [], [])
+    harness("reproduce", "--output", "made", timeout=600)
+    made = tmp_path / "made"
+    ledgers = [pd.read_csv(folder / "ledger.csv") for folder in (REPORT, made)]
+    assert ledger_differences(*ledgers) == []
+    names = [{p.relative_to(folder) for p in folder.rglob("*")} for folder in (REPORT, made)]
+    assert names[0] == names[1]

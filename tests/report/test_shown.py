@@ -61,7 +61,7 @@ def releases():
 
 def reproduction():
     statement = next(source for source in SOURCES.values() if source.untestable)
-    parts = dict.fromkeys(("figures", "motions", "findings"), None)
+    parts = dict.fromkeys(("figures", "findings"), None)
     return Reproduction(
         Ledger((untestable(statement),)), **parts, provenance=PACKAGES, platform="x",
         harness_version="0",

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from harness.reproduction.claims import PRINTED, SOURCES
+from harness.reproduction.claims import SOURCES
 
 X = np.array([0.0, 0.9, 1.85, 2.8])
 
@@ -41,7 +41,7 @@ BY_HAND = [
     ("eq-pair-distance", {"r_0": 0.5, "dx": 0.2}, 0.8),
     ("eq-15", {"k": 10.0, "m": 2.0, "r_0": 0.5, "x_1": 0.0, "x_2": 0.9, "sign": 1.0}, 0.5),
     ("eq-16", of_chain(2), (0.5 - 0.9) / 2),
-    ("eq-a7", of_chain(3), (-0.5 - 3 * 0.9 + 1.85) / 3),
+    ("eq-16", of_chain(3), (-0.5 - 3 * 0.9 + 1.85) / 3),
     ("eq-17", {"x": 0.9, "b": 0.45}, 1.35),
     ("eq-series-force", {"k": 3.0, "c": 0.2}, 1.0),
     ("eq-u-1", {"k": 3.0, "c": 2.0}, 6.0),
@@ -76,8 +76,3 @@ def test_line_of_the_example_is_right_for_one_b_0_less():
     first = SOURCES["eq-four"].printed(**of_chain(4))
     line = SOURCES["eq-four-inserted"].printed(**of_chain(4, b_0=first))
     assert line == pytest.approx(first, abs=1e-15)
-
-
-def test_printed_numbers_cannot_be_changed_in_place():
-    with pytest.raises(AttributeError):
-        PRINTED.shock = 0.3

@@ -1,7 +1,5 @@
-import math
 from dataclasses import replace
 
-import numpy as np
 import pytest
 
 from harness.reproduction.claims import ClaimStatus, Source, claim_of_facts, fill_in
@@ -38,20 +36,12 @@ def test_a_statement_may_hold_without_all_of_its_facts(a, status):
 @pytest.mark.parametrize(
     ("sentence", "said"),
     [
-        ("{x:.2f} m", "1.50, -0.25 m"),
-        ("off by {x[1]:bound}", "off by -2e-01"),
-        ("{small:bound}", "less than 1e-12"),
-        ("{names}", "one, two"),
-        ("{at[19] / 2:.1f} of {len(x)}", "1.5 of 2"),
-        ("it grows at 1: {x[0] > 1}, at 0: {holds}", "it grows at 1: yes, at 0: no"),
+        (
+            "{x:.2f} m, off by {x[1]:bound}, {small:bound}",
+            "1.50, -0.25 m, off by -2e-01, less than 1e-12",
+        ),
+        ("{at[19] / 2:.1f} of {len(x)}: {x[0] > 1}", "1.5 of 2: yes"),
     ],
 )
 def test_numbers_are_put_into_sentences(sentence, said):
-    numbers = {"x": [1.5, -0.25], "small": 3e-17, "names": ["one", "two"], "at": {19: 3.0}}
-    numbers["holds"] = np.bool_(False)  # as numpy compares
-    assert fill_in(sentence, numbers) == said
-
-
-def test_a_number_that_is_missing_is_an_error():
-    with pytest.raises(NameError, match="x"):
-        fill_in("{x:.2f} m", {"y": math.pi})
+    assert fill_in(sentence, {"x": [1.5, -0.25], "small": 3e-17, "at": {19: 3.0}}) == said

@@ -17,10 +17,6 @@ def ledger(printed=10.21, found=10.2078, key="eq-6", holds=True, width=0.005):
     return Ledger((number, words)).to_frame()
 
 
-def test_the_same_ledger():
-    assert ledger_differences(ledger(), ledger()) == []
-
-
 def test_round_off_is_no_difference():
     assert ledger_differences(ledger(), ledger(found=10.2078 * (1 + 1e-7))) == []
     residual = ledger(printed=0.0, found=3e-16, width=1e-12)

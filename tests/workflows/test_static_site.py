@@ -31,7 +31,7 @@ class Links(HTMLParser):
             self.links.append(values.get("href") or "")
         elif tag == "nav":
             self.navigations.append(values.get("aria-label"))
-        self.loaded += [values[n] for n in ("src", "data-gif") if n in values]
+        self.loaded += [values["src"]] if "src" in values else []
         if tag == "link":
             self.loaded.append(values["href"])
 

@@ -89,7 +89,6 @@ class RowMotion:
     exaggeration: float
     time: Floats  # (F,) [s]
     displacement: Floats  # (F, N) [m] from where all particles just touch
-    velocity: Floats  # (F, N) [m/s]
     force: Floats  # (F, N - 1) [N] of each contact, 0 where it is open
 
     def __post_init__(self) -> None:
@@ -107,13 +106,6 @@ class RowMotion:
         both_sides = np.pad(self.force, ((0, 0), (1, 1)))
         stiffness = np.array(self.run.tower.each("stiffness"))
         return np.asarray((both_sides[:, 1:] + both_sides[:, :-1]) / stiffness)
-
-    @property
-    def gap(self) -> Floats:
-        """Return the distance of neighbouring boundaries (F, N - 1) [m]."""
-        deformation = self.deformation
-        shortened = (deformation[:, 1:] + deformation[:, :-1]) / 2
-        return np.asarray(np.diff(self.displacement, axis=1) + shortened)
 
     @property
     def drawn_centres(self) -> Floats:
@@ -151,7 +143,6 @@ def row_motion(
     still = np.tile(first, (before, 1))
     still[:, 0] += case.speed * approach + case.gravity * approach**2 / 2
     resting = np.zeros((before, case.height))
-    falling = case.speed + case.gravity * approach
     return RowMotion(
         name=name,
         title=title,
@@ -160,7 +151,6 @@ def row_motion(
         exaggeration=_exaggeration(run),
         time=np.concatenate([approach, run.time[rows]]),
         displacement=np.vstack([still, kept.displacements[rows]]),
-        velocity=np.vstack([np.column_stack([falling, resting]), kept.velocities[rows]]),
         force=np.vstack([resting, kept.forces[rows]]),
     )
 

@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterable
 from functools import partial
 
 from harness.engines.contract import Engine
-from harness.reproduction.claims import PRINTED, SOURCES, Ledger, Printed, Statement, untestable
+from harness.reproduction.claims import PRINTED, SOURCES, Printed, Statement
 from harness.reproduction.ledger import appendix, background, methods, results
 from harness.workflows.progress import Progress, silent
 
@@ -22,7 +22,7 @@ Section = Callable[[Printed], Iterable[Statement]]
 def statements(
     printed: Printed = PRINTED, engine: Engine | None = None, progress: Progress = silent
 ) -> list[Statement]:
-    """Return every row but the figures', in the order of the publication, the errata at the end.
+    """Return every row but the figures', in the order of the publication.
 
     Rows of the incline that need an engine cannot be tested without one; a failure of
     the engine becomes their reason.
@@ -40,13 +40,11 @@ def statements(
         appendix.appendix_window_statements,
         appendix.beyond_statements,
     )
-    rows = [untestable(s) for s in SOURCES.values() if s.untestable and not s.title]
+    rows: list[Statement] = []
     for done, section in enumerate(sections):
-        progress("ledger", done, len(sections) + 1)
+        progress("ledger", done, len(sections))
         rows += section(printed)
-    progress("ledger", len(sections), len(sections) + 1)
-    rows += appendix.restatement_statements(printed, Ledger(tuple(rows)))
-    progress("ledger", len(sections) + 1, len(sections) + 1)
+    progress("ledger", len(sections), len(sections))
     return in_order(rows)
 
 

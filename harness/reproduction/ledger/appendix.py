@@ -1,8 +1,6 @@
-"""The appendices, boundaries of a chain (A1) to (A11) and the window of the impulse; the errata.
+"""The appendices, boundaries of a chain (A1) to (A11) and the window of the impulse; corrections.
 
-Errata are those of our restatement of the source, and errors of the source beyond them. Where a row
-is about the restatement, its ``where`` says so: the status is that of the erratum, not of the
-source.
+Where a row is about our own restatement of the source, its ``where`` says so.
 """
 
 from __future__ import annotations
@@ -20,10 +18,7 @@ from harness.observables.tower import impulse, turnaround
 from harness.parameters.tower import LAWS, Law, Tower
 from harness.reproduction.claims import (
     SOURCES,
-    ClaimStatus,
-    Ledger,
     Printed,
-    Source,
     Statement,
     claim,
     compare,
@@ -310,30 +305,11 @@ def _largest_compression(intervals: Intervals, printed: Printed) -> Iterator[Sta
     yield claim("text-maximum-of-what", grain=grain, chain=chain)
 
 
-def restatement_statements(printed: Printed, rows: Ledger) -> Iterator[Statement]:
-    """Yield the errata; ``rows`` are those of the source."""
-    yield from (judged(source, rows) for source in SOURCES.values() if source.wrong)
-    balance, separation, square = rows["eq-6"], rows["text-separation"], rows["eq-18"]
-    yield claim("erratum-1", evidence=balance.evidence, row=balance, line=_line)
-    yield claim(
-        "erratum-7",
-        evidence=separation.evidence,
-        row=rows["text-t-c"],
-        formula=rows["eq-11"].found,
-        ratio=rows["eq-11"].found / printed.contact_time,
-        separation=separation,
-        line=_line,
-    )
-    stiffness, first, n = 100.0, 0.2, 10
-    yield claim(
-        "erratum-12",
-        evidence=square.evidence,
-        rows=(square, rows["eq-u-2"]),
-        with_square=n * 0.5 * stiffness * (n * first) ** 2,
-        right=n * 0.5 * stiffness * first**2,
-        springs=n,
-        line=_line,
-    )
+_FLOOR = 0.1367  # the restatement's, of the clipped restitution
+
+
+def beyond_statements(_: Printed) -> Iterator[Statement]:
+    """Yield the corrections, those of our own restatement of the source among them."""
     contacts = 10
     yield compare(
         "erratum-13",
@@ -342,36 +318,6 @@ def restatement_statements(printed: Printed, rows: Ledger) -> Iterator[Statement
         contacts=contacts,
         springs=1 / contacts,
     )
-
-
-def judged(erratum: Source, rows: Ledger) -> Statement:
-    """Return the row of an erratum from the rows that it calls wrong, and those that are right."""
-    wrong = [rows[key] for key in erratum.wrong]
-    right = [rows[key] for key in erratum.right]
-    return claim(
-        erratum,
-        holds=all(row.status is not ClaimStatus.REPRODUCED for row in wrong)
-        and all(row.status is ClaimStatus.REPRODUCED for row in right),
-        evidence=tuple(dict.fromkeys(link for row in wrong for link in row.evidence)),
-        computed="; ".join(_line(row) for row in (*wrong, *right)),
-    )
-
-
-def _line(row: Statement) -> str:
-    key, unit = row.source.key, row.source.unit
-    if np.isnan(row.printed):
-        return f"{key}, {row.status}: {row.computed}"
-    numbers = f"printed {row.printed:.6g}, found {row.found:.6g}"
-    if not np.isnan(row.corrected):
-        numbers += f", corrected {row.corrected:.6g}"
-    return f"{key}, {row.status}: {numbers}{'' if unit == '1' else f' {unit}'}"
-
-
-_FLOOR = 0.1367  # the restatement's, of the clipped restitution
-
-
-def beyond_statements(_: Printed) -> Iterator[Statement]:
-    """Yield the rows that need a computation of their own."""
     yield _clipping()
     yield _joining()
     yield from _towers()

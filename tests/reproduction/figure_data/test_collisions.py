@@ -22,19 +22,11 @@ def test_the_runs_last_until_all_have_parted(two_and_three):
         assert run.final_velocity == pytest.approx(expected, abs=1e-6)
 
 
-def test_the_sentence_is_that_of_the_run(two_and_three):
-    (two, three), statement = two_and_three
-    assert f"of three it ends at {three.final_velocity[0]:.3f} m/s" in statement.computed
-    grows = three.elastic_energy.max() / two.elastic_energy.max() - 1
-    assert f"energy stored changes by {100 * grows:+.1f} %" in statement.computed
-
-
 def test_another_mass_does_not_exchange(monkeypatch):
     """A perturbed constant changes the verdict."""
     monkeypatch.setattr(figure_data, "PAIR", figure_data.PAIR.replace(gravity=9.81, base="fixed"))
     statement = figure_data.two_and_three_particles()[1]
     assert statement.status is ClaimStatus.NOT_REPRODUCED
-    assert "Does not agree: of two particles the grain ends at" in statement.computed
 
 
 def test_error_against_stiffness():
@@ -43,7 +35,6 @@ def test_error_against_stiffness():
     # a sample is half a step off the top at most; RK4 itself errs by less than 1e-6 here
     bound = 1 - math.cos(math.pi / 50 / math.sqrt(2))
     assert max(curves[figure_data.SCALED_STEP][1]) <= bound + 1e-6
-    assert "goes as k^0.00 (RK4, 50 steps" in statement.computed
 
 
 @pytest.mark.parametrize("stiffness", [1e3, 1e6])
@@ -56,19 +47,12 @@ def test_gravity_left_out_against_the_closed_form(stiffness):
     assert np.interp(stiffness, stiffnesses, errors) == pytest.approx(deep / bare - 1, rel=1e-6)
 
 
-def test_an_error_that_falls_below_half_a_per_cent_is_reproduced(monkeypatch):
+@pytest.mark.parametrize(
+    ("size", "status"), [(10.0, ClaimStatus.REPRODUCED), (100.0, ClaimStatus.NOT_REPRODUCED)]
+)
+def test_an_error_must_fall_below_half_a_per_cent(monkeypatch, size, status):
     def falling(stiffnesses, _):
-        return stiffnesses, [10.0 / k for k in stiffnesses]
+        return stiffnesses, [size / k for k in stiffnesses]
 
     monkeypatch.setattr(figure_data, "error_over_stiffness", falling)
-    statement = figure_data.error_against_stiffness()[1]
-    assert statement.status is ClaimStatus.REPRODUCED
-    assert "Does not agree" not in statement.computed
-
-
-def test_an_error_that_falls_too_late_is_not(monkeypatch):
-    def falling(stiffnesses, _):
-        return stiffnesses, [100.0 / k for k in stiffnesses]
-
-    monkeypatch.setattr(figure_data, "error_over_stiffness", falling)
-    assert figure_data.error_against_stiffness()[1].status is ClaimStatus.NOT_REPRODUCED
+    assert figure_data.error_against_stiffness()[1].status is status

@@ -13,7 +13,7 @@ def found():
 def test_one_statement_a_figure_in_the_order_of_the_source(found):
     statements = [figure.statement for figure in found]
     keys = [statement.source.key for statement in statements]
-    assert keys == [f"fig-{number}" for number in range(1, 17)] == list(FIGURES)
+    assert keys == list(FIGURES)
     Ledger(tuple(statements))
     for statement in statements:
         assert statement.computed
@@ -24,16 +24,11 @@ def test_one_statement_a_figure_in_the_order_of_the_source(found):
             assert statement.evidence == FIGURES[statement.source.key].evidence
 
 
-def test_the_same_statements_twice(found):
-    again = source_figures(None)
-    assert [one.statement for one in again] == [one.statement for one in found]
-
-
 def test_progress_and_the_users_points():
     heard = []
     points = ReferencePoints("made-up.csv", (2.0, 12.0), (9.0, 6.5))
     found = source_figures(None, lambda *stage: heard.append(stage), paths={}, reference=points)
     assert [done for _, done, _ in heard] == list(range(1, heard[0][2] + 1))
-    assert [found[3].draw, found[11].draw] == [None, None]  # no runs, a figure of others
+    assert found[3].draw is None  # no runs
     assert found[0].statement.status is ClaimStatus.REPRODUCED
     assert "made-up.csv" in found[10].statement.computed

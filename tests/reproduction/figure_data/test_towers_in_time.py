@@ -25,7 +25,6 @@ def test_events_of_three_particles(found):
     assert told == pytest.approx([0.424, 0.607, 0.990, 1.573], abs=1e-3)
     rk4 = tower(Tower(height=2), solver="rk4", profiles=True)
     assert schematics.event_times(rk4) == pytest.approx(told, abs=2e-3)
-    assert "the third joins at 0.42 t0 (source 0.5)" in statement.computed
 
 
 def test_events_of_the_overlap_law_is_another(monkeypatch):
@@ -35,7 +34,6 @@ def test_events_of_the_overlap_law_is_another(monkeypatch):
     _, statement = schematics.force_and_contacts()
     schematics.towers_in_time.cache_clear()
     assert statement.status is ClaimStatus.NOT_REPRODUCED
-    assert "Does not agree: the third joins at 0.00 t0 (source 0.5)" in statement.computed
 
 
 def test_a_grain_that_never_comes_back_has_no_events():
@@ -75,13 +73,6 @@ def test_a_base_that_is_felt_in_20_particles_changes_the_verdict(found):
     felt = (*evidence.base_felt[:3], 1.4)
     statement = schematics.separation(evidence.separated, felt)
     assert statement.status is ClaimStatus.NOT_REPRODUCED
-    assert "20 particles at 1.40 t0" in statement.computed
-
-
-def test_a_run_does_not_differ_from_itself(found):
-    run = found[0].by_height[0]
-    assert schematics.largest_difference(run, run) == 0
-    assert schematics.base_felt(run, run) == math.inf
 
 
 def test_collapse():

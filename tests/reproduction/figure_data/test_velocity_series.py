@@ -37,15 +37,6 @@ def test_a_grain_that_turns_back_passes_no_more_wells(key, path):
     assert turns_back(path) == (gone < 1) == (key == (500, 10.2))
 
 
-def test_series_in_mfix_s_scheme_are_in_order():
-    told = [(s.label, s.angle_deg, s.moving) for s in as_series(PATHS)]
-    assert told == [
-        ("MFiX's scheme, 500 steps", 10.2, False),
-        ("MFiX's scheme, 500 steps", 10.22, True),
-        ("MFiX's scheme, 50 steps", 10.2, True),
-    ]
-
-
 @pytest.mark.parametrize(
     ("fates", "keys", "status"),
     [
@@ -64,8 +55,6 @@ def test_the_status_follows_from_the_fates(fates, keys, status):
     assert len(motions) == 2 + len(keys)
     if keys == list(PATHS):
         assert {job.values["wells"] for job in engine.jobs} == {20}
-        assert "Does not agree: " in statement.computed
-        assert "MFiX's scheme, 50 steps, at 10.20 deg moves on" in statement.computed
 
 
 def test_a_fine_step_that_disagrees_is_no_matter_of_the_step():

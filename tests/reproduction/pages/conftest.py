@@ -96,13 +96,13 @@ def ledger():
         corrected=10.2078,
         computed="13.87 deg as printed, 10.2078 deg by iterating the energy",
     )
-    other = untestable(Source("fig-12", "Figure 12", "a packing"), "a figure of others")
+    other = untestable(Source("fig-1", "Figure 1", "angles of others"), "no points")
     return Ledger((row, other))
 
 
 @pytest.fixture
 def reproduction(findings, ledger):
-    """What text and page need; figures and movies are drawn elsewhere."""
+    """What text and page need; figures are drawn elsewhere."""
     return SimpleNamespace(
         ledger=ledger,
         findings=findings,

@@ -1,6 +1,5 @@
 import pytest
 
-from harness.errors import RequestError
 from harness.reproduction import page
 
 
@@ -37,11 +36,3 @@ def test_a_report_that_fails_leaves_the_older_one(tmp_path, monkeypatch):
         page.write(None, target)
     assert (target / "ledger.csv").read_text(encoding="utf-8") == "first"
     assert [path.name for path in tmp_path.iterdir()] == ["reproduction"]
-
-
-def test_what_is_not_a_reproduction_is_not_touched(tmp_path):
-    (tmp_path / "thesis.tex").touch()
-    with pytest.raises(RequestError, match="not a reproduction"):
-        page.check_folder(tmp_path)
-    with pytest.raises(RequestError, match="is a file"):
-        page.check_folder(tmp_path / "thesis.tex")
