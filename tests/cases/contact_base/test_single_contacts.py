@@ -1,5 +1,7 @@
 """Cases of single contacts beyond impacts: what they refuse, and planted faults that turn them."""
 
+from dataclasses import replace
+
 import pytest
 
 from harness.cases.contact.verification import verify_trials
@@ -104,14 +106,15 @@ def test_what_lammps_is_told_wrongly_turns_a_row(lammps, name, system, faults):
         assert Verdict.FAIL in verdicts(planted, case, system), fault
 
 
-GRANULAR = r'"pair_coeff \* \* \$\{granular\}"'
+class Synchronized(Lammps):
+    """LAMMPS whose pairs have the keyword ``synchronized_verlet``."""
 
-
-def with_word(word):
-    """Return LAMMPS whose pairs have a keyword more."""
-    engine = Lammps(workers=1)
-    engine.replaced = {GRANULAR: f'"pair_coeff * * ${{granular}} {word}"'}
-    return engine
+    @classmethod
+    def _render(cls, template, variant):
+        script = super()._render(template, variant)
+        pairs = '"pair_coeff * * ${granular}'
+        assert script.text.count(pairs) == 1
+        return replace(script, text=script.text.replace(pairs, f"{pairs} synchronized_verlet"))
 
 
 @pytest.mark.live
@@ -123,7 +126,7 @@ def test_a_small_sphere_on_a_large_one_has_one_limit_in_both_schemes(lammps, sub
     plan = {(one.submodel, one.system): one for one in case.trials("default")}
     trial = plan[submodel, "size ratio 100"]
     coarse = trial.parameters.replace(steps_per_contact=25)
-    with with_word("synchronized_verlet") as synchronized:
+    with Synchronized(workers=1) as synchronized:
         for engine in (lammps, synchronized):
             rows = verify_trials(case, engine, Study("quick"), [trial]).checks
             assert {row.verdict for row in rows if row.judged} == {Verdict.PASS}
