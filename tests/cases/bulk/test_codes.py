@@ -42,21 +42,13 @@ SMALL = {
         length=12, width=4, sill=1, layers=12, settle_time=0.2, duration=1.2
     ),
 }  # fmt: skip
-ROWS = {"penetration": 100, "silo": 50, "drum": 10, "heap": 20}
-"""Of the recorded series."""
-
 ALL = pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
 EACH = pytest.mark.parametrize("code", CODES)
 
 
-def small_job(case, rows=0, **changes):
-    """Return the job of a small run, perhaps with fewer rows, which divide its steps."""
-    p = SMALL[case.name]
-    values = dict(case.job(p).values)
-    if rows:
-        changes["series_every"] = p.every * max(
-            n for n in range(1, p.steps // p.every // rows + 2) if p.steps % (p.every * n) == 0
-        )
+def small_job(case, **changes):
+    """Return the job of a small run."""
+    values = dict(case.job(SMALL[case.name]).values)
     return Job(case.template, {**values, **changes}, sampled=True)
 
 
@@ -66,26 +58,6 @@ def recorded(code, case, results=str, series=str):
     log = results(path.with_suffix(".txt").read_text("utf-8"))
     table = read_csv(series(path.with_suffix(".csv").read_text("utf-8")), code)
     return Output(results_in(log), Provenance(code, "1"), {"series": table}, log, seconds=1.0)
-
-
-def record(code):
-    """Write the recorded runs of a code anew."""
-    with engine_class(code)(workers=1) as engine:
-        for case in CASES:
-            (output,) = engine.run([small_job(case, ROWS[case.name])])
-            table = output.tables["series"]
-            names, columns = [], []
-            for name, column in table.items():
-                many = column.ndim > 1
-                numbers = range(1, column.shape[1] + 1) if many else ()
-                names += [f"{name}[{i}]" for i in numbers] if many else [name]
-                columns += list(column.T) if many else [column]
-            rows = zip(*columns, strict=True)
-            text = "".join(",".join(f"{x:.9g}" for x in row) + "\n" for row in rows)
-            path = RECORDED / f"{code}-{case.name}"
-            path.with_suffix(".csv").write_text(f"{','.join(names)}\n{text}", "utf-8")
-            lines = "".join(f"RESULT {name} = {value}\n" for name, value in output.results)
-            path.with_suffix(".txt").write_text(lines, "utf-8")
 
 
 @ALL

@@ -35,11 +35,6 @@ TINY = Heap(length=16, width=5, sill=1, layers=20, duration=1.0)
 LIGGGHTS = pytest.mark.skipif(shutil.which("liggghts") is None, reason="liggghts is not installed")
 
 
-def test_the_step_is_that_of_the_smallest_grain():
-    even, mixed = Heap(dispersity=0.0), Heap(dispersity=0.3)
-    assert mixed.longest_step == pytest.approx(0.85 * even.longest_step)
-
-
 def test_the_mean_mass_is_that_of_an_even_range_of_diameters():
     p = Heap()
     sizes = np.linspace(1.0 - 0.15, 1.0 + 0.15, 100_001)

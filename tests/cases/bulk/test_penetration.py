@@ -18,7 +18,6 @@ from harness.engines.lammps.engine import Lammps
 from harness.engines.liggghts.engine import Liggghts
 from harness.engines.output import Output
 from harness.engines.process import Limits
-from harness.engines.yade.engine import Yade
 from harness.errors import EngineLostAtomsError, EngineOutputError
 from harness.observables.provenance import Provenance
 
@@ -117,16 +116,6 @@ def test_the_friction_by_depth_takes_the_fall_to_the_surface_and_the_bed_with_it
     assert found["friction_by_depth"] == pytest.approx(expected)
     above = CASE.read(p, output(p, series(p)), TRAITS)  # a sphere that never came to the bed
     assert math.isnan(above["friction_by_depth"])
-
-
-def test_a_row_of_the_release_changes_nothing():
-    p = Penetration()
-    table = series(p)
-    longer = {name: np.concatenate([[9.0], column]) for name, column in table.items()}
-    longer["time_s"][0] = 0.0
-    with_row, without = (CASE.read(p, output(p, one), TRAITS) for one in (longer, table))
-    for name in without:
-        assert with_row[name] == pytest.approx(without[name], rel=0, abs=0, nan_ok=True)
 
 
 def test_a_particle_beyond_a_wall_is_an_error_and_no_result():
@@ -240,21 +229,6 @@ def test_levels_but_quick_run_the_published_bed_from_several_places(ratio, verdi
     assert {job.seconds for job in jobs} == {expected}
     assert Limits().time_for(expected) > 3600.0
     assert Limits().time_for(main.ran[0].seconds) == Limits().seconds
-
-
-@pytest.mark.usefixtures("measured_by_place")
-def test_slow_codes_leave_the_published_bed_to_level_full_with_the_reason():
-    slow = Impacts("yade", Yade.traits)
-    rows = CASE.verification.run(slow, Study("default", role="other")).checks
-    reasons = {r.note for r in rows if r.name.startswith("penetration: published")}
-    assert len(reasons) == 1
-    assert "beyond the 3 us of level default" in reasons.pop()
-    assert not [job for job in slow.ran if job.values["bed"] == "file"]
-    CASE.verification.run(slow, Study("full", role="other"))
-    steps = {job.values["steps"] for job in slow.ran if job.values["bed"] == "file"}
-    assert steps.pop() * 5e-7 == pytest.approx(0.1, rel=1e-3)  # as long as published
-    assert not steps
-    assert [len(CASE.systems(level)) for level in ("quick", "default", "full")] == [1, 3, 2]
 
 
 @pytest.fixture(scope="module")

@@ -13,7 +13,6 @@ from harness.cases.bulk.places import (
     PUBLISHED_BOX,
     Box,
     Cylinder,
-    data_file,
     read_places,
 )
 from harness.cases.drum import CASE as DRUM_CASE
@@ -81,13 +80,6 @@ def test_a_file_that_is_not_there_and_a_broken_one_are_refused(tmp_path):
     for path in (tmp_path / "none.txt", broken):
         with pytest.raises(RequestError, match="cannot be read"):
             read_places(str(path), 1e-3, BOX)
-
-
-def test_a_data_file_is_named_by_its_content():
-    places = np.array([[0.012, 0.01, 0.001], [0.006, 0.01, 0.001]])
-    one, same, other = (data_file(places, 1e-3, rho, BOX, 0.1) for rho in (2500, 2500, 2600))
-    assert one == same != other
-    assert len(list(one.parent.iterdir())) == 2  # no part of a file is left
 
 
 def bed(path, **changes):

@@ -239,4 +239,7 @@ def test_slow_codes_are_not_tested_at_level_quick_with_the_reason(code):
     assert "level default runs it" in found.checks[0].note
     assert not found.evidence
     assert not too_slow(engine, "default", SYSTEM)
+    published = CASE.systems("default")[1]
+    assert "beyond the 3 us of level default" in too_slow(engine, "default", published)
+    assert not too_slow(engine, "full", published)
     assert not too_slow(engine_class("lammps").__new__(engine_class("lammps")), "quick", SYSTEM)

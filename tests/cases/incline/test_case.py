@@ -21,7 +21,7 @@ from harness.cases.verification import Study
 from harness.comparison.verdicts import Verdict
 from harness.engines.reference import Reference
 from harness.errors import RequestError
-from harness.parameters.law import CLIPPED, SOURCE, Contact
+from harness.parameters.law import CLIPPED, PLASTIC, SOURCE, Contact
 from harness.solvers.hard_sphere import critical_angle as rigid_angle
 from harness.theory.incline import critical_angle as closed_form
 from harness.theory.incline import passage_margin
@@ -53,6 +53,12 @@ def test_a_passage_moves_on_above_the_critical_angle(angle, moves):
 
 def test_a_contact_that_rebounds_has_no_reference():
     assert CASE.references(Incline(contact=HALF), Reference.traits) == {}
+
+
+def test_a_contact_is_chosen_by_its_name():
+    assert Incline(contact="plastic").contact is PLASTIC
+    with pytest.raises(RequestError, match=r"contact = 'wet'.* must be one of source, clipped, pl"):
+        Incline(contact="wet")
 
 
 def test_the_rebound_is_that_of_the_law_and_the_readings_part_with_it():

@@ -8,8 +8,6 @@ import pytest
 from harness.cases.incline.angle import critical_angle
 from harness.cases.incline.case import CASE
 from harness.cases.incline.engine_checks import (
-    contacts_of,
-    microseconds_per_step,
     reference_for,
     same_rules,
 )
@@ -18,7 +16,7 @@ from harness.cases.incline.system import Incline
 from harness.cases.verification import Study
 from harness.comparison.verdicts import Kind, Verdict
 from harness.engines.reference import Reference
-from harness.parameters.law import CLIPPED, PLASTIC
+from harness.parameters.law import CLIPPED
 from tests.engine_doubles import TRAITS, Clamped, Crashing, Half, Twin, frictionless
 
 
@@ -110,26 +108,6 @@ def test_engines_of_one_class_agree_and_classes_are_findings_beside_the_first(fo
     assert apart.value < -0.01
     assert "engines: half, source, m_eff m/2 contact, less other, source" in rows
     assert not any("reference" in name.partition(",")[0] for name in rows)
-
-
-def test_what_a_step_costs_leaves_out_what_a_run_costs():
-    def slow(_, output):
-        steps = float(output.tables["stages"]["step"][-1])
-        return replace(output, seconds=2.0 + 5e-6 * steps)
-
-    case = Incline(contact=PLASTIC, stiffness=1e5, steps_per_contact=50.0)
-    angle = critical_angle(case, engine=Twin(change_output=slow), phases=1)
-    assert microseconds_per_step(angle, Twin(change_output=slow)) == pytest.approx(5.0)
-    assert math.isnan(microseconds_per_step(angle, Crashing()))
-
-
-def test_contacts_are_stated_in_the_effective_mass_of_the_engine():
-    half = [c for c in contacts_of(Half.traits) if not Half.traits.refuses_contact(c)]
-    assert [(c.name, c.effective_mass) for c in half] == [("source, m_eff m/2", "half")]
-    assert [c.name for c in contacts_of(Twin.traits)] == ["plastic", "source"]
-    assert [c.name for c in contacts_of(Clamped.traits)] == [
-        "plastic", "source", "source, clipped",
-    ]  # fmt: skip
 
 
 def test_the_reference_dem_follows_the_scheme_and_there_is_none_for_one_without():

@@ -44,16 +44,6 @@ def test_jitter_is_averaged_over_the_phases(synthetic):
     assert found.value_deg == pytest.approx(critical_angle(), abs=height / 16 + 1e-5)
 
 
-def test_runs_are_few_and_their_phases_cover_a_step(synthetic):
-    engine = synthetic()
-    found = critical_angle_by_passage(engine.passage, CASE, phases=4)
-    assert len(engine.cases) <= 9
-    assert [case.phase for case in engine.cases[-4:]] == [0.0, 0.25, 0.5, 0.75]
-    assert {case.phase for case in engine.cases[:-4]} == {0.0}
-    assert len(found.samples) == len(engine.cases)
-    assert found.steps == 100 * len(engine.cases)
-
-
 def test_result_does_not_depend_on_the_angle_or_units_of_the_case(synthetic):
     small = Incline(angle=25.0, diameter=0.003, density=2500.0, stiffness=1e4, gravity=1.62)
     one = critical_angle_by_passage(synthetic().passage, CASE)

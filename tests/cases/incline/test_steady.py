@@ -131,17 +131,6 @@ def test_probes_of_coarse_steps_find_what_the_scan_missed(synthetic):
     assert len(engine.cases) <= 100
 
 
-def test_what_probes_confirm_keeps_its_value(synthetic):
-    fine, coarse = (
-        critical_angle_by_steady_motion(synthetic().steady, case, tolerance_deg=1e-4)
-        for case in (CASE, COARSE)
-    )
-    assert coarse.monotone
-    assert coarse.value_deg == fine.value_deg
-    assert coarse.uncertainty_deg == fine.uncertainty_deg
-    assert len(fine.samples) < len(coarse.samples) <= 75
-
-
 def test_fates_without_order_come_to_an_end(synthetic):
     engine = synthetic(
         fate=lambda a: Motion.MOVES_ON if a * 1e4 % 1.7 > 0.8 and a > 3.0 else Motion.TRAPPED
