@@ -1,9 +1,6 @@
 """Bulk cases in other codes: what is read of them, small runs beside LAMMPS, planted faults."""
 
 import math
-import shutil
-from dataclasses import replace
-from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
@@ -16,13 +13,9 @@ from harness.engines.output import Output, read_csv, results_in
 from harness.engines.registry import engine_class
 from harness.errors import EngineLostAtomsError, EngineOutputError, EngineUndecidedError
 from harness.observables.provenance import Provenance
+from tests.cases.bulk.doubles import changed, needs, replaced, run
 
 RECORDED = Path(__file__).parent / "recorded"
-HERE = {
-    "liggghts": shutil.which("liggghts") is not None,
-    "yade": shutil.which("yade") is not None,
-    "kratos": find_spec("KratosMultiphysics") is not None,
-}
 CODES = ("yade", "kratos")
 CASES = PENETRATION, SILO, DRUM, HEAP = [
     get_case(name) for name in ("penetration", "silo", "drum", "heap")
@@ -94,36 +87,10 @@ def test_damaged_output_is_an_error(code):
         recorded(code, SILO, series=lambda text: text.replace(",", "", 7))
 
 
-def engine_with(code, fault=("", "")):
-    """Return the class of a code whose scripts have a planted fault."""
-    base = engine_class(code)
-    original = base.script
-
-    def script(cls, template, variant=""):  # noqa: ARG001
-        text = original(template, variant).text
-        assert fault[0] in text
-        return replace(original(template, variant), text=text.replace(*fault))
-
-    return type("Faulty", (base,), {"script": classmethod(script), "__module__": base.__module__})
-
-
-def run(kind, job):
-    with kind(workers=1) as engine:
-        (output,) = engine.run([job])
-    if isinstance(output, Exception):
-        raise output
-    return output
-
-
-def needs(code):
-    if not HERE[code]:
-        pytest.skip(f"no {code} here")
-
-
 @pytest.mark.live
 @pytest.mark.slow
 @ALL
-@pytest.mark.parametrize("code", HERE)
+@pytest.mark.parametrize("code", ["liggghts", *CODES])
 def test_a_small_run_begins_as_lammps_s_and_settles_to_the_same_height(code, case):
     """Places at the start are one formula: after 10 steps of fall heights agree to round-off.
 
@@ -134,7 +101,7 @@ def test_a_small_run_begins_as_lammps_s_and_settles_to_the_same_height(code, cas
     short = {"settle_steps": 0 if case is DRUM else 10, "steps": 10, "series_every": 10}
     with Lammps() as engine:
         mine, first = engine.run([small_job(case), small_job(case, **short)])
-    theirs, begun = (run(engine_class(code), small_job(case, **more)) for more in ({}, short))
+    theirs, begun = run(engine_class(code), small_job(case), small_job(case, **short))
     if case is DRUM:
         for name in ("x_m", "y_m", "z_m"):
             one, other = (o.tables["series"][name][0] for o in (first, begun))
@@ -171,19 +138,26 @@ FAULTS = [
      EngineLostAtomsError),
     ("heap", ("for end in self.ends:", "for end in ():"), EngineUndecidedError),
 ]  # fmt: skip
+IN_LAMMPS = [
+    ("lammps", "heap", ("fix sides grains", "fix sides glued"), EngineLostAtomsError),
+    ("lammps", "heap", ("unfix ends", ""), EngineUndecidedError),
+]
 
 
 @pytest.mark.live
 @pytest.mark.slow
-@pytest.mark.parametrize(("name", "fault", "error"), FAULTS)
-@EACH
+@pytest.mark.parametrize(
+    ("code", "name", "fault", "error"),
+    [*((code, *fault) for code in CODES for fault in FAULTS), *IN_LAMMPS],
+)
 def test_a_planted_fault_turns_a_bulk_case(code, name, fault, error):
     """A hole, a closed orifice, a drum that turns backward, no floor, no side, ends that stay."""
     needs(code)
     case = get_case(name)
+    kind = changed(engine_class(code), lambda text: replaced(text, fault))
 
     def found():
-        output = run(engine_with(code, fault), small_job(case))
+        (output,) = run(kind, small_job(case))
         assert case.read(SMALL[name], output, Lammps.traits)["surface_angle_deg"] > 0.0
 
     with pytest.raises(error):

@@ -1,8 +1,6 @@
 """Drum: what is refused, what is read, faults that turn each check, small runs."""
 
 import math
-import shutil
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -15,14 +13,12 @@ from harness.comparison.verdicts import Verdict
 from harness.engines.contract import Job
 from harness.engines.lammps.engine import Lammps
 from harness.engines.liggghts.engine import Liggghts
-from harness.engines.output import Output
 from harness.errors import EngineLostAtomsError, EngineOutputError
-from harness.observables.provenance import Provenance
+from tests.cases.bulk.doubles import LIGGGHTS, changed, made, replaced, run
 
 TINY = Drum(drum_radius=0.014, drum_length=0.0105, small_layers=2, large_layers=0, speed=5.3,
             turn=90.0, settle_time=0.1)  # fmt: skip
 TRAITS = Lammps.traits
-LIGGGHTS = pytest.mark.skipif(shutil.which("liggghts") is None, reason="liggghts is not installed")
 
 
 def test_froude_number_filling_and_numbers_are_those_that_were_published():
@@ -50,8 +46,7 @@ def output(p, table, **changes):
         "bed_kinetic_J": 1e-9, "large": p.large_grains, "small": p.small_grains, "outside": 0,
         "steps": p.settle_steps + p.steps, "verdict": "finished",
     }  # fmt: skip
-    told = tuple((name, str(value)) for name, value in {**results, **changes}.items())
-    return Output(told, Provenance("lammps", "1"), {"series": table}, seconds=1.0)
+    return made(table, **{**results, **changes})
 
 
 def read(table=None, **changes):
@@ -176,59 +171,39 @@ def test_pairs_that_touch_and_what_they_hold_are_those_of_all_pairs():
     assert elastic_energy(p, places, contacts) == pytest.approx(held, rel=1e-12)
 
 
-@pytest.fixture(scope="module")
-def lammps():
-    with Lammps() as engine:
-        yield engine
+def with_power(text):
+    """Return the script with the power of the drum's forces, F (omega x r), step by step.
 
-
-def saying(kind, text):
-    """Return an engine's class whose script of the drum has another text."""
-    script = replace(kind.script(CASE.template), text=text)
-    words = {"script": classmethod(lambda *_: script), "__module__": kind.__module__}
-    return type("Saying", (kind,), words)
+    LAMMPS tells of one contact of a grain with a region only: the ends are smooth planes here.
+    """
+    words = []
+    for size in ("large", "small"):
+        name = f"drum_of_{size}"
+        old = f"fix {name} {size} wall/gran/region granular ${{{size}_on_steel}} region drum\n"
+        fx, fz, x, z = (f"f_{name}[{i}]" for i in (2, 4, 5, 7))
+        power = (
+            f"variable power_{size} atom v_speed*({fx}*{z}-{fz}*{x})\n"
+            f"compute power_{size} all reduce sum v_power_{size}\n"
+        )
+        words.append((old, f"{old[:-1]} contacts\n{power}"))
+    smooth = "granular hooke 50 0.02 damping velocity tangential linear_nohistory 0 0"
+    mean = "ave/time 1 1 1 c_power_large c_power_small ave running"
+    said = 'print "RESULT power = $(f_power[1]+f_power[2]:%.12g)"\n'
+    return replaced(
+        text,
+        *words,
+        ("units box rotate v_turned", "units box open 1 open 2 rotate v_turned"),
+        ("timestep ", f"fix ends all wall/gran {smooth} yplane -${{half}} ${{half}}\ntimestep "),
+        ("run ${steps} post no\n", f"fix power all {mean}\nrun ${{steps}} post no\n"),
+        ('print "RESULT outside', said + 'print "RESULT outside'),
+    )
 
 
 @pytest.mark.live
 @pytest.mark.parametrize("rolling_friction", [0.0, 0.1])
-def test_the_work_by_weight_and_angular_momentum_is_that_of_the_walls_forces(
-    lammps, rolling_friction
-):
-    """A second route: in LAMMPS the power of each contact, F (omega x r), step by step.
-
-    It tells of one contact of a grain with a region only: the ends are smooth planes here.
-    """
-    kind, template = type(lammps), CASE.template
-    text = kind.script(template).text
-    for size in ("large", "small"):
-        name = f"drum_of_{size}"
-        old = f"fix {name} {size} wall/gran/region granular ${{{size}_on_steel}} region drum\n"
-        assert old in text
-        force, point = (f"f_{name}[{i}]" for i in (2, 7)), (f"f_{name}[{i}]" for i in (4, 5))
-        (fx, z), (fz, x) = force, point
-        text = text.replace(
-            old,
-            f"{old[:-1]} contacts\n"
-            f"variable power_{size} atom v_speed*({fx}*{z}-{fz}*{x})\n"
-            f"compute power_{size} all reduce sum v_power_{size}\n",
-        )
-    closed = "units box rotate v_turned"
-    assert closed in text
-    text = text.replace(closed, "units box open 1 open 2 rotate v_turned")
-    ends = (
-        "fix ends all wall/gran granular hooke 50 0.02 damping velocity tangential linear_nohistory"
-    )
-    text = text.replace("timestep ", f"{ends} 0 0 yplane -${{half}} ${{half}}\ntimestep ")
-    began = "run ${steps} post no\n"
-    before, _, rest = text.rpartition(began)
-    both = "c_power_large c_power_small"
-    text = f"{before}fix power all ave/time 1 1 1 {both} ave running\n{began}{rest}"
-    told = 'print "RESULT power = $(f_power[1]+f_power[2]:%.12g)"\n'
-    text = text.replace('print "RESULT outside', told + 'print "RESULT outside')
+def test_the_work_by_weight_and_angular_momentum_is_that_of_the_walls_forces(rolling_friction):
     p = TINY.replace(turn=120.0, rolling_friction=rolling_friction)
-    with saying(kind, text)() as engine:
-        (found,) = engine.run([CASE.job(p)])
-    assert not isinstance(found, Exception), found
+    (found,) = run(changed(Lammps, with_power), CASE.job(p))
     work = found.number("power") * p.steps * p.step_size
     _, done = drum_energy(p, found.table(COLUMNS))
     assert done[-1] == pytest.approx(work, rel=0.02)
@@ -261,23 +236,21 @@ def torque(kind, p, pair, steps, spin, overlap):
         for name, sphere in (("large", p.large), ("small", p.small))
     ]
     turn = f"omega 0 {spin} 0" if kind is Lammps else f"omegay {spin}"
-    changes = {
-        "fix move all nve/sphere": f"set atom {last} {turn}\nfix move all nve/noforce",
-        "compute kinetic all ke": f"group last id {last}\ncompute each last property/atom tqy\n"
-        "compute torque last reduce sum c_each\ncompute kinetic all ke",
-        "variable kinetic equal c_kinetic+c_turning": "variable kinetic equal c_torque",
-    }
-    text = kind.script(CASE.template).text
-    for old, new in changes.items():
-        assert text.count(old) == 1
-        text = text.replace(old, new)
+    words = (
+        ("fix move all nve/sphere", f"set atom {last} {turn}\nfix move all nve/noforce"),
+        (
+            "compute kinetic all ke",
+            f"group last id {last}\ncompute each last property/atom tqy\n"
+            "compute torque last reduce sum c_each\ncompute kinetic all ke",
+        ),
+        ("variable kinetic equal c_kinetic+c_turning", "variable kinetic equal c_torque"),
+    )
+    still = changed(kind, lambda text: replaced(text, *words))
     size = ((-0.1, 0.1),) * 3
     values = {**values_of(p), "bed": "file", "places": str(write_grains(kinds, size))}
     values |= dict.fromkeys(("large_friction", "small_friction", "mixed_friction"), 0.0)
     values |= {"settle_steps": steps, "steps": 1, "series_every": 1}
-    with saying(kind, text)() as engine:
-        (found,) = engine.run([Job(CASE.template, values, sampled=True)])
-    assert not isinstance(found, Exception), found
+    (found,) = run(still, Job(CASE.template, values, sampled=True))
     return abs(found.number("bed_kinetic_J"))
 
 

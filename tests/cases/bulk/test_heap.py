@@ -1,8 +1,6 @@
 """Heap: what is refused, the estimator of the angle, faults that turn each check, small runs."""
 
 import math
-import shutil
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -22,17 +20,15 @@ from harness.comparison.verdicts import Verdict
 from harness.engines.contract import Job
 from harness.engines.lammps.engine import Lammps
 from harness.engines.liggghts.engine import Liggghts
-from harness.engines.output import Output
 from harness.errors import (
     EngineLostAtomsError,
     EngineOutputError,
     EngineUndecidedError,
 )
-from harness.observables.provenance import Provenance
+from tests.cases.bulk.doubles import LIGGGHTS, changed, made, replaced, run
 
 TRAITS = Lammps.traits
 TINY = Heap(length=16, width=5, sill=1, layers=20, duration=1.0)
-LIGGGHTS = pytest.mark.skipif(shutil.which("liggghts") is None, reason="liggghts is not installed")
 
 
 def test_the_mean_mass_is_that_of_an_even_range_of_diameters():
@@ -100,8 +96,7 @@ def output(p, table, **changes):
         "bed_kinetic_J": 1e-10, "released_J": 2.1e-2, "mean_height_m": 0.5 * 0.05,
         "grains": p.grains, "steps": p.settle_steps + p.steps, "verdict": "finished",
     }  # fmt: skip
-    texts = tuple((name, str(value)) for name, value in {**results, **changes}.items())
-    return Output(texts, Provenance("lammps", "1"), {"series": table}, seconds=1.0)
+    return made(table, **{**results, **changes})
 
 
 def read(p=None, table=None, **changes):
@@ -175,31 +170,6 @@ def test_the_elastic_energy_of_columns_is_below_its_bound():
     assert energy < largest_elastic_energy(p)
 
 
-@pytest.fixture(scope="module")
-def lammps():
-    with Lammps() as engine:
-        yield engine
-
-
-def run(kind, trials, fault=("", ""), **changes):
-    """Return the outputs of an engine, whose script may have other words in it."""
-    original = kind.script
-
-    def script(cls, template, variant=""):  # noqa: ARG001
-        made = original(template, variant)
-        assert fault[0] in made.text
-        return replace(made, text=made.text.replace(*fault) if fault[0] else made.text)
-
-    faulty = type("Faulty", (kind,), {"script": classmethod(script), "__module__": kind.__module__})
-    jobs = [Job(CASE.template, {**values_of(p), **changes}, sampled=True) for p in trials]
-    with faulty() as engine:
-        outputs = engine.run(jobs)
-    for output_ in outputs:
-        if isinstance(output_, Exception):
-            raise output_
-    return outputs
-
-
 @pytest.mark.slow
 @pytest.mark.live
 def test_a_small_heap_in_lammps_has_one_angle_by_heights_and_by_numbers(lammps):
@@ -212,45 +182,28 @@ def test_a_small_heap_in_lammps_has_one_angle_by_heights_and_by_numbers(lammps):
     assert 15.0 < angle < 40.0
 
 
-@pytest.mark.slow
-@pytest.mark.live
-@pytest.mark.parametrize(
-    ("fault", "error"),
-    [
-        (("fix sides grains", "fix sides glued"), EngineLostAtomsError),
-        (("unfix ends", ""), EngineUndecidedError),
-    ],
-)
-def test_a_planted_fault_in_the_script_is_no_result(fault, error):
-    """Sides that hold nothing; ends that stay."""
-    p = TINY.replace(duration=0.2)
-    with pytest.raises(error):
-        CASE.read(p, *run(Lammps, [p], fault), TRAITS)
-
-
 def torque(kind, p, steps, spin, overlap):
     """Return the torque [N m] of a glued grain on one that is held in it and turns, by a script.
 
     Spinning across the normal at a rate [rad/s] for so many steps, without friction of sliding.
     """
-    text = kind.script(CASE.template).text
-    x, turned = "0.02 0.01 0.02", "omega 0 {0} 0" if kind is Lammps else "omegay {0}"
-    changes = {
-        "create_atoms 2 region trough": f"create_atoms 2 single {x} units box",
-        "create_atoms 1 region bed": "create_atoms 1 single "
-        f"{0.02 + 2.0 * p.radius - overlap:.17g} 0.01 0.02 units box",
-        "fix move grains nve/sphere": f"set group grains {turned.format(spin)}\n"
-        "fix move grains nve/noforce",
-        "compute kinetic": "compute each grains property/atom tqy\n"
-        "compute torque grains reduce sum c_each\ncompute kinetic",
-        "variable height    equal xcm(grains,z)": "variable height equal c_torque",
-    }
-    for old, new in changes.items():
-        assert old in text
-        text = text.replace(old, new, 1)
-    values = {"friction": 0.0, "scatter": 0.0, "dispersity": 0.0}
+    place, turn = "0.02 0.01 0.02", f"omega 0 {spin} 0" if kind is Lammps else f"omegay {spin}"
+    beside = f"{0.02 + 2.0 * p.radius - overlap:.17g} 0.01 0.02"
+    words = (
+        ("create_atoms 2 region trough", f"create_atoms 2 single {place} units box"),
+        ("create_atoms 1 region bed", f"create_atoms 1 single {beside} units box"),
+        ("fix move grains nve/sphere", f"set group grains {turn}\nfix move grains nve/noforce"),
+        (
+            "compute kinetic grains ke",
+            "compute each grains property/atom tqy\n"
+            "compute torque grains reduce sum c_each\ncompute kinetic grains ke",
+        ),
+        ("variable height    equal xcm(grains,z)", "variable height equal c_torque"),
+    )
+    values = {**values_of(p), "friction": 0.0, "scatter": 0.0, "dispersity": 0.0}
     values |= {"settle_steps": steps, "steps": 1, "series_every": 1}
-    (found,) = run(kind, [p], (kind.script(CASE.template).text, text), **values)
+    still = changed(kind, lambda text: replaced(text, *words))
+    (found,) = run(still, Job(CASE.template, values, sampled=True))
     return abs(found.number("mean_height_m"))
 
 

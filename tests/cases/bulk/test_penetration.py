@@ -16,10 +16,9 @@ from harness.comparison.verdicts import Verdict
 from harness.engines.contract import Job
 from harness.engines.lammps.engine import Lammps
 from harness.engines.liggghts.engine import Liggghts
-from harness.engines.output import Output
 from harness.engines.process import Limits
 from harness.errors import EngineLostAtomsError, EngineOutputError
-from harness.observables.provenance import Provenance
+from tests.cases.bulk.doubles import made
 
 TINY = Penetration(
     along=6, across=5, layers=3, start_height=0.0115, settle_time=0.06, duration=0.05
@@ -85,8 +84,7 @@ def output(p, table, **changes):
         "mean_height_m": 0.006, "grains": p.grains, "outside": 0,
         "steps": p.settle_steps + p.steps, "verdict": "finished",
     }  # fmt: skip
-    told = tuple((name, str(value)) for name, value in {**results, **changes}.items())
-    return Output(told, Provenance("lammps", "1"), {"series": table}, seconds=4.752)
+    return made(table, seconds=4.752, **{**results, **changes})
 
 
 def test_quantities_follow_from_the_series_and_the_state_of_the_bed():
@@ -229,12 +227,6 @@ def test_levels_but_quick_run_the_published_bed_from_several_places(ratio, verdi
     assert {job.seconds for job in jobs} == {expected}
     assert Limits().time_for(expected) > 3600.0
     assert Limits().time_for(main.ran[0].seconds) == Limits().seconds
-
-
-@pytest.fixture(scope="module")
-def lammps():
-    with Lammps() as engine:
-        yield engine
 
 
 def test_a_small_bed_in_lammps_is_the_same_between_planes_and_in_a_region(lammps):

@@ -1,7 +1,6 @@
 """Silo: what is refused, what is read, faults that turn each check, small runs."""
 
 import math
-import shutil
 from dataclasses import replace
 
 import numpy as np
@@ -23,14 +22,13 @@ from harness.cases.verification import Study
 from harness.comparison.verdicts import Verdict
 from harness.engines.contract import Job
 from harness.engines.lammps.engine import Lammps
-from harness.engines.output import Output
 from harness.errors import (
     EngineLostAtomsError,
     EngineOutputError,
     EngineUndecidedError,
 )
-from harness.observables.provenance import Provenance
 from harness.theory.bulk import janssen_share
+from tests.cases.bulk.doubles import LIGGGHTS, made
 
 TINY = Silo(
     layers=5, silo_radius=0.012, orifice_radius=0.008, cone_height=0.004, settle_time=0.1,
@@ -87,8 +85,7 @@ def output(p, table, **changes):
         "shaft_N": 0.1 * p.weight, "cone_N": 0.6 * p.weight, "floor_N": 0.3 * p.weight,
         "steps": p.settle_steps + p.steps, "verdict": "finished",
     }  # fmt: skip
-    told = tuple((name, str(value)) for name, value in {**results, **changes}.items())
-    return Output(told, Provenance("lammps", "1"), {"series": table}, seconds=1.0)
+    return made(table, **{**results, **changes})
 
 
 def read(p=None, table=None, **changes):
@@ -238,12 +235,6 @@ def test_a_code_that_arches_more_often_is_no_equivalent_of_the_others(arches, la
     assert "runs without" not in next(CASE.verification.compared([free, free])).name
 
 
-@pytest.fixture(scope="module")
-def lammps():
-    with Lammps() as engine:
-        yield engine
-
-
 def test_a_small_silo_in_lammps_runs_empty_and_its_walls_bear_the_weight(lammps):
     found = CASE.measure(TINY.replace(settle_time=0.4), lammps).values
     assert found["passed_ratio"] == 1.0
@@ -256,7 +247,7 @@ def test_a_narrow_orifice_arches(lammps):
         CASE.measure(TINY.replace(orifice_radius=2.2e-3, cone_height=9.8e-3), lammps)
 
 
-@pytest.mark.skipif(shutil.which("liggghts") is None, reason="liggghts is not installed")
+@LIGGGHTS
 def test_triangles_that_leave_a_hole_are_an_error_and_no_result():
     from harness.engines.liggghts.engine import Liggghts
 
@@ -269,7 +260,7 @@ def test_triangles_that_leave_a_hole_are_an_error_and_no_result():
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(shutil.which("liggghts") is None, reason="liggghts is not installed")
+@LIGGGHTS
 def test_walls_of_twice_the_triangles_let_as_much_pass():
     from harness.engines.liggghts.engine import Liggghts
 
