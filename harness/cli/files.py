@@ -293,7 +293,7 @@ class FilmOptions:
 
     film: File = None
     """Write a film of the motion to this file: .gif, or .mp4 where ffmpeg is on the path. A .png is
-    one picture of it: the one that the film itself is printed as."""
+    one picture of it."""
     frames: int | None = None
     """Pictures of the film, 20 a second. [default: 120]"""
 

@@ -1,7 +1,7 @@
 """Films: scenes of which only some parts are drawn again, written as GIF or MP4.
 
-A :class:`Scene` draws the frames of a motion. A GIF is looping, of one palette without dither; an
-MP4 is what ``ffmpeg`` makes of the same frames, where that program is on the path.
+A :class:`Scene` draws the frames of a motion. A GIF loops; an MP4 is what ``ffmpeg`` makes of the
+same frames, where that program is on the path.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ import shutil
 import subprocess
 import tempfile
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from html import escape
 from pathlib import Path
@@ -30,7 +30,7 @@ from PIL import Image as Pillow
 
 from harness.errors import RequestError
 from harness.files import held_folder
-from harness.report.style import BLACK, house_style
+from harness.report.style import house_style
 
 Image = NDArray[np.uint8]
 """A picture (height, width, 3)."""
@@ -38,21 +38,12 @@ Image = NDArray[np.uint8]
 FRAME_MS = 50
 """Browsers slow down what is faster than 20 ms; GIF counts in 10 ms."""
 LAST_MS = 1500
-_EXACT = 32
-_BLENDS = 64
-_UNKNOWN = 255  # more entries than a palette of these has
-_SAMPLES = 5
 
 
 def gif(picture: Callable[[int], Image], frames: int) -> bytes:
-    """Return the pictures of frames 0 to ``frames`` - 1 as a GIF that loops for ever.
-
-    Colours are flat areas and lines: dither would only add noise, and bytes.
-    """
-    chosen = np.unique(np.linspace(0, frames - 1, _SAMPLES).round()).astype(int)
-    palette = _palette([picture(int(frame)) for frame in chosen])
-    nearest = np.full(1 << 24, _UNKNOWN, dtype=np.uint8)
-    images = [_painted(picture(frame), palette, nearest) for frame in range(frames)]
+    """Return the pictures of frames 0 to ``frames`` - 1 as a GIF that loops for ever."""
+    octree = Pillow.Quantize.FASTOCTREE
+    images = [Pillow.fromarray(picture(frame)).quantize(method=octree) for frame in range(frames)]
     target = io.BytesIO()
     images[0].save(
         target,
@@ -61,15 +52,8 @@ def gif(picture: Callable[[int], Image], frames: int) -> bytes:
         append_images=images[1:],
         duration=[FRAME_MS] * (frames - 1) + [LAST_MS],
         loop=0,
-        optimize=True,
-        disposal=1,
     )
     return target.getvalue()
-
-
-def base64_uri(content: bytes, kind: str) -> str:
-    """Return bytes of a kind such as ``image/gif`` as an address that holds them."""
-    return f"data:{kind};base64,{base64.b64encode(content).decode('ascii')}"
 
 
 def png(image: Image) -> bytes:
@@ -79,61 +63,15 @@ def png(image: Image) -> bytes:
     return target.getvalue()
 
 
-def _palette(pictures: list[Image]) -> Image:
-    """Return the palette (M, 3) of some pictures: the commonest colours as they are, then blends.
-
-    Median cut alone would shift the white of the page and the colours of the lines.
-    """
-    packed = np.concatenate([_packed(picture).ravel() for picture in pictures])
-    colours, counts = np.unique(packed, return_counts=True)
-    order = np.argsort(-counts, kind="stable")
-    common, rest = colours[order[:_EXACT]], colours[order[_EXACT:]]
-    entries = _unpacked(common)
-    if rest.size:
-        blends = Pillow.fromarray(_unpacked(rest)[None]).quantize(_BLENDS)
-        entries = np.vstack([entries, np.array(blends.getpalette()).reshape(-1, 3)])
-    return entries.astype(np.uint8)
-
-
-def _painted(picture: Image, palette: Image, nearest: NDArray[np.uint8]) -> Pillow.Image:
-    """Return a picture (height, width, 3) on a palette, the nearest colour for each pixel.
-
-    Pillow's own is only roughly the nearest, and turns white grey. Colours come again from frame
-    to frame: each is looked for once, and kept in ``nearest``, an entry for each packed colour.
-    """
-    packed = _packed(picture)
-    unknown = np.unique(packed[nearest[packed] == _UNKNOWN])
-    if unknown.size:
-        entries = palette.astype(float)  # |colour|^2 is the same for all entries, and left out
-        apart = (entries**2).sum(axis=1) - 2.0 * _unpacked(unknown).astype(float) @ entries.T
-        nearest[unknown] = apart.argmin(axis=1)
-    image = Pillow.fromarray(nearest[packed])
-    image.putpalette(palette.tobytes())
-    return image
-
-
-def _packed(picture: Image) -> NDArray[np.uint32]:
-    """Return each pixel's colour as one number, (height, width)."""
-    red, green, blue = np.moveaxis(picture.astype(np.uint32), -1, 0)
-    return np.asarray(red << 16 | green << 8 | blue)
-
-
-def _unpacked(colours: NDArray[np.uint32]) -> Image:
-    """Return packed colours (M,) as bytes (M, 3)."""
-    return np.stack([colours >> 16, colours >> 8 & 255, colours & 255], axis=-1).astype(np.uint8)
-
-
 @dataclass(frozen=True)
 class Film:
-    """A film: file name, title, a sentence on what it shows, how many frames, how each looks.
+    """A film: its title, the number of frames, and how each looks.
 
     ``picture`` returns a frame; ``poster`` is the one that is shown where nothing moves. A
     notebook shows the film by itself.
     """
 
-    name: str
     title: str
-    caption: str
     frames: int
     poster: int
     picture: Callable[[int], Image] = field(repr=False)
@@ -162,8 +100,8 @@ class Film:
             path.write_bytes(gif(self.picture, self.frames))
 
     def _repr_html_(self) -> str:
-        address = base64_uri(gif(self.picture, self.frames), "image/gif")
-        return f'<img src="{address}" alt="{escape(self.title)}">'
+        content = base64.b64encode(gif(self.picture, self.frames)).decode("ascii")
+        return f'<img src="data:image/gif;base64,{content}" alt="{escape(self.title)}">'
 
 
 SUFFIXES = (".gif", ".mp4", ".png")
@@ -282,9 +220,9 @@ class Scene(ABC):
             self._figure.draw_artist(artist)
         return np.asarray(self._canvas.buffer_rgba())[..., :3].copy()
 
-    def film(self, name: str, caption: str) -> Film:
+    def film(self) -> Film:
         """Return the film of all frames."""
-        return Film(name, self.title, caption, self.frames, self.poster_frame, self.picture)
+        return Film(self.title, self.frames, self.poster_frame, self.picture)
 
     @abstractmethod
     def subtitle(self) -> str:
@@ -306,27 +244,3 @@ class Scene(ABC):
     @abstractmethod
     def poster_frame(self) -> int:
         """Return the frame to show where nothing moves."""
-
-
-Curve = tuple[NDArray[np.float64], NDArray[np.float64], str, dict[str, Any]]
-"""Times and values (M,), what it is called, how it looks."""
-
-
-class Traces:
-    """Curves against time, faint as a whole, bold as far as the film is, and a cursor."""
-
-    def __init__(self, axes: Axes, curves: Iterable[Curve]) -> None:
-        self._lines = []
-        for time, values, name, look in curves:
-            axes.plot(time, values, lw=1, alpha=0.25, **look)
-            (line,) = axes.plot([], [], lw=2.2, label=name, **look)
-            self._lines.append((line, time, values))
-        self._cursor = axes.axvline(0, color=BLACK, lw=1)
-        self.moving: list[Artist] = [self._cursor, *(line for line, _, _ in self._lines)]
-
-    def show(self, now: float) -> None:
-        """Draw all up to a time."""
-        self._cursor.set_xdata([now, now])
-        for line, time, values in self._lines:
-            seen = int(np.searchsorted(time, now, side="right"))
-            line.set_data(time[:seen], values[:seen])

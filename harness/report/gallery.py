@@ -33,7 +33,6 @@ if TYPE_CHECKING:
 
 
 _SVG = "http://www.w3.org/2000/svg"
-_LINK = "{http://www.w3.org/1999/xlink}href"
 _PLACES = ("d", "x", "y", "width", "height", "transform")
 _NUMBER = re.compile(r"-?\d+\.\d{3,}")
 _TURN = re.compile(r"rotate\(-?0 [^)]*\)")

@@ -16,7 +16,7 @@ def picture(frame):
     return image
 
 
-FILM = Film("square", "A square <goes>", "It goes right.", 9, 8, picture)
+FILM = Film("A square <goes>", 9, 8, picture)
 
 
 def ffmpeg(tmp_path, monkeypatch, text):

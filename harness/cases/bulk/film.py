@@ -64,12 +64,12 @@ class Motion:
 
 
 def bulk_film(
-    engine: Engine, job: Job, radius: Floats | None, begins: float, cut: Cut, words: tuple[str, str]
+    engine: Engine, job: Job, radius: Floats | None, begins: float, cut: Cut, title: str
 ) -> Film:
     """Run a job whose series is that of all particles, and return the film of the cut.
 
-    ``begins`` is the step at which time counts; ``radius`` (N,) [m] of jobs that do not write it;
-    ``words`` are title and caption. Raise EngineError for a run that failed.
+    ``begins`` is the step at which time counts; ``radius`` (N,) [m] of jobs that do not write it.
+    Raise EngineError for a run that failed.
     """
     (output,) = engine.run([job])
     if isinstance(output, EngineError):
@@ -79,9 +79,7 @@ def bulk_film(
     kept = time >= 0.0
     place = np.stack([table[f"{axis}_m"][kept] for axis in "xyz"], axis=2)
     sizes = table["radius_m"][0] if radius is None else radius
-    title, caption = words
-    scene = CutScene(Motion(time[kept], place, sizes), cut, f"{title} by {engine.title}")
-    return scene.film(f"{job.template.name}-film", caption)
+    return CutScene(Motion(time[kept], place, sizes), cut, f"{title} by {engine.title}").film()
 
 
 class CutScene(Scene):

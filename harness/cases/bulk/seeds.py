@@ -395,13 +395,10 @@ class BulkDisplay(Display):
 
         (job,) = self.film_jobs(parameters, frames)
         job = replace(job, seconds=self.case.seconds(parameters, engine.traits))
-        words = (
-            self.case.summary.partition(":")[0],
-            f"{self.case.summary} A cut through the middle.",
-        )
+        title = self.case.summary.partition(":")[0]
         begins = float(job.values["settle_steps"])
         radii, cut = self.case.radii(parameters), self.case.cut(parameters)
-        return bulk_film(engine, job, radii, begins, cut, words)
+        return bulk_film(engine, job, radii, begins, cut, title)
 
     def sections(
         self, main: Findings | None, solvers: Findings, engines: Mapping[str, Findings]

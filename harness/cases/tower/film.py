@@ -45,25 +45,7 @@ def tower_film(run: TowerRun, frames: int) -> Film:
     lead, duration = LEAD if touching else 0.0, float(run.time_over_t0[-1])
     before = round(frames * lead / (lead + duration))
     per_t0 = (frames - 1 - before) / duration
-    words = f"Tower of {run.tower.particles} particles, {run.tower.law} law"
-    motion = row_motion(
-        run, "tower-film", words, _sentence(run), lead=before / per_t0, frames_per_t0=per_t0
-    )  # fmt: skip
-    return TowerShock(motion).film(motion.name, motion.sentence)
-
-
-def _sentence(run: TowerRun) -> str:
-    """Say when the first and the last contact press hardest, and how hard."""
-    forces = run.known_profiles.forces
-    factor, unit = force_scale(float(forces.max()))
-    texts = [
-        f"on the {name} {forces[:, at].max() * factor:.4g} {unit} at "
-        f"{run.time_over_t0[forces[:, at].argmax()]:.3g} t0"
-        for name, at in (("grain", 0), ("last particle", -1))
-    ]
-    return (
-        f"The contact force is largest {' and '.join(texts)}; t0 = {run.tower.contact_time:.4g} s."
-    )
+    return TowerShock(row_motion(run, lead=before / per_t0, frames_per_t0=per_t0)).film()
 
 
 def force_scale(peak: float) -> tuple[float, str]:
@@ -78,13 +60,9 @@ class RowMotion:
     Displacements and deformations are thousandths of a diameter. ``exaggeration``
     is how many times as large they are drawn: all of them, so that the
     drawn boundaries touch where the particles do. Raise ValueError if a
-    particle would be drawn without width. ``sentence`` says what is to be seen,
-    with the numbers of ``run``, which is sampled finely and has profiles.
+    particle would be drawn without width. ``run`` is sampled finely and has profiles.
     """
 
-    name: str
-    title: str
-    sentence: str
     run: TowerRun
     exaggeration: float
     time: Floats  # (F,) [s]
@@ -126,9 +104,7 @@ class RowMotion:
         return self.time / self.run.tower.contact_time
 
 
-def row_motion(
-    run: TowerRun, name: str, title: str, sentence: str, *, lead: float, frames_per_t0: float
-) -> RowMotion:
+def row_motion(run: TowerRun, *, lead: float, frames_per_t0: float) -> RowMotion:
     """Return the frames of a run with profiles, from ``-lead`` [t0] to its end.
 
     Before 0 the grain flies freely and the others are at rest.
@@ -144,9 +120,6 @@ def row_motion(
     still[:, 0] += case.speed * approach + case.gravity * approach**2 / 2
     resting = np.zeros((before, case.height))
     return RowMotion(
-        name=name,
-        title=title,
-        sentence=sentence,
         run=run,
         exaggeration=_exaggeration(run),
         time=np.concatenate([approach, run.time[rows]]),
@@ -184,10 +157,12 @@ class TowerShock(Scene):
     height = 690
 
     def __init__(self, motion: RowMotion) -> None:
-        self.motion, self.title, self.frames = motion, motion.title, motion.time.size
+        tower = motion.run.tower
+        self.motion, self.frames = motion, motion.time.size
+        self.title = f"Tower of {tower.particles} particles, {tower.law} law"
         self._factor, self._unit = force_scale(float(motion.force.max()))
         self._scale = Normalize(0.0, float(motion.force.max()) * self._factor)
-        self._diameter = motion.run.tower.each("diameter")[0]
+        self._diameter = tower.each("diameter")[0]
         super().__init__()
 
     def subtitle(self) -> str:

@@ -18,14 +18,13 @@ def test_the_grain_is_drawn_where_the_engine_wrote_it(angle, fate):
     with open_engine("reference") as engine:
         (run,) = measured(engine, [case], "steady", every=20)
     assert run.motion is fate
-    motion = InclineMotion("n", "Title", "words", (run,), np.linspace(0, run.time_s, 15))
+    motion = InclineMotion(run, np.linspace(0, run.time_s, 15))
     scene = InclineGrain(motion)
     tilt = math.radians(angle)
     for frame, now in enumerate(motion.time):
         scene.picture(frame)
-        (lane,) = scene._lanes
         seen = run.path.time_s <= now
-        x, y = lane.grain.center
+        x, y = scene._grain.center
         along = x * math.cos(tilt) - y * math.sin(tilt)
         normal = x * math.sin(tilt) + y * math.cos(tilt)
         assert along == pytest.approx(run.path.x_m[seen][-1], abs=1e-9)

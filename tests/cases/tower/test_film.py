@@ -16,7 +16,7 @@ def run_of(case, solver="exact", **more):
 @pytest.fixture(scope="module", params=["overlap", "deformable"])
 def motion(request):
     run = run_of(Tower(height=4, law=request.param))
-    return row_motion(run, "n", "Title", "words", lead=0.5, frames_per_t0=20)
+    return row_motion(run, lead=0.5, frames_per_t0=20)
 
 
 def test_particles_are_drawn_where_the_run_has_them(motion):
