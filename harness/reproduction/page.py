@@ -130,12 +130,6 @@ def html_page(reproduction: Reproduction, pictures: Sequence[Picture], root: str
     )
 
 
-def findings_text(reproduction: Reproduction) -> str:
-    """Return the findings as Markdown."""
-    template = _templates().get_template("findings.md.j2")
-    return template.render(findings_context(reproduction))
-
-
 def _values(reproduction: Reproduction, root: str) -> dict[str, Any]:
     """Return what fills the template; without a date, the same code makes the same."""
     _templates()
