@@ -54,9 +54,12 @@ def legend_below(figure: AnyFigure, columns: int = 2, axes: Sequence[Axes] | Non
         figure.legend([*placed.values()], [*placed], ncols=columns, **place)
 
 
-def few_ticks(axes: Axes, values: Sequence[float], most: int = 6) -> None:
-    """Mark about ``most`` of sorted values on a logarithmic axis x, written in full."""
-    chosen = list(values)[:: max(1, -(-len(values) // most))]
+MOST_TICKS = 6
+
+
+def few_ticks(axes: Axes, values: Sequence[float]) -> None:
+    """Mark some of sorted values on a logarithmic axis x, written in full."""
+    chosen = list(values)[:: max(1, -(-len(values) // MOST_TICKS))]
     axes.set_xticks(chosen, [f"{value:.0f}" for value in chosen])
     axes.minorticks_off()
 

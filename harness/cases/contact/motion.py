@@ -25,7 +25,7 @@ from harness.parameters.law import ContactLaw
 from harness.parameters.rules import Rules
 from harness.parameters.scene import ZERO, Body, ContactScene, Plane, Segment, Vector
 from harness.parameters.submodels import PARTNER
-from harness.solvers.pair.integration import TOLERANCE, ContactPath, Event, integrate
+from harness.solvers.pair.integration import ContactPath, Event, integrate
 from harness.solvers.pair.system import same_system
 
 Array = NDArray[np.float64]
@@ -206,17 +206,14 @@ def asked_for(scene: ContactScene, rules: Rules) -> Rules:
     return rules
 
 
-def followed(scene: ContactScene, rules: Rules, tolerance: float | None = None) -> Followed:
-    """Return the motion that the law asks for under a code's rules.
-
-    ``tolerance`` is that of the integration, its own unless given.
-    """
-    return _followed(scene, asked_for(scene, rules), tolerance or TOLERANCE)
+def followed(scene: ContactScene, rules: Rules) -> Followed:
+    """Return the motion that the law asks for under a code's rules."""
+    return _followed(scene, asked_for(scene, rules))
 
 
 @lru_cache(maxsize=2048)
-def _followed(scene: ContactScene, rules: Rules, tolerance: float) -> Followed:
-    path = integrate(scene, rules, tolerance)
+def _followed(scene: ContactScene, rules: Rules) -> Followed:
+    path = integrate(scene, rules)
     motion = Motion(
         path.times, path.positions, path.velocities, path.omegas, path.forces, path.torques
     )
