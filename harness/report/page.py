@@ -185,7 +185,8 @@ def _severe(verification: Verification) -> Table:
             about = "" if check.engine_died else text.triage(check)
             note = "" if math.isnan(check.value) else check.note
             happened = (text.happened(check), about, text.details(check), note)
-            words = "; ".join(filter(None, happened))[:600]
+            most = 600 if check.verdict is Verdict.FAIL else 200  # causes have a section
+            words = "; ".join(filter(None, happened))[:most]
             rows.append((f"{check.verdict}: {check.name}", str(check.kind), words))
     return Table("", "", ("check", "kind", "what happened"), tuple(rows))
 
