@@ -14,14 +14,12 @@ from harness.cli.files import (
     print_json,
     print_line,
     print_record,
-    read_reference,
 )
 from harness.errors import RequestError
 
 if TYPE_CHECKING:
     import pandas as pd
 
-    from harness.observables.reference import ReferencePoints
     from harness.reproduction.run import Reproduction
 
 COMMITTED = Path("reports") / "reproduction"
@@ -37,17 +35,6 @@ class ReproduceOptions:
     check: bool = False
     """Write nothing: hold the ledger in the folder against what is computed now. Exit status 1 if
     a status, or a number beyond round-off, has changed."""
-    reference: Annotated[Path | None, Parameter(metavar="FILE.csv")] = None
-    """Your measured angles, for the figures in which the source shows those of others: a CSV
-    table with h_over_d and theta_deg. Not with --check."""
-
-    def points(self) -> ReferencePoints | None:
-        """Return the measured angles; raise RequestError for a bad file, or with ``--check``."""
-        if self.reference is None:
-            return None
-        if self.check:
-            raise RequestError(f"--reference {self.reference}: does not go with --check")
-        return read_reference(self.reference)
 
 
 def reproduce(
@@ -69,19 +56,18 @@ def reproduce(
     """
     from harness.reproduction.claims import ClaimStatus, ledger_differences
 
-    points = choice.points()
     differences: list[str] = []
     if choice.check:
         folder = choice.output or COMMITTED
         committed = _committed(folder)
-        reproduction = _reproduced(engine, points, None, json)
+        reproduction = _reproduced(engine, None, json)
         differences = ledger_differences(committed, reproduction.ledger.to_frame())
     elif choice.output is not None:
         folder = choice.output
-        reproduction = _reproduced(engine, points, folder, json)
+        reproduction = _reproduced(engine, folder, json)
     else:
         with output_folder(None, "-reproduction") as folder:
-            reproduction = _reproduced(engine, points, folder, json)
+            reproduction = _reproduced(engine, folder, json)
     ledger = reproduction.ledger
     counts = {status.name.lower(): ledger.count(status) for status in ClaimStatus}
     record = {"statements": len(ledger.statements), **counts, "folder": str(folder)}
@@ -96,9 +82,7 @@ def reproduce(
     return 1 if differences else 0
 
 
-def _reproduced(
-    engine: EngineOptions, points: ReferencePoints | None, folder: Path | None, quiet: bool
-) -> Reproduction:
+def _reproduced(engine: EngineOptions, folder: Path | None, quiet: bool) -> Reproduction:
     from harness.reproduction.page import check_folder, write
     from harness.reproduction.run import reproduce as reproduce_with
     from harness.workflows import progress_bars
@@ -106,7 +90,7 @@ def _reproduced(
     if folder is not None:
         check_folder(folder)
     with progress_bars("reproduce", quiet=quiet) as progress, engine.run() as opened:
-        reproduction = reproduce_with(engine=opened, reference=points, progress=progress)
+        reproduction = reproduce_with(engine=opened, progress=progress)
         if folder is not None:
             progress("figures and report", 0, 1)
             write(reproduction, folder)

@@ -22,7 +22,7 @@ from harness.cases.tower.verification import PAIR, PARTED, Curve, error_over_sti
 from harness.comparison.convergence import slope_order
 from harness.engines.contract import Engine
 from harness.errors import EngineError, RequestError
-from harness.observables.reference import PEYNEAU_ROUX, ReferencePoints, Trajectory
+from harness.observables.reference import PEYNEAU_ROUX, Trajectory
 from harness.observables.tower import (
     SEARCH,
     TowerRun,
@@ -134,13 +134,10 @@ PUBLISHED = f"{PEYNEAU_ROUX.value:g} +- {PEYNEAU_ROUX.uncertainty:g} deg"
 _LOWEST = PEYNEAU_ROUX.value - PEYNEAU_ROUX.uncertainty
 
 
-def thin_layers(reference: ReferencePoints | None) -> Statement:
-    """Return the row of the measured angles: others' points, tested only if the user gives them."""
+def thin_layers() -> Statement:
+    """Return the row of the angles that others measured, whose points are not published."""
     published = f"the published angle, {PUBLISHED} ({PEYNEAU_ROUX.who})."
-    if reference is None:
-        return untestable("fig-1", computed=f"Nothing was measured here: drawn is {published}")
-    angles = np.array(reference.angles_deg)[np.argsort(reference.heights)]
-    return claim_of_facts("fig-1", name=reference.name, angles=angles, published=published)
+    return untestable("fig-1", computed=f"Nothing was measured here: drawn is {published}")
 
 
 def impulse_ratio(frame: pd.DataFrame) -> Statement:
@@ -151,19 +148,13 @@ def impulse_ratio(frame: pd.DataFrame) -> Statement:
     return _row("fig-10", runs, "", [(halved, f"the plateau is {low:.3f} to {high:.3f}")])
 
 
-def critical_angles(frame: pd.DataFrame, reference: ReferencePoints | None) -> Statement:
+def critical_angles(frame: pd.DataFrame) -> Statement:
     """Judge theta_c(n) of the six runs and say what the source's other formula makes of it."""
     runs = list(curves(frame, "critical_angle_lost_deg"))
     plateaus, other = (
         [pick(run.plateau for run in some) for pick in (min, max)]
         for some in (runs, list(curves(frame, "critical_angle_kept_deg")))
     )
-    points = "Perrin's points are not here, so that agreement is not tested."
-    if reference is not None:
-        mean = np.mean([run.values for run in runs], axis=0)
-        ours = np.interp(reference.heights, runs[0].heights, mean)
-        off = float(np.sqrt(np.mean((np.array(reference.angles_deg) - ours) ** 2)))
-        points = f"{reference.name} lies {off:.2f} deg away (r.m.s.)."
     return _row(
         "fig-11",
         runs,
@@ -173,7 +164,6 @@ def critical_angles(frame: pd.DataFrame, reference: ReferencePoints | None) -> S
         reaches="below" if plateaus[-1] < _LOWEST else "reaching",
         published=PUBLISHED,
         other=other,
-        points=points,
     )
 
 

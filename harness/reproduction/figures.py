@@ -25,7 +25,6 @@ from harness.cases.tower.figures import (
     runs_apart,
 )
 from harness.cases.tower.verification import Curve
-from harness.observables.reference import ReferencePoints
 from harness.observables.row import Row
 from harness.observables.tower import TowerRun, significant_contacts
 from harness.report import style
@@ -56,28 +55,22 @@ _LAWS: dict[str, tuple[str, str]] = {"deformable": (BLUE, "o"), "overlap": (ORAN
 _ANGLE = "critical angle (deg)"
 
 
-def thin_layers(published: Row, reference: ReferencePoints | None) -> Figure:
-    """Draw what others found, against height: a published angle, and points that a user gave."""
+def thin_layers(published: Row) -> Figure:
+    """Draw what others found: a published angle."""
     figure = Figure(figsize=(7.6, 4.0))
     axes = figure.add_subplot()
-    draw_others(axes, published, reference)
-    axes.set(xlabel="height h/d", ylabel=_ANGLE, ylim=(0, 12))
-    axes.set_xlim(0, 1.05 * max((20.0, *(reference.heights if reference else ()))))
+    draw_others(axes, published)
+    axes.set(xlabel="height h/d", ylabel=_ANGLE, xlim=(0, 21), ylim=(0, 12))
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
-    if reference is None:
-        axes.text(
-            0.5, 0.75, "no measured points: they are not published with the source",
-            transform=axes.transAxes, ha="center", color="0.3",
-        )  # fmt: skip
-    else:
-        axes.set_ylim(top=max(12.0, 1.1 * max(reference.angles_deg)))
+    axes.text(
+        0.5, 0.75, "no measured points: they are not published with the source",
+        transform=axes.transAxes, ha="center", color="0.3",
+    )  # fmt: skip
     legend_below(figure, 1)
     return figure
 
 
-def structure_window(
-    frame: pd.DataFrame, published: Row, reference: ReferencePoints | None
-) -> Figure:
+def structure_window(frame: pd.DataFrame, published: Row) -> Figure:
     """Draw the critical angle of the structure window: filled as printed, open read loosely."""
     figure = Figure(figsize=(7.6, 4.6))
     axes = figure.add_subplot()
@@ -91,7 +84,7 @@ def structure_window(
             exists["height"], exists["critical_angle_lost_deg"], marker=marker, color=colour,
             lw=1.2, label=f"{law} law, exact: {reading} held", **look,
         )  # fmt: skip
-    draw_others(axes, published, reference)
+    draw_others(axes, published)
     heights = sorted(frame["height"].unique())
     axes.set(xlabel="height n (contacts)", ylabel=_ANGLE, ylim=(0, 11.5), xticks=heights)
     axes.set_xlim(heights[0] - 0.3, heights[-1] + 0.3)

@@ -21,7 +21,7 @@ from harness.cases.tower.impulse import impulse_angles
 from harness.engines.contract import Engine
 from harness.engines.reference import Reference
 from harness.observables.provenance import Provenance
-from harness.observables.reference import PEYNEAU_ROUX, ReferencePoints, Trajectory
+from harness.observables.reference import PEYNEAU_ROUX, Trajectory
 from harness.observables.tower import WINDOWS
 from harness.parameters.law import Contact
 from harness.parameters.tower import Tower
@@ -76,7 +76,6 @@ def source_figures(
     progress: Progress = silent,
     *,
     paths: Mapping[tuple[int, float], Trajectory] | None = None,
-    reference: ReferencePoints | None = None,
 ) -> tuple[SourceFigure, ...]:
     """Recompute the source's figures, in their order.
 
@@ -89,8 +88,8 @@ def source_figures(
     paths = scheme_paths() if paths is None else paths
     # of each what it is drawn from with its statement, and how it is drawn from that
     figures: tuple[tuple[Compute, Draw], ...] = (
-        (lambda: (True, figure_data.thin_layers(reference)),
-         lambda _: drawn.thin_layers(PEYNEAU_ROUX, reference)),
+        (lambda: (True, figure_data.thin_layers()),
+         lambda _: drawn.thin_layers(PEYNEAU_ROUX)),
         (schematics.quartier, drawn.quartier_system),
         (schematics.force_diagrams, drawn.force_diagrams),
         (lambda: velocity_series(engine, paths), drawn.velocity_series),
@@ -101,13 +100,13 @@ def source_figures(
         (collapse, drawn.collapse),
         (lambda: (True, figure_data.impulse_ratio(runs())),
          lambda _: impulse.ratio_against_height(runs(), SOLVER)),
-        (lambda: (True, figure_data.critical_angles(runs(), reference)),
+        (lambda: (True, figure_data.critical_angles(runs())),
          lambda _: impulse.critical_angle_against_height(
-            runs(), solver=SOLVER, published=PEYNEAU_ROUX, reference=reference)),
+            runs(), solver=SOLVER, published=PEYNEAU_ROUX)),
         (figure_data.energy_scaling,
-         lambda data: impulse.energy_scaling(data, PEYNEAU_ROUX, reference=reference)),
+         lambda data: impulse.energy_scaling(data, PEYNEAU_ROUX)),
         (separated, drawn.separation),
-        (structure_window, lambda data: drawn.structure_window(data, PEYNEAU_ROUX, reference)),
+        (structure_window, lambda data: drawn.structure_window(data, PEYNEAU_ROUX)),
         (window_selection, drawn.window_selection),
     )  # fmt: skip
     recomputed = []
@@ -156,7 +155,6 @@ def reproduce(
     *,
     engine: EngineChoice = None,
     fresh: bool = False,
-    reference: ReferencePoints | None = None,
     progress: Progress = silent,
 ) -> Reproduction:
     """Recompute every equation, number and figure of the source and return what was found.
@@ -168,8 +166,8 @@ def reproduce(
     """
     if isinstance(engine, str | None):
         with opened(engine, fresh=fresh) as running:
-            return reproduce(engine=running, reference=reference, progress=progress)
-    figures = source_figures(engine, progress, reference=reference)
+            return reproduce(engine=running, progress=progress)
+    figures = source_figures(engine, progress)
     rows = statements(engine=engine, progress=progress)
     return Reproduction(
         ledger=Ledger(tuple(in_order([*rows, *(figure.statement for figure in figures)]))),

@@ -72,17 +72,6 @@ def test_check_reads_the_committed_ledger_and_writes_nothing(run_here, tmp_path)
     assert sorted(tmp_path.rglob("*")) == before
 
 
-def test_points_of_the_user_reach_the_figures(run_here, harness, tmp_path):
-    points = tmp_path / "mine.csv"
-    points.write_text("h_over_d,theta_deg\n1,10.5\n2,10.3\n")
-    run_here(output=tmp_path / "mine", reference=points)
-    assert run_here.asked["reference"].angles_deg == (10.5, 10.3)
-    said = harness("reproduce", "--check", "--reference", "mine.csv", status=2).stderr
-    assert said == "dem-harness: --reference mine.csv: does not go with --check\n"
-    said = harness("reproduce", "--reference", "none.csv", status=2).stderr
-    assert "--reference none.csv: No such file" in said
-
-
 def test_requests_that_cannot_be_met(harness, tmp_path):
     (tmp_path / "thesis").mkdir()
     (tmp_path / "thesis" / "chapter.tex").touch()

@@ -468,7 +468,6 @@ def energy_scaling(
     scaling: pd.DataFrame,
     published: Row,
     *,
-    reference: ReferencePoints | None = None,
     largest: int = 10,
 ) -> Figure:
     """Draw theta_c(n) for alpha = 1/sqrt(n); the source ends it at ``largest`` particles."""
@@ -487,10 +486,10 @@ def energy_scaling(
             name = f"its angle at {largest} particles, {value:.2f} deg (the source's cut-off)"
             axes.axhline(value, color=style.BLACK, ls="--", lw=1, label=name)
     axes.axvline(largest, color="0.5", ls="-.", lw=1, label=f"{largest} particles")
-    draw_others(axes, published, reference)
+    draw_others(axes, published)
     axes.set(xlabel=_HEIGHT, ylabel=_ANGLE)
     axes.set_ylim(bottom=0)
-    axes.set_xticks(_ticks(scaling, reference))
+    axes.set_xticks(_ticks(scaling))
     style.legend_below(figure, 1)
     return figure
 
@@ -545,7 +544,9 @@ def _runs(part: pd.DataFrame) -> list[tuple[dict[str, Any], pd.DataFrame]]:
     return runs
 
 
-def draw_others(axes: Axes, published: Row | None, reference: ReferencePoints | None) -> None:
+def draw_others(
+    axes: Axes, published: Row | None, reference: ReferencePoints | None = None
+) -> None:
     """Draw the published angle as a band, and reference points."""
     if published is not None:
         low = published.value - published.uncertainty
