@@ -348,7 +348,7 @@ class Engine(ABC):
         return ()
 
     def on_ranks(self, ranks: int) -> Engine:
-        """Return the same code on so many MPI ranks, or threads in their place; close it after use.
+        """Return the same code on so many MPI ranks; close it after use.
 
         Raise EngineMissingError where there is none.
         """

@@ -200,9 +200,6 @@ class ProgramEngine(Engine):
         self.processes = Processes()
         self._logs: dict[str, str] = {}
 
-    _ranks = 1
-    """Of MPI, or threads."""
-
     @abstractmethod
     def ask_version(self) -> Provenance:
         """Return who the program is; raise EngineMissingError where it is another, or broken."""
@@ -261,10 +258,7 @@ class ProgramEngine(Engine):
 
     @cached_property
     def _fingerprint(self) -> Mapping[str, Any] | None:
-        contents = self.fingerprint_of(**self.opened_with)
-        return (
-            contents if contents is None or self._ranks == 1 else {**contents, "ranks": self._ranks}
-        )
+        return self.fingerprint_of(**self.opened_with)
 
     def ask(self, words: Sequence[str], files: Mapping[str, str] = NO_FILES) -> tuple[str, Ended]:
         """Run a command once in a folder with these files; return its first output and its end."""

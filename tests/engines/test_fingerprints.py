@@ -106,27 +106,3 @@ def test_a_program_is_asked_without_input_and_what_it_says_is_read_whatever_its_
 
 def test_of_a_python_that_cannot_be_started_no_file_is_known(tmp_path):
     assert Kratos.installed_files(tmp_path / "no-such-python") == []
-
-
-@pytest.mark.parametrize(
-    ("name", "words"),
-    [("liggghts", ["-n", "2"]), ("yade", ["-j2"]), ("kratos", ["env", "OMP_NUM_THREADS=2"])],
-)
-def test_a_code_on_two_ranks_or_threads_is_another_that_keeps_runs_of_its_own(name, words):
-    from harness.cases.registry import get_case
-    from harness.engines.registry import engine_class
-    from harness.errors import EngineMissingError
-
-    silo = get_case("silo")
-    try:
-        one = engine_class(name)()
-        one.identify()
-    except EngineMissingError as error:
-        pytest.skip(str(error))
-    with one, one.on_ranks(2) as two:
-        task = one.task(silo.job(silo.default))
-        command = two.command(Path(), [task])
-        assert not set(words) <= set(one.command(Path(), [task]))
-        assert set(words) <= set(command)
-        assert one.fingerprint() != two.fingerprint()
-        assert two.fingerprint()["ranks"] == 2

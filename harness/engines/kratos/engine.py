@@ -218,14 +218,7 @@ class Kratos(ScriptedEngine):
 
     def command(self, folder: Path, tasks: Sequence[Task]) -> list[str]:  # noqa: ARG002
         """Return the words that run a file of runs."""
-        threads = ["env", f"OMP_NUM_THREADS={self._ranks}"] if self._ranks > 1 else []
-        return [*threads, self.program, "-u", tasks[0].script.name, RUNS]
-
-    def on_ranks(self, ranks: int) -> Kratos:
-        """Return a Kratos of so many threads."""
-        there = type(self)(self.program, 1, self.limits, self._scheme)
-        there._ranks = ranks
-        return there
+        return [self.program, "-u", tasks[0].script.name, RUNS]
 
     def command_line(self, task: Task) -> str:
         """Return the command that runs a task again by hand."""

@@ -16,10 +16,9 @@ from pathlib import Path
 
 from harness.engines.lammps.language import LammpsLanguage
 from harness.engines.process import first_words
-from harness.engines.programs import launcher_of, launcher_words
 from harness.engines.scripts import Datum, Task
 from harness.engines.traits import DASHPOTS, ContactModel, ContactValues, Traits, takes
-from harness.errors import EngineMissingError, RequestError
+from harness.errors import EngineMissingError
 from harness.observables.provenance import Provenance
 from harness.parameters.scene import ContactScene
 
@@ -187,7 +186,6 @@ class Liggghts(LammpsLanguage):
     words_compare = False
     programs = ("liggghts",)
     self_contained = True
-    _launcher: Sequence[str] = ()
     unused_values = frozenset(("interface", "surface_energy"))
     """Of contacts with friction: refused but for one value."""
     traits = Traits(
@@ -246,25 +244,14 @@ class Liggghts(LammpsLanguage):
 
         Its screen is a file: without one it crashes as it reports the triangles that it reads.
         """
-        words = [self.program, "-in", "batch.in", "-log", "none", "-screen", "screen.txt"]
-        return [*self._launcher, *words]
-
-    def on_ranks(self, ranks: int) -> Liggghts:
-        """Return this program under the launcher of its MPI; EngineMissingError without one."""
-        there = type(self)(self.program, workers=1, limits=self.limits)
-        try:
-            there._launcher = launcher_words(launcher_of(ranks, self.program))
-            there._ranks = ranks
-        except RequestError as error:
-            raise EngineMissingError(str(error)) from None
-        return there
+        return [self.program, "-in", "batch.in", "-log", "none", "-screen", "screen.txt"]
 
     def environment(self, folder: Path) -> Mapping[str, str]:
         """Return the environment of a process.
 
         Open MPI keeps its session files in TMPDIR, and leaves them when it is killed.
         """
-        return {**os.environ, **({} if self._launcher else ALONE), "TMPDIR": str(folder)}
+        return {**os.environ, **ALONE, "TMPDIR": str(folder)}
 
     def log_of(self, folder: Path, index: int) -> str:
         """Return the log of a task without the messages of each short run."""

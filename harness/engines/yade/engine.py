@@ -202,14 +202,7 @@ class Yade(ScriptedEngine):
 
     def command(self, folder: Path, tasks: Sequence[Task]) -> list[str]:  # noqa: ARG002
         """Return the words that run a list of runs without a window, and end then."""
-        threads = [f"-j{self._ranks}"] if self._ranks > 1 else []
-        return [self.program, "-n", "-x", *threads, tasks[0].script.name, RUNS]
-
-    def on_ranks(self, ranks: int) -> Yade:
-        """Return a Yade of so many threads; their sums of forces change bits from run to run."""
-        there = type(self)(self.program, workers=1, limits=self.limits)
-        there._ranks = ranks
-        return there
+        return [self.program, "-n", "-x", tasks[0].script.name, RUNS]
 
     def command_line(self, task: Task) -> str:
         """Return the command that runs a task again by hand."""

@@ -6,8 +6,9 @@ from harness.cases.bulk import materials
 from harness.cases.bulk.materials import check_memory
 from harness.cases.bulk.places import PUBLISHED
 from harness.cases.registry import get_case
+from harness.engines.process import Limits
 from harness.engines.registry import engine_class
-from harness.errors import RequestError
+from harness.errors import EngineTimeoutError, RequestError
 
 CASES = "silo", "drum", "penetration", "heap"
 APART = "scatter = 0.3: grains overlap at the start; must be at most spacing - 1"
@@ -84,3 +85,23 @@ def test_level_full_has_the_published_systems_from_four_beginnings_each(name, pr
         assert len({(p.seed, p.settle_steps) for p in runs}) == 4
         same = {"seed": 1, "settle_time": case.presets[preset].settle_time}
         assert [p.replace(**same) for p in runs] == [case.presets[preset]] * 4
+
+
+def test_a_run_by_hand_has_ten_times_its_expected_time():
+    """As in a verification: the published silo takes most of a day."""
+
+    class Ended:
+        traits = engine_class("lammps").traits
+
+        def run(self, jobs):
+            self.seconds = [job.seconds for job in jobs]
+            return [EngineTimeoutError("not within that time") for _ in jobs]
+
+    case, engine = get_case("silo"), Ended()
+    for p, long in ((case.presets[PUBLISHED], True), (case.default, False)):
+        with pytest.raises(EngineTimeoutError):
+            case.measure(p, engine)
+        assert engine.seconds == [case.seconds(p, engine.traits)]
+        limits = Limits()
+        assert (limits.time_for(*engine.seconds) > 86400.0) is long
+        assert long or limits.time_for(*engine.seconds) == limits.seconds
