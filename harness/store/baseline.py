@@ -32,7 +32,7 @@ from harness.comparison.regression import Baseline, BaselineRecord
 from harness.comparison.series import Series
 from harness.errors import RequestError
 from harness.observables.row import Row
-from harness.parameters.base import Parameters, nested
+from harness.parameters.base import nested
 from harness.store.entries import digest_of_files
 
 LONGEST = 2**27
@@ -46,29 +46,6 @@ def bounded_text(path: Path, longest: int = LONGEST) -> str:
     if len(data) > longest:
         raise OSError(errno.EFBIG, f"is longer than {longest} bytes")
     return data.decode("utf-8")
-
-
-Named = TypeVar("Named", bound=Parameters)
-
-
-def _tables(path: Path, key: str, label: str, kind: type[Named]) -> tuple[Named, ...]:
-    """Return the tables ``[KEY.NAME]`` of a file; raise RequestError, with a label, for another."""
-    try:
-        record = tomllib.loads(bounded_text(path))
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        reason = error.strerror if isinstance(error, OSError) else error
-        raise RequestError(f"{label}: cannot be read: {reason}") from None
-    tables = record.pop(key, {})
-    named = isinstance(tables, dict) and all(isinstance(table, dict) for table in tables.values())
-    if record or not named:
-        raise RequestError(f"{label}: holds tables [{key}.NAME] and nothing else")
-    entries = []
-    for name, table in tables.items():
-        try:
-            entries.append(kind(**{**table, "name": name}))
-        except RequestError as error:
-            raise RequestError(f"{label}, [{key}.{name}]: {error}") from None
-    return tuple(entries)
 
 
 SEPARATOR, EQUALS = "; ", " = "
@@ -452,7 +429,25 @@ def known_defects(path: Path | None = None) -> tuple[KnownDefect, ...]:
     defect, for anything else.
     """
     path = path or committed_file(KNOWN_DEFECTS)
-    return () if path is None else _tables(path, "defect", f"known defects {path}", KnownDefect)
+    if path is None:
+        return ()
+    label = f"known defects {path}"
+    try:
+        record = tomllib.loads(bounded_text(path))
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        reason = error.strerror if isinstance(error, OSError) else error
+        raise RequestError(f"{label}: cannot be read: {reason}") from None
+    tables = record.pop("defect", {})
+    named = isinstance(tables, dict) and all(isinstance(table, dict) for table in tables.values())
+    if record or not named:
+        raise RequestError(f"{label}: holds tables [defect.NAME] and nothing else")
+    defects = []
+    for name, table in tables.items():
+        try:
+            defects.append(KnownDefect(**{**table, "name": name}))
+        except RequestError as error:
+            raise RequestError(f"{label}, [defect.{name}]: {error}") from None
+    return tuple(defects)
 
 
 def with_further(path: Path | None) -> tuple[KnownDefect, ...]:

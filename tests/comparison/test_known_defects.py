@@ -52,9 +52,7 @@ def verdict(row, version="2 Aug 2023 - Update 3"):
     [
         ("22 Jul 2025 - Update 4", (2025, 7, 22, 4)),
         ("2025.7.22.4.0", (2025, 7, 22, 4, 0)),
-        ("4Feb2025", (2025, 2, 4)),
         ("10.2.1", (10, 2, 1)),
-        ("", ()),
         ("12 Rev 2024", (12, 2024)),  # no month, and no error
         ("unknown", ()),
     ],
@@ -216,9 +214,7 @@ def test_the_note_names_cause_and_upstream_and_an_engine_that_died_of_it_is_no_e
         {"cause": "short"},
         {"where": "here"},
         {"predicts": {}},
-        {"predicts": {"size": 2.0}},
         {"kind": "quirk"},
-        {"upstream": ""},
     ],
 )
 def test_a_defect_that_says_too_little_or_too_much_is_refused(wrong):

@@ -125,12 +125,6 @@ def test_names_meet_within_their_kind_and_in_order():
     assert [(r.before.value, r.after.value) for r in moved] == [(2.0, 5.0)]
 
 
-def test_what_is_worse_comes_first_then_the_largest_move():
-    before = run(row("a"), row("b"), row("c"), row("d"))
-    after = run(row("a"), row("b", value=10.1), row("c", value=8.0), row("d", verdict="fail"))
-    assert [r.row.name for r in diff_runs(before, after).rows] == ["d", "c", "b", "a"]
-
-
 def test_everything_else_that_differs_is_named():
     engine = {"engine": "lammps", "engine_version": "2 Feb 2031"}
     before = run(scripts={"tower.in": "a" * 64, "same.in": "b" * 64})
