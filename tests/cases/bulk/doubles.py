@@ -3,10 +3,13 @@
 import shutil
 from dataclasses import replace
 from importlib.util import find_spec
+from pathlib import Path
 
 import pytest
 
-from harness.engines.output import Output
+from harness.cases.registry import get_case
+from harness.engines.output import Output, read_csv, results_in
+from harness.engines.registry import engine_class
 from harness.observables.provenance import Provenance
 
 HERE = {
@@ -16,6 +19,23 @@ HERE = {
     "kratos": find_spec("KratosMultiphysics") is not None,
 }
 LIGGGHTS = pytest.mark.skipif(not HERE["liggghts"], reason="liggghts is not installed")
+
+
+SMALL = {
+    "penetration": get_case("penetration").default.replace(
+        along=6, across=5, layers=3, start_height=0.0115, settle_time=0.06, duration=0.05
+    ),
+    "silo": get_case("silo").default.replace(
+        layers=4, silo_radius=0.016, cone_height=0.008, settle_time=0.15, duration=0.2
+    ),
+    "drum": get_case("drum").default.replace(
+        small_layers=1, large_layers=-2, drum_radius=0.016, drum_length=0.014,
+        settle_time=0.15, turn=90.0,
+    ),
+    "heap": get_case("heap").presets["sliding"].replace(
+        length=12, width=4, sill=1, layers=12, settle_time=0.2, duration=1.2
+    ),
+}  # fmt: skip
 
 
 def needs(code):
@@ -57,3 +77,16 @@ def made(table, seconds=1.0, **results):
     """Return an output with these results and this series."""
     texts = tuple((name, str(value)) for name, value in results.items())
     return Output(texts, Provenance("lammps", "1"), {"series": table}, seconds=seconds)
+
+
+def recorded(code, case, results=str, series=str):
+    """Return the output of a recorded small run, its text damaged or not."""
+    path = Path(__file__).parent / "recorded" / f"{code}-{case.name}"
+    log = results(path.with_suffix(".txt").read_text("utf-8"))
+    table = read_csv(series(path.with_suffix(".csv").read_text("utf-8")), code)
+    return Output(results_in(log), Provenance(code, "1"), {"series": table}, log, seconds=1.0)
+
+
+def recorded_row(code, case):
+    """Return the quantities of a recorded small run."""
+    return case.read(SMALL[case.name], recorded(code, case), engine_class(code).traits)

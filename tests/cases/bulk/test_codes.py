@@ -1,7 +1,6 @@
 """Bulk cases in other codes: what is read of them, small runs beside LAMMPS, planted faults."""
 
 import math
-from pathlib import Path
 
 import pytest
 
@@ -9,32 +8,14 @@ from harness.cases.bulk.energy import ELASTIC
 from harness.cases.registry import get_case
 from harness.engines.contract import Job
 from harness.engines.lammps.engine import Lammps
-from harness.engines.output import Output, read_csv, results_in
 from harness.engines.registry import engine_class
 from harness.errors import EngineLostAtomsError, EngineOutputError, EngineUndecidedError
-from harness.observables.provenance import Provenance
-from tests.cases.bulk.doubles import changed, needs, replaced, run
+from tests.cases.bulk.doubles import SMALL, changed, needs, recorded, replaced, run
 
-RECORDED = Path(__file__).parent / "recorded"
 CODES = ("yade", "kratos")
 CASES = PENETRATION, SILO, DRUM, HEAP = [
     get_case(name) for name in ("penetration", "silo", "drum", "heap")
 ]
-SMALL = {
-    "penetration": PENETRATION.default.replace(
-        along=6, across=5, layers=3, start_height=0.0115, settle_time=0.06, duration=0.05
-    ),
-    "silo": SILO.default.replace(
-        layers=4, silo_radius=0.016, cone_height=0.008, settle_time=0.15, duration=0.2
-    ),
-    "drum": DRUM.default.replace(
-        small_layers=1, large_layers=-2, drum_radius=0.016, drum_length=0.014,
-        settle_time=0.15, turn=90.0,
-    ),
-    "heap": HEAP.presets["sliding"].replace(
-        length=12, width=4, sill=1, layers=12, settle_time=0.2, duration=1.2
-    ),
-}  # fmt: skip
 ALL = pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
 EACH = pytest.mark.parametrize("code", CODES)
 
@@ -43,14 +24,6 @@ def small_job(case, **changes):
     """Return the job of a small run."""
     values = dict(case.job(SMALL[case.name]).values)
     return Job(case.template, {**values, **changes}, sampled=True)
-
-
-def recorded(code, case, results=str, series=str):
-    """Return the output of a recorded small run, its text damaged or not."""
-    path = RECORDED / f"{code}-{case.name}"
-    log = results(path.with_suffix(".txt").read_text("utf-8"))
-    table = read_csv(series(path.with_suffix(".csv").read_text("utf-8")), code)
-    return Output(results_in(log), Provenance(code, "1"), {"series": table}, log, seconds=1.0)
 
 
 @ALL

@@ -138,20 +138,6 @@ def runs(engine="LAMMPS", **changes):
     return Runs(engine, tuple(rows), equivalent=CASE.equivalent)
 
 
-@pytest.mark.parametrize(
-    ("fault", "verdicts"),
-    [
-        ({}, [Verdict.PASS, Verdict.PASS]),
-        ({"energy_rise_ratio": 0.05}, [Verdict.FAIL, Verdict.PASS]),
-        ({"energy_rise_ratio": math.nan}, [Verdict.FAIL, Verdict.PASS]),
-        ({"bed_kinetic_ratio": 0.02}, [Verdict.PASS, Verdict.FAIL]),
-    ],
-)
-def test_a_planted_fault_turns_its_check(fault, verdicts):
-    rows = CASE.judge(CASE.judged, runs(**fault), Silo())
-    assert [row.verdict for row in rows] == [*verdicts, *3 * [Verdict.FINDING]]
-
-
 def test_the_load_of_the_shaft_stands_beside_janssens():
     p, found = Silo(), read()
     rows = CASE.judge(CASE.judged, runs(shaft_load_ratio=-0.02, walls_load_ratio=0.97), p)

@@ -66,15 +66,3 @@ def test_impulse_table_runs_the_heights_of_an_engine_as_one_batch():
     assert batches == [3]
     for ours, exact in zip(rows, impulse_table(solver="exact", **common), strict=True):
         assert ours.ratio == pytest.approx(exact.ratio, abs=1e-5)
-
-
-def test_impulse_table():
-    rows = impulse_table(
-        heights=(1, 2, 7), stiffnesses=(1e6,), speeds=(2.0,), windows=("turnaround", "structure")
-    )
-    assert len(rows) == 2 * 3 * 2
-    by = {(r.law, r.window, r.height): r.ratio for r in rows}
-    assert by["deformable", "turnaround", 1] == 1
-    assert by["deformable", "turnaround", 2] == pytest.approx(0.9473, abs=1e-4)
-    assert by["overlap", "turnaround", 2] == pytest.approx(0.6263, abs=1e-4)
-    assert math.isnan(by["deformable", "structure", 7])
