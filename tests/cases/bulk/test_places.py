@@ -22,7 +22,8 @@ from harness.engines.contract import Job
 from harness.engines.lammps.engine import Lammps
 from harness.engines.output import Output
 from harness.engines.registry import open_engine
-from harness.errors import EngineMissingError, RequestError
+from harness.errors import RequestError
+from tests.cases.bulk.doubles import needs
 
 BOX = Box(0.02, 0.02, (0.0, 0.0), 0.0)
 HEAD = "radius x y z\n"
@@ -163,11 +164,12 @@ def test_the_published_drum_has_8000_large_and_30000_small_grains_that_touch_it(
 @pytest.mark.slow
 def test_a_code_reads_the_drum_of_a_file(code, tmp_path):
     """Grains that touch nothing fall as one: h = g (n dt)^2/2, to a step."""
+    needs(code)
     path = tmp_path / "drum.txt"
     rows = [LARGE.format(0), SMALL.format(-0.004), SMALL.format(0.004)]
     path.write_text("".join(row.replace("-0.01", "0.005") for row in rows))
     p = Drum(places=str(path), **DRUM)
-    with opened_or_skipped(code) as engine:
+    with open_engine(code) as engine:
         (output,) = engine.run([DRUM_CASE.job(p)])
         assert isinstance(output, Output), output
     table = output.table(("step", "x_m", "y_m", "z_m"))
@@ -175,13 +177,6 @@ def test_a_code_reads_the_drum_of_a_file(code, tmp_path):
     assert table["x_m"][0][0] == pytest.approx(0.0, abs=1e-9)  # large ones come first
     fall = 0.5 * p.gravity * (p.step_size * p.steps) ** 2
     np.testing.assert_allclose(table["z_m"][-1], 0.005 - fall, atol=2.0 / p.steps * fall)
-
-
-def opened_or_skipped(code):
-    try:
-        return open_engine(code)
-    except EngineMissingError as error:
-        pytest.skip(str(error))
 
 
 @pytest.mark.live
