@@ -28,12 +28,9 @@ def _toml_of(module: str) -> dict[str, Any]:
     return tomllib.loads(file.read_text("utf-8")) if file.is_file() else {}
 
 
-def tolerances_of(module: str, section: str = "tolerances") -> dict[str, Tolerance]:
-    """Return the tolerances that ``case.toml`` beside a module has, each with its reason.
-
-    ``regression`` is the section of those of the baseline's records.
-    """
-    return tolerances_in(_toml_of(module)[section])
+def tolerances_of(module: str) -> dict[str, Tolerance]:
+    """Return the tolerances that ``case.toml`` beside a module has, each with its reason."""
+    return tolerances_in(_toml_of(module)["tolerances"])
 
 
 def tolerances_in(tables: Mapping[str, Mapping[str, Any]]) -> dict[str, Tolerance]:

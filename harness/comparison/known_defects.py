@@ -315,16 +315,14 @@ HOLDS, ALONE, NONE, SPENT = (
 )
 
 
-def with_single_rules(
-    checks: Sequence[Check], raw: Sequence[Check], seconds: float = SECONDS
-) -> tuple[Check, ...]:
+def with_single_rules(checks: Sequence[Check], raw: Sequence[Check]) -> tuple[Check, ...]:
     """Return the checks; the note of a failure says which single rule reproduces its value.
 
     ``raw`` are the same rows as their cases left them, which can still compute a prediction. A rule
     reproduces a row where the row would hold under it, within its own tolerance, and every other
     value of the same contact too.
     """
-    end = time.monotonic() + seconds
+    end = time.monotonic() + SECONDS
     contacts: dict[tuple[str, ...], list[Check]] = {}
     for row in raw:
         if row.predict is not None and row.judged and row.cell and not row.cell.invariance:
@@ -334,7 +332,7 @@ def with_single_rules(
         if check.verdict is Verdict.FAIL and row.cell and row in contacts.get(row.cell.place, ()):
             spent = time.monotonic() > end
             others = contacts[row.cell.place]
-            note = SPENT.format(seconds) if spent else _reproduced(row, others)
+            note = SPENT.format(SECONDS) if spent else _reproduced(row, others)
             check = replace(check, note="; ".join(filter(None, (check.note, note))))
         noted.append(check)
     return tuple(noted)

@@ -1,14 +1,11 @@
 import pytest
 
-from harness.cases.text import Words, tolerances_of
+from harness.cases.text import Words, tolerances_in, tolerances_of
 from harness.comparison.verdicts import Tolerance
 
 TEXTS = """
 [tolerances]
 FORCE = { unit = "N", absolute = 1e-5, reason = "round-off" }
-
-[regression]
-wrong = { absolut = 1.0, reason = "a word that is not known" }
 
 [tables.Both]
 caption = "At {speed:g} m/s."
@@ -21,7 +18,7 @@ def test_a_tolerance_has_the_values_of_the_file_and_an_unknown_word_is_an_error(
     module = str(tmp_path / "tolerances.py")
     assert tolerances_of(module) == {"FORCE": Tolerance("N", 1e-5, 0.0, "round-off")}
     with pytest.raises(TypeError, match="absolut"):
-        tolerances_of(module, "regression")
+        tolerances_in({"FORCE": {"absolut": 1.0, "reason": "a word that is not known"}})
 
 
 def test_a_text_that_is_missing_is_an_error(tmp_path):

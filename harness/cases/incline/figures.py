@@ -41,13 +41,17 @@ def speed_against_time(runs: Sequence[InclineRun], engine_name: str) -> style.Fi
     return figure
 
 
-def path_over_the_bumps(runs: Sequence[InclineRun], bumps: int = 6) -> style.Figure:
+BUMPS = 6
+"""Spheres of the row in the figure of a path."""
+
+
+def path_over_the_bumps(runs: Sequence[InclineRun]) -> style.Figure:
     """Draw the path of the grain's centre over the row of fixed spheres, to scale."""
     figure = style.Figure(figsize=(8.0, 3.0))
     axes = figure.add_subplot()
     diameter = runs[0].case.diameter
-    start = _last_well(runs) - bumps / 2
-    for index in range(int(start) - 1, int(start) + bumps + 2):
+    start = _last_well(runs) - BUMPS / 2
+    for index in range(int(start) - 1, int(start) + BUMPS + 2):
         axes.add_patch(
             Circle((index, 0), 0.5, facecolor="#e8e8e8", edgecolor="#888888", lw=0.8, zorder=1)
         )
@@ -64,7 +68,7 @@ def path_over_the_bumps(runs: Sequence[InclineRun], bumps: int = 6) -> style.Fig
             axes.annotate("turns back", end, xytext=(0, 9), textcoords="offset points", ha="center")
     _draw_gravity(axes, start + 0.45, runs[0].case.angle)
     axes.set(
-        xlim=(start, start + bumps),
+        xlim=(start, start + BUMPS),
         ylim=(-0.15, 1.42),
         aspect="equal",
         xlabel="along the row (diameters)",

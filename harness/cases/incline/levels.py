@@ -186,8 +186,6 @@ def angle_seconds(case: Incline, route: Route, rules: Traits) -> float:
     return runs * run_seconds(case, route, rules)
 
 
-def extrapolation_seconds(case: Incline, rules: Traits, ladder: Ladder | None = None) -> float:
-    """Return what the angles of a ladder of stiffnesses and steps are expected to take [s]."""
-    return sum(
-        angle_seconds(refined, "passage", rules) for refined in (ladder or Ladder()).cases(case)
-    )
+def extrapolation_seconds(case: Incline, rules: Traits) -> float:
+    """Return what the angles of all stiffnesses and steps are expected to take [s]."""
+    return sum(angle_seconds(refined, "passage", rules) for refined in Ladder().cases(case))

@@ -175,7 +175,6 @@ def impulse_by_gamma(
     heights: Sequence[int] = HEIGHTS,
     ways: Iterable[StatePoint] = STATE_POINTS[:1],
     laws: Iterable[Law] = LAWS,
-    windows: Sequence[Window] = ("turnaround",),
     solver: str | None = None,
 ) -> pd.DataFrame:
     """Return alpha(n) [1] against Gamma [1], each value reached at the state points ``ways``.
@@ -189,7 +188,7 @@ def impulse_by_gamma(
         case = Tower(mass=point.mass, gravity=point.gravity)
         frame = impulse_angles(
             heights=heights, stiffnesses=(point.stiffness,), speeds=(speed,), laws=laws,
-            windows=windows, solver=solver, case=case,
+            solver=solver, case=case,
         )  # fmt: skip
         frames.append(frame.assign(mass_kg=point.mass, gravity_m_per_s2=point.gravity))
     return pd.concat(frames, ignore_index=True)
