@@ -19,7 +19,6 @@ CLIPPED = {"damping": "velocity", "clipped": "yes"}
 HERTZ = {"normal": "hertz", "tangential": "mindlin"}
 STATED = {
     "kratos": (OBLIQUE, WALL),
-    "mfix": (OBLIQUE, SPRINGS),
     "yade": (MOVED, TURNED),
 }
 """A contact that each states, with its case; what follows are changes of it."""
@@ -38,14 +37,6 @@ REFUSED = {
         ({"normal": "dmt"}, "DMT takes tangential = none, not "),
         (CLIPPED | {"tangential": "none"}, ""),
         ({"normal": "hertz", "tangential": "mindlin_rescale/force"}, ""),
-    ],
-    "mfix": [
-        ({"tangential_stiffness": 2e6}, "takes tangential_stiffness / normal_stiffness up to 1"),
-        ({"tangential_damping": 1.5}, "takes tangential_damping up to 1, not 1.5"),
-        ({"friction": 1.2}, "takes friction up to 1, not 1.2"),
-        ({"damping_coefficient": 1e4}, "has a damping ratio of less than 1"),
-        ({"clipped": "yes"}, "takes clipped = no, not yes"),
-        ({"tangential": "linear_nohistory"}, "takes tangential = none or linear_history, not"),
     ],
     "yade": [
         ({"rolling": "none", "rolling_damping": 0.5}, ""),
@@ -115,13 +106,6 @@ HELD = {
         ("pull-off", "dmt", "unequal spheres", 1.0),
         ("stacked", "hertz, coeff_restitution, clipped", "unequal, between plates", 1.0),
         ("prescribed-motion", "mindlin_rescale/force, elastic", "two spheres, turned", 1.0),
-    ],
-    "mfix": [
-        ("oblique", "linear_history, 2/7", "frozen sphere", 1.0),
-        ("oblique", "linear_history, 2/7, elastic", "unequal spheres", 1.0),
-        ("oblique", "mindlin, elastic", "wall", 1.0),
-        ("bounce", "hertz, coeff_restitution", "wall", 1.0),
-        ("stacked", "hooke, velocity", "unequal, between plates", 1.0),
     ],
     "yade": [
         ("prescribed-motion", TWISTS, "two spheres, turned", 1e-6),

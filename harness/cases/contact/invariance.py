@@ -27,7 +27,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from harness.cases.contact.impact import overlap_of
-from harness.cases.contact.limits import SINGLE
 from harness.cases.contact.motion import FORCES, Array, Motion, followed, motion_of, rules_of
 from harness.cases.contact.parameters import rest_overlap
 from harness.cases.contact.predictions import PredictedDifference
@@ -104,21 +103,14 @@ def of_digits(runs: TrialRuns, sizes: Mapping[str, float], traits: Traits, width
     return of_force(plain.scene, rules, overlaps, sizes, slack)
 
 
-def round_off_of(
-    run: TransformedRun, runs: TrialRuns, sizes: Mapping[str, float], *, single: bool
-) -> float:
-    """Return the part of the sizes that round-off may change, ``single`` where it is written."""
+def round_off_of(run: TransformedRun, runs: TrialRuns, sizes: Mapping[str, float]) -> float:
+    """Return the part of the sizes that round-off may change."""
     motion, scene = runs.motion(PLAIN), runs.runs[PLAIN].scene
     assert motion is not None
     far = float(np.abs(motion.position).max()) + run.drift * scene.duration + run.reach
     fast = float(np.abs(motion.velocity).max()) + run.drift
     rounded = far / sizes["position"] + fast / sizes["velocity"]
-    width = ROUNDINGS * run.scene.steps * float(np.finfo(float).eps) * rounded
-    if single:
-        room = float(runs.runs[PLAIN].job.values["room"])
-        single_rounded = room / sizes["position"] + fast / sizes["velocity"]
-        width += ROUNDINGS * float(np.finfo(np.float32).eps) * single_rounded
-    return width
+    return ROUNDINGS * run.scene.steps * float(np.finfo(float).eps) * rounded
 
 
 EPS = float(np.finfo(float).eps)
@@ -226,7 +218,6 @@ def _angle(part: float) -> float:
 
 
 DIGITS = "mdr's force, a difference, loses digits at small overlaps: what its steps add up to"
-WRITTEN = "written in single precision: its eps of the room of the bodies, and of speeds"
 
 
 def invariances(
@@ -366,10 +357,9 @@ def _row(name: str, run: TransformedRun, runs: TrialRuns, traits: Traits) -> Che
     if sizes["force"] == 0.0:
         unscaled = "no sample of the run as it stands has a force: differences have no scale"
         return not_tested(name, Kind.INVARIANCE, unscaled, "1")
-    single = traits.digits <= SINGLE and not run.exact
     width, lost = 0.0, 0.0
     if not run.exact:
-        width = round_off_of(run, runs, sizes, single=single)
+        width = round_off_of(run, runs, sizes)
         lost = of_digits(runs, sizes, traits, width)
         unknown = why_not(runs.runs[PLAIN].scene, lost)
         if unknown:
@@ -378,7 +368,7 @@ def _row(name: str, run: TransformedRun, runs: TrialRuns, traits: Traits) -> Che
     touch = 1 if runs.runs[PLAIN].scene.segments and not run.exact else 0
     apart = difference(run.back(outcome), runs.runs[run.against].back(expected), sizes, touch)
     worst = max(apart, key=lambda part: np.nan_to_num(apart[part], nan=np.inf))
-    whys = (run.why, WRITTEN if single else "", DIGITS if lost else "")
+    whys = (run.why, DIGITS if lost else "")
     tolerance = Tolerance("1", width + lost, 0.0, "; ".join(filter(None, whys)))
     against = repr(run.against) if run.against else "the run as it stands"
     held = f"against {against}; largest difference: {worst}"

@@ -50,14 +50,6 @@ WHY_ALONG_PATH = (
     f"quick, and a few times it; {_UPSTREAM}"
 )
 
-SINGLE = 7
-"""Digits of single precision."""
-
-WHY_SINGLE = (
-    "written in single precision: a position to 6e-8 of the box, which is a hundred to a thousand "
-    f"overlaps, and the series in the step multiplies it by a few; {_UPSTREAM}"
-)
-
 AGAIN = Tolerance(
     "", 1e-9, 1e-9, "round-off of a few thousand steps on ratios of the size of 1, and ten times it"
 )
@@ -68,21 +60,17 @@ def width_of(
     unit: str,
     *,
     kinked: bool,
-    digits: int = 15,
     size: float = 1.0,
     along_path: bool = False,
 ) -> Tolerance:
     """Return the tolerance about an expected limit; what that is uncertain by is no part of it.
 
-    ``digits`` are those of the code's output. ``size`` is that of a ratio in the run.
-    ``along_path``: of forces along a given motion, without a jump.
+    ``size`` is that of a ratio in the run. ``along_path``: of forces along a given motion, without
+    a jump.
     """
     part, why = (KINKED, WHY_KINKED) if kinked else (SMOOTH, WHY_SMOOTH)
     if kinked and along_path:
         part, why = ALONG_PATH, WHY_ALONG_PATH
-    if digits <= SINGLE:
-        # of coordinates, whatever the size of a ratio
-        part, why, size = KINKED, WHY_SINGLE, max(1.0, size)
     if unit != "1":
         return Tolerance(unit, 0.0, part, why)
     if size != 1.0:

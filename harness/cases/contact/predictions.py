@@ -56,7 +56,6 @@ class PredictedValue:
     rules: Rules
     quantity: str
     unit: str
-    digits: int
     row: Check
 
     def __call__(self, prediction: Prediction, _: Prediction | None = None) -> PredictedSize:
@@ -130,7 +129,6 @@ class PredictedValue:
         round_off = width_of(
             self.unit,
             kinked=kinked,
-            digits=self.digits,
             size=self.case.sizes(finest).get(self.quantity, 1.0),
             along_path=bool(scene.segments) and not reached.jumps,
         )

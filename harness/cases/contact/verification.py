@@ -205,7 +205,7 @@ def _finer(
     level: LevelName,
 ) -> Any:
     """Return the parameters of a run with half the last step, None where none is to be made."""
-    if isinstance(outcome, EngineError) or not _undecided_in(case, outcome, engine):
+    if isinstance(outcome, EngineError) or not _undecided_in(case, outcome):
         return None
     steps = 2 * last.steps_per_contact
     if steps > FINEST[level]:
@@ -218,7 +218,7 @@ def _finer(
     return parameters if seconds <= SECONDS[level] else None
 
 
-def _undecided_in(case: ContactCase[Any], refined: RefinedTrial, engine: Engine) -> bool:
+def _undecided_in(case: ContactCase[Any], refined: RefinedTrial) -> bool:
     """Return whether a limit is too uncertain for its verdict.
 
     Where a force jumps its uncertainty is that of a few phases of the step: too little to fail by.
@@ -228,18 +228,15 @@ def _undecided_in(case: ContactCase[Any], refined: RefinedTrial, engine: Engine)
         or (refined.jumps and abs(reached.value - expected.value) > width)
         for name, expected in refined.references.items()
         if (reached := refined.limits.get(name)) is not None and math.isfinite(expected.value)
-        for width in [_tolerance(case, refined, name, engine).width(expected.value)]
+        for width in [_tolerance(case, refined, name).width(expected.value)]
     )
 
 
-def _tolerance(
-    case: ContactCase[Any], refined: RefinedTrial, name: str, engine: Engine
-) -> Tolerance:
+def _tolerance(case: ContactCase[Any], refined: RefinedTrial, name: str) -> Tolerance:
     units = {quantity.name: quantity.unit for quantity in case.quantities}
     return width_of(
         units[name],
         kinked=refined.kinked,
-        digits=engine.traits.digits,
         size=case.sizes(refined.finest).get(name, 1.0),
         along_path=bool(case.scene(refined.finest).segments) and not refined.jumps,
     )
@@ -307,13 +304,13 @@ def _judged(case: ContactCase[Any], refined: RefinedTrial, engine: Engine) -> li
             Kind.ANALYTIC if expected.kind == "closed form" else Kind.CROSS_CODE,
             reached.value if reached else math.nan,
             expected.value,
-            _tolerance(case, refined, name, engine),
+            _tolerance(case, refined, name),
             uncertainty=reached.uncertainty if reached else math.nan,
         )
         steps = refined.finest.steps_per_contact
         row = decided(row, f"{steps} steps of a contact are the finest that the level runs")
         of = (case, refined.levels, refined.extrapolate, refined.rules)
-        predict = PredictedValue(*of, name, units[name], engine.traits.digits, row)
+        predict = PredictedValue(*of, name, units[name], row)
         rows.append(replace(row, cell=_cell(case, trial, engine, reached), predict=predict))
     return [*rows, *_moved_by_rules(case, refined, engine)]
 

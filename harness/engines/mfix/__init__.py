@@ -1,1 +1,1 @@
-"""MFiX-DEM, which a user builds: its inputs, its output, and runs of it that were recorded."""
+"""MFiX-DEM, which a user builds: its inputs, its runs, its output."""

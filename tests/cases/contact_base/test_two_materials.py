@@ -115,7 +115,7 @@ def trial_of(name, submodel, system):
     return case, found
 
 
-@pytest.mark.parametrize("name", ["yade", "liggghts", "kratos", "mfix"])
+@pytest.mark.parametrize("name", ["yade", "liggghts", "kratos"])
 def test_a_code_that_does_not_mix_says_so_and_takes_the_one_for_both(name):
     case, mixed = trial_of("head-on", "hertz", "two materials, mixed")
     job, traits = case.job(mixed.parameters), engine_class(name).traits

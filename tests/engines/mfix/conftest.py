@@ -1,52 +1,26 @@
 """MFiX's stand-in as an engine, and MFiX itself where a user names it."""
 
 import importlib.util
-import math
 import os
 import sys
 from pathlib import Path
 
 import pytest
 
-from harness.cases.incline.runs import scene_from
 from harness.engines.mfix.engine import Mfix
-from harness.engines.mfix.system import system_of
 from harness.engines.process import Limits
 
-HERE = Path(__file__).parent
-STAND_IN = HERE / "stand_in.py"
+STAND_IN = Path(__file__).parent / "stand_in.py"
 VARIABLE = "DEM_HARNESS_MFIX"
 
 
-def _module(name):
-    spec = importlib.util.spec_from_file_location(f"mfix_{name}", HERE / f"{name}.py")
+@pytest.fixture(scope="session")
+def stand_in_module():
+    """Return the module of the stand-in, which reads keyword files and writes VTP files."""
+    spec = importlib.util.spec_from_file_location("mfix_stand_in", STAND_IN)
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module
-
-
-@pytest.fixture(scope="session")
-def read_keywords():
-    """Return the reader of MFiX's keyword files."""
-    return _module("keyword_file").read_keywords
-
-
-@pytest.fixture(scope="session")
-def write_vtp():
-    """Return the function that makes a VTP file in MFiX's form, as bytes."""
-    return _module("stand_in").vtp
-
-
-@pytest.fixture(scope="session")
-def incline_of():
-    """Return a function that makes the scene of an incline and its system in MFiX's box."""
-
-    def make(case, start, wells, duration, every):
-        scene = scene_from(case.replace(wells=wells), start)
-        steps = math.ceil(duration / case.step * (1.0 - 1e-12))
-        return scene, system_of("incline", scene, steps, every)
-
-    return make
 
 
 @pytest.fixture

@@ -9,8 +9,8 @@ Run as ``python stand_in.py MODE OPTIONS...``. At a restitution of 0.25 it does 
 """
 
 import math
-import mmap
 import os
+import re
 import signal
 import struct
 import sys
@@ -19,7 +19,7 @@ from pathlib import Path
 
 NORMAL, EXITING, GONE = "normal", "exiting", "gone"
 SMALL = 1e-15
-VERSIONS = {"old": " 20.4.1", "unversioned": " 0.0", "blank": " " * 11}
+VERSIONS = {"0.0": " 0.0", "blank": " " * 11}
 HELP = """ Usage: mfixsolver [-h,--help] [-p,--print-flags] [-f,--file <filename>]
         -f,--file <filename>: specify filename of input file (Default: mfix.dat)
         <KEYWORD>=<VALUE>: specify keyword on command line, overrides values in input desk"""
@@ -28,10 +28,37 @@ AFTER = ("half a file", "stops early")
 
 
 REFUSALS = {
+    "refuse": "Error 1000: Required input not specified: KN",
     "unknown": "Illegal or unknown input: DES_EN_INPUT = 0.25",
     "invalid": "Invalid particle-particle collision model: LSD",
 }
-"""Refusals without a number (``check_solids_dem.f``)."""
+"""Refusals with a number and without (``check_solids_dem.f``)."""
+
+
+PAIR = re.compile(r"([A-Za-z_]\w*(?:\([\d:, ]+\))?)\s*=\s*")
+
+
+def read_keywords(text):
+    """Return the values by keyword, in capitals, of a file of ``KEY = value`` pairs."""
+    keywords = {}
+    for line in text.splitlines():
+        line = re.split(r"[!#]", line)[0]
+        pairs = list(PAIR.finditer(line))
+        ends = [pair.start() for pair in pairs[1:]] + [len(line)]
+        for pair, end in zip(pairs, ends, strict=bool(pairs)):
+            values = [value_of(word) for word in line[pair.end() : end].split()]
+            key = pair[1].upper().replace(" ", "")
+            assert key not in keywords, key
+            keywords[key] = values[0] if len(values) == 1 else values
+    return keywords
+
+
+def value_of(word):
+    if word.startswith("'"):
+        return word.strip("'")
+    if word.upper().strip(".") in ("T", "TRUE", "F", "FALSE"):
+        return word.upper().strip(".")[0] == "T"
+    return float(re.sub("[dD]", "e", word))
 
 
 class Particle:
@@ -183,34 +210,19 @@ def vtp(now, places, fields):
 
 
 def misbehave(mode):
-    if mode == "segfault":
-        os.kill(os.getpid(), signal.SIGSEGV)
-    elif mode == "trap":
-        print("#14  0xffffffffffffffff in ???", flush=True)
-        os.kill(os.getpid(), signal.SIGFPE)
+    if mode.startswith("SIG"):
+        os.kill(os.getpid(), getattr(signal, mode))
     elif mode == "hang":
         time.sleep(60)
-    elif mode == "exceed memory":
-        try:
-            mmap.mmap(-1, 2 * 1024**3)
-        except (OSError, MemoryError):
-            print("Operating system error: Cannot allocate memory\nMemoryError", flush=True)
-            os.abort()
-    elif mode == "exit":
-        sys.exit(3)
-    elif mode == "refuse":
-        print(">>>>>----\nError 1000: Required input not specified: KN\nPlease correct the ...")
-        sys.exit(1)
     elif mode in REFUSALS:
         print(f">>>>>----\n{REFUSALS[mode]}\nPlease correct the project settings.")
-        print("Program Terminated.")
         sys.exit(1)
-    last = sorted(Path().glob("GRAIN_*.vtp"))[-1]
-    content = last.read_bytes()
+    paths = sorted(Path().glob("GRAIN_*.vtp"))
     if mode == "half a file":
-        last.write_bytes(content[: len(content) // 2])
+        content = paths[-1].read_bytes()
+        paths[-1].write_bytes(content[: len(content) // 2])
     elif mode == "stops early":
-        for path in sorted(Path().glob("GRAIN_*.vtp"))[50:]:
+        for path in paths[50:]:
             path.unlink()
 
 
@@ -221,9 +233,6 @@ def main(mode, options):
     if "--version" in options:
         print(VERSIONS.get(mode, " 21.3.2"))
         return
-    sys.path.insert(0, str(Path(__file__).parent))
-    from keyword_file import read_keywords
-
     keys = read_keywords(Path(options[options.index("-f") + 1]).read_text(encoding="utf-8"))
     if list(Path().glob("*.RES")):
         print("Error 1102: a restart file is here, and RUN_TYPE is NEW")
