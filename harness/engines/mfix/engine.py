@@ -137,7 +137,7 @@ class Mfix(ProgramEngine):
 
     @classmethod
     def inputs(cls, templates: Iterable[Template]) -> dict[str, str]:
-        """Return the inputs of templates that have an example, by their names below ``inputs``."""
+        """Return the inputs of templates that have an example, by their names."""
         examples = tomllib.loads(TEMPLATES.joinpath("examples.toml").read_text(encoding="utf-8"))
         texts: dict[str, str] = {}
         for template in templates:
@@ -146,8 +146,8 @@ class Mfix(ProgramEngine):
                 contact = {n: value for n, value in contact_values(CONTACT).items() if n in main}
                 scene = template.scene({**main, **contact, **examples[template.name]})
                 system = system_of(template.name, scene, scene.steps, scene.every, "EULER")
-                named = input_texts(system).items()
-                texts |= {f"mfix/{template.name}/{name}": text for name, text in named}
+                for name, text in input_texts(system).items():
+                    texts[f"{template.name}/{name}"] = text
         return texts
 
     def refuses(self, job: Job) -> str:
