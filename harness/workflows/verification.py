@@ -642,17 +642,26 @@ def _untested_cases(
     run: MainRun,
     others: OtherEngines,
 ) -> tuple[str, ...]:
-    """Return the cases asked for by name or group of which no engine has a judged row.
+    """Return the cases without a judged row of any engine: asked for by name, or a whole group.
 
-    Own solvers do not count: they are no test of an engine.
+    Of a group one case that is tested is enough. Own solvers do not count: they are no test of an
+    engine.
     """
-    names = () if wanted is None else wanted.split(",") if isinstance(wanted, str) else wanted
-    if not names or "all" in {name.strip() for name in names}:
+    texts = () if wanted is None else wanted.split(",") if isinstance(wanted, str) else wanted
+    words = {text.strip() for text in texts}
+    if "all" in words:
         return ()
     by_engine = (run.main, *others.findings.values())
     rows = {case.name: [c for by in by_engine if case.name in by for c in by[case.name].checks]
             for case in chosen if case.name not in run.raised}  # fmt: skip
-    return tuple(name for name, checks in rows.items() if not any(c.judged for c in checks))
+    untested = {name for name, checks in rows.items() if not any(c.judged for c in checks)}
+    tested = {case.group for case in chosen if case.name in rows.keys() - untested}
+    return tuple(
+        case.name
+        for case in chosen
+        if case.name in untested
+        and (case.name in words or case.group in words - tested)
+    )
 
 
 def _marked_defects(

@@ -1,4 +1,5 @@
 import json
+from dataclasses import replace
 
 import pytest
 
@@ -119,6 +120,15 @@ def test_a_case_that_was_asked_for_and_tested_nothing_is_status_3(cases):
     assert found.status == 3
     assert found.to_json()["untested_cases"] == list(found.untested_cases)
     assert "Nothing was tested in" in report_markdown(found, [])
+
+
+def test_a_group_may_have_cases_that_are_not_tested_beside_one_that_is(monkeypatch):
+    monkeypatch.setattr(fakes.Raising, "group", "others")
+    monkeypatch.setattr(fakes.Gate, "template", replace(fakes.Line.template, name="gate"))
+    monkeypatch.setattr(fakes.Blind, "states", classmethod(lambda _, one: one.name == "gate"))
+    assert verified("lines", engine=fakes.Blind()).status == 0
+    named = verified("line,lines", engine=fakes.Blind())
+    assert (named.status, named.untested_cases) == (3, ("line",))
 
 
 def test_a_case_that_nobody_named_may_be_not_tested():

@@ -32,10 +32,10 @@ FIRST_RELEASES = {
     "mdr": "22 Jul 2025",
     "linear_history_classic": "2 Aug 2023",
     "mindlin_classic": "2 Aug 2023",
-    "heat radius": "29 Aug 2024",
-    "heat area": "29 Aug 2024",
+    "heat radius": "2 Aug 2023",
+    "heat area": "2 Aug 2023",
 }
-"""The first stable release that has one; of heat, that writes the temperatures beside it."""
+"""The first stable release that has one."""
 
 WALL_MODULI = "2 Aug 2023"
 """The first stable release whose walls take the moduli of a material: known defect

@@ -149,6 +149,17 @@ def test_a_release_without_a_submodel_says_which_one_has_it(lammps, monkeypatch)
     )
 
 
+def test_heat_is_refused_by_releases_without_its_submodels_alone(lammps, monkeypatch):
+    case = get_case("heat")
+    job = case.job(case.default)
+    monkeypatch.setattr(lammps, "identify", lambda: Provenance("lammps", "2 Aug 2023"))
+    assert lammps.refuses(job) == ""
+    monkeypatch.setattr(lammps, "identify", lambda: Provenance("lammps", "23 Jun 2022 - Update 4"))
+    assert lammps.refuses(job) == (
+        "LAMMPS 23 Jun 2022 - Update 4 has no heat radius: LAMMPS 2 Aug 2023 has it"
+    )
+
+
 def test_a_release_with_wrong_walls_is_not_tested_where_the_sphere_would_not_rest(
     lammps, monkeypatch
 ):

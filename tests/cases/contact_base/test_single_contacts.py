@@ -117,6 +117,31 @@ class Synchronized(Lammps):
         return replace(script, text=script.text.replace(pairs, f"{pairs} synchronized_verlet"))
 
 
+class WithoutTemperatures(Lammps):
+    """LAMMPS that reads temperatures as releases before 29 Aug 2024 have to: from a data file."""
+
+    @classmethod
+    def _render(cls, template, variant):
+        script = super()._render(template, variant)
+        assert script.text.count("$(version) < 20240829") == 1
+        return replace(script, text=script.text.replace("20240829", "99990101"))
+
+
+@pytest.mark.live
+@pytest.mark.usefixtures("lammps_here")
+@pytest.mark.parametrize("system", ["wall", "unequal spheres"])
+def test_temperatures_of_a_data_file_are_those_of_the_compute(lammps, system):
+    case = get_case("heat")
+    parameters = next(t for t in case.trials("default") if t.system == system).parameters
+    with WithoutTemperatures(workers=1) as older:
+        here, there = (one.run([case.job(parameters)])[0] for one in (lammps, older))
+    for name, values in here.tables["series"].items():
+        assert there.tables["series"][name] == pytest.approx(values, rel=1e-15), name
+    assert case.read(parameters, there, older.traits)["excess_ratio"] == pytest.approx(
+        case.expected(parameters, Rules())["excess_ratio"].value, rel=0.02
+    )
+
+
 @pytest.mark.live
 @pytest.mark.usefixtures("lammps_here")
 @pytest.mark.parametrize("submodel", [one.name for one in get_case("collision").submodels])

@@ -6,6 +6,7 @@ import pytest
 from harness.cases.incline.case import InclineCase
 from harness.cases.incline.runs import read
 from harness.cases.incline.system import job_of
+from harness.cases.registry import get_case
 from harness.engines.lammps.engine import Lammps
 from harness.engines.process import Limits
 from harness.engines.scripts import Script, Task
@@ -60,3 +61,16 @@ def test_committed_input_gives_the_same_in_every_release(release, lmp, inputs, c
     assert run.steps == reference.steps
     assert run.margin_J == pytest.approx(reference.margin_J, rel=1e-9)
     assert run.crests.margin_J == pytest.approx(reference.crests.margin_J, rel=1e-9)
+
+
+def test_heat_is_as_here_in_every_release_that_has_it(release, lmp):
+    greeting, old = release
+    case = get_case("heat")
+    job = case.job(case.default)
+    with Lammps(lmp=old, workers=1) as older, Lammps(lmp=lmp, workers=1) as here:
+        if greeting.startswith("23 Jun 2022"):
+            assert older.refuses(job).startswith(f"LAMMPS {greeting} has no heat radius")
+            return
+        outputs = [engine.run([job])[0] for engine in (older, here)]
+    one, other = (output.tables["series"]["temperature_K"] for output in outputs)
+    assert one == pytest.approx(other, rel=1e-12)
