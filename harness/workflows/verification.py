@@ -659,8 +659,7 @@ def _untested_cases(
     return tuple(
         case.name
         for case in chosen
-        if case.name in untested
-        and (case.name in words or case.group in words - tested)
+        if case.name in untested and (case.name in words or case.group in words - tested)
     )
 
 
