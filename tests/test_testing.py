@@ -32,19 +32,9 @@ def changed(output, **columns):
     return replace(output, tables=tables)
 
 
-class Reordered(Fault):
-    def run(self, jobs):
-        return super().run(jobs)[::-1]
-
-
 class MixedUp(Fault):
     def outcomes(self, jobs):
         yield from enumerate(self.run(jobs)[::-1])
-
-
-class Twice(Fault):
-    def outcomes(self, jobs):
-        yield from ((0, outcome) for outcome in self.run(jobs))
 
 
 class Hanging(Fault):
@@ -57,11 +47,6 @@ class Dying(Fault):
         os.kill(os.getpid(), signal.SIGSEGV)
 
 
-class Leaving(Fault):
-    def run(self, jobs):  # noqa: ARG002
-        os._exit(3)
-
-
 class Raising(Fault):
     def run(self, jobs):
         return [1.0 / 0.0 for _ in jobs]
@@ -70,11 +55,6 @@ class Raising(Fault):
 class Short(Fault):
     def run(self, jobs):
         return super().run(jobs)[:-1]
-
-
-class Failing(Fault):
-    def run(self, jobs):
-        return [EngineCrashError("no") for _ in jobs]
 
 
 class NotANumber(Fault):
@@ -92,16 +72,6 @@ class Sparse(Fault):
 class Millimetres(Fault):
     def run(self, jobs):
         return [changed(o, y_m=lambda y: 1e3 * y) for o in super().run(jobs)]
-
-
-class Milliseconds(Fault):
-    def run(self, jobs):
-        return [changed(o, time_s=lambda t: 1e3 * t) for o in super().run(jobs)]
-
-
-class Upward(Fault):
-    def run(self, jobs):
-        return [changed(o, vy_m_per_s=np.negative) for o in super().run(jobs)]
 
 
 class Liar(Fault):
@@ -124,26 +94,11 @@ class Unnamed(Fault):
         return replace(super().identify(), engine="another")
 
 
-class Colourful(Fault):
-    def identify(self):
-        return replace(super().identify(), engine_version="\033[31m1")
-
-
 class Restless(Fault):
     starts = count()
 
     def fingerprint(self):
         return {"made": next(self.starts)}
-
-
-class Unreadable(Fault):
-    def fingerprint(self):
-        return {"files": {1, 2}}
-
-
-class Blank(Fault):
-    def fingerprint(self):
-        return {}
 
 
 class Drifting(Fault):
@@ -178,14 +133,6 @@ class Clipping(Fault):
         return "" if self.states(job.template) else super().refuses(job)
 
 
-class Wordy(Fault):
-    traits = replace(Twin.traits, frictionless=frictionless(tail="clipped"))
-
-    def refuses(self, job):
-        reason = super().refuses(job)
-        return reason and f"it cannot:\n{reason}"
-
-
 class Gullible(Fault):
     """It takes a speed that is no number for none."""
 
@@ -211,13 +158,6 @@ class Contagious(Fault):
 class Light(Fault):
     def __init__(self):
         super().__init__(lambda v: {**v, "gravity": 0.99 * v.get("gravity", 0.0)})
-
-
-class Halved(Fault):
-    """It takes m/2 for the effective mass, and says that it takes m."""
-
-    def __init__(self):
-        super().__init__(lambda values: {**values, "effective_mass": "half"})
 
 
 class Steeper(Fault):
@@ -284,35 +224,24 @@ class Undying(Executable):
 FAULTS = [
     (Hanging, "a_run_returns", "did not return within"),
     (Dying, "a_run_returns", "died: SIGSEGV"),
-    (Leaving, "a_run_returns", "died: exit status 3"),
     (Raising, "a_run_returns", "ZeroDivisionError"),
     (Short, "a_run_returns", "returned a list|returned 0 outcomes"),
-    (Failing, "a_run_returns", "a good run failed"),
     (Unnamed, "it_says_who_it_is", "'another'"),
     (Liar, "it_says_who_it_is", "an output is of fault 9.9"),
     (Fickle, "it_says_who_it_is", "asked again"),
-    (Colourful, "it_says_who_it_is", "control characters"),
     (Unruled, "its_traits_are_sound", "the best one"),
     (Restless, "its_fingerprint_may_be_cached_under", "is another"),
-    (Unreadable, "its_fingerprint_may_be_cached_under", "JSON"),
-    (Blank, "its_fingerprint_may_be_cached_under", "empty"),
     (Drifting, "its_fingerprint_may_be_cached_under", "repeated"),
     (Agreeable, "it_refuses_what_it_cannot_state", "nobody wrote"),
     (Clipping, "it_refuses_what_it_cannot_state", "does not refuse 'drop' with tail"),
-    (Wordy, "it_refuses_what_it_cannot_state", "more than one line"),
     (Gullible, "bad_values_are_refused_or_a_row", "gave a motion of finite numbers"),
     (Contagious, "bad_values_are_refused_or_a_row", "took a good one along"),
-    (Reordered, "outcomes_are_in_order", "starts with"),
     (MixedUp, "outcomes_are_in_order", "starts with"),
-    (Twice, "outcomes_are_in_order", "the places"),
     (Remembering, "a_batch_is_its_runs", "'y_m'"),
     (NotANumber, "values_are_numbers", "'vx_m_per_s'"),
     (Sparse, "values_are_numbers", "samples|rows of a series"),
     (Millimetres, "units_are_those_of_a_free_flight", "^y_m of a free particle"),
-    (Milliseconds, "units_are_those_of_a_free_flight", "^time_s of a free particle|times"),
-    (Upward, "units_are_those_of_a_free_flight", "^vy_m_per_s of a free particle"),
     (Light, "it_qualifies_by_drops", "fall"),
-    (Halved, "it_qualifies_by_drops", "restitution"),
     (Clinging, "it_qualifies_by_drops", "restitution"),
     (Steeper, "an_incline_stops_and_slides", "margin|must be"),
     (Damped, "a_tower_is_the_exact_one", "impulse|peak force"),

@@ -8,7 +8,6 @@ import pytest
 
 from harness.cases.contact.motion import NEUTRAL, TEMPLATE
 from harness.cases.drop.case import CASE
-from harness.cases.qualification import qualify
 from harness.engines.border import ReadValues
 from harness.engines.contract import Engine, Job, Output
 from harness.engines.programs import ScriptedEngine
@@ -89,25 +88,6 @@ def test_what_is_no_outcome_is_an_error_of_each_job_that_names_the_package(run, 
         assert str(error).startswith("engine 'plugin' of package 'tests': ")
         assert said in str(error)
         assert "\n" not in str(error)
-
-
-def test_a_traceback_is_in_the_log():
-    (error,) = Plugin(divided).run([JOB])
-    assert "in divided" in error.log
-
-
-def test_it_is_a_failed_row_of_the_qualification_that_says_so():
-    found = qualify(Plugin(lambda _: []))
-    assert not found.holds
-    assert all(check.engine_died for check in found.checks)
-    assert "engine 'plugin' of package 'tests': run returned 0 outcomes" in found.failures
-
-
-def test_a_column_that_is_missing_is_named_with_those_that_are_there():
-    with Plugin(lambda jobs: [output(table()) for _ in jobs]) as engine:
-        found = qualify(engine)
-    assert not found.holds
-    assert "run must return them in tables['series'], which has step, x_m" in found.failures
 
 
 def test_errors_and_refusals_of_an_engine_pass_as_they_are():

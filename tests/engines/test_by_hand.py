@@ -3,9 +3,7 @@
 import ast
 import json
 import math
-import os
 import re
-import shutil
 import subprocess
 import sys
 import types
@@ -17,22 +15,16 @@ from harness.cases.drop.case import Drop
 from harness.cases.incline.system import TEMPLATE as INCLINE
 from harness.cases.incline.system import Incline, scene_of, values_of
 from harness.cases.tower.system import TEMPLATE as TOWER
-from harness.engines.liggghts.engine import ALONE
 from harness.engines.output import read_dump
 from harness.engines.registry import engine_class
 from harness.engines.scripts import SCENE_ALLOWED
 from harness.errors import RequestError
-from harness.parameters.law import PLASTIC, Contact
+from harness.parameters.law import Contact
 from harness.parameters.tower import Tower
 
 TEMPLATES = (INCLINE, TOWER, DROP)
 DECLARED = {"incline": (Incline, Contact), "tower": (Tower, Contact), "drop": (Drop, Contact)}
 PYTHON = ("yade", "kratos")
-COMMANDS = {
-    "liggghts": (["liggghts", "-in"], ["-var", "step", "0"]),
-    "yade": (["yade", "-n", "-x"], ["step=0"]),
-    "kratos": ([sys.executable], ["step=0"]),
-}
 
 
 def beyond(one):
@@ -196,39 +188,3 @@ def test_scripts_of_scenes_draw_the_line_of_the_step_where_the_harness_does(engi
     # it is checked before there is a model: a code may wait for its workers for ever
     makes = {"yade": "O.reset()", "kratos": " Spheres(p)"}[engine]
     assert script.text.index("Watch(p") < script.text.index(makes)
-
-
-def test_no_speed_of_an_incline_presses_a_contact_in_by_more_than_a_diameter():
-    case = Incline(contact=PLASTIC, steps_per_contact=1000.0)
-    softest = 100.0 * case.mass * case.gravity / case.diameter
-    with pytest.raises(RequestError, match=r"^stiffness = .* too soft"):
-        case.replace(stiffness=softest * (1.0 - 1e-6))
-    case = case.replace(stiffness=softest)
-    speed = INCLINE.allowed["speed"].bounds["maximum"] * math.sqrt(case.gravity * case.diameter)
-    assert speed * math.sqrt(case.mass / case.stiffness) == pytest.approx(case.diameter)
-
-
-@pytest.mark.live
-@pytest.mark.parametrize("name", COMMANDS)
-def test_other_codes_end_with_the_same_words(tmp_path, name):
-    command, words = COMMANDS[name]
-    if shutil.which(command[0]) is None:
-        pytest.skip(f"no {command[0]} on PATH")
-    if name == "kratos":
-        pytest.importorskip("KratosMultiphysics.DEMApplication")
-    script = _script(name, INCLINE)
-    (tmp_path / script.name).write_text(script.text)
-    done = subprocess.run(
-        [*command, script.name, *words],
-        cwd=tmp_path,
-        env={**os.environ, **ALONE},
-        capture_output=True,
-        text=True,
-        errors="replace",  # LIGGGHTS prints memory that it did not set
-        check=False,
-    )
-    asked, value = words[-1].partition("=")[::2] if "=" in words[-1] else words[-2:]
-    one = allowed_in(name, INCLINE)[asked]
-    told = f"ERROR: {asked} = {value}{one.unit and ' '}{one.unit}: {one.text}"
-    assert told in done.stdout + done.stderr
-    assert done.returncode != 0

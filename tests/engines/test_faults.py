@@ -4,7 +4,6 @@ import os
 import sys
 import time
 from contextlib import ExitStack
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -101,14 +100,6 @@ for code in LANGUAGE:
     ]
 
 
-def test_runs_of_one_process_that_are_expected_to_be_long_have_more_time(play):
-    engine = play("lammps", "hang", seconds=0.5)
-    job = replace(job_of(BAD), seconds=0.05)
-    outcomes = engine.run([job, job])
-    assert {type(outcome) for outcome in outcomes} == {EngineTimeoutError}
-    assert "within 1 s" in str(outcomes[0])  # ten times that of both
-
-
 @pytest.mark.parametrize(
     ("code", "mode", "limits", "error", "words"),
     [
@@ -181,12 +172,6 @@ def test_a_closed_engine_runs_nothing_and_leaves_no_folder(play, tmp_path, monke
     assert isinstance(error, EngineCrashError)
     assert "closed" in str(error)
     assert list(folder.iterdir()) == []
-
-
-@pytest.mark.parametrize("code", CODES)
-def test_a_run_that_fits_into_its_memory_is_not_stopped(play, code):
-    (run,) = run_drops(play(code, "exceed memory", memory=8 * GIGABYTE), [BAD])
-    assert isinstance(run, DropRun)
 
 
 @pytest.mark.parametrize("code", CODES)
@@ -265,12 +250,3 @@ def test_liggghts_without_the_model_is_refused_with_the_model_named(script_file)
         pytest.raises(EngineMissingError, match="without the contact model hooke/stiffness"),
     ):
         engine.identify()
-
-
-def test_logs_of_liggghts_leave_out_what_is_said_of_every_stretch(tmp_path):
-    stretch = "    Step \n      50 \n     100 \nLoop time of 1e-05 on 1 procs for 50 steps\n"
-    (tmp_path / "0.log").write_text(f"RESULT a = 1\n{stretch * 12}RESULT b = 2\n")
-    engine = engine_class("liggghts")(program=sys.executable)
-    assert engine.log_of(tmp_path, 0).count("for 50 steps") == 0
-    assert "RESULT a = 1" in engine.log_of(tmp_path, 0)
-    assert "RESULT b = 2" in engine.log_of(tmp_path, 0)

@@ -1,6 +1,5 @@
 """What runs of other codes are kept under: a changed installation is another one."""
 
-import os
 import shutil
 import sys
 from pathlib import Path
@@ -87,22 +86,3 @@ def test_an_integrator_that_no_job_states_is_another_engine(
 def test_of_a_wrapper_nothing_is_kept(script_file, kind):
     """It hides the program that it runs."""
     assert kind.fingerprint_of(program=script_file('exec true "$@"\n')) is None
-
-
-@pytest.mark.parametrize(
-    ("words", "seconds"),
-    [(["/nowhere/program"], 5.0), ([sys.executable, "-c", "import time; time.sleep(60)"], 0.1)],
-)
-def test_a_program_that_cannot_be_started_or_takes_too_long_says_nothing(words, seconds):
-    assert programs.ask_program(words, seconds) is None
-
-
-def test_a_program_is_asked_without_input_and_what_it_says_is_read_whatever_its_bytes():
-    code = "import os, sys; os.write(1, b'/lib\\xff' + sys.stdin.read().encode()); sys.exit(3)"
-    done = programs.ask_program([sys.executable, "-c", code], 60.0)
-    assert done is not None
-    assert (os.fsencode(done.stdout), done.returncode) == (b"/lib\xff", 3)
-
-
-def test_of_a_python_that_cannot_be_started_no_file_is_known(tmp_path):
-    assert Kratos.installed_files(tmp_path / "no-such-python") == []

@@ -11,9 +11,6 @@ import pytest
 from harness.engines.process import (
     Limits,
     Processes,
-    death,
-    first_words,
-    last_words,
     text_of,
 )
 from harness.engines.registry import _limits as limits_in
@@ -40,28 +37,6 @@ def python(tmp_path):
 
     yield run
     processes.close()
-
-
-def test_a_working_directory_that_is_gone_costs_no_words(python, tmp_path, monkeypatch, capfd):
-    gone = tmp_path / "gone"
-    gone.mkdir()
-    monkeypatch.chdir(gone)
-    gone.rmdir()
-    assert python("print('hello')").said == "hello\n"
-    assert capfd.readouterr() == ("", "")
-
-
-def test_the_frame_of_a_launcher_says_nothing():
-    said = "-----\nmpirun has detected an attempt to run as root.\n\nDo not.\n=====\n"
-    assert first_words(said) == " (it says: mpirun has detected an attempt to run as root.)"
-    assert last_words(said) == " (its last line: Do not.)"
-    assert first_words("-----\n") == ""
-
-
-def test_a_limit_on_files_is_the_one_in_force(monkeypatch):
-    monkeypatch.setattr("resource.getrlimit", lambda _: (4096, 8192))
-    error = death("it", -signal.SIGXFSZ, "")
-    assert str(error) == "it wrote a file of more than 4096 bytes"
 
 
 def test_what_it_says_is_kept_and_a_good_end_is_no_error(python):
@@ -129,12 +104,6 @@ def test_a_program_that_goes_on_has_its_time_for_each_step(tmp_path):
     assert time.monotonic() - start < 10.0
 
 
-def test_of_a_flood_of_words_the_last_are_kept(python):
-    ended = python("print('x' * 10_000_000); print('the end')")
-    assert len(ended.said) == 4000
-    assert ended.said.endswith("the end\n")
-
-
 def _gone(pid):
     for _ in range(100):
         try:
@@ -173,27 +142,6 @@ def test_a_program_and_its_children_end_with_the_harness(tmp_path, number, kill)
     kill(harness.pid, number)
     assert harness.wait(10.0) == -number
     assert all(_gone(pid) for pid in pids)
-
-
-def test_children_do_not_outlive_a_program_that_ended_well(python, tmp_path):
-    ended = python(PARENT)
-    assert ended.code == 0
-    assert all(_gone(pid) for pid in _told(tmp_path / "said"))
-
-
-def test_a_lower_limit_of_the_batch_system_holds(tmp_path):
-    source = (
-        "from pathlib import Path; from harness.engines.process import Processes; "
-        f"ended = Processes().run(['sh', '-c', 'ulimit -v'], Path({str(tmp_path)!r}), "
-        "seconds=9.0, memory=4 * 1024**3); print(ended.code, ended.said)"
-    )
-    said = subprocess.run(
-        ["sh", "-c", 'ulimit -v 2000000 && exec "$@"', "sh", sys.executable, "-c", source],
-        capture_output=True,
-        text=True,
-        check=True,
-    )
-    assert said.stdout.split() == ["0", "2000000"]
 
 
 def test_a_program_that_floods_is_stopped_and_nothing_too_long_is_read(

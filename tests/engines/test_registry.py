@@ -3,11 +3,7 @@ from importlib.metadata import EntryPoint
 
 import pytest
 
-from harness import workflows
-from harness.cli.cases import engines
-from harness.cli.engine_options import WhereOptions
 from harness.engines import registry
-from harness.engines.contract import Engine, Template
 from harness.engines.lammps.engine import Lammps
 from harness.engines.process import Limits
 from harness.engines.registry import (
@@ -82,12 +78,6 @@ def test_unknown_engine_is_named_with_those_that_exist():
         open_engine("granoo")
 
 
-def test_lammps_is_known_and_opens_without_starting_anything():
-    assert "lammps" in ENGINES
-    with open_engine("lammps") as engine:
-        assert engine.name == "lammps"
-
-
 @pytest.mark.parametrize(
     ("options", "message"),
     [
@@ -135,11 +125,6 @@ def test_options_are_read_as_the_engine_declares_them():
         assert (engine.workers, engine.limits.seconds) == (2, 7.5)
 
 
-def test_programs_of_other_engines_are_left_to_them():
-    with open_engine("lammps", programs={"yade": "/no/such/yade"}) as engine:
-        assert isinstance(engine, Lammps)
-
-
 def test_an_engine_of_another_package_opens_by_its_name_with_its_options(plugins):
     plugins(Point("mine", "mine:Mine", "mine-dem"))
     assert engine_names() == [*ENGINES, "mine"]
@@ -184,14 +169,6 @@ def test_an_engine_with_the_name_of_another_is_left_out_and_named(plugins):
     assert not any("\n" in text for text in texts)
 
 
-def test_the_list_of_engines_names_those_that_are_left_out(plugins, monkeypatch, capsys):
-    plugins(Point("yade", "mine:Mine", "thief"))
-    monkeypatch.setattr(workflows, "engines", lambda **_: [])
-    engines(WhereOptions(), json=True)
-    (fault,) = refused_plugins()
-    assert capsys.readouterr().err == f"dem-harness: {fault}\n"
-
-
 def test_a_class_is_an_engine_for_a_try(plugins, tmp_path, monkeypatch):
     plugins()
     assert engine_class("mine:Mine").name == "mine"
@@ -202,10 +179,3 @@ def test_a_class_is_an_engine_for_a_try(plugins, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path / "here")
     monkeypatch.setattr(sys, "path", [p for p in sys.path if p not in ("", str(tmp_path))])
     assert engine_class("own_engine:Mine").__module__ == "own_engine"
-
-
-def test_inputs_of_templates_need_no_engine_here():
-    template = Template("drop", {"": {}})
-    assert issubclass(engine_class("lammps"), Engine)
-    assert Lammps.inputs([Template("no such case", {"": {}})]) == {}
-    assert Lammps.states(template)

@@ -224,15 +224,6 @@ def test_a_tower_is_read_with_the_forces_of_its_contacts(recorded, code):
     assert force_difference(run) < (np.pi * TOWER.omega * timing.step) ** 2
 
 
-def test_every_crest_of_a_steady_run_is_kept(recorded):
-    case = RECORDED["yade"][0].replace(angle=20.0, wells=3)
-    run = inclines.read(case, "steady", recorded("yade", "steady"))
-    assert run.motion is Motion.MOVES_ON
-    assert run.trajectory is None
-    assert run.crests.time_s.shape == (3,)
-    assert np.all(np.diff(run.crests.time_s) > 0.0)
-
-
 def test_the_rounding_of_places_is_no_contact(recorded, monkeypatch):
     """Forces of two roundings of a place count as none; one contact that presses is still there."""
     # spheres that rest in spite of gravity: these samples are not to be held against each other
@@ -317,10 +308,3 @@ def test_a_wrong_row_of_a_passage_is_named(recorded, row, error):
 
     with pytest.raises(error):
         read()
-
-
-@READ
-def test_a_log_without_a_verdict_is_that_of_a_run_that_did_not_finish(recorded, code):
-    log = recorded(code, "incline").log
-    assert finished(log)
-    assert not finished(log[: log.index("RESULT verdict")])

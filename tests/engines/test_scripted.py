@@ -3,7 +3,6 @@
 import signal
 import subprocess
 import sys
-import time
 from typing import ClassVar
 
 import pytest
@@ -14,10 +13,7 @@ from harness.engines.process import Limits
 from harness.engines.programs import ScriptedEngine, fresh_folder
 from harness.engines.traits import CLIPPED_ALONE, Traits
 from harness.errors import (
-    EngineCrashError,
-    EngineMissingError,
     EngineOutputError,
-    EngineTimeoutError,
     RequestError,
 )
 from harness.files import PREFIX
@@ -135,13 +131,6 @@ def test_a_sampled_job_sets_the_switches_that_the_script_has(toy):
     assert output.table(("time_s", "x_m"), 2)["x_m"].tolist() == [2.0, 2.0]
 
 
-def test_what_cannot_be_read_costs_only_its_job(toy):
-    bad, good = toy.run([job(mode="empty", sampled=True), job(sampled=True)])
-    assert type(bad) is EngineOutputError
-    assert "Toy left a series without rows" in str(bad)
-    assert isinstance(good, Output)
-
-
 def test_logs_are_headed_by_the_command_and_the_script(toy):
     (good,), (bad,) = toy.run([job()]), toy.run([job(mode="raise")])
     for log, mode in ((good.log, "well"), (bad.log, "raise"), (toy.logs()["ball.py"], "well")):
@@ -149,16 +138,6 @@ def test_logs_are_headed_by_the_command_and_the_script(toy):
         assert head.endswith(f" ball.py size=2.0 mode={mode}")
         assert digest.endswith(toy.script(BALL).sha256)
     assert "ValueError: no size at all" in bad.log
-
-
-def test_a_hang_does_not_cost_the_limit_for_each_job():
-    start = time.monotonic()
-    with Toy(workers=1, limits=Limits(seconds=1.0)) as toy:
-        outputs = toy.run([job(), *[job(mode="hang")] * 20])
-    assert isinstance(outputs[0], Output)
-    assert {type(output) for output in outputs[1:]} == {EngineTimeoutError}
-    assert len({id(output) for output in outputs}) == 21
-    assert time.monotonic() - start < 10.0
 
 
 @pytest.mark.parametrize(
@@ -196,15 +175,6 @@ def test_variants_are_scripts_of_their_own_or_values_of_the_main_one(toy):
         Toy.script(BALL, "bog")
 
 
-def test_a_template_that_the_engine_lacks_is_refused():
-    other = Template("square", {"": {}})
-    assert Toy.states(BALL)
-    assert not Toy.states(other)
-    assert Toy.inputs([other]) == {}
-    with Toy() as toy, pytest.raises(RequestError, match="it has no template 'square'"):
-        toy.run([Job(other, {})])
-
-
 def test_templates_of_another_package_lie_there_by_the_name_of_the_engine(tmp_path, monkeypatch):
     package = tmp_path / "elsewhere" / "rolling_case"
     (package / "templates" / "toy").mkdir(parents=True)
@@ -223,16 +193,6 @@ def test_a_template_of_the_same_name_with_other_defaults_is_rendered_anew():
     other = Template("ball", {"": {"size": 7.0, "mode": "well"}})
     assert '"size": 1.0' in Toy.script(BALL).text
     assert '"size": 7.0' in Toy.script(other).text
-
-
-def test_a_closed_engine_starts_nothing_and_leaves_nothing(toy, tmp_path, monkeypatch):
-    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
-    toy.run([job()])
-    toy.close()
-    assert not list(tmp_path.glob(f"{PREFIX}*"))
-    (error,) = toy.run([job()])
-    assert type(error) is EngineCrashError
-    assert str(error) == "Toy was closed"
 
 
 KILLED = """
@@ -265,20 +225,3 @@ def test_what_is_too_long_to_be_read_costs_only_its_own_run(toy, monkeypatch, wh
     assert type(bad) is EngineOutputError
     assert "102400" in str(bad)
     assert isinstance(good, Output)
-
-
-def test_a_program_that_is_missing_is_named_with_the_option_or_the_remedy(monkeypatch):
-    with pytest.raises(RequestError, match=r"^--program toy='/no/such/toy': no such executable"):
-        Toy("/no/such/toy")
-    monkeypatch.setattr(Toy, "programs", ("no-such-toy", "nor-this"))
-    with pytest.raises(EngineMissingError, match="no no-such-toy or nor-this on PATH; to get it"):
-        Toy()
-
-
-def test_a_program_is_told_by_its_content_where_it_is_all_there_is(monkeypatch):
-    assert Toy.fingerprint_of(program="env") is None
-    monkeypatch.setattr(Toy, "self_contained", True)
-    found = Toy.fingerprint_of(program="env")
-    assert found["engine"] == "toy"
-    assert any("libc" in name for name in found["files"])
-    assert Toy("env").fingerprint() == found

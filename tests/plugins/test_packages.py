@@ -90,15 +90,3 @@ def test_the_engine_is_verified_beside_lammps_and_appears_in_the_report(harness,
     page = (tmp_path / "report" / "report.html").read_text(encoding="utf-8")
     assert "small-dem" in page
     assert "ball-on-sphere" in page
-
-
-def test_the_engine_has_a_baseline_of_its_own(harness, tmp_path):
-    accept = ("baseline", "accept", "--level", "quick", "--engine", "small-dem", "--yes")
-    status, _ = harness(*accept, "--baseline", "own")
-    assert status == 0
-    assert (tmp_path / "own" / "small-dem.csv").is_file()
-    status, found = harness(
-        "baseline", "compare", "--level", "quick", "--engine", "small-dem", "--baseline", "own"
-    )
-    assert status == 0
-    assert {check["verdict"] for check in found["checks"]} == {"pass"}

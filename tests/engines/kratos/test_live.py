@@ -1,6 +1,5 @@
 """Kratos itself: the drops, the reference DEM's paths and angles, the known traps."""
 
-import json
 import math
 import subprocess
 import sys
@@ -11,10 +10,9 @@ import pytest
 
 from harness.cases.drop import case as drops
 from harness.cases.incline.runs import run_inclines
-from harness.cases.incline.system import TEMPLATE, Incline, Motion, job_of, scene_of, values_of
+from harness.cases.incline.system import Incline, Motion, scene_of, values_of
 from harness.cases.qualification import qualify
 from harness.engines.kratos.engine import REFERENCE, Kratos
-from harness.engines.output import read_csv
 from harness.engines.reference import Reference
 from harness.parameters.law import CLIPPED, PLASTIC
 
@@ -59,54 +57,6 @@ def test_the_path_is_the_reference_s_step_by_step(engines, scheme, route, contac
         np.testing.assert_allclose(values, expected_values, rtol=0, atol=rounding, err_msg=name)
 
 
-@pytest.mark.slow
-@pytest.mark.usefixtures("kratos_here")
-def test_the_script_alone_does_what_the_engine_does(tmp_path):
-    case = Incline(contact=PLASTIC, stiffness=1e5, steps_per_contact=50.0, angle=9.0)
-    with Kratos() as engine:
-        (run,) = run_inclines(engine, [case], "steady", every=50)
-        task = engine.task(job_of(case, "steady", 50))
-    (tmp_path / task.script.name).write_text(task.script.text, encoding="utf-8")
-    (tmp_path / "runs.json").write_text(json.dumps([task.values]), encoding="utf-8")
-    done = subprocess.run(
-        [sys.executable, task.script.name, "runs.json"],
-        cwd=tmp_path,
-        capture_output=True,
-        text=True,
-        check=True,
-    )
-    assert run.motion is Motion.TRAPPED
-    assert f"RESULT steps = {run.steps}\n" in done.stdout
-    assert "RESULT verdict = finished\n" in done.stdout
-    table = read_csv((tmp_path / "incline.csv").read_text(encoding="utf-8"), "Kratos")
-    np.testing.assert_array_equal(table["x_m"], run.trajectory.x_m)
-
-
-@pytest.mark.parametrize(
-    ("word", "said"),
-    [
-        ("angle=9", "angle: no such parameter; there are x, y,"),
-        ("step=nine", "step = nine: must be a number"),
-        ("vx=1;2", "vx = 1;2: must be a list"),
-        ("steps=0", "steps = 0: must be a whole number, greater than or equal to 1"),
-        ("step=1", "step = 1.0 s: must be less than "),
-    ],
-)
-def test_the_script_names_a_wrong_parameter(kratos_here, tmp_path, word, said):  # noqa: ARG001
-    script = Kratos.script(TEMPLATE)
-    (tmp_path / script.name).write_text(script.text, encoding="utf-8")
-    done = subprocess.run(
-        [sys.executable, script.name, word],
-        cwd=tmp_path,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 1
-    assert said in done.stderr
-    assert "Traceback" not in done.stderr
-
-
 class Changed(Kratos):
     """Kratos with other parameters than the harness gives it: how users fall into its traps."""
 
@@ -133,13 +83,6 @@ def test_contacts_found_late_are_caught():
     """
     naive = Changed(lambda _: {"search_tolerance_against_walls": 0.0, "search_every": 40})
     assert "contact found within two steps" in failures(naive)
-
-
-@pytest.mark.slow
-@pytest.mark.usefixtures("kratos_here")
-def test_with_the_tolerance_against_walls_the_same_searches_are_in_time():
-    with Changed(lambda _: {"search_every": 40}) as engine:
-        assert qualify(engine).holds
 
 
 @pytest.mark.slow

@@ -13,8 +13,7 @@ from harness.engines.process import Limits
 from harness.engines.scripts import Script, Task
 from harness.errors import EngineError, EngineMissingError
 from harness.observables.provenance import Provenance
-from harness.parameters.law import CLIPPED, CONTACTS, PLASTIC, SOURCE
-from harness.theory.contact import restitution_clipped
+from harness.parameters.law import CONTACTS, PLASTIC, SOURCE
 from harness.theory.incline import critical_angle, energies, passage_margin, well_depth
 
 pytestmark = [pytest.mark.live, pytest.mark.usefixtures("lammps_here")]
@@ -65,14 +64,6 @@ def test_in_process_and_executable_agree_bitwise(lammps, executable, route):
         assert a.provenance.script_sha256 == b.provenance.script_sha256
 
 
-def test_grain_moves_on_above_the_critical_angle_and_is_trapped_below(lammps):
-    runs = measured(lammps, CASES, "steady")
-    assert [run.motion for run in runs] == [Motion.TRAPPED] * 3 + [Motion.MOVES_ON] * 3
-    assert all(len(run.crests.time_s) == run.case.wells for run in runs[3:])
-    assert all(0 < len(run.crests.time_s) < run.case.wells for run in runs[:3])
-    assert all(run.margin_J < 0 for run in runs[:3])
-
-
 def test_crest_energies_follow_the_recursion_of_the_theory(lammps):
     (run,) = measured(
         lammps, [Incline(angle=10.6, contact=PLASTIC, steps_per_contact=200)], "steady"
@@ -112,15 +103,6 @@ def test_clipping_the_tail_of_the_source_contact_raises_the_angle(lammps):
     assert raised.value_deg == pytest.approx(10.218, abs=2e-3)
 
 
-def test_restitution_zero_runs_as_critical_damping(lammps):
-    (run,) = measured(lammps, [Incline(contact=CLIPPED)], "passage")
-    assert math.isfinite(run.margin_J)
-    by_ratio = CLIPPED.replace(restitution=None, damping_ratio=1.0)
-    (same,) = measured(lammps, [Incline(contact=by_ratio)], "passage")
-    assert same.margin_J == pytest.approx(run.margin_J, rel=1e-12)
-    assert restitution_clipped(CLIPPED.zeta) > 0
-
-
 def test_half_the_effective_mass_is_less_damping(lammps):
     half = SOURCE.replace(effective_mass="half")
     full = SOURCE.replace(restitution=None, damping_ratio=SOURCE.zeta / math.sqrt(2))
@@ -145,13 +127,6 @@ def test_row_length_does_not_matter(lammps):
     # positions are wrapped elsewhere: round-off decides in which step a contact breaks
     assert ratio(other) == pytest.approx(ratio(one), abs=5e-6)
     assert other.motion is one.motion
-
-
-def test_phase_shifts_the_start_and_hardly_the_margin(lammps):
-    shifted = [EARTH.replace(phase=phase) for phase in (0.0, 0.25, 0.5, 0.75)]
-    margins = [ratio(run) for run in measured(lammps, shifted, "passage")]
-    assert len(set(margins)) == 4
-    assert np.ptp(margins) < 1e-4
 
 
 def test_time_limit_leaves_a_run_undecided_not_trapped(lammps):
@@ -190,15 +165,6 @@ def test_trajectory_stays_on_the_row_and_keeps_its_energy(lammps):
     (silent,) = run_inclines(lammps, [case], "steady")
     assert silent.margin_J == run.margin_J
     assert silent.trajectory is None
-
-
-def test_result_names_release_packages_script_and_how(lammps, executable):
-    (one,), (other,) = (measured(engine, [EARTH], "passage") for engine in (lammps, executable))
-    assert (one.provenance.how, other.provenance.how) == ("in-process", "executable")
-    assert one.provenance.engine_version == other.provenance.engine_version
-    assert "GRANULAR" in one.provenance.packages
-    assert one.provenance.script_sha256 == Lammps.script(TEMPLATE, "source").sha256
-    assert one.case is EARTH
 
 
 def test_variables_on_the_command_line_override_the_script(lmp, lammps, tmp_path, inputs):

@@ -2,16 +2,13 @@ import os
 import shutil
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
 
-from harness.engines.contract import Engine
 from harness.engines.lammps.engine import Lammps
 from harness.engines.lammps.releases import fingerprint
 from harness.engines.programs import digest
 from harness.engines.registry import fingerprint_of
-from harness.errors import RequestError
 
 
 @pytest.fixture
@@ -49,21 +46,6 @@ def test_the_environment_of_the_loader_counts(program, monkeypatch):
     assert fingerprint(str(program)) != first
 
 
-def test_a_wrapper_script_hides_what_it_runs(script_file):
-    assert fingerprint(script_file('exec /opt/lammps/lmp "$@"\n')) is None
-
-
-def test_a_program_that_is_not_there_is_a_wrong_request():
-    with pytest.raises(RequestError, match=r"--lmp '/no/such/lmp'"):
-        fingerprint("/no/such/lmp")
-    with pytest.raises(RequestError, match=r"--mpirun 'no-such-mpirun'"):
-        fingerprint("sh", "no-such-mpirun -np 2")
-
-
-def test_an_engine_that_is_not_known_by_its_content_has_none():
-    assert Engine.fingerprint_of() is None
-
-
 def test_the_twin_of_the_library_counts_and_an_executable_has_none(program):
     assert Lammps.twin_options() == {"lmp": "lmp"}
     assert Lammps.twin_options(lmp=str(program)) is None
@@ -86,12 +68,6 @@ def test_the_library_of_this_environment_is_told_without_loading_it():
         [sys.executable, "-c", script], capture_output=True, text=True, check=True
     )
     assert done.stdout == "[]\n"
-
-
-def test_the_script_of_the_wheel_is_told_by_the_program_behind_it(lmp):
-    if Path(lmp).resolve().read_bytes()[:2] != b"#!":
-        pytest.skip(f"{lmp} is a program of its own")
-    assert any("liblammps" in name for name in fingerprint(lmp)["files"])
 
 
 @pytest.mark.usefixtures("lammps_here")

@@ -10,7 +10,7 @@ from harness.engines.lammps.releases import (
     install,
     is_release,
 )
-from harness.engines.process import drop, environments_folder
+from harness.engines.process import drop
 from harness.errors import EngineMissingError, EngineTimeoutError, RequestError
 
 
@@ -101,11 +101,6 @@ def test_neither_a_release_nor_a_program(tmp_path):
     with pytest.raises(RequestError, match=r"release 'lammps-nine': must be a release"):
         executable_of("lammps-nine", tmp_path)
     assert executable_of("sh", tmp_path) == "sh"
-
-
-def test_environments_are_in_the_cache_folder(monkeypatch, tmp_path):
-    monkeypatch.setenv("DEM_HARNESS_HOME", str(tmp_path))
-    assert environments_folder() == tmp_path / "cache" / "releases"
 
 
 def test_an_environment_in_use_is_not_dropped(calls, tmp_path):

@@ -18,21 +18,6 @@ SCRIPTS = [
     for variant in template.variants
 ]
 BY_NAME = pytest.mark.parametrize("script", SCRIPTS, ids=lambda s: s.name)
-INCLINES = pytest.mark.parametrize(
-    "script", [s for s in SCRIPTS if s.name.startswith("incline")], ids=lambda s: s.name
-)
-DROP_OVERRIDES = {
-    *("stiffness", "steps_per_contact", "gravity", "diameter", "density", "gap", "speed"),
-    *("sideways", "damping", "restitution", "damping_ratio", "effective_mass", "tail", "steps"),
-}
-TOWER_OVERRIDES = {
-    *("height", "base", "gravity", "start", "speed", "stiffness", "restitution"),
-    *("steps_per_contact", "mass", "diameter", "law", "everyone", "duration"),
-}
-OVERRIDES = {
-    *("angle", "stiffness", "restitution", "steps_per_contact", "gravity", "diameter", "density"),
-    *("spheres", "route", "damping", "damping_ratio", "effective_mass", "tail"),
-}
 
 
 def defaults(script):
@@ -55,13 +40,6 @@ def test_every_committed_input_is_generated(inputs):
 
 
 @BY_NAME
-def test_every_override_of_the_issue_is_declared(script):
-    special = {"tower.in": TOWER_OVERRIDES, "drop.in": DROP_OVERRIDES}
-    assert script.variables >= special.get(script.name, OVERRIDES)
-    assert script.variables == set(defaults(script))
-
-
-@BY_NAME
 def test_every_variable_that_is_used_is_declared(script):
     text = "\n".join(code(script))
     used = set(re.findall(r"\$\{(\w+)\}", text)) | set(re.findall(r"\bv_(\w+)", text))
@@ -75,21 +53,6 @@ def test_every_override_is_used(script):
     text = "\n".join(code(script))
     unused = {n for n in script.variables if f"${{{n}}}" not in text and f"v_{n}" not in text}
     assert unused == set()
-
-
-@INCLINES
-def test_script_states_what_made_it_and_which_contact(script):
-    contact = CONTACTS[script.name.removeprefix("incline-").removesuffix(".in")]
-    assert f'Contact "{contact.name}"' in script.text
-    assert "Made by dem-harness" in script.text
-    assert defaults(script)["tail"] == contact.tail
-    assert defaults(script)["effective_mass"] == contact.effective_mass
-    if contact.damping_ratio is None:
-        assert float(defaults(script)["restitution"]) == contact.restitution
-        assert defaults(script)["damping"] == "restitution"
-    else:
-        assert float(defaults(script)["damping_ratio"]) == contact.damping_ratio
-        assert defaults(script)["damping"] == "ratio"
 
 
 @pytest.mark.parametrize("contact", CONTACTS.values(), ids=CONTACTS)

@@ -8,7 +8,6 @@ import subprocess
 import numpy as np
 import pytest
 
-from harness.cases.incline.angle import critical_angle
 from harness.cases.incline.runs import run_inclines
 from harness.cases.incline.system import Incline
 from harness.cases.tower.run import run_towers
@@ -19,7 +18,6 @@ from harness.engines.reference import Reference
 from harness.errors import EngineError
 from harness.parameters.law import CLIPPED, PLASTIC, SOURCE
 from harness.parameters.tower import Tower
-from harness.theory.incline import critical_angle as closed_form
 from tests.engines.tower_runs import KINDS
 
 pytestmark = pytest.mark.live
@@ -91,13 +89,6 @@ def test_path_is_the_reference_dem_to_round_off(liggghts, contact):
         assert difference < 1e-11, column
 
 
-def test_critical_angle_of_the_plastic_contact_is_that_of_theory(liggghts):
-    case = Incline(contact=PLASTIC, steps_per_contact=100.0)
-    assert critical_angle(case, engine=liggghts).value_deg == pytest.approx(
-        closed_form(0.25), abs=0.003
-    )
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("changes", KINDS)
 def test_every_kind_of_tower_is_lammps_to_round_off(liggghts, lammps, changes):
@@ -132,16 +123,3 @@ def test_run_that_leaves_its_box_costs_only_itself(liggghts):
     assert first.margin_J == last.margin_J
     assert isinstance(lost, EngineError)
     assert "ERROR" in lost.log
-
-
-def test_engine_is_told_by_the_contents_of_its_libraries(liggghts):
-    who = liggghts.fingerprint()
-    assert who["engine"] == "liggghts"
-    assert any(name.endswith("libliggghts.so.3") for name in who["files"])
-
-
-def test_asking_who_it_is_leaves_no_log_behind(program, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    with Liggghts(program) as engine:
-        assert engine.identify().engine_version.startswith("LIGGGHTS-PUBLIC")
-    assert list(tmp_path.iterdir()) == []

@@ -15,7 +15,6 @@ from harness.cases.incline.system import Incline, Motion, Start, scene_of, start
 from harness.cases.tower import system as tower
 from harness.cases.tower.system import timing_of
 from harness.engines.reference import INTEGRATORS, Reference
-from harness.engines.registry import open_engine
 from harness.errors import EngineNaNError, EngineTimeoutError, RequestError
 from harness.parameters.law import CLIPPED, PLASTIC, SOURCE
 from harness.parameters.plane_scene import Stage
@@ -41,14 +40,6 @@ def test_without_a_step_the_source_s_angle_is_above_the_closed_form():
     found = critical_angle(Incline(), engine=Reference("adaptive"), phases=1)
     assert found.value_deg == pytest.approx(10.26, abs=0.015)
     assert found.provenance.integrator == "adaptive"
-
-
-def test_adaptive_ignores_the_step():
-    runs = [
-        run_inclines(Reference("adaptive"), [Incline(steps_per_contact=steps)], "passage")[0]
-        for steps in (50.0, 80.0)
-    ]
-    assert runs[0].margin_J == pytest.approx(runs[1].margin_J, abs=1e-9)
 
 
 @pytest.mark.parametrize("integrator", ["velocity-verlet", "adaptive"])
@@ -130,12 +121,6 @@ def test_a_scene_that_the_kernels_do_not_state_is_refused(changes, said):
         Reference().run_scenes([scene(**changes)])
 
 
-def test_a_free_flight_needs_a_sphere_all_the_same():
-    alone = {name: getattr(scene(), name)[:1] for name in ARRAYS}
-    with pytest.raises(RequestError, match="needs a fixed sphere"):
-        Reference().run_scenes([scene(**alone, period=None)])
-
-
 @pytest.mark.parametrize("integrator", ["velocity-verlet", "adaptive"])
 def test_stages_leave_the_start_and_their_ends(integrator):
     case = Incline(angle=10.6, wells=2)
@@ -184,13 +169,6 @@ def test_an_overflow_is_an_error_that_names_nan(integrator):
         follow(Reference(integrator), case, Start(0.5, 0.5, 1e308, 1e308), 100 * case.step)
 
 
-def test_an_overflow_leaves_the_other_runs_alone():
-    fast = scene_from(Incline(), Start(0.5, 0.5, 1e308, 1e308))
-    failed, other = Reference().run_scenes([fast, scene()])
-    assert isinstance(failed, EngineNaNError)
-    assert not isinstance(other, Exception)
-
-
 @pytest.mark.parametrize("integrator", ["velocity-verlet", "adaptive"])
 def test_a_run_that_takes_too_long_is_given_up(integrator):
     case = Incline(stiffness=1e12, steps_per_contact=1e4, angle=0.0)
@@ -211,15 +189,6 @@ def test_a_run_that_takes_too_long_is_given_up(integrator):
 def test_bad_requests(start, duration, every, words):
     with pytest.raises(RequestError, match=words):
         follow(Reference(), Incline(), start, duration, every=every)
-
-
-def test_options_of_another_engine_are_refused():
-    with pytest.raises(RequestError, match=r"--lmp 'lmp'.*(lammps|'reference')"):
-        open_engine("reference", lmp="lmp")
-    with pytest.raises(RequestError, match=r"--integrator 'rk4'.*(reference|'lammps')"):
-        open_engine("lammps", integrator="rk4")
-    with open_engine("reference", integrator="rk4") as engine:
-        assert engine.identify().integrator == "rk4"
 
 
 def test_the_start_in_a_well_does_not_feel_its_last_digit():

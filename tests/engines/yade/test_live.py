@@ -6,11 +6,9 @@ from pathlib import Path
 import pytest
 
 from harness.cases.drop.case import Drop, DropRun, run_drops
-from harness.cases.incline.system import Incline, job_of
 from harness.cases.qualification import qualify
-from harness.engines.process import Limits
 from harness.engines.yade.engine import Yade
-from harness.errors import EngineCrashError, EngineError, EngineInputError
+from harness.errors import EngineCrashError
 from harness.parameters.law import PLASTIC, SOURCE
 from harness.theory.contact import restitution_clipped
 from tests.engine_doubles import most_damping
@@ -108,23 +106,3 @@ def test_a_run_that_yade_refuses_costs_only_itself(yade):  # noqa: ARG001
     while any(folder.exists() for folder in left) and time.monotonic() < deadline:
         time.sleep(0.5)
     assert not [folder for folder in left if folder.exists()]
-
-
-@pytest.mark.slow
-def test_a_mass_that_is_no_number_is_refused_by_the_script(yade):  # noqa: ARG001
-    class Told(Yade):
-        def settings(self, job):
-            return {**super().settings(job), "mass": math.nan}
-
-    with Told(workers=1) as engine:
-        (error,) = engine.run([job_of(Incline(contact=PLASTIC), "passage")])
-    assert isinstance(error, EngineInputError)
-    assert "mass = nan: must be greater than 0" in str(error)
-
-
-@pytest.mark.slow
-def test_too_little_memory_is_an_engine_error(yade):  # noqa: ARG001
-    with Yade(workers=1, limits=Limits(memory=200 * 1024**2)) as engine:
-        (error,) = run_drops(engine, [Drop(contact=HEAD_ON)])
-    assert isinstance(error, EngineError)
-    assert error.log
