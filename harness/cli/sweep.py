@@ -73,7 +73,8 @@ class SweepOptions(IntegratorOptions):
     reports/runs/DATE-sweep]"""
     reference: Annotated[Path | None, Parameter(metavar="FILE.csv")] = None
     """Your measured points for the figure: a CSV table with columns named as in rows.csv, the
-    first parameter of --over and the first --quantity; `uncertainty_UNIT` gives error bars."""
+    first parameter of --over and the first --quantity (`measured_NAME` where a parameter has its
+    name); `uncertainty_UNIT` gives error bars."""
 
     def request(self) -> SweepRequest:
         """Return what is to be run: of a case, or of a file with these options on top."""

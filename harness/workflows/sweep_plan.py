@@ -24,7 +24,7 @@ from harness.cases.registry import get_case
 from harness.engines.registry import engine_class, engine_names, engine_title
 from harness.engines.traits import Traits
 from harness.errors import CombinationError, HarnessError, RequestError
-from harness.observables.provenance import Observable
+from harness.parameters.allowed import unit_in
 from harness.parameters.base import Parameters
 from harness.store.baseline import bounded_text
 from harness.workflows.case_runs import (
@@ -231,6 +231,9 @@ def plan(request: SweepRequest) -> SweepPlan:
     or a value that is not allowed by itself, and where every point is refused.
     """
     case = get_case(request.case).measuring(names_in(request.quantity))
+    for name in ROW:
+        if name in case.parameters.model_fields:
+            raise RequestError(f"case {case.name!r}: parameter {name!r}: is a column of every row")
     if not all(request.grids) or not request.over:
         raise RequestError("--over: must be given, a parameter with its values: NAME=VALUES")
     for name in request.over:
@@ -370,15 +373,37 @@ def drawn_columns(chosen: SweepPlan) -> tuple[str, str, str]:
     The third is that of the uncertainty of what is asked for.
     """
     over = swept_columns(chosen.points[0], chosen.request.over)
-    units = {quantity.name: quantity.unit for quantity in chosen.case.quantities}
     name = names_in(chosen.request.quantity)[0]
-    unit = units[name]
-    return over[0], column_of(name, unit), column_of("uncertainty", unit)
+    unit = next(q.unit for q in chosen.case.quantities if q.name == name)
+    return over[0], quantity_columns(chosen.case)[name], column_of("uncertainty", unit)
 
 
-def quantity_key(quantity: Observable) -> str:
-    """Return the column of a quantity, its name with its unit."""
-    return column_of(quantity.name, quantity.unit)
+MEASURED = "measured_"
+ROW = ("engine", "engine_version", "ranks", PRESET, "status", "reason", "wall_time_s")
+"""Columns of every row, beside parameters and quantities."""
+
+
+def quantity_columns(case: Case[Any]) -> dict[str, str]:
+    """Return the columns of the quantities of a case by their names, each its name with its unit.
+
+    One with the name or the column of a parameter is ``measured_NAME``, as one with the name of a
+    column that every row has: what was asked for and what was measured never share a column.
+    """
+    fields = case.parameters.model_fields
+    units = {name: unit_in(declared.description or "") for name, declared in fields.items()}
+    asked = {*ROW, *units, *(column_of(name, unit) for name, unit in units.items())}
+    own = {q.name: column_of(q.name, q.unit) for q in case.quantities}
+    clashing = {name for name, column in own.items() if asked & {name, column}}
+    taken = asked | {column for name, column in own.items() if name not in clashing}
+    columns: dict[str, str] = {}
+    for name, column in own.items():
+        if name in clashing:
+            column = MEASURED + column
+            while column in taken:
+                column = MEASURED + column
+            taken.add(column)
+        columns[name] = column
+    return columns
 
 
 def column_of(name: str, unit: str) -> str:
@@ -398,7 +423,7 @@ def reference_lines(
     One for each value of the second and each engine where they differ, between the points too
     where a reference costs little; none where a case knows no reference.
     """
-    name = next(q.name for q in chosen.case.quantities if quantity_key(q) == column)
+    name = next(n for n, own in quantity_columns(chosen.case).items() if own == column)
     drawn = _first_of_each(chosen.points, over)
     engines: dict[ReferenceLine, list[str]] = {}
     for engine in chosen.engines:

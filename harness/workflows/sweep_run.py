@@ -58,7 +58,7 @@ from harness.workflows.sweep_plan import (
     names_in,
     parameter_columns,
     plan,
-    quantity_key,
+    quantity_columns,
     swept_columns,
 )
 from harness.workflows.verification import Open
@@ -268,9 +268,9 @@ Row = Mapping[str, Any]
 class Sweep(Result):
     """The rows of a sweep, flat: engine, parameters and quantities with units in their names.
 
-    ``over`` are the columns that were swept, ``quantities`` those that were measured, and
-    ``quantity`` the names of those that were asked for; ``missing`` says why an engine of ``all``
-    could not be opened.
+    ``over`` are the columns that were swept, ``quantities`` those that were measured; one of a
+    quantity with the name of a parameter is ``measured_NAME``. ``quantity`` are the names of the
+    quantities that were asked for; ``missing`` says why an engine of ``all`` could not be opened.
     """
 
     case: str
@@ -336,7 +336,7 @@ class Sweep(Result):
 
         frame = self.to_frame()
         frame = frame.drop_duplicates(["engine", *self.over[:2]])
-        frame = frame[frame["status"] == DONE]
+        frame = frame.loc[frame["status"] == DONE, ["engine", *self.over, *self.quantities]]
         wanted = [self._column(quantity)] if quantity else self.selected
         measured = [n for n in wanted if n in frame and frame[n].notna().any()]
         if not measured:
@@ -352,8 +352,8 @@ class Sweep(Result):
         return get_case(self.case).display.figures(frame[frame["status"] == DONE])
 
     def _column(self, quantity: str) -> str:
-        matching = (name for name in self.quantities if name.startswith(f"{quantity}_"))
-        return quantity if quantity in self.quantities else next(matching, quantity)
+        columns = {} if self.plan is None else quantity_columns(self.plan.case)
+        return columns.get(quantity, quantity)
 
     def _repr_html_(self) -> str:
         html: str = self.to_frame().to_html(max_rows=20, index=False, na_rep="")
@@ -438,7 +438,7 @@ def run_plan(
         except EngineError as error:  # the engine died as a whole
             ran[engine] = {place: of_engine.get(place, error) for place in range(len(parameters))}
     over = swept_columns(chosen.points[0], chosen.request.over)
-    quantities = tuple(quantity_key(quantity) for quantity in chosen.case.quantities)
+    quantities = tuple(quantity_columns(chosen.case).values())
     return Sweep(
         chosen.case.name, tuple(rows()), over, quantities, chosen.request.quantity, missing, chosen
     )
@@ -462,7 +462,7 @@ def _row(chosen: SweepPlan, engine: str, point: SweepPoint, ran: Ran | None) -> 
         "ranks": ended.ranks if ended else None,
         **preset,
         **parameter_columns(point.parameters, chosen.case.varied),
-        **{quantity_key(q): values.get(q.name) for q in chosen.case.quantities},
+        **{column: values.get(name) for name, column in quantity_columns(chosen.case).items()},
         "status": _status(ran),
         "reason": " ".join(str(ran).split()) if isinstance(ran, HarnessError) else "",
         "wall_time_s": ended.seconds if ended else None,

@@ -54,6 +54,26 @@ def test_measured_points_stand_in_the_figure(answer, tmp_path, lammps_here):  # 
     assert "mine.csv" in (tmp_path / "mine" / "figure.svg").read_text()
 
 
+@pytest.mark.live
+def test_a_restitution_that_is_measured_stands_beside_the_one_that_was_asked_for(
+    answer, tmp_path, lammps_here  # noqa: ARG001
+):  # fmt: skip
+    """Tsuji's damping coefficient of LAMMPS does not give the restitution it is asked for."""
+    (tmp_path / "mine.csv").write_text("restitution,measured_restitution\n0.5,0.55\n")
+    hertz = {"normal": "hertz", "normal_stiffness": "none", "youngs_modulus": "1e8"}
+    values = {**hertz, "poisson_ratio": "0.3", "damping": "tsuji"}
+    settings = [word for name, value in values.items() for word in ("--set", f"{name}={value}")]
+    words = ("--over", "restitution=0.2:0.8:4", "--quantity", "restitution", "--output", "mine")
+    found = answer("sweep", "head-on", *settings, *words, "--reference", "mine.csv")
+    asked, measured = [0.2, 0.4, 0.6, 0.8], [0.3431, 0.5294, 0.6990, 0.8534]
+    assert [row["restitution"] for row in found["rows"]] == asked
+    table = pd.read_csv(tmp_path / "mine" / "rows.csv")
+    assert list(table["restitution"]) == asked
+    assert list(table["measured_restitution"]) == pytest.approx(measured, abs=1e-4)
+    svg = (tmp_path / "mine" / "figure.svg").read_text()
+    assert "mine.csv" in svg
+
+
 def test_parquet_is_the_same_table(answer, tmp_path):
     pytest.importorskip("pyarrow", reason="pip install 'dem-harness[parquet]'")
     answer("sweep", "incline", "--over", "angle=9:11:3", "--engines", "reference", "--output", "a")

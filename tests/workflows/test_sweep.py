@@ -3,9 +3,10 @@ from dataclasses import replace
 
 import pandas as pd
 import pytest
-from pydantic import model_validator
+from pydantic import Field, model_validator
 
 from harness import __version__
+from harness.cases.registry import all_cases
 from harness.cli.sweep import PartialTable
 from harness.engines.output import Output
 from harness.errors import (
@@ -14,15 +15,19 @@ from harness.errors import (
     EngineUndecidedError,
     RequestError,
 )
+from harness.observables.provenance import Observable
 from harness.observables.reference import Points
 from harness.store.cache import CachedEngine
 from harness.store.entries import Entries
 from harness.workflows import sweep
 from harness.workflows.sweep_plan import (
+    ROW,
     SweepRequest,
     column_of,
     drawn_columns,
+    parameter_columns,
     plan,
+    quantity_columns,
     request_in,
     values_of,
     with_options,
@@ -332,6 +337,70 @@ def test_two_sweeps_in_one_folder_are_refused(tmp_path):
 )
 def test_keys_carry_their_units_once(name, unit, key):
     assert column_of(name, unit) == key
+
+
+class Asking(fakes.LineParameters):
+    """Has parameters of the names and columns of quantities."""
+
+    twice: float = Field(0.5, description="[-] no ordinate")
+    y_m: float = Field(7.0, description="[-] no ordinate either")
+
+
+@pytest.fixture
+def asking(monkeypatch):
+    monkeypatch.setattr(fakes.Line, "parameters", Asking)
+    monkeypatch.setattr(fakes.Line, "presets", {"usual": Asking()})
+    more = (Observable("status", "1", "", "a number"), Observable("measured_twice", "m", "", ""))
+    monkeypatch.setattr(fakes.Line, "quantities", (*fakes.Line.quantities, *more))
+    kept = fakes.Line.read
+    monkeypatch.setattr(
+        fakes.Line,
+        "read",
+        lambda *words: {**kept(*words), "status": 1.5, "measured_twice": 2.5},
+    )
+
+
+@pytest.mark.usefixtures("asking")
+def test_what_is_asked_for_and_what_is_measured_never_share_a_column():
+    found = sweep("line", {"twice": [1, 2]}, engines="toy", quantities="twice")
+    first = found.rows[0]
+    assert (first["twice"], first["y_m"], first["status"]) == (1.0, 7.0, "done")
+    measured = {name: first[name] for name in found.quantities}
+    assert measured == {
+        "measured_y_m": 6.0,
+        "measured_measured_twice_m": 12.0,
+        "measured_status": 1.5,
+        "measured_twice_m": 2.5,
+    }
+    assert found.selected == ("measured_measured_twice_m",)
+    assert list(found.to_frame()["twice"]) == [1.0, 2.0]
+    (runs, *_) = found.figure().axes[0].get_lines()
+    assert runs.get_xydata().tolist() == [[1.0, 12.0], [2.0, 12.0]]
+    (runs, theory) = found.figure("y").axes[0].get_lines()
+    assert set(runs.get_ydata()) == set(theory.get_ydata()) == {6.0}
+    assert drawn_columns(plan(SweepRequest("line", ({"twice": "1"},), {}, "toy", "y"))) == (
+        "twice",
+        "measured_y_m",
+        "uncertainty_m",
+    )
+
+
+def test_a_parameter_with_the_name_of_a_column_of_every_row_is_refused(monkeypatch):
+    class Engined(fakes.LineParameters):
+        engine: float = Field(1.0, description="[-] power")
+
+    monkeypatch.setattr(fakes.Line, "parameters", Engined)
+    with pytest.raises(RequestError, match="case 'line': parameter 'engine': is a column"):
+        sweep("line", {"slope": "1"}, engines="toy")
+
+
+@pytest.mark.parametrize("case", all_cases().values(), ids=lambda case: case.name)
+def test_no_column_of_a_case_holds_two_things(case):
+    for measuring in (case, *case.derived()):
+        columns = list(quantity_columns(measuring).values())
+        assert len(columns) == len(set(columns))
+        for parameters in measuring.presets.values():
+            assert not set(columns) & {*parameter_columns(parameters), *ROW}
 
 
 def test_nothing_is_drawn_where_nothing_was_measured(monkeypatch):
