@@ -5,8 +5,7 @@ own; ``engines/README.md`` says what else lets an engine take part in their case
 model states is not tested there, with the reason; the others are held against the integration of
 the law under the model's rules, on a ladder of steps. Where these rules move a quantity against the
 integration under the default rules, that is a finding. The powers of the step in the errors are
-those of velocity Verlet, and what ``Traits.contact_powers`` and, for springs that turn,
-:class:`ContactModel` name beside them.
+those of velocity Verlet, and what :class:`ContactModel` names beside them for springs that turn.
 """
 
 from __future__ import annotations
@@ -63,7 +62,7 @@ class ContactModel:
     coefficient that the code ties to another), or nothing; ``nearest`` what the code puts in place
     of such values. ``rules`` is what
     :class:`~harness.parameters.rules.Rules` is told. ``turning`` are powers of the step in
-    the errors of springs that turn, beside those of its traits. ``mixes``: it takes the materials
+    the errors of springs that turn. ``mixes``: it takes the materials
     of two bodies; another takes one, which a job may state in place of both.
     """
 
@@ -184,8 +183,6 @@ class Traits:
     contact_models: tuple[ContactModel, ...] = ()
     """Of contacts with friction: what scripts are told of, and by which rules (see
     :mod:`harness.engines.traits`); without any, all that the scripts declare."""
-    contact_powers: tuple[float, ...] = ()
-    """Of the step in the errors of such contacts, beside those of velocity Verlet."""
     caveats: tuple[str, ...] = field(default=())
     """Traps that users fall into, a sentence each; the report shows them."""
 

@@ -193,8 +193,8 @@ def powers_of(job: Job, traits: Traits) -> tuple[float, ...]:
     """Return the powers of the step in the errors that an engine adds to those of the law."""
     springs = ("tangential", "rolling", "twisting")
     if all(job.values[part] in ("none", "linear_nohistory") for part in springs):
-        return traits.contact_powers
-    return (*traits.contact_powers, *stating(traits.contact_models, job.values)[0].turning)
+        return ()
+    return stating(traits.contact_models, job.values)[0].turning
 
 
 @lru_cache(maxsize=2048)

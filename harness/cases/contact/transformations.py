@@ -444,8 +444,7 @@ def later_runs(runs: TrialRuns, engine: Engine, level: LevelName) -> Iterator[Tr
     plain, motion = runs.runs[PLAIN], runs.motion(PLAIN)
     if motion is None:
         return
-    symmetric = 1.0 not in engine.traits.contact_powers  # a scheme that is has no odd power
-    if level != "quick" and symmetric and _reversible(runs.trial.parameters, plain.scene):
+    if level != "quick" and _reversible(runs.trial.parameters, plain.scene):
         back = _run_of("reversed in time", turned_back(plain.scene, motion), runs.trial)
         yield replace(back, back=run_backwards)
     # spheres alone are seen from a moving frame, in which they cross boundaries
