@@ -11,7 +11,6 @@ from harness.cases.drop.case import CASE
 from harness.engines.border import ReadValues
 from harness.engines.contract import Engine, Job, Output
 from harness.engines.programs import ScriptedEngine
-from harness.engines.reference import Reference
 from harness.engines.traits import Traits
 from harness.errors import EngineError, EngineOutputError, RequestError
 from harness.observables.provenance import Provenance
@@ -98,12 +97,6 @@ def test_errors_and_refusals_of_an_engine_pass_as_they_are():
     assert Plugin(lambda _: [known]).run([JOB]) == [known]
     with pytest.raises(RequestError, match=r"^no$"):
         Plugin(refuse).run([JOB])
-
-
-def test_an_error_of_this_package_is_its_own_bug(monkeypatch):
-    monkeypatch.setattr(Reference, "run_scenes", lambda _, jobs, names: divided(jobs or names))
-    with pytest.raises(ZeroDivisionError):
-        Reference().run([JOB])
 
 
 def test_identify_returns_a_provenance():

@@ -38,13 +38,3 @@ LAW = {"normal": "hertz", "damping": "none", "tangential": "none", "planes": 0, 
 def test_what_no_model_states_is_said_of_all_that_are_equally_close(changes, name, said):
     model, reason = stating(MODELS, {**LAW, **changes})
     assert (model.name, reason) == (name, said)
-
-
-def test_models_that_are_equally_close_for_reasons_of_their_own_tell_them_apart():
-    models = (
-        ContactModel("A", takes("hooke", "none", "none"), needs=lambda _: "has no wall"),
-        ContactModel("B", takes("hooke", "none", "none"), needs=lambda _: "has no floor"),
-        ContactModel("C", takes("hooke", "none", "none"), needs=lambda _: "has no wall"),
-    )
-    law = {**LAW, "normal": "hooke"}
-    assert stating(models, law)[1] == "its A or C has no wall; its B has no floor"

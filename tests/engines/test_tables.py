@@ -64,16 +64,6 @@ def test_a_dump_is_one_table_sorted_by_id_with_units_in_its_names():
     assert table["fx_N"].tolist() == [[-1.0, -2.0, -3.0]] * 2
 
 
-def test_other_columns_keep_their_names():
-    table = read_dump(dump([(1, 2, 0.5, 7.0)], columns="id type radius c_touch"), "it")
-    assert {name: values.tolist() for name, values in table.items()} == {
-        "step": [0.0],
-        "type": [[2.0]],
-        "radius_m": [[0.5]],
-        "c_touch": [[7.0]],
-    }
-
-
 @pytest.mark.parametrize(
     "frames",
     [

@@ -1,6 +1,6 @@
 import pytest
 
-from harness.engines.registry import ENGINES, engine_class
+from harness.engines.registry import engine_class
 from harness.engines.traits import Traits
 from harness.parameters.law import PLASTIC, SOURCE, Contact
 from tests.engine_doubles import frictionless, least_restitution, most_damping
@@ -36,11 +36,3 @@ def test_rules_that_leave_no_choice_are_values_that_no_script_need_have():
     assert only.fixed_values == {"tail": "clipped", "effective_mass": "half", "law": "overlap"}
     assert engine_class("reference").traits.fixed_values == {}
     assert "law = overlap, not deformable" in only.refuses({"law": "deformable"})
-
-
-@pytest.mark.parametrize("name", ENGINES)
-def test_every_engine_says_what_it_is_without_being_here(name):
-    kind = engine_class(name)
-    assert kind.name == name
-    assert kind.traits.install_hint
-    assert kind.traits.versions

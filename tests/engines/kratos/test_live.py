@@ -85,18 +85,6 @@ def test_contacts_found_late_are_caught():
     assert "contact found within two steps" in failures(naive)
 
 
-@pytest.mark.slow
-@pytest.mark.usefixtures("kratos_here")
-def test_a_search_every_step_finds_no_contact_earlier():
-    case = Incline(contact=PLASTIC, stiffness=1e5, steps_per_contact=50.0, angle=12.0, wells=2)
-    with Kratos() as engine, Changed(lambda _: {"search_every": 1}) as thorough:
-        ((own,), (other,)) = (
-            run_inclines(e, [case], "steady", every=1) for e in (engine, thorough)
-        )
-    for name, values in vars(own.trajectory).items():
-        np.testing.assert_array_equal(values, getattr(other.trajectory, name))
-
-
 def gamma_of_kratos(*restitutions):
     """Return the damping that Kratos's own Python finds for each restitution."""
     code = (

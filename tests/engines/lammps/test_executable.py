@@ -4,12 +4,9 @@ import sys
 
 import pytest
 
-from harness.cases.incline.system import Incline, job_of
 from harness.engines.lammps.engine import Lammps
-from harness.engines.scripts import Script, Task
+from harness.engines.scripts import Task
 from harness.errors import (
-    EngineInputError,
-    EngineLostAtomsError,
     EngineMissingError,
     RequestError,
 )
@@ -31,30 +28,6 @@ def test_lammps_without_granular_is_refused_with_the_package_named(script_file):
 def test_launcher_alone_runs_the_lmp_on_path_and_is_checked_first():
     with pytest.raises(RequestError, match=r"--mpirun 'no-such-launcher'"):
         Lammps(lmp=sys.executable, launcher="no-such-launcher -np 4")
-
-
-@pytest.mark.live
-def test_lost_atom_and_refused_input_are_told_apart_and_cost_only_their_jobs(lmp, lost_atom):
-    refused = Script("refused.in", "units furlongs\n", frozenset())
-    with Lammps(lmp=lmp, workers=1) as engine:
-        engine.identify()
-        good = engine.task(job_of(Incline(angle=10.2), "passage"))
-        bare = [Task(good.job, script, {}) for script in (lost_atom, refused)]
-        lost, fine, wrong, fine_too = engine.execute([bare[0], good, bare[1], good])
-    assert isinstance(lost, EngineLostAtomsError)
-    assert isinstance(wrong, EngineInputError)
-    assert "units" in str(wrong)
-    assert fine.has("verdict")
-    assert fine.number("margin_J") == fine_too.number("margin_J")
-
-
-@pytest.mark.live
-def test_real_lammps_names_its_release_and_packages(lmp):
-    with Lammps(lmp=lmp) as engine:
-        who = engine.identify()
-    assert "GRANULAR" in who.packages
-    assert any(character.isdigit() for character in who.engine_version)
-    assert who.executable == lmp
 
 
 @pytest.mark.parametrize(

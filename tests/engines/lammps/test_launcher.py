@@ -13,12 +13,3 @@ def test_more_ranks_than_cores_sleep_where_they_wait(lmp, monkeypatch, tmp_path,
     with Lammps(lmp=lmp) as one, one.on_ranks(3) as there:
         told = there.environment(tmp_path) or {}
     assert (SLEEPING.items() <= told.items()) is sleep
-
-
-def test_a_wait_that_the_user_chose_is_kept(lmp, monkeypatch, tmp_path):
-    monkeypatch.setattr(engine, "cores", lambda: 1)
-    chosen, *_ = SLEEPING
-    monkeypatch.setenv(chosen, "0")
-    with Lammps(lmp=lmp) as one, one.on_ranks(2) as there:
-        told = there.environment(tmp_path)
-    assert told[chosen] == "0"

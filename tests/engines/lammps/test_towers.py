@@ -1,8 +1,6 @@
 import numpy as np
 import pytest
 
-from harness.cases.incline.runs import measured
-from harness.cases.incline.system import Incline
 from harness.cases.tower.run import run_towers
 from harness.engines.lammps.engine import Lammps
 from harness.errors import RequestError
@@ -74,13 +72,3 @@ def test_in_process_and_executable_give_the_same_series(lammps, lmp):
     with Lammps(lmp=lmp) as engine:
         (other,) = run_towers(engine, [case], 3.0)
     np.testing.assert_array_equal(run(lammps, case).grain_force, other.grain_force)
-
-
-@pytest.mark.parametrize("way", ["in-process", "executable"])
-def test_inclines_and_towers_take_turns_in_one_process(way, lmp):
-    tower, incline = Tower(height=2, law="overlap"), Incline(angle=10.0)
-    with Lammps(lmp=lmp if way == "executable" else None, workers=1) as engine:
-        first = run(engine, tower)
-        (alone,) = measured(engine, [incline], "passage")
-        np.testing.assert_array_equal(run(engine, tower).grain_force, first.grain_force)
-        assert measured(engine, [incline], "passage")[0].margin_J == alone.margin_J

@@ -54,28 +54,6 @@ def test_incline_is_lammps_to_round_off(liggghts, lammps, contact):
         assert own.crests.margin_J[:2] == pytest.approx(theirs.crests.margin_J[:2], abs=1e-7)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    "case",
-    [
-        Incline(angle=10.2, time_limit=1.0),
-        Incline(angle=14.0, wells=30),
-        Incline(angle=12.0, diameter=0.003, density=2500.0, stiffness=1e3),
-        Incline(angle=0.0),
-        Incline(angle=12.0, contact=CLIPPED.replace(effective_mass="half"), spheres=5),
-    ],
-)
-def test_other_inclines_are_lammps_over_the_first_wells(liggghts, lammps, case):
-    (own,), (theirs,) = (
-        run_inclines(engine, [case], "steady", every=20) for engine in (liggghts, lammps)
-    )
-    assert (own.motion, own.touching) == (theirs.motion, theirs.touching)
-    first = theirs.trajectory.x_m < 1.5 * case.diameter
-    for column, values in vars(theirs.trajectory).items():
-        difference = np.abs(getattr(own.trajectory, column)[: len(first)][first] - values[first])
-        assert difference.max() < 1e-9 * max(1.0, np.abs(values).max()), column
-
-
 @CONTACTS
 def test_path_is_the_reference_dem_to_round_off(liggghts, contact):
     case = Incline(contact=contact, steps_per_contact=STEPS[contact], angle=10.3, phase=0.3)

@@ -1,7 +1,6 @@
 """What MFiX is given and leaves: inputs against the recorded ones, frames in its form."""
 
 import math
-import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -166,28 +165,6 @@ def test_the_path_that_was_written_is_read_by_its_global_id(frames):
         expected = states[:, number] - system.origin[number]
         assert np.abs(table[name][:, 0] - expected).max() < 2.0 * 2.0**-23
     assert np.abs(table["vx_m_per_s"][:, 0] - states[:, 2]).max() < 2.0 * 2.0**-23
-
-
-def at_the_same_time(folder):
-    """Write the last frame again as the second: of two at one time the last one counts."""
-    early, late = ((folder / f"GRAIN_{n:04d}.vtp").read_bytes() for n in (1, ROWS - 1))
-    clock = re.search(rb"<!-- Time.*-->", early)[0]
-    again = re.sub(rb"<!-- Time.*-->", lambda _: clock, late, count=1)
-    (folder / "GRAIN_10000.vtp").write_bytes(again)
-
-
-def test_of_frames_at_one_time_the_last_counts_and_a_grain_that_left_ends_the_path(
-    frames, stand_in_module
-):
-    system, _, folder = frames
-    first = read(system, folder)
-    at_the_same_time(folder)
-    assert read(system, folder)["x_m"][1, 0] == first["x_m"][-1, 0]
-    for row in range(40, ROWS):
-        fields = {"Velocity": [(0.0,) * 3], "Particle_ID": [(99.0,)]}
-        content = stand_in_module.vtp(20 * row * system.scene.step, [(1.0, 5.0, 0.0)], fields)
-        (folder / f"GRAIN_{row:04d}.vtp").write_bytes(content)
-    assert len(read(system, folder)["step"]) == 40
 
 
 def edit(number, change):
