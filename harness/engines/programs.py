@@ -37,7 +37,7 @@ import sys
 import tempfile
 from abc import abstractmethod
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager
+from contextlib import AbstractContextManager, suppress
 from dataclasses import replace
 from functools import cache, cached_property
 from itertools import chain
@@ -313,6 +313,28 @@ def find_program(option: str, name: str) -> str:
     return str(Path(path).absolute())
 
 
+def program_words(option: str, command: str) -> list[str]:
+    """Return the words of a command: the absolute path of its program, then its arguments.
+
+    A file that exists, or a name on PATH, is taken whole, blanks included. Raise RequestError for
+    a command that cannot be split into words, or whose program is not there.
+    """
+    with suppress(RequestError):
+        return [find_program(option, command)]
+    try:
+        program, *arguments = shlex.split(command) or [""]
+    except ValueError as error:
+        raise RequestError(f"--{option} {command!r} cannot be read: {error}") from None
+    if not arguments:
+        return [find_program(option, program)]
+    with suppress(RequestError):
+        return [find_program(option, program), *arguments]
+    raise RequestError(
+        f"--{option} {program!r}: no such executable (of {command!r}); give a path, or a name "
+        "found on PATH, with its arguments after it"
+    )
+
+
 def launcher_of(ranks: int, program: str | None = None) -> str:
     """Return a command that starts ranks of MPI: of the program's installation, else on PATH.
 
@@ -329,13 +351,7 @@ def launcher_words(launcher: str | None) -> list[str]:
 
     Raise RequestError for one without words, that cannot be read, or whose program is not there.
     """
-    if launcher is None:
-        return []
-    try:
-        words = shlex.split(launcher) or [""]
-    except ValueError as error:
-        raise RequestError(f"--mpirun {launcher!r} cannot be read: {error}") from None
-    return [find_program("mpirun", words[0]), *words[1:]]
+    return [] if launcher is None else program_words("mpirun", launcher)
 
 
 def with_stages(output: Output) -> Output:

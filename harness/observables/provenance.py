@@ -53,8 +53,8 @@ def numbers(**meanings: str) -> tuple[Observable, ...]:
 class Provenance(Record):
     """Identify the engine behind a result.
 
-    ``how`` is ``in-process``, ``executable``, the launcher that started it, or
-    ``compiled``.
+    ``how`` is ``in-process``, ``executable`` or the launcher that started it, with the arguments
+    of the executable, or ``compiled``.
     """
 
     engine: str

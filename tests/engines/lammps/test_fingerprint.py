@@ -40,6 +40,13 @@ def test_the_launcher_and_its_ranks_count(program):
     assert len({str(way) for way in ways}) == 3
 
 
+def test_arguments_count(program):
+    ways = [fingerprint(f"{program}{more}") for more in ("", " -sf omp", " -sf opt")]
+    assert len({str(way) for way in ways}) == 3
+    assert ways[0] == fingerprint(str(program))
+    assert len({str(way["files"]) for way in ways}) == 1
+
+
 def test_the_environment_of_the_loader_counts(program, monkeypatch):
     first = fingerprint(str(program))
     monkeypatch.setenv("LAMMPS_PLUGIN_PATH", "/plugins")

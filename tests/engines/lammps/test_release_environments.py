@@ -101,6 +101,7 @@ def test_neither_a_release_nor_a_program(tmp_path):
     with pytest.raises(RequestError, match=r"release 'lammps-nine': must be a release"):
         executable_of("lammps-nine", tmp_path)
     assert executable_of("sh", tmp_path) == "sh"
+    assert executable_of("sh -sf omp", tmp_path) == "sh -sf omp"
 
 
 def test_an_environment_in_use_is_not_dropped(calls, tmp_path):
