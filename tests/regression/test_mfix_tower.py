@@ -21,8 +21,8 @@ STIFFNESS, MASS, SPEED, GRAVITY = 1e5, 1.0, 2.0, 9.81
 SAMPLE = pi * sqrt(MASS / 2 / STIFFNESS) / 50  # [s] between two rows of either file
 PARTICLES = (2, 3, 5, 10)
 EXACT_ROWS = 425
-# eight digits of at most 999 N, and of times below 0.1 s
-FORCE_DIGITS, TIME_DIGITS = 0.5e-5, 0.5e-9
+# eight digits of at most 999 N
+FORCE_DIGITS = 0.5e-5
 
 
 @cache
@@ -76,12 +76,6 @@ def semi_implicit_euler(particles, factor, half_kick=False):
     return np.array(result[::every])
 
 
-@pytest.mark.parametrize("factor", [50, 5000])
-def test_rows_are_50_to_a_contact_time_of_half_the_mass(factor):
-    time = recorded(factor)["t_s"]
-    assert np.abs(time - SAMPLE * np.arange(EXACT_ROWS)).max() <= TIME_DIGITS
-
-
 @pytest.mark.parametrize("particles", PARTICLES)
 def test_fine_step_meets_the_exact_solution(particles):
     force, expected = recorded(5000)[f"F_top_N{particles}"], exact_force(particles)
@@ -93,13 +87,6 @@ def test_fine_step_meets_the_exact_solution(particles):
 def test_its_integrator_gives_each_series_to_the_last_digit(particles, factor):
     force = recorded(factor)[f"F_top_N{particles}"]
     assert np.abs(force - semi_implicit_euler(particles, factor)).max() <= FORCE_DIGITS
-
-
-@pytest.mark.parametrize("particles", PARTICLES)
-def test_the_exact_solution_does_not_give_the_coarse_series(particles):
-    """What is left is the step."""
-    force, expected = recorded(50)[f"F_top_N{particles}"], exact_force(particles)
-    assert np.abs(force - expected).max() > 5e-4 * expected.max()
 
 
 def errors_at(particles, factors, **how):
