@@ -1,0 +1,115 @@
+"""Frozen parameter objects in SI units, validated when they are made."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Annotated, Any, Self
+
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
+
+from harness.errors import CombinationError, RequestError
+
+Vector = tuple[float, float, float]
+ZERO: Vector = (0.0, 0.0, 0.0)
+
+Positive = Annotated[float, Field(ge=1e-30, le=1e30)]  # their products stay in double precision
+NotNegative = Annotated[float, Field(ge=0.0, le=1e30)]
+
+_BOUNDS = {
+    "gt": "greater than",
+    "ge": "greater than or equal to",
+    "lt": "less than",
+    "le": "less than or equal to",
+}
+
+
+class Parameters(BaseModel):
+    """Base of all parameter objects.
+
+    The description of a field opens with its unit in brackets. Raise RequestError for a value
+    that is not allowed, in one line that names the field, the value and what is allowed; raise
+    CombinationError for values that are not allowed together.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+    if not TYPE_CHECKING:  # type checkers see the fields in place of **values
+
+        def __init__(self, **values: Any) -> None:
+            try:
+                super().__init__(**values)
+            except ValidationError as error:
+                together = not error.errors(include_url=False)[0]["loc"]
+                kind = CombinationError if together else RequestError
+                raise kind(_error_line(type(self), error)) from None
+
+    def replace(self, **changes: Any) -> Self:
+        """Return a copy with changed fields, validated again."""
+        return type(self)(**{**dict(self), **changes})
+
+    @property
+    def changed(self) -> dict[str, Any]:
+        """Return the fields that differ from their defaults."""
+        fields = type(self).model_fields
+        return {name: value for name, value in self if value != fields[name].default}
+
+
+def unit(kind: type[Parameters], name: str) -> str:
+    """Return the unit of a field, empty for a pure number."""
+    description = kind.model_fields[name].description or ""
+    symbol = description[1:].partition("]")[0] if description.startswith("[") else ""
+    return "" if symbol == "-" else symbol
+
+
+def unit_vector(value: Vector) -> Vector:
+    """Return a vector with length 1; raise ValueError for one without a direction."""
+    length = math.hypot(*value)
+    if length == 0.0:
+        raise ValueError("must have a direction: not (0, 0, 0)")
+    return (value[0] / length, value[1] / length, value[2] / length)
+
+
+Direction = Annotated[Vector, AfterValidator(unit_vector)]
+
+
+def _error_line(kind: type[Parameters], error: ValidationError) -> str:
+    first = error.errors(include_url=False)[0]
+    message = str(first["msg"]).removeprefix("Value error, ")
+    if not first["loc"]:
+        return message
+    name = str(first["loc"][0])
+    if first["type"] == "extra_forbidden":
+        return f"{name}: no such parameter of {kind.__name__} ({', '.join(kind.model_fields)})"
+    if first["type"] == "missing":
+        return f"{name}: must be given"
+    if name in kind.model_fields and first["type"] in _RANGE_ERRORS:
+        message = f"must be {' and '.join(_bounds(kind, name)) or 'a finite number'}"
+    message = re.sub("(Input|String) should", "must", message)
+    symbol = unit(kind, name) if name in kind.model_fields else ""
+    text = f"{name} = {first['input']!r} {symbol}".rstrip()
+    return f"{text}: {message[0].lower()}{message[1:]}"
+
+
+_RANGE_ERRORS = {
+    *("finite_number", "greater_than", "greater_than_equal", "less_than", "less_than_equal"),
+}
+
+
+def _bounds(kind: type[Parameters], name: str) -> Iterator[str]:
+    field = kind.model_fields[name]
+    rows = [*field.metadata, *_metadata(field.annotation)]
+    for row in rows:
+        for key, words in _BOUNDS.items():
+            if getattr(row, key, None) is not None:
+                yield f"{words} {getattr(row, key):.12g}"
+
+
+def _metadata(annotation: Any) -> list[Any]:
+    """Return the constraints within ``X | None``, of fields that need not be given."""
+    rows: list[Any] = []
+    for part in getattr(annotation, "__args__", ()):
+        for info in getattr(part, "__metadata__", ()):
+            rows += getattr(info, "metadata", [info])
+    return rows

@@ -1,0 +1,470 @@
+"""Contact laws: elastic force, dashpot, friction, rolling, twisting and heat of a contact.
+
+Names and units follow the manual of LAMMPS's pair style granular. Sources of the formulas:
+Johnson, Contact Mechanics (1985); Derjaguin, Muller and Toporov, J. Colloid Interface Sci. 53, 314
+(1975); Johnson, Kendall and Roberts, Proc. R. Soc. A 324, 301 (1971); Tsuji, Tanaka and Ishida,
+Powder Technol. 71, 239 (1992); Brilliantov et al., Phys. Rev. E 53, 5382 (1996); Luding, Granular
+Matter 10, 235 (2008); Marshall, J. Comput. Phys. 228, 1541 (2009); Thornton, Cummins and Cleary,
+Powder Technol. 233, 30 (2013); Zunker and Kamrin, J. Mech. Phys. Solids 183, 105492 and 105493
+(2024).
+
+Symbols: m* effective mass, R* effective radius, E* and G* effective moduli, a contact radius, d
+overlap, F elastic force, n normal, w angular velocity.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Annotated, Any, Literal, NamedTuple, Self
+
+from pydantic import Field, model_validator
+
+from harness.model.base import NotNegative, Parameters, Positive
+
+Normal = Literal["hooke", "hertz", "dmt", "jkr", "mdr"]
+Damping = Literal[
+    "none", "velocity", "mass_velocity", "damping_ratio", "viscoelastic", "tsuji",
+    "coeff_restitution", "mdr",
+]  # fmt: skip
+Tangential = Literal[
+    "none", "linear_nohistory", "linear_history", "linear_history_classic", "mindlin",
+    "mindlin/force", "mindlin_rescale", "mindlin_rescale/force", "mindlin_classic",
+]  # fmt: skip
+Rolling = Literal["none", "sds"]
+Twisting = Literal["none", "sds", "marshall"]
+Heat = Literal["none", "radius", "area"]
+Poisson = Annotated[float, Field(gt=-1.0, le=0.5)]
+Friction = Annotated[float, Field(ge=0.0, le=1e9)]  # nothing slides from there on
+
+
+class Submodel(NamedTuple):
+    """A part of a law: its formula, the coefficients it needs, and those it may have."""
+
+    formula: str
+    needs: tuple[str, ...] = ()
+    may_have: tuple[str, ...] = ()
+
+
+class Dashpot(NamedTuple):
+    """A normal dashpot eta = c m*^p a^q (m* F / d)^(s/2) [kg/s], and the forces it goes with."""
+
+    formula: str
+    needs: tuple[str, ...] = ()
+    may_have: tuple[str, ...] = ()
+    powers: tuple[int, int, int] = (0, 0, 0)  # p, q, s
+    normals: tuple[str, ...] = ("hooke", "hertz", "dmt", "jkr")
+
+
+_MATERIAL = ("youngs_modulus", "poisson_ratio")
+_PARTNER = ("partner_youngs_modulus", "partner_poisson_ratio")
+_SLIDER = ("tangential_damping", "friction")
+_LINEAR = ("tangential_stiffness", *_SLIDER)
+_MINDLIN = ("tangential_modulus",)
+
+NORMAL: Mapping[str, Submodel] = {
+    "hooke": Submodel("F = k_n d", ("normal_stiffness",)),
+    "hertz": Submodel(
+        "F = 4/3 E* a d, a = sqrt(R* d), 1/E* = sum (1 - nu^2) / E; or F = K a d",
+        _MATERIAL,
+        ("normal_modulus", *_PARTNER),
+    ),
+    "dmt": Submodel(
+        "F = 4/3 E* a d - 4 pi gamma R*, a = sqrt(R* d)", (*_MATERIAL, "surface_energy"), _PARTNER
+    ),
+    "jkr": Submodel(
+        "F = 4 E* a^3 / (3 R*) - 4 sqrt(pi gamma E* a^3), d = a^2 / R* - 2 sqrt(pi gamma a / E*)",
+        (*_MATERIAL, "surface_energy"),
+        _PARTNER,
+    ),
+    "mdr": Submodel(
+        "each side on a rigid flat: F = E' A B / 4 (t - sin t cos t), cos t = 1 - 2 d / A, "
+        "A = 2 B = 4 R, E' = E / (1 - nu^2); yield, growth, bulk response and adhesion beside it",
+        _MATERIAL,
+        ("yield_stress", "surface_energy", "bulk_share"),
+    ),
+}
+
+DAMPING: Mapping[str, Dashpot] = {
+    "none": Dashpot("eta = 0", normals=("hooke", "hertz", "dmt", "jkr", "mdr")),
+    "velocity": Dashpot(
+        "eta = c", ("damping_coefficient",), normals=("hooke", "hertz", "dmt", "jkr", "mdr")
+    ),
+    "mass_velocity": Dashpot("eta = c m*", ("damping_coefficient",), powers=(1, 0, 0)),
+    "damping_ratio": Dashpot(
+        "eta = 2 c sqrt(m* k_n)", ("damping_coefficient",), powers=(0, 0, 1), normals=("hooke",)
+    ),
+    "viscoelastic": Dashpot("eta = c m* a", ("damping_coefficient",), powers=(1, 1, 0)),
+    "tsuji": Dashpot(
+        "eta = alpha(e) sqrt(2 m* F / d)", ("restitution",), powers=(0, 0, 1), normals=("hertz",)
+    ),
+    "coeff_restitution": Dashpot(
+        "eta = 2 zeta(e) sqrt(m* k_n) of hooke, sqrt(5) zeta(e) sqrt(m* F / d) of hertz, "
+        "zeta = -ln e / sqrt(pi^2 + ln^2 e)",
+        ("restitution",),
+        powers=(0, 0, 1),
+        normals=("hooke", "hertz"),
+    ),
+    "mdr": Dashpot(
+        "eta = c sqrt(m* k), k = 2 E' a at a wall and E' a between spheres",
+        ("damping_coefficient",),
+        normals=("mdr",),
+    ),
+}
+
+TANGENTIAL: Mapping[str, Submodel] = {
+    "linear_nohistory": Submodel("dashpot eta_t = x_t eta alone", _SLIDER),
+    "linear_history": Submodel("spring k_t q of the displacement q", _LINEAR),
+    "linear_history_classic": Submodel("spring k_t q, projected after it has grown", _LINEAR),
+    "mindlin": Submodel("spring 8 G* a q, 1/G* = sum 2 (2 - nu) (1 + nu) / E", _SLIDER, _MINDLIN),
+    "mindlin/force": Submodel("force that grows by 8 G* a dq", _SLIDER, _MINDLIN),
+    "mindlin_rescale": Submodel("mindlin; q shrinks with a as it opens", _SLIDER, _MINDLIN),
+    "mindlin_rescale/force": Submodel(
+        "mindlin/force; the force shrinks with a as it opens", _SLIDER, _MINDLIN
+    ),
+    "mindlin_classic": Submodel("mindlin, projected after it has grown", _SLIDER, _MINDLIN),
+}
+
+ROLLING: Mapping[str, Submodel] = {
+    "sds": Submodel(
+        "spring and dashpot of the velocity R* (w_i - w_j) x n, torque at most mu_r R* |F_n|",
+        ("rolling_stiffness", "rolling_damping", "rolling_friction"),
+    )
+}
+
+TWISTING: Mapping[str, Submodel] = {
+    "sds": Submodel(
+        "spring and dashpot of the angle about n, torque at most mu_w |F_n|",
+        ("twisting_stiffness", "twisting_damping", "twisting_friction"),
+    ),
+    "marshall": Submodel("stiffness k_t a^2 / 2, dashpot eta_t a^2 / 2, at most 2/3 a mu |F_n|"),
+}
+
+HEAT: Mapping[str, Submodel] = {
+    "radius": Submodel("conductance 2 k a (Carslaw and Jaeger 1959, 8.2)", ("conductance",)),
+    "area": Submodel("conductance h pi a^2", ("conductance",)),
+}
+
+SUBMODELS: Mapping[str, Mapping[str, Submodel | Dashpot]] = {
+    "normal": NORMAL,
+    "damping": DAMPING,
+    "tangential": TANGENTIAL,
+    "rolling": ROLLING,
+    "twisting": TWISTING,
+    "heat": HEAT,
+}
+
+Dimensions = tuple[float, float, float]  # powers of length, mass and time
+DIMENSIONS: Mapping[str, Dimensions] = {
+    "normal_stiffness": (0, 1, -2),
+    "normal_modulus": (-1, 1, -2),
+    "youngs_modulus": (-1, 1, -2),
+    "partner_youngs_modulus": (-1, 1, -2),
+    "surface_energy": (0, 1, -2),
+    "yield_stress": (-1, 1, -2),
+    "tangential_stiffness": (0, 1, -2),
+    "tangential_modulus": (-1, 1, -2),
+    "rolling_stiffness": (0, 1, -2),
+    "rolling_damping": (0, 1, -1),
+    "twisting_stiffness": (2, 1, -2),
+    "twisting_damping": (2, 1, -1),
+    "twisting_friction": (1, 0, 0),
+}  # of coefficients that are no pure numbers, but for the dashpot's and the conductance
+
+_CLASSIC = {  # submodels of the earlier contact styles of an engine, by normal force
+    "hooke": (("none", "mass_velocity"), ("none", "linear_nohistory", "linear_history_classic")),
+    "hertz": (("none", "viscoelastic"), ("none", "mindlin_classic")),
+}
+
+
+class Law(Parameters):
+    """The law of a contact of two bodies of one material, or of two.
+
+    A coefficient that no submodel takes is None. Raise CombinationError for one that is given all
+    the same, and for one that is needed and has no default.
+    """
+
+    normal: Normal = Field("hooke", description="[-] elastic normal force")
+    normal_stiffness: Positive | None = Field(None, description="[N/m] k_n of hooke")
+    normal_modulus: Positive | None = Field(
+        None, description="[Pa] K of hertz, in place of a material: 4/3 E*"
+    )
+    youngs_modulus: Positive | None = Field(None, description="[Pa] E of hertz, dmt, jkr and mdr")
+    poisson_ratio: Poisson | None = Field(None, description="[-] nu of hertz, dmt, jkr and mdr")
+    partner_youngs_modulus: Positive | None = Field(
+        None, description="[Pa] E of the second body, that of the first unless given"
+    )
+    partner_poisson_ratio: Poisson | None = Field(
+        None, description="[-] nu of the second body, that of the first unless given"
+    )
+    surface_energy: NotNegative | None = Field(
+        None, description="[J/m2] gamma of each surface of dmt and jkr, of sphere and flat of mdr"
+    )
+    yield_stress: Positive | None = Field(
+        None, description="[Pa] Y of mdr, which stays elastic unless given"
+    )
+    bulk_share: Annotated[float, Field(ge=0.0, le=1.0)] | None = Field(
+        None,
+        description="[-] psi_b of mdr: the bulk responds below this share of free surface, 1 from "
+        "the first touch on",
+    )
+    damping: Damping = Field("none", description="[-] normal dashpot eta")
+    damping_coefficient: NotNegative | None = Field(
+        None,
+        description="[-] c: kg/s of velocity, 1/s of mass_velocity, 1/(m s) of viscoelastic, a "
+        "pure number of damping_ratio and mdr",
+    )
+    restitution: Annotated[float, Field(ge=1e-6, le=1.0)] | None = Field(
+        None, description="[-] e that tsuji and coeff_restitution are made for"
+    )
+    clipped: bool = Field(False, description="[-] no attraction at the end of a contact")
+    tangential: Tangential = Field("none", description="[-] tangential force")
+    tangential_stiffness: Positive | None = Field(
+        None, description="[N/m] k_t of the linear springs"
+    )
+    tangential_modulus: Positive | None = Field(
+        None, description="[Pa] of Mindlin's springs, in place of 8 G*"
+    )
+    tangential_damping: NotNegative | None = Field(
+        None, description="[-] x_t: tangential over normal dashpot"
+    )
+    friction: Friction | None = Field(None, description="[-] Coulomb's mu")
+    rolling: Rolling = Field("none", description="[-] rolling resistance")
+    rolling_stiffness: Positive | None = Field(None, description="[N/m] of the rolling spring")
+    rolling_damping: NotNegative | None = Field(None, description="[kg/s] of the rolling dashpot")
+    rolling_friction: Friction | None = Field(None, description="[-] mu_r")
+    twisting: Twisting = Field("none", description="[-] twisting resistance")
+    twisting_stiffness: Positive | None = Field(None, description="[N m] per radian, of sds")
+    twisting_damping: NotNegative | None = Field(None, description="[N m s] per radian, of sds")
+    twisting_friction: Friction | None = Field(None, description="[m] mu_w of sds")
+    heat: Heat = Field("none", description="[-] conduction of heat")
+    conductance: Positive | None = Field(
+        None, description="[-] k of radius in W/m/K, h of area in W/m2/K"
+    )
+    interface: Literal["current", "old"] = Field(
+        "current", description="[-] old: written in an engine's earlier contact styles"
+    )
+
+    @classmethod
+    def linear(cls, stiffness: float, damping_ratio: float, clipped: bool) -> Law:
+        """Return a linear spring k [N/m] and dashpot 2 zeta sqrt(k m*) without friction."""
+        return cls(
+            normal_stiffness=stiffness,
+            damping="damping_ratio",
+            damping_coefficient=damping_ratio,
+            clipped=clipped,
+        )
+
+    @model_validator(mode="before")
+    @classmethod
+    def _set_defaults(cls, data: Any) -> Any:
+        if not isinstance(data, dict):
+            return data
+        given = {name: value for name, value in data.items() if value is not None}
+        rows = _rows({part: given.get(part, _default_model(cls, part)) for part in SUBMODELS})
+        for name in {name for row in rows for name in row.needs} - set(given):
+            if (default := _default(name, given)) is not None:
+                given[name] = default
+        return given
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        for part in SUBMODELS:
+            self._check_coefficients(part)
+        self._check_partners()
+        if self.interface == "old":
+            self._check_old_interface()
+        if self.normal == "mdr":
+            self._check_mdr()
+        return self
+
+    def _check_coefficients(self, part: str) -> None:
+        rows, model = SUBMODELS[part], getattr(self, part)
+        chosen = rows.get(model, Submodel(""))
+        taken = {*chosen.needs, *chosen.may_have}
+        for other, row in rows.items():
+            for name in {*row.needs, *row.may_have} - taken:
+                if getattr(self, name) is not None:
+                    value = getattr(self, name)
+                    raise ValueError(
+                        f"{name} = {value!r}: belongs to {part} = {other!r}, not to {model!r}"
+                    )
+        for name in chosen.needs:
+            replaced = name in _MATERIAL and self.normal_modulus is not None
+            if getattr(self, name) is None and not replaced:
+                raise ValueError(f"{name}: must be given with {part} = {model!r}")
+        if self.normal_modulus is not None and self.youngs_modulus is not None:
+            raise ValueError("normal_modulus: must not be given beside youngs_modulus")
+
+    def _check_partners(self) -> None:
+        if self.normal not in (allowed := DAMPING[self.damping].normals):
+            raise ValueError(f"damping = {self.damping!r}: needs normal = {', '.join(allowed)}")
+        if self.tangential == "linear_nohistory" and self.damping == "none":
+            raise ValueError("tangential = 'linear_nohistory': needs a damping, it is a dashpot")
+        known = self.moduli is not None or self.tangential_modulus is not None
+        if "mindlin" in self.tangential and (self.normal == "hooke" or not known):
+            raise ValueError(
+                f"tangential = {self.tangential!r}: needs a material (normal = hertz, dmt, jkr or "
+                "mdr with youngs_modulus) or tangential_modulus beside normal = hertz"
+            )
+        if self.twisting == "marshall" and not self.has_spring:
+            raise ValueError(
+                "twisting = 'marshall': needs a tangential spring (linear_history, mindlin, ...)"
+            )
+        if self.normal in ("dmt", "jkr") and self.clipped:
+            raise ValueError(f"clipped = True: must be False, normal = {self.normal!r} attracts")
+
+    def _check_old_interface(self) -> None:
+        dampings, tangentials = _CLASSIC.get(self.normal, ((), ()))
+        turns = self.rolling != "none" or self.twisting != "none"
+        if turns or self.damping not in dampings or self.tangential not in tangentials:
+            allowed = "; ".join(f"{n}: {', '.join((*d, *t))}" for n, (d, t) in _CLASSIC.items())
+            raise ValueError(f"interface = 'old': has these submodels alone: {allowed}")
+
+    def _check_mdr(self) -> None:
+        if (self.poisson_ratio or 0.0) >= 0.5 and (self.yield_stress or self.bulk_share):
+            raise ValueError(
+                f"poisson_ratio = {self.poisson_ratio!r}: must be below 0.5 beside yield_stress "
+                "and bulk_share, which need a finite bulk modulus"
+            )
+
+    def replace(self, **changes: Any) -> Self:
+        """Return a copy with changed fields, without coefficients of submodels that are left."""
+        models = {part: changes.get(part, getattr(self, part)) for part in SUBMODELS}
+        names = {name for row in _rows(models) for name in (*row.needs, *row.may_have)}
+        material = {*_MATERIAL, *_PARTNER}
+        dropped = material if changes.get("normal_modulus") else set()
+        dropped |= {"normal_modulus"} if material & set(changes) else set()
+        kept = {n: v for n, v in self if n not in COEFFICIENTS or n in names - dropped}
+        return type(self)(**{**kept, **changes})
+
+    @property
+    def has_spring(self) -> bool:
+        """Return whether the tangential force has a spring."""
+        return self.tangential not in ("none", "linear_nohistory")
+
+    @property
+    def materials(self) -> tuple[tuple[float, float], tuple[float, float]] | None:
+        """Return E [Pa] and nu of both bodies, None without a material."""
+        young, poisson = self.youngs_modulus, self.poisson_ratio
+        if young is None or poisson is None:
+            return None
+        other, its = self.partner_youngs_modulus, self.partner_poisson_ratio
+        second = (young if other is None else other, poisson if its is None else its)
+        return (young, poisson), second
+
+    @property
+    def two_materials(self) -> bool:
+        """Return whether the second body has a material of its own."""
+        return self.partner_youngs_modulus is not None or self.partner_poisson_ratio is not None
+
+    @property
+    def moduli(self) -> tuple[float, float] | None:
+        """Return E* and G* [Pa] of both bodies, None without a material.
+
+        1/E* = sum (1 - nu^2) / E and 1/G* = sum 2 (2 - nu) (1 + nu) / E (Johnson 1985, equations
+        4.3 and 7.43).
+        """
+        if self.materials is None:
+            return None
+        normal = sum((1.0 - nu**2) / young for young, nu in self.materials)
+        shear = sum(2.0 * (2.0 - nu) * (1.0 + nu) / young for young, nu in self.materials)
+        return 1.0 / normal, 1.0 / shear
+
+    @property
+    def one_material(self) -> Law:
+        """Return the law of the one material with the E* and G* of both.
+
+        G*/E* = (1 - nu) / (2 (2 - nu)) of two equal bodies gives nu.
+        """
+        if self.moduli is None or not self.two_materials:
+            return self
+        ratio = self.moduli[1] / self.moduli[0]
+        nu = (1.0 - 4.0 * ratio) / (1.0 - 2.0 * ratio)
+        material = {"youngs_modulus": 2.0 * (1.0 - nu**2) * self.moduli[0], "poisson_ratio": nu}
+        return self.replace(**material, **dict.fromkeys(_PARTNER))
+
+    def stiffness(self, radius: float, overlap: float) -> float:
+        """Return the slope of the elastic force without adhesion [N/m].
+
+        ``radius`` is R* [m], ``overlap`` d [m]: k_n of hooke, 2 E* sqrt(R* d) of the others.
+        """
+        if self.normal_stiffness is not None:
+            return self.normal_stiffness
+        modulus = self.moduli[0] if self.moduli else 0.75 * (self.normal_modulus or 0.0)
+        return 2.0 * modulus * math.sqrt(radius * overlap)
+
+    def dashpot(self, mass: float, radius: float, overlap: float) -> float:
+        """Return the normal dashpot eta [kg/s] of m* [kg], R* [m] and an overlap [m].
+
+        tsuji is taken for coeff_restitution of hertz, which has the same restitution.
+        """
+        k, (p, q, s) = self.stiffness(radius, overlap), DAMPING[self.damping].powers
+        secant = k if self.normal == "hooke" else k / 1.5  # F / d
+        factor = self.damping_coefficient or 0.0
+        if self.restitution is not None:
+            factor = damping_ratio(self.restitution)
+        if self.damping == "mdr":
+            return factor * math.sqrt(mass * k)
+        if s:
+            factor *= 2.0 if self.normal == "hooke" else math.sqrt(5.0)
+        contact_radius = math.sqrt(radius * overlap)
+        return factor * mass**p * contact_radius**q * math.sqrt(mass * secant) ** s
+
+    def in_units(self, length: float, mass: float, time: float) -> Law:
+        """Return the law in units of a length [m], a mass [kg] and a time [s].
+
+        Conductances stay, as temperatures and heat have units of their own.
+        """
+        p, q, s = DAMPING[self.damping].powers
+        dashpot = (-float(q), 1.0 - p - s, -1.0 + s)
+        if self.damping == "mdr":
+            dashpot = (0.0, 0.0, 0.0)
+        powers = {**DIMENSIONS, "damping_coefficient": dashpot}
+        scales = {n: length**x * mass**y * time**z for n, (x, y, z) in powers.items()}
+        return self.replace(**{n: v / scales[n] for n, v in self if n in scales and v is not None})
+
+
+COEFFICIENTS = frozenset(
+    name
+    for rows in SUBMODELS.values()
+    for row in rows.values()
+    for name in (*row.needs, *row.may_have)
+)
+
+
+def damping_ratio(restitution: float) -> float:
+    """Return zeta = -ln e / sqrt(pi^2 + ln^2 e) of a restitution e [-], 1 for e = 0."""
+    if restitution == 0.0:
+        return 1.0
+    logarithm = math.log(restitution)
+    return -logarithm / math.hypot(math.pi, logarithm)
+
+
+_DEFAULTS = {
+    "normal_stiffness": 1e6,
+    "youngs_modulus": 70e9,
+    "poisson_ratio": 0.3,
+    "surface_energy": 0.1,
+    "restitution": 0.9,
+    "tangential_damping": 0.0,
+    "friction": 0.3,
+}
+
+
+def _default_model(kind: type[Law], part: str) -> Any:
+    return kind.model_fields[part].default
+
+
+def _default(name: str, given: Mapping[str, Any]) -> float | None:
+    if name in _MATERIAL and "normal_modulus" in given:
+        return None
+    if name == "tangential_stiffness" and given.get("normal", "hooke") == "hooke":
+        return 2.0 * float(given.get("normal_stiffness", _DEFAULTS["normal_stiffness"])) / 7.0
+    if name == "tangential_damping" and given.get("tangential") == "linear_nohistory":
+        return 1.0
+    return _DEFAULTS.get(name)
+
+
+def _rows(models: Mapping[str, Any]) -> list[Submodel | Dashpot]:
+    return [rows[models[part]] for part, rows in SUBMODELS.items() if models[part] in rows]

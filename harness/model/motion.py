@@ -1,0 +1,37 @@
+"""The motion of a scene: what a solver or an engine returns."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Samples of a scene's bodies, in SI units.
+
+    ``time`` [s] has the shape (M,), ``position`` [m], ``velocity`` [m/s], ``angular_velocity``
+    [rad/s], ``force`` [N] and ``torque`` [N m] have (M, N, 3), in the order of the bodies. Forces
+    are those of contacts and drag, without weight. ``temperature`` [K] (M, N) is None where no
+    heat flows. An engine that writes no forces leaves NaN.
+    """
+
+    time: Floats
+    position: Floats
+    velocity: Floats
+    angular_velocity: Floats
+    force: Floats
+    torque: Floats
+    temperature: Floats | None = None
+
+    def __len__(self) -> int:
+        return len(self.time)
+
+    def sampled(self, every: int) -> Motion:
+        """Return the motion with each so many-th sample, the start among them."""
+        parts = (getattr(self, field.name) for field in fields(self))
+        return Motion(*(None if part is None else part[::every] for part in parts))

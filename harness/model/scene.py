@@ -1,0 +1,320 @@
+"""Scenes: spheres, walls, laws, gravity, step and samples, in SI units."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Mapping
+from typing import Annotated, Any, Literal, NamedTuple, Self
+
+from pydantic import BeforeValidator, Field, model_validator
+
+from harness.model.base import ZERO, Direction, Parameters, Positive, Vector
+from harness.model.law import DAMPING, Law
+
+Count = Annotated[int, Field(ge=1)]
+Temperature = Annotated[float, Field(ge=0.0, le=1e9)]
+Period = tuple[float | None, float | None, float | None]
+UNBOUNDED: Period = (None, None, None)
+ALL_AXES = (True, True, True)
+
+
+class Body(Parameters):
+    """A sphere, or a disc where its moment of inertia is that of one."""
+
+    radius: Positive = Field(description="[m]")
+    mass: Positive = Field(description="[kg]")
+    inertia: Positive | None = Field(
+        None, description="[kg m2] about each axis through the centre, 2/5 m r^2 unless given"
+    )
+    type: Count = Field(1, description="[-] the law of a contact goes by the types of both")
+    position: Vector = Field(ZERO, description="[m]")
+    velocity: Vector = Field(ZERO, description="[m/s]")
+    angular_velocity: Vector = Field(ZERO, description="[rad/s]")
+    motion: Literal["free", "frozen", "held"] = Field(
+        "free",
+        description="[-] free: moved by forces; frozen and held: not, its velocities stay, in m* "
+        "a frozen mass is infinite and a held one its own",
+    )
+    axes: tuple[bool, bool, bool] = Field(
+        ALL_AXES, description="[-] the axes along which forces and gravity move a free body"
+    )
+    temperature: Temperature = Field(0.0, description="[K]")
+    heat_capacity: Positive = Field(1.0, description="[J/kg/K]")
+
+    @property
+    def moment_of_inertia(self) -> float:
+        """Return the moment of inertia [kg m2]."""
+        return 0.4 * self.mass * self.radius**2 if self.inertia is None else self.inertia
+
+
+def sphere(radius: float, density: float, **more: Any) -> Body:
+    """Return a solid sphere of a radius [m] and a density [kg/m3]; ``more`` are fields of Body."""
+    return Body(radius=radius, mass=4.0 / 3.0 * math.pi * radius**3 * density, **more)
+
+
+class Wall(Parameters):
+    """A plane, a cylinder or a sphere that no force moves.
+
+    Its place is ``point`` + velocity t + amplitude (1 - cos(frequency t)).
+    """
+
+    shape: Literal["plane", "cylinder", "sphere"] = Field("plane", description="[-]")
+    point: Vector = Field(ZERO, description="[m] of a plane, of the axis, or the centre")
+    direction: Direction = Field(
+        (0.0, 0.0, 1.0), description="[-] normal of a plane towards the bodies, axis of a cylinder"
+    )
+    radius: Positive | None = Field(None, description="[m] of a cylinder or a sphere")
+    hollow: bool = Field(False, description="[-] bodies are inside the cylinder or sphere")
+    type: Count = Field(1, description="[-] the law of a contact goes by the types of both")
+    velocity: Vector = Field(ZERO, description="[m/s]")
+    amplitude: Vector = Field(ZERO, description="[m] of the oscillation")
+    frequency: float = Field(0.0, ge=0.0, description="[rad/s] of the oscillation")
+    surface_velocity: Vector = Field(
+        ZERO, description="[m/s] of the surface alone, which slides in its place"
+    )
+    spin: Vector = Field(
+        ZERO, description="[rad/s] of a cylinder or sphere about its axis or centre"
+    )
+    temperature: Temperature = Field(0.0, description="[K]")
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        if (self.radius is None) != (self.shape == "plane"):
+            must = "must be given" if self.radius is None else "must not be given"
+            raise ValueError(f"radius = {self.radius!r} m: {must} with shape = {self.shape!r}")
+        for name in ("hollow", "spin"):
+            value = getattr(self, name)
+            if self.shape == "plane" and value not in (False, ZERO):
+                raise ValueError(f"{name} = {value!r}: a plane has none (surface_velocity moves it)")
+        return self
+
+
+class Segment(Parameters):
+    """A piece of prescribed motion: velocities of all bodies for so many steps."""
+
+    steps: Count = Field(description="[-]")
+    velocities: tuple[Vector, ...] = Field(description="[m/s]")
+    angular_velocities: tuple[Vector, ...] = Field(description="[rad/s]")
+
+
+class PairLaw(NamedTuple):
+    """The law of contacts of two types, the smaller one first."""
+
+    types: tuple[int, int]
+    law: Law
+
+
+def _pair_laws(value: Any) -> Any:
+    if not isinstance(value, Mapping):
+        return value
+    rows = [PairLaw((min(pair), max(pair)), law) for pair, law in value.items()]
+    return tuple(sorted(rows, key=lambda row: row.types))
+
+
+PairLaws = Annotated[tuple[PairLaw, ...], BeforeValidator(_pair_laws)]
+
+
+class Scene(Parameters):
+    """Bodies and walls, the laws of their contacts, and the steps to be taken.
+
+    Every pair of bodies interacts unless neither is free or ``pairs`` names others; every free
+    body interacts with every wall. With ``segments`` the motion is prescribed: forces move
+    nothing, all bodies count as held. Raise RequestError for a step that no contact is stable at,
+    and for an impact that never ends.
+    """
+
+    bodies: tuple[Body, ...] = Field(min_length=1, description="[-]")
+    walls: tuple[Wall, ...] = Field((), description="[-]")
+    law: Law = Field(Law(), description="[-] of every contact that ``laws`` does not name")
+    laws: PairLaws = Field((), description="[-] by pair of types: {(1, 2): Law(...)}")
+    gravity: Vector = Field(ZERO, description="[m/s2]")
+    drag: float = Field(0.0, ge=0.0, description="[kg/s] force -drag v on free bodies")
+    period: Period = Field(UNBOUNDED, description="[m] along each axis, None without one")
+    step: Positive = Field(description="[s]")
+    steps: Count = Field(description="[-]")
+    every: Count = Field(1, description="[-] steps between samples; the start is one")
+    segments: tuple[Segment, ...] = Field((), description="[-] of prescribed motion")
+    setups: tuple[int, ...] = Field(
+        (), description="[step] at which a run begins anew: forces by the velocities of the step"
+    )
+    pairs: tuple[tuple[int, int], ...] | None = Field(
+        None, description="[-] indices of bodies that can touch, all unless given"
+    )
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        count = len(self.bodies)
+        if not self.segments and all(body.motion != "free" for body in self.bodies):
+            raise ValueError("bodies: at least one must be free where no segment moves them")
+        for segment in self.segments:
+            if not len(segment.velocities) == len(segment.angular_velocities) == count:
+                raise ValueError(f"segments: each needs velocities of {count} bodies")
+        moved = sum(segment.steps for segment in self.segments)
+        if self.segments and moved != self.steps:
+            raise ValueError(f"steps = {self.steps}: must be {moved}, the sum of the segments'")
+        if any(not 0 <= i < count or not 0 <= j < count or i == j for i, j in self.pairs or ()):
+            raise ValueError(f"pairs: must be two different indices from 0 to {count - 1}")
+        self._check_walls()
+        self._check_period()
+        self._check_mdr()
+        if not self.segments:
+            self._check_steps()
+            self._check_impacts_end()
+        return self
+
+    def _check_walls(self) -> None:
+        largest = max(body.radius for body in self.bodies)
+        for wall in self.walls:
+            if wall.hollow and (wall.radius or 0.0) <= largest:
+                raise ValueError(
+                    f"radius = {wall.radius!r} m: must be greater than {largest:.12g} m, that of "
+                    "the bodies inside"
+                )
+
+    def _check_period(self) -> None:
+        least = 4.0 * max(body.radius for body in self.bodies)
+        for length in self.period:
+            if length is not None and not length >= 0.999 * least:
+                raise ValueError(
+                    f"period = {length!r} m: must be at least {least:.12g} m, twice the largest "
+                    "diameter: a body must meet one image of another"
+                )
+
+    def _check_mdr(self) -> None:
+        laws = self.all_laws
+        if any(law.normal == "mdr" for law in laws) and len(set(laws)) > 1:
+            raise ValueError("laws: must be one with normal = 'mdr', whose bodies keep its state")
+
+    def _check_steps(self) -> None:
+        for name, value, law, largest in self._largest_steps():
+            if self.step > largest:
+                raise ValueError(
+                    f"step = {self.step!r} s: must be at most {largest:.6g} s, larger ones do not "
+                    f"resolve {name} = {value!r} of {law.normal}"
+                )
+
+    def _check_impacts_end(self) -> None:
+        if any(self.gravity):
+            return
+        for law, first, second in self._partners():
+            p, q, s = DAMPING[law.damping].powers
+            if law.normal != "hooke" or law.clipped or q:
+                continue
+            mass = effective_mass(first, second)
+            critical = 2.0 * math.sqrt((law.normal_stiffness or 0.0) * mass)
+            ratio = law.dashpot(mass, first.radius, 0.0) / critical
+            if ratio >= 1.0:
+                name = "restitution" if law.restitution is not None else "damping_coefficient"
+                value = getattr(law, name)
+                raise ValueError(
+                    f"{name} = {value!r}: must be below {value / ratio:.6g}, critical damping, or "
+                    "clipped = True: the contact never ends"
+                )
+
+    @property
+    def all_laws(self) -> tuple[Law, ...]:
+        """Return the law of pairs without their own, and those of ``laws``."""
+        return (self.law, *(row.law for row in self.laws))
+
+    def law_of(self, first: int, second: int) -> Law:
+        """Return the law of a contact of two types."""
+        types = (min(first, second), max(first, second))
+        return next((row.law for row in self.laws if row.types == types), self.law)
+
+    @property
+    def duration(self) -> float:
+        """Return the time simulated [s]."""
+        return self.step * self.steps
+
+    @property
+    def largest_step(self) -> float:
+        """Return the largest step [s] at which each contact, alone, is stable.
+
+        v+ = v - h (c v + w^2 x), x+ = x + h v+ is stable for c h + (w h)^2 / 2 < 2 (Jury's
+        criterion), with the rates of each spring and its dashpot at the largest overlap of an
+        elastic impact at the speeds of the start, or of a body at rest under its weight.
+        """
+        return min((row[-1] for row in self._largest_steps()), default=math.inf)
+
+    def _largest_steps(self) -> Iterator[tuple[str, float, Law, float]]:
+        for law, first, second in self._partners():
+            mass, radius = effective_mass(first, second), effective_radius(first, second)
+            overlap = self._overlap(law, mass, radius)
+            for name, spring, dashpot in _rates(law, first, second, mass, radius, overlap):
+                if spring or dashpot:
+                    yield name, getattr(law, name), law, _largest(spring, dashpot)
+
+    def _overlap(self, law: Law, mass: float, radius: float) -> float:
+        speed = max(math.hypot(*b.velocity) for b in self.bodies)
+        speed += max((math.hypot(*w.velocity) for w in self.walls), default=0.0)
+        weight = mass * math.hypot(*self.gravity)
+        if law.normal == "hooke":
+            k = law.normal_stiffness or 1.0
+            return max(speed * math.sqrt(mass / k), weight / k)
+        coefficient = law.stiffness(radius, 1.0) / 1.5  # F = K d^(3/2)
+        impact = (1.25 * mass * speed**2 / coefficient) ** 0.4
+        return float(max(impact, (weight / coefficient) ** (2.0 / 3.0)))
+
+    def _partners(self) -> Iterator[tuple[Law, Body, Body | None]]:
+        """Yield each law with bodies that it holds for, one of each kind; None is a wall."""
+        keys = [(b.radius, b.mass, b.inertia, b.type, b.motion) for b in self.bodies]
+        kinds = dict(zip(keys, self.bodies, strict=True))
+        for key, first in kinds.items():
+            if first.motion != "free":
+                continue
+            for other, second in kinds.items():
+                if other != key or keys.count(key) > 1:
+                    yield self.law_of(first.type, second.type), first, second
+            for wall in {wall.type: wall for wall in self.walls}.values():
+                yield self.law_of(first.type, wall.type), first, None
+
+
+def effective_mass(first: Body, second: Body | None) -> float:
+    """Return m* [kg] of a free body and another or a wall (None); frozen masses are infinite."""
+    if second is None or second.motion == "frozen":
+        return first.mass
+    return first.mass * second.mass / (first.mass + second.mass)
+
+
+def effective_radius(first: Body, second: Body | None) -> float:
+    """Return R* [m] of two bodies, or of one on a plane (None)."""
+    if second is None:
+        return first.radius
+    return first.radius * second.radius / (first.radius + second.radius)
+
+
+def _rates(
+    law: Law, first: Body, second: Body | None, mass: float, radius: float, overlap: float
+) -> Iterable[tuple[str, float, float]]:
+    """Yield each spring's coefficient, its w^2 [1/s2] and the rate of its dashpot [1/s]."""
+    eta = law.dashpot(mass, radius, overlap)
+    free = [body for body in (first, second) if body is not None and body.motion == "free"]
+    turning = sum(1.0 / body.moment_of_inertia for body in free)
+    slipping = 1.0 / mass + sum(b.radius**2 / b.moment_of_inertia for b in free)
+    a, shear = math.sqrt(radius * overlap), law.moduli[1] if law.moduli else 0.0
+    names = ("normal_stiffness", "normal_modulus", "youngs_modulus")
+    elastic = next(name for name in names if getattr(law, name) is not None)
+    yield elastic, law.stiffness(radius, overlap) / mass, eta / mass
+    if law.has_spring:
+        name = "tangential_stiffness" if law.tangential_stiffness else "tangential"
+        k = law.tangential_stiffness or a * (law.tangential_modulus or 8.0 * shear)
+        yield name, k * slipping, (law.tangential_damping or 0.0) * eta * slipping
+    if law.rolling == "sds":
+        of_torque = radius**2 * turning
+        yield (
+            "rolling_stiffness",
+            (law.rolling_stiffness or 0.0) * of_torque,
+            (law.rolling_damping or 0.0) * of_torque,
+        )
+    if law.twisting == "sds":
+        yield (
+            "twisting_stiffness",
+            (law.twisting_stiffness or 0.0) * turning,
+            (law.twisting_damping or 0.0) * turning,
+        )
+
+
+def _largest(spring: float, dashpot: float) -> float:
+    """Return the step h with dashpot h + spring h^2 / 2 = 2."""
+    return 4.0 / (dashpot + math.sqrt(dashpot * dashpot + 4.0 * spring))
+
