@@ -195,7 +195,10 @@ class Faults(Parameters):
         description="[-] the dashpot of mdr has twice, at a wall half of its value (LAMMPS 2025)",
     )
     mdr_sticking_share: float = Field(
-        1.0, gt=0.0, le=1.0, description="[-] of mdr's contact radius that sticks (LAMMPS 2025: 0.99)"
+        1.0,
+        gt=0.0,
+        le=1.0,
+        description="[-] of mdr's contact radius that sticks (LAMMPS 2025: 0.99)",
     )
     mdr_newton_error: float = Field(
         0.0, ge=0.0, description="[m] at which mdr's search of the sticking radius ends (1e-10)"

@@ -85,7 +85,9 @@ class Wall(Parameters):
         for name in ("hollow", "spin"):
             value = getattr(self, name)
             if self.shape == "plane" and value not in (False, ZERO):
-                raise ValueError(f"{name} = {value!r}: a plane has none (surface_velocity moves it)")
+                raise ValueError(
+                    f"{name} = {value!r}: a plane has none (surface_velocity moves it)"
+                )
         return self
 
 
@@ -317,4 +319,3 @@ def _rates(
 def _largest(spring: float, dashpot: float) -> float:
     """Return the step h with dashpot h + spring h^2 / 2 = 2."""
     return 4.0 / (dashpot + math.sqrt(dashpot * dashpot + 4.0 * spring))
-

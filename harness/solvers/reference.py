@@ -169,7 +169,9 @@ def limit(
         runs.append(dict(quantities(steps)))
         for name in names:
             values = [run[name] for run in runs[-4:]]
-            steady = [2.0 * after - before for before, after in zip(values, values[1:], strict=False)]
+            steady = [
+                2.0 * after - before for before, after in zip(values, values[1:], strict=False)
+            ]
             error = max(steady) - min(steady) if len(steady) > 2 else math.inf
             limits[name] = Limit(steady[-1], error)
     return limits
@@ -193,6 +195,7 @@ SCHEMES = {
 }
 PLANE, CYLINDER, SPHERE = range(3)
 SHAPES = {"plane": PLANE, "cylinder": CYLINDER, "sphere": SPHERE}
+AT_LIMIT = 1.0 + 1e-15  # a spring that was cut back may be off its limit by rounding
 HEATS = {"none": 0, "radius": 1, "area": 2}
 
 _F, _I, _B, _V = np.float64, np.int64, np.bool_, (np.float64, 3)
@@ -639,9 +642,7 @@ def elastic(law: Records, radius: float, overlap: float) -> tuple[float, float, 
 
 
 @compiled
-def elastic_mdr(
-    system: System, c: int, touch: Touch, moves: bool
-) -> tuple[float, float]:
+def elastic_mdr(system: System, c: int, touch: Touch, moves: bool) -> tuple[float, float]:
     """Return elastic force [N] and contact radius [m] of mdr, the mean of both sides."""
     contact, rules = system.contacts[c], system.rules[0]
     law, wall = system.laws[contact.law], contact.second < 0
@@ -666,9 +667,7 @@ def elastic_mdr(
 
 
 @compiled
-def dashpot(
-    system: System, c: int, force: float, a: float, overlap: float, moves: bool
-) -> float:
+def dashpot(system: System, c: int, force: float, a: float, overlap: float, moves: bool) -> float:
     """Return the normal dashpot eta [kg/s] of an elastic force [N] and a contact radius [m]."""
     contact, rules = system.contacts[c], system.rules[0]
     law, mass = system.laws[contact.law], contact.mass
@@ -705,7 +704,7 @@ def limit_slider(
     sticking_only = sticking_only and k > 0.0
     limited = spring if sticking_only else held
     length = size(limited)
-    if length <= cap:
+    if length <= cap * AT_LIMIT:
         return held, q, False
     force = scale(cap / length, limited)
     if k > 0.0:

@@ -1,0 +1,200 @@
+"""Each convention and each known defect in a scene that it moves, by how much at least."""
+
+import math
+
+import numpy as np
+import pytest
+
+from harness.model.conventions import Faults, Rules
+from harness.model.scene import Scene, Segment, Wall, sphere
+from harness.solvers import reference
+from tests.solvers.reference.scenes import (
+    DAMPED, DMT, HERTZ, HOOKE, JKR, LEADS, LINEAR, MDR, MINDLIN, R, RHO, ROLLS, STILL, TWISTS,
+    VISCOUS, YIELDS, difference, guided, impact,
+)  # fmt: skip
+
+ASLANT, ALL = (0.5, 0.3, -1.0), {**ROLLS, **TWISTS}
+TORSION, RESCALED = LINEAR.replace(**ALL), MINDLIN.replace(tangential="mindlin_rescale")
+TSUJI = HERTZ.replace(damping="tsuji", restitution=0.5)
+CLASSIC = LINEAR.replace(tangential="linear_history_classic")
+ADHERES, DOWN = MDR.replace(surface_energy=0.5), (0.0, 0.0, -1.0)
+
+
+def led(law, factor=1, partner="sphere", step=1e-5, **more):
+    """Return a sphere led past another, in ``factor`` times as many steps as need be."""
+    pieces = [(factor * n, v, w) for n, v, w in LEADS]
+    return guided(law, *pieces, partner=partner, step=step / factor, every=factor, **more)
+
+
+def rolled(factor=1, law=TORSION, turns=0.5, legs=40):
+    """Return a sphere that is led on an arc about another, and rolls, slips and twists there."""
+    law = law.replace(friction=1e3, rolling_friction=1e3, twisting_friction=1e3)
+    reach, steps, h = 2 * R - 1e-5, 5 * factor, 1e-4 / factor
+    angles = np.linspace(0.0, turns, legs + 1)
+    places = np.stack([0.8 * np.sin(angles), 0.6 * np.sin(angles), np.cos(angles)], axis=1)
+    ways = np.diff(reach * places - [0.0, 0.0, R], axis=0) / (steps * h)
+    spin = (30.0, 45.0, 25.0)
+    return guided(law, *((steps, tuple(way), spin) for way in ways), partner="sphere", step=h,
+                  every=steps)  # fmt: skip
+
+
+def slanted(law, factor=1, partner="wall", **more):
+    every = 20 * factor
+    return impact(law, ASLANT, 100 * factor, partner=partner, every=every, spin=(9.0, 5.0, 7.0),
+                  **more)  # fmt: skip
+
+
+def touching(overlap, law=HOOKE.replace(**DAMPED), speed=1.0):
+    """Return a sphere that just touches the floor and leaves it."""
+    return impact(law, DOWN, 100, every=1).replace(
+        bodies=(sphere(R, RHO, position=(0.0, 0.0, R - overlap), velocity=(0.0, 0.0, speed)),)
+    )
+
+
+def pressed(law, depth, steps=2000, back=0.5):
+    """Return a sphere that is pressed to a depth [m] and pulled back."""
+    h, lift = 1e-6, back * depth / (steps * 1e-6)
+    return guided(law, (steps, (0.0, 0.0, -depth / (steps * h)), STILL),
+                  (steps, (0.0, 0.0, lift), STILL), overlap=1e-9, every=20)  # fmt: skip
+
+
+def squeezed(law, depth, steps=4000):
+    """Return a sphere that two plates press flat, each to a depth [m]."""
+    speed = depth / steps / 1e-6
+    walls = (
+        Wall(velocity=(0.0, 0.0, speed)),
+        Wall(point=(0.0, 0.0, 2 * R), direction=(0.0, 0.0, -1.0), velocity=(0.0, 0.0, -speed)),
+    )
+    still = Segment(steps=steps, velocities=(STILL,), angular_velocities=(STILL,))
+    return Scene(bodies=(sphere(R, RHO, position=(0.0, 0.0, R)),), walls=walls, law=law, step=1e-6,
+                 steps=steps, every=50, segments=(still,))  # fmt: skip
+
+
+def taken_along(**wall):
+    """Return a sphere on a wall that moves, with a second setup on the way."""
+    body = sphere(R, RHO, position=(0.04 + 1e-6, 0.0, 0.0))
+    kind = {"shape": "cylinder", "radius": 0.05, "hollow": True, "spin": (0.0, 0.0, 2.0)}
+    return Scene(bodies=(body,), walls=(Wall(**{**kind, **wall}),), law=LINEAR, step=1e-6,
+                 steps=200, every=20, setups=(100,))  # fmt: skip
+
+
+RULES = {  # field: (value, scene of a factor of steps, least difference, one limit of small steps)
+    "scheme": [
+        ("mfix_euler", lambda k: slanted(HERTZ.replace(**VISCOUS), k), 1e-3, True),
+        ("mfix_adams_bashforth", lambda k: slanted(HERTZ.replace(**VISCOUS), k), 1e-4, True),
+    ],
+    "damping_in_cap": [("sticking_only", lambda k: slanted(LINEAR, k), 5e-3, False)],
+    "torque_lever": [("radius", lambda k: slanted(MINDLIN, k, "sphere"), 1e-4, False)],
+    "velocity_lever": [("contact_point", lambda k: slanted(MINDLIN, k, "sphere"), 1e-4, False)],
+    "wall_lever": [
+        ("contact_point", lambda k: slanted(MINDLIN, k), 1e-3, False),
+        ("height", lambda k: slanted(MINDLIN, k), 1e-3, False),
+    ],
+    "wall_spin": [("levered", lambda k: led(TORSION, k, "wall"), 1e-5, False)],
+    "frozen_mass": [("own", lambda k: slanted(HERTZ.replace(**VISCOUS), k, "frozen"), 1e-2, False)],
+    "wall_curvature": [(1e-8, lambda k: slanted(HERTZ, k), 1e-9, False)],
+    "least_overlap": [(1e-15, lambda k: touching(R - np.nextafter(R, 0.0)), 1e-3, False)],
+    "wall_touches_at_zero": [(True, lambda k: touching(0.0), 1e-3, False)],
+    "spring_frame": [
+        ("projected", lambda k: rolled(k), 1e-7, True),
+        ("rotated", lambda k: rolled(k), 1e-7, True),
+    ],
+    "torsion_frame": [
+        ("room", lambda k: rolled(k), 1e-5, False),
+        ("rotated", lambda k: rolled(k), 1e-9, True),
+    ],
+    "spring_spin": [("mean", lambda k: rolled(k), 1e-4, False)],
+    "slip_step": [("turned_arms", lambda k: rolled(k), 1e-7, True)],
+    "rescaled_from": [("displacement", lambda k: slanted(RESCALED, k, "sphere"), 1e-7, True)],
+    "forgets_setup": [(True, lambda k: rolled(k), 1e-5, True)],
+    "mdr_wall_force": [("plain", lambda k: pressed(MDR, 0.02 * R), 1e-6, False)],
+    "mdr_growth": [("whole", lambda k: squeezed(YIELDS, 0.7 * R), 1e-6, False)],
+    "mdr_growth_steps": [(1.0, lambda k: pressed(YIELDS, 0.05 * R), 1e-6, True)],
+}
+RULE_CASES = [(name, *case) for name, cases in RULES.items() for case in cases]
+
+
+def moved(scene, field, value):
+    """Return how far a convention moves a scene, beside the others that it needs."""
+    base = {"torsion_frame": "room"} if field == "forgets_setup" else {}
+    first, second = Rules(**base), Rules(**{**base, field: value})
+    return difference(reference.run(scene, first), reference.run(scene, second))
+
+
+def test_every_convention_has_a_case():
+    assert set(RULES) == set(Rules.model_fields)
+
+
+@pytest.mark.parametrize(("field", "value", "scene", "least", "one_limit"), RULE_CASES)
+def test_convention(field, value, scene, least, one_limit):
+    far = moved(scene(1), field, value)
+    assert far >= least
+    if one_limit and field != "mdr_growth_steps":
+        assert moved(scene(4), field, value) < 0.4 * far
+
+
+def test_convention_without_a_part_that_it_concerns():
+    plain = slanted(HERTZ)
+    for field in ("damping_in_cap", "spring_spin", "rescaled_from", "wall_spin", "frozen_mass"):
+        value = RULES[field][0][0]
+        assert moved(plain, field, value) == 0.0
+
+
+FAULTS = {  # field: (value, scene, least difference)
+    "tsuji_effective_mass": (True, lambda: impact(TSUJI, DOWN), 1e-2),
+    "marshall_without_radius": (
+        True, lambda: led(MINDLIN.replace(twisting="marshall"), partner="wall"), 1e-3,
+    ),
+    "twisting_limit_by_rate": (
+        True, lambda: led(TORSION.replace(twisting_damping=0.0), partner="wall"), 1e-4,
+    ),
+    "tangential_radius": ("walls", lambda: slanted(CLASSIC), 1e-2),
+    "cap_without_radius": ("all", lambda: slanted(MINDLIN.replace(friction=0.1)), 1e-3),
+    "shear_factor": (1.1, lambda: slanted(MINDLIN, partner="sphere"), 1e-3),
+    "wall_modulus_factor": (1.3, lambda: slanted(MINDLIN), 1e-2),
+    "wall_shear_factor": (1.3, lambda: slanted(MINDLIN), 1e-3),
+    "dmt_limit_without_pull_off": (
+        True, lambda: led(DMT.replace(tangential="mindlin", friction=0.05)), 1e-3,
+    ),
+    "longest_neck": (0.0, lambda: pressed(JKR, 1e-6, back=2.0), 1e-2),
+    "torsion_reversed_at": ((100,), lambda: led(TORSION), 1e-4),
+    "springs_lost_in_setup": (
+        True, lambda: slanted(MINDLIN, partner="sphere").replace(setups=(60,)), 1e-3,
+    ),
+    "wall_at_rest_in_setup": (True, taken_along, 1e-5),
+    "tsuji_again_in_setup": (True, lambda: impact(TSUJI, DOWN).replace(setups=(50,)), 1e-2),
+    "setup_torque": ((0.0, 1e-3, 0.0), taken_along, 1e-4),
+    "cylinder_shear": ((0.0, 0.0, 0.1), taken_along, 1e-2),
+    "small_angle_quaternion": (True, lambda: rolled(20), 1e-9),
+    "mdr_damping_interchanged": (
+        True, lambda: pressed(MDR.replace(damping="mdr", damping_coefficient=0.2), 1e-5), 1e-3,
+    ),
+    "mdr_sticking_share": (0.99, lambda: pressed(ADHERES, 1e-6, back=2.0), 1e-3),
+    "mdr_newton_error": (1e-8, lambda: pressed(ADHERES, 1e-6, back=2.0), 1e-7),
+    "mdr_parts_at_zero": (True, lambda: pressed(ADHERES, 1e-6, back=2.0), 1e-3),
+}  # fmt: skip
+
+
+def test_every_known_defect_has_a_case():
+    assert set(FAULTS) == set(Faults.model_fields)
+
+
+@pytest.mark.parametrize("field", FAULTS)
+def test_known_defect(field):
+    value, scene, least = FAULTS[field]
+    rules = Rules(slip_step="turned_arms" if "quaternion" in field else "velocity")
+    plain = reference.run(scene(), rules)
+    assert difference(plain, reference.run(scene(), rules, Faults(**{field: value}))) >= least
+
+
+@pytest.mark.parametrize("field", ["tangential_radius", "cap_without_radius"])
+def test_known_defect_of_walls_leaves_pairs(field):
+    faults, scene = Faults(**{field: "walls"}), slanted(CLASSIC, partner="sphere")
+    assert difference(reference.run(scene), reference.run(scene, None, faults)) == 0.0
+
+
+def test_short_neck_of_jkr_has_eight_ninths_of_the_tension():
+    """At overlap 0 the tension is 8/9 of 3 pi gamma R*, where a list without a skin cuts a neck."""
+    scene = pressed(JKR, 1e-6, 20_000, back=2.5).replace(every=1)
+    force = reference.run(scene, None, Faults(longest_neck=0.0)).force[:, 0, 2]
+    assert -force.min() == pytest.approx(8 / 9 * 3 * math.pi * 0.5 * R, rel=2e-3)
