@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator
 from typing import TYPE_CHECKING, Annotated, Any, Self
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
@@ -16,13 +15,6 @@ ZERO: Vector = (0.0, 0.0, 0.0)
 
 Positive = Annotated[float, Field(ge=1e-30, le=1e30)]  # their products stay in double precision
 NotNegative = Annotated[float, Field(ge=0.0, le=1e30)]
-
-_BOUNDS = {
-    "gt": "greater than",
-    "ge": "greater than or equal to",
-    "lt": "less than",
-    "le": "less than or equal to",
-}
 
 
 class Parameters(BaseModel):
@@ -58,8 +50,8 @@ class Parameters(BaseModel):
 
 def unit(kind: type[Parameters], name: str) -> str:
     """Return the unit of a field, empty for a pure number."""
-    description = kind.model_fields[name].description or ""
-    symbol = description[1:].partition("]")[0] if description.startswith("[") else ""
+    field = kind.model_fields.get(name)
+    symbol = ((field and field.description) or "[").partition("]")[0][1:]
     return "" if symbol == "-" else symbol
 
 
@@ -84,32 +76,6 @@ def _error_line(kind: type[Parameters], error: ValidationError) -> str:
         return f"{name}: no such parameter of {kind.__name__} ({', '.join(kind.model_fields)})"
     if first["type"] == "missing":
         return f"{name}: must be given"
-    if name in kind.model_fields and first["type"] in _RANGE_ERRORS:
-        message = f"must be {' and '.join(_bounds(kind, name)) or 'a finite number'}"
     message = re.sub("(Input|String) should", "must", message)
-    symbol = unit(kind, name) if name in kind.model_fields else ""
-    text = f"{name} = {first['input']!r} {symbol}".rstrip()
+    text = f"{name} = {first['input']!r} {unit(kind, name)}".rstrip()
     return f"{text}: {message[0].lower()}{message[1:]}"
-
-
-_RANGE_ERRORS = {
-    *("finite_number", "greater_than", "greater_than_equal", "less_than", "less_than_equal"),
-}
-
-
-def _bounds(kind: type[Parameters], name: str) -> Iterator[str]:
-    field = kind.model_fields[name]
-    rows = [*field.metadata, *_metadata(field.annotation)]
-    for row in rows:
-        for key, words in _BOUNDS.items():
-            if getattr(row, key, None) is not None:
-                yield f"{words} {getattr(row, key):.12g}"
-
-
-def _metadata(annotation: Any) -> list[Any]:
-    """Return the constraints within ``X | None``, of fields that need not be given."""
-    rows: list[Any] = []
-    for part in getattr(annotation, "__args__", ()):
-        for info in getattr(part, "__metadata__", ()):
-            rows += getattr(info, "metadata", [info])
-    return rows

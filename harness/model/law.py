@@ -35,146 +35,94 @@ Rolling = Literal["none", "sds"]
 Twisting = Literal["none", "sds", "marshall"]
 Heat = Literal["none", "radius", "area"]
 Poisson = Annotated[float, Field(gt=-1.0, le=0.5)]
+Share = Annotated[float, Field(ge=0.0, le=1.0)]
 Friction = Annotated[float, Field(ge=0.0, le=1e9)]  # nothing slides from there on
 
 
 class Submodel(NamedTuple):
-    """A part of a law: its formula, the coefficients it needs, and those it may have."""
+    """A part of a law: its formula, the coefficients it needs, and those it may have.
+
+    A normal dashpot is c m*^p a^q (m* F / d)^(s/2) [kg/s] by its ``powers`` p, q, s, and goes with
+    the elastic forces ``normals``.
+    """
 
     formula: str
     needs: tuple[str, ...] = ()
     may_have: tuple[str, ...] = ()
-
-
-class Dashpot(NamedTuple):
-    """A normal dashpot eta = c m*^p a^q (m* F / d)^(s/2) [kg/s], and the forces it goes with."""
-
-    formula: str
-    needs: tuple[str, ...] = ()
-    may_have: tuple[str, ...] = ()
-    powers: tuple[int, int, int] = (0, 0, 0)  # p, q, s
+    powers: tuple[int, int, int] = (0, 0, 0)
     normals: tuple[str, ...] = ("hooke", "hertz", "dmt", "jkr")
 
 
+Table = Mapping[str, Submodel]
 _MATERIAL = ("youngs_modulus", "poisson_ratio")
 _PARTNER = ("partner_youngs_modulus", "partner_poisson_ratio")
 _SLIDER = ("tangential_damping", "friction")
-_LINEAR = ("tangential_stiffness", *_SLIDER)
-_MINDLIN = ("tangential_modulus",)
+_LINEAR, _MINDLIN = ("tangential_stiffness", *_SLIDER), ("tangential_modulus",)
+_STICKY, _FACTOR, _AIM = (*_MATERIAL, "surface_energy"), ("damping_coefficient",), ("restitution",)
+_ANY = ("hooke", "hertz", "dmt", "jkr", "mdr")
 
-NORMAL: Mapping[str, Submodel] = {
+# fmt: off
+NORMAL: Table = {
     "hooke": Submodel("F = k_n d", ("normal_stiffness",)),
-    "hertz": Submodel(
-        "F = 4/3 E* a d, a = sqrt(R* d), 1/E* = sum (1 - nu^2) / E; or F = K a d",
-        _MATERIAL,
-        ("normal_modulus", *_PARTNER),
-    ),
-    "dmt": Submodel(
-        "F = 4/3 E* a d - 4 pi gamma R*, a = sqrt(R* d)", (*_MATERIAL, "surface_energy"), _PARTNER
-    ),
-    "jkr": Submodel(
-        "F = 4 E* a^3 / (3 R*) - 4 sqrt(pi gamma E* a^3), d = a^2 / R* - 2 sqrt(pi gamma a / E*)",
-        (*_MATERIAL, "surface_energy"),
-        _PARTNER,
-    ),
-    "mdr": Submodel(
-        "each side on a rigid flat: F = E' A B / 4 (t - sin t cos t), cos t = 1 - 2 d / A, "
-        "A = 2 B = 4 R, E' = E / (1 - nu^2); yield, growth, bulk response and adhesion beside it",
-        _MATERIAL,
-        ("yield_stress", "surface_energy", "bulk_share"),
-    ),
+    "hertz": Submodel("F = 4/3 E* a d, a = sqrt(R* d), 1/E* = sum (1 - nu^2) / E; or F = K a d",
+                      _MATERIAL, ("normal_modulus", *_PARTNER)),
+    "dmt": Submodel("F = 4/3 E* a d - 4 pi gamma R*, a = sqrt(R* d)", _STICKY, _PARTNER),
+    "jkr": Submodel("F = 4 E* a^3 / (3 R*) - 4 sqrt(pi gamma E* a^3), "
+                    "d = a^2 / R* - 2 sqrt(pi gamma a / E*)", _STICKY, _PARTNER),
+    "mdr": Submodel("each side on a rigid flat: F = E' A B / 4 (t - sin t cos t), "
+                    "cos t = 1 - 2 d / A, A = 2 B = 4 R, E' = E / (1 - nu^2); besides yield, "
+                    "growth, bulk response and adhesion",
+                    _MATERIAL, ("yield_stress", "surface_energy", "bulk_share")),
 }
-
-DAMPING: Mapping[str, Dashpot] = {
-    "none": Dashpot("eta = 0", normals=("hooke", "hertz", "dmt", "jkr", "mdr")),
-    "velocity": Dashpot(
-        "eta = c", ("damping_coefficient",), normals=("hooke", "hertz", "dmt", "jkr", "mdr")
-    ),
-    "mass_velocity": Dashpot("eta = c m*", ("damping_coefficient",), powers=(1, 0, 0)),
-    "damping_ratio": Dashpot(
-        "eta = 2 c sqrt(m* k_n)", ("damping_coefficient",), powers=(0, 0, 1), normals=("hooke",)
-    ),
-    "viscoelastic": Dashpot("eta = c m* a", ("damping_coefficient",), powers=(1, 1, 0)),
-    "tsuji": Dashpot(
-        "eta = alpha(e) sqrt(2 m* F / d)", ("restitution",), powers=(0, 0, 1), normals=("hertz",)
-    ),
-    "coeff_restitution": Dashpot(
+DAMPING: Table = {
+    "none": Submodel("eta = 0", normals=_ANY),
+    "velocity": Submodel("eta = c", _FACTOR, normals=_ANY),
+    "mass_velocity": Submodel("eta = c m*", _FACTOR, powers=(1, 0, 0)),
+    "damping_ratio": Submodel("eta = 2 c sqrt(m* k_n)", _FACTOR, (), (0, 0, 1), ("hooke",)),
+    "viscoelastic": Submodel("eta = c m* a", _FACTOR, powers=(1, 1, 0)),
+    "tsuji": Submodel("eta = alpha(e) sqrt(2 m* F / d)", _AIM, (), (0, 0, 1), ("hertz",)),
+    "coeff_restitution": Submodel(
         "eta = 2 zeta(e) sqrt(m* k_n) of hooke, sqrt(5) zeta(e) sqrt(m* F / d) of hertz, "
-        "zeta = -ln e / sqrt(pi^2 + ln^2 e)",
-        ("restitution",),
-        powers=(0, 0, 1),
-        normals=("hooke", "hertz"),
-    ),
-    "mdr": Dashpot(
-        "eta = c sqrt(m* k), k = 2 E' a at a wall and E' a between spheres",
-        ("damping_coefficient",),
-        normals=("mdr",),
-    ),
+        "zeta = -ln e / sqrt(pi^2 + ln^2 e)", _AIM, (), (0, 0, 1), ("hooke", "hertz")),
+    "mdr": Submodel("eta = c sqrt(m* k), k = 2 E' a at a wall and E' a between spheres", _FACTOR,
+                    normals=("mdr",)),
 }
-
-TANGENTIAL: Mapping[str, Submodel] = {
+TANGENTIAL: Table = {
     "linear_nohistory": Submodel("dashpot eta_t = x_t eta alone", _SLIDER),
     "linear_history": Submodel("spring k_t q of the displacement q", _LINEAR),
     "linear_history_classic": Submodel("spring k_t q, projected after it has grown", _LINEAR),
     "mindlin": Submodel("spring 8 G* a q, 1/G* = sum 2 (2 - nu) (1 + nu) / E", _SLIDER, _MINDLIN),
     "mindlin/force": Submodel("force that grows by 8 G* a dq", _SLIDER, _MINDLIN),
     "mindlin_rescale": Submodel("mindlin; q shrinks with a as it opens", _SLIDER, _MINDLIN),
-    "mindlin_rescale/force": Submodel(
-        "mindlin/force; the force shrinks with a as it opens", _SLIDER, _MINDLIN
-    ),
+    "mindlin_rescale/force": Submodel("mindlin/force, which shrinks with a", _SLIDER, _MINDLIN),
     "mindlin_classic": Submodel("mindlin, projected after it has grown", _SLIDER, _MINDLIN),
 }
-
-ROLLING: Mapping[str, Submodel] = {
-    "sds": Submodel(
-        "spring and dashpot of the velocity R* (w_i - w_j) x n, torque at most mu_r R* |F_n|",
-        ("rolling_stiffness", "rolling_damping", "rolling_friction"),
-    )
+ROLLING: Table = {
+    "sds": Submodel("spring and dashpot of the velocity R* (w_i - w_j) x n, at most mu_r R* |F_n|",
+                    ("rolling_stiffness", "rolling_damping", "rolling_friction")),
 }
-
-TWISTING: Mapping[str, Submodel] = {
-    "sds": Submodel(
-        "spring and dashpot of the angle about n, torque at most mu_w |F_n|",
-        ("twisting_stiffness", "twisting_damping", "twisting_friction"),
-    ),
-    "marshall": Submodel("stiffness k_t a^2 / 2, dashpot eta_t a^2 / 2, at most 2/3 a mu |F_n|"),
+TWISTING: Table = {
+    "sds": Submodel("spring and dashpot of the angle about n, at most mu_w |F_n|",
+                    ("twisting_stiffness", "twisting_damping", "twisting_friction")),
+    "marshall": Submodel("spring k_t a^2 / 2, dashpot eta_t a^2 / 2, at most 2/3 a mu |F_n|"),
 }
-
-HEAT: Mapping[str, Submodel] = {
-    "radius": Submodel("conductance 2 k a (Carslaw and Jaeger 1959, 8.2)", ("conductance",)),
-    "area": Submodel("conductance h pi a^2", ("conductance",)),
+HEAT: Table = {
+    "radius": Submodel("2 k a (T_j - T_i), Carslaw and Jaeger (1959), 8.2", ("conductance",)),
+    "area": Submodel("h pi a^2 (T_j - T_i)", ("conductance",)),
 }
-
-SUBMODELS: Mapping[str, Mapping[str, Submodel | Dashpot]] = {
-    "normal": NORMAL,
-    "damping": DAMPING,
-    "tangential": TANGENTIAL,
-    "rolling": ROLLING,
-    "twisting": TWISTING,
-    "heat": HEAT,
+SUBMODELS: Mapping[str, Table] = {
+    "normal": NORMAL, "damping": DAMPING, "tangential": TANGENTIAL, "rolling": ROLLING,
+    "twisting": TWISTING, "heat": HEAT,
 }
-
-Dimensions = tuple[float, float, float]  # powers of length, mass and time
-DIMENSIONS: Mapping[str, Dimensions] = {
-    "normal_stiffness": (0, 1, -2),
-    "normal_modulus": (-1, 1, -2),
-    "youngs_modulus": (-1, 1, -2),
-    "partner_youngs_modulus": (-1, 1, -2),
-    "surface_energy": (0, 1, -2),
-    "yield_stress": (-1, 1, -2),
-    "tangential_stiffness": (0, 1, -2),
-    "tangential_modulus": (-1, 1, -2),
-    "rolling_stiffness": (0, 1, -2),
-    "rolling_damping": (0, 1, -1),
-    "twisting_stiffness": (2, 1, -2),
-    "twisting_damping": (2, 1, -1),
-    "twisting_friction": (1, 0, 0),
-}  # of coefficients that are no pure numbers, but for the dashpot's and the conductance
-
-_CLASSIC = {  # submodels of the earlier contact styles of an engine, by normal force
-    "hooke": (("none", "mass_velocity"), ("none", "linear_nohistory", "linear_history_classic")),
-    "hertz": (("none", "viscoelastic"), ("none", "mindlin_classic")),
+DIMENSIONS: Mapping[str, tuple[float, float, float]] = {  # powers of length, mass and time
+    "normal_stiffness": (0, 1, -2), "tangential_stiffness": (0, 1, -2),
+    "rolling_stiffness": (0, 1, -2), "rolling_damping": (0, 1, -1),
+    "twisting_stiffness": (2, 1, -2), "twisting_damping": (2, 1, -1),
+    "twisting_friction": (1, 0, 0), "surface_energy": (0, 1, -2), "yield_stress": (-1, 1, -2),
+    "youngs_modulus": (-1, 1, -2), "partner_youngs_modulus": (-1, 1, -2),
+    "normal_modulus": (-1, 1, -2), "tangential_modulus": (-1, 1, -2),
 }
+# fmt: on
 
 
 class Law(Parameters):
@@ -184,50 +132,36 @@ class Law(Parameters):
     the same, and for one that is needed and has no default.
     """
 
+    # fmt: off
     normal: Normal = Field("hooke", description="[-] elastic normal force")
     normal_stiffness: Positive | None = Field(None, description="[N/m] k_n of hooke")
     normal_modulus: Positive | None = Field(
-        None, description="[Pa] K of hertz, in place of a material: 4/3 E*"
-    )
+        None, description="[Pa] K of hertz, in place of a material: 4/3 E*")
     youngs_modulus: Positive | None = Field(None, description="[Pa] E of hertz, dmt, jkr and mdr")
     poisson_ratio: Poisson | None = Field(None, description="[-] nu of hertz, dmt, jkr and mdr")
     partner_youngs_modulus: Positive | None = Field(
-        None, description="[Pa] E of the second body, that of the first unless given"
-    )
+        None, description="[Pa] E of the second body, that of the first unless given")
     partner_poisson_ratio: Poisson | None = Field(
-        None, description="[-] nu of the second body, that of the first unless given"
-    )
+        None, description="[-] nu of the second body, that of the first unless given")
     surface_energy: NotNegative | None = Field(
-        None, description="[J/m2] gamma of each surface of dmt and jkr, of sphere and flat of mdr"
-    )
+        None, description="[J/m2] gamma of each surface of dmt and jkr, of sphere and flat of mdr")
     yield_stress: Positive | None = Field(
-        None, description="[Pa] Y of mdr, which stays elastic unless given"
-    )
-    bulk_share: Annotated[float, Field(ge=0.0, le=1.0)] | None = Field(
-        None,
-        description="[-] psi_b of mdr: the bulk responds below this share of free surface, 1 from "
-        "the first touch on",
-    )
+        None, description="[Pa] Y of mdr, which stays elastic unless given")
+    bulk_share: Share | None = Field(
+        None, description="[-] psi_b of mdr: the bulk responds below this share of free surface")
     damping: Damping = Field("none", description="[-] normal dashpot eta")
     damping_coefficient: NotNegative | None = Field(
-        None,
-        description="[-] c: kg/s of velocity, 1/s of mass_velocity, 1/(m s) of viscoelastic, a "
-        "pure number of damping_ratio and mdr",
-    )
+        None, description="[-] c: kg/s of velocity, 1/s of mass_velocity, 1/(m s) of viscoelastic, "
+        "a pure number of damping_ratio and mdr")
     restitution: Annotated[float, Field(ge=1e-6, le=1.0)] | None = Field(
-        None, description="[-] e that tsuji and coeff_restitution are made for"
-    )
+        None, description="[-] e that tsuji and coeff_restitution are made for")
     clipped: bool = Field(False, description="[-] no attraction at the end of a contact")
     tangential: Tangential = Field("none", description="[-] tangential force")
-    tangential_stiffness: Positive | None = Field(
-        None, description="[N/m] k_t of the linear springs"
-    )
+    tangential_stiffness: Positive | None = Field(None, description="[N/m] k_t of linear springs")
     tangential_modulus: Positive | None = Field(
-        None, description="[Pa] of Mindlin's springs, in place of 8 G*"
-    )
+        None, description="[Pa] of Mindlin's springs, in place of 8 G*")
     tangential_damping: NotNegative | None = Field(
-        None, description="[-] x_t: tangential over normal dashpot"
-    )
+        None, description="[-] x_t: tangential over normal dashpot")
     friction: Friction | None = Field(None, description="[-] Coulomb's mu")
     rolling: Rolling = Field("none", description="[-] rolling resistance")
     rolling_stiffness: Positive | None = Field(None, description="[N/m] of the rolling spring")
@@ -239,11 +173,10 @@ class Law(Parameters):
     twisting_friction: Friction | None = Field(None, description="[m] mu_w of sds")
     heat: Heat = Field("none", description="[-] conduction of heat")
     conductance: Positive | None = Field(
-        None, description="[-] k of radius in W/m/K, h of area in W/m2/K"
-    )
+        None, description="[-] k of radius in W/m/K, h of area in W/m2/K")
     interface: Literal["current", "old"] = Field(
-        "current", description="[-] old: written in an engine's earlier contact styles"
-    )
+        "current", description="[-] old: written in an engine's earlier contact styles")
+    # fmt: on
 
     @classmethod
     def linear(cls, stiffness: float, damping_ratio: float, clipped: bool) -> Law:
@@ -261,7 +194,7 @@ class Law(Parameters):
         if not isinstance(data, dict):
             return data
         given = {name: value for name, value in data.items() if value is not None}
-        rows = _rows({part: given.get(part, _default_model(cls, part)) for part in SUBMODELS})
+        rows = _rows({part: given.get(part, cls.model_fields[part].default) for part in SUBMODELS})
         for name in {name for row in rows for name in row.needs} - set(given):
             if (default := _default(name, given)) is not None:
                 given[name] = default
@@ -272,10 +205,6 @@ class Law(Parameters):
         for part in SUBMODELS:
             self._check_coefficients(part)
         self._check_partners()
-        if self.interface == "old":
-            self._check_old_interface()
-        if self.normal == "mdr":
-            self._check_mdr()
         return self
 
     def _check_coefficients(self, part: str) -> None:
@@ -313,20 +242,8 @@ class Law(Parameters):
             )
         if self.normal in ("dmt", "jkr") and self.clipped:
             raise ValueError(f"clipped = True: must be False, normal = {self.normal!r} attracts")
-
-    def _check_old_interface(self) -> None:
-        dampings, tangentials = _CLASSIC.get(self.normal, ((), ()))
-        turns = self.rolling != "none" or self.twisting != "none"
-        if turns or self.damping not in dampings or self.tangential not in tangentials:
-            allowed = "; ".join(f"{n}: {', '.join((*d, *t))}" for n, (d, t) in _CLASSIC.items())
-            raise ValueError(f"interface = 'old': has these submodels alone: {allowed}")
-
-    def _check_mdr(self) -> None:
         if (self.poisson_ratio or 0.0) >= 0.5 and (self.yield_stress or self.bulk_share):
-            raise ValueError(
-                f"poisson_ratio = {self.poisson_ratio!r}: must be below 0.5 beside yield_stress "
-                "and bulk_share, which need a finite bulk modulus"
-            )
+            raise ValueError("poisson_ratio = 0.5: must be less, yield and bulk response compress")
 
     def replace(self, **changes: Any) -> Self:
         """Return a copy with changed fields, without coefficients of submodels that are left."""
@@ -426,11 +343,9 @@ class Law(Parameters):
 
 
 COEFFICIENTS = frozenset(
-    name
-    for rows in SUBMODELS.values()
-    for row in rows.values()
+    name for table in SUBMODELS.values() for row in table.values()
     for name in (*row.needs, *row.may_have)
-)
+)  # fmt: skip
 
 
 def damping_ratio(restitution: float) -> float:
@@ -441,30 +356,23 @@ def damping_ratio(restitution: float) -> float:
     return -logarithm / math.hypot(math.pi, logarithm)
 
 
+# fmt: off
 _DEFAULTS = {
-    "normal_stiffness": 1e6,
-    "youngs_modulus": 70e9,
-    "poisson_ratio": 0.3,
-    "surface_energy": 0.1,
-    "restitution": 0.9,
-    "tangential_damping": 0.0,
-    "friction": 0.3,
+    "normal_stiffness": 1e6, "youngs_modulus": 70e9, "poisson_ratio": 0.3, "surface_energy": 0.1,
+    "restitution": 0.9, "tangential_damping": 0.0, "friction": 0.3,
 }
-
-
-def _default_model(kind: type[Law], part: str) -> Any:
-    return kind.model_fields[part].default
+# fmt: on
 
 
 def _default(name: str, given: Mapping[str, Any]) -> float | None:
     if name in _MATERIAL and "normal_modulus" in given:
         return None
-    if name == "tangential_stiffness" and given.get("normal", "hooke") == "hooke":
+    if name == "tangential_stiffness":
         return 2.0 * float(given.get("normal_stiffness", _DEFAULTS["normal_stiffness"])) / 7.0
     if name == "tangential_damping" and given.get("tangential") == "linear_nohistory":
         return 1.0
     return _DEFAULTS.get(name)
 
 
-def _rows(models: Mapping[str, Any]) -> list[Submodel | Dashpot]:
+def _rows(models: Mapping[str, Any]) -> list[Submodel]:
     return [rows[models[part]] for part, rows in SUBMODELS.items() if models[part] in rows]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,8 +30,3 @@ class Motion:
 
     def __len__(self) -> int:
         return len(self.time)
-
-    def sampled(self, every: int) -> Motion:
-        """Return the motion with each so many-th sample, the start among them."""
-        parts = (getattr(self, field.name) for field in fields(self))
-        return Motion(*(None if part is None else part[::every] for part in parts))

@@ -21,25 +21,23 @@ ALL_AXES = (True, True, True)
 class Body(Parameters):
     """A sphere, or a disc where its moment of inertia is that of one."""
 
+    # fmt: off
     radius: Positive = Field(description="[m]")
     mass: Positive = Field(description="[kg]")
     inertia: Positive | None = Field(
-        None, description="[kg m2] about each axis through the centre, 2/5 m r^2 unless given"
-    )
+        None, description="[kg m2] about each axis, 2/5 m r^2 unless given")
     type: Count = Field(1, description="[-] the law of a contact goes by the types of both")
     position: Vector = Field(ZERO, description="[m]")
     velocity: Vector = Field(ZERO, description="[m/s]")
     angular_velocity: Vector = Field(ZERO, description="[rad/s]")
     motion: Literal["free", "frozen", "held"] = Field(
-        "free",
-        description="[-] free: moved by forces; frozen and held: not, its velocities stay, in m* "
-        "a frozen mass is infinite and a held one its own",
-    )
+        "free", description="[-] free: moved by forces; frozen, held: not, velocities stay, and in "
+        "m* a frozen mass is infinite and a held one its own")
     axes: tuple[bool, bool, bool] = Field(
-        ALL_AXES, description="[-] the axes along which forces and gravity move a free body"
-    )
+        ALL_AXES, description="[-] along which forces and gravity move a free body")
     temperature: Temperature = Field(0.0, description="[K]")
     heat_capacity: Positive = Field(1.0, description="[J/kg/K]")
+    # fmt: on
 
     @property
     def moment_of_inertia(self) -> float:
@@ -58,24 +56,21 @@ class Wall(Parameters):
     Its place is ``point`` + velocity t + amplitude (1 - cos(frequency t)).
     """
 
+    # fmt: off
     shape: Literal["plane", "cylinder", "sphere"] = Field("plane", description="[-]")
     point: Vector = Field(ZERO, description="[m] of a plane, of the axis, or the centre")
     direction: Direction = Field(
-        (0.0, 0.0, 1.0), description="[-] normal of a plane towards the bodies, axis of a cylinder"
-    )
+        (0.0, 0.0, 1.0), description="[-] normal of a plane towards the bodies, axis of a cylinder")
     radius: Positive | None = Field(None, description="[m] of a cylinder or a sphere")
     hollow: bool = Field(False, description="[-] bodies are inside the cylinder or sphere")
     type: Count = Field(1, description="[-] the law of a contact goes by the types of both")
     velocity: Vector = Field(ZERO, description="[m/s]")
     amplitude: Vector = Field(ZERO, description="[m] of the oscillation")
     frequency: float = Field(0.0, ge=0.0, description="[rad/s] of the oscillation")
-    surface_velocity: Vector = Field(
-        ZERO, description="[m/s] of the surface alone, which slides in its place"
-    )
-    spin: Vector = Field(
-        ZERO, description="[rad/s] of a cylinder or sphere about its axis or centre"
-    )
+    surface_velocity: Vector = Field(ZERO, description="[m/s] of a surface that slides in place")
+    spin: Vector = Field(ZERO, description="[rad/s] of a cylinder or sphere about axis or centre")
     temperature: Temperature = Field(0.0, description="[K]")
+    # fmt: on
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -125,6 +120,7 @@ class Scene(Parameters):
     and for an impact that never ends.
     """
 
+    # fmt: off
     bodies: tuple[Body, ...] = Field(min_length=1, description="[-]")
     walls: tuple[Wall, ...] = Field((), description="[-]")
     law: Law = Field(Law(), description="[-] of every contact that ``laws`` does not name")
@@ -137,11 +133,10 @@ class Scene(Parameters):
     every: Count = Field(1, description="[-] steps between samples; the start is one")
     segments: tuple[Segment, ...] = Field((), description="[-] of prescribed motion")
     setups: tuple[int, ...] = Field(
-        (), description="[step] at which a run begins anew: forces by the velocities of the step"
-    )
+        (), description="[step] at which a run begins anew: forces by the velocities of the step")
     pairs: tuple[tuple[int, int], ...] | None = Field(
-        None, description="[-] indices of bodies that can touch, all unless given"
-    )
+        None, description="[-] indices of bodies that can touch, all unless given")
+    # fmt: on
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -199,8 +194,7 @@ class Scene(Parameters):
         if any(self.gravity):
             return
         for law, first, second in self._partners():
-            p, q, s = DAMPING[law.damping].powers
-            if law.normal != "hooke" or law.clipped or q:
+            if law.normal != "hooke" or law.clipped or DAMPING[law.damping].powers[1]:
                 continue
             mass = effective_mass(first, second)
             critical = 2.0 * math.sqrt((law.normal_stiffness or 0.0) * mass)
@@ -295,25 +289,19 @@ def _rates(
     slipping = 1.0 / mass + sum(b.radius**2 / b.moment_of_inertia for b in free)
     a, shear = math.sqrt(radius * overlap), law.moduli[1] if law.moduli else 0.0
     names = ("normal_stiffness", "normal_modulus", "youngs_modulus")
-    elastic = next(name for name in names if getattr(law, name) is not None)
-    yield elastic, law.stiffness(radius, overlap) / mass, eta / mass
+    yield (
+        next(n for n in names if getattr(law, n) is not None),
+        law.stiffness(radius, overlap) / mass,
+        eta / mass,
+    )
     if law.has_spring:
         name = "tangential_stiffness" if law.tangential_stiffness else "tangential"
         k = law.tangential_stiffness or a * (law.tangential_modulus or 8.0 * shear)
         yield name, k * slipping, (law.tangential_damping or 0.0) * eta * slipping
-    if law.rolling == "sds":
-        of_torque = radius**2 * turning
-        yield (
-            "rolling_stiffness",
-            (law.rolling_stiffness or 0.0) * of_torque,
-            (law.rolling_damping or 0.0) * of_torque,
-        )
-    if law.twisting == "sds":
-        yield (
-            "twisting_stiffness",
-            (law.twisting_stiffness or 0.0) * turning,
-            (law.twisting_damping or 0.0) * turning,
-        )
+    for part, factor in (("rolling", radius**2 * turning), ("twisting", turning)):
+        name = f"{part}_stiffness"
+        k, drag = getattr(law, name) or 0.0, getattr(law, f"{part}_damping") or 0.0
+        yield name, k * factor, drag * factor
 
 
 def _largest(spring: float, dashpot: float) -> float:

@@ -23,13 +23,15 @@ granular, as its public source has it; the limit of small steps does not depend 
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
 from harness.compiled import compiled
+from harness.model.conventions import Rules
 
+SCREENED = get_args(Rules.model_fields["mdr_growth"].annotation).index("screened")
 Records = Any  # a record of one of the dtypes below, or of the reference's
 
 BODY = np.dtype(
@@ -66,12 +68,12 @@ def grow(law: Records, rules: Records, body: Records) -> float:
     body.free_share = (surface - body.area) / surface
     if law.bulk_share < body.free_share:
         grown = body.flow / (body.widening - 4.0 * math.pi * r * r)
-        if rules.growth_screened:
+        if rules.mdr_growth == SCREENED:
             near = 1.0 / (1.0 + math.exp(-75.0 * (body.free_share - 0.2)))
             grown *= near if body.free_share > 0.1 else 0.0
         if grown > 0.0:
-            body.growth += (grown - body.growth) / rules.growth_steps
-            if not rules.growth_screened or r + grown < 1.5 * first:
+            body.growth += (grown - body.growth) / rules.mdr_growth_steps
+            if rules.mdr_growth != SCREENED or r + grown < 1.5 * first:
                 body.radius += body.growth
     body.area_before = body.area
     body.caps = body.strain = body.flow = body.widening = 0.0
@@ -149,17 +151,17 @@ def adhere(
     """Return force [N] and contact radius [m] of a side that sticks; ``new``: deepest so far."""
     modulus = 2.0 * law.stiffness
     bare = width / height * math.sqrt((height - depth) * depth) if depth > 0.0 else 0.0
-    stuck = min(side.stuck, rules.sticking_share * largest_radius)
+    stuck = min(side.stuck, rules.mdr_sticking_share * largest_radius)
     if new or bare >= stuck:
         if moves:
-            side.stuck = rules.sticking_share * bare
+            side.stuck = rules.mdr_sticking_share * bare
         return ellipse_force(modulus, height, width, depth), bare
-    length = 2.0 * math.pi * law.surface / modulus
+    length = 2.0 * math.pi * law.surface_energy / modulus
     lets_go, g, slope = neck(length, height, width, stuck)
     if depth < lets_go:
         least = least_neck(length, height, width)
         for _ in range(100):
-            if stuck < least or abs(lets_go - depth) < rules.newton_error:
+            if stuck < least or abs(lets_go - depth) < rules.mdr_newton_error:
                 break
             change = (lets_go - depth) / slope
             stuck -= change
@@ -178,7 +180,7 @@ def adhere(
 @compiled
 def spring_back(law: Records, side: Records, radius: float) -> tuple[float, float, float]:
     """Return axis A, a_max and the part u of A/2 that the middle of a dent springs back [m]."""
-    modulus, nu, most = 2.0 * law.stiffness, law.poisson, side.largest
+    modulus, nu, most = 2.0 * law.stiffness, law.poisson_ratio, side.largest
     shear = 0.5 * modulus * (1.0 - nu)
     p = law.yield_stress * (1.0 + 1.75 * math.exp(-4.4 * most / radius))
     square = 2.0 * most * radius - most * most + side.intercept
@@ -195,7 +197,7 @@ def side_force(
 ) -> tuple[float, float]:
     """Return force [N] and contact radius [m] of a side at a depth [m]; steps bring it on."""
     r, first = body.radius, body.first_radius
-    modulus, nu = 2.0 * law.stiffness, law.poisson
+    modulus, nu = 2.0 * law.stiffness, law.poisson_ratio
     bulk_modulus = modulus * (1.0 - nu * nu) / (3.0 * (1.0 - 2.0 * nu)) if nu < 0.5 else math.inf
     confined = body.free_share < law.bulk_share
     step, in_first = depth - side.depth, depth - (r - first)
@@ -220,7 +222,7 @@ def side_force(
         elastic = (spring - side.largest + 0.5 * height - back) / (1.0 - 2.0 * back / height)
         if moves:
             side.rest = side.largest - 0.5 * height + back
-    if law.surface > 0.0:
+    if law.surface_energy > 0.0:
         of_springs, a = adhere(law, rules, side, moves, new, height, width, elastic, widest)
     else:
         of_springs = ellipse_force(modulus, height, width, elastic)

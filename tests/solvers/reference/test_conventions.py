@@ -59,11 +59,11 @@ def pressed(law, depth, steps=2000, back=0.5):
 
 
 def squeezed(law, depth, steps=4000):
-    """Return a sphere that two plates press flat, each to a depth [m]."""
+    """Return a sphere that two plates press flat, one to a depth [m], the other less deep."""
     speed = depth / steps / 1e-6
     walls = (
         Wall(velocity=(0.0, 0.0, speed)),
-        Wall(point=(0.0, 0.0, 2 * R), direction=(0.0, 0.0, -1.0), velocity=(0.0, 0.0, -speed)),
+        Wall(point=(0.0, 0.0, 2 * R), direction=(0.0, 0.0, -1.0), velocity=(0.0, 0.0, -0.8 * speed)),
     )
     still = Segment(steps=steps, velocities=(STILL,), angular_velocities=(STILL,))
     return Scene(bodies=(sphere(R, RHO, position=(0.0, 0.0, R)),), walls=walls, law=law, step=1e-6,

@@ -1,0 +1,675 @@
+"""Forces of contacts and steps of bodies, compiled; :mod:`harness.solvers.reference` runs them.
+
+Springs follow Luding, Granular Matter 10, 235 (2008): one is turned into the plane of the contact,
+grows by the slip of the step, and is cut back at Coulomb's limit to what the limit leaves (section
+4.2). Other sources are with the laws in :mod:`harness.model.law`. Written from the literature and
+manuals. The letters are those of the law: n normal, a contact radius, q spring, u slip velocity.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import cache
+from typing import Any, NamedTuple, get_args
+
+import numpy as np
+
+from harness.compiled import compiled
+from harness.model.base import Parameters
+from harness.model.conventions import Rules
+from harness.model.law import Law
+from harness.model.motion import Floats
+from harness.model.scene import Wall
+from harness.solvers import mdr
+
+Records = Any  # a record, or an array of records, of the types in harness.solvers.reference
+Triple = tuple[float, float, float]
+
+
+@cache
+def words(kind: type[Parameters], name: str) -> dict[str, int]:
+    """Return the words that a field takes, with their numbers in records."""
+    allowed = get_args(kind.model_fields[name].annotation)
+    return {word: number for number, word in enumerate(allowed) if isinstance(word, str)}
+
+
+POSITION, VELOCITY, SPIN, FORCE, TORQUE = range(5)
+PARTS = 5
+HOOKE, DMT, JKR, MDR = (words(Law, "normal")[w] for w in ("hooke", "dmt", "jkr", "mdr"))
+MARSHALL, WITHIN_RADIUS = words(Law, "twisting")["marshall"], words(Law, "heat")["radius"]
+VERLET, EULER = (words(Rules, "scheme")[w] for w in ("velocity_verlet", "mfix_euler"))
+STICKING_ONLY = words(Rules, "damping_in_cap")["sticking_only"]
+RADIUS, HEIGHT = (words(Rules, "wall_lever")[w] for w in ("radius", "height"))
+LEVERED, MEAN = words(Rules, "wall_spin")["levered"], words(Rules, "spring_spin")["mean"]
+TURNED, PROJECTED, ROTATED = (
+    words(Rules, "spring_frame")[w] for w in ("turned", "projected", "rotated")
+)
+STAYS_TURNED = words(Rules, "torsion_frame")["turned"]
+ROTATED_TORSION = words(Rules, "torsion_frame")["rotated"]
+TURNED_ARMS = words(Rules, "slip_step")["turned_arms"]
+BY_DISPLACEMENT = words(Rules, "rescaled_from")["displacement"]
+MAGNIFIED = words(Rules, "mdr_wall_force")["magnified"]
+PLANE, CYLINDER = (words(Wall, "shape")[w] for w in ("plane", "cylinder"))
+AT_LIMIT = 1.0 + 1e-15  # a spring that was cut back may be off its limit by rounding
+NONE: Triple = (0.0, 0.0, 0.0)
+
+
+class System(NamedTuple):
+    """A scene as records: what is given, and what moves.
+
+    ``state`` (N, 5, 3) are position, velocity, angular velocity, force and torque; ``before``
+    (N, 2, 3) accelerations of the step before; ``heat`` (N, 2) temperature and heat flow. The
+    second body of a contact at wall k is -1 - k; its radius is the contact radius of the step
+    before, 0 apart; its springs are the tangential, rolling and twisting one.
+    """
+
+    rules: Records
+    laws: Records
+    bodies: Records
+    walls: Records
+    contacts: Records
+    state: Floats
+    before: Floats
+    heat: Floats
+    mdr_bodies: Records
+    sides: Records
+
+
+class Touch(NamedTuple):
+    """Where two bodies are: normal towards the first, overlap [m], radius of the second [m].
+
+    The radius is 0 for a plane, negative for a hollow wall and twice its own for a cylinder, which
+    has its mean curvature. ``drift`` [m/s] is the velocity of a wall's surface.
+    """
+
+    normal: Triple
+    overlap: float
+    other: float
+    drift: Triple
+
+
+class Slip(NamedTuple):
+    """A contact in a step: R* and a [m], eta [kg/s], load of friction [N], and how it slips."""
+
+    radius: float
+    a: float
+    eta: float
+    load: float
+    velocity: Triple  # [m/s] along the surface
+    moved: Triple  # [m] in the step
+    along: float  # [m] along the normal in the step
+    spin: Triple  # [rad/s] of the first body against the second
+    both: Triple  # [rad/s] of both together
+
+
+# ---- steps
+
+
+@compiled
+def take_steps(
+    system: System, number: int, steps: int, every: int, samples: Floats, temperatures: Floats,
+    look: int, place: float,
+) -> int:  # fmt: skip
+    """Take steps from step ``number`` on; return how many, negative where a look ended them.
+
+    Every ``look`` steps the first body is looked at, whether its x is beyond ``place`` [m] or it
+    moves back.
+    """
+    for k in range(number + 1, number + steps + 1):
+        _take_step(system, k)
+        if k % every == 0:
+            samples[k // every] = system.state
+            temperatures[k // every] = system.heat[:, 0]
+        if look > 0 and k % look == 0:
+            if system.state[0, POSITION, 0] > place or system.state[0, VELOCITY, 0] < 0.0:
+                return number - k
+    return steps
+
+
+@compiled
+def _take_step(system: System, number: int) -> None:
+    scheme, h = system.rules.scheme, system.rules.step
+    if scheme == VERLET:
+        _kick(system, 0.5 * h)
+        _move(system, h)
+    elif scheme == EULER:
+        _kick(system, h)
+        _move(system, h)
+    else:  # Adams and Bashforth: v+ = v + h/2 (3 a - a_before), x+ = x + h/2 (v + v+)
+        _move(system, 0.5 * h)
+        system.state[:, VELOCITY : SPIN + 1] -= 0.5 * h * system.before
+        keep_accelerations(system)
+        _kick(system, 1.5 * h)
+        _move(system, 0.5 * h)
+    set_forces(system, h, number * h)
+    if scheme == VERLET:
+        _kick(system, 0.5 * h)
+    if system.rules.heats:
+        for b in range(len(system.heat)):
+            system.heat[b, 0] += h * system.heat[b, 1] / system.bodies[b].heat_capacity
+
+
+@compiled
+def _kick(system: System, time: float) -> None:
+    for b in range(len(system.state)):
+        body, state = system.bodies[b], system.state[b]
+        for k in range(3):
+            state[VELOCITY, k] += time * (state[FORCE, k] * body.inverse_mass[k] + body.gravity[k])
+            state[SPIN, k] += time * (state[TORQUE, k] * body.inverse_inertia)
+
+
+@compiled
+def _move(system: System, time: float) -> None:
+    for b in range(len(system.state)):
+        for k in range(3):
+            system.state[b, POSITION, k] += time * system.state[b, VELOCITY, k]
+
+
+@compiled
+def keep_accelerations(system: System) -> None:
+    """Keep linear and angular accelerations for the next step of Adams and Bashforth."""
+    for b in range(len(system.state)):
+        body, state = system.bodies[b], system.state[b]
+        for k in range(3):
+            system.before[b, 0, k] = state[FORCE, k] * body.inverse_mass[k] + body.gravity[k]
+            system.before[b, 1, k] = state[TORQUE, k] * body.inverse_inertia
+
+
+@compiled
+def set_forces(system: System, h: float, time: float) -> None:
+    """Set forces, torques and heat flows; h = 0 moves no spring, as in the setup of a run."""
+    system.state[:, FORCE:] = 0.0
+    system.heat[:, 1] = 0.0
+    if system.rules.grows and h > 0.0:
+        _grow(system, time)
+    for c in range(len(system.contacts)):
+        contact, touch = system.contacts[c], _find_touch(system, c, time)
+        if touch.overlap == -math.inf:
+            continue
+        radius = _effective_radius(system, c, touch)
+        if not _is_apart(system, c, touch, radius):
+            _add_contact(system, c, touch, radius, h)
+        elif contact.radius > 0.0:
+            contact.radius = contact.largest = contact.slope = 0.0
+            contact.springs[:] = 0.0
+            system.sides[c] = np.zeros_like(system.sides[c])
+    for b in range(len(system.state)):
+        drag = system.bodies[b].drag
+        if drag > 0.0:
+            system.state[b, FORCE] -= drag * system.state[b, VELOCITY]
+
+
+@compiled
+def _grow(system: System, time: float) -> None:
+    """Let bodies of mdr grow, and sum up the mean displacements of their surfaces."""
+    for b in range(len(system.bodies)):
+        body = system.bodies[b]
+        before = body.radius
+        body.radius = mdr.grow(system.laws[0], system.rules, system.mdr_bodies[b])
+        body.inverse_inertia *= (before / body.radius) ** 2
+    for c in range(len(system.contacts)):
+        contact, touch = system.contacts[c], _find_touch(system, c, time)
+        if touch.overlap > 0.0:
+            largest = max(contact.largest, touch.overlap)
+            for k in range(2 if contact.second >= 0 else 1):
+                depth = _flat_depth(system, c, touch, k, largest)
+                body = system.mdr_bodies[contact.first if k == 0 else contact.second]
+                mdr.add_displacement(body, system.sides[c, k], depth)
+
+
+# ---- where bodies touch
+
+
+@compiled
+def _find_touch(system: System, c: int, time: float) -> Touch:
+    """Return where two bodies are; of an overlap -inf where they are far apart."""
+    contact = system.contacts[c]
+    i, j = contact.first, contact.second
+    if j < 0:
+        return _touch_wall(system, i, -1 - j, time)
+    x, length = system.state, system.rules.period
+    apart = _minus(_vector(x[i, POSITION]), _vector(x[j, POSITION]))
+    if length[0] + length[1] + length[2] > 0.0:
+        apart = (_nearest(apart[0], length[0]), _nearest(apart[1], length[1]),
+                 _nearest(apart[2], length[2]))  # fmt: skip
+    other, square = system.bodies[j].radius, _dot(apart, apart)
+    reach = system.bodies[i].radius + other
+    if contact.radius == 0.0 and square > 1.000001 * reach * reach:
+        return Touch(NONE, -math.inf, 0.0, NONE)
+    distance = math.sqrt(square)
+    return Touch(_scale(1.0 / distance, apart), reach - distance, other, NONE)
+
+
+@compiled
+def _nearest(distance: float, period: float) -> float:
+    if period == 0.0:
+        return distance
+    return distance - period * math.floor(distance / period + 0.5)
+
+
+@compiled
+def _touch_wall(system: System, i: int, k: int, time: float) -> Touch:
+    wall, radius = system.walls[k], system.bodies[i].radius
+    velocity, swing, phase = _vector(wall.velocity), _vector(wall.amplitude), wall.frequency * time
+    moved = _add(_scale(time, velocity), _scale(1.0 - math.cos(phase), swing))
+    drift = _add(velocity, _scale(wall.frequency * math.sin(phase), swing))
+    drift = _add(drift, _vector(wall.surface_velocity))
+    apart, axis = _minus(_vector(system.state[i, POSITION]), _vector(wall.point)), wall.direction
+    apart, axis = _minus(apart, moved), (axis[0], axis[1], axis[2])
+    if wall.shape == PLANE:
+        return Touch(axis, radius - _dot(apart, axis), 0.0, drift)
+    other = wall.radius
+    if wall.shape == CYLINDER:
+        apart, other = _project(apart, axis), 2.0 * wall.radius
+        drift = _add(drift, _vector(system.rules.cylinder_shear))
+    distance = math.copysign(_size(apart), wall.radius)
+    normal = _scale(1.0 / distance, apart)
+    drift = _add(drift, _scale(wall.radius, _cross(_vector(wall.spin), normal)))
+    return Touch(normal, radius + wall.radius - distance, other, drift)
+
+
+@compiled
+def _effective_radius(system: System, c: int, touch: Touch) -> float:
+    radius = system.bodies[system.contacts[c].first].radius
+    if touch.other != 0.0:
+        return float(radius * touch.other / (radius + touch.other))
+    return float(radius / (1.0 + system.rules.wall_curvature))
+
+
+@compiled
+def _is_apart(system: System, c: int, touch: Touch, radius: float) -> bool:
+    contact, rules, least = system.contacts[c], system.rules, 0.0
+    law = system.laws[contact.law]
+    if contact.radius > 0.0 and law.normal == JKR:
+        least = max(_end_of_jkr(law, radius), -rules.longest_neck)
+    elif contact.radius > 0.0 and law.normal == MDR and not rules.mdr_parts_at_zero:
+        if system.sides[c, 0].stuck > 0.0 or system.sides[c, 1].stuck > 0.0:
+            return False
+    elif rules.least_overlap > 0.0:
+        least = rules.least_overlap * (system.bodies[contact.first].radius + max(touch.other, 0.0))
+    if touch.overlap == least and contact.second < 0 and rules.wall_touches_at_zero:
+        return False
+    return bool(touch.overlap <= least)
+
+
+@compiled
+def _end_of_jkr(law: Records, radius: float) -> float:
+    """Return the overlap [m] of JKR's largest tension, a^3 = 9 pi gamma R*^2 / (4 E*)."""
+    cube = 9.0 * math.pi * law.surface_energy * radius * radius / (4.0 * law.stiffness)
+    return float(-(cube ** (2.0 / 3.0)) / (3.0 * radius))
+
+
+# ---- the forces of a contact
+
+
+@compiled
+def _add_contact(system: System, c: int, touch: Touch, radius: float, h: float) -> None:
+    """Add the forces of a contact to those of its bodies; h = 0 moves no spring."""
+    contact, rules, n, state = system.contacts[c], system.rules, touch.normal, system.state
+    i, j, law = contact.first, contact.second, system.laws[contact.law]
+    relative = _vector(state[i, VELOCITY])
+    if j >= 0:
+        relative = _minus(relative, _vector(state[j, VELOCITY]))
+    elif h > 0.0 or not rules.wall_at_rest_in_setup:
+        relative = _minus(relative, touch.drift)
+    if law.normal == MDR:
+        pressed, edge = _elastic_mdr(system, c, touch, h > 0.0)
+        a, pull = math.sqrt(max(radius * touch.overlap, 0.0)), 0.0
+    else:
+        pressed, a, pull = _elastic(law, radius, touch.overlap)
+        edge = a
+    eta = _dashpot(system, c, pressed, edge, touch.overlap, h > 0.0)
+    normal_force = pressed - eta * _dot(relative, n)
+    if law.clipped:
+        normal_force = max(normal_force, 0.0)
+    load = abs(normal_force)
+    if pull > 0.0:
+        load = abs(pressed + (2.0 * pull if law.pull_loads else 0.0))
+    slip = _slip(system, c, touch, relative, h, Slip(radius, a, eta, load, n, n, 0.0, n, n))
+    along = _tangential_force(system, c, touch.normal, slip, touch.overlap, h)
+    couple = _add(_rolling_torque(system, c, n, slip, h), _twisting_torque(system, c, n, slip, h))
+    contact.radius = max(a, 1e-300)
+    _store(contact.normal, n)
+    force, moment = _add(_scale(normal_force, n), along), _cross(n, along)
+    kind = rules.torque_lever if j >= 0 else rules.wall_lever
+    arm = _lever(kind, touch.overlap, system.bodies[i].radius)
+    _act(state[i], force, _minus(couple, _scale(arm, moment)), 1.0)
+    if j >= 0:
+        arm = _lever(kind, touch.overlap, touch.other)
+        _act(state[j], force, _add(couple, _scale(arm, moment)), -1.0)
+    if law.heat > 0:
+        _conduct(system, c, a)
+
+
+@compiled
+def _act(body: Floats, force: Triple, torque: Triple, sign: float) -> None:
+    for k in range(3):
+        body[FORCE, k] += sign * force[k]
+        body[TORQUE, k] += sign * torque[k]
+
+
+@compiled
+def _elastic(law: Records, radius: float, overlap: float) -> tuple[float, float, float]:
+    """Return elastic force [N], contact radius [m] and pull-off force [N]."""
+    gamma, modulus = law.surface_energy, law.stiffness
+    if law.normal == JKR and gamma > 0.0:
+        a = jkr_radius(modulus, gamma, radius, overlap)
+        tension = 4.0 * math.sqrt(math.pi * gamma * modulus * a**3)
+        return 4.0 / 3.0 * modulus * a**3 / radius - tension, a, 3.0 * math.pi * gamma * radius
+    a = math.sqrt(max(radius * overlap, 0.0))
+    if law.normal == HOOKE:
+        return modulus * overlap, a, 0.0
+    pull = 4.0 * math.pi * gamma * radius if law.normal == DMT else 0.0
+    return 4.0 / 3.0 * modulus * a * overlap - pull, a, pull
+
+
+@compiled
+def jkr_radius(modulus: float, gamma: float, radius: float, overlap: float) -> float:
+    """Return a [m] of d = a^2/R - 2 sqrt(pi gamma a/E*) on the stable branch, by Newton in sqrt(a).
+
+    At overlaps below the end of that branch it is the radius there.
+    """
+    c = math.sqrt(math.pi * gamma / modulus)
+    fold = (0.5 * c * radius) ** (1.0 / 3.0)
+    if fold**4 / radius - 2.0 * c * fold >= overlap:
+        return fold * fold
+    root = (2.0 * c * radius) ** (1.0 / 3.0) + max(overlap * radius, 0.0) ** 0.25  # from above
+    for _ in range(60):
+        excess = root**4 / radius - 2.0 * c * root - overlap
+        change = excess / (4.0 * root**3 / radius - 2.0 * c)
+        root -= change
+        if change <= 4e-16 * root:
+            break
+    return root * root
+
+
+@compiled
+def _flat_depth(system: System, c: int, touch: Touch, k: int, largest: float) -> float:
+    r, sides = system.bodies[system.contacts[c].first].radius, system.sides[c]
+    if k == 0:
+        return float(mdr.flat_depth(sides, 0, touch.overlap, largest, r, touch.other))
+    return float(mdr.flat_depth(sides, 1, touch.overlap, largest, touch.other, r))
+
+
+@compiled
+def _elastic_mdr(system: System, c: int, touch: Touch, moves: bool) -> tuple[float, float]:
+    """Return elastic force [N] and contact radius [m] of mdr: those of a wall, or both means."""
+    contact, rules = system.contacts[c], system.rules
+    law, wall = system.laws[contact.law], contact.second < 0
+    contact.largest = max(contact.largest, touch.overlap)
+    second = 0.0 if wall else _flat_depth(system, c, touch, 1, contact.largest)
+    first, body = (
+        _flat_depth(system, c, touch, 0, contact.largest),
+        system.mdr_bodies[contact.first],
+    )
+    force, a = mdr.side_force(law, rules, body, system.sides[c, 0], first, moves)
+    if not wall:
+        other = system.mdr_bodies[contact.second]
+        its_force, its_a = mdr.side_force(law, rules, other, system.sides[c, 1], second, moves)
+        return 0.5 * (force + its_force), 0.5 * (a + its_a)
+    if rules.mdr_wall_force == MAGNIFIED:
+        force *= 1.0 + math.exp(10.7 * system.sides[c, 0].depth_in_first / body.first_radius - 10.0)
+    return force, a
+
+
+@compiled
+def _dashpot(
+    system: System, c: int, pressed: float, a: float, overlap: float, moves: bool
+) -> float:
+    """Return eta [kg/s] of an elastic force [N], a contact radius [m] and an overlap [m]."""
+    contact, law = system.contacts[c], system.laws[system.contacts[c].law]
+    eta = law.dashpot
+    if law.normal == MDR and a <= 0.0:  # a dent that does not touch
+        return 0.0
+    if law.by_slope:
+        if moves:
+            wall = contact.second < 0
+            factor = (0.5 if wall else 2.0) if system.rules.mdr_damping_interchanged else 1.0
+            slope = 2.0 * (2.0 if wall else 1.0) * law.stiffness * a
+            contact.slope = factor * math.sqrt(contact.mass * slope)
+        return float(eta * contact.slope)
+    if law.by_secant:
+        root = max(contact.mass * pressed / overlap, 0.0) if overlap != 0.0 else 0.0
+        return float(eta * math.sqrt(root))
+    return float(eta * (contact.mass if law.by_mass else 1.0) * (a if law.by_radius else 1.0))
+
+
+@compiled
+def _lever(kind: int, overlap: float, radius: float) -> float:
+    if kind == RADIUS:
+        return radius
+    return radius - (overlap if kind == HEIGHT else 0.5 * overlap)
+
+
+@compiled
+def _slip(system: System, c: int, touch: Touch, relative: Triple, h: float, slip: Slip) -> Slip:
+    """Return how a contact slips, by the relative velocity of its bodies [m/s]."""
+    contact, rules, n = system.contacts[c], system.rules, touch.normal
+    i, j = contact.first, contact.second
+    radius, spin = system.bodies[i].radius, _vector(system.state[i, SPIN])
+    kind = rules.velocity_lever if j >= 0 else rules.wall_lever
+    first, second, other = _lever(kind, touch.overlap, radius), 0.0, NONE
+    if j >= 0:
+        second, other = _lever(kind, touch.overlap, touch.other), _vector(system.state[j, SPIN])
+    arms = _add(_scale(first, spin), _scale(second, other))
+    u = _minus(_project(relative, n), _cross(arms, n))
+    moved, along = _scale(h, u), h * _dot(relative, n)
+    if rules.slip_step == TURNED_ARMS and h > 0.0:
+        sign = 1.0 if j >= 0 else -1.0  # at a wall the arm turns back
+        by_first = _scale(sign, _turned(rules, _scale(-first, n), _scale(sign * h, spin)))
+        by_second = _turned(rules, _scale(second, n), _scale(h, other))
+        moved = _minus(_add(_scale(h, relative), by_first), by_second)
+        along = _dot(moved, n)
+        moved = _project(moved, n)
+    felt = _minus(spin, other)
+    if j < 0 and rules.wall_spin == LEVERED:
+        felt = _scale((radius - 0.5 * touch.overlap) / (radius - touch.overlap), felt)
+    return Slip(slip.radius, slip.a, slip.eta, slip.load, u, moved, along, felt, _add(spin, other))
+
+
+@compiled
+def _turned(rules: Records, arm: Triple, angle: Triple) -> Triple:
+    """Return how far an arm [m] turned by an angle [rad] about itself moves (Rodrigues)."""
+    t = 0.5 * _size(angle)
+    if rules.small_angle_quaternion and 0.0 < t and t**4 / 24.0 < 2.220446049250313e-16:
+        angle = _scale(math.atan2(t * (1.0 - t * t / 6.0), 1.0 + 0.5 * t * t) / t, angle)
+    size = _size(angle)
+    if size == 0.0:
+        return NONE
+    axis, versine = _scale(1.0 / size, angle), 2.0 * math.sin(0.5 * size) ** 2
+    across = _minus(_scale(_dot(axis, arm), axis), arm)
+    return _add(_scale(versine, across), _scale(math.sin(size), _cross(axis, arm)))
+
+
+# ---- springs and dashpots under a limit
+
+
+@compiled
+def _limit(
+    sticking_only: bool, q: Triple, u: Triple, k: float, eta: float, cap: float
+) -> tuple[Triple, Triple, bool]:
+    """Return force and spring of a slider with velocity u, at most ``cap``; whether it slides."""
+    spring, drag = _scale(-k, q), _scale(-eta, u)
+    held = _add(spring, drag)
+    sticking_only = sticking_only and k > 0.0
+    limited = spring if sticking_only else held
+    length = _size(limited)
+    if length <= cap * AT_LIMIT:
+        return held, q, False
+    force = _scale(cap / length, limited)
+    if k > 0.0:
+        left = _scale(-1.0, force) if sticking_only else _minus(drag, force)
+        q = _scale(1.0 / k, left)
+    return force, q, True
+
+
+@compiled
+def _carry(q: Triple, frame: int, n: Triple, last: Triple, twist: float) -> Triple:
+    """Return a spring of the step before, with the normal ``last``, in the contact now."""
+    if frame == TURNED:
+        across = _project(q, n)
+        size = _size(across)
+        return _scale(_size(q) / size, across) if size > 0.0 else across
+    if frame == ROTATED:  # by small angles one after the other
+        q = _minus(q, _cross(q, _cross(last, n)))
+        return _add(q, _scale(twist, _cross(last, q)))
+    return q
+
+
+@compiled
+def _last_normal(contact: Records, n: Triple) -> Triple:
+    return _vector(contact.normal) if contact.radius > 0.0 else n
+
+
+@compiled
+def _tangential_force(
+    system: System, c: int, n: Triple, slip: Slip, overlap: float, h: float
+) -> Triple:
+    """Return the tangential force [N] on the first body, and bring its spring on."""
+    contact, rules = system.contacts[c], system.rules
+    law, a = system.laws[contact.law], slip.a
+    if law.friction <= 0.0:
+        return NONE
+    k = law.shear * (a if law.shear_by_radius and not law.keeps_force else 1.0)
+    q, last, before = _vector(contact.springs[0]), _last_normal(contact, n), contact.radius
+    if law.rescaled and h > 0.0:
+        if rules.rescaled_from == BY_DISPLACEMENT:
+            before = math.sqrt(slip.radius * max(overlap + slip.along, 0.0))
+        q = _scale(a / before, q) if a < before else q
+    frame = PROJECTED if law.projected else rules.spring_frame
+    spins = rules.spring_spin == MEAN
+    q = _carry(q, frame, n, last, 0.5 * h * _dot(slip.both, last) if spins else 0.0)
+    if spins and frame != ROTATED:
+        q = _add(q, _scale(0.5 * h * _dot(slip.both, n), _cross(n, q)))
+    if law.shear > 0.0:
+        q = _add(q, _scale(a if law.keeps_force else 1.0, slip.moved))
+    q = _project(q, n) if frame == PROJECTED and h > 0.0 else q
+    eta, cap = law.tangential_damping * slip.eta, law.friction * slip.load
+    sticking_only = rules.damping_in_cap == STICKING_ONLY
+    force, spring, slides = _limit(sticking_only, q, slip.velocity, k, eta, cap)
+    if slides and k > 0.0:
+        spring = _scale(a, spring) if law.cut_by_radius else spring
+        if _size(q) == 0.0:  # in a setup: a dashpot beyond the limit, without a spring
+            force, spring = NONE, q
+    if h > 0.0 or not rules.forgets_setup:
+        _store(contact.springs[0], spring)
+    return force
+
+
+@compiled
+def _rolling_torque(system: System, c: int, n: Triple, slip: Slip, h: float) -> Triple:
+    """Return the torque of rolling resistance [N m] on the first body, and bring its spring on."""
+    contact, rules = system.contacts[c], system.rules
+    law, turned = system.laws[contact.law], rules.torsion_frame == STAYS_TURNED
+    if law.rolling_friction <= 0.0:
+        return NONE
+    u = _cross(slip.spin, n) if turned else _project(slip.spin, n)
+    force = _torsion(
+        system, c, n, slip, h, 1, _scale(slip.radius, u),
+        (law.rolling_stiffness, law.rolling_damping, law.rolling_friction * slip.load),
+    )  # fmt: skip
+    return _scale(slip.radius, _cross(n, force) if turned else force)
+
+
+@compiled
+def _twisting_torque(system: System, c: int, n: Triple, slip: Slip, h: float) -> Triple:
+    """Return the torque of twisting [N m] on the first body, and bring its spring on."""
+    law, a = system.laws[system.contacts[c].law], slip.a
+    k, eta, mu = law.twisting_stiffness, law.twisting_damping, law.twisting_friction
+    if law.twisting == MARSHALL:
+        k = 0.5 * law.shear * (a if law.marshall_by_radius else 1.0) * a * a
+        eta, mu = 0.5 * law.tangential_damping * slip.eta * a * a, 2.0 / 3.0 * a * law.friction
+    if mu <= 0.0:
+        return NONE
+    u = _scale(_dot(slip.spin, n), n)
+    return _torsion(system, c, n, slip, h, 2, u, (k, eta, mu * slip.load))
+
+
+@compiled
+def _torsion(
+    system: System, c: int, n: Triple, slip: Slip, h: float, kind: int, u: Triple,
+    slider: tuple[float, float, float],
+) -> Triple:  # fmt: skip
+    """Return the force of a rolling (1) or twisting (2) slider: stiffness, dashpot and limit."""
+    contact, rules, (k, eta, cap) = system.contacts[c], system.rules, slider
+    q, last, frame = _vector(contact.springs[kind]), _last_normal(contact, n), rules.torsion_frame
+    if frame == STAYS_TURNED and kind == 2:
+        q = _scale(math.copysign(_size(q), _dot(q, n)), n)
+    elif frame == STAYS_TURNED:
+        q = _carry(q, TURNED, n, last, 0.0)
+    elif frame == ROTATED_TORSION:
+        spins = rules.spring_spin == MEAN
+        q = _carry(q, ROTATED, n, last, 0.5 * h * _dot(slip.both, last) if spins else 0.0)
+    forgets = rules.forgets_setup and h == 0.0
+    q = _add(q, _scale(rules.step if forgets else h, u))
+    force, spring, slides = _limit(rules.damping_in_cap == STICKING_ONLY, q, u, k, eta, cap)
+    if slides and kind == 1 and k > 0.0 and _size(q) == 0.0:
+        force, spring = NONE, q
+    if slides and kind == 2 and rules.twisting_limit_by_rate:
+        force = _scale(-cap * np.sign(_dot(u, n)), n)
+        spring = _scale(-1.0 / k, _add(force, _scale(eta, u)))
+    if not forgets:
+        _store(contact.springs[kind], spring)
+    return force
+
+
+@compiled
+def _conduct(system: System, c: int, a: float) -> None:
+    """Add the heat [W] that flows through a contact: 2 k a, or h pi a^2, times K."""
+    contact, heat = system.contacts[c], system.heat
+    i, j, law = contact.first, contact.second, system.laws[contact.law]
+    other = heat[j, 0] if j >= 0 else system.walls[-1 - j].temperature
+    area = 2.0 * a if law.heat == WITHIN_RADIUS else math.pi * a * a
+    flow = law.conductance * area * (other - heat[i, 0])
+    heat[i, 1] += flow
+    if j >= 0:
+        heat[j, 1] -= flow
+
+
+# ---- vectors
+
+
+@compiled
+def _vector(values: Floats) -> Triple:
+    return (values[0], values[1], values[2])
+
+
+@compiled
+def _store(place: Floats, values: Triple) -> None:
+    place[0], place[1], place[2] = values
+
+
+@compiled
+def _add(a: Triple, b: Triple) -> Triple:
+    return (a[0] + b[0], a[1] + b[1], a[2] + b[2])
+
+
+@compiled
+def _minus(a: Triple, b: Triple) -> Triple:
+    return (a[0] - b[0], a[1] - b[1], a[2] - b[2])
+
+
+@compiled
+def _scale(factor: float, a: Triple) -> Triple:
+    return (factor * a[0], factor * a[1], factor * a[2])
+
+
+@compiled
+def _dot(a: Triple, b: Triple) -> float:
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+@compiled
+def _cross(a: Triple, b: Triple) -> Triple:
+    return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
+
+
+@compiled
+def _size(a: Triple) -> float:
+    return math.sqrt(_dot(a, a))
+
+
+@compiled
+def _project(a: Triple, n: Triple) -> Triple:
+    """Return the part of a vector in the plane of a contact."""
+    return _minus(a, _scale(_dot(a, n), n))
