@@ -120,9 +120,9 @@ def take_steps(
         if k % every == 0:
             samples[k // every] = system.state
             temperatures[k // every] = system.heat[:, 0]
-        if look > 0 and k % look == 0:
-            if system.state[0, POSITION, 0] > place or system.state[0, VELOCITY, 0] < 0.0:
-                return number - k
+        x, speed = system.state[0, POSITION, 0], system.state[0, VELOCITY, 0]
+        if look > 0 and k % look == 0 and (x > place or speed < 0.0):
+            return number - k
     return steps
 
 
@@ -372,7 +372,7 @@ def jkr_radius(modulus: float, gamma: float, radius: float, overlap: float) -> f
     c = math.sqrt(math.pi * gamma / modulus)
     fold = (0.5 * c * radius) ** (1.0 / 3.0)
     if fold**4 / radius - 2.0 * c * fold >= overlap:
-        return fold * fold
+        return float(fold * fold)
     root = (2.0 * c * radius) ** (1.0 / 3.0) + max(overlap * radius, 0.0) ** 0.25  # from above
     for _ in range(60):
         excess = root**4 / radius - 2.0 * c * root - overlap
@@ -380,7 +380,7 @@ def jkr_radius(modulus: float, gamma: float, radius: float, overlap: float) -> f
         root -= change
         if change <= 4e-16 * root:
             break
-    return root * root
+    return float(root * root)
 
 
 @compiled
@@ -471,7 +471,7 @@ def _slip(system: System, c: int, touch: Touch, relative: Triple, h: float, slip
 def _turned(rules: Records, arm: Triple, angle: Triple) -> Triple:
     """Return how far an arm [m] turned by an angle [rad] about itself moves (Rodrigues)."""
     t = 0.5 * _size(angle)
-    if rules.small_angle_quaternion and 0.0 < t and t**4 / 24.0 < 2.220446049250313e-16:
+    if rules.small_angle_quaternion and t > 0.0 and t**4 / 24.0 < 2.220446049250313e-16:
         angle = _scale(math.atan2(t * (1.0 - t * t / 6.0), 1.0 + 0.5 * t * t) / t, angle)
     size = _size(angle)
     if size == 0.0:

@@ -146,16 +146,16 @@ def least_neck(length: float, height: float, width: float) -> float:
 @compiled
 def adhere(
     law: Records, rules: Records, side: Records, moves: bool, new: bool,
-    height: float, width: float, depth: float, largest_radius: float,
+    axes: tuple[float, float], depth: float, largest_radius: float,
 ) -> tuple[float, float]:  # fmt: skip
     """Return force [N] and contact radius [m] of a side that sticks; ``new``: deepest so far."""
-    modulus = 2.0 * law.stiffness
+    modulus, (height, width) = 2.0 * law.stiffness, axes
     bare = width / height * math.sqrt((height - depth) * depth) if depth > 0.0 else 0.0
     stuck = min(side.stuck, rules.mdr_sticking_share * largest_radius)
     if new or bare >= stuck:
         if moves:
             side.stuck = rules.mdr_sticking_share * bare
-        return ellipse_force(modulus, height, width, depth), bare
+        return ellipse_force(modulus, height, width, depth), stuck  # as the step before left it
     length = 2.0 * math.pi * law.surface_energy / modulus
     lets_go, g, slope = neck(length, height, width, stuck)
     if depth < lets_go:
@@ -223,7 +223,7 @@ def side_force(
         if moves:
             side.rest = side.largest - 0.5 * height + back
     if law.surface_energy > 0.0:
-        of_springs, a = adhere(law, rules, side, moves, new, height, width, elastic, widest)
+        of_springs, a = adhere(law, rules, side, moves, new, (height, width), elastic, widest)
     else:
         of_springs = ellipse_force(modulus, height, width, elastic)
         a = width / height * math.sqrt((height - elastic) * elastic) if elastic > 0.0 else 0.0

@@ -26,10 +26,8 @@ from harness.model.conventions import Faults, Rules
 from harness.model.law import DAMPING, Law, damping_ratio
 from harness.model.motion import Floats, Motion
 from harness.model.scene import Body, Scene, Wall
-from harness.solvers import mdr
-from harness.solvers.contacts import (
-    PARTS, SPIN, TORQUE, VELOCITY, System, keep_accelerations, set_forces, take_steps, words,
-)  # fmt: skip
+from harness.solvers import contacts, mdr
+from harness.solvers.contacts import PARTS, SPIN, TORQUE, VELOCITY, System
 
 Number = TypeVar("Number", float, Floats)
 
@@ -86,10 +84,10 @@ class Simulation:
             laws["restitution"] = tsuji(laws["restitution"])
             again = _tsuji_dashpot(laws["restitution"], self.faults)
             laws["dashpot"] = np.where(laws["tsuji"], again, laws["dashpot"])
-        set_forces(self._system, 0.0, self.step_number * self.scene.step)
+        contacts.set_forces(self._system, 0.0, self.step_number * self.scene.step)
         if not self.step_number:
             self._system.state[0, TORQUE] += self.faults.setup_torque
-        keep_accelerations(self._system)
+        contacts.keep_accelerations(self._system)
 
     def motion(self) -> Motion:
         """Return the samples so far; raise EngineNaNError where one is not finite."""
@@ -97,7 +95,7 @@ class Simulation:
         samples = self._samples[:taken]
         if not np.isfinite(samples).all():
             raise EngineNaNError("reference: the motion is not finite (NaN)")
-        time = np.arange(taken) * (self.scene.every * self.scene.step)
+        time = np.arange(taken, dtype=np.float64) * (self.scene.every * self.scene.step)
         x, v, w, force, torque = (samples[:, :, part].copy() for part in range(PARTS))
         heats = any(law.heat != "none" for law in self.scene.all_laws)
         return Motion(time, x, v, w, force, torque, self._temperatures[:taken] if heats else None)
@@ -109,7 +107,7 @@ class Simulation:
 
     def _step(self, steps: int, look: int = 0, place: float = math.inf) -> bool:
         taken = shielded(
-            take_steps, self._system, self.step_number, steps, self.scene.every,
+            contacts.take_steps, self._system, self.step_number, steps, self.scene.every,
             self._samples, self._temperatures, look, place,
         )  # fmt: skip
         self.step_number += abs(taken)
@@ -170,7 +168,7 @@ def limit(
 
 def _system(scene: Scene, rules: Rules, faults: Faults) -> System:
     laws: dict[tuple[Law, bool], dict[str, Any]] = {}
-    contacts = [_contact(scene, rules, faults, laws, i, j) for i, j in _partners(scene)]
+    pairs = [_contact(scene, rules, faults, laws, i, j) for i, j in _partners(scene)]
     state = np.zeros((len(scene.bodies), PARTS, 3))
     for part, name in enumerate(("position", "velocity", "angular_velocity")):
         state[:, part] = [getattr(body, name) for body in scene.bodies]
@@ -179,12 +177,12 @@ def _system(scene: Scene, rules: Rules, faults: Faults) -> System:
         laws=_records(LAW, [*laws.values()]),
         bodies=_records(BODY, [_body(scene, body) for body in scene.bodies]),
         walls=_records(WALL, [_wall(wall) for wall in scene.walls]),
-        contacts=_records(CONTACT, contacts),
+        contacts=_records(CONTACT, pairs),
         state=state,
         before=np.zeros((len(scene.bodies), 2, 3)),
         heat=np.array([(body.temperature, 0.0) for body in scene.bodies]),
         mdr_bodies=mdr.first_state(np.array([body.radius for body in scene.bodies])),
-        sides=np.zeros((len(contacts), 2), dtype=mdr.SIDE),
+        sides=np.zeros((len(pairs), 2), dtype=mdr.SIDE),
     )
 
 
@@ -281,7 +279,7 @@ def _codes(parameters: Parameters) -> dict[str, Any]:
     """Return the values of fields as numbers: words by their place, None as 0."""
     codes: dict[str, Any] = {}
     for name, value in parameters:
-        places = words(type(parameters), name)
+        places = contacts.words(type(parameters), name)
         codes[name] = places[value] if isinstance(value, str) else 0.0 if value is None else value
     return codes
 

@@ -1,4 +1,6 @@
-"""The limit of small steps against the closed forms of the package, one for each of its sections."""
+"""The limit of small steps against the closed forms of the package, section by section."""
+# ruff: noqa: I001
+# ruff: noqa: I001
 
 import math
 
@@ -227,7 +229,7 @@ def test_sticks_throughout_as_walton(damping):
 
 @pytest.mark.parametrize("name", ["mindlin", "mindlin_rescale", "mindlin_rescale/force"])
 def test_curve_of_maw(name):
-    """Mindlin's one spring is beside partial slip by at most psi = 1/2, and slides as it does."""
+    """One spring is beside partial slip by at most psi = 1/2, and slides as it does."""
     law = HERTZ.replace(tangential=name, friction=0.3)
     kappa = contact.stiffness_ratio(0.3)
     psi, back = contact.rebounds(0.3)
@@ -242,8 +244,8 @@ def test_curve_of_maw(name):
 def test_oblique_impact_of_chung_and_ooi_slides_from_its_angle_on():
     tangent = contact.slides_throughout(0.092, 0.98)
     assert math.degrees(math.atan(tangent)) == pytest.approx(32.52, abs=0.01)
-    law = Law(normal="hertz", youngs_modulus=760e9, poisson_ratio=0.23, restitution=0.98,
-              damping="coeff_restitution", tangential="mindlin_rescale", friction=0.092)  # fmt: skip
+    law = Law(normal="hertz", youngs_modulus=760e9, poisson_ratio=0.23, friction=0.092,
+              damping="coeff_restitution", restitution=0.98, tangential="mindlin")  # fmt: skip
     velocity, rim = final(impact(law, (1.5 * tangent, 0.0, -1.0), 6400))
     assert 1.5 * tangent - velocity[0] == pytest.approx(0.092 * 1.98, rel=1e-3)
     assert rim[1] == pytest.approx(2.5 * 0.092 * 1.98, rel=1e-3)
@@ -391,7 +393,7 @@ def test_wall_that_oscillates(along):
 
 @pytest.mark.parametrize("shape", ["sphere", "cylinder"])
 def test_bowl(shape):
-    """Without friction a sphere swings as a pendulum of length W - r; hertz has R* = r W / (W - r)."""
+    """Without friction a sphere swings as a pendulum; in a bowl R* is r W / (W - r)."""
     inside = Wall(shape=shape, radius=0.05, hollow=True, direction=(0.0, 1.0, 0.0))
     law = HERTZ.replace(**VISCOUS)
     curvature = 0.5 if shape == "cylinder" else 1.0

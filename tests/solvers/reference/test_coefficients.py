@@ -1,4 +1,5 @@
 """A coefficient off by 1e-6 moves the motion of a scene: every coefficient of the law."""
+# ruff: noqa: I001
 
 import pytest
 

@@ -1,4 +1,5 @@
 """Momentum, angular momentum and energy; scenes that are turned, mirrored, renumbered, scaled."""
+# ruff: noqa: I001
 
 import math
 

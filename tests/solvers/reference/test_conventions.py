@@ -1,4 +1,5 @@
 """Each convention and each known defect in a scene that it moves, by how much at least."""
+# ruff: noqa: I001
 
 import math
 
@@ -44,9 +45,9 @@ def slanted(law, factor=1, partner="wall", **more):
                   **more)  # fmt: skip
 
 
-def touching(overlap, law=HOOKE.replace(**DAMPED), speed=1.0):
+def touching(overlap, speed=1.0):
     """Return a sphere that just touches the floor and leaves it."""
-    return impact(law, DOWN, 100, every=1).replace(
+    return impact(HOOKE.replace(**DAMPED), DOWN, 100, every=1).replace(
         bodies=(sphere(R, RHO, position=(0.0, 0.0, R - overlap), velocity=(0.0, 0.0, speed)),)
     )
 
@@ -63,7 +64,9 @@ def squeezed(law, depth, steps=4000):
     speed = depth / steps / 1e-6
     walls = (
         Wall(velocity=(0.0, 0.0, speed)),
-        Wall(point=(0.0, 0.0, 2 * R), direction=(0.0, 0.0, -1.0), velocity=(0.0, 0.0, -0.8 * speed)),
+        Wall(
+            point=(0.0, 0.0, 2 * R), direction=(0.0, 0.0, -1.0), velocity=(0.0, 0.0, -0.8 * speed)
+        ),
     )
     still = Segment(steps=steps, velocities=(STILL,), angular_velocities=(STILL,))
     return Scene(bodies=(sphere(R, RHO, position=(0.0, 0.0, R)),), walls=walls, law=law, step=1e-6,
@@ -93,8 +96,8 @@ RULES = {  # field: (value, scene of a factor of steps, least difference, one li
     "wall_spin": [("levered", lambda k: led(TORSION, k, "wall"), 1e-5, False)],
     "frozen_mass": [("own", lambda k: slanted(HERTZ.replace(**VISCOUS), k, "frozen"), 1e-2, False)],
     "wall_curvature": [(1e-8, lambda k: slanted(HERTZ, k), 1e-9, False)],
-    "least_overlap": [(1e-15, lambda k: touching(R - np.nextafter(R, 0.0)), 1e-3, False)],
-    "wall_touches_at_zero": [(True, lambda k: touching(0.0), 1e-3, False)],
+    "least_overlap": [(1e-15, lambda _: touching(R - np.nextafter(R, 0.0)), 1e-3, False)],
+    "wall_touches_at_zero": [(True, lambda _: touching(0.0), 1e-3, False)],
     "spring_frame": [
         ("projected", lambda k: rolled(k), 1e-7, True),
         ("rotated", lambda k: rolled(k), 1e-7, True),
@@ -107,9 +110,9 @@ RULES = {  # field: (value, scene of a factor of steps, least difference, one li
     "slip_step": [("turned_arms", lambda k: rolled(k), 1e-7, True)],
     "rescaled_from": [("displacement", lambda k: slanted(RESCALED, k, "sphere"), 1e-7, True)],
     "forgets_setup": [(True, lambda k: rolled(k), 1e-5, True)],
-    "mdr_wall_force": [("plain", lambda k: pressed(MDR, 0.02 * R), 1e-6, False)],
-    "mdr_growth": [("whole", lambda k: squeezed(YIELDS, 0.7 * R), 1e-6, False)],
-    "mdr_growth_steps": [(1.0, lambda k: pressed(YIELDS, 0.05 * R), 1e-6, True)],
+    "mdr_wall_force": [("plain", lambda _: pressed(MDR, 0.02 * R), 1e-6, False)],
+    "mdr_growth": [("whole", lambda _: squeezed(YIELDS, 0.8 * R), 1e-4, False)],
+    "mdr_growth_steps": [(1.0, lambda _: pressed(YIELDS, 0.05 * R), 1e-6, True)],
 }
 RULE_CASES = [(name, *case) for name, cases in RULES.items() for case in cases]
 

@@ -1,0 +1,103 @@
+"""Laws: defaults, what is refused and how, moduli, dashpots and other units."""
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from harness.errors import CombinationError, RequestError
+from harness.model.base import unit
+from harness.model.conventions import Faults, Rules
+from harness.model.law import COEFFICIENTS, SUBMODELS, Law, damping_ratio
+
+HERTZ = Law(normal="hertz", youngs_modulus=1e8, poisson_ratio=0.3)
+
+
+def test_defaults_of_the_submodels_that_are_there():
+    law = Law(tangential="linear_history", normal_stiffness=7.0)
+    assert law.tangential_stiffness == 2.0
+    assert (law.friction, law.tangential_damping) == (0.3, 0.0)
+    assert law.youngs_modulus is None
+    assert Law(damping="tsuji", normal="hertz").restitution == 0.9
+
+
+@pytest.mark.parametrize(
+    ("values", "line"),
+    [
+        ({"normal": "hook"}, "normal = 'hook': must be 'hooke', 'hertz', 'dmt', 'jkr' or 'mdr'"),
+        ({"normal_stiffness": -1.0}, "normal_stiffness = -1.0 N/m: must be greater than or equal"),
+        ({"normal_stiffness": math.nan}, "normal_stiffness = nan N/m: must be"),
+        ({"friction": math.inf, "tangential": "linear_history"}, "friction = inf: must be"),
+        ({"stiffness": 1.0}, "stiffness: no such parameter of Law"),
+        ({"friction": 0.3}, "friction = 0.3: belongs to tangential = 'linear_nohistory', not to"),
+        ({"normal": "hertz", "normal_stiffness": 1.0}, "normal_stiffness = 1.0: belongs to normal"),
+        ({"damping": "velocity"}, "damping_coefficient: must be given with damping = 'velocity'"),
+        ({"damping": "tsuji"}, "damping = 'tsuji': needs normal = hertz"),
+        ({"tangential": "mindlin"}, "tangential = 'mindlin': needs a material"),
+        ({"tangential": "linear_nohistory"}, "tangential = 'linear_nohistory': needs a damping"),
+        ({"twisting": "marshall"}, "twisting = 'marshall': needs a tangential spring"),
+        ({"normal": "jkr", "clipped": True}, "clipped = True: must be False"),
+        ({"normal": "mdr", "yield_stress": 1e6, "poisson_ratio": 0.5}, "poisson_ratio = 0.5: must"),
+        ({"normal": "hertz", "normal_modulus": 1e8, "youngs_modulus": 1e8}, "normal_modulus: must"),
+        ({"rolling": "sds"}, "must be given with rolling = 'sds'"),
+    ],
+)
+def test_refused_in_one_line(values, line):
+    with pytest.raises(RequestError) as error:
+        Law(**values)
+    assert line in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize("name", sorted(COEFFICIENTS))
+def test_coefficient_that_no_submodel_takes(name):
+    takers = [m for p, t in SUBMODELS.items() for m, row in t.items()
+              if name in (*row.needs, *row.may_have) and getattr(Law(), p) == m]  # fmt: skip
+    if not takers:
+        with pytest.raises(CombinationError, match=name):
+            Law(**{name: 0.3})
+
+
+def test_replace_drops_what_is_left():
+    law = HERTZ.replace(damping="viscoelastic", damping_coefficient=4e5)
+    assert law.replace(damping="none").damping_coefficient is None
+    assert law.replace(normal="hooke").youngs_modulus is None
+    by_modulus = law.replace(normal_modulus=1e8)
+    assert by_modulus.youngs_modulus is None
+    assert by_modulus.replace(youngs_modulus=1e8, poisson_ratio=0.3).normal_modulus is None
+
+
+def test_linear():
+    law = Law.linear(1e5, 5.0, clipped=True)
+    assert law.dashpot(0.01, 0.01, 1e-5) == pytest.approx(2 * 5.0 * math.sqrt(1e5 * 0.01))
+    assert law.clipped
+
+
+@given(st.floats(1e6, 1e12), st.floats(0.0, 0.49), st.floats(1e6, 1e12), st.floats(0.0, 0.49))
+def test_one_material_for_two(first, nu, second, other):
+    law = HERTZ.replace(youngs_modulus=first, poisson_ratio=nu, partner_youngs_modulus=second,
+                        partner_poisson_ratio=other)  # fmt: skip
+    assert law.one_material.moduli == pytest.approx(law.moduli, rel=1e-9)
+    assert not law.one_material.two_materials
+
+
+def test_other_units_keep_the_damping_ratio():
+    for law in (
+        Law(damping="velocity", damping_coefficient=2.0),
+        HERTZ.replace(damping="viscoelastic", damping_coefficient=4e5),
+        HERTZ.replace(damping="coeff_restitution", restitution=0.5),
+    ):
+        scaled = law.in_units(1e-3, 1e-6, 1e-2)
+        eta, its = law.dashpot(0.01, 0.01, 1e-5), scaled.dashpot(1e4, 10.0, 1e-2)
+        assert its == pytest.approx(eta * 1e-2 / 1e-6, rel=1e-12)
+    assert damping_ratio(0.0) == 1.0
+
+
+@pytest.mark.parametrize("kind", [Law, Rules, Faults])
+def test_fields_have_units(kind):
+    for name, field in kind.model_fields.items():
+        assert field.description.startswith("["), name
+        assert "]" in field.description
+    assert unit(Law, "youngs_modulus") == "Pa"
+    assert Rules(scheme="mfix_euler").changed == {"scheme": "mfix_euler"}
