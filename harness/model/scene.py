@@ -81,7 +81,7 @@ class Wall(Parameters):
             value = getattr(self, name)
             if self.shape == "plane" and value not in (False, ZERO):
                 raise ValueError(
-                    f"{name} = {value!r}: must not be given, a plane has none (surface_velocity moves it)"
+                    f"{name} = {value!r}: must not be given for a plane (surface_velocity is)"
                 )
         return self
 

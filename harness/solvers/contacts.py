@@ -9,12 +9,14 @@ manuals. The letters are those of the law: n normal, a contact radius, q spring,
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from functools import cache
-from typing import Any, NamedTuple, get_args
+from typing import Any, NamedTuple, TypeVar, get_args
 
 import numpy as np
+from numpy.typing import NDArray
 
-from harness.compiled import compiled
+from harness.compiled import compiled, jit
 from harness.model.base import Parameters
 from harness.model.conventions import Rules
 from harness.model.law import Law
@@ -24,6 +26,15 @@ from harness.solvers import mdr
 
 Records = Any  # a record, or an array of records, of the types in harness.solvers.reference
 Triple = tuple[float, float, float]
+Integers = NDArray[np.int64]
+
+
+Function = TypeVar("Function", bound=Callable[..., Any])
+
+
+def inlined(function: Function) -> Function:
+    """Compile a function into its callers: a call counts the references of each array."""
+    return jit(function, error_model="numpy", nogil=True, inline="always")
 
 
 @cache
@@ -60,7 +71,8 @@ class System(NamedTuple):
     ``state`` (N, 5, 3) are position, velocity, angular velocity, force and torque; ``before``
     (N, 2, 3) accelerations of the step before; ``heat`` (N, 2) temperature and heat flow. The
     second body of a contact at wall k is -1 - k; its radius is the contact radius of the step
-    before, 0 apart; its springs are the tangential, rolling and twisting one.
+    before, 0 apart; its springs are the tangential, rolling and twisting one. ``movers`` are the
+    bodies that are not at rest for ever.
     """
 
     rules: Records
@@ -73,6 +85,7 @@ class System(NamedTuple):
     heat: Floats
     mdr_bodies: Records
     sides: Records
+    movers: Integers
 
 
 class Touch(NamedTuple):
@@ -89,12 +102,13 @@ class Touch(NamedTuple):
 
 
 class Slip(NamedTuple):
-    """A contact in a step: R* and a [m], eta [kg/s], load of friction [N], and how it slips."""
+    """A contact in a step: R*, a [m], eta [kg/s], load of friction [N], d [m], and how it slips."""
 
     radius: float
     a: float
     eta: float
     load: float
+    overlap: float
     velocity: Triple  # [m/s] along the surface
     moved: Triple  # [m] in the step
     along: float  # [m] along the normal in the step
@@ -115,58 +129,73 @@ def take_steps(
     Every ``look`` steps the first body is looked at, whether its x is beyond ``place`` [m] or it
     moves back.
     """
+    rules, bodies, contacts = system.rules, system.bodies, system.contacts
+    state, before, movers = system.state, system.before, system.movers
+    scheme, h = rules.scheme, rules.step
     for k in range(number + 1, number + steps + 1):
-        _take_step(system, k)
+        if scheme == VERLET:
+            _kick(state, bodies, movers, 0.5 * h)
+            _move(state, movers, h)
+        elif scheme == EULER:
+            _kick(state, bodies, movers, h)
+            _move(state, movers, h)
+        else:  # Adams and Bashforth: v+ = v + h/2 (3 a - a_before), x+ = x + h/2 (v + v+)
+            _move(state, movers, 0.5 * h)
+            state[:, VELOCITY : SPIN + 1] -= 0.5 * h * before
+            _keep_accelerations(system)
+            _kick(state, bodies, movers, 1.5 * h)
+            _move(state, movers, 0.5 * h)
+        _clear(system, state, h, k * h)
+        for c in range(len(contacts)):
+            if not _is_far(state, bodies, contacts[c], rules):
+                _touch(system, c, h, k * h)
+        if rules.drag > 0.0:
+            _add_drag(system)
+        if scheme == VERLET:
+            _kick(state, bodies, movers, 0.5 * h)
+        if rules.heats:
+            _warm(system)
         if k % every == 0:
-            samples[k // every] = system.state
+            samples[k // every] = state
             temperatures[k // every] = system.heat[:, 0]
-        x, speed = system.state[0, POSITION, 0], system.state[0, VELOCITY, 0]
+        x, speed = state[0, POSITION, 0], state[0, VELOCITY, 0]
         if look > 0 and k % look == 0 and (x > place or speed < 0.0):
             return number - k
     return steps
 
 
 @compiled
-def _take_step(system: System, number: int) -> None:
-    scheme, h = system.rules.scheme, system.rules.step
-    if scheme == VERLET:
-        _kick(system, 0.5 * h)
-        _move(system, h)
-    elif scheme == EULER:
-        _kick(system, h)
-        _move(system, h)
-    else:  # Adams and Bashforth: v+ = v + h/2 (3 a - a_before), x+ = x + h/2 (v + v+)
-        _move(system, 0.5 * h)
-        system.state[:, VELOCITY : SPIN + 1] -= 0.5 * h * system.before
-        keep_accelerations(system)
-        _kick(system, 1.5 * h)
-        _move(system, 0.5 * h)
-    set_forces(system, h, number * h)
-    if scheme == VERLET:
-        _kick(system, 0.5 * h)
-    if system.rules.heats:
-        for b in range(len(system.heat)):
-            system.heat[b, 0] += h * system.heat[b, 1] / system.bodies[b].heat_capacity
+def set_up(system: System, time: float) -> None:
+    """Set forces, torques and heat flows, and move no spring, as in the setup of a run."""
+    _clear(system, system.state, 0.0, time)
+    for c in range(len(system.contacts)):
+        if not _is_far(system.state, system.bodies, system.contacts[c], system.rules):
+            _touch(system, c, 0.0, time)
+    _add_drag(system)
+    _keep_accelerations(system)
 
 
-@compiled
-def _kick(system: System, time: float) -> None:
-    for b in range(len(system.state)):
-        body, state = system.bodies[b], system.state[b]
+@inlined
+def _kick(state: Floats, bodies: Records, movers: Integers, time: float) -> None:
+    for m in range(len(movers)):
+        b = movers[m]
+        body = bodies[b]
         for k in range(3):
-            state[VELOCITY, k] += time * (state[FORCE, k] * body.inverse_mass[k] + body.gravity[k])
-            state[SPIN, k] += time * (state[TORQUE, k] * body.inverse_inertia)
+            pull = state[b, FORCE, k] * body.inverse_mass[k] + body.gravity[k]
+            state[b, VELOCITY, k] += time * pull
+            state[b, SPIN, k] += time * (state[b, TORQUE, k] * body.inverse_inertia)
 
 
-@compiled
-def _move(system: System, time: float) -> None:
-    for b in range(len(system.state)):
+@inlined
+def _move(state: Floats, movers: Integers, time: float) -> None:
+    for m in range(len(movers)):
+        b = movers[m]
         for k in range(3):
-            system.state[b, POSITION, k] += time * system.state[b, VELOCITY, k]
+            state[b, POSITION, k] += time * state[b, VELOCITY, k]
 
 
 @compiled
-def keep_accelerations(system: System) -> None:
+def _keep_accelerations(system: System) -> None:
     """Keep linear and angular accelerations for the next step of Adams and Bashforth."""
     for b in range(len(system.state)):
         body, state = system.bodies[b], system.state[b]
@@ -175,28 +204,57 @@ def keep_accelerations(system: System) -> None:
             system.before[b, 1, k] = state[TORQUE, k] * body.inverse_inertia
 
 
-@compiled
-def set_forces(system: System, h: float, time: float) -> None:
-    """Set forces, torques and heat flows; h = 0 moves no spring, as in the setup of a run."""
-    system.state[:, FORCE:] = 0.0
-    system.heat[:, 1] = 0.0
+@inlined
+def _clear(system: System, state: Floats, h: float, time: float) -> None:
+    """Begin the sums of a step."""
+    for b in range(len(state)):
+        for k in range(3):
+            state[b, FORCE, k] = state[b, TORQUE, k] = 0.0
+    if system.rules.heats:
+        system.heat[:, 1] = 0.0
     if system.rules.grows and h > 0.0:
         _grow(system, time)
-    for c in range(len(system.contacts)):
-        contact, touch = system.contacts[c], _find_touch(system, c, time)
-        if touch.overlap == -math.inf:
-            continue
-        radius = _effective_radius(system, c, touch)
-        if not _is_apart(system, c, touch, radius):
-            _add_contact(system, c, touch, radius, h)
-        elif contact.radius > 0.0:
-            contact.radius = contact.largest = contact.slope = 0.0
-            contact.springs[:] = 0.0
-            system.sides[c] = np.zeros_like(system.sides[c])
-    for b in range(len(system.state)):
-        drag = system.bodies[b].drag
-        if drag > 0.0:
-            system.state[b, FORCE] -= drag * system.state[b, VELOCITY]
+
+
+@compiled
+def _add_drag(system: System) -> None:
+    for b in system.movers:
+        drag = system.rules.drag * system.bodies[b].dragged
+        system.state[b, FORCE] -= drag * system.state[b, VELOCITY]
+
+
+@compiled
+def _warm(system: System) -> None:
+    for b in range(len(system.heat)):
+        heat = system.rules.step * system.heat[b, 1]
+        system.heat[b, 0] += heat / system.bodies[b].heat_capacity
+
+
+@inlined
+def _is_far(state: Floats, bodies: Records, contact: Records, rules: Records) -> bool:
+    """Return whether two bodies are apart for sure, which most are."""
+    if contact.second < 0 or contact.radius > 0.0:
+        return False
+    i, j, square = contact.first, contact.second, 0.0
+    reach = 1.000001 * (bodies[i].radius + bodies[j].radius)
+    for k in range(3):
+        apart = _nearest(state[i, POSITION, k] - state[j, POSITION, k], rules.period[k])
+        square += apart * apart
+    return bool(square > reach * reach)
+
+
+@compiled
+def _touch(system: System, c: int, h: float, time: float) -> None:
+    contact, rules, touch = system.contacts[c], system.rules, _find_touch(system, c, time)
+    law, first = system.laws[contact.law], system.bodies[contact.first].radius
+    radius = _effective_radius(rules, first, touch.other)
+    sticks = system.sides[c, 0].stuck > 0.0 or system.sides[c, 1].stuck > 0.0
+    if not _is_apart(contact, law, rules, touch, radius, first, sticks):
+        _add_contact(system, c, touch, radius, h)
+    elif contact.radius > 0.0:
+        contact.radius = contact.largest = contact.slope = 0.0
+        contact.springs[:] = 0.0
+        system.sides[c] = np.zeros_like(system.sides[c])
 
 
 @compiled
@@ -220,73 +278,75 @@ def _grow(system: System, time: float) -> None:
 # ---- where bodies touch
 
 
-@compiled
+@inlined
 def _find_touch(system: System, c: int, time: float) -> Touch:
-    """Return where two bodies are; of an overlap -inf where they are far apart."""
-    contact = system.contacts[c]
-    i, j = contact.first, contact.second
-    if j < 0:
-        return _touch_wall(system, i, -1 - j, time)
-    x, length = system.state, system.rules.period
-    apart = _minus(_vector(x[i, POSITION]), _vector(x[j, POSITION]))
-    if length[0] + length[1] + length[2] > 0.0:
-        apart = (_nearest(apart[0], length[0]), _nearest(apart[1], length[1]),
-                 _nearest(apart[2], length[2]))  # fmt: skip
-    other, square = system.bodies[j].radius, _dot(apart, apart)
-    reach = system.bodies[i].radius + other
-    if contact.radius == 0.0 and square > 1.000001 * reach * reach:
-        return Touch(NONE, -math.inf, 0.0, NONE)
-    distance = math.sqrt(square)
-    return Touch(_scale(1.0 / distance, apart), reach - distance, other, NONE)
+    contact, rules = system.contacts[c], system.rules
+    if contact.second >= 0:
+        return _touch_body(system.state, system.bodies, contact, rules)
+    wall, radius = system.walls[-1 - contact.second], system.bodies[contact.first].radius
+    return _touch_wall(wall, rules, _vector(system.state[contact.first, POSITION]), radius, time)
+
+
+@inlined
+def _touch_body(state: Floats, bodies: Records, contact: Records, rules: Records) -> Touch:
+    i, j, length = contact.first, contact.second, rules.period
+    x, y = _vector(state[i, POSITION]), _vector(state[j, POSITION])
+    apart = (
+        _nearest(x[0] - y[0], length[0]), _nearest(x[1] - y[1], length[1]),
+        _nearest(x[2] - y[2], length[2]),
+    )  # fmt: skip
+    distance, other = _size(apart), bodies[j].radius
+    return Touch(_scale(1.0 / distance, apart), bodies[i].radius + other - distance, other, NONE)
 
 
 @compiled
 def _nearest(distance: float, period: float) -> float:
+    """Return the distance [m] to the nearest periodic image along an axis."""
     if period == 0.0:
         return distance
     return distance - period * math.floor(distance / period + 0.5)
 
 
 @compiled
-def _touch_wall(system: System, i: int, k: int, time: float) -> Touch:
-    wall, radius = system.walls[k], system.bodies[i].radius
+def _touch_wall(wall: Records, rules: Records, x: Triple, radius: float, time: float) -> Touch:
     velocity, swing, phase = _vector(wall.velocity), _vector(wall.amplitude), wall.frequency * time
     moved = _add(_scale(time, velocity), _scale(1.0 - math.cos(phase), swing))
     drift = _add(velocity, _scale(wall.frequency * math.sin(phase), swing))
     drift = _add(drift, _vector(wall.surface_velocity))
-    apart, axis = _minus(_vector(system.state[i, POSITION]), _vector(wall.point)), wall.direction
+    apart, axis = _minus(x, _vector(wall.point)), wall.direction
     apart, axis = _minus(apart, moved), (axis[0], axis[1], axis[2])
     if wall.shape == PLANE:
         return Touch(axis, radius - _dot(apart, axis), 0.0, drift)
     other = wall.radius
     if wall.shape == CYLINDER:
         apart, other = _project(apart, axis), 2.0 * wall.radius
-        drift = _add(drift, _vector(system.rules.cylinder_shear))
+        drift = _add(drift, _vector(rules.cylinder_shear))
     distance = math.copysign(_size(apart), wall.radius)
     normal = _scale(1.0 / distance, apart)
     drift = _add(drift, _scale(wall.radius, _cross(_vector(wall.spin), normal)))
     return Touch(normal, radius + wall.radius - distance, other, drift)
 
 
-@compiled
-def _effective_radius(system: System, c: int, touch: Touch) -> float:
-    radius = system.bodies[system.contacts[c].first].radius
-    if touch.other != 0.0:
-        return float(radius * touch.other / (radius + touch.other))
-    return float(radius / (1.0 + system.rules.wall_curvature))
+@inlined
+def _effective_radius(rules: Records, radius: float, other: float) -> float:
+    if other != 0.0:
+        return radius * other / (radius + other)
+    return float(radius / (1.0 + rules.wall_curvature))
 
 
-@compiled
-def _is_apart(system: System, c: int, touch: Touch, radius: float) -> bool:
-    contact, rules, least = system.contacts[c], system.rules, 0.0
-    law = system.laws[contact.law]
+@inlined
+def _is_apart(
+    contact: Records, law: Records, rules: Records, touch: Touch, radius: float, first: float,
+    sticks: bool,
+) -> bool:  # fmt: skip
+    least = 0.0
     if contact.radius > 0.0 and law.normal == JKR:
         least = max(_end_of_jkr(law, radius), -rules.longest_neck)
     elif contact.radius > 0.0 and law.normal == MDR and not rules.mdr_parts_at_zero:
-        if system.sides[c, 0].stuck > 0.0 or system.sides[c, 1].stuck > 0.0:
+        if sticks:
             return False
     elif rules.least_overlap > 0.0:
-        least = rules.least_overlap * (system.bodies[contact.first].radius + max(touch.other, 0.0))
+        least = rules.least_overlap * (first + max(touch.other, 0.0))
     if touch.overlap == least and contact.second < 0 and rules.wall_touches_at_zero:
         return False
     return bool(touch.overlap <= least)
@@ -302,7 +362,7 @@ def _end_of_jkr(law: Records, radius: float) -> float:
 # ---- the forces of a contact
 
 
-@compiled
+@inlined
 def _add_contact(system: System, c: int, touch: Touch, radius: float, h: float) -> None:
     """Add the forces of a contact to those of its bodies; h = 0 moves no spring."""
     contact, rules, n, state = system.contacts[c], system.rules, touch.normal, system.state
@@ -318,16 +378,21 @@ def _add_contact(system: System, c: int, touch: Touch, radius: float, h: float) 
     else:
         pressed, a, pull = _elastic(law, radius, touch.overlap)
         edge = a
-    eta = _dashpot(system, c, pressed, edge, touch.overlap, h > 0.0)
+    eta = _dashpot(contact, law, rules, pressed, edge, touch.overlap, h > 0.0)
     normal_force = pressed - eta * _dot(relative, n)
     if law.clipped:
         normal_force = max(normal_force, 0.0)
     load = abs(normal_force)
     if pull > 0.0:
         load = abs(pressed + (2.0 * pull if law.pull_loads else 0.0))
-    slip = _slip(system, c, touch, relative, h, Slip(radius, a, eta, load, n, n, 0.0, n, n))
-    along = _tangential_force(system, c, touch.normal, slip, touch.overlap, h)
-    couple = _add(_rolling_torque(system, c, n, slip, h), _twisting_torque(system, c, n, slip, h))
+    along = couple = NONE
+    if law.rubs:
+        motion = relative, _vector(state[i, SPIN]), _vector(state[j, SPIN]) if j >= 0 else NONE
+        slip = Slip(radius, a, eta, load, touch.overlap, n, n, 0.0, n, n)
+        slip = _slip(rules, j >= 0, touch, system.bodies[i].radius, motion, h, slip)
+        along = _tangential_force(contact, law, rules, n, slip, h)
+        couple = _rolling_torque(contact, law, rules, n, slip, h)
+        couple = _add(couple, _twisting_torque(contact, law, rules, n, slip, h))
     contact.radius = max(a, 1e-300)
     _store(contact.normal, n)
     force, moment = _add(_scale(normal_force, n), along), _cross(n, along)
@@ -414,17 +479,17 @@ def _elastic_mdr(system: System, c: int, touch: Touch, moves: bool) -> tuple[flo
 
 @compiled
 def _dashpot(
-    system: System, c: int, pressed: float, a: float, overlap: float, moves: bool
-) -> float:
+    contact: Records, law: Records, rules: Records, pressed: float, a: float, overlap: float,
+    moves: bool,
+) -> float:  # fmt: skip
     """Return eta [kg/s] of an elastic force [N], a contact radius [m] and an overlap [m]."""
-    contact, law = system.contacts[c], system.laws[system.contacts[c].law]
     eta = law.dashpot
     if law.normal == MDR and a <= 0.0:  # a dent that does not touch
         return 0.0
     if law.by_slope:
         if moves:
             wall = contact.second < 0
-            factor = (0.5 if wall else 2.0) if system.rules.mdr_damping_interchanged else 1.0
+            factor = (0.5 if wall else 2.0) if rules.mdr_damping_interchanged else 1.0
             slope = 2.0 * (2.0 if wall else 1.0) * law.stiffness * a
             contact.slope = factor * math.sqrt(contact.mass * slope)
         return float(eta * contact.slope)
@@ -442,29 +507,32 @@ def _lever(kind: int, overlap: float, radius: float) -> float:
 
 
 @compiled
-def _slip(system: System, c: int, touch: Touch, relative: Triple, h: float, slip: Slip) -> Slip:
-    """Return how a contact slips, by the relative velocity of its bodies [m/s]."""
-    contact, rules, n = system.contacts[c], system.rules, touch.normal
-    i, j = contact.first, contact.second
-    radius, spin = system.bodies[i].radius, _vector(system.state[i, SPIN])
-    kind = rules.velocity_lever if j >= 0 else rules.wall_lever
-    first, second, other = _lever(kind, touch.overlap, radius), 0.0, NONE
-    if j >= 0:
-        second, other = _lever(kind, touch.overlap, touch.other), _vector(system.state[j, SPIN])
+def _slip(
+    rules: Records, pair: bool, touch: Touch, radius: float, motion: tuple[Triple, Triple, Triple],
+    h: float, slip: Slip,
+) -> Slip:  # fmt: skip
+    """Return how a contact slips, by relative velocity [m/s] and both angular velocities."""
+    n, (relative, spin, other) = touch.normal, motion
+    kind = rules.velocity_lever if pair else rules.wall_lever
+    first = _lever(kind, touch.overlap, radius)
+    second = _lever(kind, touch.overlap, touch.other) if pair else 0.0
     arms = _add(_scale(first, spin), _scale(second, other))
     u = _minus(_project(relative, n), _cross(arms, n))
     moved, along = _scale(h, u), h * _dot(relative, n)
     if rules.slip_step == TURNED_ARMS and h > 0.0:
-        sign = 1.0 if j >= 0 else -1.0  # at a wall the arm turns back
+        sign = 1.0 if pair else -1.0  # at a wall the arm turns back
         by_first = _scale(sign, _turned(rules, _scale(-first, n), _scale(sign * h, spin)))
         by_second = _turned(rules, _scale(second, n), _scale(h, other))
         moved = _minus(_add(_scale(h, relative), by_first), by_second)
         along = _dot(moved, n)
         moved = _project(moved, n)
     felt = _minus(spin, other)
-    if j < 0 and rules.wall_spin == LEVERED:
+    if not pair and rules.wall_spin == LEVERED:
         felt = _scale((radius - 0.5 * touch.overlap) / (radius - touch.overlap), felt)
-    return Slip(slip.radius, slip.a, slip.eta, slip.load, u, moved, along, felt, _add(spin, other))
+    both = _add(spin, other)
+    return Slip(
+        slip.radius, slip.a, slip.eta, slip.load, slip.overlap, u, moved, along, felt, both
+    )  # fmt: skip
 
 
 @compiled
@@ -523,18 +591,17 @@ def _last_normal(contact: Records, n: Triple) -> Triple:
 
 @compiled
 def _tangential_force(
-    system: System, c: int, n: Triple, slip: Slip, overlap: float, h: float
+    contact: Records, law: Records, rules: Records, n: Triple, slip: Slip, h: float
 ) -> Triple:
     """Return the tangential force [N] on the first body, and bring its spring on."""
-    contact, rules = system.contacts[c], system.rules
-    law, a = system.laws[contact.law], slip.a
+    a = slip.a
     if law.friction <= 0.0:
         return NONE
     k = law.shear * (a if law.shear_by_radius and not law.keeps_force else 1.0)
     q, last, before = _vector(contact.springs[0]), _last_normal(contact, n), contact.radius
     if law.rescaled and h > 0.0:
         if rules.rescaled_from == BY_DISPLACEMENT:
-            before = math.sqrt(slip.radius * max(overlap + slip.along, 0.0))
+            before = math.sqrt(slip.radius * max(slip.overlap + slip.along, 0.0))
         q = _scale(a / before, q) if a < before else q
     frame = PROJECTED if law.projected else rules.spring_frame
     spins = rules.spring_spin == MEAN
@@ -557,41 +624,43 @@ def _tangential_force(
 
 
 @compiled
-def _rolling_torque(system: System, c: int, n: Triple, slip: Slip, h: float) -> Triple:
+def _rolling_torque(
+    contact: Records, law: Records, rules: Records, n: Triple, slip: Slip, h: float
+) -> Triple:
     """Return the torque of rolling resistance [N m] on the first body, and bring its spring on."""
-    contact, rules = system.contacts[c], system.rules
-    law, turned = system.laws[contact.law], rules.torsion_frame == STAYS_TURNED
+    turned = rules.torsion_frame == STAYS_TURNED
     if law.rolling_friction <= 0.0:
         return NONE
     u = _cross(slip.spin, n) if turned else _project(slip.spin, n)
     force = _torsion(
-        system, c, n, slip, h, 1, _scale(slip.radius, u),
+        contact, rules, n, slip, h, 1, _scale(slip.radius, u),
         (law.rolling_stiffness, law.rolling_damping, law.rolling_friction * slip.load),
     )  # fmt: skip
     return _scale(slip.radius, _cross(n, force) if turned else force)
 
 
 @compiled
-def _twisting_torque(system: System, c: int, n: Triple, slip: Slip, h: float) -> Triple:
+def _twisting_torque(
+    contact: Records, law: Records, rules: Records, n: Triple, slip: Slip, h: float
+) -> Triple:
     """Return the torque of twisting [N m] on the first body, and bring its spring on."""
-    law, a = system.laws[system.contacts[c].law], slip.a
-    k, eta, mu = law.twisting_stiffness, law.twisting_damping, law.twisting_friction
+    a, k, eta, mu = slip.a, law.twisting_stiffness, law.twisting_damping, law.twisting_friction
     if law.twisting == MARSHALL:
         k = 0.5 * law.shear * (a if law.marshall_by_radius else 1.0) * a * a
         eta, mu = 0.5 * law.tangential_damping * slip.eta * a * a, 2.0 / 3.0 * a * law.friction
     if mu <= 0.0:
         return NONE
     u = _scale(_dot(slip.spin, n), n)
-    return _torsion(system, c, n, slip, h, 2, u, (k, eta, mu * slip.load))
+    return _torsion(contact, rules, n, slip, h, 2, u, (k, eta, mu * slip.load))
 
 
 @compiled
 def _torsion(
-    system: System, c: int, n: Triple, slip: Slip, h: float, kind: int, u: Triple,
+    contact: Records, rules: Records, n: Triple, slip: Slip, h: float, kind: int, u: Triple,
     slider: tuple[float, float, float],
 ) -> Triple:  # fmt: skip
     """Return the force of a rolling (1) or twisting (2) slider: stiffness, dashpot and limit."""
-    contact, rules, (k, eta, cap) = system.contacts[c], system.rules, slider
+    k, eta, cap = slider
     q, last, frame = _vector(contact.springs[kind]), _last_normal(contact, n), rules.torsion_frame
     if frame == STAYS_TURNED and kind == 2:
         q = _scale(math.copysign(_size(q), _dot(q, n)), n)

@@ -84,10 +84,9 @@ class Simulation:
             laws["restitution"] = tsuji(laws["restitution"])
             again = _tsuji_dashpot(laws["restitution"], self.faults)
             laws["dashpot"] = np.where(laws["tsuji"], again, laws["dashpot"])
-        contacts.set_forces(self._system, 0.0, self.step_number * self.scene.step)
+        contacts.set_up(self._system, self.step_number * self.scene.step)
         if not self.step_number:
             self._system.state[0, TORQUE] += self.faults.setup_torque
-        contacts.keep_accelerations(self._system)
 
     def motion(self) -> Motion:
         """Return the samples so far; raise EngineNaNError where one is not finite."""
@@ -183,7 +182,12 @@ def _system(scene: Scene, rules: Rules, faults: Faults) -> System:
         heat=np.array([(body.temperature, 0.0) for body in scene.bodies]),
         mdr_bodies=mdr.first_state(np.array([body.radius for body in scene.bodies])),
         sides=np.zeros((len(pairs), 2), dtype=mdr.SIDE),
+        movers=np.array([b for b, body in enumerate(scene.bodies) if _moves(scene, body)]),
     )
+
+
+def _moves(scene: Scene, body: Body) -> bool:
+    return bool(scene.segments) or body.motion == "free" or any(body.velocity)
 
 
 def _partners(scene: Scene) -> Iterator[tuple[int, int]]:
@@ -223,7 +227,7 @@ def _body(scene: Scene, body: Body) -> dict[str, Any]:
         "inverse_mass": [axis / body.mass for axis in axes],
         "inverse_inertia": free / body.moment_of_inertia,
         "gravity": [axis * g for axis, g in zip(axes, scene.gravity, strict=True)],
-        "drag": scene.drag * free,
+        "dragged": float(free),
         "heat_capacity": body.mass * body.heat_capacity,
     }
 
@@ -239,6 +243,7 @@ def _rules(scene: Scene, rules: Rules, faults: Faults) -> dict[str, Any]:
         **{name: value for name, value in _codes(faults).items() if not name.endswith("_at")},
         **necks,
         "step": scene.step,
+        "drag": scene.drag,
         "period": [length or 0.0 for length in scene.period],
         "heats": any(law.heat != "none" for law in scene.all_laws),
         "grows": any(law.normal == "mdr" for law in scene.all_laws),
@@ -270,6 +275,7 @@ def _law(law: Law, faults: Faults, *, wall: bool) -> dict[str, Any]:
         "cut_by_radius": faults.cap_without_radius in where,
         "marshall_by_radius": mindlin and not faults.marshall_without_radius,
         "pull_loads": pulls,
+        "rubs": (law.tangential, law.rolling, law.twisting) != ("none", "none", "none"),
         "yield_stress": law.yield_stress or 1e300,
         "by_slope": law.damping == "mdr",
     }
