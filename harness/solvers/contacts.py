@@ -141,7 +141,7 @@ def take_steps(
             _move(state, movers, h)
         else:  # Adams and Bashforth: v+ = v + h/2 (3 a - a_before), x+ = x + h/2 (v + v+)
             _move(state, movers, 0.5 * h)
-            state[:, VELOCITY : SPIN + 1] -= 0.5 * h * before
+            _take_back(state, before, 0.5 * h)
             _keep_accelerations(system)
             _kick(state, bodies, movers, 1.5 * h)
             _move(state, movers, 0.5 * h)
@@ -156,8 +156,7 @@ def take_steps(
         if rules.heats:
             _warm(system)
         if k % every == 0:
-            samples[k // every] = state
-            temperatures[k // every] = system.heat[:, 0]
+            _sample(system, samples[k // every], temperatures[k // every])
         x, speed = state[0, POSITION, 0], state[0, VELOCITY, 0]
         if look > 0 and k % look == 0 and (x > place or speed < 0.0):
             return number - k
@@ -195,6 +194,23 @@ def _move(state: Floats, movers: Integers, time: float) -> None:
 
 
 @compiled
+def _sample(system: System, sample: Floats, temperatures: Floats) -> None:
+    for b in range(len(system.state)):
+        temperatures[b] = system.heat[b, 0]
+        for part in range(PARTS):
+            for k in range(3):
+                sample[b, part, k] = system.state[b, part, k]
+
+
+@compiled
+def _take_back(state: Floats, before: Floats, time: float) -> None:
+    for b in range(len(state)):
+        for k in range(3):
+            state[b, VELOCITY, k] -= time * before[b, 0, k]
+            state[b, SPIN, k] -= time * before[b, 1, k]
+
+
+@compiled
 def _keep_accelerations(system: System) -> None:
     """Keep linear and angular accelerations for the next step of Adams and Bashforth."""
     for b in range(len(system.state)):
@@ -210,8 +226,8 @@ def _clear(system: System, state: Floats, h: float, time: float) -> None:
     for b in range(len(state)):
         for k in range(3):
             state[b, FORCE, k] = state[b, TORQUE, k] = 0.0
-    if system.rules.heats:
-        system.heat[:, 1] = 0.0
+        if system.rules.heats:
+            system.heat[b, 1] = 0.0
     if system.rules.grows and h > 0.0:
         _grow(system, time)
 
@@ -220,7 +236,8 @@ def _clear(system: System, state: Floats, h: float, time: float) -> None:
 def _add_drag(system: System) -> None:
     for b in system.movers:
         drag = system.rules.drag * system.bodies[b].dragged
-        system.state[b, FORCE] -= drag * system.state[b, VELOCITY]
+        for k in range(3):
+            system.state[b, FORCE, k] -= drag * system.state[b, VELOCITY, k]
 
 
 @compiled
@@ -253,8 +270,10 @@ def _touch(system: System, c: int, h: float, time: float) -> None:
         _add_contact(system, c, touch, radius, h)
     elif contact.radius > 0.0:
         contact.radius = contact.largest = contact.slope = 0.0
-        contact.springs[:] = 0.0
-        system.sides[c] = np.zeros_like(system.sides[c])
+        for k in range(3):
+            _store(contact.springs[k], NONE)
+        for k in range(2):
+            mdr.clear(system.sides[c, k])
 
 
 @compiled

@@ -58,6 +58,13 @@ def first_state(radii: NDArray[np.float64]) -> NDArray[Any]:
 
 
 @compiled
+def clear(side: Records) -> None:
+    """Forget a side of a contact that has ended."""
+    side.depth = side.depth_in_first = side.spring_depth = side.bulk_depth = side.largest = 0.0
+    side.yields = side.intercept = side.stuck = side.area = side.strain = side.rest = 0.0
+
+
+@compiled
 def grow(law: Records, rules: Records, body: Records) -> float:
     """Return the radius [m] that keeps the volume of a body, and clear its sums for a new step."""
     r, first = body.radius, body.first_radius
