@@ -7,11 +7,12 @@ import fcntl
 
 from harness.engines.reference import Reference
 from harness.parameters.tower import Tower
-from harness.solvers import hard_sphere
+from harness.solvers import hard_sphere, reference
 from harness.solvers.chain import exact, rk4
 from harness.solvers.pair.integration import integrate
 from harness.workflows import run
 from tests.solvers.pair.scenes import HERTZ, LINEAR, guided, impact
+from tests.solvers.reference.scenes import HOOKE, resting
 
 ROW = Tower(height=2, law="overlap")
 
@@ -35,7 +36,11 @@ def _stepped():
         run(name, engine=Reference())
 
 
-SETS = {"exact": _exact, "contact": _contact, "stepped": _stepped}
+def _reference():
+    reference.run(resting(HOOKE, 1e-3, 10))
+
+
+SETS = {"exact": _exact, "contact": _contact, "stepped": _stepped, "reference": _reference}
 
 
 def compile_by_turns(folder, worker):
