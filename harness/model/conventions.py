@@ -52,12 +52,11 @@ class Rules(Parameters):
         False, description="[-] a wall acts at d = 0 (LIGGGHTS; LAMMPS 2022, a known defect); h")
     spring_frame: Literal["turned", "projected", "rotated"] = Field(
         "turned", description="[-] q before it grows: (1 - n n) q of the old length; after it: "
-        "(1 - n n) q (LIGGGHTS); before it: q - q x (n_old x n), spun about n_old (Yade); h^2")
+        "(1 - n n) q (LIGGGHTS; h^2); before it: q - q x (n_old x n), then turned by the mean "
+        "spin, h/2 (w_i + w_j) n_old, about n_old (Yade); 1e-2")
     torsion_frame: Literal["turned", "rotated", "room"] = Field(
         "turned", description="[-] of rolling and twisting springs: turned with n; rotated as q "
         "is (Yade); M + k R* h w in the room, not turned (LIGGGHTS, epsd*); 1e-3")
-    spring_spin: Literal["none", "mean"] = Field(
-        "none", description="[-] springs spin about n: never, or by (w_i + w_j)/2 . n (Yade); 1e-2")
     slip_step: Literal["velocity", "turned_arms"] = Field(
         "velocity", description="[-] slip of a step: h u, or h (v_i - v_j) - (R(h w_i) - 1) r_i + "
         "(R(h w_j) - 1) r_j, arms turned by rotations R (Kratos); h^2")

@@ -51,7 +51,7 @@ MARSHALL, WITHIN_RADIUS = words(Law, "twisting")["marshall"], words(Law, "heat")
 VERLET, EULER = (words(Rules, "scheme")[w] for w in ("velocity_verlet", "mfix_euler"))
 STICKING_ONLY = words(Rules, "damping_in_cap")["sticking_only"]
 RADIUS, HEIGHT = (words(Rules, "wall_lever")[w] for w in ("radius", "height"))
-LEVERED, MEAN = words(Rules, "wall_spin")["levered"], words(Rules, "spring_spin")["mean"]
+LEVERED = words(Rules, "wall_spin")["levered"]
 TURNED, PROJECTED, ROTATED = (
     words(Rules, "spring_frame")[w] for w in ("turned", "projected", "rotated")
 )
@@ -69,7 +69,7 @@ class System(NamedTuple):
     """A scene as records: what is given, and what moves.
 
     ``state`` (N, 5, 3) are position, velocity, angular velocity, force and torque; ``before``
-    (N, 2, 3) accelerations of the step before; ``heat`` (N, 2) temperature and heat flow. The
+    (N, 2, 3) forces and torques of the step before; ``heat`` (N, 2) temperature and heat flow. The
     second body of a contact at wall k is -1 - k; its radius is the contact radius of the step
     before, 0 apart; its springs are the tangential, rolling and twisting one. ``movers`` are the
     bodies that are not at rest for ever.
@@ -130,8 +130,7 @@ def take_steps(
     moves back.
     """
     rules, bodies, contacts = system.rules, system.bodies, system.contacts
-    state, before, movers = system.state, system.before, system.movers
-    scheme, h = rules.scheme, rules.step
+    state, movers, scheme, h = system.state, system.movers, rules.scheme, rules.step
     for k in range(number + 1, number + steps + 1):
         if scheme == VERLET:
             _kick(state, bodies, movers, 0.5 * h)
@@ -141,9 +140,8 @@ def take_steps(
             _move(state, movers, h)
         else:  # Adams and Bashforth: v+ = v + h/2 (3 a - a_before), x+ = x + h/2 (v + v+)
             _move(state, movers, 0.5 * h)
-            _take_back(state, before, 0.5 * h)
-            _keep_accelerations(system)
-            _kick(state, bodies, movers, 1.5 * h)
+            _extrapolate(state, system.before)
+            _kick(state, bodies, movers, h)
             _move(state, movers, 0.5 * h)
         _clear(system, state, h, k * h)
         for c in range(len(contacts)):
@@ -171,7 +169,6 @@ def set_up(system: System, time: float) -> None:
         if not _is_far(system.state, system.bodies, system.contacts[c], system.rules):
             _touch(system, c, 0.0, time)
     _add_drag(system)
-    _keep_accelerations(system)
 
 
 @inlined
@@ -203,21 +200,14 @@ def _sample(system: System, sample: Floats, temperatures: Floats) -> None:
 
 
 @compiled
-def _take_back(state: Floats, before: Floats, time: float) -> None:
+def _extrapolate(state: Floats, before: Floats) -> None:
+    """Put 3/2 F - 1/2 F_before in the place of forces and torques, and keep them for the next."""
     for b in range(len(state)):
-        for k in range(3):
-            state[b, VELOCITY, k] -= time * before[b, 0, k]
-            state[b, SPIN, k] -= time * before[b, 1, k]
-
-
-@compiled
-def _keep_accelerations(system: System) -> None:
-    """Keep linear and angular accelerations for the next step of Adams and Bashforth."""
-    for b in range(len(system.state)):
-        body, state = system.bodies[b], system.state[b]
-        for k in range(3):
-            system.before[b, 0, k] = state[FORCE, k] * body.inverse_mass[k] + body.gravity[k]
-            system.before[b, 1, k] = state[TORQUE, k] * body.inverse_inertia
+        for part in range(2):
+            for k in range(3):
+                now = state[b, FORCE + part, k]
+                state[b, FORCE + part, k] = 1.5 * now - 0.5 * before[b, part, k]
+                before[b, part, k] = now
 
 
 @inlined
@@ -623,10 +613,7 @@ def _tangential_force(
             before = math.sqrt(slip.radius * max(slip.overlap + slip.along, 0.0))
         q = _scale(a / before, q) if a < before else q
     frame = PROJECTED if law.projected else rules.spring_frame
-    spins = rules.spring_spin == MEAN
-    q = _carry(q, frame, n, last, 0.5 * h * _dot(slip.both, last) if spins else 0.0)
-    if spins and frame != ROTATED:
-        q = _add(q, _scale(0.5 * h * _dot(slip.both, n), _cross(n, q)))
+    q = _carry(q, frame, n, last, 0.5 * h * _dot(slip.both, last))
     if law.shear > 0.0:
         q = _add(q, _scale(a if law.keeps_force else 1.0, slip.moved))
     q = _project(q, n) if frame == PROJECTED and h > 0.0 else q
@@ -686,8 +673,7 @@ def _torsion(
     elif frame == STAYS_TURNED:
         q = _carry(q, TURNED, n, last, 0.0)
     elif frame == ROTATED_TORSION:
-        spins = rules.spring_spin == MEAN
-        q = _carry(q, ROTATED, n, last, 0.5 * h * _dot(slip.both, last) if spins else 0.0)
+        q = _carry(q, ROTATED, n, last, 0.5 * h * _dot(slip.both, last))
     forgets = rules.forgets_setup and h == 0.0
     q = _add(q, _scale(rules.step if forgets else h, u))
     force, spring, slides = _limit(rules.damping_in_cap == STICKING_ONLY, q, u, k, eta, cap)

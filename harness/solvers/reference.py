@@ -27,7 +27,7 @@ from harness.model.law import DAMPING, Law, damping_ratio
 from harness.model.motion import Floats, Motion
 from harness.model.scene import Body, Scene, Wall
 from harness.solvers import contacts, mdr
-from harness.solvers.contacts import PARTS, SPIN, TORQUE, VELOCITY, System
+from harness.solvers.contacts import FORCE, PARTS, SPIN, TORQUE, VELOCITY, System
 
 Number = TypeVar("Number", float, Floats)
 
@@ -87,6 +87,7 @@ class Simulation:
         contacts.set_up(self._system, self.step_number * self.scene.step)
         if not self.step_number:
             self._system.state[0, TORQUE] += self.faults.setup_torque
+        self._system.before[:] = self._system.state[:, FORCE:]
 
     def motion(self) -> Motion:
         """Return the samples so far; raise EngineNaNError where one is not finite."""
