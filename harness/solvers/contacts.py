@@ -503,13 +503,14 @@ def _dashpot(
     eta = law.dashpot
     if law.normal == MDR and a <= 0.0:  # a dent that does not touch
         return 0.0
-    if law.by_slope:
+    if law.normal == MDR:
         if moves:
             wall = contact.second < 0
             factor = (0.5 if wall else 2.0) if rules.mdr_damping_interchanged else 1.0
             slope = 2.0 * (2.0 if wall else 1.0) * law.stiffness * a
             contact.slope = factor * math.sqrt(contact.mass * slope)
-        return float(eta * contact.slope)
+        if law.by_slope or contact.slope == 0.0:  # none in the first setup, whatever the dashpot
+            return float(eta * contact.slope)
     if law.by_secant:
         root = max(contact.mass * pressed / overlap, 0.0) if overlap != 0.0 else 0.0
         return float(eta * math.sqrt(root))
