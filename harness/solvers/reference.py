@@ -195,7 +195,8 @@ def _partners(scene: Scene) -> Iterator[tuple[int, int]]:
     """Yield the indices of bodies that may touch, and of bodies and walls (-1 - k)."""
     free = [bool(scene.segments) or body.motion == "free" for body in scene.bodies]
     count = len(free)
-    pairs = scene.pairs or [(i, j) for i in range(count) for j in range(i + 1, count)]
+    every = [(i, j) for i in range(count) for j in range(i + 1, count)]
+    pairs = every if scene.pairs is None else scene.pairs
     yield from ((i, j) for i, j in pairs if free[i] or free[j])
     yield from ((i, -1 - k) for i in range(count) for k in range(len(scene.walls)) if free[i])
 
