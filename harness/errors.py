@@ -42,6 +42,10 @@ class CombinationError(RequestError):
     """Values that are allowed each by itself, but not together."""
 
 
+class Unsupported(HarnessError):
+    """A scene that an engine cannot state, with the reason in one line."""
+
+
 class EngineError(HarnessError, RuntimeError):
     """An engine that could not be run, or died.
 

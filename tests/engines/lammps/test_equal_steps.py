@@ -1,0 +1,138 @@
+"""LAMMPS at equal steps: scenes of all laws and walls, held against the reference to 1e-9."""
+
+import math
+import shutil
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from harness.engines.lammps.scene_runs import motions
+from harness.engines.lammps.scene_script import Variation, rules
+from harness.engines.lammps.scene_variations import variations
+from harness.engines.process import Limits
+from harness.errors import EngineError
+from harness.model.conventions import Faults
+from harness.solvers import reference
+from tests.engines.lammps.scenes import LAWS, LINEAR, SCENES, SYSTEMS, W, in_other_units
+
+pytestmark = pytest.mark.live
+TOLERANCE = 1e-9  # of the size that a quantity has in its scene
+LMP = shutil.which("lmp", path=str(Path(sys.executable).parent)) or shutil.which("lmp") or ""
+
+
+def known_defects(name, scene):
+    """Return the switches of the known defects that a scene shows, as the wheel has them."""
+    law, walls = scene.law, "walls" if scene.law.interface == "old" else "all"
+    faults = Faults(
+        tsuji_effective_mass=law.damping == "tsuji",
+        marshall_without_radius=law.twisting == "marshall",
+        twisting_limit_by_rate=True,
+        cap_without_radius=walls if "classic" in law.tangential else "none",
+        tangential_radius=walls if law.tangential == "linear_history_classic" else "none",
+        mdr_damping_interchanged=True,
+        cylinder_shear=(-3.0 * W, 0.0, 0.0) if name == "drum" else (0.0, 0.0, 0.0),
+    )
+    if law.normal == "mdr" and law.surface_energy:
+        adhesion = {"mdr_sticking_share": 0.99, "mdr_newton_error": 1e-10}
+        return faults.replace(**adhesion, mdr_parts_at_zero=True)
+    mixed = scene.law_of(1, 2)
+    if mixed.two_materials and len(scene.bodies) == 2:  # mindlin takes the mixed E* for E
+        nu = math.prod(row[1] for row in mixed.materials) ** 0.5
+        mixed_shear = mixed.moduli[0] / (4.0 * (2.0 - nu) * (1.0 + nu))
+        return faults.replace(shear_factor=mixed_shear / mixed.moduli[1])
+    return faults
+
+
+def difference(scene, theirs, ours):
+    """Return the largest difference of free bodies, over the size of each quantity."""
+    free = [bool(scene.segments) or body.motion == "free" for body in scene.bodies]
+    r = max(body.radius for body in scene.bodies)
+    off = [np.abs(theirs.position - ours.position)[:, free].max() / r]
+    for linear, angular, lever in (("velocity", "angular_velocity", r), ("force", "torque", 1 / r)):
+        levers = {linear: 1.0, angular: lever}
+        size = max(k * np.abs(getattr(ours, n)[:, free]).max() for n, k in levers.items()) or 1.0
+        for name, k in levers.items():
+            off.append(
+                k * np.abs(getattr(theirs, name) - getattr(ours, name))[:, free].max() / size
+            )
+    if ours.temperature is not None:
+        spread = np.ptp(ours.temperature)
+        off.append(np.abs(theirs.temperature - ours.temperature).max() / spread)
+    return float(np.max(off))
+
+
+@pytest.fixture(scope="module")
+def outcomes():
+    """Run all scenes, in processes of many each."""
+    return dict(zip(SCENES, motions(LMP, list(SCENES.values()), workers=2), strict=True))
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_equal_steps(name, outcomes):
+    scene = SCENES[name]
+    ours = reference.run(scene, rules(scene), known_defects(name, scene))
+    assert difference(scene, outcomes[name], ours) < TOLERANCE
+
+
+def test_numbers_in_other_units():
+    scene = in_other_units()
+    (motion,) = motions(LMP, [scene], Variation(units="lj"))
+    assert difference(scene, motion, reference.run(scene, rules(scene))) < TOLERANCE
+
+
+VARIED = SYSTEMS["spheres"](LAWS["jkr"])
+
+
+@pytest.mark.parametrize("row", variations(VARIED), ids=lambda row: row.name)
+def test_variation(row):
+    (motion,) = motions(LMP, [row.scene], row.variation)
+    faults = known_defects(row.name, row.scene)
+    if row.variation.coefficients == "mixed":  # mindlin takes the mixed E* for E
+        faults = faults.replace(shear_factor=0.5 / (1.0 - row.scene.law.poisson_ratio**2))
+    ours = reference.run(row.scene, rules(row.scene), faults)
+    assert difference(row.scene, motion, ours) < TOLERANCE
+
+
+FAULTS = {  # what a stand-in does to an input, or to samples, and what is said of it
+    "coefficient": ("sed -i 's/ 100000.0 / 100000.1 /' in.lmp", "", ""),
+    "columns": ("", r"sed -i -E 's/^([0-9]+) (\S+) (\S+) /\1 \3 \2 /' motion.dump", ""),
+    "sample": ("", "sed -i '/^7$/,$d' motion.dump", "none of all bodies at step 7, 8, 9"),
+    "body": ("", "sed -i '$d' motion.dump", "none of all bodies at step 60"),
+    "NaN": ("", "sed -i '$s/ [^ ]*$/ nan/' motion.dump", "not finite (NaN) at step 60"),
+    "word": ("", "sed -i '$s/ [^ ]*$/ x/' motion.dump", "cannot be read"),
+    "no file": ("", "rm -f motion.dump", "0 of 61 samples"),
+    "ERROR": ("echo bogus >> in.lmp", "", "Unknown command: bogus"),
+    "lost atom": ("sed -i 's/ 1000000000/ 1/; s/ vx -*[0-9.]* / vx 1e9 /' in.lmp", "", "lost an"),
+    "crash": ("echo 'shell \"kill -SEGV $PPID\"' >> in.lmp", "", "signal SIGSEGV"),
+    "hang": ("echo 'shell sleep 30' >> in.lmp", "", "did not finish within 1 s"),
+    "early end": ("echo 'quit 0' >> in.lmp", "", "ended without a result"),
+    "none": ("", "", ""),
+}  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def faulty(tmp_path_factory):
+    """Run a batch of one scene, of which a stand-in of LAMMPS spoils each copy in another way."""
+    stand_in = tmp_path_factory.mktemp("faults") / "lmp"
+    before, after = (
+        [f"[ ! -d {k} ] || (cd {k}; {row[part] or ':'})" for k, row in enumerate(FAULTS.values())]
+        for part in (0, 1)
+    )
+    lines = ["#!/bin/sh", *before, f'{LMP} "$@"', "code=$?", *after, "exit $code", ""]
+    stand_in.write_text("\n".join(lines))
+    stand_in.chmod(0o755)
+    scenes, limits = [SYSTEMS["spheres"](LINEAR)] * len(FAULTS), Limits(seconds=1.0)
+    return dict(zip(FAULTS, motions(str(stand_in), scenes, workers=1, limits=limits), strict=True))
+
+
+@pytest.mark.parametrize("name", FAULTS)
+def test_planted_fault(name, faulty):
+    message, scene = FAULTS[name][2], SYSTEMS["spheres"](LINEAR)
+    if message:
+        assert isinstance(faulty[name], EngineError)
+        assert message in str(faulty[name])
+    else:
+        off = difference(scene, faulty[name], reference.run(scene))
+        assert (off < TOLERANCE) == (name == "none")

@@ -1,0 +1,86 @@
+"""Scripts of scenes: each coefficient is in them, and what LAMMPS cannot state is refused."""
+
+import pytest
+
+from harness.engines.lammps.scene_script import rules, script
+from harness.errors import Unsupported
+from harness.model.law import COEFFICIENTS, Law
+from harness.model.scene import Wall, sphere
+from tests.engines.lammps.scenes import (
+    BOWL,
+    HEATED,
+    LAWS,
+    LINEAR,
+    LOW,
+    MASS,
+    MINDLIN,
+    MIXED,
+    PIPE,
+    SIDE,
+    SYSTEMS,
+    TILTED,
+    R,
+    at,
+)
+
+STATED = [(name, part) for name, law in LAWS.items() for part in COEFFICIENTS
+          if getattr(law, part) not in (None, 0.0)]  # fmt: skip
+
+
+@pytest.mark.parametrize(("name", "part"), STATED)
+def test_coefficient_reaches_the_script(name, part):
+    law = LAWS[name]
+    other = law.replace(**{part: getattr(law, part) * (1.0 - 1e-6)})
+    for system in ("wall", "spheres"):
+        scene = SYSTEMS[system](law)
+        assert script(scene) != script(scene.replace(law=other))
+
+
+def three(law):
+    """Return three spheres of different sizes, two of one type."""
+    bodies = [
+        sphere(R * k, 2500.0, position=(9.0 * R * k, 0.0, 0.0), type=max(k - 1, 1))
+        for k in (1, 2, 3)
+    ]
+    return SYSTEMS["spheres"](law).replace(bodies=tuple(bodies))
+
+
+SHELL = sphere(R, 2500.0, inertia=0.6 * MASS * R**2)
+OSCILLATES = {"amplitude": (1e-5, 0.0, 1e-5), "frequency": 600.0}
+UNSUPPORTED = {
+    "two materials of one type": three(MINDLIN.replace(**MIXED)),
+    "mean of damping ratios": three(Law.linear(1e5, 0.2, clipped=False)),
+    "heat of gran/*": SYSTEMS["wall"](LAWS["gran/hooke"].replace(**HEATED)),
+    "two laws of gran/*": three(LINEAR).replace(laws={(1, 1): LAWS["gran/hooke"]}),
+    "shell": SYSTEMS["wall"](LINEAR).replace(bodies=(SHELL,)),
+    "oblique oscillation": at(Wall(**OSCILLATES), LOW),
+    "oscillating bowl": at(BOWL.replace(**OSCILLATES), LOW),
+    "tilted shear": at(Wall(direction=TILTED, surface_velocity=(0.0, 0.1, 0.0)), LOW),
+    "tilted cylinder": at(PIPE.replace(direction=TILTED), SIDE),
+    "spin across": at(PIPE.replace(spin=(1.0, 0.0, 0.0)), SIDE),
+}
+
+
+@pytest.mark.parametrize("name", UNSUPPORTED)
+def test_unsupported(name):
+    with pytest.raises(Unsupported):
+        rules(UNSUPPORTED[name])
+
+
+@pytest.mark.parametrize(
+    ("law", "release"),
+    [("coeff_restitution of hertz", 2024), ("mdr, yield", 2025), ("mindlin_classic", 2023)],
+)
+def test_release_lacks_submodel(law, release):
+    scene = SYSTEMS["wall"](LAWS[law])
+    with pytest.raises(Unsupported, match=rf"23 Jun 2022 has no .*: LAMMPS .* {release} has it"):
+        rules(scene, "23 Jun 2022")
+    assert rules(scene, "22 Jul 2025") == rules(scene)
+
+
+@pytest.mark.parametrize("law", ["linear_history", "gran/hooke/history"])
+def test_early_walls_touch_at_zero(law):
+    scene = SYSTEMS["spheres"](LAWS[law])
+    early = rules(scene, "23 Jun 2022")
+    assert early == rules(scene).replace(wall_touches_at_zero=True)
+    assert early.torque_lever == ("radius" if law.startswith("gran") else "contact_point")
