@@ -56,18 +56,19 @@ class Atoms:
     @property
     def laws(self) -> list[Law]:
         """Return the laws of all contacts that there may be."""
-        at_walls = [
-            self.scene.law_of(b.type, w.type) for b in self.bodies for w in self.scene.walls
-        ]
-        return list(dict.fromkeys([*self._touching_laws(), *at_walls]))
+        scene, between = self.scene, self._style_laws() if self.contacts else []
+        at_walls = [scene.law_of(b.type, w.type) for b in self.bodies for w in scene.walls]
+        return [*dict.fromkeys([*between, *at_walls])]
 
-    def _touching_laws(self) -> list[Law]:
-        return [self.pair_laws[self.type_pair(pair)] for pair in self.contacts]
+    def _style_laws(self) -> list[Law]:
+        """Return the laws that the pair style is for: those of contacts, or all without any."""
+        laws = [self.pair_laws[self.type_pair(pair)] for pair in self.contacts]
+        return [*dict.fromkeys(laws or self.pair_laws.values())]
 
     @property
     def is_old(self) -> bool:
-        """Return whether bodies touch by an earlier pair style."""
-        return any(law.interface == "old" for law in self._touching_laws())
+        """Return whether the pair style is an earlier one."""
+        return any(law.interface == "old" for law in self._style_laws())
 
     @property
     def mixes(self) -> bool:
@@ -97,7 +98,7 @@ class Atoms:
 
     def pair_lines(self) -> list[str]:
         """Return the pair style and the coefficients of all types."""
-        law, *more = dict.fromkeys(self._touching_laws() or self.pair_laws.values())
+        law, *more = self._style_laws()
         if self.is_old:
             if more:
                 raise Unsupported("pair_style gran/* has one law for all bodies")

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator
 
 from harness.errors import Unsupported
-from harness.model.base import ZERO, Vector
+from harness.model.base import ZERO, Vector, unit_vector
 from harness.model.law import Law
 from harness.model.scene import Wall
 
@@ -85,7 +85,8 @@ def _region(name: str, wall: Wall) -> Iterator[str]:
         moves.append("move " + " ".join(f"v_{name}_{axis}" for axis in AXES))
     if any(wall.spin):
         yield f"variable {name}_turn equal {_turning(wall)!r}*step*dt"
-        about = wall.direction if wall.shape == "cylinder" else wall.spin
+        # of length 1: LAMMPS multiplies the velocity of the surface by the length of the axis
+        about = wall.direction if wall.shape == "cylinder" else unit_vector(wall.spin)
         moves.append(f"rotate v_{name}_turn {_numbers(wall.point)} {_numbers(about)}")
     side = "" if wall.shape == "plane" else f" side {'in' if wall.hollow else 'out'}"
     yield " ".join([f"region {name} {_shape(wall)}{side} units box", *moves])

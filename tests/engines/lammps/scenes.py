@@ -80,12 +80,14 @@ MIXED = {"partner_youngs_modulus": 4e8, "partner_poisson_ratio": 0.1}
 
 
 def at(wall, place, law=LINEAR, *, axes=(True,) * 3, **more):
-    """Return a sphere that moves at a wall, pushed into it by its weight."""
-    toward = np.array(wall.direction if wall.shape == "plane" else place)
-    weight = (G if wall.hollow else -G) * toward / np.linalg.norm(toward)
-    body = sphere(R, 2500.0, position=place, velocity=(0.1, 0.2, 0.05), temperature=400.0,
+    """Return a sphere that slides on a wall, and moves into it, as its weight does."""
+    down = -np.array(wall.direction if wall.shape == "plane" else place)
+    down /= np.linalg.norm(down) * (-1.0 if wall.hollow else 1.0)
+    velocity = np.array([0.1, 0.2, 0.05])
+    velocity += (0.05 - velocity @ down) * down
+    body = sphere(R, 2500.0, position=place, velocity=tuple(velocity), temperature=400.0,
                   angular_velocity=(2.0, 0.0, 1.0), axes=axes, heat_capacity=5.0)  # fmt: skip
-    return Scene(bodies=(body,), walls=(wall,), law=law, gravity=tuple(weight), step=1e-5,
+    return Scene(bodies=(body,), walls=(wall,), law=law, gravity=tuple(G * down), step=1e-5,
                  steps=200, every=10, **more)  # fmt: skip
 
 
@@ -152,7 +154,7 @@ PLACES = {
     "rises": at(Wall(velocity=(0.05, 0.0, 0.02)), (0.0, 0.0, R + 1e-7)),
     "x": at(Wall(direction=(1.0, 0.0, 0.0)), (R - 1e-6, 0.0, 0.0)),
     "ceiling": at(Wall(point=(0.0, 0.0, 0.1), direction=DOWN), (0.0, 0.0, 0.1 - R + 1e-6)),
-    "tilted": at(Wall(direction=TILTED), (0.6 * R, 0.0, 0.8 * R)),
+    "tilted": at(Wall(direction=TILTED), tuple((R - 5e-6) * x for x in TILTED)),
     "bowl": at(BOWL, GROUND, MINDLIN),
     "bowl, jkr": at(BOWL, GROUND, LAWS["jkr"]),
     "bowl that turns": at(BOWL.replace(spin=(1.0, 2.0, 3.0)), GROUND),

@@ -33,6 +33,7 @@ def known_defects(name, scene):
         tangential_radius=walls if law.tangential == "linear_history_classic" else "none",
         mdr_damping_interchanged=True,
         cylinder_shear=(-3.0 * W, 0.0, 0.0) if name == "drum" else (0.0, 0.0, 0.0),
+        longest_neck=0.0 if name == "bowl, jkr" else None,
     )
     if law.normal == "mdr" and law.surface_energy:
         adhesion = {"mdr_sticking_share": 0.99, "mdr_newton_error": 1e-10}
