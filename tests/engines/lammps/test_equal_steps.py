@@ -15,7 +15,16 @@ from harness.engines.process import Limits
 from harness.errors import EngineError
 from harness.model.conventions import Faults
 from harness.solvers import reference
-from tests.engines.lammps.scenes import LAWS, LINEAR, SCENES, SYSTEMS, W, in_other_units
+from tests.engines.lammps.scenes import (
+    LAWS,
+    LINEAR,
+    SCENES,
+    STATED,
+    SYSTEMS,
+    W,
+    in_other_units,
+    off_by,
+)
 
 pytestmark = pytest.mark.live
 TOLERANCE = 1e-9  # of the size that a quantity has in its scene
@@ -75,6 +84,20 @@ def test_equal_steps(name, outcomes):
     scene = SCENES[name]
     ours = reference.run(scene, rules(scene), known_defects(name, scene))
     assert difference(scene, outcomes[name], ours) < TOLERANCE
+
+
+MOVE = [row for row in STATED if row[1] != "bulk_share"]  # which is a step at which bulk begins
+
+
+@pytest.mark.parametrize(("name", "part"), MOVE)
+def test_coefficient_off_by_a_millionth(name, part, outcomes):
+    seen = []
+    for system in SYSTEMS:
+        scene, motion = SCENES[f"{name}, {system}"], outcomes[f"{name}, {system}"]
+        other = scene.replace(law=off_by(name, part))
+        ours = reference.run(other, rules(scene), known_defects(name, other))
+        seen.append(difference(scene, motion, ours))
+    assert max(seen) > TOLERANCE
 
 
 def test_numbers_in_other_units():
