@@ -17,21 +17,21 @@ Pair = tuple[int, int]
 class Atoms:
     """Bodies with a number from 1 on, and a type: by ``Body.type``, or one for each body.
 
-    ``contacts`` are the pairs that may touch, by place from 0 on, ``apart`` those that
-    ``Scene.pairs`` leaves out. With ``mixed``, LAMMPS mixes coefficients of different types.
-    Raise Unsupported for laws that it cannot tell apart by types.
+    ``contacts`` are the pairs that may touch, by place from 0 on, ``excluded`` those
+    that ``Scene.pairs`` leaves out. With ``mixed``, LAMMPS mixes coefficients of different types.
+    Methods raise Unsupported for laws that types cannot state.
     """
 
     def __init__(self, scene: Scene, *, own_types: bool = False, mixed: bool = False) -> None:
         self.scene, self.mixed, self.by_type = scene, mixed, own_types or mixed
-        led = bool(scene.segments)
-        self.bodies = [body.replace(motion="held") if led else body for body in scene.bodies]
+        prescribed = bool(scene.segments)
+        self.bodies = [body.replace(motion="held") if prescribed else body for body in scene.bodies]
         self.free = [body.motion == "free" for body in self.bodies]
-        self.touching = [led or free for free in self.free]
+        self.touching = [prescribed or free for free in self.free]
         places = range(len(self.bodies))
         every = [(i, j) for i in places for j in places if i < j]
         named = {(min(pair), max(pair)) for pair in (every if scene.pairs is None else scene.pairs)}
-        self.apart = [pair for pair in every if pair not in named]
+        self.excluded = [pair for pair in every if pair not in named]
         self.contacts = [
             (i, j) for i, j in every if (i, j) in named and (self.touching[i] or self.touching[j])
         ]
@@ -44,7 +44,7 @@ class Atoms:
     def _types(self) -> list[int]:
         types = [body.type for body in self.bodies]
         two_materials = len(types) == 2 and self.scene.law_of(*types).two_materials
-        if self.by_type or self.apart or two_materials:
+        if self.by_type or self.excluded or two_materials:
             return list(range(1, len(types) + 1))
         return [1 + sorted(set(types)).index(number) for number in types]
 
@@ -56,9 +56,9 @@ class Atoms:
     @property
     def laws(self) -> list[Law]:
         """Return the laws of all contacts that there may be."""
-        scene, between = self.scene, self._style_laws() if self.contacts else []
+        scene, of_pairs = self.scene, self._style_laws() if self.contacts else []
         at_walls = [scene.law_of(b.type, w.type) for b in self.bodies for w in scene.walls]
-        return [*dict.fromkeys([*between, *at_walls])]
+        return [*dict.fromkeys([*of_pairs, *at_walls])]
 
     def _style_laws(self) -> list[Law]:
         """Return the laws that the pair style is for: those of contacts, or all without any."""
@@ -94,7 +94,7 @@ class Atoms:
             raise Unsupported("its bodies turn as spheres, or all as discs in the plane z = 0")
         return True
 
-    # ---- between bodies
+    # ---- pairs of bodies
 
     def pair_lines(self) -> list[str]:
         """Return the pair style and the coefficients of all types."""
@@ -137,12 +137,12 @@ class Atoms:
         for types, law in self.pair_laws.items():
             if types[0] == types[1] or not law.two_materials:
                 continue
-            for number, one in zip(types, _of_each_material(law), strict=True):
+            for number, one in zip(types, _laws_of_each_material(law), strict=True):
                 if found.setdefault(number, one) != one:
                     raise Unsupported(f"type {number} has two materials")
         return found
 
-    # ---- at walls
+    # ---- walls
 
     def wall_lines(self) -> Iterator[str]:
         """Yield the lines of each wall: one fix for each law that bodies have with it."""
@@ -165,7 +165,7 @@ def _wall_words(law: Law, mass: float | None) -> str:
     return f"granular {granular_words(law.one_material, mass)}"
 
 
-def _of_each_material(law: Law) -> list[Law]:
+def _laws_of_each_material(law: Law) -> list[Law]:
     """Return the laws of which LAMMPS mixes one of two materials.
 
     mindlin_classic knows no material: its coefficient is that of the pair.

@@ -52,18 +52,18 @@ def motions(
     """
     texts = [script(scene, variation) for scene in scenes]
     launcher = shlex.split(launcher_of(variation.ranks, executable)) if variation.ranks > 1 else []
-    run = _Batches([*launcher, executable], scenes, texts, limits or Limits())
-    alone = {k for k in range(len(scenes)) if needs_new_process(scenes[k], variation, release)}
-    rest = [k for k in range(len(scenes)) if k not in alone]
-    hands = 1 if launcher else workers or cores()
-    chunks = [[rest[k] for k in hand] for hand in dealt(len(rest), hands)] if rest else []
-    chunks += [[k] for k in sorted(alone)]
+    batches = _Batches([*launcher, executable], scenes, texts, limits or Limits())
+    separate = {k for k in range(len(scenes)) if needs_new_process(scenes[k], variation, release)}
+    rest = [k for k in range(len(scenes)) if k not in separate]
+    threads = 1 if launcher else workers or cores()
+    chunks = [[rest[k] for k in share] for share in dealt(len(rest), threads)]
+    chunks += [[k] for k in sorted(separate)]
     outcomes: dict[int, Outcome] = {}
     try:
-        for found in parallel_map(run.chunk, chunks, hands):
+        for found in parallel_map(batches.run, chunks, threads):
             outcomes.update(found)
     finally:
-        run.processes.close()
+        batches.processes.close()
     return [outcomes[k] for k in range(len(scenes))]
 
 
@@ -76,15 +76,15 @@ class _Batches:
         self.command, self.scenes, self.texts, self.limits = command, scenes, texts, limits
         self.processes = Processes()
 
-    def chunk(self, places: Sequence[int]) -> dict[int, Outcome]:
+    def run(self, places: Sequence[int]) -> dict[int, Outcome]:
         """Return the outcomes of the scenes at these places, in one process while none fails."""
         outcomes: dict[int, Outcome] = {}
         while left := [k for k in places if k not in outcomes]:
             with tempfile.TemporaryDirectory(prefix="dem-harness-") as name:
-                outcomes.update(self._process(Path(name), left))
+                outcomes.update(self._run_process(Path(name), left))
         return outcomes
 
-    def _process(self, folder: Path, places: Sequence[int]) -> dict[int, Outcome]:
+    def _run_process(self, folder: Path, places: Sequence[int]) -> dict[int, Outcome]:
         lines: list[str] = []
         for k in places:
             (folder / str(k)).mkdir()

@@ -240,7 +240,7 @@ class _Script:
             lines.append(f"neigh_modify binsize {self._bin_size!r}")
         if sum(not touching for touching in atoms.touching) > 1:
             lines.append("neigh_modify exclude group still still")
-        pairs = [" ".join(map(str, atoms.type_pair(pair))) for pair in atoms.apart]
+        pairs = [" ".join(map(str, atoms.type_pair(pair))) for pair in atoms.excluded]
         return [*lines, *(f"neigh_modify exclude type {types}" for types in pairs)]
 
     def _integration(self) -> list[str]:

@@ -30,14 +30,14 @@ def variations(scene: Scene) -> list[Row]:
     changes no force. A run that continues with a setup has the setup in its scene.
     """
     laws = Atoms(scene).laws
-    rows = list(_of_neighbours(scene))
-    if not any(law.normal == "mdr" for law in laws):  # which takes newton off, and no restart file
+    rows = list(_neighbour_rows(scene))
+    if not any(law.normal == "mdr" for law in laws):  # which takes newton off, and one law
         rows.append(Row("newton on", scene, Variation(newton=True)))
-        rows += _of_coefficients(scene)
-    return [*rows, *_across_boundaries(scene), *_in_two_runs(scene)]
+        rows += _coefficient_rows(scene)
+    return [*rows, *_boundary_rows(scene), *_continued_rows(scene)]
 
 
-def _of_neighbours(scene: Scene) -> Iterator[Row]:
+def _neighbour_rows(scene: Scene) -> Iterator[Row]:
     yield Row("neighbours from bins", scene, Variation(bins=True))
     yield Row("neighbours at every step", scene, Variation(rebuild=True))
     yield Row("thin skin", scene, Variation(skin=_thin_skin(scene)))
@@ -54,7 +54,7 @@ def _thin_skin(scene: Scene) -> float:
     return min(necks)
 
 
-def _of_coefficients(scene: Scene) -> Iterator[Row]:
+def _coefficient_rows(scene: Scene) -> Iterator[Row]:
     if len(scene.bodies) == 1 or scene.laws or scene.law.interface == "old":
         return
     if not scene.law.two_materials:
@@ -62,7 +62,7 @@ def _of_coefficients(scene: Scene) -> Iterator[Row]:
         yield Row("styles mixed", scene, Variation(coefficients="mixed"))
 
 
-def _across_boundaries(scene: Scene) -> Iterator[Row]:
+def _boundary_rows(scene: Scene) -> Iterator[Row]:
     """Yield sorts, ranks and periodic boundaries that the contact crosses halfway."""
     if any(length is not None for length in scene.period):
         return
@@ -77,10 +77,10 @@ def _across_boundaries(scene: Scene) -> Iterator[Row]:
     if newton:
         yield Row("two ranks, newton on", scene,
                   Variation(grid=grid, rebuild=True, newton=True, middle=place))  # fmt: skip
-    yield from _periodic(scene, place)
+    yield from _periodic_rows(scene, place)
 
 
-def _periodic(scene: Scene, place: Vector) -> Iterator[Row]:
+def _periodic_rows(scene: Scene, place: Vector) -> Iterator[Row]:
     """Yield the scene in a box that ends at a place, along the axes that no wall faces."""
     if any(wall.shape != "plane" for wall in scene.walls):
         return
@@ -89,25 +89,24 @@ def _periodic(scene: Scene, place: Vector) -> Iterator[Row]:
     faced = [any(wall.direction[axis] for wall in scene.walls) for axis in range(3)]
     ends = [x if wall else x + 0.5 * length for x, wall in zip(place, faced, strict=True)]
     periods = [None if wall else length for wall in faced]
-    around = scene.replace(period=tuple(periods))
-    yield Row("periodic", around, Variation(middle=(ends[0], ends[1], ends[2]), rebuild=True))
+    wrapped = scene.replace(period=tuple(periods))
+    yield Row("periodic", wrapped, Variation(middle=(ends[0], ends[1], ends[2]), rebuild=True))
 
 
-def _in_two_runs(scene: Scene) -> Iterator[Row]:
+def _continued_rows(scene: Scene) -> Iterator[Row]:
     """Yield a run that ends between two samples and goes on, and restarts from a file."""
-    half, restarts = scene.steps // 2 + 1, Variation(restart=True)
-    laws = Atoms(scene).laws
-    # a restart file holds no state of mdr, and an oscillation begins anew after it
+    half, laws = scene.steps // 2 + 1, Atoms(scene).laws
+    # LAMMPS dies in the setup after a restart of mdr, and oscillations begin anew
     may_restart = not any(law.normal == "mdr" for law in laws) and not any(
         wall.frequency for wall in scene.walls
     )
-    again = scene
+    with_setup = scene
     if not scene.segments:
-        again = scene.replace(setups=(*scene.setups, half))
+        with_setup = scene.replace(setups=(*scene.setups, half))
         yield Row("continued without setup", scene, Variation(pause=half))
-        yield Row("continued with a setup", again, Variation())
+        yield Row("continued with a setup", with_setup, Variation())
     if may_restart:
-        yield Row("restarted", again, restarts)
+        yield Row("restarted", with_setup, Variation(restart=True))
 
 
 # ---- where the contact crosses a boundary
@@ -144,9 +143,9 @@ def _normal(scene: Scene) -> Vector:
     if len(scene.bodies) == 1:
         return scene.walls[0].direction if scene.walls else (0.0, 0.0, 1.0)
     first, second = scene.bodies[:2]
-    apart = [p - q for p, q in zip(first.position, second.position, strict=True)]
-    length = math.hypot(*apart)
-    return (apart[0] / length, apart[1] / length, apart[2] / length)
+    distance = [p - q for p, q in zip(first.position, second.position, strict=True)]
+    length = math.hypot(*distance)
+    return (distance[0] / length, distance[1] / length, distance[2] / length)
 
 
 def _halfway(scene: Scene) -> Vector:

@@ -81,7 +81,7 @@ SYSTEMS = {
     "wall": lambda law: impact(law, **MOVING),
     "spheres": lambda law: impact(law, **MOVING, partner="sphere", other=0.02),
     "frozen": lambda law: impact(law, **MOVING, partner="frozen"),
-    "led": lambda law: guided(law, *LEADS, partner="sphere", every=3),
+    "prescribed": lambda law: guided(law, *LEADS, partner="sphere", every=3),
 }
 
 W = 0.05
@@ -93,7 +93,7 @@ TILTED = (0.6, 0.0, 0.8)
 MIXED = {"partner_youngs_modulus": 4e8, "partner_poisson_ratio": 0.1}
 
 
-def at(wall, place, law=LINEAR, *, axes=(True,) * 3, **more):
+def on_wall(wall, place, law=LINEAR, *, axes=(True,) * 3, **more):
     """Return a sphere that slides on a wall, and moves into it, as its weight does."""
     down = -np.array(wall.direction if wall.shape == "plane" else place)
     down /= np.linalg.norm(down) * (-1.0 if wall.hollow else 1.0)
@@ -126,7 +126,7 @@ def discs():
 
 def warm_spheres():
     """Return two spheres in contact, of other temperatures and heat capacities."""
-    scene = SYSTEMS["led"](MINDLIN.replace(heat="area", conductance=5e8))
+    scene = SYSTEMS["prescribed"](MINDLIN.replace(heat="area", conductance=5e8))
     first, second = scene.bodies
     return scene.replace(bodies=(first.replace(temperature=400.0, heat_capacity=5.0), second))
 
@@ -161,31 +161,31 @@ def in_other_units(length=0.01, mass=MASS, time=1e-4):
 LOW, SIDE = (0.0, 0.0, R - 5e-6), (W - R + 3e-6, 0.0, 0.0)
 GROUND, TOP = (0.0, 0.0, 3e-6 - W + R), (0.0, 0.0, W + R - 3e-6)
 PLACES = {
-    "wiggles across": at(Wall(amplitude=(0.0, 0.0, 2e-5), frequency=600.0), LOW, MINDLIN),
-    "wiggles along": at(Wall(amplitude=(2e-5, 0.0, 0.0), frequency=600.0), LOW),
-    "shears": at(Wall(surface_velocity=(0.0, 0.3, 0.0)), LOW, MINDLIN),
-    "slides": at(Wall(velocity=(0.3, 0.0, 0.0)), LOW),
-    "rises": at(Wall(velocity=(0.05, 0.0, 0.02)), (0.0, 0.0, R + 1e-7)),
-    "x": at(Wall(direction=(1.0, 0.0, 0.0)), (R - 1e-6, 0.0, 0.0)),
-    "ceiling": at(Wall(point=(0.0, 0.0, 0.1), direction=DOWN), (0.0, 0.0, 0.1 - R + 1e-6)),
-    "tilted": at(Wall(direction=TILTED), tuple((R - 5e-6) * x for x in TILTED)),
-    "bowl": at(BOWL, GROUND, MINDLIN),
-    "bowl, jkr": at(BOWL, GROUND, LAWS["jkr"]),
-    "bowl that turns": at(BOWL.replace(spin=(1.0, 2.0, 3.0)), GROUND),
-    "hill": at(BOWL.replace(hollow=False), TOP),
-    "cylinder": at(PIPE.replace(direction=ALONG), SIDE),
-    "bar": at(PIPE.replace(direction=ALONG, hollow=False), TOP),
-    "drum": at(PIPE.replace(spin=(0.0, 0.0, 3.0)), SIDE),
-    "pipe along": at(PIPE.replace(velocity=(0.0, 0.0, 0.1)), SIDE),
-    "drag": at(Wall(), LOW, MINDLIN, drag=0.05),
-    "guided": at(Wall(), LOW, axes=(True, False, True)),
-    "warm wall": at(Wall(temperature=300.0), LOW, LINEAR.replace(**HEATED)),
+    "wiggles across": on_wall(Wall(amplitude=(0.0, 0.0, 2e-5), frequency=600.0), LOW, MINDLIN),
+    "wiggles along": on_wall(Wall(amplitude=(2e-5, 0.0, 0.0), frequency=600.0), LOW),
+    "shears": on_wall(Wall(surface_velocity=(0.0, 0.3, 0.0)), LOW, MINDLIN),
+    "slides": on_wall(Wall(velocity=(0.3, 0.0, 0.0)), LOW),
+    "rises": on_wall(Wall(velocity=(0.05, 0.0, 0.02)), (0.0, 0.0, R + 1e-7)),
+    "x": on_wall(Wall(direction=(1.0, 0.0, 0.0)), (R - 1e-6, 0.0, 0.0)),
+    "ceiling": on_wall(Wall(point=(0.0, 0.0, 0.1), direction=DOWN), (0.0, 0.0, 0.1 - R + 1e-6)),
+    "tilted": on_wall(Wall(direction=TILTED), tuple((R - 5e-6) * x for x in TILTED)),
+    "bowl": on_wall(BOWL, GROUND, MINDLIN),
+    "bowl, jkr": on_wall(BOWL, GROUND, LAWS["jkr"]),
+    "bowl that turns": on_wall(BOWL.replace(spin=(1.0, 2.0, 3.0)), GROUND),
+    "hill": on_wall(BOWL.replace(hollow=False), TOP),
+    "cylinder": on_wall(PIPE.replace(direction=ALONG), SIDE),
+    "bar": on_wall(PIPE.replace(direction=ALONG, hollow=False), TOP),
+    "drum": on_wall(PIPE.replace(spin=(0.0, 0.0, 3.0)), SIDE),
+    "pipe along": on_wall(PIPE.replace(velocity=(0.0, 0.0, 0.1)), SIDE),
+    "drag": on_wall(Wall(), LOW, MINDLIN, drag=0.05),
+    "guided": on_wall(Wall(), LOW, axes=(True, False, True)),
+    "warm wall": on_wall(Wall(temperature=300.0), LOW, LINEAR.replace(**HEATED)),
     "warm spheres": warm_spheres(),
     "row of four": row_of_four(),
     "two types": two_types(),
     "two materials": two_types().replace(laws={(1, 2): MINDLIN.replace(**MIXED)}, walls=()),
     "two materials, elastic": impact(HERTZ.replace(**MIXED), **MOVING, partner="sphere"),
-    "wall of another material": at(Wall(), LOW, MINDLIN.replace(**MIXED)),
+    "wall of another material": on_wall(Wall(), LOW, MINDLIN.replace(**MIXED)),
     "discs": discs(),
     "through a boundary": SYSTEMS["spheres"](LINEAR).replace(period=(0.1, 0.2, None)),
     "set up again": SYSTEMS["wall"](LINEAR).replace(setups=(20, 33)),

@@ -21,8 +21,8 @@ from tests.engines.lammps.scenes import (
     SYSTEMS,
     TILTED,
     R,
-    at,
     off_by,
+    on_wall,
 )
 
 
@@ -50,11 +50,11 @@ UNSUPPORTED = {
     "heat of gran/*": SYSTEMS["wall"](LAWS["gran/hooke"].replace(**HEATED)),
     "two laws of gran/*": three(LINEAR).replace(laws={(1, 1): LAWS["gran/hooke"]}),
     "shell": SYSTEMS["wall"](LINEAR).replace(bodies=(SHELL,)),
-    "oblique oscillation": at(Wall(**OSCILLATES), LOW),
-    "oscillating bowl": at(BOWL.replace(**OSCILLATES), LOW),
-    "tilted shear": at(Wall(direction=TILTED, surface_velocity=(0.0, 0.1, 0.0)), LOW),
-    "tilted cylinder": at(PIPE.replace(direction=TILTED), SIDE),
-    "spin across": at(PIPE.replace(spin=(1.0, 0.0, 0.0)), SIDE),
+    "oblique oscillation": on_wall(Wall(**OSCILLATES), LOW),
+    "oscillating bowl": on_wall(BOWL.replace(**OSCILLATES), LOW),
+    "tilted shear": on_wall(Wall(direction=TILTED, surface_velocity=(0.0, 0.1, 0.0)), LOW),
+    "tilted cylinder": on_wall(PIPE.replace(direction=TILTED), SIDE),
+    "spin across": on_wall(PIPE.replace(spin=(1.0, 0.0, 0.0)), SIDE),
 }
 
 
