@@ -267,7 +267,7 @@ class _Script:
         group, weight = "all" if all(self.atoms.free) else "free", math.hypot(*scene.gravity)
         if scene.drag and any(self.atoms.free):
             lines.append(f"fix drag {group} viscous {scene.drag!r}")
-        lines.append("fix contact all store/force")
+        lines.append("fix contact all store/force  # of contacts and drag, without weight")
         if weight and any(self.atoms.free):
             lines.append(f"fix weight {group} gravity {weight!r} vector {_numbers(scene.gravity)}")
         for axes in sorted({b.axes for b in bodies if b.motion == "free"} - {ALL_AXES}):
