@@ -49,7 +49,9 @@ class Rules(Parameters):
         0.0, ge=0.0, lt=1.0, description="[-] of r_i + r_j: no contact up to this, 1e-15 (MFiX, "
         "SMALL_NUMBER); what rounding makes of bodies that just touch")
     wall_touches_at_zero: bool = Field(
-        False, description="[-] a wall acts at d = 0 (LIGGGHTS; LAMMPS 2022, a known defect); h")
+        False, description="[-] a wall acts at d = 0 (LIGGGHTS, Yade; defect of LAMMPS 2022); h")
+    bodies_touch_at_zero: bool = Field(
+        False, description="[-] two spheres act at d = 0 (Yade); h")
     spring_frame: Literal["turned", "projected", "rotated"] = Field(
         "turned", description="[-] q before it grows: (1 - n n) q of the old length; after it: "
         "(1 - n n) q (LIGGGHTS; h^2); before it: q - q x (n_old x n), then turned by the mean "

@@ -364,7 +364,8 @@ def _is_apart(
             return False
     elif rules.least_overlap > 0.0:
         least = rules.least_overlap * (first + max(touch.other, 0.0))
-    if touch.overlap == least and contact.second < 0 and rules.wall_touches_at_zero:
+    at_zero = rules.wall_touches_at_zero if contact.second < 0 else rules.bodies_touch_at_zero
+    if touch.overlap == least and at_zero:
         return False
     return bool(touch.overlap <= least)
 

@@ -18,6 +18,7 @@ ASLANT, ALL = (0.5, 0.3, -1.0), {**ROLLS, **TWISTS}
 TORSION, RESCALED = LINEAR.replace(**ALL), MINDLIN.replace(tangential="mindlin_rescale")
 TSUJI = HERTZ.replace(damping="tsuji", restitution=0.5)
 CLASSIC = LINEAR.replace(tangential="linear_history_classic")
+DASHPOT = HOOKE.replace(**DAMPED)
 ADHERES, DOWN = MDR.replace(surface_energy=0.5), (0.0, 0.0, -1.0)
 
 
@@ -45,11 +46,11 @@ def slanted(law, factor=1, partner="wall", **more):
                   **more)  # fmt: skip
 
 
-def touching(overlap, speed=1.0):
-    """Return a sphere that just touches the floor and leaves it."""
-    return impact(HOOKE.replace(**DAMPED), DOWN, 100, every=1).replace(
-        bodies=(sphere(R, RHO, position=(0.0, 0.0, R - overlap), velocity=(0.0, 0.0, speed)),)
-    )
+def touching(overlap, speed=1.0, law=DASHPOT, partner="wall"):
+    """Return a sphere that just touches the floor, or another sphere, and leaves it."""
+    scene = impact(law, DOWN, 100, every=1, partner=partner)
+    first = sphere(R, RHO, position=(0.0, 0.0, R - overlap), velocity=(0.0, 0.0, speed))
+    return scene.replace(bodies=(first, *scene.bodies[1:]))
 
 
 def pressed(law, depth, steps=2000, back=0.5):
@@ -98,6 +99,7 @@ RULES = {  # field: (value, scene of a factor of steps, least difference, one li
     "wall_curvature": [(1e-8, lambda k: slanted(HERTZ, k), 1e-9, False)],
     "least_overlap": [(1e-15, lambda _: touching(R - np.nextafter(R, 0.0)), 1e-3, False)],
     "wall_touches_at_zero": [(True, lambda _: touching(0.0), 1e-3, False)],
+    "bodies_touch_at_zero": [(True, lambda _: touching(0.0, partner="sphere"), 1e-3, False)],
     "spring_frame": [
         ("projected", lambda k: rolled(k), 1e-7, True),
         ("rotated", lambda k: rolled(k), 1e-4, False),
