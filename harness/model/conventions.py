@@ -52,10 +52,11 @@ class Rules(Parameters):
         False, description="[-] a wall acts at d = 0 (LIGGGHTS, Yade; defect of LAMMPS 2022); h")
     bodies_touch_at_zero: bool = Field(
         False, description="[-] two spheres act at d = 0 (Yade); h")
-    spring_frame: Literal["turned", "projected", "rotated"] = Field(
+    spring_frame: Literal["turned", "projected", "rotated", "finite_rotation"] = Field(
         "turned", description="[-] q before it grows: (1 - n n) q of the old length; after it: "
         "(1 - n n) q (LIGGGHTS; h^2); before it: q - q x (n_old x n), then turned by the mean "
-        "spin, h/2 (w_i + w_j) n_old, about n_old (Yade); 1e-2")
+        "spin, h/2 (w_i + w_j) n_old, about n_old (Yade); 1e-2; or R q with the rotation R from "
+        "n_old to n (Kratos); h^2")
     torsion_frame: Literal["turned", "rotated", "room"] = Field(
         "turned", description="[-] of rolling and twisting springs: turned with n; rotated as q "
         "is (Yade); M + k R* h w in the room, not turned (LIGGGHTS, epsd*); 1e-3")

@@ -60,8 +60,8 @@ VERLET, EULER = (words(Rules, "scheme")[w] for w in ("velocity_verlet", "mfix_eu
 STICKING_ONLY = words(Rules, "damping_in_cap")["sticking_only"]
 RADIUS, HEIGHT = (words(Rules, "wall_lever")[w] for w in ("radius", "height"))
 LEVERED = words(Rules, "wall_spin")["levered"]
-TURNED, PROJECTED, ROTATED = (
-    words(Rules, "spring_frame")[w] for w in ("turned", "projected", "rotated")
+TURNED, PROJECTED, ROTATED, FINITE_ROTATION = (
+    words(Rules, "spring_frame")[w] for w in ("turned", "projected", "rotated", "finite_rotation")
 )
 STAYS_TURNED = words(Rules, "torsion_frame")["turned"]
 ROTATED_TORSION = words(Rules, "torsion_frame")["rotated"]
@@ -600,6 +600,10 @@ def _carry(q: Triple, frame: int, n: Triple, last: Triple, twist: float) -> Trip
     if frame == ROTATED:  # by small angles one after the other
         q = _minus(q, _cross(q, _cross(last, n)))
         return _add(q, _scale(twist, _cross(last, q)))
+    if frame == FINITE_ROTATION:  # Rodrigues, of the angle between the normals
+        axis, cosine = _cross(last, n), _dot(last, n)
+        along = _scale(_dot(axis, q) / (1.0 + cosine), axis)
+        return _add(_add(_scale(cosine, q), _cross(axis, q)), along)
     return q
 
 

@@ -103,6 +103,7 @@ RULES = {  # field: (value, scene of a factor of steps, least difference, one li
     "spring_frame": [
         ("projected", lambda k: rolled(k), 1e-7, True),
         ("rotated", lambda k: rolled(k), 1e-4, False),
+        ("finite_rotation", lambda k: rolled(k), 1e-9, True),
     ],
     "torsion_frame": [
         ("room", lambda k: rolled(k), 1e-5, False),
