@@ -514,6 +514,8 @@ def _dashpot(
             return float(eta * contact.slope)
     if law.by_secant:
         root = max(contact.mass * pressed / overlap, 0.0) if overlap != 0.0 else 0.0
+        if law.normal == HOOKE:  # also where two bodies just touch
+            root = contact.mass * law.stiffness
         return float(eta * math.sqrt(root))
     return float(eta * (contact.mass if law.by_mass else 1.0) * (a if law.by_radius else 1.0))
 

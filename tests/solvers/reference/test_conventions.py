@@ -10,7 +10,7 @@ from harness.model.conventions import Faults, Rules
 from harness.model.scene import Scene, Segment, Wall, sphere
 from harness.solvers import reference
 from tests.solvers.reference.scenes import (
-    DAMPED, DMT, HERTZ, HOOKE, JKR, LEADS, LINEAR, MDR, MINDLIN, R, RHO, ROLLS, STILL, TWISTS,
+    DAMPED, DMT, HERTZ, HOOKE, JKR, LEADS, LINEAR, MASS, MDR, MINDLIN, R, RHO, ROLLS, STILL, TWISTS,
     VISCOUS, YIELDS, difference, guided, impact,
 )  # fmt: skip
 
@@ -143,6 +143,12 @@ def test_convention_without_a_part_that_it_concerns():
     for field in ("damping_in_cap", "rescaled_from", "wall_spin", "frozen_mass"):
         value = RULES[field][0][0]
         assert moved(plain, field, value) == 0.0
+
+
+def test_linear_dashpot_of_a_restitution_acts_where_bodies_just_touch():
+    law = HOOKE.replace(damping="coeff_restitution", restitution=0.5)
+    motion = reference.run(touching(0.0, -1.0, law), Rules(wall_touches_at_zero=True))
+    assert motion.force[0, 0, 2] == pytest.approx(law.dashpot(MASS, R, 0.0), rel=1e-12)
 
 
 FAULTS = {  # field: (value, scene, least difference)
