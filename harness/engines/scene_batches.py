@@ -1,0 +1,237 @@
+"""Scenes run by a code in processes: many in one, the rest of them again after a crash.
+
+A :class:`SceneProgram` says how a code is started on the scenes of a folder and how it left the
+samples of each. :func:`check_scene` refuses what LIGGGHTS, Yade and Kratos have in common that
+they cannot state.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import tempfile
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from harness.engines.process import (
+    Ended,
+    Limits,
+    Processes,
+    cores,
+    dealt,
+    last_text,
+    parallel_map,
+    text_of,
+)
+from harness.errors import EngineError, EngineNaNError, EngineOutputError, Unsupported
+from harness.files import held_folder
+from harness.model.base import ZERO
+from harness.model.law import Law
+from harness.model.motion import Motion
+from harness.model.scene import ALL_AXES, UNBOUNDED, Body, Scene, Wall
+
+Outcome = Motion | EngineError
+PARTS = ("position", "velocity", "angular_velocity", "force", "torque")
+SCENES = "scenes.json"
+
+
+@dataclass(frozen=True, kw_only=True)
+class SceneProgram:
+    """A code that runs the scenes of a folder, in order, in one process.
+
+    ``write`` writes the files of scenes into a folder and returns the command; ``read`` returns
+    the motion of a scene by its place, None where the process did not get so far, and raises
+    EngineError for a bad one; ``error`` returns the error of the scene that ended a process, and
+    None where it ended well. ``log`` is the end of the name of a scene's own log, if it has one.
+    """
+
+    title: str
+    write: Callable[[Path, Sequence[Scene]], Sequence[str]]
+    read: Callable[[Path, int, Scene], Motion | None]
+    error: Callable[[Ended], EngineError | None]
+    log: str = ""
+    environment: Callable[[Path], Mapping[str, str]] = lambda folder: os.environ  # noqa: ARG005
+
+    def motions(
+        self, scenes: Sequence[Scene], workers: int | None = None, limits: Limits | None = None
+    ) -> list[Outcome]:
+        """Return the motion of each scene, or the error of its run, in order.
+
+        ``workers`` processes run side by side, by default as many as there are cores; each has
+        ``limits.seconds`` from one result to the next.
+        """
+        hands, processes = workers or cores(), Processes()
+
+        def run_share(share: Sequence[int]) -> list[tuple[int, Outcome]]:
+            left, done = list(share), list[tuple[int, Outcome]]()
+            while left:
+                outcomes = self._process([scenes[k] for k in left], processes, limits or Limits())
+                done += zip(left, outcomes, strict=False)
+                left = left[len(outcomes) :]
+            return done
+
+        shares = dealt(len(scenes), hands) if scenes else []
+        outcomes = dict(row for rows in parallel_map(run_share, shares, hands) for row in rows)
+        return [outcomes[k] for k in range(len(scenes))]
+
+    def _process(
+        self, scenes: Sequence[Scene], processes: Processes, limits: Limits
+    ) -> list[Outcome]:
+        """Return the outcomes of the scenes that one process got to, at least of the first."""
+        with held_folder(Path(tempfile.gettempdir())) as folder:
+            ended = processes.run(
+                self.write(folder, scenes),
+                folder,
+                seconds=limits.seconds,
+                memory=limits.memory,
+                environment=self.environment(folder),
+                progress=lambda: len(list(folder.iterdir())),
+            )
+            outcomes: list[Outcome] = []
+            for place, scene in enumerate(scenes):
+                try:
+                    motion = self.read(folder, place, scene)
+                except EngineError as error:
+                    outcomes.append(error.with_log(ended.said))
+                    continue
+                if motion is None:
+                    return [*outcomes, self._failure(ended, folder / f"{place}{self.log}")]
+                outcomes.append(motion)
+            return outcomes
+
+    def _failure(self, ended: Ended, log: Path) -> EngineError:
+        if self.log and log.exists():
+            ended = replace(ended, said=ended.said + last_text(log))
+        error = self.error(ended) or EngineOutputError(f"{self.title} left no samples")
+        return error.with_log(ended.said)
+
+
+def write_scenes(folder: Path, rows: Sequence[tuple[Scene, Mapping[str, Any]]]) -> None:
+    """Write a JSON list of scenes, each with the numbers that a code has for it (``code``)."""
+    scenes = [{**scene.model_dump(mode="json"), "code": dict(words)} for scene, words in rows]
+    (folder / SCENES).write_text(json.dumps(scenes), encoding="utf-8")
+
+
+def read_motion(title: str, folder: Path, place: int, scene: Scene) -> Motion | None:
+    """Return the motion in ``<place>.json``, None without the file.
+
+    It holds the sampled ``step`` and the parts of a motion, each (samples, bodies, 3). Raise
+    EngineOutputError for another shape, EngineNaNError for a number that is not finite.
+    """
+    text = text_of(folder / f"{place}.json")
+    if not text:
+        return None
+    try:
+        table = json.loads(text)
+        steps, parts = table.pop("step"), {name: np.array(table.pop(name), float) for name in PARTS}
+    except (ValueError, TypeError, KeyError) as error:
+        raise EngineOutputError(f"{title} wrote samples that cannot be read ({error})") from None
+    return motion_of(title, scene, steps, parts)
+
+
+def motion_of(title: str, scene: Scene, steps: Sequence[int], parts: Mapping[str, Any]) -> Motion:
+    """Return samples as a motion, after a check of steps, shapes and finiteness."""
+    expected = list(range(0, scene.steps + 1, scene.every))
+    if list(steps) != expected:
+        last = f"the last of step {steps[-1]}" if len(steps) else "none"
+        raise EngineOutputError(
+            f"{title} wrote {len(steps)} samples ({last}), not {len(expected)} up to {expected[-1]}"
+        )
+    shape = (len(expected), len(scene.bodies), 3)
+    for name, values in parts.items():
+        if values.shape != shape:
+            raise EngineOutputError(f"{title} wrote {name} of shape {values.shape}, not {shape}")
+        if not np.isfinite(values).all():
+            step = expected[int(np.argwhere(~np.isfinite(values))[0, 0])]
+            raise EngineNaNError(f"{title} wrote {name} that is not finite (NaN) at step {step}")
+    return Motion(np.array(expected) * scene.step, *(parts[name] for name in PARTS))
+
+
+# ---- scenes that none of these codes can state, and contacts
+
+
+def check_scene(scene: Scene) -> None:
+    """Raise Unsupported for a scene with more than spheres, horizontal planes and one law."""
+    law = scene.law
+    refusals = (
+        (scene.laws, "gets one law for all contacts"),
+        (scene.pairs is not None, "lets all bodies touch one another"),
+        (scene.drag, "has no drag"),
+        (scene.period != UNBOUNDED, "has no periodic boundaries here"),
+        (law.interface == "old", "has one contact interface"),
+        (law.two_materials, "gets one material for both bodies"),
+        (law.heat != "none", "conducts no heat here"),
+        (any(body.axes != ALL_AXES for body in scene.bodies), "moves bodies along all axes"),
+        (any(not _solid(body) for body in scene.bodies), "has solid spheres, I = 2/5 m r^2"),
+        (any(not _lies_still(wall) for wall in scene.walls), "has horizontal planes at rest"),
+    )
+    for refused, reason in refusals:
+        if refused:
+            raise Unsupported(reason)
+
+
+def check_words(law: Law, model: str, **allowed: str) -> None:
+    """Raise Unsupported for a submodel that is none of the words of its part of a law."""
+    for part, words in allowed.items():
+        if getattr(law, part) not in words.split():
+            must = " or ".join(words.split())
+            raise Unsupported(f"its {model} takes {part} = {must}, not {getattr(law, part)}")
+
+
+def _solid(body: Body) -> bool:
+    solid = 0.4 * body.mass * body.radius**2
+    return math.isclose(body.moment_of_inertia, solid, rel_tol=1e-14)
+
+
+def _lies_still(wall: Wall) -> bool:
+    still = wall.velocity == wall.amplitude == wall.surface_velocity == ZERO
+    return bool(wall.shape == "plane" and wall.direction[:2] == (0.0, 0.0) and still)
+
+
+def partners(scene: Scene) -> list[tuple[Body, Body | None]]:
+    """Return the pairs of bodies, one of each kind, that may touch; None is a wall."""
+    bodies, pairs = scene.bodies, dict[Any, tuple[Body, Body | None]]()
+    for i, first in enumerate(bodies):
+        others: list[Body | None] = [*bodies[i + 1 :], *([None] if scene.walls else [])]
+        for second in others:
+            pairs.setdefault((kind(first), second and kind(second)), (first, second))
+    return list(pairs.values())
+
+
+def kind(body: Body) -> tuple[float, float, str]:
+    """Return the radius [m], mass [kg] and motion of a body, by which contacts differ."""
+    return body.radius, body.mass, body.motion
+
+
+def nearest_body(scene: Scene, wall: Wall) -> Body:
+    """Return the body that is nearest to a horizontal wall at the start."""
+    return min(scene.bodies, key=lambda b: abs(b.position[2] - wall.point[2]) - b.radius)
+
+
+def contact_mass(scene: Scene, first: Body, second: Body | None) -> float:
+    """Return m* [kg] of two bodies, or of one at a wall (None).
+
+    Frozen masses are infinite, unless segments move all bodies.
+    """
+    masses = [b.mass for b in (first, second) if b and (scene.segments or b.motion != "frozen")]
+    return 1.0 / sum(1.0 / mass for mass in masses) if masses else first.mass
+
+
+def damping_of(law: Law, mass: float) -> float:
+    """Return the dashpot eta [kg/s] of a linear law and an effective mass [kg]."""
+    return law.dashpot(mass, 1.0, 0.0)
+
+
+def room(scene: Scene) -> float:
+    """Return half the width of a box that no body leaves [m]."""
+    g, radii = math.hypot(*scene.gravity), sum(body.radius for body in scene.bodies)
+    speeds = [math.hypot(*body.velocity) for body in scene.bodies]
+    speeds += [math.hypot(*v) for segment in scene.segments for v in segment.velocities]
+    place = max(math.hypot(*body.position) for body in scene.bodies)
+    far = place + scene.duration * max(speeds)
+    return 4.0 * (far + radii + 0.5 * g * scene.duration**2)
