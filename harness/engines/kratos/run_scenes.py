@@ -1,0 +1,227 @@
+"""Run scenes in Kratos: ``python run_scenes.py scenes.json``, for Kratos 10.2 to 10.4.
+
+The file is a list of scenes in SI units, each with its law in Kratos's words (``code``). The
+samples of scene k are written to ``<k>.json``: ``step`` (samples,), and ``position``,
+``velocity``, ``angular_velocity``, ``force`` and ``torque``, each (samples, bodies, 3).
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+from pathlib import Path
+from typing import Any
+
+AXES = "XYZ"
+FIRST_WALL = 1_000_000  # number of its material; those of spheres count from 1
+PARTS = ("SpheresPart", "ContactPart", "RigidFacePart", "DEMInletPart", "ClusterPart")
+# all that Kratos's spheres and rigid faces read or write: what is missing is not checked
+OF_SPHERES = (
+    "VELOCITY", "DISPLACEMENT", "DELTA_DISPLACEMENT", "TOTAL_FORCES", "CONTACT_FORCES",
+    "ELASTIC_FORCES", "RIGID_ELEMENT_FORCE", "LOCAL_CONTACT_FORCE", "DAMP_FORCES",
+    "FORCE_REACTION", "MOMENT_REACTION", "EXTERNAL_APPLIED_FORCE", "EXTERNAL_APPLIED_MOMENT",
+    "PARTICLE_MOMENT", "ANGULAR_VELOCITY", "LOCAL_ANGULAR_VELOCITY", "DELTA_ROTATION",
+    "PARTICLE_ROTATION_ANGLE", "ORIENTATION", "ANGULAR_MOMENTUM", "RADIUS", "NODAL_MASS",
+    "REPRESENTATIVE_VOLUME", "NEIGHBOUR_SIZE", "DAMAGE_RATIO", "PARTICLE_MATERIAL",
+    "NORMAL_IMPACT_VELOCITY", "TANGENTIAL_IMPACT_VELOCITY", "FACE_NORMAL_IMPACT_VELOCITY",
+    "FACE_TANGENTIAL_IMPACT_VELOCITY", "LINEAR_IMPULSE", "PARTICLE_MOMENT_OF_INERTIA",
+    "ROLLING_RESISTANCE_MOMENT", "ROLLING_FRICTION", "LOCAL_AUX_ANGULAR_VELOCITY",
+    "AUX_ORIENTATION",
+)  # fmt: skip
+OF_FACES = (
+    "ELASTIC_FORCES", "DEM_PRESSURE", "TANGENTIAL_ELASTIC_FORCES", "SHEAR_STRESS",
+    "DEM_NODAL_AREA", "CONTACT_FORCES", "TOTAL_FORCES", "VELOCITY", "DELTA_DISPLACEMENT",
+    "DISPLACEMENT", "NON_DIMENSIONAL_VOLUME_WEAR", "IMPACT_WEAR", "ANGULAR_VELOCITY",
+)  # fmt: skip
+STRATEGY = {
+    "strategy": "sphere_strategy",
+    "do_search_dem_neighbours": True,
+    "do_search_fem_neighbours": True,
+    "RemoveBallsInitiallyTouchingWalls": False,
+    "model_import_settings": {},
+    "material_import_settings": {},
+}
+MOVED = {"velocity": "VELOCITY", "angular_velocity": "ANGULAR_VELOCITY"}
+
+
+class Simulation:
+    """A scene in Kratos; ``core`` and ``dem`` are its modules."""
+
+    def __init__(self, core: Any, dem: Any, scene: dict[str, Any]) -> None:
+        self.core, self.dem, self.scene, self.code = core, dem, scene, scene["code"]
+        self.segments = segments_by_step(scene)
+        self.model = core.Model()  # holds the parts
+        self.parts = [self.model.CreateModelPart(name) for name in PARTS]
+        for part, names in ((self.parts[0], OF_SPHERES), (self.parts[2], OF_FACES)):
+            for name in names:
+                part.AddNodalSolutionStepVariable(self.variable(name))
+        self.nodes = [self.add_sphere(k) for k in range(len(scene["bodies"]))]
+        for k in range(len(scene["walls"])):
+            self.add_wall(k)
+        self.strategy = self.make_strategy()
+
+    def variable(self, name: str) -> Any:
+        """Return a variable of Kratos, of its core or of the DEM application."""
+        return getattr(self.core, name, None) or getattr(self.dem, name)
+
+    def material(self, number: int, young: float) -> Any:
+        """Return a new material."""
+        made = self.parts[0].CreateNewProperties(number)
+        made[self.variable("YOUNG_MODULUS")] = young
+        made[self.variable("POISSON_RATIO")] = self.code["poisson"]
+        return made
+
+    def contact(self, number: int, gamma: float) -> Any:
+        """Return the contact with the material of a number."""
+        made = self.core.Properties(number)
+        for name, value in {**self.code["values"], "DAMPING_GAMMA": gamma}.items():
+            made[self.variable(name)] = value
+        getattr(self.dem, self.code["law"])().SetConstitutiveLawInProperties(made, False)
+        return made
+
+    def add_sphere(self, k: int) -> Any:
+        """Return the node of a new sphere, with a material of its own."""
+        body, count = self.scene["bodies"][k], len(self.scene["bodies"])
+        material = self.material(k + 1, self.code["young"])
+        volume = 4.0 / 3.0 * math.pi * body["radius"] ** 3
+        material[self.variable("PARTICLE_DENSITY")] = body["mass"] / volume
+        for other, gamma in enumerate(self.code["gamma"][k]):
+            number = other + 1 if other < count else FIRST_WALL + other - count
+            if other != k:
+                material.AddSubProperties(self.contact(number, gamma))
+        scheme = self.dem.VelocityVerletScheme()
+        scheme.SetTranslationalIntegrationSchemeInProperties(material, False)
+        scheme.SetRotationalIntegrationSchemeInProperties(material, False)
+        undamped = self.dem.DEMGlobalDampingNonViscousCstForceDir()
+        undamped.SetGlobalDampingModelInProperties(material, False)
+        node = self.parts[0].CreateNewNode(k + 1, *body["position"])
+        self.parts[0].CreateNewElement("SphericParticle3D", k + 1, [k + 1], material)
+        node.SetSolutionStepValue(self.variable("RADIUS"), 0, body["radius"])
+        return node
+
+    def add_wall(self, k: int) -> None:
+        """Add a horizontal wall: a face of four corners."""
+        part, far, height = self.parts[2], self.code["room"], self.scene["walls"][k]["point"][2]
+        material = self.material(FIRST_WALL + k, self.code["wall_young"][k])
+        material[self.variable("COMPUTE_WEAR")] = False
+        first = FIRST_WALL + 10 * k
+        corners = [(-far, -far), (far, -far), (far, far), (-far, far)]
+        for place, (x, y) in enumerate(corners):
+            part.CreateNewNode(first + place, x, y, height)
+        part.CreateNewCondition("RigidFace3D4N", first, [first + i for i in range(4)], material)
+
+    def make_strategy(self) -> Any:
+        """Return Kratos's strategy after its first look at the spheres."""
+        spheres, reach, step = self.parts[0], self.code["room"], self.scene["step"]
+        fixed = [self.scene["segments"] or b["motion"] != "free" for b in self.scene["bodies"]]
+        for name in (f"{moved}_{axis}" for moved in MOVED.values() for axis in AXES):
+            self.core.VariableUtils().AddDof(self.variable(name), spheres)
+            for node, is_fixed in zip(self.nodes, fixed, strict=True):
+                if is_fixed:
+                    node.Fix(self.variable(name))
+        information = {
+            "GRAVITY": self.core.Array3(self.scene["gravity"]),
+            "DELTA_TIME": step,
+            "NODAL_MASS_COEFF": 1.0,
+            "ROTATION_OPTION": 1,
+            "SEARCH_CONTROL": 1,
+            # a search that finds all there is needs no other
+            "SEARCH_RADIUS_INCREMENT": reach,
+            "SEARCH_RADIUS_INCREMENT_FOR_WALLS": reach,
+        }
+        for name, value in information.items():
+            spheres.ProcessInfo[self.variable(name)] = value
+        settings = self.dem.ExplicitSolverSettings()
+        settings.r_model_part, settings.contact_model_part = self.parts[:2]
+        settings.fem_model_part, settings.inlet_model_part = self.parts[2:4]
+        settings.cluster_model_part = self.parts[4]
+        # the third number: every step with TIME_STEPS above 0 searches, none with 0
+        strategy = self.dem.IterativeSolverStrategy(
+            settings, step, 1, 1.0, 1, self.dem.ParticleCreatorDestructor(),
+            self.dem.DEM_FEM_Search(), self.dem.OMP_DEMSearch(),
+            self.core.Parameters(json.dumps(STRATEGY)),
+        )  # fmt: skip
+        strategy.RebuildListOfDiscontinuumSphericParticles()
+        strategy.SetNormalRadiiOnAllParticlesBeforeInitilization(spheres)
+        strategy.SetSearchRadiiOnAllParticles(spheres, reach, 1.0)
+        bodies = self.scene["bodies"]
+        start = [[body[name] for body in bodies] for name in MOVED]
+        self.set_velocities(*self.segments.get(0, start))
+        strategy.Initialize()
+        return strategy
+
+    def set_velocities(self, velocities: list[Any], angular_velocities: list[Any]) -> None:
+        """Give the spheres velocities [m/s] and angular velocities [rad/s]."""
+        for name, vectors in zip(MOVED.values(), (velocities, angular_velocities), strict=True):
+            for node, vector in zip(self.nodes, vectors, strict=True):
+                for axis, value in zip(AXES, vector, strict=True):
+                    node.SetSolutionStepValue(self.variable(f"{name}_{axis}"), 0, value)
+
+    def sample(self) -> dict[str, list[list[float]]]:
+        """Return the parts of a motion now; forces are those of the contacts."""
+        masses = [body["mass"] for body in self.scene["bodies"]]
+        weights = [[m * g for g in self.scene["gravity"]] for m in masses]
+        totals = self.vectors("TOTAL_FORCES")
+        return {
+            "position": [[node.X, node.Y, node.Z] for node in self.nodes],
+            **{part: self.vectors(name) for part, name in MOVED.items()},
+            "force": [
+                [f - w for f, w in zip(total, weight, strict=True)]
+                for total, weight in zip(totals, weights, strict=True)
+            ],
+            "torque": self.vectors("PARTICLE_MOMENT"),
+        }
+
+    def vectors(self, name: str) -> list[list[float]]:
+        """Return a vector of each sphere."""
+        names = [self.variable(f"{name}_{axis}") for axis in AXES]
+        return [[node.GetSolutionStepValue(one) for one in names] for node in self.nodes]
+
+    def run(self) -> dict[str, list[Any]]:
+        """Return the samples of all steps."""
+        information, searches = self.parts[0].ProcessInfo, self.variable("TIME_STEPS")
+        samples: dict[str, list[Any]] = {"step": [0]}
+        samples |= {name: [rows] for name, rows in self.sample().items()}
+        information[searches] = 1
+        for number in range(1, self.scene["steps"] + 1):
+            if number - 1 in self.segments:
+                self.set_velocities(*self.segments[number - 1])
+            self.strategy.SolveSolutionStep()
+            information[searches] = 0
+            if number % self.scene["every"] == 0:
+                samples["step"].append(number)
+                for name, rows in self.sample().items():
+                    samples[name].append(rows)
+        return samples
+
+
+def segments_by_step(scene: dict[str, Any]) -> dict[int, tuple[list[Any], list[Any]]]:
+    """Return velocities and angular velocities of all bodies by the step that they begin at."""
+    begins, begin = {}, 0
+    for segment in scene["segments"]:
+        begins[begin] = segment["velocities"], segment["angular_velocities"]
+        begin += segment["steps"]
+    return begins
+
+
+def write(path: Path, samples: dict[str, list[Any]]) -> None:
+    """Write samples; the file is there when it is whole."""
+    part = path.with_suffix(".part")
+    part.write_text(json.dumps(samples), encoding="utf-8")
+    part.rename(path)
+
+
+def main(file: str) -> None:
+    """Run the scenes of a file."""
+    import KratosMultiphysics as core
+    import KratosMultiphysics.DEMApplication as dem
+
+    core.ParallelUtilities.SetNumThreads(1)  # of a few spheres more threads only wait
+    core.Logger.GetDefaultOutput().SetSeverity(core.Logger.Severity.WARNING)
+    for place, scene in enumerate(json.loads(Path(file).read_text(encoding="utf-8"))):
+        write(Path(f"{place}.json"), Simulation(core, dem, scene).run())
+
+
+if __name__ == "__main__":
+    main(sys.argv[1])

@@ -1,0 +1,207 @@
+"""Scenes in Kratos's DEM application: ``run_scenes.py``, which a Python with Kratos runs.
+
+A linear contact is DEM_D_Linear_viscous_Coulomb, where k_t is at least 4/3 k_n
+DEM_D_Linear_Custom_Constants, one of a material DEM_D_Hertz_viscous_Coulomb, with attraction
+DEM_D_Hertz_viscous_Coulomb_DMT; a wall is a rigid face. Their formulas and conventions are those
+of the public source of Kratos 10.4.4 (``spheric_particle.cpp``, ``DEM_D_*_CL.cpp``,
+``GeometryFunctions.h``).
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import re
+from collections.abc import Sequence
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from harness.engines.process import FAULTS as FATAL_SIGNALS
+from harness.engines.process import Ended, Limits, signal_of
+from harness.engines.scene_batches import (
+    SCENES,
+    Outcome,
+    SceneProgram,
+    check_scene,
+    check_words,
+    contact_mass,
+    damping_of,
+    nearest_body,
+    read_motion,
+    room,
+    write_scenes,
+)
+from harness.errors import (
+    EngineError,
+    EngineInputError,
+    EngineMissingError,
+    EngineNaNError,
+    Unsupported,
+)
+from harness.model.conventions import Faults, Rules
+from harness.model.law import damping_ratio
+from harness.model.scene import Body, Scene
+
+SCRIPT = Path(__file__).with_name("run_scenes.py")
+LINEAR, CUSTOM = "DEM_D_Linear_viscous_Coulomb", "DEM_D_Linear_Custom_Constants"
+HERTZ, DMT = "DEM_D_Hertz_viscous_Coulomb", "DEM_D_Hertz_viscous_Coulomb_DMT"
+MOST_SHEAR = 4.0 / 3.0  # of k_n: 2 (1 - nu) / (2 - nu) of a material is less
+BETWEEN_SPHERES, AT_WALLS = 1.432 * math.pi * 0.31225, math.pi * 0.31225  # k_n over E* R*, E* r
+RULES = Rules(
+    velocity_lever="contact_point",
+    wall_lever="height",
+    spring_frame="finite_rotation",
+    slip_step="turned_arms",
+    rescaled_from="displacement",
+)
+FAULTS = Faults(small_angle_quaternion=True)  # of 10.2 to 10.4
+
+
+def rules(scene: Scene) -> Rules:
+    """Return Kratos's conventions; raise Unsupported for a scene that it cannot state."""
+    words(scene)
+    return RULES
+
+
+def motions(
+    executable: str,
+    scenes: Sequence[Scene],
+    *,
+    workers: int | None = None,
+    limits: Limits | None = None,
+) -> list[Outcome]:
+    """Return the motion of each scene, or the error of its run, in order.
+
+    ``executable`` is a Python with Kratos; each process has one thread. Raise Unsupported for a
+    scene that Kratos cannot state.
+    """
+
+    def write(folder: Path, scenes: Sequence[Scene]) -> Sequence[str]:
+        write_scenes(folder, [(scene, words(scene)) for scene in scenes])
+        return [executable, "-u", str(SCRIPT), SCENES]
+
+    program = SceneProgram(
+        title="Kratos",
+        write=write,
+        read=partial(read_motion, "Kratos"),
+        error=_error,
+        # of a few spheres more threads only wait
+        environment=lambda folder: {**os.environ, "OMP_NUM_THREADS": "1"},  # noqa: ARG005
+    )
+    return program.motions(scenes, workers, limits)
+
+
+def _error(ended: Ended) -> EngineError | None:
+    """Return the error by the end of a process; Kratos's own messages start alike."""
+    if ended.code and not ended.timed_out and signal_of(ended.code) not in FATAL_SIGNALS:
+        if re.search(r"^(?:ModuleNotFound|Import)Error: ", ended.said, re.MULTILINE):
+            return EngineMissingError("this Python has no KratosMultiphysics and DEMApplication")
+        if "is not a number" in ended.said:
+            return EngineNaNError("Kratos met a value that is not a number")
+        refusal = re.search(r"^RuntimeError: (?:Error: )?(.*)$", ended.said, re.MULTILINE)
+        if refusal:
+            return EngineInputError(f"Kratos refused its input: {refusal[1].strip()[:160]}")
+    return ended.error("Kratos")
+
+
+# ---- a law in Kratos's words
+
+
+def words(scene: Scene) -> dict[str, Any]:
+    """Return the law of a scene in Kratos's words.
+
+    ``law`` is its class, ``values`` those of every contact; ``young`` [Pa] and ``poisson`` are of
+    the spheres, ``wall_young`` [Pa] of each wall; ``gamma`` is a row for each sphere, with a
+    number for each sphere and wall. Raise Unsupported for a law or scene that Kratos cannot state.
+    """
+    check_scene(scene)
+    if scene.setups:
+        raise Unsupported("sets no forces up again within a run")
+    name, law = _name(scene), scene.law
+    friction = law.friction or 0.0
+    values = {"STATIC_FRICTION": friction, "DYNAMIC_FRICTION": friction}
+    unused = ("FRICTION_DECAY", "ROLLING_FRICTION", "COEFFICIENT_OF_RESTITUTION")
+    values |= dict.fromkeys(unused, 0.0)
+    if name == DMT:  # of both surfaces: F = 2 pi PARTICLE_COHESION R*
+        values["PARTICLE_COHESION"] = 2.0 * (law.surface_energy or 0.0)
+    elif name == CUSTOM:
+        values["K_NORMAL"] = law.normal_stiffness or 0.0
+        values["K_TANGENTIAL"] = law.tangential_stiffness or 0.0
+    young, poisson, wall_young = _material(scene, name)
+    bodies = scene.bodies
+    walls = [None] * len(scene.walls)
+    return {
+        "law": name,
+        "values": values,
+        "young": young,
+        "poisson": poisson,
+        "wall_young": wall_young,
+        "gamma": [[_gamma(scene, b, other) for other in (*bodies, *walls)] for b in bodies],
+        "room": room(scene),
+    }
+
+
+def _name(scene: Scene) -> str:
+    law = scene.law
+    if law.normal == "hooke":
+        ratio = (law.tangential_stiffness or 0.0) / (law.normal_stiffness or 1.0)
+        name = CUSTOM if ratio >= MOST_SHEAR else LINEAR
+        check_words(law, name,
+                    damping="none velocity mass_velocity damping_ratio coeff_restitution",
+                    tangential="none linear_history", rolling="none", twisting="none")  # fmt: skip
+    elif law.normal == "hertz":
+        name = HERTZ
+        check_words(law, name, damping="none coeff_restitution",
+                    tangential="none mindlin_rescale/force", rolling="none",
+                    twisting="none")  # fmt: skip
+    else:
+        name = DMT
+        check_words(law, name, normal="dmt", damping="none", tangential="none", rolling="none",
+                    twisting="none")  # fmt: skip
+    if law.normal_modulus is not None or law.tangential_modulus is not None:
+        raise Unsupported(f"its {name} takes no modulus but of a material")
+    if law.damping != "none" and not law.clipped:
+        raise Unsupported("never attracts (clipped = True)")
+    if law.damping != "none" and law.tangential != "none":
+        raise Unsupported(
+            "has a dashpot along the surface that is tied to the normal one, and limited twice"
+        )
+    return name
+
+
+def _material(scene: Scene, name: str) -> tuple[float, float, list[float]]:
+    """Return the modulus [Pa] and Poisson's ratio of the spheres, and the moduli of the walls [Pa].
+
+    2 (1 - nu) / (2 - nu) is k_t / k_n of both laws of a material.
+    """
+    law, bodies, walls = scene.law, scene.bodies, scene.walls
+    if name in (HERTZ, DMT):
+        young = law.youngs_modulus or 0.0
+        return young, law.poisson_ratio or 0.0, [young] * len(walls)
+    normal, ratio = law.normal_stiffness or 0.0, 1.0
+    if law.tangential != "none" and name == LINEAR:
+        ratio = (law.tangential_stiffness or 0.0) / normal
+    poisson = (2.0 - 2.0 * ratio) / (2.0 - ratio)
+    modulus = (1.0 - poisson**2) * normal  # E* R* of a contact, but for its factor
+    if len(bodies) > 2 and len({body.radius for body in bodies}) > 1 and name == LINEAR:
+        raise Unsupported(f"its {LINEAR} has one k_n for contacts of equal R* only")
+    young = 2.0 * modulus / AT_WALLS / bodies[0].radius
+    if len(bodies) > 1:
+        young = 2.0 * modulus / BETWEEN_SPHERES * (1.0 / bodies[0].radius + 1.0 / bodies[1].radius)
+    both = [modulus / AT_WALLS / nearest_body(scene, wall).radius for wall in walls]
+    return young, poisson, [1.0 / (1.0 / one - 1.0 / young) for one in both]
+
+
+def _gamma(scene: Scene, first: Body, second: Body | None) -> float:
+    """Return Kratos's gamma of a contact: its dashpot is 2 gamma sqrt(m k).
+
+    m has the own mass of a fixed sphere. Hertz's k is the tangent, 3/2 of force over overlap.
+    """
+    law, mass = scene.law, contact_mass(scene, first, second)
+    if law.damping == "none":
+        return 0.0
+    own = first.mass if second is None else first.mass * second.mass / (first.mass + second.mass)
+    if law.normal == "hertz":
+        return math.sqrt(5.0 / 6.0 * mass / own) * damping_ratio(law.restitution or 1.0)
+    return damping_of(law, mass) / 2.0 / math.sqrt(own * (law.normal_stiffness or 1.0))

@@ -1,0 +1,359 @@
+"""Scenes in LIGGGHTS: a plain script of some 40 lines for each, its dump read as a motion.
+
+Models and conventions are those of the public source of LIGGGHTS-PUBLIC 3.8.0
+(``tangential_model_history.h``, ``surface_model_default.h``, ``rolling_model_epsd*.h``).
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import re
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from harness.engines.process import Ended, Limits, signal_of, text_of
+from harness.engines.scene_batches import (
+    PARTS,
+    Outcome,
+    SceneProgram,
+    check_scene,
+    check_words,
+    contact_mass,
+    damping_of,
+    kind,
+    motion_of,
+    partners,
+    room,
+)
+from harness.errors import EngineError, EngineInputError, EngineOutputError, Unsupported
+from harness.model.conventions import Rules
+from harness.model.law import Law
+from harness.model.motion import Motion
+from harness.model.scene import Body, Scene, effective_radius
+
+SAME = 1e-9  # relative difference of coefficients that are tied to one another
+AI = 2.25  # of k_n (mu_r R*)^2: Ai et al., Powder Technol. 206, 269 (2011)
+COLUMNS = "id x y z vx vy vz omegax omegay omegaz fx fy fz tqx tqy tqz"
+FRAME = "ITEM: TIMESTEP\n"
+# Open MPI for one process: no daemon that outlives it, no search for networks (0.3 s a start)
+ALONE = {"OMPI_MCA_ess_singleton_isolated": "1", "OMPI_MCA_pml": "ob1", "OMPI_MCA_btl": "self"}
+RULES = Rules(
+    damping_in_cap="sticking_only",
+    velocity_lever="contact_point",
+    wall_lever="contact_point",
+    wall_spin="levered",
+    spring_frame="projected",
+    torsion_frame="room",
+    forgets_setup=True,
+    wall_touches_at_zero=True,
+)
+
+
+def rules(scene: Scene) -> Rules:
+    """Return LIGGGHTS's conventions; raise Unsupported for a scene that it cannot state."""
+    words(scene)
+    return RULES
+
+
+def motions(
+    executable: str,
+    scenes: Sequence[Scene],
+    *,
+    workers: int | None = None,
+    limits: Limits | None = None,
+) -> list[Outcome]:
+    """Return the motion of each scene, or the error of its run, in order.
+
+    Forces on frozen bodies, which LIGGGHTS sets to zero, are NaN. Raise Unsupported for a scene
+    that LIGGGHTS cannot state.
+    """
+
+    def write(folder: Path, scenes: Sequence[Scene]) -> Sequence[str]:
+        lines: list[str] = []
+        for place, scene in enumerate(scenes):
+            (folder / f"{place}.in").write_text(script(scene, f"{place}.dump"), encoding="utf-8")
+            lines += [f"log {place}.log", "clear", f"include {place}.in"]
+            lines += [f'print "done" file {place}.done']
+        (folder / "batch.in").write_text("\n".join([*lines, ""]), encoding="utf-8")
+        # with -screen none it crashes, and without a log it is silent about an error
+        return [executable, "-in", "batch.in", "-log", "none", "-screen", "screen.txt"]
+
+    for scene in scenes:
+        rules(scene)
+    program = SceneProgram(
+        title="LIGGGHTS",
+        write=write,
+        read=read_samples,
+        error=_error,
+        log=".log",
+        environment=lambda folder: {**os.environ, **ALONE, "TMPDIR": str(folder)},
+    )
+    return program.motions(scenes, workers, limits)
+
+
+def _error(ended: Ended) -> EngineError | None:
+    refusal = re.search(r"^ERROR.*", ended.said, re.MULTILINE)
+    if refusal and not ended.timed_out and signal_of(ended.code) is None:
+        return EngineInputError(f"LIGGGHTS refused its input: {refusal[0][:160]}")
+    return ended.error("LIGGGHTS")
+
+
+def read_samples(folder: Path, place: int, scene: Scene) -> Motion | None:
+    """Return the motion of the dump ``<place>.dump``, None where the run did not end.
+
+    Raise EngineOutputError for other columns or bodies, EngineNaNError for what is not finite.
+    """
+    if not (folder / f"{place}.done").exists():
+        return None
+    steps, table = list[int](), list[list[list[float]]]()
+    for frame in text_of(folder / f"{place}.dump").split(FRAME)[1:]:
+        step, rows = _frame(frame.splitlines(), len(scene.bodies))
+        steps.append(step)
+        table.append(rows)
+    # the end of a segment is written again as the start of the next
+    first = [k for k in range(len(steps)) if k == 0 or steps[k] != steps[k - 1]]
+    shape = (len(first), len(scene.bodies), len(PARTS), 3)
+    samples = np.array([table[k] for k in first]).reshape(shape)
+    for k, body in enumerate(scene.bodies):
+        if body.motion == "free" and not scene.segments:  # the dump has the weight too
+            samples[:, k, PARTS.index("force")] -= body.mass * np.array(scene.gravity)
+    parts = {name: samples[:, :, k].copy() for k, name in enumerate(PARTS)}
+    motion = motion_of("LIGGGHTS", scene, [steps[k] for k in first], parts)
+    frozen = [body.motion == "frozen" and not scene.segments for body in scene.bodies]
+    motion.force[:, frozen] = motion.torque[:, frozen] = np.nan
+    return motion
+
+
+def _frame(lines: Sequence[str], bodies: int) -> tuple[int, list[list[float]]]:
+    """Return the step of a sample and its rows without the number of the body."""
+    if len(lines) != 8 + bodies or lines[7].split()[2:] != COLUMNS.split():
+        raise EngineOutputError(f"LIGGGHTS wrote a sample without {bodies} rows of {COLUMNS}")
+    try:
+        rows = [[float(word) for word in line.split()] for line in lines[8:]]
+    except ValueError as error:
+        raise EngineOutputError(f"LIGGGHTS wrote a sample that cannot be read ({error})") from None
+    numbers, lengths = [row[:1] for row in rows], {len(row) for row in rows}
+    if numbers != [[k] for k in range(1, bodies + 1)] or lengths != {len(COLUMNS.split())}:
+        raise EngineOutputError(f"LIGGGHTS wrote a sample without bodies 1 to {bodies}, whole")
+    return int(lines[0]), [row[1:] for row in rows]
+
+
+# ---- the script of a scene
+
+
+def script(scene: Scene, dump: str = "samples.dump") -> str:
+    """Return the script of a scene, which writes its samples to a dump.
+
+    Raise Unsupported for a scene that LIGGGHTS cannot state.
+    """
+    lines = [*_bodies(scene), *_contacts(scene, words(scene)), *_run(scene, dump)]
+    return "\n".join([*lines, ""])
+
+
+def _bodies(scene: Scene) -> Iterator[str]:
+    kinds, side = _kinds(scene), _text(room(scene))
+    yield "units si\natom_style granular\natom_modify map array sort 0 0\nnewton off"
+    yield "communicate single vel yes\nboundary f f f\nhard_particles yes"
+    yield f"region space block -{side} {side} -{side} {side} -{side} {side} units box"
+    yield f"create_box {len(kinds) + 1} space    # types: kinds of bodies, and walls"
+    for k, body in enumerate(scene.bodies, 1):
+        density = body.mass / (4.0 / 3.0 * math.pi * body.radius**3)
+        yield f"create_atoms {kinds.index(kind(body)) + 1} single {_text(*body.position)} units box"
+        yield f"set atom {k} diameter {_text(2.0 * body.radius)} density {_text(density)}"
+        yield _velocities(k, body.velocity, body.angular_velocity)
+
+
+def _contacts(scene: Scene, words: Words) -> Iterator[str]:
+    kinds, law = _kinds(scene), scene.law
+    sides = [*{kind(body): body for body in scene.bodies}.values(), None]
+    table = [_coefficients(scene, words, one, other) for one in sides for other in sides]
+    for name in table[0]:
+        values = _text(*(coefficients[name] for coefficients in table))
+        yield f"fix {name} all property/global {name} peratomtypepair {len(sides)} {values}"
+    material = {
+        "youngsModulus": law.youngs_modulus or 1e7,
+        "poissonsRatio": law.poisson_ratio or 0.0,
+    }
+    for name, value in material.items():
+        yield f"fix {name} all property/global {name} peratomtype {_text(*[value] * len(sides))}"
+    yield f"fix factor all property/global rollingStiffness scalar {_text(words.factor)}"
+    yield f"pair_style gran {words.models} {words.settings}\npair_coeff * *"
+    for k, wall in enumerate(scene.walls):
+        place = f"primitive type {len(kinds) + 1} zplane {_text(wall.point[2])}"
+        yield f"fix wall_{k} all wall/gran {words.models} {place} {words.settings}"
+
+
+def _run(scene: Scene, dump: str) -> Iterator[str]:
+    yield f"neighbor {_text(0.5 * min(b.radius for b in scene.bodies))} nsq"
+    yield f"neigh_modify delay 0 every 1 check yes\ntimestep {_text(scene.step)}"
+    g = math.hypot(*scene.gravity)
+    for k, body in enumerate(scene.bodies, 1):
+        free = body.motion == "free" and not scene.segments
+        yield f"group one_{k} id {k}"
+        yield f"fix move_{k} one_{k} {'nve/sphere' if free else 'nve/noforce'}"
+        if free and g:
+            yield f"fix weight_{k} one_{k} gravity {_text(g)} vector {_text(*scene.gravity)}"
+        elif body.motion == "frozen" and not scene.segments:
+            yield f"fix freeze_{k} one_{k} freeze"
+    yield f"dump samples all custom {scene.every} {dump} {COLUMNS}"
+    yield f'dump_modify samples sort id format "%d{" %.17g" * (3 * len(PARTS))}"'
+    yield "thermo 1000000000\nthermo_style custom step\nthermo_modify lost error norm no flush no"
+    for segment in scene.segments:
+        moved = zip(segment.velocities, segment.angular_velocities, strict=True)
+        yield from (_velocities(k, v, w) for k, (v, w) in enumerate(moved, 1))
+        yield f"run {segment.steps} post no"
+    if not scene.segments:
+        ends = [*sorted({at for at in scene.setups if 0 < at < scene.steps}), scene.steps]
+        for start, end in zip([0, *ends], ends, strict=False):
+            yield f"run {end - start} post no"
+
+
+def _velocities(number: int, velocity: Sequence[float], spin: Sequence[float]) -> str:
+    names = ("vx", "vy", "vz", "omegax", "omegay", "omegaz")
+    moved = zip(names, (*velocity, *spin), strict=True)
+    return f"set atom {number} " + " ".join(f"{name} {_text(value)}" for name, value in moved)
+
+
+def _text(*values: float) -> str:
+    return " ".join(f"{value:.17g}" for value in values)
+
+
+def _kinds(scene: Scene) -> list[tuple[float, float, str]]:
+    return list(dict.fromkeys(kind(body) for body in scene.bodies))
+
+
+# ---- the law in LIGGGHTS's words
+
+
+class Words(NamedTuple):
+    """A law in LIGGGHTS's words, and the factor of its rolling spring."""
+
+    models: str
+    settings: str
+    dashpot: str  # name of the normal dashpot
+    factor: float
+
+
+def words(scene: Scene) -> Words:
+    """Return the law of a scene in LIGGGHTS's words.
+
+    Raise Unsupported for a law or a scene that LIGGGHTS cannot state.
+    """
+    check_scene(scene)
+    law = scene.law
+    sliding = {"none": "off", "linear_nohistory": "no_history"}.get(law.tangential, "history")
+    model, settings, dashpot = _normal_words(law)
+    rolling, turning, factor = _rolling_words(scene)
+    models = f"model {model} tangential {sliding} rolling_friction {rolling}"
+    limit = f"limitForce {'on' if law.clipped else 'off'}"
+    return Words(models, f"{settings} {limit} {turning}".rstrip(), dashpot, factor)
+
+
+def _normal_words(law: Law) -> tuple[str, str, str]:
+    if law.normal == "hooke":
+        dampings = "none velocity mass_velocity damping_ratio coeff_restitution"
+        check_words(law, "hooke/stiffness", damping=dampings, twisting="none sds")
+        return "hooke/stiffness", "absolute_damping on tangential_damping on", "gamman_abs"
+    check_words(law, "hertz", normal="hertz", rolling="none", twisting="none")
+    if law.damping != "coeff_restitution":
+        tangentials = "none linear_nohistory mindlin mindlin_classic"
+        check_words(law, "hertz/stiffness", damping="none viscoelastic", tangential=tangentials)
+        return "hertz/stiffness", "tangential_damping on", "gamman"
+    check_words(law, "hertz", tangential="none mindlin mindlin_classic")
+    if law.poisson_ratio is None or law.tangential_modulus is not None:
+        raise Unsupported("its hertz takes youngs_modulus and poisson_ratio, and no other modulus")
+    ratio = math.sqrt(2.0 * (1.0 - law.poisson_ratio) / (2.0 - law.poisson_ratio))
+    damping = 0.0 if law.tangential == "none" else law.tangential_damping or 0.0
+    if damping and not _equal(damping, ratio):
+        raise Unsupported(
+            f"its hertz has no tangential dashpot but of {ratio:.9g} times the normal one, or none"
+        )
+    return "hertz", f"tangential_damping {'on' if damping else 'off'}", "gamman"
+
+
+def _rolling_words(scene: Scene) -> tuple[str, str, float]:
+    """Return rolling model, its setting and the factor of its spring.
+
+    epsd2 has the tangential spring and no dashpot; epsd 2.25 k_n mu_r^2; epsd3 any factor from 1
+    on (``global_properties.cpp``). ``torsionTorque`` has mu_w in the place of mu_r.
+    """
+    law = scene.law
+    if law.rolling == law.twisting == "none":
+        return "off", "", 1.0
+    if law.rolling == law.twisting:
+        raise Unsupported("its rolling models resist rolling or twisting, not both")
+    name, power, turning = "rolling", 0, ""
+    if law.twisting != "none":
+        name, power, turning = "twisting", 2, "torsionTorque on"
+        _check_upright(scene)
+    spring, damping = getattr(law, f"{name}_stiffness"), getattr(law, f"{name}_damping")
+    radii = [effective_radius(*pair) for pair in partners(scene)]
+    tied = [(law.tangential_stiffness or 0.0) * radius**power for radius in radii]
+    if not damping and all(_equal(spring, stiffness) for stiffness in tied):
+        return "epsd2", turning, 1.0
+    full = (law.normal_stiffness or 0.0) * getattr(law, f"{name}_friction") ** 2
+    if _equal(spring, AI * full):
+        return "epsd", turning, AI
+    if not 0.0 < (1.0 - SAME) * full <= spring:
+        limit = f"k_n mu_{name[0]}^2 = {full:.6g}"
+        raise Unsupported(f"has {name} springs of {limit} or more, or of k_t without a dashpot")
+    return "epsd3", turning, max(spring / full, 1.0)
+
+
+def _check_upright(scene: Scene) -> None:
+    """Raise Unsupported where anything but a spin about the vertical line of centres happens."""
+    aside = [*scene.gravity[:2]]
+    for body in scene.bodies:
+        aside += [*body.position[:2], *body.velocity[:2], *body.angular_velocity[:2]]
+    if scene.segments or any(aside):
+        raise Unsupported("has twisting springs that resist rolling as well")
+
+
+def _coefficients(
+    scene: Scene, words: Words, first: Body | None, second: Body | None
+) -> dict[str, float]:
+    """Return the coefficients of a contact by LIGGGHTS's names; None is a wall."""
+    law = scene.law
+    if first is None:
+        first, second = second or scene.bodies[0], None
+    eta, shear = law.damping_coefficient or 0.0, law.tangential_stiffness or 0.0
+    if law.normal == "hooke":
+        eta = damping_of(law, contact_mass(scene, first, second))
+    elif law.moduli or law.tangential_modulus:
+        shear = law.tangential_modulus or 8.0 * (law.moduli[1] if law.moduli else 0.0)
+    limit, share = _rolling_coefficients(law, first, second)
+    return {
+        "kn": law.normal_stiffness or law.stiffness(1.0, 1.0) / 1.5,
+        "kt": shear,
+        words.dashpot: eta,
+        words.dashpot.replace("gamman", "gammat"): eta * (law.tangential_damping or 0.0),
+        "coefficientFriction": law.friction or 0.0,
+        "coefficientRestitution": law.restitution or 1.0,
+        "coefficientRollingFriction": limit,
+        "coefficientRollingViscousDamping": share,
+    }
+
+
+def _rolling_coefficients(law: Law, first: Body, second: Body | None) -> tuple[float, float]:
+    """Return the limit over R* and the share of critical damping of rolling or twisting.
+
+    LIGGGHTS's moment of inertia, 7/5 m r^2, counts a frozen sphere with its own mass.
+    """
+    radius, power = effective_radius(first, second), 0 if law.rolling == "sds" else 1
+    name = "twisting" if power else "rolling"
+    spring = getattr(law, f"{name}_stiffness")
+    if spring is None:
+        return 0.0, 0.0
+    moments = [1.4 * body.mass * body.radius**2 for body in (first, second) if body]
+    moment = 1.0 / sum(1.0 / value for value in moments)
+    damping = getattr(law, f"{name}_damping") * radius ** (1 - power)
+    limit = getattr(law, f"{name}_friction") / radius**power
+    return limit, damping / 2.0 / math.sqrt(moment * spring)
+
+
+def _equal(value: float, other: float) -> bool:
+    return math.isclose(value, other, rel_tol=SAME)

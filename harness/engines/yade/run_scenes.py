@@ -1,0 +1,180 @@
+"""Run scenes in Yade: ``yade -n -x run_scenes.py scenes.json``, for Yade 2023.02a.
+
+The file is a list of scenes in SI units, each with its law in Yade's words (``code``). The samples
+of scene k are written to ``<k>.json``: ``step`` (samples,), and ``position``, ``velocity``,
+``angular_velocity``, ``force`` and ``torque``, each (samples, bodies, 3).
+
+A step of Yade computes the forces at x with v half a step behind, then moves v and x. Samples are
+taken between: v is brought to the time of x by half a step of the force.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+from typing import Any
+
+PARTS = ("position", "velocity", "angular_velocity", "force", "torque")
+LAWS = {
+    "ViscElPhys": (
+        "ViscElMat",
+        "Ip2_ViscElMat_ViscElMat_ViscElPhys",
+        "Law2_ScGeom_ViscElPhys_Basic",
+    ),
+    "CohFrictPhys": (
+        "CohFrictMat",
+        "Ip2_CohFrictMat_CohFrictMat_CohFrictPhys",
+        "Law2_ScGeom6D_CohFrictPhys_CohesionMoment",
+    ),
+    "MindlinPhys": (
+        "FrictMat",
+        "Ip2_FrictMat_FrictMat_MindlinPhys",
+        "Law2_ScGeom_MindlinPhys_Mindlin",
+    ),
+}
+FAR = 1e8  # [radius of the first sphere] to which a box reaches to each side
+# The first forces are those of the velocities at the start, and no spring has moved yet: a step
+# of no length. Not zero, lest anything be divided by it.
+NO_STEP = 1e-60  # [s]
+
+
+class Simulation:
+    """A scene in Yade; ``yade`` is the module of that name."""
+
+    def __init__(self, yade: Any, scene: dict[str, Any]) -> None:
+        self.yade, self.scene, self.segments = yade, scene, segments_by_step(scene)
+        self.samples: dict[str, list[Any]] = {name: [] for name in ("step", *PARTS)}
+        code = scene["code"]
+        self.turns = code["law"] == "CohFrictPhys"
+        yade.O.reset()
+        yade.O.dt = NO_STEP
+        material, physics, law = (getattr(yade, name) for name in LAWS[code["law"]])
+        materials = iter([material(**words) for words in code["materials"]])
+        self.spheres = [self.add_sphere(body, next(materials)) for body in scene["bodies"]]
+        for wall in scene["walls"]:
+            self.add_wall(wall, next(materials))
+        yade.O.engines = self.engines(physics(**code["physics"]), law(**code["options"]))
+        if 0 in self.segments:
+            self.set_velocities(*self.segments[0])
+
+    def add_sphere(self, body: dict[str, Any], material: Any) -> Any:
+        """Return the body of a new sphere."""
+        yade, fixed = self.yade, bool(self.scene["segments"]) or body["motion"] != "free"
+        place = yade.Vector3(*body["position"])
+        sphere = yade.utils.sphere(place, body["radius"], material=material, fixed=fixed)
+        sphere.state.mass = body["mass"]
+        moment = 0.4 * body["mass"] * body["radius"] ** 2
+        sphere.state.inertia = yade.Vector3(moment, moment, moment)
+        sphere.state.vel = yade.Vector3(*body["velocity"])
+        sphere.state.angVel = yade.Vector3(*body["angular_velocity"])
+        yade.O.bodies.append(sphere)
+        return sphere
+
+    def add_wall(self, wall: dict[str, Any], material: Any) -> None:
+        """Add a horizontal wall: a box where springs turn, which Yade's walls do not."""
+        yade, height = self.yade, wall["point"][2]
+        if not self.turns:
+            yade.O.bodies.append(yade.utils.wall(height, axis=2, material=material))
+            return
+        deep = self.scene["bodies"][0]["radius"]
+        middle = yade.Vector3(0, 0, height - deep * wall["direction"][2])
+        size = (FAR * deep, FAR * deep, deep)
+        yade.O.bodies.append(yade.utils.box(middle, size, material=material, fixed=True))
+
+    def engines(self, physics: Any, law: Any) -> list[Any]:
+        """Return the engines of a step; velocities at a contact are those of its point."""
+        yade, every = self.yade, 1 if self.segments else self.scene["every"]
+        if self.turns:
+            bounds = [yade.Bo1_Sphere_Aabb(), yade.Bo1_Box_Aabb()]
+            pair = yade.Ig2_Sphere_Sphere_ScGeom6D(avoidGranularRatcheting=False)
+            shapes = [pair, yade.Ig2_Box_Sphere_ScGeom6D()]
+        else:
+            bounds = [yade.Bo1_Sphere_Aabb(), yade.Bo1_Wall_Aabb()]
+            pair = yade.Ig2_Sphere_Sphere_ScGeom(avoidGranularRatcheting=False)
+            shapes = [pair, yade.Ig2_Wall_Sphere_ScGeom(hertzian=True, noRatch=False)]
+        skin = 0.1 * min(body["radius"] for body in self.scene["bodies"])
+        return [
+            yade.ForceResetter(),
+            yade.InsertionSortCollider(bounds, verletDist=skin),
+            yade.InteractionLoop(shapes, [physics], [law]),
+            yade.PyRunner(iterPeriod=every, command="simulation.look()", initRun=True),
+            yade.NewtonIntegrator(damping=0, gravity=yade.Vector3(*self.scene["gravity"])),
+        ]
+
+    def look(self) -> None:
+        """Take a sample where one is due, and set velocities that change."""
+        number = self.yade.O.iter
+        kicks = [self.half_kick(body) for body in self.spheres]
+        if number % self.scene["every"] == 0:
+            self.record(number, kicks)
+        if number == 0:
+            self.yade.O.dt = self.scene["step"]
+            for body in self.spheres:
+                linear, angular = self.half_kick(body)
+                body.state.vel -= linear
+                body.state.angVel -= angular
+        if number in self.segments:
+            self.set_velocities(*self.segments[number])
+
+    def half_kick(self, body: Any) -> tuple[Any, Any]:
+        """Return what half a step of the forces adds to both velocities."""
+        yade, half = self.yade, 0.5 * self.yade.O.dt
+        if not body.dynamic:
+            return yade.Vector3(0, 0, 0), yade.Vector3(0, 0, 0)
+        force, torque = yade.O.forces.f(body.id, True), yade.O.forces.t(body.id, True)
+        linear = force / body.state.mass + yade.Vector3(*self.scene["gravity"])
+        return half * linear, half * torque / body.state.inertia[0]
+
+    def record(self, number: int, kicks: list[tuple[Any, Any]]) -> None:
+        """Keep a sample of the spheres."""
+        forces = self.yade.O.forces
+        self.samples["step"].append(number)
+        pairs = list(zip(self.spheres, kicks, strict=True))
+        rows = {
+            "position": [body.state.pos for body in self.spheres],
+            "velocity": [body.state.vel + linear for body, (linear, _) in pairs],
+            "angular_velocity": [body.state.angVel + angular for body, (_, angular) in pairs],
+            "force": [forces.f(body.id, True) for body in self.spheres],
+            "torque": [forces.t(body.id, True) for body in self.spheres],
+        }
+        for name, vectors in rows.items():
+            self.samples[name].append([[float(value) for value in vector] for vector in vectors])
+
+    def set_velocities(self, velocities: list[Any], angular_velocities: list[Any]) -> None:
+        """Give the spheres the velocities of a segment."""
+        moved = zip(self.spheres, velocities, angular_velocities, strict=True)
+        for body, velocity, spin in moved:
+            body.state.vel = self.yade.Vector3(*velocity)
+            body.state.angVel = self.yade.Vector3(*spin)
+
+    def run(self) -> dict[str, list[Any]]:
+        """Return the samples of all steps; the last ones are of the forces of one step more."""
+        self.yade.O.run(self.scene["steps"] + 1, wait=True)
+        return self.samples
+
+
+def segments_by_step(scene: dict[str, Any]) -> dict[int, tuple[list[Any], list[Any]]]:
+    """Return velocities and angular velocities of all bodies by the step that they begin at."""
+    begins, begin = {}, 0
+    for segment in scene["segments"]:
+        begins[begin] = segment["velocities"], segment["angular_velocities"]
+        begin += segment["steps"]
+    return begins
+
+
+def write(path: Path, samples: dict[str, list[Any]]) -> None:
+    """Write samples; the file is there when it is whole."""
+    part = path.with_suffix(".part")
+    part.write_text(json.dumps(samples), encoding="utf-8")
+    part.rename(path)
+
+
+if __name__ == "__main__":
+    import yade as module
+
+    # Yade makes a folder below /tmp at its start and does not remove it
+    Path(module.O.tmpFilename()).parent.rmdir()
+    for place, one in enumerate(json.loads(Path(sys.argv[1]).read_text(encoding="utf-8"))):
+        simulation = Simulation(module, one)  # the name that PyRunner's command calls
+        write(Path(f"{place}.json"), simulation.run())

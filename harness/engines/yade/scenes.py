@@ -1,0 +1,246 @@
+"""Scenes in Yade: ``run_scenes.py``, which Yade's own Python runs, and what it needs to know.
+
+A linear contact is Law2_ScGeom_ViscElPhys_Basic, with resistance to rolling or twisting
+Law2_ScGeom6D_CohFrictPhys_CohesionMoment without cohesion, one of a material
+Law2_ScGeom_MindlinPhys_Mindlin. Their formulas and conventions are those of the public source of
+Yade 2023.02a (``ViscoelasticPM.cpp``, ``CohesiveFrictionalContactLaw.cpp``, ``HertzMindlin.cpp``,
+``ScGeom.cpp``).
+"""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Mapping, Sequence
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from harness.engines.process import Limits
+from harness.engines.scene_batches import (
+    SCENES,
+    Outcome,
+    SceneProgram,
+    check_scene,
+    check_words,
+    contact_mass,
+    damping_of,
+    nearest_body,
+    read_motion,
+    write_scenes,
+)
+from harness.errors import Unsupported
+from harness.model.conventions import Rules
+from harness.model.law import Law, damping_ratio
+from harness.model.scene import Scene
+
+SCRIPT = Path(__file__).with_name("run_scenes.py")
+WALL_RADIUS = 1e8  # [radius of a sphere] of a wall in Hertz's law; Yade's walls have a radius
+ELASTIC, TURNING, SOLID = "ViscElPhys", "CohFrictPhys", "MindlinPhys"
+# of Yade, which must have a Python of its own and would take itself for a rank of our launcher
+FOREIGN = ("PYTHON", "OMPI_", "PMI_", "PMIX_", "DISPLAY", "XDG_CONFIG_HOME")
+_COMMON = {
+    "spring_frame": "rotated",
+    "torsion_frame": "rotated",
+    "spring_spin": "mean",
+    "wall_touches_at_zero": True,
+    "bodies_touch_at_zero": True,
+}
+RULES = {
+    ELASTIC: Rules(
+        damping_in_cap="sticking_only",
+        velocity_lever="contact_point",
+        wall_lever="height",
+        **_COMMON,
+    ),
+    # a box touches at half the overlap
+    TURNING: Rules(velocity_lever="contact_point", wall_lever="contact_point", **_COMMON),
+}
+RULES[SOLID] = RULES[ELASTIC].replace(wall_curvature=1.0 / WALL_RADIUS)
+
+
+def rules(scene: Scene) -> Rules:
+    """Return Yade's conventions; raise Unsupported for a scene that it cannot state."""
+    return RULES[words(scene)["law"]]
+
+
+def motions(
+    executable: str,
+    scenes: Sequence[Scene],
+    *,
+    workers: int | None = None,
+    limits: Limits | None = None,
+) -> list[Outcome]:
+    """Return the motion of each scene, or the error of its run, in order.
+
+    Raise Unsupported for a scene that Yade cannot state.
+    """
+
+    def write(folder: Path, scenes: Sequence[Scene]) -> Sequence[str]:
+        write_scenes(folder, [(scene, words(scene)) for scene in scenes])
+        return [executable, "-n", "-x", str(SCRIPT), SCENES]
+
+    program = SceneProgram(
+        title="Yade",
+        write=write,
+        read=partial(read_motion, "Yade"),
+        error=lambda ended: ended.error("Yade"),
+        environment=_environment,
+    )
+    return program.motions(scenes, workers, limits)
+
+
+def _environment(folder: Path) -> Mapping[str, str]:
+    """Return an environment of Yade's own Python; without a HOME it does not start."""
+    kept = {name: text for name, text in os.environ.items() if not name.startswith(FOREIGN)}
+    return {**kept, "HOME": str(folder)}
+
+
+# ---- a law in Yade's words
+
+
+def words(scene: Scene) -> dict[str, Any]:
+    """Return the law of a scene in Yade's words: its name, materials and options of functors.
+
+    ``materials`` are those of the bodies, then of the walls. Raise Unsupported for a law or scene
+    that Yade cannot state.
+    """
+    check_scene(scene)
+    law = scene.law
+    if scene.setups:
+        raise Unsupported("sets no forces up again within a run")
+    if law.damping != "none" and not law.clipped:
+        raise Unsupported("never attracts (clipped = True)")
+    if law.normal != "hooke":
+        return _solid(scene)
+    return _elastic(scene) if law.rolling == law.twisting == "none" else _turning(scene)
+
+
+def _elastic(scene: Scene) -> dict[str, Any]:
+    law = scene.law
+    check_words(law, "Law2_ScGeom_ViscElPhys_Basic",
+                damping="none velocity mass_velocity damping_ratio coeff_restitution",
+                tangential="none linear_history")  # fmt: skip
+    materials = [
+        {
+            "kn": 2.0 * (law.normal_stiffness or 0.0),
+            "cn": eta,
+            "ks": 2.0 * (law.tangential_stiffness or 0.0),
+            "cs": eta * (law.tangential_damping or 0.0),
+            "frictionAngle": math.atan(law.friction or 0.0),
+        }
+        for eta in _dashpots(scene)
+    ]
+    return {"law": ELASTIC, "materials": materials, "physics": {}, "options": {}}
+
+
+def _dashpots(scene: Scene) -> list[float]:
+    """Return the dashpots [kg/s] of bodies and walls, which Yade puts in series in a contact.
+
+    It leaves out one of 0, as if that side were rigid.
+    """
+    law, bodies, walls = scene.law, scene.bodies, scene.walls
+    if law.damping == "none":
+        return [0.0] * (len(bodies) + len(walls))
+    if law.damping == "mass_velocity":
+        frozen = [body.motion == "frozen" and not scene.segments for body in bodies]
+        factor = law.damping_coefficient or 0.0
+        own = [0.0 if f else factor * b.mass for f, b in zip(frozen, bodies, strict=True)]
+        return own + [0.0] * len(walls)
+    kinds = {(body.mass, body.motion) for body in bodies}
+    if len(bodies) > 2 and law.damping != "velocity" and len(kinds) > 1:
+        raise Unsupported("its Law2_ScGeom_ViscElPhys_Basic has this dashpot for equal bodies")
+    second = bodies[1] if len(bodies) > 1 else None
+    own = [2.0 * damping_of(law, contact_mass(scene, bodies[0], second))] * len(bodies)
+    needed = [damping_of(law, nearest_body(scene, wall).mass) for wall in walls]
+    return own + [0.0 if eta == own[0] else 1.0 / (1.0 / eta - 1.0 / own[0]) for eta in needed]
+
+
+def _turning(scene: Scene) -> dict[str, Any]:
+    """Return springs also of rolling and twisting.
+
+    Yade takes the harmonic mean of k_n, k_t / k_n and alpha of both materials; k_n is young times
+    the radius, the stiffness of rolling or twisting alpha k_t r_1 r_2; the torques are at most
+    the smaller eta times radius, times the normal force.
+    """
+    law, first, last = scene.law, scene.bodies[0], scene.bodies[-1]
+    name = "Law2_ScGeom6D_CohFrictPhys_CohesionMoment"
+    check_words(law, name, damping="none", tangential="none linear_history", twisting="none sds")
+    for kind in ("rolling", "twisting"):
+        if getattr(law, f"{kind}_damping"):
+            raise Unsupported(f"has {kind} springs without a dashpot only")
+    radii = {body.radius for body in scene.bodies}
+    if (scene.walls and len(scene.bodies) > 1) or (len(scene.bodies) > 2 and len(radii) > 1):
+        raise Unsupported(f"its {name} has one R*: of a sphere on walls, or of equal spheres")
+    reduced = first.radius
+    if len(scene.bodies) > 1:
+        reduced = first.radius * last.radius / (first.radius + last.radius)
+    normal = law.normal_stiffness or 0.0
+    shear = law.tangential_stiffness or normal
+    turning = shear * first.radius * last.radius
+    materials = [
+        {
+            "young": normal / body.radius,
+            "poisson": shear / normal,
+            "frictionAngle": math.atan(law.friction or 0.0),
+            "alphaKr": (law.rolling_stiffness or 0.0) * reduced**2 / turning,
+            "etaRoll": (law.rolling_friction or 0.0) * reduced / body.radius,
+            "alphaKtw": (law.twisting_stiffness or 0.0) / turning,
+            "etaTwist": (law.twisting_friction or 0.0) / body.radius,
+            "momentRotationLaw": True,
+        }
+        for body in [*scene.bodies, *[first] * len(scene.walls)]
+    ]
+    # only by increments do the springs forget what the limits cut back
+    options = {"always_use_moment_law": True, "useIncrementalForm": True}
+    return {"law": TURNING, "materials": materials, "physics": {}, "options": options}
+
+
+def _solid(scene: Scene) -> dict[str, Any]:
+    """Return Hertz's and Mindlin's law of a material, with rolling.
+
+    betan is the share of critical damping by the tangent stiffness: sqrt(5/6) of the damping ratio
+    of a linear contact gives the same restitution at every speed.
+    """
+    law, bodies = scene.law, scene.bodies
+    _check_solid(scene)
+    physics, nu = {"gamma": law.surface_energy or 0.0}, law.poisson_ratio or 0.0
+    if law.damping != "none":
+        physics["betan"] = math.sqrt(5.0 / 6.0) * damping_ratio(law.restitution or 1.0)
+        ratio = math.sqrt(2.0 * (1.0 - nu) / (2.0 - nu))  # of critical dampings
+        physics["betas"] = physics["betan"] * (law.tangential_damping or 0.0) / ratio
+    if law.rolling != "none":
+        second = bodies[1].radius if len(bodies) > 1 else WALL_RADIUS * bodies[0].radius
+        reduced = bodies[0].radius * second / (bodies[0].radius + second)
+        physics["krot"] = (law.rolling_stiffness or 0.0) * reduced**2
+        limit = (law.rolling_friction or 0.0) * reduced
+        physics["eta"] = limit / (0.5 * (bodies[0].radius + second))
+    material = {
+        "young": law.youngs_modulus,
+        "poisson": nu,
+        "frictionAngle": math.atan(law.friction or 0.0),
+    }
+    options = {"includeAdhesion": law.normal == "dmt", "includeMoment": law.rolling != "none"}
+    materials = [material] * (len(bodies) + len(scene.walls))
+    return {"law": SOLID, "materials": materials, "physics": physics, "options": options}
+
+
+def _check_solid(scene: Scene) -> None:
+    law: Law = scene.law
+    check_words(law, "Law2_ScGeom_MindlinPhys_Mindlin", normal="hertz dmt",
+                damping="none coeff_restitution", tangential="none mindlin/force",
+                twisting="none")  # fmt: skip
+    material = law.youngs_modulus is not None and law.tangential_modulus is None
+    bare = law.damping == law.tangential == "none"
+    several = len(scene.bodies) + bool(scene.walls) > 2
+    held = bool(scene.segments and scene.walls)
+    refusals = (
+        (not material, "takes no modulus but of a material"),
+        (law.normal == "dmt" and not bare, "has dmt without dashpot and friction only"),
+        (law.rolling_damping, "has rolling springs without a dashpot only"),
+        (law.rolling != "none" and several, "has rolling springs of one R*"),
+        (law.damping != "none" and held, "has no dashpot between a wall and a sphere that is held"),
+    )
+    for refused, reason in refusals:
+        if refused:
+            raise Unsupported(f"its Law2_ScGeom_MindlinPhys_Mindlin {reason}")

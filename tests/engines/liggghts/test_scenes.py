@@ -1,0 +1,117 @@
+"""Scripts of scenes for LIGGGHTS: the law in its words, and coefficients by the law's formulas."""
+
+import math
+import re
+
+import pytest
+
+from harness.engines.liggghts import scenes
+from harness.engines.liggghts.scenes import script, words
+from harness.errors import EngineInputError, Unsupported
+from harness.model.scene import sphere
+from tests.engines.struck import STRUCK, struck_floor, struck_pair
+from tests.solvers.reference.scenes import HERTZ, HOOKE, LINEAR, RHO, VISCOUS, R, guided, resting
+
+SPRING = {"tangential": "linear_history", "tangential_stiffness": 3e4, "friction": 0.3}
+ROLLS = {"rolling": "sds", "rolling_damping": 0.0, "rolling_friction": 0.1}
+TWISTS = {"twisting": "sds", "twisting_damping": 0.0, "twisting_friction": 1e-4}
+
+
+def matrix(scene, name):
+    """Return the coefficients of a property by pair of types."""
+    line = re.search(rf"property/global {name} peratomtypepair (\d+) (.*)", script(scene))
+    size, values = int(line[1]), [float(word) for word in line[2].split()]
+    return [values[size * k : size * (k + 1)] for k in range(size)]
+
+
+@pytest.mark.parametrize("damping", ["damping_ratio", "mass_velocity"])
+def test_dashpots_are_those_of_the_law(damping):
+    law = HOOKE.replace(damping=damping, damping_coefficient=0.2)
+    scene = struck_pair(law, 0.6)
+    first, second = (body.mass for body in scene.bodies)
+    etas = matrix(scene, "gamman_abs")
+    both = first * second / (first + second)
+    for row, column, mass in ((0, 1, both), (1, 0, both), (0, 2, first), (1, 2, second)):
+        share = 2.0 * math.sqrt(1e5 * mass) if damping == "damping_ratio" else mass
+        assert etas[row][column] == pytest.approx(0.2 * share, rel=1e-14)
+
+
+def test_frozen_mass_is_infinite_and_a_prescribed_one_its_own():
+    law = HOOKE.replace(damping="mass_velocity", damping_coefficient=1.0)
+    frozen = struck_pair(law, 1.0, "frozen")
+    mass = frozen.bodies[0].mass
+    assert matrix(frozen, "gamman_abs")[0][1] == mass
+    led = guided(law, (10, (0.0, 0.0, -0.1), (0.0, 0.0, 0.0)), partner="sphere")
+    assert matrix(led, "gamman_abs")[0][0] == pytest.approx(led.bodies[0].mass / 2.0)
+
+
+@pytest.mark.parametrize(
+    ("law", "models"),
+    [
+        (HOOKE, "model hooke/stiffness tangential off rolling_friction off"),
+        (HOOKE.replace(**SPRING, **ROLLS, rolling_stiffness=3e4), "rolling_friction epsd2"),
+        (HOOKE.replace(**SPRING, **ROLLS, rolling_stiffness=2250.0), "rolling_friction epsd"),
+        (HOOKE.replace(**SPRING, **ROLLS, rolling_stiffness=1001.0), "rolling_friction epsd3"),
+        (HERTZ.replace(**VISCOUS), "model hertz/stiffness tangential off"),
+        (HERTZ.replace(tangential="mindlin"), "model hertz/stiffness tangential history"),
+        (HERTZ.replace(damping="coeff_restitution"), "model hertz tangential off"),
+    ],
+)
+def test_models(law, models):
+    assert models in words(struck_floor(law)).models
+
+
+@pytest.mark.parametrize(
+    ("law", "reason"),
+    [
+        (HERTZ.replace(tangential="mindlin/force"), "takes tangential = .* mindlin_classic"),
+        (HERTZ.replace(damping="tsuji", restitution=0.5), "takes damping = none or viscoelastic"),
+        (HERTZ.replace(normal="jkr", surface_energy=0.1), "takes normal = hertz, not jkr"),
+        (HERTZ.replace(damping="coeff_restitution", tangential="mindlin", tangential_damping=0.5),
+         "no tangential dashpot but of 0.907485213"),
+        (HOOKE.replace(**SPRING, **ROLLS, rolling_stiffness=900.0), "k_n mu_r"),
+        (HOOKE.replace(**SPRING, **TWISTS, twisting_stiffness=1.0), "resist rolling as well"),
+        (HOOKE.replace(**SPRING, **ROLLS, **TWISTS, rolling_stiffness=3e4, twisting_stiffness=3.0),
+         "rolling or twisting, not both"),
+        (LINEAR.replace(twisting="marshall"), "takes twisting = none or sds, not marshall"),
+    ],
+)  # fmt: skip
+def test_law_that_it_cannot_state(law, reason):
+    with pytest.raises(Unsupported, match=reason):
+        words(struck_floor(law))
+
+
+def test_twisting_springs_need_the_vertical_line_of_centres():
+    law = HOOKE.replace(**SPRING, **TWISTS, twisting_stiffness=3.0)
+    assert "epsd2" in words(resting(law, 1e-3, 100, spin=(0.0, 0.0, 1.0))).models
+    with pytest.raises(Unsupported, match="resist rolling as well"):
+        words(resting(law, 1e-3, 100, spin=(0.1, 0.0, 1.0)))
+
+
+def test_bodies_of_a_kind_share_a_type():
+    place = {"velocity": (0.0, 0.0, 0.0), "position": (0.0, 0.0, 0.1)}
+    scene = STRUCK.replace(bodies=(*STRUCK.bodies, sphere(R, RHO, **place)))
+    assert "create_box 3 space" in script(scene)
+    assert script(scene).count("create_atoms 1 single") == 2
+
+
+def test_segments_and_setups_are_runs():
+    still = (0.0, 0.0, 0.0)
+    led = guided(HOOKE, (10, still, still), (20, (0.0, 0.0, 0.1), still))
+    assert re.findall(r"^run (\d+)", script(led), re.M) == ["10", "20"]
+    again = resting(HOOKE, 1e-3, 100, setups=(30, 70))
+    assert re.findall(r"^run (\d+)", script(again), re.M) == ["30", "40", "30"]
+
+
+@pytest.mark.live
+def test_error_of_a_scene_is_named_and_the_rest_runs(program, monkeypatch):
+    bad = STRUCK.replace(every=1)
+
+    def write_script(scene, dump):
+        return "colour red\n" if scene == bad else script(scene, dump)
+
+    monkeypatch.setattr(scenes, "script", write_script)
+    motions = scenes.motions(program, [STRUCK, bad, STRUCK], workers=1)
+    assert isinstance(motions[1], EngineInputError)
+    assert "Unknown command: colour" in str(motions[1])
+    assert len(motions[0]) == len(motions[2]) == STRUCK.steps // STRUCK.every + 1

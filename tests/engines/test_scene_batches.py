@@ -1,0 +1,207 @@
+"""Scenes in processes: a crash, a hang, lost samples, NaN; scenes that no code states."""
+
+import json
+import shutil
+import sys
+from pathlib import Path
+
+import pytest
+
+from harness.engines.kratos import scenes as kratos
+from harness.engines.liggghts import scenes as liggghts
+from harness.engines.process import Limits
+from harness.engines.scene_batches import PARTS, SceneProgram, read_motion, write_scenes
+from harness.engines.yade import scenes as yade
+from harness.errors import (
+    EngineCrashError,
+    EngineNaNError,
+    EngineOutputError,
+    EngineTimeoutError,
+    Unsupported,
+)
+from harness.model.scene import Scene, Wall
+from tests.engines.struck import STRUCK, STRUCK_ELASTIC, error, struck_floor, struck_pair
+from tests.solvers.reference.scenes import DAMPED, HERTZ, HOOKE, LINEAR, R, resting
+
+CODES = {"liggghts": liggghts, "yade": yade, "kratos": kratos}
+ALL = pytest.mark.parametrize("code", CODES)
+RECORDED = {
+    "liggghts": ("struck.dump", STRUCK),
+    "yade": ("struck.json", STRUCK),
+    "kratos": ("struck.json", STRUCK_ELASTIC),
+}
+
+# It writes a motion without forces; a scene of 7 steps crashes it, one of 8 hangs.
+FAKE = """
+import json, os, sys, time
+for place, scene in enumerate(json.load(open("scenes.json"))):
+    if scene["steps"] == 7: os.abort()
+    if scene["steps"] == 8: time.sleep(60)
+    still = [[[0.0] * 3 for _ in scene["bodies"]] for _ in range(scene["steps"] + 1)]
+    names = ("position", "velocity", "angular_velocity", "force", "torque")
+    samples = {"step": list(range(scene["steps"] + 1)), **{name: still for name in names}}
+    json.dump(samples, open(f"{place}.part", "w"))
+    os.rename(f"{place}.part", f"{place}.json")
+"""
+
+
+def fake_write(folder, scenes):
+    write_scenes(folder, [(scene, {}) for scene in scenes])
+    return [sys.executable, "-c", FAKE]
+
+
+FAKE_CODE = SceneProgram(
+    title="Fake",
+    write=fake_write,
+    read=lambda folder, place, scene: read_motion("Fake", folder, place, scene),
+    error=lambda ended: ended.error("Fake"),
+)
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_rest_of_a_chunk_runs_again_after_a_crash(workers):
+    steps = [3, 7, 4, 7, 8, 5]
+    scenes = [STRUCK.replace(steps=number, every=1) for number in steps]
+    outcomes = FAKE_CODE.motions(scenes, workers, Limits(seconds=2.0))
+    kinds = {7: EngineCrashError, 8: EngineTimeoutError}
+    for number, outcome in zip(steps, outcomes, strict=True):
+        if number in kinds:
+            assert isinstance(outcome, kinds[number])
+        else:
+            assert len(outcome) == number + 1
+
+
+def test_no_scene_needs_no_process():
+    assert FAKE_CODE.motions([]) == []
+
+
+@pytest.mark.parametrize("scene", [STRUCK, struck_floor(HERTZ), resting(LINEAR, 1e-3, 100)])
+def test_scene_is_its_json(scene, tmp_path):
+    write_scenes(tmp_path, [(scene, {"law": "any"})])
+    (row,) = json.loads((tmp_path / "scenes.json").read_text())
+    assert row.pop("code") == {"law": "any"}
+    assert Scene(**row) == scene
+
+
+def recorded(code, folder):
+    """Copy what a code once wrote to a folder as its output; return the file and its scene."""
+    name, scene = RECORDED[code]
+    path = folder / f"0{Path(name).suffix}"
+    shutil.copy(Path(__file__).parent / code / "recorded" / name, path)
+    (folder / "0.done").touch()
+    return path, scene
+
+
+def read(code, folder, scene):
+    if code == "liggghts":
+        return liggghts.read_samples(folder, 0, scene)
+    return read_motion(code, folder, 0, scene)
+
+
+@ALL
+def test_recorded_motion_is_the_reference_s(code, tmp_path):
+    _, scene = recorded(code, tmp_path)
+    module = CODES[code]
+    faults = getattr(module, "FAULTS", None)
+    assert error(scene, read(code, tmp_path, scene), module.rules(scene), faults) < 1e-9
+
+
+@ALL
+def test_unfinished_run_has_no_motion(code, tmp_path):
+    assert read(code, tmp_path, STRUCK) is None
+
+
+def spoil(code, path, fault):
+    """Plant a fault in what a code wrote."""
+    text = path.read_text()
+    if code == "liggghts":
+        spoiled = {
+            "lost sample": lambda: text[: text.rindex("ITEM: TIMESTEP")],
+            "lost body": lambda: text.rstrip("\n").rpartition("\n")[0],
+            "NaN": lambda: text.rstrip().rpartition(" ")[0] + " nan\n",
+            "letters": lambda: text.rstrip().rpartition(" ")[0] + " 1e\n",
+            "columns": lambda: text.replace("vx vy vz omegax omegay omegaz",
+                                            "omegax omegay omegaz vx vy vz"),
+        }[fault]()  # fmt: skip
+    else:
+        table = json.loads(text)
+        if fault == "lost sample":
+            table = {name: rows[:-1] for name, rows in table.items()}
+        elif fault == "lost body":
+            table |= {name: [sample[:1] for sample in table[name]] for name in PARTS}
+        elif fault == "NaN":
+            table["torque"][-1][0][0] = float("nan")
+        elif fault == "letters":
+            table["torque"][-1][0][0] = "1e"
+        else:
+            table["omega"] = table.pop("angular_velocity")
+        spoiled = json.dumps(table)
+    assert spoiled != text
+    path.write_text(spoiled)
+
+
+@ALL
+@pytest.mark.parametrize("fault", ["lost sample", "lost body", "NaN", "letters", "columns"])
+def test_spoiled_output_is_refused(code, fault, tmp_path):
+    path, scene = recorded(code, tmp_path)
+    spoil(code, path, fault)
+    with pytest.raises(EngineNaNError if fault == "NaN" else EngineOutputError):
+        read(code, tmp_path, scene)
+
+
+@pytest.mark.parametrize("code", ["yade", "kratos"])
+def test_interchanged_parts_are_no_motion_of_the_scene(code, tmp_path):
+    path, scene = recorded(code, tmp_path)
+    table = json.loads(path.read_text())
+    table["velocity"], table["force"] = table["force"], table["velocity"]
+    path.write_text(json.dumps(table))
+    assert error(scene, read(code, tmp_path, scene), CODES[code].rules(scene)) > 0.1
+
+
+PLAIN = struck_floor(HOOKE)
+REFUSED = {
+    "drag": PLAIN.replace(drag=1.0),
+    "periodic": PLAIN.replace(period=(1.0, None, None)),
+    "one law": PLAIN.replace(laws={(1, 2): HERTZ}),
+    "all bodies": struck_pair(HOOKE).replace(pairs=((0, 1),)),
+    "one material": PLAIN.replace(law=HERTZ.replace(partner_youngs_modulus=1e9)),
+    "no heat": PLAIN.replace(law=HOOKE.replace(heat="area", conductance=1.0)),
+    "one contact interface": PLAIN.replace(law=HOOKE.replace(interface="old")),
+    "all axes": PLAIN.replace(bodies=(PLAIN.bodies[0].replace(axes=(True, True, False)),)),
+    "solid spheres": PLAIN.replace(bodies=(PLAIN.bodies[0].replace(inertia=1e-6),)),
+}
+WALLS = {
+    "tilted": Wall(direction=(0.0, 0.1, 1.0)),
+    "moving": Wall(velocity=(0.0, 0.0, 0.1)),
+    "oscillating": Wall(amplitude=(0.0, 0.0, 1e-4), frequency=10.0),
+    "sliding": Wall(surface_velocity=(0.1, 0.0, 0.0)),
+    "curved": Wall(shape="sphere", radius=10.0 * R, hollow=True),
+}
+
+
+@ALL
+@pytest.mark.parametrize("reason", REFUSED)
+def test_scene_that_no_code_states(code, reason):
+    with pytest.raises(Unsupported, match=reason):
+        CODES[code].rules(REFUSED[reason])
+
+
+@ALL
+@pytest.mark.parametrize("wall", WALLS)
+def test_wall_that_no_code_states(code, wall):
+    with pytest.raises(Unsupported, match="horizontal planes at rest"):
+        CODES[code].rules(PLAIN.replace(walls=(WALLS[wall],)))
+
+
+@pytest.mark.parametrize("code", ["yade", "kratos"])
+def test_code_that_clips_and_sets_up_once(code):
+    with pytest.raises(Unsupported, match="never attracts"):
+        CODES[code].rules(struck_pair(HOOKE.replace(**DAMPED)))
+    with pytest.raises(Unsupported, match="sets no forces up again"):
+        CODES[code].rules(PLAIN.replace(setups=(10,)))
+
+
+@ALL
+def test_unsupported_scene_starts_no_process(code):
+    with pytest.raises(Unsupported):
+        CODES[code].motions("/no/such/program", [PLAIN, REFUSED["drag"]])

@@ -1,0 +1,174 @@
+"""Laws in Yade's words, and the script that Yade runs, with a stand-in for Yade."""
+
+import json
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from harness.engines.yade import run_scenes
+from harness.engines.yade.scenes import rules, words
+from harness.errors import Unsupported
+from harness.model.motion import Motion
+from harness.model.scene import Scene, Wall
+from harness.solvers import reference
+from tests.engines.struck import struck_floor, struck_pair
+from tests.solvers.reference.scenes import HERTZ, HOOKE, difference, guided
+
+SPRING = {"tangential": "linear_history", "tangential_stiffness": 3e4, "friction": 0.3}
+ROLLS = {"rolling": "sds", "rolling_damping": 0.0, "rolling_friction": 0.1,
+         "rolling_stiffness": 2e4}  # fmt: skip
+
+
+class Vector(np.ndarray):
+    def __new__(cls, *values):
+        return np.array(values, float).view(cls)
+
+
+class Yade:
+    """What the script uses of Yade, with bodies that fly without contacts."""
+
+    def __init__(self):
+        self.O = SimpleNamespace(reset=lambda: None, dt=0.0, iter=0, bodies=[], engines=[])
+        self.O.forces = SimpleNamespace(f=self.no_force, t=self.no_force)
+        self.O.run, self.steps = self.run, []
+        self.utils = SimpleNamespace(sphere=self.sphere, wall=self.part("Wall"),
+                                     box=self.part("Box"))  # fmt: skip
+
+    def __getattr__(self, name):
+        return Vector if name == "Vector3" else self.part(name)
+
+    @staticmethod
+    def part(name):
+        return lambda *given, **words: SimpleNamespace(kind=name, given=given, **words)
+
+    def no_force(self, number, summed):
+        assert summed
+        assert number is not None
+        return Vector(0.0, 0.0, 0.0)
+
+    def sphere(self, place, radius, material, fixed):
+        state = SimpleNamespace(pos=place, vel=None, angVel=None)
+        return SimpleNamespace(id=len(self.O.bodies), state=state, radius=radius,
+                               material=material, dynamic=not fixed)  # fmt: skip
+
+    def run(self, steps, wait):
+        assert wait
+        *_, look, newton = self.O.engines
+        for _ in range(steps):
+            self.steps.append(self.O.dt)
+            if self.O.iter % look.iterPeriod == 0:
+                self.simulation.look()
+            for body in (body for body in self.O.bodies if hasattr(body, "state")):
+                if body.dynamic:
+                    body.state.vel = body.state.vel + self.O.dt * newton.gravity
+                body.state.pos = body.state.pos + self.O.dt * body.state.vel
+            self.O.iter += 1
+
+
+def run_in_stand_in(scene):
+    """Return the stand-in and the motion of a scene in which nothing touches."""
+    yade = Yade()
+    row = json.loads(scene.model_dump_json()) | {"code": words(scene)}
+    yade.simulation = run_scenes.Simulation(yade, row)
+    samples = yade.simulation.run()
+    assert samples.pop("step") == list(range(0, scene.steps + 1, scene.every))
+    time = scene.step * scene.every * np.arange(scene.steps // scene.every + 1)
+    return yade, Motion(time, *(np.array(samples[name]) for name in run_scenes.PARTS))
+
+
+def without_contact(scene):
+    return scene.replace(walls=(Wall(point=(0.0, 0.0, -1.0)),))
+
+
+FREE_FALL = without_contact(struck_floor(HOOKE))
+FRICTIONLESS_PAIR = struck_pair(HOOKE).replace(law=HOOKE)
+LED = without_contact(
+    guided(
+        HOOKE,
+        (20, (0.1, 0.0, 0.2), (1.0, 2.0, 3.0)),
+        (30, (0.0, -0.1, 0.0), (0.0, 0.0, 4.0)),
+        every=5,
+    )
+)
+
+
+@pytest.mark.parametrize("scene", [FREE_FALL, LED, FREE_FALL.replace(every=7, steps=98)])
+def test_samples_are_those_of_velocity_verlet(scene):
+    _, motion = run_in_stand_in(scene)
+    assert difference(motion, reference.run(scene)) < 1e-13
+
+
+def test_first_forces_are_of_moving_bodies_in_a_step_of_no_length():
+    yade, motion = run_in_stand_in(FREE_FALL)
+    assert yade.steps[0] < 1e-40
+    assert set(yade.steps[1:]) == {FREE_FALL.step}
+    np.testing.assert_array_equal(motion.velocity[0, 0], FREE_FALL.bodies[0].velocity)
+
+
+def test_segments_begin_where_others_end():
+    row = json.loads(LED.model_dump_json())
+    assert list(run_scenes.segments_by_step(row)) == [0, 20]
+    assert run_scenes.segments_by_step(row)[20][0] == [[0.0, -0.1, 0.0]]
+
+
+def test_samples_are_written_whole(tmp_path):
+    run_scenes.write(tmp_path / "0.json", {"step": [0]})
+    assert [path.name for path in tmp_path.iterdir()] == ["0.json"]
+
+
+def series(first, second):
+    """Return a coefficient of two materials as Yade makes it: one of 0 is left out."""
+    shares = [1.0 / value for value in (first, second) if value]
+    return 1.0 / sum(shares) if shares else 0.0
+
+
+@pytest.mark.parametrize("damping", ["velocity", "mass_velocity", "damping_ratio"])
+@pytest.mark.parametrize("size", [1.0, 0.6])
+def test_dashpots_in_series_are_those_of_the_law(damping, size):
+    law = HOOKE.replace(damping=damping, damping_coefficient=0.3, clipped=True)
+    ceiling = Wall(point=(0.0, 0.0, 3.3e-2), direction=(0.0, 0.0, -1.0))
+    pair = struck_pair(law, size)
+    scene = pair.replace(walls=(Wall(point=(0.0, 0.0, -1.1e-2)), ceiling))
+    first, second, floor, top = (material["cn"] for material in words(scene)["materials"])
+    masses = [body.mass for body in scene.bodies]
+    both = masses[0] * masses[1] / sum(masses)
+    expected = [(first, second, both), (first, floor, masses[0]), (second, top, masses[1])]
+    for one, other, mass in expected:
+        assert series(one, other) == pytest.approx(law.dashpot(mass, 1.0, 0.0), rel=1e-12)
+
+
+def test_rolling_and_twisting_springs_are_those_of_the_law():
+    law = HOOKE.replace(**SPRING, **ROLLS)
+    scene = struck_pair(law, 0.6)
+    first, second = words(scene)["materials"]
+    one, other = (body.radius for body in scene.bodies)
+    reduced = one * other / (one + other)
+    assert 2.0 * series(first["young"] * one, second["young"] * other) == pytest.approx(1e5)
+    assert first["alphaKr"] * 3e4 * one * other == pytest.approx(2e4 * reduced**2)
+    limits = first["etaRoll"] * one, second["etaRoll"] * other
+    assert limits == pytest.approx((0.1 * reduced, 0.1 * reduced))
+
+
+def test_conventions_go_by_the_law():
+    assert rules(struck_floor(HOOKE)).wall_lever == "height"
+    assert rules(struck_floor(HOOKE)).wall_curvature == 0.0
+    assert rules(struck_floor(HERTZ)).wall_curvature == 1e-8
+    assert rules(struck_floor(HOOKE.replace(**SPRING, **ROLLS))).wall_lever == "contact_point"
+
+
+@pytest.mark.parametrize(
+    ("scene", "reason"),
+    [
+        (struck_floor(HERTZ.replace(tangential="mindlin")), "tangential = none or mindlin/force"),
+        (struck_floor(HOOKE.replace(tangential="linear_history_classic")), "linear_history, not"),
+        (struck_floor(HOOKE.replace(**SPRING, **ROLLS).replace(rolling_damping=0.1)), "without a"),
+        (struck_floor(HERTZ.replace(normal="dmt", surface_energy=0.1, tangential="mindlin/force")),
+         "has dmt without dashpot and friction only"),
+        (struck_floor(HERTZ.replace(normal="jkr", surface_energy=0.1)), "not jkr"),
+        (struck_pair(HOOKE.replace(**SPRING, **ROLLS)).replace(walls=(Wall(),)), "has one R"),
+    ],
+)  # fmt: skip
+def test_scene_that_it_cannot_state(scene: Scene, reason):
+    with pytest.raises(Unsupported, match=reason):
+        words(scene)
