@@ -42,7 +42,6 @@ FOREIGN = ("PYTHON", "OMPI_", "PMI_", "PMIX_", "DISPLAY", "XDG_CONFIG_HOME")
 _COMMON = {
     "spring_frame": "rotated",
     "torsion_frame": "rotated",
-    "spring_spin": "mean",
     "wall_touches_at_zero": True,
     "bodies_touch_at_zero": True,
 }
