@@ -192,10 +192,8 @@ class Check(Row, Record):
     engine_died: bool = False
     log: str = field(default="", repr=False)
     cell: Cell | None = None
-    # what a known defect makes of the row, where a case can compute it; not published
-    predict: Annotated[Predict | None, Field(exclude=True)] = field(
-        default=None, repr=False, compare=False
-    )
+    # the run at equal steps that left the row, by which a failure is explained; not published
+    trial: Annotated[Any, Field(exclude=True)] = field(default=None, repr=False, compare=False)
 
     @computed_field  # type: ignore[prop-decorator]
     @property

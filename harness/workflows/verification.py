@@ -27,13 +27,8 @@ from harness.cases.contract import LEVELS, Case, LevelName
 from harness.cases.qualification import announce, qualify
 from harness.cases.registry import all_cases, cases_named, get_case, names_in
 from harness.cases.verification import Study, failed_part
-from harness.comparison.known_defects import (
-    KnownDefect,
-    defect_of,
-    mark_known_defects,
-    moved_by_defects,
-    with_single_rules,
-)
+from harness.comparison.explained import explained
+from harness.comparison.known_defects import KnownDefect, defect_of
 from harness.comparison.regression import (
     Baseline,
     BaselineRecord,
@@ -621,7 +616,7 @@ def _with_known_defects(
     What the checks of a cell explain, or the defects of one release predict, is no failure.
     """
     raw, versions = (*run.checks, *others.checks), _versions(run, others)
-    checks = with_single_rules(mark_known_defects(raw, defects, versions), raw)
+    checks = explained(raw, defects, versions)
     if accepted is None:
         return checks, Regression()
     if run.study.only:  # what was left out is no row that is missing
@@ -632,8 +627,7 @@ def _with_known_defects(
         accepted = replace(accepted, records=records)
     regression = baseline_rows(measured, accepted, others.records)
     rows = explained_by_cells(regression.checks, checks)
-    moved = moved_by_defects(rows, raw, accepted.records, defects, versions)
-    return checks, replace(regression, checks=moved)
+    return checks, replace(regression, checks=tuple(rows))
 
 
 def _untested_cases(
