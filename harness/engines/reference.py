@@ -189,6 +189,7 @@ class Reference(Engine):
         conventions=lambda scene: Rules(),  # noqa: ARG005
     )
     ready = True
+    has_lj_units = True
 
     def __init__(
         self,

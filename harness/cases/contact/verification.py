@@ -8,6 +8,8 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from harness.cases.contact.motion import reference_motion
 from harness.cases.contact.submodels import Submodel, Trial
 from harness.cases.contract import LevelName
@@ -62,7 +64,12 @@ class TrialRun:
     @cached_property
     def values(self) -> Mapping[str, float]:
         """Return the quantities of the engine's motion; none where its run failed."""
-        return {} if isinstance(self.outcome, EngineError) else self._observed(self.outcome)
+        if isinstance(self.outcome, EngineError):
+            return {}
+        try:
+            return self._observed(self.outcome)
+        except (ArithmeticError, IndexError, ValueError):  # samples of no contact
+            return {}
 
     @cached_property
     def expected(self) -> Mapping[str, float]:
@@ -70,7 +77,8 @@ class TrialRun:
         return self._observed(reference_motion(self.scene, self.rules))
 
     def _observed(self, motion: Motion) -> Mapping[str, float]:
-        return self.case.observed(self.trial.parameters, motion)
+        with np.errstate(all="ignore"):  # what has no value is NaN, and fails
+            return self.case.observed(self.trial.parameters, motion)
 
     def tolerance(self, name: str, expected: float) -> Tolerance:
         """Return the tolerance of a quantity."""
