@@ -89,13 +89,9 @@ class TrialRun:
         return next(quantity.unit for quantity in self.case.quantities if quantity.name == name)
 
     def size(self, name: str, expected: float) -> float:
-        """Return the size of a quantity in the case: of a dimension its own, of a ratio as stated.
-
-        A dimensional quantity is at least of the size that the reference gives it.
-        """
-        if self.unit(name) != "1":
-            return abs(expected) or 1.0
-        return self.case.sizes(self.trial.parameters).get(name, 1.0)
+        """Return the size of a quantity: as the case states it, else its own, of a ratio 1."""
+        own = 1.0 if self.unit(name) == "1" else abs(expected) or 1.0
+        return self.case.sizes(self.trial.parameters).get(name, own)
 
     def holds(self, motion: Motion, only: str = "") -> bool:
         """Return whether all quantities, or one, hold to their tolerance against a motion."""
