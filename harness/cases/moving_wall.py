@@ -28,7 +28,7 @@ from harness.cases.contact.submodels import SLIDING, TANGENTIAL, Told
 from harness.cases.contact.surroundings import refused
 from harness.errors import RequestError
 from harness.model.scene import Scene
-from harness.parameters.scene import ZERO, ContactScene, Vector
+from harness.parameters.scene import ZERO, Vector
 from harness.theory.contact import driven
 
 INSTANTS = 4000

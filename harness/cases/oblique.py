@@ -212,9 +212,7 @@ class ObliqueVerification(ContactVerification):
                 lambda: measured_rebounds(self.case, engine),
             )
             evidence = findings.evidence
-            findings.evidence = ObliqueEvidence(
-                evidence.engine_title, evidence.tried, rebounds
-            )
+            findings.evidence = ObliqueEvidence(evidence.engine_title, evidence.tried, rebounds)
         return findings
 
     def run_solvers(self, study: Study) -> Findings:
@@ -255,7 +253,8 @@ class ObliqueDisplay(ContactDisplay):
                 "oblique: laws that stick as a whole beside partial slip",
                 "Velocity at the contact after over that before, both over mu times the normal one "
                 "and times 2 (1 - nu) / (2 - nu), elastic spheres on a wall of their material, nu "
-                f"= 0.3. Lines: the laws by the reference; marks: codes, {DRAWN_STEPS} steps a contact.",
+                "= 0.3. Lines: the laws by the reference; marks: codes. "
+                f"{DRAWN_STEPS} steps a contact.",
                 lambda: partial_slip_figure(solvers.evidence, codes),
             ),
         )

@@ -344,7 +344,8 @@ class PrescribedMotionVerification(ContactVerification):
     def run(self, engine: Engine, study: Study) -> Findings:
         """Add what the lever of the engine makes of a pair that turns as one body."""
         findings = super().run(engine, study)
-        return replace(findings, checks=[*findings.checks, *levers(self.case, findings.evidence.tried)])
+        rows = levers(self.case, findings.evidence.tried)
+        return replace(findings, checks=[*findings.checks, *rows])
 
 
 CASE = PrescribedMotionCase()

@@ -242,7 +242,7 @@ def _defect_record(fields: KnownDefect) -> dict[str, Any]:
         "until": fields.until or "today",
         "cause": fields.cause,
         "upstream": fields.upstream,
-        "predicts": fields.predicts.model_dump(exclude_defaults=True),
+        "predicts": fields.effect,
         "cases": ", ".join(fields.cases),
         "submodels": ", ".join(fields.submodels),
     }

@@ -377,7 +377,7 @@ class Engine(ABC):
 
     def run_scene_jobs(self, jobs: Sequence[Job]) -> list[Output | EngineError]:
         """Return the motions of jobs with scenes as outputs, in order."""
-        from harness.engines.scene_jobs import motion_table
+        from harness.engines.scene_tables import motion_table
 
         started, provenance = time.monotonic(), self.identify()
         motions = self.motions(jobs) if jobs else []

@@ -204,7 +204,16 @@ _PASSED_ON = frozenset(
     (
         *("name", "title", "states", "refuses", "check", "fingerprint", "fingerprint_of"),
         *("ready", "workers"),
-        *("twin", "twin_options", "script_digest", "inputs", "logs", "variations", "rules", "scene_of"),
+        *(
+            "twin",
+            "twin_options",
+            "script_digest",
+            "inputs",
+            "logs",
+            "variations",
+            "rules",
+            "scene_of",
+        ),
     )
 )
 

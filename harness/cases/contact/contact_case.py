@@ -40,9 +40,10 @@ from harness.cases.contact.submodels import (
 from harness.cases.contract import Case, LevelName, Reference
 from harness.engines.border import engine_seconds
 from harness.engines.contract import Job, Output, Template
-from harness.engines.scene_jobs import SCENE, motion_in, scene_job
+from harness.engines.scene_jobs import SCENE, scene_job
+from harness.engines.scene_tables import motion_in
 from harness.engines.traits import Traits
-from harness.errors import EngineNaNError, RequestError, Unsupported
+from harness.errors import EngineNaNError, Unsupported
 from harness.model.conventions import Rules
 from harness.model.scene import Scene
 from harness.parameters.scene import ZERO, ContactScene, Vector

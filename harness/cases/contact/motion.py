@@ -25,7 +25,9 @@ SLACK = 1e-9
 
 @lru_cache(maxsize=4096)
 def reference_motion(
-    scene: Scene, rules: Rules = Rules(), faults: Faults = Faults()  # noqa: B008 - frozen
+    scene: Scene,
+    rules: Rules = Rules(),
+    faults: Faults = Faults(),  # noqa: B008 - frozen
 ) -> Motion:
     """Return the motion at equal steps, by conventions and known defects of a code."""
     return reference.run(scene, rules, faults)
@@ -55,9 +57,7 @@ def scene_of(scene: ContactScene, parameters: Any) -> Scene:
         steps=scene.steps,
         every=scene.every,
         segments=tuple(
-            Segment(
-                steps=piece.steps, velocities=piece.velocities, angular_velocities=piece.omegas
-            )
+            Segment(steps=piece.steps, velocities=piece.velocities, angular_velocities=piece.omegas)
             for piece in scene.segments
         ),
     )
@@ -126,5 +126,3 @@ def _cubic(start: float, end: float, rate: float, end_rate: float) -> Array:
             start,
         ]
     )
-
-

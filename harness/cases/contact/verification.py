@@ -26,9 +26,9 @@ from harness.comparison.verdicts import (
     not_tested,
 )
 from harness.comparison.verification import Findings
-from harness.engines.contract import Engine, Job
+from harness.engines.contract import Engine, Job, Output
 from harness.engines.registry import DEFAULT
-from harness.engines.scene_jobs import motion_in
+from harness.engines.scene_tables import motion_in
 from harness.errors import EngineError, EngineNaNError
 from harness.model.conventions import Rules
 from harness.model.motion import Motion
@@ -232,16 +232,19 @@ def _runs(
     outputs = engine.run([job for _, job in jobs]) if jobs else []
     runs = []
     for (trial, job), output in zip(jobs, outputs, strict=True):
-        scene, outcome = engine.scene_of(job), output
-        if not isinstance(output, EngineError):
-            try:
-                outcome = motion_in(output, scene)
-            except EngineError as error:
-                outcome = error
+        scene = engine.scene_of(job)
+        outcome = output if isinstance(output, EngineError) else _motion_in(output, scene)
         name = str(job.values.get("variation", ""))
         rules = engine.rules(scene)
         runs.append(TrialRun(case, trial, engine.name, name, scene, rules, outcome))
     return runs
+
+
+def _motion_in(output: Output, scene: Scene) -> Motion | EngineError:
+    try:
+        return motion_in(output, scene)
+    except EngineError as error:
+        return error
 
 
 def judged(run: TrialRun) -> list[Check]:
@@ -277,7 +280,7 @@ def judged(run: TrialRun) -> list[Check]:
 
 
 def _moved_by_rules(run: TrialRun, name: str, cell: Cell) -> list[Check]:
-    """Return a finding for the quantity that an engine's conventions move most, if they move any."""
+    """Return a finding for the quantity that an engine's conventions move most, if any."""
     changed = run.rules.changed
     if not changed:
         return []
@@ -303,5 +306,3 @@ def _moved_by_rules(run: TrialRun, name: str, cell: Cell) -> list[Check]:
 
 def _cell(case: ContactCase[Any], trial: Trial, engine: str) -> Cell:
     return Cell(case.name, trial.submodel, trial.system, engine)
-
-

@@ -37,7 +37,13 @@ from harness.engines.traits import (
     never_attracts,
     takes,
 )
-from harness.errors import EngineError, EngineInputError, EngineMissingError, EngineNaNError, Unsupported
+from harness.errors import (
+    EngineError,
+    EngineInputError,
+    EngineMissingError,
+    EngineNaNError,
+    Unsupported,
+)
 from harness.model.conventions import Rules
 from harness.model.motion import Motion
 from harness.model.scene import Scene

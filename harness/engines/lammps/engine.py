@@ -160,7 +160,9 @@ class Lammps(LammpsLanguage):
     def variations(self, scene: Scene) -> Sequence[tuple[str, Scene]]:
         """Return those of newton, neighbours, boundaries, ranks, runs and restarts."""
         rows = scene_variations.variations(scene)
-        return [(row.name, row.scene) for row in rows if not self._launcher or row.variation.ranks == 1]
+        return [
+            (row.name, row.scene) for row in rows if not self._launcher or row.variation.ranks == 1
+        ]
 
     def motions(self, jobs: Sequence[Job]) -> list[Motion | EngineError]:
         """Return the motions of scenes by the executable, that of this Python beside the library."""

@@ -14,8 +14,8 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 
-from harness.engines.lammps.language import LammpsLanguage
 from harness.engines.contract import Job
+from harness.engines.lammps.language import LammpsLanguage
 from harness.engines.liggghts import scenes
 from harness.engines.process import first_words
 from harness.engines.scripts import Datum, Task

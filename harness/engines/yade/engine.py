@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import ClassVar
 
 from harness.engines.contract import Job
-from harness.engines.yade import scenes
 from harness.engines.process import first_text, first_words
 from harness.engines.programs import (
     OF_PYTHON,
@@ -35,6 +34,7 @@ from harness.engines.traits import (
     never_attracts,
     takes,
 )
+from harness.engines.yade import scenes
 from harness.errors import EngineError, EngineMissingError
 from harness.model.motion import Motion
 from harness.observables.provenance import Provenance

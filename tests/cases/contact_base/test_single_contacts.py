@@ -54,9 +54,7 @@ def test_another_partner_or_frame_is_seen(fault):
     name = "size ratio 10" if fault == "partner_radius" else "unequal densities"
     parameters = systems[name]
     changed = parameters.replace(**{fault: 1.01 * getattr(parameters, fault)})
-    before, after = (
-        limits(case, one)["tangential_ratio"].value for one in (parameters, changed)
-    )
+    before, after = (limits(case, one)["tangential_ratio"].value for one in (parameters, changed))
     assert (abs(after - before) < 1e-9) == (fault == "partner_share")
     if fault != "partner_share":
         assert abs(after - before) > 1e-5
