@@ -58,11 +58,7 @@ def _check_column(output: Output, name: str, scene: Scene) -> None:
     if column is None or column.shape != shape:
         found = "no samples" if column is None else f"samples of shape {column.shape}"
         raise EngineOutputError(f"{output.who} left {found} of {name}, not {shape}")
-    known = [
-        name not in (*PARTS["force"], *PARTS["torque"])
-        or bool(scene.segments)
-        or body.motion == "free"
-        for body in scene.bodies
-    ]
+    of_force = name in (*PARTS["force"], *PARTS["torque"]) and not scene.segments
+    known = [not of_force or body.motion == "free" for body in scene.bodies]
     if not np.isfinite(column[:, known]).all():
         raise EngineNaNError(f"{output.who} left a value of {name} that is not finite (NaN)")

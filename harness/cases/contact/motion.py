@@ -25,9 +25,7 @@ SLACK = 1e-9
 
 @lru_cache(maxsize=4096)
 def reference_motion(
-    scene: Scene,
-    rules: Rules = Rules(),
-    faults: Faults = Faults(),  # noqa: B008 - frozen
+    scene: Scene, rules: Rules | None = None, faults: Faults | None = None
 ) -> Motion:
     """Return the motion at equal steps, by conventions and known defects of a code."""
     return reference.run(scene, rules, faults)

@@ -159,13 +159,12 @@ class Lammps(LammpsLanguage):
 
     def variations(self, scene: Scene) -> Sequence[tuple[str, Scene]]:
         """Return those of newton, neighbours, boundaries, ranks, runs and restarts."""
+        most = 1 if self._launcher else 8  # a launcher that is given has ranks of its own
         rows = scene_variations.variations(scene)
-        return [
-            (row.name, row.scene) for row in rows if not self._launcher or row.variation.ranks == 1
-        ]
+        return [(row.name, row.scene) for row in rows if row.variation.ranks <= most]
 
     def motions(self, jobs: Sequence[Job]) -> list[Motion | EngineError]:
-        """Return the motions of scenes by the executable, that of this Python beside the library."""
+        """Return the motions of scenes by the executable: that beside the library, in-process."""
         scenes, options = [], []
         for job in jobs:
             assert job.scene is not None

@@ -49,9 +49,10 @@ def motions(
     """Return the motion of each scene, or the error of its run.
 
     ``variation`` is that of all scenes or of each, ``arguments`` follow the executable, and
-    ``launcher`` starts it on MPI ranks of its own. ``release`` is the date of the executable, as in 29 Aug 2024. ``workers`` processes run side
-    by side, as many as there are cores unless given; a scene has ``limits.seconds``. Torques on
-    frozen bodies are NaN. Raise Unsupported for a scene that LAMMPS cannot state.
+    ``launcher`` starts it on MPI ranks of its own. ``release`` is the date of the executable, as
+    in 29 Aug 2024. ``workers`` processes run side by side, as many as there are cores unless
+    given; a scene has ``limits.seconds``. Torques on frozen bodies are NaN. Raise Unsupported for
+    a scene that LAMMPS cannot state.
     """
     each = [variation] * len(scenes) if isinstance(variation, Variation) else variation
     texts = [script(scene, row) for scene, row in zip(scenes, each, strict=True)]
