@@ -12,7 +12,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from harness.comparison.known_defects import KnownDefect, Prediction
+from harness.comparison.known_defects import KnownDefect
 from harness.comparison.releases import ReleaseChange
 from harness.comparison.verdicts import Check, Verdict
 from harness.comparison.verification import Results
@@ -369,28 +369,12 @@ def _facts(defect: KnownDefect) -> Iterator[tuple[str, str]]:
     yield "first release", defect.since or ALWAYS
     yield "last release", defect.until or "today"
     yield "upstream", defect.upstream
-    yield "size predicted", predicted(defect.predicts)
+    yield "what it makes of a run", defect.effect
     yield "cases", ", ".join(defect.cases).replace("*", "any")
     yield "submodels", "; ".join(defect.submodels).replace("*", "…")
-    broken = [invariance for invariance in defect.invariances if invariance]
+    broken = [variation for variation in defect.variations if variation]
     if broken:
-        yield "invariances that it breaks", "; ".join(broken)
-
-
-def predicted(prediction: Prediction) -> str:
-    """Return in words what a cause makes of a run."""
-    parts = {"law": "the law with", "rules": "the rule", "scheme": "steps with"}
-    departures = []
-    for name, label in parts.items():
-        values: Mapping[str, object] = getattr(prediction, name)
-        words = (key if value is True else f"{key} = {value}" for key, value in values.items())
-        departures += [f"{label} {', '.join(words)}"] if values else []
-    if departures:
-        return f"what the contact law leaves, integrated with the defect: {'; '.join(departures)}"
-    if prediction.error:
-        return f"the run ends with “{prediction.error}”"
-    why = f" ({prediction.undetermined})" if prediction.undetermined else ""
-    return f"at most {prediction.bound}{why}"
+        yield "variations that it breaks", "; ".join(broken).replace("*", "…")
 
 
 def _commands(defect: KnownDefect, script: str, release: str) -> Iterator[str]:

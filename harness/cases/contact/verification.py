@@ -27,7 +27,6 @@ from harness.cases.contact.limits import (
     width_of,
 )
 from harness.cases.contact.motion import followed, jumps_at_the_end, powers_of, rules_of
-from harness.cases.contact.predictions import PredictedValue
 from harness.cases.contact.submodels import Submodel, Trial
 from harness.cases.contact.transformations import chosen, labels, selected
 from harness.cases.contract import LevelName
@@ -289,7 +288,7 @@ def _limits_of_trial(
 def _judged(case: ContactCase[Any], refined: RefinedTrial, engine: Engine) -> list[Check]:
     """Return a row for each quantity with a limit, and what is expected of it."""
     trial = refined.trial
-    units = {quantity.name: quantity.unit for quantity in case.quantities}
+    {quantity.name: quantity.unit for quantity in case.quantities}
     rows = []
     for name, expected in refined.references.items():
         reached = refined.limits.get(name)
@@ -309,9 +308,7 @@ def _judged(case: ContactCase[Any], refined: RefinedTrial, engine: Engine) -> li
         )
         steps = refined.finest.steps_per_contact
         row = decided(row, f"{steps} steps of a contact are the finest that the level runs")
-        of = (case, refined.levels, refined.extrapolate, refined.rules)
-        predict = PredictedValue(*of, name, units[name], row)
-        rows.append(replace(row, cell=_cell(case, trial, engine, reached), predict=predict))
+        rows.append(replace(row, cell=_cell(case, trial, engine, reached)))
     return [*rows, *_moved_by_rules(case, refined, engine)]
 
 
