@@ -34,6 +34,7 @@ from harness.errors import EngineError, EngineOutputError, RequestError
 
 if TYPE_CHECKING:
     from harness.cases.contract import Case, LevelName, Plan
+    from harness.comparison.known_defects import KnownDefect
 
 Value = TypeVar("Value")
 
@@ -128,6 +129,7 @@ class Study:
     ``role`` is that of the engine: ``main``, or ``other`` for one that is compared with it.
     ``cases`` are verified. ``once`` holds values that several parts share; a case keys its entries
     by its parameters.
+    ``defects`` are those that failures are held against.
     ``only`` is a shell-style pattern: trials and rows that it does not match are left out.
     """
 
@@ -138,6 +140,7 @@ class Study:
     once: Once = field(default_factory=Once, compare=False, repr=False)
     only: str = ""
     role: Role = "main"
+    defects: tuple[KnownDefect, ...] = ()
 
     def selects(self, *names: str) -> bool:
         """Return whether :attr:`only` matches one of the names; True where there is no pattern."""

@@ -207,7 +207,7 @@ def defect(name: str = "", /, *, json: Json = False) -> int:
         print_json(record)
     else:
         script = record.pop("script")
-        print_record({**record, "predicts": str(record["predicts"])})
+        print_record(record)
         print(f"\n{entry.script}:\n\n{script}", end="")
     return 0
 
@@ -242,7 +242,9 @@ def _defect_record(fields: KnownDefect) -> dict[str, Any]:
         "until": fields.until or "today",
         "cause": fields.cause,
         "upstream": fields.upstream,
-        "predicts": fields.effect,
+        "effect": fields.effect,
         "cases": ", ".join(fields.cases),
         "submodels": ", ".join(fields.submodels),
+        "systems": ", ".join(fields.systems),
+        "variations": ", ".join(fields.variations),
     }

@@ -11,10 +11,10 @@ from __future__ import annotations
 import hashlib
 import math
 import re
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
 from pydantic import Field, computed_field, field_serializer
 
@@ -139,38 +139,6 @@ class Cell:
         return (self.case, self.submodel, self.system, self.engine, self.invariance)
 
 
-@dataclass(frozen=True)
-class PredictedSize:
-    """What the cause of a known defect predicts of a row: a value in one of some intervals.
-
-    ``intervals`` are pairs (lowest, highest), none where no value is left; ``why`` says what makes
-    them as wide as they are.
-    """
-
-    intervals: tuple[tuple[float, float], ...]
-    why: str = ""
-
-    def includes(self, value: float) -> bool:
-        """Return whether a value is one of those that are predicted; NaN where none is."""
-        if not self.intervals:
-            return math.isnan(value)
-        return any(low <= value <= high for low, high in self.intervals)
-
-    def __str__(self) -> str:
-        text = " or ".join(_interval(low, high) for low, high in self.intervals) or "no value"
-        return f"{text} ({self.why})" if self.why else text
-
-
-def _interval(low: float, high: float) -> str:
-    if low in (0.0, -high):
-        return f"at most {high:.6g}"
-    return f"{0.5 * (low + high):.6g} +- {0.5 * (high - low):.2g}"
-
-
-Predict = Callable[[Any, Any], PredictedSize]
-"""Computes what a known defect's ``predicts`` makes of a row, and that of a defect beneath it."""
-
-
 @dataclass(frozen=True, kw_only=True)
 class Check(Row, Record):
     """A row that was held against what is expected of it, and the verdict.
@@ -192,8 +160,6 @@ class Check(Row, Record):
     engine_died: bool = False
     log: str = field(default="", repr=False)
     cell: Cell | None = None
-    # the run at equal steps that left the row, by which a failure is explained; not published
-    trial: Annotated[Any, Field(exclude=True)] = field(default=None, repr=False, compare=False)
 
     @computed_field  # type: ignore[prop-decorator]
     @property

@@ -13,20 +13,16 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from importlib.metadata import version
-from itertools import accumulate
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from harness.cases.contact.predictions import as_the_defect_makes_it
 from harness.cases.verification import failed_part
 from harness.comparison.convergence import limit
-from harness.comparison.known_defects import KnownDefect
 from harness.comparison.verdicts import (
     Check,
     Kind,
@@ -53,8 +49,6 @@ from harness.report.render import markdown_page
 from harness.report.sections import Table
 from harness.shown import Record
 from harness.solvers.pair.integration import integrate
-from harness.solvers.pair.stepping import Departures, NotSteppedError, advance
-from harness.store.baseline import known_defects
 from harness.upstream.definition import COLUMNS, RECORDED, STATE, UpstreamTest
 from harness.upstream.scene import scene_of
 
@@ -365,80 +359,12 @@ def _held_against_law(
         note=f"{_COMPONENTS[worst[1]]} of sphere {worst[0] + 1}, over the largest speed",
     )
     row = decided(row, f"a step of 1/{divisors[-1]} is the finest")
-    judged = replace(
+    return replace(
         outcome,
         checks=(*outcome.checks, row),
         law_difference=float(apart[worst]),
         step_error=float(np.abs(measured[0] / scale - values).max()),
     )
-    if all(check.verdict is not Verdict.FAIL for check in judged.checks):
-        return judged
-    stops = tuple(accumulate(test.segments[:at]))
-    return _explained(judged, _defect(scene, stops, plain.states[at + 1], values * scale))
-
-
-def _defect(scene: ContactScene, stops: Sequence[int], state: State, limits: Floats) -> str:
-    """Return the known defect of LAMMPS whose cause gives the motion of a run, or nothing.
-
-    A departure of LAMMPS's scheme is taken step by step and held against the run at its own step,
-    torques too: a spring may be wrong where a sphere slides as it should. A rule of the law is
-    integrated and held against the ``limits`` of a small step, (N, 6) [m/s].
-    """
-
-    def same(scene: ContactScene, rules: Rules, departures: Departures) -> bool:
-        path = advance(scene, rules, departures, stops=stops)
-        moved = _velocities(scene, path.velocities[-1], path.omegas[-1])
-        torques = np.column_stack([state[f"tq{axis}"] for axis in "xyz"])
-        return _near(moved, _motion(state)) and _near(path.torques[-1], torques)
-
-    plain, smooth = _integrated(scene)
-    width = (SMOOTH if smooth else NONSMOOTH).absolute * _scale(scene, plain)
-    with suppress(NotSteppedError):
-        if same(scene, Rules(), Departures()):
-            return ""
-    for defect in known_defects():
-        predicts = defect.predicts
-        if not _can_be_tried(defect, scene):
-            continue
-        try:
-            changed, rules = as_the_defect_makes_it(scene, Rules(), predicts)
-            if predicts.scheme:
-                departures: dict[str, Any] = dict(predicts.scheme)
-                explains = same(changed, rules, Departures(**departures))
-            else:
-                predicted, _ = _integrated(changed, rules)
-                moves = np.abs(predicted - plain).max() > width
-                explains = bool(moves and np.abs(predicted - limits).max() <= width)
-        except (RequestError, RuntimeError):  # no such law, or its motion does not converge
-            continue
-        if explains:
-            return defect.name
-    return ""
-
-
-def _near(predicted: Floats, measured: Floats) -> bool:
-    scale = max(np.abs(predicted).max(), np.abs(measured).max())
-    return bool(np.abs(predicted - measured).max() <= SAME_SCHEME * scale)
-
-
-def _can_be_tried(defect: KnownDefect, scene: ContactScene) -> bool:
-    predicts = defect.predicts
-    if defect.engine != "lammps" or predicts.bound or predicts.error:
-        return False
-    needs_tsuji = "again" in predicts.scheme and scene.law.damping != "tsuji"
-    return not (needs_tsuji or "adhesion_fades" in predicts.scheme)
-
-
-def _explained(outcome: Outcome, defect: str) -> Outcome:
-    if not defect:
-        return outcome
-    checks = tuple(
-        replace(c, verdict=Verdict.KNOWN_DEFECT, note=f"{c.note}; {defect}")
-        if c.verdict is Verdict.FAIL
-        else c
-        for c in outcome.checks
-    )
-    return replace(outcome, checks=checks, defect=defect)
 
 
 _COMPONENTS = ("vx", "vy", "vz", "r omega_x", "r omega_y", "r omega_z")

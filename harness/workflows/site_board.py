@@ -369,19 +369,12 @@ def _facts(defect: KnownDefect) -> Iterator[tuple[str, str]]:
     yield "first release", defect.since or ALWAYS
     yield "last release", defect.until or "today"
     yield "upstream", defect.upstream
-    yield "size predicted", predicted(defect)
+    yield "what it makes of a run", defect.effect
     yield "cases", ", ".join(defect.cases).replace("*", "any")
     yield "submodels", "; ".join(defect.submodels).replace("*", "…")
     broken = [variation for variation in defect.variations if variation]
     if broken:
-        yield "variations that it breaks", "; ".join(broken)
-
-
-def predicted(defect: KnownDefect) -> str:
-    """Return in words what a cause makes of a run."""
-    if defect.switched:
-        return f"what the reference leaves at equal steps with {defect.effect}"
-    return defect.effect
+        yield "variations that it breaks", "; ".join(broken).replace("*", "…")
 
 
 def _commands(defect: KnownDefect, script: str, release: str) -> Iterator[str]:

@@ -260,7 +260,7 @@ def _defects(defects: Sequence[DefectPage]) -> Table:
                 text_state(page.paragraphs[0] if page.paragraphs else names),
             )
         )
-    sentence = "Each has a page with its cause, the size that it predicts, and a script to run."
+    sentence = "Each has a page with its cause, what it makes of a run, and a script to run."
     head = ("defect", "code", "releases", "what")
     return Table("Known defects", sentence, head, tuple(rows))
 

@@ -27,7 +27,6 @@ from harness.cases.contract import LEVELS, Case, LevelName
 from harness.cases.qualification import announce, qualify
 from harness.cases.registry import all_cases, cases_named, get_case, names_in
 from harness.cases.verification import Study, failed_part
-from harness.comparison.explained import explained
 from harness.comparison.known_defects import KnownDefect, defect_of
 from harness.comparison.regression import (
     Baseline,
@@ -559,9 +558,9 @@ def verify(  # noqa: PLR0913 - keywords of a public function
         selected_engines(engines),
     )
     opens = open_one or partial(opened, fresh=fresh)
-    study = Study(checked, progress, opens, cases=tuple(chosen), only=only)
-    accepted = None if baseline is False else chosen_baseline(baseline)
     defects = with_further(wanted.defects)
+    study = Study(checked, progress, opens, cases=tuple(chosen), only=only, defects=defects)
+    accepted = None if baseline is False else chosen_baseline(baseline)
     begun, clock = datetime.now(UTC).isoformat(timespec="seconds"), time.monotonic()
     with ExitStack() as stack:
         run = MainRun(chosen, study)
@@ -574,7 +573,7 @@ def verify(  # noqa: PLR0913 - keywords of a public function
         raise nothing_matches(
             only, {row.name for finding in run.findings for row in finding.checks}
         )
-    checks, regression = _with_known_defects(measured, accepted, others, run, defects)
+    checks, regression = _against_baseline(measured, accepted, others, run)
     return Verification(
         level=study.level,
         cases=tuple(case.name for case in chosen),
@@ -604,19 +603,11 @@ def verify(  # noqa: PLR0913 - keywords of a public function
     )
 
 
-def _with_known_defects(
-    measured: MeasuredRecords,
-    accepted: Baseline | None,
-    others: OtherEngines,
-    run: MainRun,
-    defects: Sequence[KnownDefect],
+def _against_baseline(
+    measured: MeasuredRecords, accepted: Baseline | None, others: OtherEngines, run: MainRun
 ) -> tuple[tuple[Check, ...], Regression]:
-    """Return the checks, and the rows against the baseline, with known defects marked.
-
-    What the checks of a cell explain, or the defects of one release predict, is no failure.
-    """
-    raw, versions = (*run.checks, *others.checks), _versions(run, others)
-    checks = explained(raw, defects, versions)
+    """Return the checks, and the rows against the baseline that none of them explains."""
+    checks = (*run.checks, *others.checks)
     if accepted is None:
         return checks, Regression()
     if run.study.only:  # what was left out is no row that is missing
@@ -627,7 +618,7 @@ def _with_known_defects(
         accepted = replace(accepted, records=records)
     regression = baseline_rows(measured, accepted, others.records)
     rows = explained_by_cells(regression.checks, checks)
-    return checks, replace(regression, checks=tuple(rows))
+    return checks, replace(regression, checks=rows)
 
 
 def _untested_cases(
@@ -662,12 +653,6 @@ def _marked_defects(
 ) -> tuple[tuple[KnownDefect, str], ...]:
     named = {defect_of(check) for check in checks}
     return tuple((defect, script_of(defect)) for defect in defects if defect.name in named)
-
-
-def _versions(run: MainRun, others: OtherEngines) -> dict[str, str]:
-    versions = {engine.engine: engine.version for engine in others.declared if engine.version}
-    main = run.provenance
-    return {**versions, **({main.engine: main.engine_version} if main else {})}
 
 
 def verify_as_typed(

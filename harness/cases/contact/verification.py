@@ -14,12 +14,14 @@ from harness.cases.contact.motion import reference_motion
 from harness.cases.contact.submodels import Submodel, Trial
 from harness.cases.contract import LevelName
 from harness.cases.verification import Study, Verification, places
+from harness.comparison.explained import explained
 from harness.comparison.verdicts import (
     Cell,
     Check,
     Kind,
     Planned,
     Tolerance,
+    Verdict,
     failed_run,
     finding,
     judge,
@@ -40,6 +42,7 @@ if TYPE_CHECKING:
 TOLERANCE = 1e-9  # of the size that a quantity has in its case
 REASON = "both take the same steps: what differs is round-off, or a fault"
 SMALLEST_FINDING = 1e-4  # [size] moved by an engine's conventions
+MOST_SEARCHED = 10  # failing runs of a case whose conventions are searched
 QUICK_VARIATION = "defaults"
 VARIED_SYSTEM = "two spheres"
 
@@ -219,8 +222,12 @@ def verify_trials(
                 if study.level != "quick" or name == QUICK_VARIATION
             ]
     runs = _runs(case, engine, jobs)
+    version, unexplained = engine.identify().engine_version if runs else "", 0
     for number, run in enumerate(runs):
-        findings.checks += judged(run)
+        search = unexplained < MOST_SEARCHED
+        rows = explained(judged(run), run, study.defects, version, search=search)
+        unexplained += any(row.verdict is Verdict.FAIL for row in rows)
+        findings.checks += rows
         study.progress(case.name, number + 1, len(runs))
     findings.evidence = Evidence(engine.title, tuple(run for run in runs if not run.variation))
     return findings
@@ -257,7 +264,7 @@ def judged(run: TrialRun) -> list[Check]:
         row = failed_run(name, kind, run.outcome)
         # with values that are no numbers it ran, and went wrong
         died = not isinstance(run.outcome, EngineNaNError)
-        return [replace(row, engine_died=died, cell=cell, trial=run)]
+        return [replace(row, engine_died=died, cell=cell)]
     exact = {} if run.variation else run.case.closed_forms(run.trial.parameters)
     rows = []
     for quantity, expected in run.expected.items():
@@ -275,7 +282,7 @@ def judged(run: TrialRun) -> list[Check]:
             run.tolerance(quantity, expected),
             note=note,
         )
-        rows.append(replace(row, cell=cell, trial=run))
+        rows.append(replace(row, cell=cell))
     return rows if run.variation else [*rows, *_moved_by_rules(run, name, cell)]
 
 
