@@ -466,7 +466,8 @@ def contacts_follow_their_rules(subject: Subject) -> None:
             continue
         for trial in case.trials("quick", case.submodels):
             job = case.job(trial.parameters)
-            law = (name, job.values["normal"])
+            assert job.scene is not None
+            law = (name, job.scene.law.normal)
             if law in seen or engine.refuses(job):
                 continue
             seen.add(law)

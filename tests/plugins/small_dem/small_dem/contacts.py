@@ -5,35 +5,57 @@ from dataclasses import replace
 import numpy as np
 
 from harness.engines.contract import Output
-from harness.engines.traits import ContactModel, takes
+from harness.errors import Unsupported
+from harness.model.conventions import Rules
+from harness.model.scene import Wall
 from small_dem.engine import SmallDem
 
-LINEAR = takes("hooke", "none velocity", "none linear_history")
-FLOOR = {"planes": (1,), "motion_1": ("free",), "clipped": ("no",), "walls_as": ("zplane",)}
+LAW = {"normal": "hooke", "damping": "none velocity", "tangential": "none linear_history",
+       "rolling": "none", "twisting": "none", "heat": "none", "interface": "current"}  # fmt: skip
+
+
+def conventions(scene):
+    """Return its conventions, the default ones; raise Unsupported for what it does not state."""
+    for part, words in LAW.items():
+        if getattr(scene.law, part) not in words.split():
+            raise Unsupported(f"takes {part} = {words}, not {getattr(scene.law, part)}")
+    if scene.law.clipped:
+        raise Unsupported("does not clip")
+    (body, *others), walls = scene.bodies, [wall.replace(point=(0, 0, 0)) for wall in scene.walls]
+    if others or body.motion != "free" or walls != [Wall()] or scene.segments or scene.drag:
+        raise Unsupported("takes one sphere on a floor at rest")
+    return Rules()
 
 
 class SmallContacts(SmallDem):
-    """It takes the scenes of the small DEM, and contact jobs of one sphere on a floor."""
+    """It takes the scenes of the small DEM, and those of one sphere on a floor."""
 
     name = "small-contacts"
-    traits = replace(SmallDem.traits, contact_models=(ContactModel("linear", {**LINEAR, **FLOOR}),))
-
-    @classmethod
-    def states(cls, template):
-        """Return whether it runs a template: one with a scene, and that of the contacts."""
-        return template.name == "contacts" or super().states(template)
+    traits = replace(SmallDem.traits, conventions=conventions)
 
     def run(self, jobs):
-        """Run the values of contact jobs, and the scenes of the others."""
+        """Run the contacts with friction, and the scenes of the others."""
         self.check(jobs)
         outcomes = []
         for job in jobs:
-            if job.template.name == "contacts":
-                series = {"series": simulate(job.values)}
+            if job.scene is not None:
+                series = {"series": simulate(values_of(job.scene))}
                 outcomes.append(Output((), self.identify(), series))
             else:
                 outcomes += super().run([job])
         return outcomes
+
+
+def values_of(scene):
+    """Return the law and the sphere of a scene as values by name."""
+    (body,), (floor,) = scene.bodies, scene.walls
+    values = {**dict(scene.law), "step_size": scene.step, "steps": scene.steps,
+              "series_every": scene.every, "mass_1": body.mass, "radius_1": body.radius,
+              "floor": floor.point[2]}  # fmt: skip
+    vectors = {"": body.position, "v": body.velocity, "w": body.angular_velocity}
+    for part, vector in vectors.items():
+        values |= {f"{part}{axis}_1": x for axis, x in zip("xyz", vector, strict=True)}
+    return values | {f"gravity_{axis}": g for axis, g in zip("xyz", scene.gravity, strict=True)}
 
 
 def simulate(job):
@@ -60,7 +82,7 @@ def simulate(job):
             limit = job["friction"] * abs(normal)
             if np.linalg.norm(along) > limit:
                 along *= limit / np.linalg.norm(along)
-                stretch = -(along + drag) / k
+                stretch = -(along + drag) / k if h else stretch  # none at the start
         return normal * up + along, np.cross(arm, along)
 
     f, t = forces(0.0)
