@@ -13,10 +13,9 @@ from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from harness.engines.contract import Job, Values
-from harness.engines.lammps import law_words, scene_runs, scene_script, scene_variations
 from harness.engines.lammps.language import (
     LammpsLanguage,
     closing_error,
@@ -32,10 +31,13 @@ from harness.engines.scripts import Task
 from harness.engines.traits import FRICTIONLESS, ContactModel, Traits
 from harness.errors import EngineError, EngineMissingError, RequestError
 from harness.files import processes_with_room
-from harness.model.conventions import Rules
-from harness.model.motion import Motion
-from harness.model.scene import Scene
 from harness.observables.provenance import Provenance, release_of
+
+if TYPE_CHECKING:
+    from harness.engines.lammps.scene_variations import Row
+    from harness.model.conventions import Rules
+    from harness.model.motion import Motion
+    from harness.model.scene import Scene
 
 GRANULAR = {"wall_force": "magnified", "mdr_friction": "hertz"}
 """Rules of pair_style granular and of its walls, of mdr alone."""
@@ -46,10 +48,28 @@ MIXES_MODELS = "28 Mar 2023"
 
 def lacking(values: Values, release: str | None) -> str:
     """Return the submodel among a script's values that a release does not have, or nothing."""
+    from harness.engines.lammps import law_words
+
     for name, first in law_words.FIRST_RELEASES.items():
         if name in values.values() and release and release_of(release) < release_of(first):
             return f"LAMMPS {release} has no {name}: LAMMPS {first} has it"
     return ""
+
+
+# a kept verification is answered without scenes, for which numpy and pydantic are loaded
+
+
+def conventions(scene: Scene, release: str | None = None) -> Rules:
+    """Return the conventions by which a release, the newest unless given, runs a scene."""
+    from harness.engines.lammps.scene_script import rules
+
+    return rules(scene, release)
+
+
+def _variations(scene: Scene) -> Mapping[str, Row]:
+    from harness.engines.lammps.scene_variations import variations
+
+    return {row.name: row for row in variations(scene)}
 
 
 class Lammps(LammpsLanguage):
@@ -80,7 +100,7 @@ class Lammps(LammpsLanguage):
             ContactModel("granular", {"interface": ("current",)}, rules=GRANULAR, mixes=True),
             ContactModel("gran/*", rules={"torque_lever": "radius"}),
         ),
-        conventions=scene_script.rules,
+        conventions=conventions,
         caveats=("Clipping the tail (limit_damping) is an option, off by default.",),
     )
 
@@ -148,7 +168,7 @@ class Lammps(LammpsLanguage):
 
     def rules(self, scene: Scene) -> Rules:
         """Return the conventions by which this release runs a scene."""
-        return scene_script.rules(scene, self._release)
+        return conventions(scene, self._release)
 
     @property
     def _release(self) -> str | None:
@@ -160,18 +180,19 @@ class Lammps(LammpsLanguage):
     def variations(self, scene: Scene) -> Sequence[tuple[str, Scene]]:
         """Return those of newton, neighbours, boundaries, ranks, runs and restarts."""
         most = 1 if self._launcher else 8  # a launcher that is given has ranks of its own
-        rows = scene_variations.variations(scene)
+        rows = _variations(scene).values()
         return [(row.name, row.scene) for row in rows if row.variation.ranks <= most]
 
     def motions(self, jobs: Sequence[Job]) -> list[Motion | EngineError]:
         """Return the motions of scenes by the executable: that beside the library, in-process."""
+        from harness.engines.lammps import scene_runs, scene_script
+
         scenes, options = [], []
         for job in jobs:
             assert job.scene is not None
             scene, option = job.scene, scene_script.PLAIN
             if name := job.values.get("variation"):
-                rows = {row.name: row for row in scene_variations.variations(scene)}
-                _, scene, option = rows[str(name)]
+                _, scene, option = _variations(scene)[str(name)]
             if job.values.get("units") == "lj":
                 option = replace(option, units="lj")
             scenes.append(scene)

@@ -81,8 +81,9 @@ def simulate(job):
             along = -k * stretch - drag
             limit = job["friction"] * abs(normal)
             if np.linalg.norm(along) > limit:
-                along *= limit / np.linalg.norm(along)
-                stretch = -(along + drag) / k if h else stretch  # none at the start
+                # without a spring, as at the start, LAMMPS has no friction
+                along *= limit / np.linalg.norm(along) if stretch.any() else 0.0
+                stretch = -(along + drag) / k if h else stretch
         return normal * up + along, np.cross(arm, along)
 
     f, t = forces(0.0)
