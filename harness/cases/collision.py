@@ -8,6 +8,7 @@ et al., Comput. Phys. Commun. 310, 109524 (2025)): an error of the order of the 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import ClassVar
 
 import numpy as np
@@ -24,7 +25,6 @@ from harness.cases.contact.submodels import (
     TANGENTIAL_BESIDE,
     Told,
 )
-from harness.cases.contact.transformations import View, scaled
 from harness.cases.oblique import CASE as OBLIQUE
 from harness.cases.oblique import Oblique
 from harness.parameters.scene import ContactScene
@@ -57,7 +57,6 @@ class CollisionCase(ContactCase[Collision]):
         *(submodel for submodel in TANGENTIAL if submodel.name == "mindlin"),
     )
     other_submodels = (*TANGENTIAL_BESIDE, *ROLLING_UNDAMPED)
-    has_invariances = False  # of the same laws those of an oblique impact
     sets: ClassVar[Told] = {"usual": {"partner": "sphere", **SLIDING}}
     systems: ClassVar[Told] = {
         "two moving spheres": {"partner_radius": None, "partner_density": None},
@@ -68,9 +67,13 @@ class CollisionCase(ContactCase[Collision]):
 
     def scene(self, parameters: Collision) -> ContactScene:
         """Return the impact as it is seen where the second sphere moves towards the first."""
-        part = -parameters.partner_share
-        moving = View(velocity=scaled(parameters.velocity, part))
-        return moving.scene(OBLIQUE.scene(parameters))
+        x, _, z = (-parameters.partner_share * v for v in parameters.velocity)
+        scene = OBLIQUE.scene(parameters)
+        bodies = (
+            replace(b, velocity=(b.velocity[0] + x, b.velocity[1], b.velocity[2] + z))
+            for b in scene.bodies
+        )
+        return replace(scene, bodies=tuple(bodies))
 
     def observed(self, parameters: Collision, motion: Motion) -> Mapping[str, float]:
         """Return ratios of relative velocities, and what the momentum of both changed by."""

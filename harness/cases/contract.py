@@ -41,7 +41,7 @@ P = TypeVar("P", bound=Parameters)
 LevelName = Literal["quick", "default", "full"]
 LEVELS: tuple[LevelName, ...] = ("quick", "default", "full")
 
-ReferenceKind = Literal["closed form", "integrated", "none"]
+ReferenceKind = Literal["equal steps", "closed form", "integrated", "none"]
 
 
 @dataclass(frozen=True)

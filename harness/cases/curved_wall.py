@@ -15,13 +15,11 @@ import numpy as np
 from pydantic import Field
 
 from harness.cases.contact.contact_case import Resting, RestingCase
-from harness.cases.contact.motion import Motion
+from harness.cases.contact.motion import Motion, scene_of
 from harness.cases.contact.parameters import Radius, rest_overlap
 from harness.cases.contact.submodels import NORMAL, SLIDING, TANGENTIAL, Told
-from harness.cases.contact.surroundings import SurroundedCase, refused
-from harness.cases.contract import Reference
-from harness.engines.contract import Value
-from harness.parameters.rules import Rules
+from harness.cases.contact.surroundings import refused
+from harness.model.scene import Scene, Wall
 from harness.parameters.scene import Body, ContactScene, Vector
 
 EDGE = 1e-30
@@ -83,7 +81,7 @@ class CurvedWall(Resting):
         return self.radius * other / (self.radius + other)
 
 
-class CurvedWallCase(RestingCase[CurvedWall], SurroundedCase[CurvedWall]):
+class CurvedWallCase(RestingCase[CurvedWall]):
     """A sphere let go on a curved wall swings, rolls or falls: angle, velocity, spin, overlap."""
 
     name = "curved-wall"
@@ -122,35 +120,18 @@ class CurvedWallCase(RestingCase[CurvedWall], SurroundedCase[CurvedWall]):
         down = (0.0, 0.0, -parameters.gravity)
         return replace(flat, bodies=(first, wall), planes=(), gravity=down)
 
-    def set_up(self, parameters: CurvedWall) -> ContactScene:
-        """Return the sphere alone."""
+    def setup(self, parameters: CurvedWall) -> Scene:
+        """Return the sphere and the wall; an edge is a cylinder without a radius."""
         scene = self.scene(parameters)
-        return replace(scene, bodies=scene.bodies[:1])
-
-    def surroundings(self, parameters: CurvedWall) -> Mapping[str, Value]:
-        """Return the wall."""
-        return {"wall": parameters.wall, "wall_radius": parameters.wall_radius}
-
-    def rules_in_scene(self, parameters: CurvedWall, rules: Rules) -> Rules:
-        """Return the rules of a wall for the body that stands for it.
-
-        In a cylinder R* is another than in a bowl: it goes with E* and G* as its root.
-        """
-        bowl = 1.0 / (1.0 / parameters.radius + 1.0 / parameters.curvature)
-        factor = 1.0
-        if parameters.wall == "cylinder":
-            factor = math.sqrt(parameters.reduced_radius / bowl)
-        return rules.replace(
-            torque_lever=rules.wall_lever,
-            velocity_lever=rules.wall_lever,
-            modulus_factor=rules.modulus_factor * factor,
-            shear_factor=rules.shear_factor * factor,
-            pair_factor=1.0,
+        bowl = scene_of(replace(scene, bodies=scene.bodies[:1]), parameters)
+        lies = parameters.wall in ("cylinder", "rim")
+        wall = Wall(
+            shape="cylinder" if lies else "sphere",
+            direction=(0.0, 1.0, 0.0) if lies else (0.0, 0.0, 1.0),
+            radius=abs(parameters.curvature),
+            hollow=parameters.hollow,
         )
-
-    def expected(self, parameters: CurvedWall, rules: Rules) -> Mapping[str, Reference]:
-        """Return what the integration gives under the rules of a wall."""
-        return super().expected(parameters, self.rules_in_scene(parameters, rules))
+        return bowl.replace(walls=(wall,))
 
     def observed(self, parameters: CurvedWall, motion: Motion) -> Mapping[str, float]:
         """Return angles, velocities over those of a plane as steep, and the overlap."""
@@ -165,7 +146,7 @@ class CurvedWallCase(RestingCase[CurvedWall], SurroundedCase[CurvedWall]):
             "sideways_velocity_ratio": hollow * float(motion.velocity[-1, 0, 0]) / gained,
             "sideways_spin_ratio": hollow
             * parameters.radius
-            * float(motion.omega[-1, 0, 1])
+            * float(motion.angular_velocity[-1, 0, 1])
             / gained,
             "overlap_ratio": float(overlap[-1] / overlap[0]),
         }

@@ -7,11 +7,11 @@ from typing import ClassVar
 
 from pydantic import Field
 
+from harness.cases.contact.contact_case import ContactCase
 from harness.cases.contact.motion import Motion
 from harness.cases.contact.parameters import ContactSystem, Duration, Gravity, counted, meets
 from harness.cases.contact.submodels import HOOKE, Told, named
-from harness.cases.contact.surroundings import ClosedFormCase
-from harness.engines.contract import Value
+from harness.model.scene import Scene
 from harness.parameters.scene import ContactScene
 from harness.theory.contact import dragged
 
@@ -40,7 +40,7 @@ class Drag(ContactSystem):
         return self.gravity * self.relaxation
 
 
-class DragCase(ClosedFormCase[Drag]):
+class DragCase(ContactCase[Drag]):
     """A falling sphere reaches its terminal velocity in a viscous fluid."""
 
     name = "drag"
@@ -48,7 +48,6 @@ class DragCase(ClosedFormCase[Drag]):
     systems: ClassVar[Told] = {"in a fluid": {"duration": 2.0}, "terminal": {"duration": 15.0}}
     every_level = ("terminal",)
     sets: ClassVar[Told] = {"falls": HOOKE}
-    powers = (1.0, 2.0, 3.0)  # dragged by the velocity of half a step before
 
     def scene(self, parameters: Drag) -> ContactScene:
         """Return the sphere alone."""
@@ -66,9 +65,9 @@ class DragCase(ClosedFormCase[Drag]):
             gravity=(0.0, 0.0, -parameters.gravity),
         )
 
-    def surroundings(self, parameters: Drag) -> Mapping[str, Value]:
-        """Return the drag."""
-        return {"drag": parameters.drag}
+    def setup(self, parameters: Drag) -> Scene:
+        """Return the scene with the drag."""
+        return super().setup(parameters).replace(drag=parameters.drag)
 
     def observed(self, parameters: Drag, motion: Motion) -> Mapping[str, float]:
         """Return the speed halfway, at the end and on average, over the terminal speed."""

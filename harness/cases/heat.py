@@ -8,6 +8,7 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
 
+from harness.cases.contact.contact_case import ContactCase
 from harness.cases.contact.motion import Motion
 from harness.cases.contact.parameters import (
     ContactSystem,
@@ -17,8 +18,8 @@ from harness.cases.contact.parameters import (
     pressed,
 )
 from harness.cases.contact.submodels import HERTZ, HOOKE, Told, named
-from harness.cases.contact.surroundings import ClosedFormCase, refused
-from harness.engines.contract import Value
+from harness.cases.contact.surroundings import refused
+from harness.model.scene import Scene
 from harness.parameters.scene import ZERO, Body, ContactScene, Segment
 from harness.theory.contact import conductance, cooling_rate
 
@@ -75,7 +76,7 @@ class Heat(ContactSystem):
         return self.temperature - self.partner_temperature
 
 
-class HeatCase(ClosedFormCase[Heat]):
+class HeatCase(ContactCase[Heat]):
     """Heat flows through a contact: two temperatures approach one another, or that of a wall."""
 
     name = "heat"
@@ -93,7 +94,6 @@ class HeatCase(ClosedFormCase[Heat]):
         "unequal spheres": {"partner": "sphere", "partner_radius": 0.02},
     }
     sets: ClassVar[Told] = {"cools": HOOKE}
-    powers = (1.0, 2.0, 3.0)  # temperatures go on by those of the step before
 
     def scene(self, parameters: Heat) -> ContactScene:
         """Return the bodies, held at rest."""
@@ -112,26 +112,20 @@ class HeatCase(ClosedFormCase[Heat]):
             segments=(Segment(SAMPLES * every, still, still),),
         )
 
-    def set_up(self, parameters: Heat) -> ContactScene:
-        """Return the scene without the motion that is none."""
-        scene = self.scene(parameters)
-        return ContactScene(
-            scene.bodies, scene.planes, scene.law, scene.step, scene.steps, scene.every
+    def setup(self, parameters: Heat) -> Scene:
+        """Return the scene with what conducts, and the temperatures."""
+        scene = super().setup(parameters)
+        law = scene.law.replace(heat=parameters.heat, conductance=parameters.conductance)
+        temperatures = (parameters.temperature, parameters.partner_temperature)
+        bodies = tuple(
+            body.replace(temperature=temperature, heat_capacity=parameters.heat_capacity)
+            for body, temperature in zip(scene.bodies, temperatures, strict=False)
         )
+        walls = (w.replace(temperature=parameters.partner_temperature) for w in scene.walls)
+        return scene.replace(law=law, bodies=bodies, walls=tuple(walls))
 
     def _bodies(self, parameters: Heat) -> tuple[Body, ...]:
         return tuple(parameters.bodies(-parameters.overlap, ZERO))
-
-    def surroundings(self, parameters: Heat) -> Mapping[str, Value]:
-        """Return what conducts, and the temperatures."""
-        return {
-            "heat": parameters.heat,
-            "conductance": parameters.conductance,
-            "heat_capacity": parameters.heat_capacity,
-            "temperature_1": parameters.temperature,
-            "temperature_2": parameters.partner_temperature,
-            "wall_temperature": parameters.partner_temperature,
-        }
 
     def observed(self, parameters: Heat, motion: Motion) -> Mapping[str, float]:
         """Return the temperature above that of the other at the start, and the heat of both."""

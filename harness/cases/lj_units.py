@@ -7,8 +7,10 @@ SI units times powers of two, so that no bit of a ratio may differ.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import ClassVar
 
+from harness.cases.contact.contact_case import ContactCase
 from harness.cases.contact.motion import Motion
 from harness.cases.contact.submodels import (
     COHESIVE_FRICTION,
@@ -18,15 +20,18 @@ from harness.cases.contact.submodels import (
     TANGENTIAL,
     Told,
 )
-from harness.cases.contact.surroundings import SurroundedCase, refused
-from harness.cases.contact.transformations import Units
+from harness.cases.contact.surroundings import refused
 from harness.cases.oblique import CASE as OBLIQUE
 from harness.cases.oblique import Oblique
-from harness.engines.contract import Value
+from harness.engines.contract import Job
+from harness.engines.scene_jobs import scene_job
+from harness.model.base import Vector
+from harness.model.scene import Scene
 from harness.parameters.scene import ContactScene
 
-UNITS = Units(2.0**6, 2.0**7, 2.0**9)
-"""Of length, mass and time, in which the sphere's radius and mass and a contact are about 1."""
+LENGTH, MASS, TIME = 2.0**-6, 2.0**-7, 2.0**-9
+"""Units [m], [kg], [s] in which the sphere's radius and mass and a contact are about 1."""
+SPEED = LENGTH / TIME
 
 
 class InLjUnits(Oblique):
@@ -38,7 +43,7 @@ class InLjUnits(Oblique):
         super().check()
 
 
-class LjUnitsCase(SurroundedCase[InLjUnits]):
+class LjUnitsCase(ContactCase[InLjUnits]):
     """An oblique impact in units lj: velocity ratios and spin are those in SI units."""
 
     name = "lj-units"
@@ -54,20 +59,48 @@ class LjUnitsCase(SurroundedCase[InLjUnits]):
     }
 
     def scene(self, parameters: InLjUnits) -> ContactScene:
-        """Return the impact in other units."""
-        return UNITS.scene(OBLIQUE.scene(parameters))
+        """Return the impact in SI units."""
+        return OBLIQUE.scene(parameters)
 
-    def surroundings(self, parameters: InLjUnits) -> Mapping[str, Value]:
-        """Return the units."""
-        return {"units": "lj"}
+    def setup(self, parameters: InLjUnits) -> Scene:
+        """Return the impact in other units."""
+        scene = super().setup(parameters)
+        bodies = (
+            body.replace(
+                radius=body.radius / LENGTH,
+                mass=body.mass / MASS,
+                position=divided(body.position, LENGTH),
+                velocity=divided(body.velocity, SPEED),
+                angular_velocity=divided(body.angular_velocity, 1.0 / TIME),
+            )
+            for body in scene.bodies
+        )
+        walls = (wall.replace(point=divided(wall.point, LENGTH)) for wall in scene.walls)
+        law = scene.law.in_units(LENGTH, MASS, TIME)
+        return scene.replace(
+            bodies=tuple(bodies), walls=tuple(walls), law=law, step=scene.step / TIME
+        )
+
+    def job(self, parameters: InLjUnits) -> Job:
+        """Return the job of one run in units lj."""
+        return scene_job(self.setup(parameters), units="lj")
 
     def observed(self, parameters: InLjUnits, motion: Motion) -> Mapping[str, float]:
         """Return the ratios of an oblique impact."""
-        return OBLIQUE.observed(parameters, UNITS.back(motion))
+        velocity, spin = motion.velocity * SPEED, motion.angular_velocity / TIME
+        return OBLIQUE.observed(
+            parameters, replace(motion, velocity=velocity, angular_velocity=spin)
+        )
 
     def sizes(self, parameters: InLjUnits) -> Mapping[str, float]:
         """Return the size of the ratio of impulses."""
         return OBLIQUE.sizes(parameters)
+
+
+def divided(vector: Vector, unit: float) -> Vector:
+    """Return a vector in a unit."""
+    x, y, z = vector
+    return (x / unit, y / unit, z / unit)
 
 
 CASE = LjUnitsCase()

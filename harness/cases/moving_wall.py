@@ -25,10 +25,10 @@ from harness.cases.contact.parameters import (
     tangential_stiffness,
 )
 from harness.cases.contact.submodels import SLIDING, TANGENTIAL, Told
-from harness.cases.contact.surroundings import SurroundedCase, refused
-from harness.engines.contract import Value
+from harness.cases.contact.surroundings import refused
 from harness.errors import RequestError
-from harness.parameters.scene import ZERO, ContactScene, Vector
+from harness.model.scene import Scene
+from harness.parameters.scene import ZERO, Vector
 from harness.theory.contact import driven
 
 INSTANTS = 4000
@@ -86,7 +86,7 @@ class MovingWall(Resting):
         return self.acceleration * self.gravity / self.drive
 
 
-class MovingWallCase(RestingCase[MovingWall], SurroundedCase[MovingWall]):
+class MovingWallCase(RestingCase[MovingWall]):
     """A plane that oscillates or runs off takes a sphere along: velocity and spin."""
 
     name = "moving-wall"
@@ -107,20 +107,18 @@ class MovingWallCase(RestingCase[MovingWall], SurroundedCase[MovingWall]):
         "across": {"moves": "across"},
     }
 
-    def set_up(self, parameters: MovingWall) -> ContactScene:
-        """Return the scene with the sphere at rest."""
-        scene = self.scene(parameters)
-        return replace(scene, bodies=tuple(replace(body, velocity=ZERO) for body in scene.bodies))
-
-    def surroundings(self, parameters: MovingWall) -> Mapping[str, Value]:
-        """Return how the plane moves."""
+    def setup(self, parameters: MovingWall) -> Scene:
+        """Return the scene with the sphere at rest and the plane that moves."""
+        scene = super().setup(parameters)
+        (body,), (wall,) = scene.bodies, scene.walls
         if parameters.moves == "shear":
-            return {"moves": "shear", "wall_speed": parameters.speed}
-        return {
-            "moves": parameters.moves,
-            "amplitude": parameters.largest / parameters.drive,
-            "period": 2.0 * math.pi / parameters.drive,
-        }
+            wall = wall.replace(surface_velocity=(parameters.speed, 0.0, 0.0))
+        else:
+            length = parameters.largest / parameters.drive
+            along = parameters.moves == "along"
+            amplitude = (length, 0.0, 0.0) if along else (0.0, 0.0, length)
+            wall = wall.replace(amplitude=amplitude, frequency=parameters.drive)
+        return scene.replace(bodies=(body.replace(velocity=ZERO),), walls=(wall,))
 
     def observed(self, parameters: MovingWall, motion: Motion) -> Mapping[str, float]:
         """Return what the sphere gained, which is the same seen from the plane that shears."""
@@ -179,10 +177,6 @@ class MovingWallCase(RestingCase[MovingWall], SurroundedCase[MovingWall]):
             )
         wall = parameters.largest * np.sin(w * times)
         return rate + wall if factor == 1.0 else (rate + wall) / factor
-
-    def is_integrated(self, parameters: MovingWall) -> bool:
-        """Return whether the plane runs off: no scene has one that oscillates."""
-        return parameters.moves == "shear"
 
 
 CASE = MovingWallCase()

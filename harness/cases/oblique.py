@@ -16,8 +16,7 @@ from pydantic import Field
 
 from harness.cases.contact.contact_case import ContactCase, Friction
 from harness.cases.contact.impact import impact, relative_velocity
-from harness.cases.contact.limits import Evidence
-from harness.cases.contact.motion import Array, Motion
+from harness.cases.contact.motion import Array, Motion, reference_motion
 from harness.cases.contact.parameters import ContactSystem, Speed, between, check_impact
 from harness.cases.contact.report import ContactDisplay
 from harness.cases.contact.submodels import (
@@ -30,13 +29,12 @@ from harness.cases.contact.submodels import (
     TWO_MATERIALS,
     Told,
 )
-from harness.cases.contact.verification import ContactVerification
+from harness.cases.contact.verification import ContactVerification, Evidence
 from harness.cases.verification import Study
 from harness.comparison.verdicts import finding
 from harness.comparison.verification import Findings
 from harness.engines.contract import Engine
 from harness.errors import EngineError
-from harness.parameters.rules import Rules
 from harness.parameters.scene import ContactScene
 from harness.report.sections import Drawing
 from harness.report.style import BLACK, COLOURS, MARKERS, STYLES, Figure, legend_below, panels
@@ -87,11 +85,11 @@ def _rebound(psi: float, quantities: Mapping[str, float]) -> float:
 
 
 def expected_rebounds(case: ObliqueCase, law: str) -> Array:
-    """Return the normalised rebounds (M,) of a law, integrated under the default rules."""
+    """Return the normalised rebounds (M,) of a law, by the reference under the default rules."""
     reached = []
     for psi in INCIDENCES:
-        references = case.expected(_elastic(case, law, psi), Rules())
-        values = {name: reference.value for name, reference in references.items()}
+        parameters = _elastic(case, law, psi)
+        values = case.observed(parameters, reference_motion(case.setup(parameters)))
         reached.append(_rebound(psi, values))
     return np.array(reached)
 
@@ -189,7 +187,7 @@ class ObliqueCase(Friction, ContactCase[Oblique]):
         if along > 0.0:
             quantities["tangential_ratio"] = float(after[0]) / along
             quantities["rim_speed_ratio"] = (
-                parameters.radius * float(motion.omega[-1, 0, 1]) / along
+                parameters.radius * float(motion.angular_velocity[-1, 0, 1]) / along
             )
             impulses = before[0] - after[0], after[2] - before[2]
             quantities["tangential_impulse_ratio"] = float(impulses[0] / impulses[1])
@@ -214,9 +212,7 @@ class ObliqueVerification(ContactVerification):
                 lambda: measured_rebounds(self.case, engine),
             )
             evidence = findings.evidence
-            findings.evidence = ObliqueEvidence(
-                evidence.engine_title, evidence.refined, evidence.failed, rebounds
-            )
+            findings.evidence = ObliqueEvidence(evidence.engine_title, evidence.tried, rebounds)
         return findings
 
     def run_solvers(self, study: Study) -> Findings:
@@ -257,7 +253,8 @@ class ObliqueDisplay(ContactDisplay):
                 "oblique: laws that stick as a whole beside partial slip",
                 "Velocity at the contact after over that before, both over mu times the normal one "
                 "and times 2 (1 - nu) / (2 - nu), elastic spheres on a wall of their material, nu "
-                f"= 0.3. Lines: the laws integrated; marks: codes, {DRAWN_STEPS} steps a contact.",
+                "= 0.3. Lines: the laws by the reference; marks: codes. "
+                f"{DRAWN_STEPS} steps a contact.",
                 lambda: partial_slip_figure(solvers.evidence, codes),
             ),
         )

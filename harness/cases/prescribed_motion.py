@@ -9,7 +9,7 @@ stick are also turned as one body: the spring must turn with the contact.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import ClassVar
 
@@ -17,7 +17,7 @@ import numpy as np
 from pydantic import Field
 
 from harness.cases.contact.contact_case import ContactCase
-from harness.cases.contact.motion import Array, Motion
+from harness.cases.contact.motion import Array, Motion, reference_motion
 from harness.cases.contact.parameters import (
     ContactSystem,
     between,
@@ -47,7 +47,7 @@ from harness.cases.contact.submodels import (
     TWO_MATERIALS,
     Told,
 )
-from harness.cases.contact.verification import ContactVerification
+from harness.cases.contact.verification import ContactVerification, TrialRun
 from harness.cases.verification import Study
 from harness.comparison.verdicts import Check, finding
 from harness.comparison.verification import Findings
@@ -114,25 +114,23 @@ def tangential_ratio(motion: Motion) -> Array:
     return np.asarray(np.einsum("ij,ij->i", force, along) / pressed)
 
 
-def levers(case: ContactCase[PrescribedMotion], findings: Findings) -> Iterator[Check]:
+def levers(case: ContactCase[PrescribedMotion], tried: Sequence[TrialRun]) -> Iterator[Check]:
     """Yield the rows of a pair turned as one body, by the lever of an engine's slip velocity."""
-    for refined in findings.evidence.refined if findings.evidence else ():
-        is_judged = refined.finest.turned and refined.trial.submodel == SHOWN
-        if not is_judged or refined.rules.velocity_lever == "contact_point":
+    for run in tried:
+        parameters = run.trial.parameters
+        shown = parameters.turned and run.trial.submodel == SHOWN and run.values
+        if not shown or run.rules.velocity_lever == "contact_point":
             continue
-        rules = refined.rules.replace(velocity_lever="contact_point")
-        objective = case.expected(refined.finest, rules)["turned_ratio"].value
-        reached = refined.limits["turned_ratio"]
+        rules = run.rules.replace(velocity_lever="contact_point")
+        objective = case.observed(parameters, reference_motion(run.scene, rules))
         yield finding(
-            f"{case.name}, {refined.trial.system}: {SHOWN}, {findings.engine}: "
-            "what turning strains",
-            reached.value,
-            objective,
+            f"{case.name}, {run.trial.system}: {SHOWN}, {run.engine}: what turning strains",
+            run.values["turned_ratio"],
+            objective["turned_ratio"],
             "",
             "expected with levers that reach to the contact: the forces turn with the pair; with "
-            f"the lever {refined.rules.velocity_lever} a turn by {refined.finest.turned:g} rad "
-            f"strains the spring by that times the overlap of {1e6 * refined.finest.overlap:g} µm",
-            reached.uncertainty,
+            f"the lever {run.rules.velocity_lever} a turn by {parameters.turned:g} rad "
+            f"strains the spring by that times the overlap of {1e6 * parameters.overlap:g} µm",
         )
 
 
@@ -346,7 +344,8 @@ class PrescribedMotionVerification(ContactVerification):
     def run(self, engine: Engine, study: Study) -> Findings:
         """Add what the lever of the engine makes of a pair that turns as one body."""
         findings = super().run(engine, study)
-        return replace(findings, checks=[*findings.checks, *levers(self.case, findings)])
+        rows = levers(self.case, findings.evidence.tried)
+        return replace(findings, checks=[*findings.checks, *rows])
 
 
 CASE = PrescribedMotionCase()

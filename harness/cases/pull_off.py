@@ -16,6 +16,7 @@ from harness.cases.contact.parameters import (
     ContactSystem,
     Speed,
     between,
+    elastic_force,
     hertz_spring,
     overlaps,
     pressed,
@@ -94,6 +95,12 @@ class PullOffCase(ContactCase[PullOff]):
             "pull_off_force_N": -float(force.min()),
             "parting_ratio": float(overlap[last]) / parameters.overlap if parted else math.nan,
         }
+
+    def sizes(self, parameters: PullOff) -> Mapping[str, float]:
+        """Return the largest elastic force [N], that at the start, of which the tension is left."""
+        if parameters.normal != "mdr":
+            return {}
+        return {"pull_off_force_N": elastic_force(parameters, parameters.overlap)}
 
     def closed_forms(self, parameters: PullOff) -> Mapping[str, float]:
         """Return tension and overlap where the sphere parts."""

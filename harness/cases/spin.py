@@ -51,7 +51,7 @@ class SpinCase(Friction, ContactCase[Spin]):
         after = relative_velocity(motion)[-1]
         return {
             "normal_restitution": float(after[2]) / parameters.speed,
-            "spin_ratio": float(motion.omega[-1, 0, 1]) / parameters.spin,
+            "spin_ratio": float(motion.angular_velocity[-1, 0, 1]) / parameters.spin,
             "gained_speed_ratio": float(after[0]) / parameters.radius / parameters.spin,
         }
 

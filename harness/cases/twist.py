@@ -58,7 +58,7 @@ class TwistCase(RestingCase[Twist]):
 
     def observed(self, parameters: Twist, motion: Motion) -> Mapping[str, float]:
         """Return the spin halfway and at the end, and what it lost in between."""
-        spin = motion.omega[:, 0, 2]
+        spin = motion.angular_velocity[:, 0, 2]
         half = len(spin) // 2
         lost = float(spin[half] - spin[-1]) / float(motion.time[-1] - motion.time[half])
         return {

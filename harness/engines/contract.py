@@ -32,7 +32,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeVar
 
 from harness.engines.border import EXPECTED, Pace, checked_call, checked_run
-from harness.engines.output import Output
+from harness.engines.output import SERIES, Output
 from harness.engines.process import Ended, cores, last_words, parallel_each
 from harness.engines.traits import Traits
 from harness.errors import (
@@ -42,10 +42,14 @@ from harness.errors import (
     EngineOutputError,
     EngineTimeoutError,
     RequestError,
+    Unsupported,
 )
 from harness.observables.provenance import Provenance
 
 if TYPE_CHECKING:
+    from harness.model.conventions import Rules
+    from harness.model.motion import Motion
+    from harness.model.scene import Scene
     from harness.parameters.allowed import Allowed
     from harness.parameters.law import Contact
     from harness.parameters.plane_scene import SceneBuilder
@@ -65,6 +69,20 @@ _FINISHED = re.compile(r"^RESULT verdict = ", re.MULTILINE)
 def finished(log: str) -> bool:
     """Return whether a log has the line that a script prints last, not only echoes it."""
     return _FINISHED.search(log) is not None
+
+
+def scenes_and_others(
+    jobs: Sequence[Job],
+    run_scenes: Callable[[Sequence[Job]], list[Outcome]],
+    run_others: Callable[[Sequence[Job]], list[Outcome]],
+) -> list[Outcome]:
+    """Return the outcomes of jobs, in order: those with a scene run together, then the others."""
+    outcomes: dict[int, Outcome] = {}
+    for has_scene, run in ((True, run_scenes), (False, run_others)):
+        places = [i for i, job in enumerate(jobs) if (job.scene is not None) is has_scene]
+        if places:
+            outcomes.update(zip(places, run([jobs[i] for i in places]), strict=True))
+    return [outcomes[place] for place in range(len(jobs))]
 
 
 def in_batches(
@@ -161,11 +179,13 @@ def collect(
     return [EngineCrashError(late).with_log(log) for log in finished_logs]
 
 
+SCENE_NAME = "contact-scene"
+
 Value = str | int | float
 Values = Mapping[str, Value]
 Vector = Sequence[float]
 
-__all__ = ["Engine", "Job", "Output", "Template", "Value", "Values", "Variation"]
+__all__ = ["Engine", "Job", "Output", "Template", "Value", "Values"]
 
 
 @dataclass(frozen=True)
@@ -201,6 +221,8 @@ class Job:
     ``values`` are SI, angles in degrees; ``series_every`` among them is the number of steps
     between samples. ``variant`` chooses the defaults of the script that is rendered: values win
     over them. ``seconds`` [s] is what a long run is expected to take: it has more time than others.
+    ``scene`` is a scene of spheres and walls, of the template
+    :data:`harness.engines.scene_jobs.SCENE`.
     """
 
     template: Template
@@ -208,28 +230,7 @@ class Job:
     variant: str = ""
     sampled: bool = False
     seconds: float = 0.0
-
-
-@dataclass(frozen=True)
-class Variation:
-    """A variation of a job that must not change its result: other settings, other MPI ranks.
-
-    ``against`` names the variation to compare with, by default the unchanged job. Where it is
-    ``exact`` no bit may change, else round-off only, of coordinates as large as ``reach`` [m];
-    ``why`` is the reason. One whose failure does not depend on the law is not ``everywhere``:
-    shorter levels judge it for a few laws. ``carried``: it has an effect on two spheres only after
-    thousands of steps and a long displacement.
-    """
-
-    name: str
-    values: Values
-    why: str
-    against: str = ""
-    exact: bool = True
-    everywhere: bool = True
-    carried: bool = False
-    reach: float = 0.0
-    ranks: int = 1
+    scene: Scene | None = None
 
 
 class Engine(ABC):
@@ -239,6 +240,7 @@ class Engine(ABC):
     traits: Traits
     workers: int = 1
     """Runs that go side by side."""
+    has_lj_units: ClassVar[bool] = False
     ready: bool = False
     """Whether one run more costs no start of a process, and several threads may ask for one."""
 
@@ -284,7 +286,12 @@ class Engine(ABC):
     @classmethod
     def states(cls, template: Template) -> bool:
         """Return whether the engine can run a template at all: here, whether it has a scene."""
-        return template.scene is not None
+        return template.scene is not None or cls.takes_scenes(template)
+
+    @classmethod
+    def takes_scenes(cls, template: Template) -> bool:
+        """Return whether a template is that of scenes of spheres and walls, and they are run."""
+        return template.name == SCENE_NAME and cls.traits.conventions is not None
 
     @classmethod
     def steps_of(cls, step: float, contact: Contact) -> float:  # noqa: ARG003
@@ -298,6 +305,14 @@ class Engine(ABC):
         """Return why the engine cannot run a job, or nothing where it can."""
         if not self.states(job.template):
             return f"it has no template {job.template.name!r}"
+        if job.scene is not None:
+            if job.values.get("units") and not self.has_lj_units:
+                return f"it has no units {job.values['units']}"
+            try:
+                self.rules(job.scene)
+            except Unsupported as reason:
+                return str(reason)
+            return ""
         return self.traits.refuses(job.values)
 
     def check(self, jobs: Iterable[Job]) -> None:
@@ -340,12 +355,49 @@ class Engine(ABC):
         """
         return None
 
-    def variations(self, job: Job, ends: Sequence[Vector]) -> Sequence[Variation]:  # noqa: ARG002
-        """Return the variations of a job with its samples that must not change its result.
+    def rules(self, scene: Scene) -> Rules:
+        """Return the conventions by which the engine runs a scene of spheres and walls.
 
-        ``ends`` are the means of the particles' places at the start and at the end [m].
+        Raise Unsupported for a scene that it cannot state.
+        """
+        if self.traits.conventions is None:
+            raise Unsupported("it runs no scenes of spheres and walls")
+        return self.traits.conventions(scene)
+
+    def variations(self, scene: Scene) -> Sequence[tuple[str, Scene]]:  # noqa: ARG002
+        """Return options of the engine by name, each with the scene whose motion it must leave.
+
+        A job of the scene with the value ``variation`` = name runs it.
         """
         return ()
+
+    def motions(self, jobs: Sequence[Job]) -> list[Motion | EngineError]:
+        """Return the motion of the scene of each job, or the error of its run, in order."""
+        raise NotImplementedError
+
+    def run_scene_jobs(self, jobs: Sequence[Job]) -> list[Output | EngineError]:
+        """Return the motions of jobs with scenes as outputs, in order."""
+        from harness.engines.scene_tables import motion_table
+
+        started, provenance = time.monotonic(), self.identify()
+        motions = self.motions(jobs) if jobs else []
+        seconds = (time.monotonic() - started) / max(1, len(jobs))
+        outputs: list[Output | EngineError] = []
+        for job, motion in zip(jobs, motions, strict=True):
+            if isinstance(motion, EngineError):
+                outputs.append(motion)
+                continue
+            assert job.scene is not None
+            scene = self.scene_of(job)
+            tables = {SERIES: motion_table(motion, scene)}
+            outputs.append(Output((), provenance, tables, seconds=seconds, title=self.title))
+        return outputs
+
+    def scene_of(self, job: Job) -> Scene:
+        """Return the scene that a job runs, with its variation."""
+        assert job.scene is not None
+        name = job.values.get("variation")
+        return dict(self.variations(job.scene))[str(name)] if name else job.scene
 
     def on_ranks(self, ranks: int) -> Engine:
         """Return the same code on so many MPI ranks; close it after use.

@@ -44,7 +44,7 @@ from itertools import chain
 from pathlib import Path
 from typing import Any, ClassVar
 
-from harness.engines.contract import Engine, Job, collect, run_in_turn
+from harness.engines.contract import Engine, Job, collect, run_in_turn, scenes_and_others
 from harness.engines.output import SERIES, Output, Table, read_csv, read_dump, results_in
 from harness.engines.process import (
     Ended,
@@ -477,6 +477,9 @@ class ScriptedEngine(ScriptSource, ProgramEngine):
         if self.processes.closed:
             return [self.closed_error() for _ in jobs]
         self.identify()
+        return scenes_and_others(jobs, self.run_scene_jobs, self._run_scripts)
+
+    def _run_scripts(self, jobs: Sequence[Job]) -> list[Output | EngineError]:
         tasks = [self.task(job) for job in jobs]
         outputs: list[Output | EngineError] = []
         for task, output in zip(tasks, self.execute(tasks), strict=True):

@@ -17,15 +17,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from harness import __version__
-from harness.engines.contract import Engine, Job
+from harness.engines.contract import Engine, Job, scenes_and_others
 from harness.engines.output import SERIES, Output, Table
 from harness.engines.process import cores, parallel_map
 from harness.engines.traits import FRICTIONLESS, ContactModel, Traits
 from harness.errors import EngineError, RequestError
+from harness.model.conventions import Rules
+from harness.model.motion import Motion
 from harness.observables.provenance import Provenance
 from harness.observables.reference import Trajectory
 from harness.parameters.plane_scene import STAGES, Stage
 from harness.parameters.scene import ContactScene
+from harness.solvers import reference as steps
 from harness.solvers.grain.columns import OverColumns
 from harness.solvers.grain.row import FIXED_STEP, Grain, Row, fewest_steps_per_contact, row_of
 from harness.solvers.grain.trajectory import Adaptive, FixedStep, TrajectoryIntegrator
@@ -183,8 +186,10 @@ class Reference(Engine):
         frictionless=ContactModel("contact", FRICTIONLESS | {"law": ("overlap", "deformable")}),
         microseconds_per_step=0.05,
         title="reference DEM",
+        conventions=lambda scene: Rules(),  # noqa: ARG005
     )
     ready = True
+    has_lj_units = True
 
     def __init__(
         self,
@@ -228,6 +233,20 @@ class Reference(Engine):
 
     def run(self, jobs: Sequence[Job]) -> list[Output | EngineError]:
         """Run the scenes of the jobs, errors as for :meth:`run_scenes`."""
+        return scenes_and_others(jobs, self.run_scene_jobs, self._run_jobs)
+
+    def motions(self, jobs: Sequence[Job]) -> list[Motion | EngineError]:
+        """Return the motion of each job's scene by default conventions."""
+
+        def run_one(job: Job) -> Motion | EngineError:
+            try:
+                return steps.run(self.scene_of(job))
+            except EngineError as error:
+                return error
+
+        return parallel_map(run_one, jobs, self.workers)
+
+    def _run_jobs(self, jobs: Sequence[Job]) -> list[Output | EngineError]:
         scenes = []
         for job in jobs:
             reason, build = super().refuses(job), job.template.scene

@@ -251,7 +251,9 @@ class ScriptSource(Engine):
         with _LOCK:
             if any(rendered[:3] == key for rendered in _RENDERED):
                 return True
-        return cls._source(template) is not None or cls.takes_scene(template)
+        if cls._source(template) is not None or cls.takes_scene(template):
+            return True
+        return cls.takes_scenes(template)
 
     @classmethod
     def takes_scene(cls, template: Template) -> bool:
@@ -298,7 +300,7 @@ class ScriptSource(Engine):
         """Return the scripts of all variants that the engine renders, by their names."""
         texts = {}
         for template in templates:
-            if cls.states(template):
+            if cls.states(template) and not cls.takes_scenes(template):
                 variants = [template.main] if cls.takes_scene(template) else template.variants
                 for variant in variants:
                     script = cls.script(template, variant)
@@ -308,7 +310,7 @@ class ScriptSource(Engine):
     def refuses(self, job: Job) -> str:
         """Return why the engine cannot run a job: no template, its rules, an unknown value."""
         reason = super().refuses(job)
-        if reason:
+        if reason or job.scene is not None:
             return reason
         if self.takes_scene(job.template):
             return self._refuses_scene(job)
@@ -363,6 +365,8 @@ class ScriptSource(Engine):
 
     def script_digest(self, job: Job) -> str:
         """Return the SHA-256 of the script that a job runs, and of the data of its scene."""
+        if job.scene is not None:
+            return ""
         digest = self.script(job.template, job.variant).sha256
         if not self.takes_scene(job.template):
             return digest

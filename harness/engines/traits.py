@@ -15,6 +15,8 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from harness.model.conventions import Rules as ModelRules
+    from harness.model.scene import Scene
     from harness.parameters.law import Contact
 
 
@@ -183,6 +185,8 @@ class Traits:
     contact_models: tuple[ContactModel, ...] = ()
     """Of contacts with friction: what scripts are told of, and by which rules (see
     :mod:`harness.engines.traits`); without any, all that the scripts declare."""
+    conventions: Callable[[Scene], ModelRules] | None = None
+    """Of contacts, by the scene of spheres and walls; raises Unsupported. None: it runs none."""
     caveats: tuple[str, ...] = field(default=())
     """Traps that users fall into, a sentence each; the report shows them."""
 

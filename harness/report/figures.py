@@ -386,7 +386,11 @@ def sweep_figure(
     return figure
 
 
-DASHES: Mapping[str, Any] = {"closed form": "--", "integrated": (0, (5, 1.5, 1, 1.5))}
+DASHES: Mapping[str, Any] = {
+    "closed form": "--",
+    "integrated": (0, (5, 1.5, 1, 1.5)),
+    "equal steps": (0, (5, 1.5, 1, 1.5)),
+}
 """Of what is expected, by where it comes from."""
 
 OWN = "#555555"

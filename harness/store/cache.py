@@ -129,7 +129,7 @@ def _array(arrays: Mapping[str, NDArray[Any]], place: str) -> NDArray[Any]:
     return arrays[name][int(row)] if row else arrays[name]
 
 
-SOURCES = ("parameters", "observables", "engines")
+SOURCES = ("parameters", "observables", "engines", "model")
 """Folders of source that turn a job into an output: edited, every job is run again."""
 
 
@@ -204,7 +204,16 @@ _PASSED_ON = frozenset(
     (
         *("name", "title", "states", "refuses", "check", "fingerprint", "fingerprint_of"),
         *("ready", "workers"),
-        *("twin", "twin_options", "script_digest", "inputs", "logs", "variations"),
+        *(
+            "twin",
+            "twin_options",
+            "script_digest",
+            "inputs",
+            "logs",
+            "variations",
+            "rules",
+            "scene_of",
+        ),
     )
 )
 
@@ -218,6 +227,7 @@ def run_key(engine: Engine, job: Job, fingerprint: Mapping[str, Any]) -> str:
             "variant": job.variant,
             "defaults": dict(template.variants.get(job.variant or template.main, {})),
             "values": dict(job.values),
+            "scene": None if job.scene is None else job.scene.model_dump(mode="json"),
             "sampled": job.sampled,
             "script": engine.script_digest(job) or _source_of_scene(job),
             "engine": dict(fingerprint),

@@ -6,10 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from harness.cases.contact.motion import NEUTRAL, TEMPLATE
 from harness.cases.drop.case import CASE
 from harness.engines.border import ReadValues
-from harness.engines.contract import Engine, Job, Output
+from harness.engines.contract import Engine, Job, Output, Template
 from harness.engines.programs import ScriptedEngine
 from harness.engines.traits import Traits
 from harness.errors import EngineError, EngineOutputError, RequestError
@@ -18,6 +17,12 @@ from harness.observables.provenance import Provenance
 TRAITS = Traits(install_hint="", versions=("1",), integrator="velocity-verlet")
 WHO = Provenance("plugin", "1")
 JOB = CASE.job(CASE.default)
+NEUTRAL = {
+    **{"up_x": 0.0, "up_y": 0.0, "up_z": 1.0},
+    **{"drift_x": 0.0, "drift_y": 0.0, "drift_z": 0.0},
+    **{"gravity_z": 0.0, "friction": 0.0},
+}
+TEMPLATE = Template("contacts", {"plane": {"friction": 0.3, "gravity_z": -9.81}}, neutral=NEUTRAL)
 WALL = Job(TEMPLATE, TEMPLATE.variants["plane"], "plane", sampled=True)
 
 

@@ -30,7 +30,7 @@ variable k index 1
 """
 DEFECT = KnownDefect(
     name="weak", engine="toy", cases=("slide",), submodels=("*",), since="1 Jan 2029",
-    cause="the spring has half of its stiffness", error="spring broke", upstream="issue 1",
+    cause="the spring has half of its stiffness", undetermined="of no size", upstream="issue 1",
     script="reports/defects/weak/in.toy",
 )  # fmt: skip
 

@@ -5,13 +5,18 @@ from types import SimpleNamespace
 import pytest
 
 from harness import pytest_plugin
-from harness.cases.contact.transformations import selected
 from harness.cases.registry import get_case
 from harness.cases.verification import Study
 from harness.engines.registry import open_engine
 from harness.errors import RequestError
 from harness.workflows import verification
 from harness.workflows.verification import Selection, sections, verify
+
+
+def selected(case, trials, study):
+    """Return the trials of a case that a study selects."""
+    return case.verification._selected(trials, study)
+
 
 BOUNCE = "bounce/hertz, tsuji"
 

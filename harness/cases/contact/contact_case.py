@@ -13,16 +13,7 @@ from typing import Any, ClassVar, TypeVar
 
 from pydantic import Field
 
-from harness.cases.contact.limits import STEPS
-from harness.cases.contact.motion import (
-    TEMPLATE,
-    Array,
-    Motion,
-    followed,
-    job_of,
-    motion_of,
-    rules_of,
-)
+from harness.cases.contact.motion import Array, Motion, reference_motion, scene_of
 from harness.cases.contact.parameters import (
     ContactSystem,
     Duration,
@@ -49,14 +40,18 @@ from harness.cases.contact.submodels import (
 from harness.cases.contract import Case, LevelName, Reference
 from harness.engines.border import engine_seconds
 from harness.engines.contract import Job, Output, Template
+from harness.engines.scene_jobs import SCENE, scene_job
+from harness.engines.scene_tables import motion_in
 from harness.engines.traits import Traits
-from harness.parameters.rules import Rules
+from harness.errors import EngineNaNError, Unsupported
+from harness.model.conventions import Rules
+from harness.model.scene import Scene
 from harness.parameters.scene import ZERO, ContactScene, Vector
 
 P = TypeVar("P", bound=ContactSystem)
 
-SAME = 1e-9
-"""Difference of integrations that differ by their rules, where these change nothing."""
+STEPS = 50
+"""Steps of a contact at which engines are held against the reference."""
 
 LONGER = ("unequal spheres", "frozen sphere", "two spheres, turned", *TWO_MATERIALS)
 """Systems that the shortest level leaves out.
@@ -77,7 +72,7 @@ class ContactCase(Case[P]):
     """
 
     group: ClassVar[str] = "contacts"
-    template: ClassVar[Template] = TEMPLATE
+    template: ClassVar[Template] = SCENE
     verified_by = "harness.cases.contact.verification:ContactVerification"
     shown_by = "harness.cases.contact.report:ContactDisplay"
     submodels: ClassVar[Sequence[Submodel]]
@@ -89,21 +84,14 @@ class ContactCase(Case[P]):
     sets: ClassVar[Told]
     """What the presets change of the default parameters, by name; the first is the default."""
     invariant: ClassVar[Sequence[Submodel]] = ()
-    """Those whose invariances every level checks, in some systems: each in one case is enough."""
-    has_invariances: ClassVar[bool] = True
-    """Whether any level checks them: not of laws that go through them elsewhere, nor of a script
-    that says more than its scene."""
+    """Those whose variations level full runs, in all systems."""
     over_ranks: ClassVar[Sequence[str]] = ()
-    """Names of those that the default level runs on MPI ranks: one of each kind of memory."""
+    """Names of those that the default level runs by variations: one of each kind of memory."""
     by_defaults: ClassVar[Sequence[str]] = ()
-    """Names of those that also the shortest level carries through an engine's default order."""
+    """Names of those of which the shortest level runs a pair by LAMMPS's defaults."""
     formula: ClassVar[str]
     every_level: ClassVar[Sequence[str]] = ()
     """Systems in which the shortest level runs each submodel, whoever's turn it is."""
-    powers: ClassVar[tuple[float, ...]] = ()
-    """Of the step in the error, where these are not those of the law."""
-    lasts: ClassVar[bool] = False
-    """Whether contacts last throughout: none begins or ends."""
 
     def __init_subclass__(cls, **more: Any) -> None:
         super().__init_subclass__(**more)
@@ -137,52 +125,32 @@ class ContactCase(Case[P]):
         """Return the quantities whose exact value is known, by name."""
         return {}
 
+    def setup(self, parameters: P) -> Scene:
+        """Return the scene that engines and the reference run."""
+        return scene_of(self.scene(parameters), parameters)
+
     def job(self, parameters: P) -> Job:
         """Return the job of one run."""
-        return job_of(self.scene(parameters), parameters.interface, parameters.materials_as)
+        return scene_job(self.setup(parameters))
 
     def motion(self, parameters: P, output: Output) -> Motion:
         """Return the samples of a run; raise EngineOutputError where some are missing."""
-        return motion_of(output, self.scene(parameters))
+        return motion_in(output, self.setup(parameters))
 
     def read(self, parameters: P, output: Output, traits: Traits) -> Mapping[str, float]:
         """Return the quantities of a run; raise EngineOutputError for one that is cut."""
-        motion = self.motion(parameters, output)
-        quantities = self.observed(parameters, motion)
-        if motion.tells_forces:
-            return quantities
-        return {name: value for name, value in quantities.items() if not math.isnan(value)}
+        return self.observed(parameters, self.motion(parameters, output))
 
     def references(self, parameters: P, traits: Traits) -> Mapping[str, Reference]:
-        """Return closed forms, and what the integration of the law gives for the rest."""
-        return self.expected(parameters, rules_of(self.job(parameters), traits))
-
-    def expected(self, parameters: P, rules: Rules) -> Mapping[str, Reference]:
-        """Return what is expected under rules; closed forms where these change nothing."""
-        exact = dict(self.closed_forms(parameters))
-        if not self.is_integrated(parameters):
+        """Return the values at equal steps; closed forms where the reference cannot run."""
+        exact = self.closed_forms(parameters)
+        try:
+            scene = self.setup(parameters)
+            rules = Rules() if traits.conventions is None else traits.conventions(scene)
+            values = self.observed(parameters, reference_motion(scene, rules))
+        except (EngineNaNError, Unsupported):
             return {name: Reference(value, "closed form") for name, value in exact.items()}
-        scene = self.scene(parameters)
-        integrated = self.observed(parameters, followed(scene, rules).motion)
-        if rules != Rules():
-            plain = self.observed(parameters, followed(scene, Rules()).motion)
-            exact = {
-                name: value
-                for name, value in exact.items()
-                if math.isclose(integrated[name], plain[name], rel_tol=SAME, abs_tol=SAME)
-            }
-        return {
-            **{name: Reference(value, "integrated") for name, value in integrated.items()},
-            **{name: Reference(value, "closed form") for name, value in exact.items()},
-        }
-
-    def is_integrated(self, parameters: P) -> bool:
-        """Return whether the scene moves as a run does; if not, closed forms are all there is."""
-        return True
-
-    def rules_in_scene(self, parameters: P, rules: Rules) -> Rules:
-        """Return the rules under which the scene is integrated for a run under ``rules``."""
-        return rules
+        return {name: Reference(value, "equal steps") for name, value in values.items()}
 
     def seconds(self, parameters: P, rules: Traits | None, solver: str = "") -> float:
         """Return what a run is expected to take an engine of these rules [s]."""
@@ -196,7 +164,7 @@ class ContactCase(Case[P]):
 
         Those of the case unless others are given.
         """
-        base, coarsest = self.default, STEPS[level][0]
+        base, coarsest = self.default, STEPS
         names = [each.name for each in (*self.submodels, *self.other_submodels) if each.quick]
         for submodel in self.submodels if submodels is None else submodels:
             systems = {
@@ -299,7 +267,7 @@ class RestingCase(ContactCase[R]):
 
 def rolling(parameters: Resting, motion: Motion) -> tuple[Array, Array]:
     """Return the speed along x, and radius times the spin about y, each (M,) [m/s]."""
-    return motion.velocity[:, 0, 0], parameters.radius * motion.omega[:, 0, 1]
+    return motion.velocity[:, 0, 0], parameters.radius * motion.angular_velocity[:, 0, 1]
 
 
 def speed_ratios(

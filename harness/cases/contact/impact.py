@@ -12,7 +12,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from harness.cases.contact.motion import Array, Motion, contact_time, yield_time
+from harness.cases.contact.motion import Array, Motion
 from harness.cases.contact.parameters import (
     ContactSystem,
     dashpots,
@@ -21,7 +21,9 @@ from harness.cases.contact.parameters import (
     resolved,
 )
 from harness.errors import RequestError
+from harness.parameters.rules import Rules
 from harness.parameters.scene import ZERO, ContactScene, Vector
+from harness.solvers.pair.integration import integrate
 from harness.theory import contact
 
 
@@ -216,3 +218,36 @@ def overlap_of(parameters: ContactSystem, motion: Motion) -> tuple[Array, Array]
     distance = np.linalg.norm(apart, axis=1)
     rate = np.einsum("ij,ij->i", apart, moving) / distance
     return parameters.radius + parameters.second_radius - distance, -rate
+
+
+LONGEST = 64
+"""Guesses of a contact's duration that are tried: a strong dashpot draws it out."""
+
+
+@lru_cache(maxsize=2048)
+def yield_time(scene: ContactScene) -> float:
+    """Return after which time of its first contact a sphere yields [s]; inf if it does not."""
+    path = integrate(scene, Rules())
+    begun = [event.time for event in path.of_kind("begins")]
+    return next((event.time - begun[0] for event in path.of_kind("yields")), math.inf)
+
+
+@lru_cache(maxsize=2048)
+def contact_time(scene: ContactScene) -> float:
+    """Return how long the first contact of a scene lasts [s]; its one step is a first guess.
+
+    Raise RequestError for a contact that does not end.
+    """
+    longer = 1
+    while longer <= LONGEST:
+        path = integrate(replace(scene, step=scene.step * longer), Rules())
+        lasted = path.contact_times()
+        if lasted:
+            return lasted[0]
+        longer *= 4
+    strong = ("damping_coefficient", "restitution", "surface_energy")
+    values = [(name, getattr(scene.law, name)) for name in strong]
+    named = ", ".join(f"{name} = {value!r}" for name, value in values if value is not None)
+    raise RequestError(
+        f"{named}: the contact does not end; less damping or attraction, or a faster impact, end it"
+    )

@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from harness.cases.contact.limits import Tried
-from harness.cases.contact.motion import asked_for
+from harness.cases.contact.verification import TrialRun
 from harness.cases.display import Display
 from harness.comparison.verification import Findings
+from harness.model.conventions import Rules
 from harness.parameters.law import ContactLaw
-from harness.parameters.rules import Rules
 from harness.parameters.submodels import (
     ADHESION,
     BULK,
@@ -60,17 +59,17 @@ class ContactDisplay(Display):
         )
 
 
-def _tables(case: ContactCase[Any], tried: Sequence[Tried], engine: str) -> Iterator[Table]:
+def _tables(case: ContactCase[Any], tried: Sequence[TrialRun], engine: str) -> Iterator[Table]:
     """Yield the law of a submodel with the engine's rules, parameters, and commands."""
     yield Table(
         "The law",
         "The law; n points to the first sphere, m* and R* are the reduced mass and radius.",
         ("part", "formula"),
-        (*formulas(tried[0].finest.law), *_rules(case, tried)),
+        (*formulas(tried[0].trial.parameters.law), *_rules(tried)),
     )
     yield _parameters(tried)
     commands = tuple((trial.trial.system, _command(case, trial, engine)) for trial in tried)
-    yield Table("Run it again", "One run, at the coarsest step.", ("system", "command"), commands)
+    yield Table("Run it again", "One run, at the same step.", ("system", "command"), commands)
 
 
 def formulas(law: ContactLaw) -> Iterator[tuple[str, str]]:
@@ -105,22 +104,21 @@ def _parts(law: ContactLaw) -> Iterator[tuple[str, str]]:
         yield "twisting resistance", TWISTING[law.twisting].formula
 
 
-def _rules(case: ContactCase[Any], tried: Sequence[Tried]) -> Iterator[tuple[str, str]]:
+def _rules(tried: Sequence[TrialRun]) -> Iterator[tuple[str, str]]:
     """Yield the rules of the engine that are not the default ones and matter, in any system."""
     changed: dict[str, Any] = {}
     for trial in tried:
-        rules = asked_for(case.scene(trial.finest), trial.rules)
-        changed |= rules.model_dump(exclude_defaults=True)
+        changed |= trial.rules.changed
     for name, value in changed.items():
         meaning = (Rules.model_fields[name].description or "").partition("] ")[2]
         yield f"rule: {in_words(name)}", f"{in_words(str(value))} ({meaning})"
 
 
-def _parameters(tried: Sequence[Tried]) -> Table:
+def _parameters(tried: Sequence[TrialRun]) -> Table:
     """Return the parameters of the first system, with units, and where the others differ."""
     rows = []
-    for name, field in type(tried[0].finest).model_fields.items():
-        values = [getattr(trial.finest, name) for trial in tried]
+    for name, field in type(tried[0].trial.parameters).model_fields.items():
+        values = [getattr(trial.trial.parameters, name) for trial in tried]
         if any(value is not None for value in values):
             unit, _, meaning = (field.description or "[-] ").removeprefix("[").partition("] ")
             texts = [_as_text(value) for value in values]
@@ -134,7 +132,7 @@ def _parameters(tried: Sequence[Tried]) -> Table:
             )
             rows.append((in_words(name), text_of_all, "" if unit == "-" else unit, meaning))
     head = ("parameter", "value", "unit", "meaning")
-    caption = "Of the run with the finest step; with --set NAME=VALUE, its words joined by _."
+    caption = "With --set NAME=VALUE, its words joined by _."
     return Table("Parameters", caption, head, tuple(rows))
 
 
@@ -144,12 +142,12 @@ def _as_text(value: Any) -> str:
     return f"{value:.9g}" if isinstance(value, float) else str(value).lower()
 
 
-def _command(case: ContactCase[Any], trial: Tried, engine: str) -> str:
+def _command(case: ContactCase[Any], trial: TrialRun, engine: str) -> str:
     settings = " ".join(f"--set {name}={value}" for name, value in _changes(case, trial))
     return f"dem-harness run {case.name} --engine {engine} {settings}"
 
 
-def _changes(case: ContactCase[Any], trial: Tried) -> Iterator[tuple[str, Any]]:
+def _changes(case: ContactCase[Any], trial: TrialRun) -> Iterator[tuple[str, Any]]:
     """Yield what a trial changes of the default parameters."""
     base = dict(case.default)
     for name, value in trial.trial.parameters:

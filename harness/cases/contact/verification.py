@@ -1,73 +1,122 @@
-"""Run the trials of a contact case at several steps each and judge their limits."""
+"""Hold an engine's motion of each trial against the reference at the same steps."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import replace
-from functools import partial
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from harness.cases.contact.invariance import invariances
-from harness.cases.contact.limits import (
-    AGAIN,
-    FINEST,
-    RECORDED,
-    SECONDS,
-    STEPS,
-    Evidence,
-    RefinedTrial,
-    Tried,
-    lasting_powers,
-    powers,
-    refine,
-    unresolved,
-    width_of,
-)
-from harness.cases.contact.motion import followed, jumps_at_the_end, powers_of, rules_of
+from harness.cases.contact.motion import reference_motion
 from harness.cases.contact.submodels import Submodel, Trial
-from harness.cases.contact.transformations import chosen, labels, selected
 from harness.cases.contract import LevelName
-from harness.cases.verification import Study, Verification
-from harness.comparison.convergence import Limit
-from harness.comparison.regression import BaselineRecord, made_by, name_in_cell
+from harness.cases.verification import Study, Verification, places
+from harness.comparison.explained import explained
 from harness.comparison.verdicts import (
     Cell,
     Check,
     Kind,
     Planned,
     Tolerance,
-    decided,
+    Verdict,
     failed_run,
     finding,
-    is_undecided,
     judge,
     not_tested,
 )
 from harness.comparison.verification import Findings
-from harness.engines.contract import Engine, Output
+from harness.engines.contract import Engine, Job, Output
 from harness.engines.registry import DEFAULT
-from harness.errors import EngineError, EngineNaNError, RequestError
-from harness.observables.row import Row
-from harness.parameters.rules import Rules
+from harness.engines.scene_tables import motion_in
+from harness.errors import EngineError, EngineNaNError
+from harness.model.conventions import Rules
+from harness.model.motion import Motion
+from harness.model.scene import Scene
 
 if TYPE_CHECKING:
     from harness.cases.contact.contact_case import ContactCase
 
+TOLERANCE = 1e-9  # of the size that a quantity has in its case
+REASON = "both take the same steps: what differs is round-off, or a fault"
+SMALLEST_FINDING = 1e-4  # [size] moved by an engine's conventions
+MOST_SEARCHED = 10  # failing runs of a case whose conventions are searched
+QUICK_VARIATION = "defaults"
+VARIED_SYSTEM = "two spheres"
 
-NO_FORCE = "its output tells no forces"
 
-Run = tuple[Any, Output | EngineError]
-"""Parameters, and what an engine made of them."""
+@dataclass(frozen=True)
+class TrialRun:
+    """A trial in an engine, or a variation of it: its scene, conventions and outcome."""
 
-MOVED = 10.0
-"""Errors of a level by which the levels must differ for their order to be known."""
+    case: ContactCase[Any]
+    trial: Trial
+    engine: str
+    variation: str
+    scene: Scene
+    rules: Rules
+    outcome: Motion | EngineError
+
+    @property
+    def place(self) -> tuple[str, str, str, str, str]:
+        """Return case, submodel, system, engine and variation."""
+        return (self.case.name, self.trial.submodel, self.trial.system, self.engine, self.variation)
+
+    @cached_property
+    def values(self) -> Mapping[str, float]:
+        """Return the quantities of the engine's motion; none where its run failed."""
+        if isinstance(self.outcome, EngineError):
+            return {}
+        try:
+            return self._observed(self.outcome)
+        except (ArithmeticError, IndexError, ValueError):  # samples of no contact
+            return {}
+
+    @cached_property
+    def expected(self) -> Mapping[str, float]:
+        """Return the quantities of the reference by the engine's conventions."""
+        return self._observed(reference_motion(self.scene, self.rules))
+
+    def _observed(self, motion: Motion) -> Mapping[str, float]:
+        with np.errstate(all="ignore"):  # what has no value is NaN, and fails
+            return self.case.observed(self.trial.parameters, motion)
+
+    def tolerance(self, name: str, expected: float) -> Tolerance:
+        """Return the tolerance of a quantity."""
+        return Tolerance(self.unit(name), TOLERANCE * self.size(name, expected), 0.0, REASON)
+
+    def unit(self, name: str) -> str:
+        """Return the unit of a quantity."""
+        return next(quantity.unit for quantity in self.case.quantities if quantity.name == name)
+
+    def size(self, name: str, expected: float) -> float:
+        """Return the size of a quantity: as the case states it, else its own, of a ratio 1."""
+        own = 1.0 if self.unit(name) == "1" else abs(expected) or 1.0
+        return self.case.sizes(self.trial.parameters).get(name, own)
+
+    def holds(self, motion: Motion, only: str = "") -> bool:
+        """Return whether all quantities, or one, hold to their tolerance against a motion."""
+        expected = self._observed(motion)
+        return bool(self.values) and all(
+            abs(self.values.get(name, math.nan) - value)
+            <= self.tolerance(name, self.expected.get(name, value)).absolute
+            for name, value in expected.items()
+            if math.isfinite(value) and only in ("", name)
+        )
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """The trials of a case in an engine, that ran or failed."""
+
+    engine_title: str = ""
+    tried: tuple[TrialRun, ...] = ()
 
 
 class ContactVerification(Verification):
-    """Goes through the trials of a contact case, in the limit of a small step each."""
+    """Goes through the trials of a contact case, one run of each at the same steps."""
 
     case: ContactCase[Any]
 
@@ -75,8 +124,8 @@ class ContactVerification(Verification):
 
     @property
     def regression(self) -> Mapping[str, Tolerance]:
-        """Return the same tolerance for each quantity."""
-        return {quantity.name: AGAIN for quantity in self.case.quantities}
+        """Return nothing: no run is recorded."""
+        return {}
 
     def supported(self, engine: Engine) -> Sequence[Submodel]:
         """Return the submodels that an engine is verified with: more than its own by any other."""
@@ -86,294 +135,181 @@ class ContactVerification(Verification):
         )
 
     def selectable(self, level: LevelName) -> set[str]:
-        """Return the places of the trials of a level, those of invariances too, and their rows."""
+        """Return the places of the trials of a level, and their rows."""
         every = (*self.case.submodels, *self.case.other_submodels)
-        trials = (*self.case.trials(level, every), *chosen(self.case, level))
+        trials = (*self.case.trials(level, every), *self._varied(level))
         return {name for trial in trials for name in labels(self.case, trial)}
 
     def planned(self, level: LevelName, engine: Engine) -> Sequence[Planned]:
-        """Return a check for each trial, and one for the invariances of each that has any."""
+        """Return a check for each trial."""
         trials = self.case.trials(level, self.supported(engine))
-        values = [Planned(_name(self.case, trial, engine)) for trial in trials]
-        moved = [_name(self.case, trial, engine) for trial in chosen(self.case, level)]
-        return [*values, *(Planned(name, invariance=True) for name in moved)]
+        return [Planned(trial.row_name(self.case.name, engine.name)) for trial in trials]
 
     def run(self, engine: Engine, study: Study) -> Findings:
-        """Judge each trial in the limit of a small step, and that nothing else changes it.
+        """Judge each trial, and the variations of some.
 
         An engine beside the main one goes through the trials of ``other_submodels``, too, but
         through none that it ran as the main one.
         """
         case, key, supported = self.case, (self.case.name, engine.name), self.supported(engine)
         if study.role == "main":
-            return study.once(key, lambda: self._with_invariances(engine, study, supported))
+            return study.once(key, lambda: self._findings(engine, study, supported))
         done: Findings | None = study.once(key, lambda: None)
         ran = supported if done else ()
         submodels = [each for each in (*case.submodels, *case.other_submodels) if each not in ran]
-        if not done and study.level == "full":
-            findings = self._with_invariances(engine, study, submodels)
-        else:
-            findings = self._trials(engine, study, submodels)
+        findings = self._findings(engine, study, submodels)
         first: Evidence = done.evidence if done and done.evidence else Evidence(engine.title)
-        refined = (*first.refined, *findings.evidence.refined)
-        failed = (*first.failed, *findings.evidence.failed)
-        findings.evidence = Evidence(engine.title, refined, failed)
+        findings.evidence = Evidence(engine.title, (*first.tried, *findings.evidence.tried))
         return findings
 
-    def _trials(self, engine: Engine, study: Study, submodels: Sequence[Submodel]) -> Findings:
-        trials = selected(self.case, self.case.trials(study.level, submodels), study)
-        return verify_trials(self.case, engine, study, trials)
+    def _findings(self, engine: Engine, study: Study, submodels: Sequence[Submodel]) -> Findings:
+        trials = self._selected(self.case.trials(study.level, submodels), study)
+        names = {submodel.name for submodel in submodels}
+        varied = self._selected(self._varied(study.level), study)
+        return verify_trials(
+            self.case, engine, study, trials, [t for t in varied if t.submodel in names]
+        )
 
-    def _with_invariances(
-        self, engine: Engine, study: Study, submodels: Sequence[Submodel]
-    ) -> Findings:
-        findings = self._trials(engine, study, submodels)
-        verifications = [case.verification for case in study.cases]
-        contacts = [each.case for each in verifications if isinstance(each, ContactVerification)]
-        findings.checks += invariances(self.case, engine, study, contacts)
-        return findings
+    def _selected(self, trials: Iterable[Trial], study: Study) -> list[Trial]:
+        return [trial for trial in trials if study.selects(*labels(self.case, trial))]
+
+    def _varied(self, level: LevelName) -> list[Trial]:
+        """Return the trials that a level also runs by the variations of an engine."""
+        case = self.case
+        names = {"quick": case.by_defaults, "default": (*case.by_defaults, *case.over_ranks)}
+        every = [submodel for submodel in case.submodels if submodel in case.invariant]
+        wanted = {s.name for s in every} | {*names["default"]}
+        if level != "full":
+            wanted = {*names[level]}
+        return [
+            trial
+            for trial in case.trials("full", case.submodels)
+            if trial.submodel in wanted and (level == "full" or trial.system == VARIED_SYSTEM)
+        ]
+
+
+def labels(case: ContactCase[Any], trial: Trial) -> Iterator[str]:
+    """Yield what a pattern may call a trial: its place, its quantities, its rows."""
+    yield from places(case.name, trial.submodel, trial.system)
+    for quantity in case.quantities:
+        yield quantity.name
+        yield f"{case.name}, {trial.system}: {trial.submodel}: {quantity.name}"
 
 
 def verify_trials(
-    case: ContactCase[Any], engine: Engine, study: Study, trials: Iterable[Trial]
+    case: ContactCase[Any],
+    engine: Engine,
+    study: Study,
+    trials: Iterable[Trial],
+    varied: Iterable[Trial] = (),
 ) -> Findings:
-    """Return the rows of trials at the steps of a level, refused ones as not tested."""
+    """Return the rows of trials and of the variations of some, refused ones as not tested."""
     findings = Findings(case.name, engine.name)
-    runnable: list[Trial] = []
+    jobs: list[tuple[Trial, Job]] = []
     for trial in trials:
-        reason = engine.refuses(case.job(trial.parameters))
-        if reason:
-            row = not_tested(_name(case, trial, engine), Kind.ANALYTIC, reason)
-            findings.checks.append(replace(row, cell=_cell(case, trial, engine)))
+        job = case.job(trial.parameters)
+        if reason := engine.refuses(job):
+            row = not_tested(trial.row_name(case.name, engine.name), Kind.CROSS_CODE, reason)
+            findings.checks.append(replace(row, cell=_cell(case, trial, engine.name)))
         else:
-            runnable.append(trial)
-    refined = _refined(case, engine, study.level, runnable)
-    refined_trials, failed = [], []
-    for number, (trial, runs, outcome) in enumerate(refined):
-        if isinstance(outcome, EngineError):
-            row = failed_run(_name(case, trial, engine), Kind.ANALYTIC, outcome)
-            # with values that are no numbers it ran, and went wrong
-            died = not isinstance(outcome, EngineNaNError)
-            cell = _cell(case, trial, engine)
-            findings.checks.append(replace(row, engine_died=died, cell=cell))
-            finest = runs[-1][0]
-            failed.append(Tried(trial, rules_of(case.job(finest), engine.traits), finest))
-        else:
-            findings.checks += _judged(case, outcome, engine)
-            refined_trials.append(outcome)
-            recorded = runs[STEPS[study.level].index(RECORDED)]
-            findings.records.append(_record(case, trial, recorded, engine))
-        study.progress(case.name, number + 1, len(runnable))
-    findings.evidence = Evidence(engine.title, tuple(refined_trials), tuple(failed))
+            jobs.append((trial, job))
+    for trial in varied:
+        job = case.job(trial.parameters)
+        if job.scene is not None and not job.values and not engine.refuses(job):
+            jobs += [
+                (trial, replace(job, values={"variation": name}))
+                for name, _ in engine.variations(job.scene)
+                if study.level != "quick" or name == QUICK_VARIATION
+            ]
+    runs = _runs(case, engine, jobs)
+    version, unexplained = engine.identify().engine_version if runs else "", 0
+    for number, run in enumerate(runs):
+        search = unexplained < MOST_SEARCHED
+        rows = explained(judged(run), run, study.defects, version, search=search)
+        unexplained += any(row.verdict is Verdict.FAIL for row in rows)
+        findings.checks += rows
+        study.progress(case.name, number + 1, len(runs))
+    findings.evidence = Evidence(engine.title, tuple(run for run in runs if not run.variation))
     return findings
 
 
-def _refined(
-    case: ContactCase[Any], engine: Engine, level: LevelName, trials: Sequence[Trial]
-) -> list[tuple[Trial, list[Run], RefinedTrial | EngineError]]:
-    """Return the runs of trials and their limits, with half the step again while one is undecided.
-
-    No further than :data:`FINEST` allows, or :data:`SECONDS` for a run.
-    """
-    steps = STEPS[level]
-    wanted = [t.parameters.replace(steps_per_contact=n) for t in trials for n in steps]
-    outputs = engine.run([case.job(each) for each in wanted]) if wanted else []
-    parts = [slice(i * len(steps), (i + 1) * len(steps)) for i in range(len(trials))]
-    runs: list[list[Run]] = [list(zip(wanted[p], outputs[p], strict=True)) for p in parts]
-    outcomes = [
-        _limits_of_trial(case, *each, engine, level) for each in zip(trials, runs, strict=True)
-    ]
-    going = [*range(len(trials))]
-    while True:
-        finer = {i: _finer(case, outcomes[i], runs[i][-1][0], engine, level) for i in going}
-        following = {i: parameters for i, parameters in finer.items() if parameters is not None}
-        if not following:
-            return list(zip(trials, runs, outcomes, strict=True))
-        going = [*following]
-        outputs = engine.run([case.job(each) for each in following.values()])
-        for (i, parameters), output in zip(following.items(), outputs, strict=True):
-            runs[i].append((parameters, output))
-            outcomes[i] = _limits_of_trial(case, trials[i], runs[i], engine, level)
+def _runs(
+    case: ContactCase[Any], engine: Engine, jobs: Sequence[tuple[Trial, Job]]
+) -> list[TrialRun]:
+    outputs = engine.run([job for _, job in jobs]) if jobs else []
+    runs = []
+    for (trial, job), output in zip(jobs, outputs, strict=True):
+        scene = engine.scene_of(job)
+        outcome = output if isinstance(output, EngineError) else _motion_in(output, scene)
+        name = str(job.values.get("variation", ""))
+        rules = engine.rules(scene)
+        runs.append(TrialRun(case, trial, engine.name, name, scene, rules, outcome))
+    return runs
 
 
-def _finer(
-    case: ContactCase[Any],
-    outcome: RefinedTrial | EngineError,
-    last: Any,
-    engine: Engine,
-    level: LevelName,
-) -> Any:
-    """Return the parameters of a run with half the last step, None where none is to be made."""
-    if isinstance(outcome, EngineError) or not _undecided_in(case, outcome):
-        return None
-    steps = 2 * last.steps_per_contact
-    if steps > FINEST[level]:
-        return None
-    parameters = last.replace(steps_per_contact=steps)
+def _motion_in(output: Output, scene: Scene) -> Motion | EngineError:
     try:
-        seconds = case.seconds(parameters, engine.traits)
-    except RequestError:  # more steps than any run may have
-        return None
-    return parameters if seconds <= SECONDS[level] else None
+        return motion_in(output, scene)
+    except EngineError as error:
+        return error
 
 
-def _undecided_in(case: ContactCase[Any], refined: RefinedTrial) -> bool:
-    """Return whether a limit is too uncertain for its verdict.
-
-    Where a force jumps its uncertainty is that of a few phases of the step: too little to fail by.
-    """
-    return any(
-        is_undecided(reached.value, expected.value, reached.uncertainty, width)
-        or (refined.jumps and abs(reached.value - expected.value) > width)
-        for name, expected in refined.references.items()
-        if (reached := refined.limits.get(name)) is not None and math.isfinite(expected.value)
-        for width in [_tolerance(case, refined, name).width(expected.value)]
-    )
-
-
-def _tolerance(case: ContactCase[Any], refined: RefinedTrial, name: str) -> Tolerance:
-    units = {quantity.name: quantity.unit for quantity in case.quantities}
-    return width_of(
-        units[name],
-        kinked=refined.kinked,
-        size=case.sizes(refined.finest).get(name, 1.0),
-        along_path=bool(case.scene(refined.finest).segments) and not refined.jumps,
-    )
-
-
-def _limits_of_trial(
-    case: ContactCase[Any],
-    trial: Trial,
-    runs: Sequence[Run],
-    engine: Engine,
-    level: LevelName,
-) -> RefinedTrial | EngineError:
-    """Return the limits of a trial, or the error of a run that failed."""
-    values_of_levels = []
-    for parameters, output in runs:
-        if isinstance(output, EngineError):
-            return output
-        try:
-            motion = case.motion(parameters, output)
-        except EngineError as error:
-            return error
-        values_of_levels.append(case.observed(parameters, motion))
-    finest = runs[-1][0]
-    # what is expected, and what switches, is the same for all steps
-    first = runs[len(STEPS[level]) - 1][0]
-    steps = [parameters.steps_per_contact for parameters, _ in runs]
-    rules = rules_of(case.job(finest), engine.traits)
-    integrated = followed(case.scene(first), rules)
-    of_law = lasting_powers if case.lasts else powers
-    terms = case.powers or of_law(finest, powers_of(case.job(finest), engine.traits))
-    ends = jumps_at_the_end(case.scene(first), rules)
-    jumps = integrated.jumps or ends
-    kinked = integrated.kinked or jumps
-    # up to the end of an impact that codes bring on behind the motion the series is that of its law
-    resolved = 2 if ends and trial.parameters.lags and not integrated.kinked else 1
-    # a series without weights holds on the finest runs best
-    used = slice(0 if kinked else -len(STEPS[level]), None)
-    durations = np.array([case.scene(parameters).step for parameters, _ in runs[used]])
-    bounds = unresolved(case, first, integrated, durations) if kinked else {}
-    extrapolate = partial(
-        refine, terms, steps[used], kinked=kinked, jumps=jumps, resolved=resolved, bounds=bounds
-    )
-    limits = extrapolate(values_of_levels[used])
-    levels = tuple(parameters for parameters, _ in runs[used])
-    references, plain = case.expected(first, rules), case.expected(first, Rules())
-    expected = references, plain, limits
-    return RefinedTrial(trial, rules, finest, *expected, motion, kinked, jumps, levels, extrapolate)
-
-
-def _judged(case: ContactCase[Any], refined: RefinedTrial, engine: Engine) -> list[Check]:
-    """Return a row for each quantity with a limit, and what is expected of it."""
-    trial = refined.trial
-    {quantity.name: quantity.unit for quantity in case.quantities}
+def judged(run: TrialRun) -> list[Check]:
+    """Return a row for each quantity of a run, or the one of a run that failed."""
+    kind = Kind.INVARIANCE if run.variation else Kind.CROSS_CODE
+    name = run.trial.row_name(run.case.name, run.engine)
+    name = f"{name}, {run.variation}" if run.variation else name
+    cell = replace(_cell(run.case, run.trial, run.engine), invariance=run.variation)
+    if isinstance(run.outcome, EngineError):
+        row = failed_run(name, kind, run.outcome)
+        # with values that are no numbers it ran, and went wrong
+        died = not isinstance(run.outcome, EngineNaNError)
+        return [replace(row, engine_died=died, cell=cell)]
+    exact = {} if run.variation else run.case.closed_forms(run.trial.parameters)
     rows = []
-    for name, expected in refined.references.items():
-        reached = refined.limits.get(name)
-        if not math.isfinite(expected.value):
+    for quantity, expected in run.expected.items():
+        if not math.isfinite(expected):
             continue
-        if reached is None and not refined.motion.tells_forces:
-            row_without_force = not_tested(_name(case, trial, engine), Kind.CROSS_CODE, NO_FORCE)
-            rows.append(replace(row_without_force, cell=_cell(case, trial, engine)))
-            continue
+        note = ""
+        if quantity in exact:
+            error = expected - exact[quantity]
+            note = f"error of the step {error:.2g} (closed form {exact[quantity]:.9g})"
         row = judge(
-            f"{_name(case, trial, engine)}: {name}",
-            Kind.ANALYTIC if expected.kind == "closed form" else Kind.CROSS_CODE,
-            reached.value if reached else math.nan,
-            expected.value,
-            _tolerance(case, refined, name),
-            uncertainty=reached.uncertainty if reached else math.nan,
+            f"{name}: {quantity}",
+            kind,
+            run.values.get(quantity, math.nan),
+            expected,
+            run.tolerance(quantity, expected),
+            note=note,
         )
-        steps = refined.finest.steps_per_contact
-        row = decided(row, f"{steps} steps of a contact are the finest that the level runs")
-        rows.append(replace(row, cell=_cell(case, trial, engine, reached)))
-    return [*rows, *_moved_by_rules(case, refined, engine)]
+        rows.append(replace(row, cell=cell))
+    return rows if run.variation else [*rows, *_moved_by_rules(run, name, cell)]
 
 
-def _moved_by_rules(case: ContactCase[Any], refined: RefinedTrial, engine: Engine) -> list[Check]:
-    """Return a finding for the quantity that the engine's rules move most, if they move any."""
-    units = {quantity.name: quantity.unit for quantity in case.quantities}
-    sizes = case.sizes(refined.finest)
-    moved = {}
-    for name, plain in refined.plain.items():
-        apart = abs(refined.references[name].value - plain.value)
-        width = width_of(units[name], kinked=False, size=sizes.get(name, 1.0))
-        if name in refined.limits and apart > width.width(plain.value):
-            moved[name] = apart / (abs(plain.value) or 1.0)
-    if not moved:
+def _moved_by_rules(run: TrialRun, name: str, cell: Cell) -> list[Check]:
+    """Return a finding for the quantity that an engine's conventions move most, if any."""
+    changed = run.rules.changed
+    if not changed:
         return []
-    name = max(moved, key=moved.__getitem__)
-    predicted = refined.references[name].value - refined.plain[name].value
-    changed = refined.rules.model_dump(exclude_defaults=True)
+    plain = run.case.observed(run.trial.parameters, reference_motion(run.scene))
+    moved = {
+        quantity: abs(expected - plain[quantity]) / run.size(quantity, plain[quantity])
+        for quantity, expected in run.expected.items()
+        if math.isfinite(expected - plain.get(quantity, math.nan)) and quantity in run.values
+    }
+    largest = max(moved, key=moved.__getitem__, default="")
+    if not largest or moved[largest] < SMALLEST_FINDING:
+        return []
     row = finding(
-        f"{_name(case, refined.trial, engine)}: {name} under other rules",
-        refined.limits[name].value,
-        refined.plain[name].value,
-        units[name],
+        f"{name}: {largest} under other rules",
+        run.values[largest],
+        plain[largest],
+        run.unit(largest),
         f"{', '.join(f'{rule} = {word}' for rule, word in changed.items())}: moves it by "
-        f"{predicted:.3g} by the integration under both rules",
-        refined.limits[name].uncertainty,
+        f"{run.expected[largest] - plain[largest]:.3g} by the reference under both rules",
     )
-    return [row]
+    return [replace(row, cell=cell)]
 
 
-def _cell(
-    case: ContactCase[Any], trial: Trial, engine: Engine, reached: Limit | None = None
-) -> Cell:
-    place = (case.name, trial.submodel, trial.system, engine.name)
-    # an order is known where the levels differ by more than what the series misses them by
-    if reached is None or np.ptp(reached.y) < MOVED * reached.errors.min():
-        return Cell(*place)
-    return Cell(*place, reached.order, *reached.order_interval)
-
-
-def _name(case: ContactCase[Any], trial: Trial, engine: Engine) -> str:
-    return trial.row_name(case.name, engine.name)
-
-
-def _record(
-    case: ContactCase[Any],
-    trial: Trial,
-    run: tuple[Any, Output | EngineError],
-    engine: Engine,
-) -> BaselineRecord:
-    """Return one run, parameters and output, as a record of the baseline."""
-    parameters, output = run
-    assert isinstance(output, Output)
-    values = case.read(parameters, output, engine.traits)
-    units = {quantity.name: quantity.unit for quantity in case.quantities}
-    return BaselineRecord(
-        name=name_in_cell(_cell(case, trial, engine)),
-        parameters=parameters.model_dump(mode="json"),
-        quantities={
-            name: Row(name, value, 0.0, "" if units[name] == "1" else units[name])
-            for name, value in values.items()
-            if math.isfinite(value) and abs(value) > 1e-9
-        },
-        case=case.name,
-        label=f"{trial.submodel}, {trial.system}",
-        family=(trial.submodel,),
-        **made_by(output.provenance),
-    )
+def _cell(case: ContactCase[Any], trial: Trial, engine: str) -> Cell:
+    return Cell(case.name, trial.submodel, trial.system, engine)

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any, ClassVar, Literal
 
 from harness.engines.contract import Job, Template, Values
+from harness.engines.kratos import scenes
 from harness.engines.process import FAULTS, Ended, Limits, last_words, signal_of
 from harness.engines.programs import (
     ASK_SECONDS,
@@ -36,7 +37,16 @@ from harness.engines.traits import (
     never_attracts,
     takes,
 )
-from harness.errors import EngineError, EngineInputError, EngineMissingError, EngineNaNError
+from harness.errors import (
+    EngineError,
+    EngineInputError,
+    EngineMissingError,
+    EngineNaNError,
+    Unsupported,
+)
+from harness.model.conventions import Rules
+from harness.model.motion import Motion
+from harness.model.scene import Scene
 from harness.observables.provenance import Provenance
 from harness.parameters.allowed import Allowed
 
@@ -141,6 +151,7 @@ class Kratos(ScriptedEngine):
         digits=15,
         title="Kratos",
         contact_models=CONTACTS,
+        conventions=scenes.rules,
         caveats=(
             "Only the first search for contacts goes by SearchTolerance: every later one goes by "
             "search_tolerance_against_walls, also where there is no wall, and with 0 there and "
@@ -201,6 +212,19 @@ class Kratos(ScriptedEngine):
     def settings(self, job: Job) -> Values:  # noqa: ARG002
         """Return the integrator, a setting of every script."""
         return {"scheme": self._scheme}
+
+    def rules(self, scene: Scene) -> Rules:
+        """Return Kratos's conventions, with the integrator Velocity_Verlet alone."""
+        if self._scheme != "Velocity_Verlet":
+            raise Unsupported(f"scheme = {self._scheme} runs no contacts: Velocity_Verlet does")
+        return super().rules(scene)
+
+    def motions(self, jobs: Sequence[Job]) -> list[Motion | EngineError]:
+        """Return the motion of the scene of each job, or the error of its run, in order."""
+        return scenes.motions(
+            self.program, [self.scene_of(job) for job in jobs], workers=self.workers,
+            limits=self.limits,
+        )  # fmt: skip
 
     def ask_version(self) -> Provenance:
         """Return Kratos's version; raise EngineMissingError where this Python has none."""

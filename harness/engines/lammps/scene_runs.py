@@ -38,32 +38,40 @@ VECTORS = 5  # position, velocity, angular velocity, force and torque
 def motions(
     executable: str,
     scenes: Sequence[Scene],
-    variation: Variation = PLAIN,
+    variation: Variation | Sequence[Variation] = PLAIN,
     *,
+    arguments: Sequence[str] = (),
+    launcher: Sequence[str] = (),
     release: str | None = None,
     workers: int | None = None,
     limits: Limits | None = None,
 ) -> list[Outcome]:
     """Return the motion of each scene, or the error of its run.
 
-    ``release`` is the date of the executable, as in 29 Aug 2024. ``workers`` processes run side
-    by side, as many as there are cores unless given; a scene has ``limits.seconds``. Torques on
-    frozen bodies are NaN. Raise Unsupported for a scene that LAMMPS cannot state.
+    ``variation`` is that of all scenes or of each, ``arguments`` follow the executable, and
+    ``launcher`` starts it on MPI ranks of its own. ``release`` is the date of the executable, as
+    in 29 Aug 2024. ``workers`` processes run side by side, as many as there are cores unless
+    given; a scene has ``limits.seconds``. Torques on frozen bodies are NaN. Raise Unsupported for
+    a scene that LAMMPS cannot state.
     """
-    texts = [script(scene, variation) for scene in scenes]
-    launcher = shlex.split(launcher_of(variation.ranks, executable)) if variation.ranks > 1 else []
-    batches = _Batches([*launcher, executable], scenes, texts, limits or Limits())
-    separate = {k for k in range(len(scenes)) if needs_new_process(scenes[k], variation, release)}
-    rest = [k for k in range(len(scenes)) if k not in separate]
-    threads = 1 if launcher else workers or cores()
-    chunks = [[rest[k] for k in share] for share in dealt(len(rest), threads)]
-    chunks += [[k] for k in sorted(separate)]
+    each = [variation] * len(scenes) if isinstance(variation, Variation) else variation
+    texts = [script(scene, row) for scene, row in zip(scenes, each, strict=True)]
     outcomes: dict[int, Outcome] = {}
-    try:
-        for found in parallel_map(batches.run, chunks, threads):
-            outcomes.update(found)
-    finally:
-        batches.processes.close()
+    for ranks in sorted({row.ranks for row in each}):
+        places = [k for k, row in enumerate(each) if row.ranks == ranks]
+        start = launcher if ranks == 1 else shlex.split(launcher_of(ranks, executable))
+        separate = [k for k in places if needs_new_process(scenes[k], each[k], release)]
+        rest = [k for k in places if k not in separate]
+        threads = 1 if start else workers or cores()
+        chunks = [[rest[k] for k in share] for share in dealt(len(rest), threads)] if rest else []
+        chunks += [[k] for k in separate]
+        batches = _Batches([*start, executable, *arguments], scenes, texts, limits or Limits())
+        batches.crowded = bool(start)
+        try:
+            for found in parallel_map(batches.run, chunks, threads):
+                outcomes.update(found)
+        finally:
+            batches.processes.close()
     return [outcomes[k] for k in range(len(scenes))]
 
 
@@ -75,6 +83,7 @@ class _Batches:
     ) -> None:
         self.command, self.scenes, self.texts, self.limits = command, scenes, texts, limits
         self.processes = Processes()
+        self.crowded = False  # more ranks than cores may wait
 
     def run(self, places: Sequence[int]) -> dict[int, Outcome]:
         """Return the outcomes of the scenes at these places, in one process while none fails."""
@@ -111,7 +120,7 @@ class _Batches:
         return outcomes
 
     def _environment(self) -> Mapping[str, str] | None:
-        return None if len(self.command) == 1 else {**SLEEPING, **os.environ}
+        return {**SLEEPING, **os.environ} if self.crowded else None
 
     def _outcome(self, folder: Path, place: int) -> Outcome:
         try:

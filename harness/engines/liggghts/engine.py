@@ -14,11 +14,14 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 
+from harness.engines.contract import Job
 from harness.engines.lammps.language import LammpsLanguage
+from harness.engines.liggghts import scenes
 from harness.engines.process import first_words
 from harness.engines.scripts import Datum, Task
 from harness.engines.traits import DASHPOTS, ContactModel, ContactValues, Traits, takes
-from harness.errors import EngineMissingError
+from harness.errors import EngineError, EngineMissingError
+from harness.model.motion import Motion
 from harness.observables.provenance import Provenance
 from harness.parameters.scene import ContactScene
 
@@ -195,6 +198,7 @@ class Liggghts(LammpsLanguage):
         microseconds_per_step=2.5,
         lineage="LAMMPS",
         contact_models=CONTACTS,
+        conventions=scenes.rules,
         caveats=(
             "In two dimensions (dimension 2) its particles are discs of unit height: 3/2 of the "
             "mass of spheres of 1 m.",
@@ -220,6 +224,13 @@ class Liggghts(LammpsLanguage):
             for name, column in zip(("x", "y"), scene.position.T.tolist(), strict=True):
                 values[name] = [float(f"{place:.15g}") for place in column]
         return values if scene.stages else {**values, "places": [0], "floors": [0]}
+
+    def motions(self, jobs: Sequence[Job]) -> list[Motion | EngineError]:
+        """Return the motion of the scene of each job, or the error of its run, in order."""
+        return scenes.motions(
+            self.program, [self.scene_of(job) for job in jobs], workers=self.workers,
+            limits=self.limits,
+        )  # fmt: skip
 
     def ask_version(self) -> Provenance:
         """Return the version that ``liggghts -help`` names.

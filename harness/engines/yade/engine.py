@@ -12,6 +12,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import ClassVar
 
+from harness.engines.contract import Job
 from harness.engines.process import first_text, first_words
 from harness.engines.programs import (
     OF_PYTHON,
@@ -33,7 +34,9 @@ from harness.engines.traits import (
     never_attracts,
     takes,
 )
-from harness.errors import EngineMissingError
+from harness.engines.yade import scenes
+from harness.errors import EngineError, EngineMissingError
+from harness.model.motion import Motion
 from harness.observables.provenance import Provenance
 
 RULES = {
@@ -142,6 +145,7 @@ class Yade(ScriptedEngine):
         frictionless=CLIPPED_ALONE,
         title="Yade",
         contact_models=CONTACTS,
+        conventions=scenes.rules,
         caveats=(
             "Against a wall its MindlinPhys takes half the sphere's radius for R*, unless "
             "Ig2_Wall_Sphere_ScGeom is told hertzian=True: forces are then too small by sqrt(1/2).",
@@ -189,6 +193,13 @@ class Yade(ScriptedEngine):
         if not loaded or not interpreter:
             return []
         return [program, *interpreter, *tree_files(library.parent), *loaded]
+
+    def motions(self, jobs: Sequence[Job]) -> list[Motion | EngineError]:
+        """Return the motion of the scene of each job, or the error of its run, in order."""
+        return scenes.motions(
+            self.program, [self.scene_of(job) for job in jobs], workers=self.workers,
+            limits=self.limits,
+        )  # fmt: skip
 
     def ask_version(self) -> Provenance:
         """Return the version that the program names."""

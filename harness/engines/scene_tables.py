@@ -1,0 +1,64 @@
+"""Motions of scenes as tables of an output, and back."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from harness.engines.output import SERIES, Output, Table
+from harness.errors import EngineNaNError, EngineOutputError
+from harness.model.motion import Motion
+
+if TYPE_CHECKING:
+    from harness.model.scene import Scene
+
+PARTS = {
+    "position": ("x_m", "y_m", "z_m"),
+    "velocity": ("vx_m_per_s", "vy_m_per_s", "vz_m_per_s"),
+    "angular_velocity": ("wx_rad_per_s", "wy_rad_per_s", "wz_rad_per_s"),
+    "force": ("fx_N", "fy_N", "fz_N"),
+    "torque": ("tx_N_m", "ty_N_m", "tz_N_m"),
+}
+TEMPERATURE = "temperature_K"
+
+
+def motion_table(motion: Motion, scene: Scene) -> Table:
+    """Return the samples of a motion as columns, (M,) and (M, N)."""
+    steps = scene.every * np.arange(len(motion), dtype=np.float64)
+    table = {"step": steps, "time_s": motion.time}
+    for part, names in PARTS.items():
+        table |= zip(names, np.moveaxis(getattr(motion, part), 2, 0), strict=True)
+    return table if motion.temperature is None else {**table, TEMPERATURE: motion.temperature}
+
+
+def motion_in(output: Output, scene: Scene) -> Motion:
+    """Return the motion in an output.
+
+    Raise EngineOutputError for samples that are missing or of another shape, EngineNaNError for
+    one that is not finite; forces on frozen bodies may be unknown.
+    """
+    table = output.tables.get(SERIES, {})
+    steps = scene.every * np.arange(scene.steps // scene.every + 1)
+    if not np.array_equal(table.get("step", ()), steps):
+        found = len(table.get("step", ()))
+        raise EngineOutputError(f"{output.who} left {found} samples, not {len(steps)}")
+    warms = any(law.heat != "none" for law in scene.all_laws)
+    names = [name for names in PARTS.values() for name in names] + [TEMPERATURE] * warms
+    for name in names:
+        _check_column(output, name, scene)
+    parts = {part: np.stack([table[n] for n in names], axis=2) for part, names in PARTS.items()}
+    times = np.asarray(steps * scene.step, dtype=np.float64)
+    return Motion(times, **parts, temperature=table[TEMPERATURE] if warms else None)
+
+
+def _check_column(output: Output, name: str, scene: Scene) -> None:
+    column = output.tables[SERIES].get(name)
+    shape = (scene.steps // scene.every + 1, len(scene.bodies))
+    if column is None or column.shape != shape:
+        found = "no samples" if column is None else f"samples of shape {column.shape}"
+        raise EngineOutputError(f"{output.who} left {found} of {name}, not {shape}")
+    of_force = name in (*PARTS["force"], *PARTS["torque"]) and not scene.segments
+    known = [not of_force or body.motion == "free" for body in scene.bodies]
+    if not np.isfinite(column[:, known]).all():
+        raise EngineNaNError(f"{output.who} left a value of {name} that is not finite (NaN)")
