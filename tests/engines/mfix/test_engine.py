@@ -48,7 +48,7 @@ def test_without_a_program_it_says_how_to_get_one():
 
 
 def test_it_names_its_version_and_another_program_is_refused(stand_in):
-    with open_engine("mfix", programs={"mfix": stand_in().program}) as engine:
+    with open_engine("mfix", program=stand_in().program) as engine:
         who = engine.identify()
     assert (who.engine, who.engine_version, who.integrator) == ("mfix", "21.3.2", "mfix-euler")
     # a plain cmake build outside a checkout answers 0.0, in one without tags nothing
@@ -57,7 +57,7 @@ def test_it_names_its_version_and_another_program_is_refused(stand_in):
         stand_in("another")
     for program in ("pip", "cat", "sh"):
         with pytest.raises(EngineMissingError, match="is not an MFiX solver"):
-            open_engine("mfix", programs={"mfix": shutil.which(program) or sys.executable})
+            open_engine("mfix", program=shutil.which(program) or sys.executable)
 
 
 def test_it_qualifies_by_what_it_declares(stand_in):
