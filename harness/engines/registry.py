@@ -76,6 +76,16 @@ def engine_class(name: str) -> type[Engine]:
     )
 
 
+def check_known(names: Iterable[str], option: str) -> None:
+    """Raise RequestError for a name of no engine; ``option`` is the option that has it."""
+    known = engine_names()
+    for name in names:
+        if name not in known and ":" not in name:
+            raise RequestError(
+                f"{option} {name}: is not known: must be one of {', '.join(known)}, or module:Class"
+            )
+
+
 def engine_title(name: str) -> str:
     """Return what tables and figures call an engine; any other name as it is."""
     if name not in engine_names() and ":" not in name:
