@@ -38,7 +38,10 @@ class Parameters(BaseModel):
                 raise kind(_error_line(type(self), error)) from None
 
     def replace(self, **changes: Any) -> Self:
-        """Return a copy with changed fields, validated again."""
+        """Return a copy with changed fields, validated again.
+
+        ``model_copy(update=...)`` validates nothing: for a known defect that is another law.
+        """
         return type(self)(**{**dict(self), **changes})
 
     @property

@@ -38,6 +38,10 @@ def run(scene: Scene, rules: Rules | None = None, faults: Faults | None = None) 
     Samples are those of the start and after every ``scene.every`` steps. Raise EngineNaNError
     where the motion overflows.
     """
+    return shielded(_run, scene, rules, faults)
+
+
+def _run(scene: Scene, rules: Rules | None, faults: Faults | None) -> Motion:
     simulation = Simulation(scene, rules, faults)
     simulation.advance(scene.steps)
     return simulation.motion()
