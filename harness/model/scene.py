@@ -70,6 +70,9 @@ class Wall(Parameters):
     surface_velocity: Vector = Field(ZERO, description="[m/s] of a surface that slides in place")
     spin: Vector = Field(ZERO, description="[rad/s] of a cylinder or sphere about axis or centre")
     temperature: Temperature = Field(0.0, description="[K]")
+    bodies: tuple[Annotated[int, Field(ge=0)], ...] | None = Field(
+        None, description="[-] indices of the bodies that it acts on, all unless given"
+    )
     # fmt: on
 
     @model_validator(mode="after")
@@ -115,9 +118,9 @@ class Scene(Parameters):
     """Bodies and walls, the laws of their contacts, and the steps to be taken.
 
     Every pair of bodies interacts unless neither is free or ``pairs`` names others; every free
-    body interacts with every wall. With ``segments`` the motion is prescribed: forces move
-    nothing, all bodies count as held. Raise RequestError for a step that no contact is stable at,
-    and for an impact that never ends.
+    body interacts with every wall whose ``bodies`` do not leave it out. With ``segments`` the
+    motion is prescribed: forces move nothing, all bodies count as held. Raise RequestError for a
+    step that no contact is stable at, and for an impact that never ends.
     """
 
     # fmt: off
@@ -162,6 +165,9 @@ class Scene(Parameters):
     def _check_walls(self) -> None:
         largest = max(body.radius for body in self.bodies)
         for wall in self.walls:
+            if max(wall.bodies or (0,)) >= len(self.bodies):
+                last = len(self.bodies) - 1
+                raise ValueError(f"bodies = {wall.bodies!r}: must be indices from 0 to {last}")
             if wall.hollow and (wall.radius or 0.0) <= largest:
                 raise ValueError(
                     f"radius = {wall.radius!r} m: must be greater than {largest:.12g} m, that of "

@@ -202,7 +202,10 @@ def _partners(scene: Scene) -> Iterator[tuple[int, int]]:
     every = [(i, j) for i in range(count) for j in range(i + 1, count)]
     pairs = every if scene.pairs is None else scene.pairs
     yield from ((i, j) for i, j in pairs if free[i] or free[j])
-    yield from ((i, -1 - k) for i in range(count) for k in range(len(scene.walls)) if free[i])
+    for i in range(count):
+        for k, wall in enumerate(scene.walls):
+            if free[i] and (wall.bodies is None or i in wall.bodies):
+                yield i, -1 - k
 
 
 def _contact(
@@ -239,7 +242,8 @@ def _body(scene: Scene, body: Body) -> dict[str, Any]:
 
 
 def _wall(wall: Wall) -> dict[str, Any]:
-    return {**_codes(wall), "radius": (wall.radius or 0.0) * (-1.0 if wall.hollow else 1.0)}
+    codes = {name: value for name, value in _codes(wall).items() if name != "bodies"}
+    return {**codes, "radius": (wall.radius or 0.0) * (-1.0 if wall.hollow else 1.0)}
 
 
 def _rules(scene: Scene, rules: Rules, faults: Faults) -> dict[str, Any]:

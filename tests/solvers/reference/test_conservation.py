@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from harness.errors import RequestError
 from harness.model.scene import Scene, Wall, sphere
 from harness.solvers import reference
 from tests.solvers.reference.scenes import (
@@ -222,6 +223,17 @@ def test_laws_by_types_and_pairs():
     assert force == pytest.approx([lower - 3.0, 0.0, 3.0], rel=1e-9, abs=1e-9)
     apart = reference.run(scene.replace(pairs=((0, 1),))).force[0, :, 2]
     assert apart == pytest.approx([lower - 3.0, 3.0, 0.0], rel=1e-9)
+    alone = reference.run(scene.replace(pairs=())).force[0, :, 2]
+    assert alone == pytest.approx([lower, 0.0, 0.0], rel=1e-9)
+
+
+def test_a_wall_acts_on_its_bodies_alone():
+    bodies = tuple(sphere(R, RHO, position=(3 * R * k, 0, 0.9 * R)) for k in range(2))
+    scene = Scene(bodies=bodies, law=HOOKE, walls=(Wall(bodies=(1,)),), step=1e-6, steps=1)
+    force = reference.run(scene).force[0, :, 2]
+    assert force == pytest.approx([0.0, 1e5 * 0.1 * R], rel=1e-9)
+    with pytest.raises(RequestError, match="must be indices from 0 to 1"):
+        scene.replace(walls=(Wall(bodies=(2,)),))
 
 
 def test_frozen_held_and_guided():
