@@ -126,12 +126,13 @@ def upstream(
     output: Folder = None,
     json: Json = False,
 ) -> int:
-    """Run LAMMPS's own granular tests in any release, and hold them against the integrated law.
+    """Run LAMMPS's own granular tests in any release, and hold them against the reference.
 
-    Each test runs with newton on and off and is held against its record; then at smaller steps,
-    whose limit is held against an independent integration of the contact law. So it says which
-    test passes in which release, and which tolerance hides an error. A failure of the size that a
-    known defect predicts bears its name.
+    Each test runs with newton on and off and is held against its record, then at its own step
+    against the reference, which takes the same steps under the same law. So it says which test
+    passes in which release, which motion is wrong, and which tolerance hides that. A motion that
+    is the reference's with the switch of a known defect bears its name. A test of which a word is
+    not understood is not tested, with that word.
 
     For example:
 
@@ -151,7 +152,7 @@ def upstream(
     from harness.files import check_folder, whole_folder
     from harness.report.plain import write_csv
     from harness.upstream.definition import read_tests
-    from harness.upstream.runs import report, run_upstream, wheel_lmp
+    from harness.upstream.judging import report, run_upstream, wheel_lmp
     from harness.workflows.progress import progress_bars
 
     tests = read_tests(path)
@@ -168,13 +169,11 @@ def upstream(
     if json:
         print_json(runs.to_json())
         return runs.status
-    for outcome in runs.outcomes:
-        record = outcome.to_json()
-        if {record["recorded"], record["law"]} & {"fail", "known defect"}:
-            why = outcome.defect or record["why"]
+    for row in runs.outcomes:
+        if row.fails:
             print_line(
-                f"{outcome.test}, {outcome.release}: recorded {record['recorded']}, "
-                f"law {record['law']} ({outcome.law_difference:.2g}): {why}"
+                f"{row.test}, {row.release}: recorded {row.recorded}, law {row.law} "
+                f"({row.law_difference:.2g}): {row.known_defect or row.why}"
             )
     for release, text in runs.summary().items():
         print_line(f"{release}: {text}")

@@ -1,12 +1,13 @@
 """A test of LAMMPS's ``unittest/granular``: its YAML file, and the script that runs it.
 
-A file holds the commands that build a system, how many steps each segment takes, and the recorded
-positions, velocities, torques and angular velocities at the end of each. LAMMPS's driver runs it
-with newton on and off and compares component by component, to a relative ``epsilon``.
+A file holds the commands that build a system, the steps of each segment, and the recorded
+positions, velocities, torques and angular velocities at the end of each.
 """
 
 from __future__ import annotations
 
+import math
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -18,77 +19,62 @@ from numpy.typing import NDArray
 
 from harness.errors import RequestError
 
-Array = NDArray[np.float64]
+Floats = NDArray[np.float64]
+State = Mapping[str, Floats]  # columns of a dump, and "period" of the box [length], NaN without
 
-RECORDED = {
-    "run_pos": ("x", "y", "z"),
-    "run_vel": ("vx", "vy", "vz"),
-    "run_torque": ("tqx", "tqy", "tqz"),
-    "run_omega": ("omegax", "omegay", "omegaz"),
-}
-"""Recorded tables, with the columns of a dump that they are held against."""
-
-BLOCKS = ("pre_commands", "post_commands", "pair_coeff", "variables", "run_segments")
-
-STATE = "state"
-"""Dumps of a run: ``state.0`` before the first step, ``state.1`` after the first segment, ..."""
-
-COLUMNS = (
-    *("id", "type"),
-    *("x", "y", "z", "vx", "vy", "vz", "omegax", "omegay", "omegaz"),
-    *("fx", "fy", "fz", "tqx", "tqy", "tqz", "radius", "mass"),
-)
-"""Of a dump."""
+RECORDED = {"run_pos": ("x", "y", "z"), "run_vel": ("vx", "vy", "vz"),
+            "run_torque": ("tqx", "tqy", "tqz"),
+            "run_omega": ("omegax", "omegay", "omegaz")}  # fmt: skip
+# recorded tables, and the columns of a dump that they are held against
+COLUMNS = ("id", "type", *(name for names in RECORDED.values() for name in names), "fx", "fy",
+           "fz", "radius", "mass")  # fmt: skip
+MEMBER = "dem_harness_member_"  # column that is 1 for the atoms of a group
+BLOCKS = ("variables", "pre_commands", "pair_coeff", "post_commands", "run_segments")
 
 
 @dataclass(frozen=True)
 class UpstreamTest:
-    """One test: commands, segments in steps, and what was recorded.
+    """A test: its commands, segments in steps, and what was recorded.
 
     ``recorded`` maps ``run_pos`` and the like to rows (segment, atom, x, y, z). ``tolerance`` is
-    that of the closed form ``model``, looked at after segment ``at``; NaN without one. ``folder``
-    holds further files that it reads.
+    that of upstream's closed form ``model`` after segment ``judged_segment``; NaN without one.
     """
 
     name: str
-    variables: tuple[tuple[str, str], ...]
-    before_pair: tuple[str, ...]
-    pair_style: str
-    pair_coeff: tuple[str, ...]
-    after_pair: tuple[str, ...]
+    commands: tuple[str, ...]
     segments: tuple[int, ...]
-    epsilon: float
-    recorded: Mapping[str, Array] = field(default_factory=dict, compare=False)
+    epsilon: float = 1e-10
+    recorded: Mapping[str, Floats] = field(default_factory=dict, compare=False)
     model: str = ""
-    tolerance: float = float("nan")
-    at: int = -1
-    folder: Path = Path()
+    tolerance: float = math.nan
+    judged_segment: int = 0
 
-    @property
-    def judged_segment(self) -> int:
-        """Return the segment after which the closed form is looked at: the last unless given."""
-        return self.at if 0 <= self.at < len(self.segments) else len(self.segments) - 1
-
-    def script(self, newton: str = "off", finer: int = 1) -> str:
-        """Return the LAMMPS input that runs the test, with its step divided by ``finer``."""
-        lines = [f"newton {newton}", f"variable input_dir index {self.folder.resolve()}"]
-        lines += [f"variable {name} index {value}" for name, value in self.variables]
-        lines += [*self.before_pair, f"pair_style {self.pair_style}"]
-        lines += [f"pair_coeff {text}" for text in self.pair_coeff]
-        lines += self.after_pair
-        if finer > 1:
-            lines.append(f"timestep $(dt/{finer}:%.17g)")
-        lines += ["run 0 post no", _dump(0)]
-        for number, steps in enumerate(self.segments, 1):
-            lines += [f"run {steps * finer} post no", _dump(number)]
+    def script(self, newton: str = "off") -> str:
+        """Return the LAMMPS input: the driver's commands, each after its number, and dumps."""
+        lines = [f"newton {newton}"]
+        for number, command in enumerate(self.commands):
+            lines += [f'print "COMMAND {number}"', command]
+        lines += ['print "COMMAND end"', 'print "TIMESTEP $(dt:%.17g)"']
+        lines += [f"variable {MEMBER}{group} atom gmask({group})" for group in self._groups]
+        columns = " ".join(self.columns).replace(MEMBER, f"v_{MEMBER}")
+        for number, steps in enumerate((0, *self.segments)):
+            lines += [
+                f"run {steps} post no",
+                f"write_dump all custom state.{number} {columns} modify sort id format float %.17g",
+            ]
         return "\n".join([*lines, 'print "RESULT verdict = finished"', ""])
 
+    @property
+    def columns(self) -> list[str]:
+        """Return the columns of its dumps: of the motion, and the members of each group."""
+        return [*COLUMNS, *(f"{MEMBER}{group}" for group in self._groups)]
 
-def _dump(number: int) -> str:
-    return (
-        f"write_dump all custom {STATE}.{number} {' '.join(COLUMNS)} "
-        "modify sort id format float %.17g"
-    )
+    @property
+    def _groups(self) -> list[str]:
+        rows = [words for words in map(str.split, self.commands) if words[:1] == ["group"]]
+        names = dict.fromkeys(words[1] for words in rows if re.fullmatch(r"\w+", words[1]))
+        deleted = {words[1] for words in rows if words[2:3] == ["delete"]}
+        return ["all", *(name for name in names if name not in deleted)]
 
 
 def read_tests(path: Path) -> list[UpstreamTest]:
@@ -113,56 +99,60 @@ def read_test(file: Path) -> UpstreamTest:
         raise RequestError(f"{file}: cannot be read: {' '.join(str(error).split())}") from None
     if not isinstance(values, dict):
         raise RequestError(f"{file}: must be a mapping of keys, as unittest/granular has them")
-    blocks = {name: _lines(values, name, file) for name in BLOCKS}
     if "pair_style" not in values:
         raise RequestError(f"{file}: pair_style is missing")
-    segments = " ".join(blocks["run_segments"]).split()
+    variables, before, coefficients, after, runs = (_lines(values, name, file) for name in BLOCKS)
+    segments = " ".join(runs).split()
     if not segments or not all(word.isdigit() for word in segments):
         raise RequestError(
             f"{file}: run_segments = {' '.join(segments)!r}: must be numbers of steps"
         )
+    named = [line.partition(" ") for line in variables]
     judged = values.get("analytic_enable", "").strip() in ("yes", "true", "on", "1")
+    at = int(_number(values, "analytic_segment", file, -1.0))
     return UpstreamTest(
         name=file.stem,
-        variables=tuple(
-            (name, value.strip())
-            for name, _, value in (line.partition(" ") for line in blocks["variables"])
+        commands=(
+            f"variable input_dir index {file.parent.resolve()}",
+            *(f"variable {name} index {value.strip()}" for name, _, value in named),
+            *before,
+            f"pair_style {values['pair_style'].strip()}",
+            *(f"pair_coeff {text}" for text in coefficients),
+            *after,
         ),
-        before_pair=blocks["pre_commands"],
-        pair_style=values["pair_style"].strip(),
-        pair_coeff=blocks["pair_coeff"],
-        after_pair=blocks["post_commands"],
         segments=tuple(map(int, segments)),
         epsilon=_number(values, "epsilon", file, 1e-10),
         recorded={name: _rows(values[name], name, file) for name in RECORDED if values.get(name)},
         model=values.get("analytic_model", "").strip() if judged else "",
-        tolerance=_number(values, "analytic_tol", file, np.nan) if judged else np.nan,
-        at=int(_number(values, "analytic_segment", file, -1.0)),
-        folder=file.parent,
+        tolerance=_number(values, "analytic_tol", file, math.nan) if judged else math.nan,
+        judged_segment=at if 0 <= at < len(segments) else len(segments) - 1,
     )
 
 
-def _lines(values: Mapping[str, Any], name: str, file: Path) -> tuple[str, ...]:
+def _lines(values: Mapping[str, Any], name: str, file: Path) -> list[str]:
+    """Return the lines of a block without comments."""
     text = values.get(name, "")
     if not isinstance(text, str):
         raise RequestError(f"{file}: {name}: must be lines of text")
-    return tuple(line.strip() for line in text.splitlines() if line.strip())
+    stripped = (re.sub(r"#[^\"']*$", "", line).strip() for line in text.splitlines())
+    return [line for line in stripped if line]
 
 
 def _number(values: Mapping[str, Any], name: str, file: Path, default: float) -> float:
     text = values.get(name) or default
     try:
         return float(text)
-    except ValueError:
+    except (TypeError, ValueError):
         raise RequestError(f"{file}: {name} = {text!r}: must be a number") from None
 
 
-def _rows(text: str, name: str, file: Path) -> Array:
+def _rows(text: str, name: str, file: Path) -> Floats:
     """Return rows (segment, atom, x, y, z), shape (M, 5)."""
+    lines = [line.split() for line in text.splitlines() if not line.strip().startswith("#")]
     try:
-        rows = np.array([[float(word) for word in line.split()] for line in text.splitlines()])
+        rows = np.array([[float(word) for word in words] for words in lines]).reshape(-1, 5)
     except ValueError:
-        rows = np.zeros(0)
-    if rows.ndim != 2 or rows.shape[1] != 5:
-        raise RequestError(f"{file}: {name}: must be rows of segment, atom and three numbers")
+        raise RequestError(
+            f"{file}: {name}: must be rows of segment, atom and three numbers"
+        ) from None
     return rows

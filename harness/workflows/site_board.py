@@ -323,7 +323,11 @@ def _page(
         tuple(_paragraphs(script)),
         tuple(DefectEntry(defect.name, tuple(_facts(defect))) for defect in defects),
         _seen(names, cells),
-        tuple(dict.fromkeys(row["test"] for row in upstream if row["known_defect"] in names)),
+        tuple(
+            dict.fromkeys(
+                row["test"] for row in upstream if names & set(row["known_defect"].split(", "))
+            )
+        ),
         tuple(_commands(first, script, max(newest, default=""))),
         file,
         script,

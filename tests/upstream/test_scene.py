@@ -1,90 +1,225 @@
+"""Files as tests, commands as scenes: every word is understood, or named."""
+
+import re
+from pathlib import Path
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from harness.solvers.pair.system import effective_moduli
-from harness.upstream.definition import COLUMNS
-from harness.upstream.scene import NotReadError, granular_law, old_law, scene_of
+from harness.errors import RequestError
+from harness.upstream.definition import read_test, read_tests
+from harness.upstream.judging import run_test, run_upstream
+from harness.upstream.scene import (
+    NotUnderstoodError,
+    check_words,
+    granular_law,
+    mixed_law,
+    old_law,
+    read_scene,
+)
+from tests.upstream.conftest import askew, named
 
-STATE = {name: np.zeros(2) for name in COLUMNS} | {
-    "type": np.ones(2),
-    "z": np.array([-0.01, 0.01]),
-    "radius": np.full(2, 0.01),
-    "mass": np.full(2, 0.5),
+TSUJI = Path(__file__).parents[2] / "reports/defects/tsuji-restitution/test.yaml"
+FLOOR = "wall/gran granular hooke 1e5 5 damping velocity tangential linear_history 3e4 0.1 0.4"
+LINEAR = "damping velocity tangential linear_history"
+SIZE = "set group all diameter 0.02 density 2500"
+STATIC = "velocity lower set 0 0 0"
+UPPER = ["fix upper upper nve/sphere"]
+
+
+def pair(*laws):
+    return [f"pair_coeff {law}" for law in laws]
+
+
+def lying(*units, mover="nve/sphere"):
+    """Return the lines of two spheres that meet askew in the plane z = 0."""
+    places = ("1 single -0.01005 0 0", "2 single 0.01005 0.003 0")
+    return {
+        "units": ["units si", "dimension 2", *units],
+        "boundary": ["boundary f f p"],
+        "create_atoms": [f"create_atoms {place} units box" for place in places],
+        "set": [SIZE, "set type 1 vx 0.5", "set type 2 vx -0.5"],
+        "fix": [f"fix move all {mover}"],
+    }  # fmt: skip
+
+
+UNDERSTOOD = {
+    "in other units": askew(units=["units cgs"]),
+    "the default step": askew(
+        timestep=[], units=[], set=[SIZE, "set type 1 vz 0.002"],
+        pair_coeff=pair(f"* * hooke 1 0.01 {LINEAR} 0.3 0.1 0.3"),
+    ),
+    "two movers": askew(fix=["fix a lower nve/sphere", *UPPER]),
+    "at rest": askew(STATIC, fix=UPPER),
+    "frozen": askew(STATIC, "fix stop lower freeze", fix=UPPER),
+    "frozen and moving": askew("fix stop lower freeze"),
+    "carried": askew(fix=["fix a lower nve/noforce", *UPPER]),
+    "gravity twice": askew("fix g all gravity 9 vector 0 0 -1", "fix h all gravity 3 vector 2 0 0"),
+    "gravity of what moves": askew(STATIC, "fix g upper gravity 9 vector 0 0 -1", fix=UPPER),
+    "drag": askew("fix drag all viscous 0.01"),
+    "mixed materials": askew(pair_coeff=pair(
+        f"1 1 hertz/material 1e8 1 0.3 {LINEAR} 3e4 0.5 0.3 rolling sds 1e3 0.1 0.1",
+        f"2 2 hertz/material 3e8 3 0.2 {LINEAR} 5e4 0.2 0.1 rolling sds 2e3 0.2 0.3",
+    )),
+    "mixed stiffnesses": askew(pair_coeff=pair(
+        "1 1 hertz 1e8 0.5 damping coeff_restitution tangential mindlin 1e8 0.5 0.3",
+        "2 2 hertz 4e8 0.7 damping coeff_restitution tangential mindlin 2e8 0.2 0.1",
+    )),
+    "mixed surfaces": askew(pair_coeff=pair(
+        f"1 1 jkr 1e8 1 0.3 0.5 {LINEAR} 3e4 0.5 0.3",
+        f"2 2 jkr 4e8 3 0.2 1.5 {LINEAR} 5e4 0.2 0.1",
+    )),
+    "ranges of types": askew(pair_coeff=pair(
+        "* * hooke 1e4 0 damping velocity tangential linear_nohistory 0 0",
+        f"*1 2* hooke 1e5 3 {LINEAR} 3e4 0.5 0.3 limit_damping rolling sds 1e3 0.1 0.1",
+    )),
+    "a type after its group": askew(
+        "set type 1 type 2", f"fix floor lower {FLOOR} zplane -0.02 NULL",
+    ),
+    "walls of groups": askew(
+        f"fix floor all {FLOOR} zplane -0.02 0.0201", f"fix side upper {FLOOR} xplane NULL 0.0129",
+    ),
+    "old styles": askew(
+        "fix floor all wall/gran hertz/history 1e8 NULL 9 NULL 0 1 limit_damping zplane -0.02 NULL",
+        pair_style=["pair_style gran/hooke/history 1e5 NULL 10 3 0.3 1"],
+        pair_coeff=["pair_coeff * *"],
+    ),
+    "no pairs": askew(pair_style=["pair_style none"], pair_coeff=[]),
+    "a fix taken back": askew("fix g all gravity 9 vector 0 0 1", "unfix g"),
+    "a condition": askew(
+        "variable h equal 2*3",
+        'if "${h} > 5" then "fix g all gravity $(v_h) vector 0 0 -1" else "fix d all viscous 9"',
+    ),
+    "over a periodic boundary": askew(
+        boundary=["boundary p p p"], region=["region box block -0.2 0.2 -0.2 0.2 -0.05 0.05"],
+        create_atoms=["create_atoms 1 single 0 0 0.03995 units box",
+                      "create_atoms 2 single 0.003 0 -0.03995 units box"],
+    ),
+    "discs": askew("fix flat all enforce2d", **lying(mover="nve/sphere disc")),
+    "spheres in a plane": askew(**lying()),
+    "forces alone": named(askew(create_atoms=[
+        "create_atoms 1 single 0 0 -0.00995 units box",
+        "create_atoms 2 single 0.001 0 0.00995 units box",
+    ]), segments=(0,)),
+}  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def outcomes(lmp):
+    tests = [named(test, name=name) for name, test in UNDERSTOOD.items()]
+    return {outcome.test: outcome for outcome in run_upstream(tests, {"here": lmp}).outcomes}
+
+
+@pytest.mark.parametrize("name", UNDERSTOOD)
+def test_what_is_understood_holds_to_round_off(outcomes, name):
+    assert outcomes[name].law == "pass", outcomes[name]
+    assert not outcomes[name].law_difference > 1e-12
+
+
+NOT_UNDERSTOOD = {
+    "exclude": ["neigh_modify exclude type 1 1"],
+    "once": ["neigh_modify once yes"],
+    "fix: 'setforce'": ["fix hold all setforce 0 0 0"],
+    "fix: 'deform'": ["fix wide all deform 1 x erate 0.01"],
+    "group 'upper' is not all that moves": ["fix g upper gravity 9 vector 0 0 1"],
+    "'chute'": ["fix g all gravity 9 chute 20"],
+    "'v_g'": ["variable g equal 9", "fix g all gravity v_g vector 0 0 1"],
+    "'scale'": ["fix drag all viscous 0.01 scale 1 2"],
+    "moved twice": ["fix again upper nve/sphere"],
+    "after fix freeze": ["fix f lower freeze", "fix g all gravity 9 vector 0 0 1"],
+    "no sphere is left": ["fix f all freeze"],
+    "'dynamic'": ["group some dynamic all every 1"],
+    "'wiggle'": [f"fix w all {FLOOR} zplane -1 NULL wiggle z 0.1 1"],
+    "'zcylinder'": [f"fix w all {FLOOR} zcylinder 0.5"],
+    "'grain'": ["pair_coeff grain 2 hooke 1 0"],
+    "'5'": ["run 5"],
+    "'echo'": ["echo none"],
+    "'log'": ["log none"],
+    "'thermo_modify'": ["thermo_modify lost ignore"],
+    "'fix_modify'": ["fix_modify move virial no"],
 }
-LOG = """
-pair_style granular
-pair_coeff * * hooke ${k} 0 tangential linear_history 2e5 0 0.5 damping velocity
-pair_coeff * * hooke 1e6 0 tangential linear_history 2e5 0 0.5 damping velocity
-fix move all nve/sphere
-fix weight all gravity 9.81 vector 0 0 -2
-"""
+REPLACED = {
+    "'mdr'": {"pair_coeff": pair("* * mdr 1e8 0.3 1e6 0 0 1 damping mdr 1")},
+    "has a velocity, and no fix moves it": {"fix": UPPER},
+    "leaves the plane": lying() | {"set": ["set group all diameter 0.02 density 2500 omega 1 0 0"]},
+    "no sphere at the start": {"create_atoms": [], "set": []},
+}  # fmt: skip
 
 
-def law(text):
-    return granular_law(text.split())
+@pytest.fixture(scope="module")
+def state(lmp):
+    return run_test(askew(), lmp).states[0]
 
 
-def test_a_command_counts_as_lammps_filled_it_in():
-    scene = scene_of(LOG, STATE, 100, 1e-6)
-    assert scene.law.normal_stiffness == 1e6
-    assert scene.law.tangential == "linear_history"
-    assert scene.law.friction == 0.5
-    assert scene.gravity == (0.0, 0.0, -9.81)
-    assert [body.position[2] for body in scene.bodies] == [-0.01, 0.01]
+@pytest.mark.parametrize("word", [*NOT_UNDERSTOOD, *REPLACED])
+def test_what_is_not_understood_is_named(state, word):
+    test = askew(*NOT_UNDERSTOOD.get(word, ()), **REPLACED.get(word, {}))
+    log = "".join(f"COMMAND {n}\n{command}\n" for n, command in enumerate(test.commands))
+    if word == "leaves the plane":
+        state = {**state, "omegax": np.ones(2)}
+    if word == "no sphere at the start":
+        state = {**state, "id": np.zeros(0)}
+    with pytest.raises(NotUnderstoodError, match=re.escape(word)):
+        read_scene(test, log, state, 2e-6)
 
 
-def test_walls_on_both_sides_look_into_the_room():
-    one = {name: values[:1] for name, values in STATE.items()}
-    wall = "fix w all wall/gran granular hooke 1e6 0 damping velocity zplane -0.1 0.2"
-    scene = scene_of(f"fix move all nve/sphere\n{wall}", one, 10, 1e-6)
-    assert [(p.point[2], p.normal[2]) for p in scene.planes] == [(-0.1, 1.0), (0.2, -1.0)]
+@given(st.text(st.characters(categories=("Ll",)), min_size=1, max_size=9))
+def test_a_command_that_is_not_in_the_list_is_named(word):
+    with pytest.raises(NotUnderstoodError, match=f"'x{word}'"):
+        check_words([f"x{word}", "1"])
+    with pytest.raises(NotUnderstoodError, match=f"'x{word}'"):
+        check_words(["fix", "a", "all", "nve/sphere", f"x{word}"])
 
 
-def test_two_materials_are_those_of_both_types():
-    types = {**STATE, "type": np.array([1.0, 2.0])}
-    log = (
-        "pair_style granular\npair_coeff 1 1 hertz/material 4e8 0 0.2 damping velocity\n"
-        "pair_coeff 2 2 hertz/material 6e8 0 0.4 damping velocity\nfix move all nve/sphere"
-    )
-    scene = scene_of(log, types, 10, 1e-6)
-    assert scene.law.materials == ((4e8, 0.2), (6e8, 0.4))
+def test_laws_by_their_words():
+    text = "hertz 1e8 0.5 tangential mindlin 5e7 0.5 0.3 damping tsuji"
+    law = granular_law(text.split())
+    assert (law.normal_modulus, law.tangential_modulus, law.friction) == (1e8, 5e7, 0.3)
+    old = old_law("hooke/history", ["1e4", "NULL", "10", "NULL", "0.5", "1"])
+    assert (old.tangential_stiffness, old.tangential_damping) == (pytest.approx(2e4 / 7.0), 0.5)
+    first, second = (granular_law(f"dmt {e} 2 0.2 1 damping velocity".split()) for e in (1e8, 4e8))
+    assert mixed_law(first, second).materials == ((1e8, 0.2), (4e8, 0.2))
+    with pytest.raises(NotUnderstoodError, match="of other tangential"):
+        mixed_law(law, law.replace(tangential="mindlin_rescale"))
+    with pytest.raises(NotUnderstoodError, match="gamma_t = 3"):
+        old_law("hooke", ["1e4", "NULL", "0", "3", "0.5", "1"])
 
 
-def test_spheres_that_forces_do_not_move_go_on_as_they_are():
-    scene = scene_of(LOG.replace("nve/sphere", "nve/noforce"), STATE, 100, 1e-6)
-    assert scene.segments[0].steps == 100
-
-
-@given(st.floats(1e3, 1e12), st.floats(1.0, 1.99))
-def test_k_n_and_k_t_are_those_of_a_material(k_n, ratio):
-    stated = law(f"hertz {k_n!r} 0 tangential mindlin {ratio * k_n!r} 0 0.5 damping velocity")
-    modulus, shear = effective_moduli(stated)
-    assert 4.0 / 3.0 * modulus == pytest.approx(k_n, rel=1e-12)
-    assert 8.0 * shear == pytest.approx(ratio * k_n, rel=1e-12)
-
-
-def test_an_old_style_takes_half_of_its_dashpot_along_the_surface():
-    stated = old_law("hooke/history", ["1e4", "NULL", "10", "NULL", "0.5", "1"])
-    assert stated.damping == "mass_velocity"
-    assert stated.tangential_stiffness == pytest.approx(2e4 / 7.0)
-    assert stated.tangential_damping == 0.5
+def test_a_file_is_read():
+    test = read_test(TSUJI)
+    assert "variable damping index tsuji" in test.commands
+    assert test.commands[-1] == "timestep 1e-7"
+    assert (test.segments, test.epsilon, test.judged_segment) == ((3000, 3000), 1e-8, 1)
+    assert np.isnan(test.tolerance)
+    assert {rows.shape for rows in test.recorded.values()} == {(4, 5)}
+    assert test.recorded["run_vel"][0, 4] == -2.7370684220428704e-01
 
 
 @pytest.mark.parametrize(
-    ("log", "named"),
+    ("change", "word"),
     [
-        (LOG + "fix drag all viscous 1", "fix viscous"),
-        (LOG + "fix weight all gravity 9.81 chute 20", "gravity chute"),
-        (LOG.replace("all nve", "some nve"), "group some"),
-        (LOG.replace("hooke", "mdr"), "mdr"),
-        (LOG + "read_restart x", "read_restart"),
-        (LOG + "fix w all wall/gran granular hooke 1 0 zplane 0 NULL wiggle z 1 2", "wall/gran"),
-        (LOG + "fix w all wall/gran granular hooke 1 0 zplane 0 NULL", "several laws"),
-        (LOG.replace("2e5 0 0.5", "2e5 0 0.5 heat area 1"), "heat"),
+        (("pair_style: granular", "pair: granular"), "pair_style"),
+        (("run_segments: |\n  ", "run_segments: |\n  many "), "many"),
+        (("epsilon: 1e-08", "epsilon: small"), "epsilon = 'small'"),
+        (("run_vel: |2\n    0 ", "run_vel: |2\n    x "), "run_vel"),
+        (("pre_commands: |", "pre_commands: ["), "cannot be read"),
     ],
 )
-def test_what_a_scene_does_not_describe_is_named(log, named):
-    with pytest.raises(NotReadError, match=named):
-        scene_of(log, STATE, 100, 1e-6)
+def test_a_file_that_is_no_test_is_refused_by_file_and_key(tmp_path, change, word):
+    file = tmp_path / "broken.yaml"
+    text = TSUJI.read_text()
+    assert change[0] in text
+    file.write_text(text.replace(*change))
+    with pytest.raises(RequestError) as refused:
+        read_test(file)
+    assert str(file) in str(refused.value)
+    assert word in str(refused.value)
+    assert "\n" not in str(refused.value)
+
+
+def test_a_folder_without_tests_is_refused(tmp_path):
+    for path in (tmp_path, tmp_path / "none.yaml"):
+        with pytest.raises(RequestError, match=str(path)):
+            read_tests(path)
