@@ -237,12 +237,28 @@ def _print(record: Mapping[str, Any]) -> None:
     print_record(record)
 
 
+@options("Friction and size")
+class GrainOptions:
+    """A grain with friction, or of another size than the spheres of the row."""
+
+    friction: float | None = None
+    """Coulomb's friction coefficient of the grain on the row."""
+    grain_diameter: float | None = None
+    """Diameter of the grain, m. [default: that of the row]"""
+    shape: Literal["sphere", "disc"] | None = None
+    """`sphere`, or `disc` in two dimensions: the moment of inertia of a grain that rolls.
+    [default: sphere]"""
+    diameter: float | None = None
+    """Diameter of the row's spheres, m. [default: 1]"""
+
+
 def theory(
     *,
     shock: float | None = None,
     restitution: float | None = None,
     impulse_ratio: float | None = None,
     reading: Reading | None = None,
+    grain: GrainOptions = GrainOptions(),
     json: Json = False,
 ) -> int:
     """Critical angle of the incline in closed form.
@@ -252,9 +268,15 @@ def theory(
     one collision: one_shock_kept_deg, one_shock_lost_deg. event_driven_deg is the angle of rigid
     spheres by events, every rebound followed, up to a restitution of 0.7.
 
+    With --friction or --grain-diameter, `model` says whether the angle is a closed form: without
+    friction, and from rolling_friction on. Between them arcs and shocks of a rigid grain are
+    integrated under Coulomb's limit. A grain so small that it leaves the row is refused.
+
     For example:
 
         dem-harness theory --restitution 0.5
+        dem-harness theory --friction 0.5 --shape disc
+        dem-harness theory --grain-diameter 2
         dem-harness theory --shock 0.1 --json
 
     Parameters
@@ -272,7 +294,14 @@ def theory(
     from harness.workflows import theory as closed_forms
 
     record = closed_forms(
-        shock=shock, restitution=restitution, impulse_ratio=impulse_ratio, reading=reading
+        shock=shock,
+        restitution=restitution,
+        impulse_ratio=impulse_ratio,
+        reading=reading,
+        friction=grain.friction,
+        grain_diameter=grain.grain_diameter,
+        shape=grain.shape,
+        diameter=grain.diameter,
     ).to_json()
     (print_json if json else print_record)(record)
     return 0

@@ -82,3 +82,51 @@ def test_a_bad_reading_lists_the_good_ones(harness):
     done = harness("theory", "--restitution", "0", "--reading", "other", status=2)
     assert "kept" in done.stderr
     assert "lost" in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("options", "angle", "model"),
+    [
+        (["--friction", "0"], 10.2078187, "closed form, no friction"),
+        (["--grain-diameter", "2"], 2.4572237, "closed form, no friction"),
+        (["--friction", "0.5"], 6.6674041, "closed form, rolls without slip"),
+        (["--friction", "0.5", "--shape", "disc"], 6.1350746, "closed form, rolls without slip"),
+        (["--friction", "0.1"], 7.6530638, "integrated: rigid grain, Coulomb friction in shock"),
+        # the angle depends on the ratio of diameters alone
+        (["--grain-diameter", "0.02", "--diameter", "0.01"], 2.4572237, "closed form, no"),
+    ],
+)
+def test_friction_and_size(answer, options, angle, model):
+    record = answer("theory", *options)
+    assert record["critical_angle_deg"] == pytest.approx(angle, abs=5e-8)
+    assert record["model"].startswith(model)
+    # energies return over a well, but for what is lost on arcs by sliding
+    falls = record["well_depth"] + record["gain_per_crest"]
+    lost = 0.02 if record["model"].startswith("integrated") else 1e-12
+    assert record["shock"] * falls == pytest.approx(record["steady_energy"], rel=lost)
+    assert record["critical_angle_deg"] < record["no_flight_bound_deg"]
+    assert record["smallest_grain_diameter_m"] < record["grain_diameter_m"]
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (["--friction", "-1"], ["--friction -1.0", "from 0 to 1e9"]),
+        (["--friction", "nan"], ["--friction nan"]),
+        (["--grain-diameter", "0.5"], ["--grain-diameter 0.5", "at least 0.81797 m"]),
+        (
+            ["--grain-diameter", "0.5", "--friction", "0.3"],
+            ["--grain-diameter 0.5", "at least 0.652292 m at friction 0.3", "leaves the row"],
+        ),
+        (["--grain-diameter", "200"], ["--grain-diameter 200.0", "at most 100 m"]),
+        (["--grain-diameter", "1", "--diameter", "0"], ["--diameter 0.0", "from 1e-30"]),
+        (["--diameter", "2"], ["--diameter 2.0", "--grain-diameter"]),
+        (["--shape", "disc"], ["--shape 'disc'", "--friction"]),
+        (["--friction", "1", "--shock", "0.2"], ["--friction and --shock"]),
+    ],
+)
+def test_bad_friction_and_size_name_the_option_the_value_and_the_bound(harness, options, words):
+    done = harness("theory", *options, status=2)
+    assert done.stdout == ""
+    for word in words:
+        assert word in done.stderr

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
+from harness.cases.incline.friction_theory import FrictionTheory, friction_theory
 from harness.errors import RequestError
 from harness.parameters.law import Contact
 from harness.shown import Result
@@ -25,6 +26,7 @@ from harness.theory.incline import (
     steady_energy,
     well_depth,
 )
+from harness.theory.incline_friction import Shape
 
 if TYPE_CHECKING:
     from harness.shown.figure import Figure
@@ -112,15 +114,23 @@ def theory(
     restitution: float | None = None,
     impulse_ratio: float | None = None,
     reading: Reading | None = None,
-) -> Theory:
+    friction: float | None = None,
+    grain_diameter: float | None = None,
+    shape: Shape | None = None,
+    diameter: float | None = None,
+) -> Theory | FrictionTheory:
     """Return the closed forms of the incline [deg]; at shock 1/4 (no rebound) without arguments.
 
     At most one of the three may be given. ``reading`` says how a restitution or
     an impulse ratio makes a shock: ``kept`` (energy after over before; default
     for a restitution) or ``lost`` (from the velocity lost, as the source prints
     it; default for an impulse ratio). Beside a restitution stand both readings, and the
-    event-driven angle of rigid spheres, which follows every rebound. Raise RequestError for more
-    than one, for a reading without use, and for values out of range.
+    event-driven angle of rigid spheres, which follows every rebound.
+
+    ``friction`` (mu) of a ``shape``, and a ``grain_diameter`` on a row of a ``diameter`` [m], both
+    1 m unless given, go without those, and return a FrictionTheory. Raise RequestError for more
+    than one, for a reading or shape without use, for values out of range, and for a grain so
+    small that it leaves the row.
     """
     options = {"shock": shock, "restitution": restitution, "impulse-ratio": impulse_ratio}
     names = [name for name, value in options.items() if value is not None]
@@ -130,6 +140,17 @@ def theory(
         raise RequestError(
             f"--reading {reading!r}: only with --restitution or --impulse-ratio, which it reads"
         )
+    sizes = {"grain-diameter": grain_diameter, "shape": shape, "diameter": diameter}
+    used = [name for name, value in {"friction": friction, **sizes}.items() if value is not None]
+    if used and names:
+        raise RequestError(f"--{used[0]} and --{names[0]}: give one of them only")
+    if shape is not None and friction is None:
+        raise RequestError(f"--shape {shape!r}: only with --friction, without it nothing rolls")
+    if diameter is not None and grain_diameter is None:
+        raise RequestError(f"--diameter {diameter!r}: only with --grain-diameter")
+    if used:
+        row = 1.0 if diameter is None else diameter
+        return friction_theory(friction or 0.0, grain_diameter, shape or "sphere", row)
     if restitution is not None:
         reading = reading or "kept"
         shock = shock_from_restitution(restitution, reading)

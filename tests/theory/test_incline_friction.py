@@ -1,0 +1,176 @@
+"""Friction and sizes on the incline: limits, bounds, and the equations integrated in time."""
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
+
+from harness.theory import incline
+from harness.theory import incline_coulomb as coulomb
+from harness.theory import incline_friction as theory
+from harness.theory.incline_coulomb import CREST, Grain, State, integrated_critical_angle
+
+SPHERE, DISC = 0.4, 0.5
+HALF_ANGLES = st.floats(3.0, 33.0)
+INERTIAS = st.floats(0.05, 1.0)
+EQUAL = math.pi / 6
+SYSTEMS = pytest.mark.parametrize(
+    ("inertia", "ratio"), [(SPHERE, 1.0), (DISC, 1.0), (SPHERE, 2.0), (DISC, 0.85)]
+)
+
+
+def half_angle(ratio):
+    return math.radians(theory.well_half_angle(ratio))
+
+
+# ---- a whole well, by an ODE in time with events
+
+
+def followed(state, end, grain):
+    """Integrate in time: slip and rolling from event to event; return the state at the end."""
+    mu, beta = grain
+    angle, v, w = state
+    while angle < end - 1e-13:
+        rolls = abs(v - w) < 1e-10
+        normal = math.cos(angle) - v * v
+        rolls = rolls and beta / (1 + beta) * abs(math.sin(angle)) < mu * normal * (1 - 1e-9)
+        sign = math.copysign(1.0, math.sin(angle) if abs(v - w) < 1e-10 else v - w)
+
+        def rates(_, y, rolls=rolls, sign=sign):
+            friction = sign * mu * (math.cos(y[0]) - y[1] ** 2)
+            if rolls:
+                friction = beta / (1 + beta) * math.sin(y[0])
+            return [y[1], math.sin(y[0]) - friction, friction / beta]
+
+        def change(t, y, rolls=rolls, sign=sign):
+            if rolls:
+                normal = math.cos(y[0]) - y[1] ** 2
+                return beta / (1 + beta) * abs(math.sin(y[0])) - mu * normal
+            return sign * (y[1] - y[2]) + 1e-14 if t > 1e-7 else 1.0
+
+        def done(_, y):
+            return y[0] - end
+
+        change.terminal = done.terminal = True
+        change.direction = 1.0 if rolls else -1.0
+        run = solve_ivp(rates, (0.0, 100.0), [angle, v, w], events=(change, done),
+                        method="DOP853", rtol=1e-11, atol=1e-13)  # fmt: skip
+        angle, v, w = run.y[:, -1]
+        if not rolls and run.t_events[0].size:
+            v = w = (v + beta * w) / (1 + beta)
+    return State(angle, v, w)
+
+
+@SYSTEMS
+@pytest.mark.parametrize("friction", [0.01, 0.08, 0.2, 0.34, 2.0])
+def test_a_well_is_that_of_the_equations_in_time(inertia, ratio, friction):
+    grain, phi = Grain(friction, inertia), half_angle(ratio)
+    tilt = math.radians(integrated_critical_angle(math.degrees(phi), grain) + 0.3)
+    start = State(1e-3, 1e-3 / math.sqrt(1 + inertia), 1e-3 / math.sqrt(1 + inertia))
+    before = followed(start, phi + tilt, grain)
+    assert before == pytest.approx(coulomb.over_arc(CREST, phi + tilt, grain), abs=1e-7)
+    after = State(tilt - phi, *coulomb.shock(before, grain, phi))
+    next_crest = coulomb.over_arc(after, 0.0, grain)
+    assert followed(after, 0.0, grain) == pytest.approx(next_crest, abs=1e-7)
+
+
+@SYSTEMS
+@pytest.mark.parametrize("friction", [0.0, 1e9])
+def test_the_energy_over_a_well_returns_at_the_critical_angle(inertia, ratio, friction):
+    phi, coupled = half_angle(ratio), inertia if friction else 0.0
+    share = theory.kept_speed(math.degrees(phi), coupled)
+
+    def returned(tilt):
+        down, up = 1 - math.cos(phi + tilt), 1 - math.cos(phi - tilt)
+        return share**2 * down - up
+
+    root = math.degrees(brentq(returned, 0.0, phi, xtol=1e-15))
+    assert theory.critical_angle(math.degrees(phi), coupled) == pytest.approx(root, abs=1e-12)
+
+
+# ---- values, limits and bounds
+
+
+def test_closed_forms():
+    angles = [theory.critical_angle(30.0, beta) for beta in (0.0, SPHERE, DISC)]
+    assert angles == pytest.approx([10.2078187, 6.6674041, 6.1350746], abs=5e-8)
+    assert theory.critical_angle(theory.well_half_angle(2.0), 0.0) == pytest.approx(
+        2.45722, abs=5e-6
+    )
+    assert angles[0] == pytest.approx(incline.critical_angle(), abs=1e-12)
+    assert theory.no_flight_bound(30.0, 0.0) == pytest.approx(incline.no_flight_bound(), abs=1e-12)
+
+
+@given(HALF_ANGLES, INERTIAS)
+def test_from_the_bound_on_the_grain_rolls_and_the_closed_form_holds(half, inertia):
+    bound = theory.rolling_friction(half, inertia)
+    assert bound > theory.sticking_friction(half, inertia)
+    closed = theory.critical_angle(half, inertia)
+    assert integrated_critical_angle(half, Grain(1.001 * bound, inertia)) == pytest.approx(
+        closed, rel=1e-6
+    )
+    below = integrated_critical_angle(half, Grain(0.9 * bound, inertia))
+    assert below > closed * (1 + 1e-6)
+
+
+@given(HALF_ANGLES, INERTIAS)
+def test_without_friction_or_inertia_the_frictionless_angle(half, inertia):
+    frictionless = theory.critical_angle(half, 0.0)
+    slight = integrated_critical_angle(half, Grain(1e-8, inertia))
+    assert slight == pytest.approx(frictionless, rel=1e-4)
+    assert theory.critical_angle(half, 1e-12) == pytest.approx(frictionless, rel=1e-9)
+
+
+def test_a_large_grain_feels_a_smooth_row():
+    for inertia, factor in ((0.0, 1.0), (SPHERE, 1 / 1.4)):  # phi^3 / (1 + beta)
+        phi = half_angle(1000.0)
+        angle = math.radians(theory.critical_angle(math.degrees(phi), inertia))
+        assert angle == pytest.approx(factor * phi**3, rel=1e-5)
+
+
+@pytest.mark.parametrize(("friction", "angle"), [(1e-3, 10.27807), (0.016, 10.68694)])
+def test_slight_friction_raises_the_angle(friction, angle):
+    found = integrated_critical_angle(30.0, Grain(friction, SPHERE))
+    assert found == pytest.approx(angle, abs=5e-6)
+    assert found > theory.critical_angle(30.0, 0.0)
+
+
+def keeps_moving(grain, tilt_deg, wells=600):
+    tilt, state = math.radians(tilt_deg), State(math.radians(tilt_deg) - EQUAL, 0.5, 0.35)
+    for _ in range(wells):
+        before = coulomb.over_arc(state, EQUAL + tilt, grain)
+        if before.angle < EQUAL + tilt:
+            return False
+        state = State(tilt - EQUAL, *coulomb.shock(before, grain, EQUAL))
+    return True
+
+
+@pytest.mark.parametrize(("friction", "lower"), [(0.005, 0.0176), (0.03, 0.0), (0.2, 0.0)])
+def test_steady_motion_ends_at_that_angle_or_with_slight_friction_just_below(friction, lower):
+    grain = Grain(friction, SPHERE)
+    angle = integrated_critical_angle(30.0, grain) - lower
+    assert keeps_moving(grain, angle + 5e-4)
+    assert not keeps_moving(grain, angle - 5e-4)
+
+
+@pytest.mark.parametrize(("friction", "ratio"), [(0.0, 0.81797), (0.1, 0.71491), (1.0, 0.61889)])
+def test_the_smallest_grain_takes_off_at_its_critical_angle(friction, ratio):
+    grain = Grain(friction, SPHERE)
+    half = coulomb.largest_half_angle(grain)
+    assert theory.size_ratio(half) == pytest.approx(ratio, abs=5e-6)
+    if friction:
+        integrated_critical_angle(half - 1e-3, grain)
+        with pytest.raises(coulomb.LeavesRow):
+            integrated_critical_angle(half + 1e-3, grain)
+    else:
+        assert half + theory.critical_angle(half, 0.0) == pytest.approx(theory.flight_angle(0.0))
+
+
+def test_a_grain_that_slides_leaves_the_row_at_tilts_between_those_of_the_closed_forms():
+    bounds = [coulomb.integrated_no_flight_bound(30.0, Grain(mu, SPHERE)) for mu in (1e-6, 0.1, 99)]
+    closed = [theory.no_flight_bound(30.0, beta) for beta in (0.0, SPHERE)]
+    assert bounds[::2] == pytest.approx(closed, abs=5e-3)
+    assert closed[0] < bounds[1] < closed[1]
