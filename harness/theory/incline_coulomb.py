@@ -23,7 +23,7 @@ from harness.errors import RequestError
 from harness.theory.incline_friction import flight_angle, kept_speed
 
 ANGLE_TOLERANCE = 1e-12  # [rad]
-MOST_WELLS = 200
+MOST_ROUNDS = 60  # of three wells each, until motion is steady
 LARGEST_FRICTION = 100.0  # nothing slides beyond, but for the last 1e-3 deg before flight
 TINY_SPEED = 1e-8  # [sqrt(g a)] of turning points, where the quadrature of w divides by v
 
@@ -85,13 +85,20 @@ def largest_half_angle(grain: Grain) -> float:
     return math.degrees(_root(margin, takeoff / 2.0, takeoff))
 
 
-def integrated_no_flight_bound(half_angle_deg: float, grain: Grain) -> float:
-    """Return the tilt [deg] above which the grain in steady motion leaves the row."""
+def integrated_no_flight_bound(half_angle_deg: float, grain: Grain) -> float | None:
+    """Return the tilt [deg] above which a grain leaves the row on its way to steady motion.
+
+    It starts from rest on a crest. None where its motion is not found steady within 180 wells, as
+    with slight friction, which sets it spinning slowly, and of grains ten times as large as the row.
+    """
     phi = math.radians(half_angle_deg)
-    low, high = math.radians(integrated_critical_angle(half_angle_deg, grain)), math.pi / 2.0 - phi
-    while high - low > 1e-9:
+    low, high = math.radians(integrated_critical_angle(half_angle_deg, grain)), phi
+    while high - low > 1e-8:
         middle = (low + high) / 2.0
-        low, high = (middle, high) if _stays(middle, grain, phi) else (low, middle)
+        stays = _stays(middle, grain, phi)
+        if stays is None:
+            return None
+        low, high = (middle, high) if stays else (low, middle)
     return math.degrees(low)
 
 
@@ -279,18 +286,32 @@ def _takeoff(grain: Grain) -> float:
     return _root(sliding.normal_force, sliding.start.angle, latest) - 10.0 * ANGLE_TOLERANCE
 
 
-def _stays(angle: float, grain: Grain, half_angle: float) -> bool:
-    """Return whether the grain stays on the row until its motion is steady."""
-    state, last = CREST, math.inf
+def _stays(angle: float, grain: Grain, half_angle: float) -> bool | None:
+    """Return whether a grain that starts from rest stays on the row until its motion is steady.
+
+    None where it is not steady after MOST_ROUNDS.
+    """
+    state = CREST
     try:
-        for _ in range(MOST_WELLS):
-            state = after_well(state, angle, grain, half_angle)
-            if abs(state.speed - last) < 1e-10:
+        for _ in range(MOST_ROUNDS):
+            run = [state]
+            for _ in range(3):
+                run.append(after_well(run[-1], angle, grain, half_angle))
+            state = _extrapolated(*run[1:])
+            if abs(state.speed - run[1].speed) + abs(state.rim - run[1].rim) < 1e-9:
                 return True
-            last = state.speed
     except LeavesRow:
         return False
-    return True
+    return None
+
+
+def _extrapolated(first: State, second: State, third: State) -> State:
+    """Return the limit of three states after shocks, whose v^2 are a geometric series (Aitken)."""
+    before, after = second.speed**2 - first.speed**2, third.speed**2 - second.speed**2
+    if not 0.0 < after < before:
+        return third
+    speed = math.sqrt(third.speed**2 + after**2 / (before - after))
+    return State(third.angle, speed, speed if third.rim == third.speed else third.rim)
 
 
 def _root(function: Callable[[float], float], low: float, high: float) -> float:

@@ -104,7 +104,7 @@ def test_friction_and_size(answer, options, angle, model):
     falls = record["well_depth"] + record["gain_per_crest"]
     lost = 0.02 if record["model"].startswith("integrated") else 1e-12
     assert record["shock"] * falls == pytest.approx(record["steady_energy"], rel=lost)
-    assert record["critical_angle_deg"] < record["no_flight_bound_deg"]
+    assert record["critical_angle_deg"] < record["no_flight_bound_deg"] < record["static_angle_deg"]
     assert record["smallest_grain_diameter_m"] < record["grain_diameter_m"]
 
 

@@ -169,8 +169,11 @@ def test_the_smallest_grain_takes_off_at_its_critical_angle(friction, ratio):
         assert half + theory.critical_angle(half, 0.0) == pytest.approx(theory.flight_angle(0.0))
 
 
-def test_a_grain_that_slides_leaves_the_row_at_tilts_between_those_of_the_closed_forms():
-    bounds = [coulomb.integrated_no_flight_bound(30.0, Grain(mu, SPHERE)) for mu in (1e-6, 0.1, 99)]
-    closed = [theory.no_flight_bound(30.0, beta) for beta in (0.0, SPHERE)]
-    assert bounds[::2] == pytest.approx(closed, abs=5e-3)
-    assert closed[0] < bounds[1] < closed[1]
+@pytest.mark.parametrize("half", [30.0, 9.6])
+def test_a_grain_that_slides_leaves_the_row_at_less_tilt_than_one_that_rolls(half):
+    slides, rolls = (
+        coulomb.integrated_no_flight_bound(half, Grain(mu, SPHERE)) for mu in (0.1, 99)
+    )
+    assert rolls == pytest.approx(theory.no_flight_bound(half, SPHERE), abs=5e-3)
+    assert 0.9 * theory.no_flight_bound(half, 0.0) < slides < rolls
+    assert coulomb.integrated_no_flight_bound(half, Grain(1e-5, SPHERE)) is None

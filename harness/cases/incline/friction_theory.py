@@ -47,6 +47,7 @@ class FrictionTheory(Result):
     the critical angle; ``shock`` is energy after over energy before. From ``sticking_friction`` on
     a shock of a rolling grain sticks, from ``rolling_friction`` on the grain rolls all along.
     Smaller grains than ``smallest_grain_diameter_m`` leave the row below their critical angle.
+    ``no_flight_bound_deg`` is None where steady motion is not found within 180 wells.
     """
 
     critical_angle_deg: float
@@ -60,7 +61,7 @@ class FrictionTheory(Result):
     rolling_friction: float
     shock: float
     static_angle_deg: float
-    no_flight_bound_deg: float
+    no_flight_bound_deg: float | None
     well_depth: float
     gain_per_crest: float
     steady_energy: float
