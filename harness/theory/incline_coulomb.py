@@ -89,7 +89,7 @@ def integrated_no_flight_bound(half_angle_deg: float, grain: Grain) -> float | N
     """Return the tilt [deg] above which a grain leaves the row on its way to steady motion.
 
     It starts from rest on a crest. None where its motion is not found steady within 180 wells, as
-    with slight friction, which sets it spinning slowly, and of grains ten times as large as the row.
+    with slight friction, which sets it spinning slowly, and of grains as large as ten spheres.
     """
     phi = math.radians(half_angle_deg)
     low, high = math.radians(integrated_critical_angle(half_angle_deg, grain)), phi
