@@ -481,11 +481,8 @@ def _line(
     present = [reference for reference in references if reference is not None]
     if not present:
         return None
-    kind = (
-        "integrated"
-        if any(reference.kind == "integrated" for reference in present)
-        else "closed form"
-    )
+    kinds = dict.fromkeys(reference.kind for reference in present)
+    kind = next((kind for kind in kinds if kind != "closed form"), "closed form")
     cheap = all(ref.kind == "closed form" or ref.quick for ref in present)
     numbers = all(isinstance(at, (int, float)) and not isinstance(at, bool) for at in x)
     if cheap and numbers and len(set(x)) > 1:
