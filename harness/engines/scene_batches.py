@@ -169,6 +169,7 @@ def check_scene(scene: Scene) -> None:
         (any(body.axes != ALL_AXES for body in scene.bodies), "moves bodies along all axes"),
         (any(not _solid(body) for body in scene.bodies), "has solid spheres, I = 2/5 m r^2"),
         (any(not _lies_still(wall) for wall in scene.walls), "has horizontal planes at rest"),
+        (any(wall.bodies is not None for wall in scene.walls), "has walls that act on all bodies"),
     )
     for refused, reason in refusals:
         if refused:

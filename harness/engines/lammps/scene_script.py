@@ -55,13 +55,12 @@ def rules(scene: Scene, release: str | None = None) -> Rules:
     scene that LAMMPS, or this release, cannot state.
     """
     script(scene)
-    atoms, early = _atoms(scene, PLAIN), False
+    atoms = _atoms(scene, PLAIN)
     if release is not None:
         for law in atoms.laws:
             check_release(law, release)
-        early = release_of(release) < release_of(MIXES_SUBMODELS)
     lever: Literal["radius", "contact_point"] = "radius" if atoms.is_old else "contact_point"
-    return Rules(torque_lever=lever, wall_touches_at_zero=early)
+    return Rules(torque_lever=lever)
 
 
 def needs_new_process(scene: Scene, variation: Variation, release: str | None) -> bool:

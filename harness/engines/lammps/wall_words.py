@@ -18,6 +18,8 @@ def wall_lines(name: str, group: str, wall: Wall, words: str, law: Law) -> Itera
 
     Raise Unsupported for a wall that neither a style nor a region states.
     """
+    if wall.bodies is not None:
+        raise Unsupported("walls act on all bodies here")
     warm = f" temperature {wall.temperature!r}" if law.heat != "none" else ""
     style = None if law.normal == "mdr" else _style(wall)
     if style is not None:

@@ -54,6 +54,7 @@ UNSUPPORTED = {
     "oscillating bowl": on_wall(BOWL.replace(**OSCILLATES), LOW),
     "tilted shear": on_wall(Wall(direction=TILTED, surface_velocity=(0.0, 0.1, 0.0)), LOW),
     "tilted cylinder": on_wall(PIPE.replace(direction=TILTED), SIDE),
+    "wall of a group": on_wall(Wall(bodies=(0,)), LOW),
     "spin across": on_wall(PIPE.replace(spin=(1.0, 0.0, 0.0)), SIDE),
 }
 
@@ -73,11 +74,3 @@ def test_release_lacks_submodel(law, release):
     with pytest.raises(Unsupported, match=rf"23 Jun 2022 has no .*: LAMMPS .* {release} has it"):
         rules(scene, "23 Jun 2022")
     assert rules(scene, "22 Jul 2025") == rules(scene)
-
-
-@pytest.mark.parametrize("law", ["linear_history", "gran/hooke/history"])
-def test_early_walls_touch_at_zero(law):
-    scene = SYSTEMS["spheres"](LAWS[law])
-    early = rules(scene, "23 Jun 2022")
-    assert early == rules(scene).replace(wall_touches_at_zero=True)
-    assert early.torque_lever == ("radius" if law.startswith("gran") else "contact_point")
