@@ -1,0 +1,1 @@
+"""Contacts with friction, integrated from their laws: adaptive, events located, no time step."""
