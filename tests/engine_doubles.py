@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+from harness.engines.contract import scenes_and_others
 from harness.engines.reference import Reference
 from harness.engines.traits import FRICTIONLESS, ContactModel
 from harness.errors import EngineCrashError, EngineError
@@ -57,6 +58,9 @@ class Twin(Reference):
     def run(self, jobs):
         self.check(jobs)
         self.jobs += jobs
+        return scenes_and_others(jobs, self.run_scene_jobs, self.run_grains)
+
+    def run_grains(self, jobs):
         scenes = [job.template.scene(self.change_values(job.values)) for job in jobs]
         return [
             output if isinstance(output, EngineError) else self.change_output(job, output)

@@ -25,8 +25,8 @@ from typing import TYPE_CHECKING, Any, ClassVar, Generic, Literal, TypeVar, get_
 
 from harness.cases.text import text_of
 from harness.comparison.verdicts import Tolerance
-from harness.engines.border import job_seconds
 from harness.engines.contract import Engine, Job, Output, Template
+from harness.engines.cost import job_seconds
 from harness.engines.traits import Traits
 from harness.errors import EngineError, EngineUndecidedError, RequestError
 from harness.observables.provenance import Observable, Provenance, numbers

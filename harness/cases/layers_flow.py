@@ -26,8 +26,8 @@ from harness.cases.display import Display
 from harness.cases.layers.case import PACKED
 from harness.cases.layers.system import CONTACT_ALLOWED, Packing, values_of
 from harness.cases.text import tolerances_of
-from harness.engines.border import engine_seconds
 from harness.engines.contract import Job, Output, Template
+from harness.engines.cost import engine_seconds
 from harness.engines.traits import Traits
 from harness.errors import EngineLostAtomsError, EngineOutputError, EngineUndecidedError
 from harness.parameters.allowed import allowed_in

@@ -11,8 +11,8 @@ from harness.cases.registry import all_cases
 from harness.cases.verification import Study
 from harness.comparison.verdicts import Check, Verdict
 from harness.comparison.verification import Findings
-from harness.engines.border import STATED_SECONDS, in_words
 from harness.engines.contract import Engine
+from harness.engines.cost import STATED_SECONDS, in_words
 
 
 @dataclass(frozen=True)

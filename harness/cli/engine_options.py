@@ -142,7 +142,7 @@ class LongRunOptions:
 
         ``instead`` is what to request in its place. With ``--force`` there is no limit.
         """
-        from harness.engines.border import STATED_SECONDS, check_duration, in_words
+        from harness.engines.cost import STATED_SECONDS, check_duration, in_words
         from harness.store.entries import tell_stderr
 
         if not self.force:

@@ -31,7 +31,8 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeVar
 
-from harness.engines.border import EXPECTED, Pace, checked_call, checked_run
+from harness.engines.border import EXPECTED, checked_call, checked_run
+from harness.engines.cost import Pace
 from harness.engines.output import SERIES, Output
 from harness.engines.process import Ended, cores, last_words, parallel_each
 from harness.engines.traits import Traits

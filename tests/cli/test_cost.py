@@ -21,7 +21,7 @@ from harness.cases.incline.system import Incline
 from harness.cases.registry import all_cases
 from harness.cases.tower.case import tower_seconds
 from harness.cli.engine_options import LongRunOptions
-from harness.engines.border import MOST_SECONDS, check_duration, engine_seconds
+from harness.engines.cost import MOST_SECONDS, check_duration, engine_seconds
 from harness.engines.reference import Reference
 from harness.engines.registry import ENGINES, engine_class
 from harness.errors import RequestError

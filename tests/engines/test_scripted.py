@@ -12,10 +12,7 @@ from harness.engines.output import Output
 from harness.engines.process import Limits
 from harness.engines.programs import ScriptedEngine, fresh_folder
 from harness.engines.traits import CLIPPED_ALONE, Traits
-from harness.errors import (
-    EngineOutputError,
-    RequestError,
-)
+from harness.errors import EngineError, EngineOutputError, RequestError
 from harness.files import PREFIX
 from harness.observables.provenance import Provenance
 
@@ -225,3 +222,58 @@ def test_what_is_too_long_to_be_read_costs_only_its_own_run(toy, monkeypatch, wh
     assert type(bad) is EngineOutputError
     assert "102400" in str(bad)
     assert isinstance(good, Output)
+
+
+class Rendered(ScriptedEngine):
+    name = "rendered"
+    traits = Traits(install_hint="", versions=("1",), integrator="velocity-verlet")
+    programs = ("true",)
+
+    def ask_version(self):
+        return Provenance(self.name, "1")
+
+    def command(self, folder, tasks):  # noqa: ARG002
+        return ["true"]
+
+
+@pytest.fixture
+def rendered(tmp_path, monkeypatch):
+    """Return a function from the text of a template to an engine of another package with it."""
+
+    def make(text):
+        folder = tmp_path / str(len(list(tmp_path.iterdir())))
+        folder.mkdir()
+        (folder / "tilted.py.j2").write_text(text)
+        kind = type("Mine", (Rendered,), {"__module__": "my_dem.engine"})
+        monkeypatch.setattr(kind, "own_folders", classmethod(lambda _: [folder]))
+        monkeypatch.setattr(kind, "_template_folders", classmethod(lambda _: []))
+        return kind
+
+    return make
+
+
+TILTED = Job(Template("tilted", {"": {"angle": 1.0}}, neutral={"angle": 0.0}), {"angle": 1.0})
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("a = 1\nb = {{ no_such_value }}\n", "tilted.py.j2, line 2 cannot be rendered: Undefined"),
+        ("a = {% if %}\n", "tilted.py.j2, line 1 cannot be rendered: TemplateSyntaxError"),
+        ("a\n\n{{ 1 // 0 }}\n", "tilted.py.j2, line 3 cannot be rendered: ZeroDivisionError"),
+    ],
+)
+def test_a_template_that_fails_is_named_with_its_engine_and_line(rendered, text, words):
+    with pytest.raises(EngineError) as error, rendered(text)() as engine:
+        engine.refuses(TILTED)
+    assert str(error.value).startswith("engine 'rendered' of package 'my_dem': case 'tilted': ")
+    assert words in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+def test_a_script_that_declares_a_value_and_never_uses_it_is_refused(rendered):
+    declared = 'PARAMETERS = {\n    "angle": 0,\n}\n'
+    with rendered(declared)() as engine:
+        assert "tilted.py declares 'angle' and never uses it (1.0)" in engine.refuses(TILTED)
+    with rendered(declared + 'g = PARAMETERS["angle"]\n')() as engine:
+        assert engine.refuses(TILTED) == ""

@@ -8,7 +8,7 @@ import pytest
 from harness.cases.drop.case import CASE, DropCase
 from harness.cases.verification import Study, Verification
 from harness.comparison.verification import Findings
-from harness.engines.border import in_words
+from harness.engines.cost import in_words
 from harness.workflows import verification
 from harness.workflows.engine_status import EngineSelection
 from harness.workflows.verification import MainRun, OtherEngines

@@ -41,8 +41,8 @@ from harness.comparison.verdicts import (
     not_tested,
 )
 from harness.comparison.verification import Findings
-from harness.engines.border import engine_seconds
 from harness.engines.contract import Engine, Job, Output
+from harness.engines.cost import engine_seconds
 from harness.engines.traits import Traits
 from harness.errors import EngineError, EngineUndecidedError
 from harness.report.sections import Section

@@ -38,8 +38,8 @@ from harness.cases.contact.submodels import (
     Trial,
 )
 from harness.cases.contract import Case, LevelName, Reference
-from harness.engines.border import engine_seconds
 from harness.engines.contract import Job, Output, Template
+from harness.engines.cost import engine_seconds
 from harness.engines.scene_jobs import SCENE, scene_job
 from harness.engines.scene_tables import motion_in
 from harness.engines.traits import Traits

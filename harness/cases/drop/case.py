@@ -32,8 +32,8 @@ from harness.cases.verification import Study, Verification, failed_part
 from harness.comparison.regression import BaselineRecord, made_by, record_name
 from harness.comparison.verdicts import Check, Kind, Planned, Tolerance, judge, not_tested
 from harness.comparison.verification import Findings
-from harness.engines.border import STATED_SECONDS
 from harness.engines.contract import Engine, Job, Output, Template, Value
+from harness.engines.cost import STATED_SECONDS
 from harness.engines.traits import Traits
 from harness.errors import EngineError, EngineOutputError, HarnessError
 from harness.observables.provenance import Provenance

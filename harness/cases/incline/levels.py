@@ -13,7 +13,7 @@ from pydantic import Field, model_validator
 from harness.cases.contract import LevelName
 from harness.cases.incline.system import Incline, Route
 from harness.cases.text import tolerances_of
-from harness.engines.border import engine_seconds
+from harness.engines.cost import engine_seconds
 from harness.engines.traits import Traits
 from harness.parameters.base import Parameters
 from harness.parameters.law import CLIPPED, PLASTIC, SOURCE, Contact

@@ -24,8 +24,8 @@ from harness.cases.layers.system import (
 from harness.cases.verification import Study, Verification
 from harness.comparison.verdicts import Tolerance
 from harness.comparison.verification import Findings
-from harness.engines.border import engine_seconds
 from harness.engines.contract import Engine, Job, Output
+from harness.engines.cost import engine_seconds
 from harness.engines.traits import Traits
 from harness.errors import EngineError
 from harness.parameters.law import PLASTIC

@@ -20,8 +20,8 @@ from harness.cases.tower.verification import engine_findings, own_findings, plan
 from harness.cases.verification import Study, Verification
 from harness.comparison.verdicts import Planned
 from harness.comparison.verification import Findings
-from harness.engines.border import engine_seconds
 from harness.engines.contract import Engine, Job, Output
+from harness.engines.cost import engine_seconds
 from harness.engines.traits import Traits
 from harness.errors import EngineOutputError, RequestError
 from harness.observables.tower import (

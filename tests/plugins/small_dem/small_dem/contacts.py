@@ -1,100 +1,89 @@
-"""The small DEM with contacts that rub: a sphere on a floor, spring, dashpot and friction."""
+"""The small DEM with contacts that rub: a sphere on planes, spring, dashpot and friction."""
 
 from dataclasses import replace
 
 import numpy as np
 
-from harness.engines.contract import Output
-from harness.errors import Unsupported
+from harness.engines.contract import scenes_and_others
+from harness.errors import EngineNaNError, Unsupported
 from harness.model.conventions import Rules
-from harness.model.scene import Wall
+from harness.model.motion import Motion
+from harness.model.scene import Body, Scene, Wall
 from small_dem.engine import SmallDem
 
-LAW = {"normal": "hooke", "damping": "none velocity", "tangential": "none linear_history",
-       "rolling": "none", "twisting": "none", "heat": "none", "interface": "current"}  # fmt: skip
+SPHERE = ("radius", "mass", "inertia", "position", "velocity", "angular_velocity")
+SCENE = ("law", "gravity", "step", "steps", "every")
 
 
 def conventions(scene):
-    """Return its conventions, the default ones; raise Unsupported for what it does not state."""
-    for part, words in LAW.items():
-        if getattr(scene.law, part) not in words.split():
-            raise Unsupported(f"takes {part} = {words}, not {getattr(scene.law, part)}")
-    if scene.law.clipped:
-        raise Unsupported("does not clip")
-    (body, *others), walls = scene.bodies, [wall.replace(point=(0, 0, 0)) for wall in scene.walls]
-    if others or body.motion != "free" or walls != [Wall()] or scene.segments or scene.drag:
-        raise Unsupported("takes one sphere on a floor at rest")
+    """Return the conventions of a scene, LAMMPS's; raise Unsupported for what it cannot state."""
+    law, walls = scene.law, [Wall(point=w.point, direction=w.direction) for w in scene.walls]
+    ball = Body(**{name: getattr(scene.bodies[0], name) for name in SPHERE})
+    if scene != Scene(bodies=[ball], walls=walls, **{name: getattr(scene, name) for name in SCENE}):
+        raise Unsupported("it moves one free sphere on planes at rest, and has no drag or boundary")
+    words = {law.damping, law.tangential, law.rolling, law.twisting, law.heat}
+    if law.normal != "hooke" or words - {"none", "velocity", "linear_history"}:
+        raise Unsupported("it has linear springs, a constant dashpot and friction alone")
     return Rules()
 
 
 class SmallContacts(SmallDem):
-    """It takes the scenes of the small DEM, and those of one sphere on a floor."""
+    """It takes the scenes of the small DEM, and those of a sphere on planes."""
 
     name = "small-contacts"
     traits = replace(SmallDem.traits, conventions=conventions)
 
     def run(self, jobs):
-        """Run the contacts with friction, and the scenes of the others."""
+        """Run scenes of spheres and walls here, and the other jobs in the small DEM."""
         self.check(jobs)
-        outcomes = []
-        for job in jobs:
-            if job.scene is not None:
-                series = {"series": simulate(values_of(job.scene))}
-                outcomes.append(Output((), self.identify(), series))
-            else:
-                outcomes += super().run([job])
-        return outcomes
+        return scenes_and_others(jobs, self.run_scene_jobs, super().run)
+
+    def motions(self, jobs):
+        """Return the motion of each scene, or the error in its place."""
+        return [simulate(self.scene_of(job)) for job in jobs]
 
 
-def values_of(scene):
-    """Return the law and the sphere of a scene as values by name."""
-    (body,), (floor,) = scene.bodies, scene.walls
-    values = {**dict(scene.law), "step_size": scene.step, "steps": scene.steps,
-              "series_every": scene.every, "mass_1": body.mass, "radius_1": body.radius,
-              "floor": floor.point[2]}  # fmt: skip
-    vectors = {"": body.position, "v": body.velocity, "w": body.angular_velocity}
-    for part, vector in vectors.items():
-        values |= {f"{part}{axis}_1": x for axis, x in zip("xyz", vector, strict=True)}
-    return values | {f"gravity_{axis}": g for axis, g in zip("xyz", scene.gravity, strict=True)}
-
-
-def simulate(job):
-    """Return the samples of a job: columns (M, 1), at the start and after every so many steps."""
-    h, m, r, start = job["step_size"], job["mass_1"], job["radius_1"], job["floor"]
-    x, v, w = (np.array([job[f"{part}{axis}_1"] for axis in "xyz"]) for part in ("", "v", "w"))
-    g = np.array([job[f"gravity_{axis}"] for axis in "xyz"])
-    up, stretch, samples = np.array([0.0, 0.0, 1.0]), np.zeros(3), []
-
-    def forces(h):
-        nonlocal stretch
-        overlap, arm = r - (x[2] - start), -r * up
-        if overlap <= 0.0:
-            stretch = np.zeros(3)
-            return np.zeros(3), np.zeros(3)
-        eta = job["damping_coefficient"] if job["damping"] == "velocity" else 0.0
-        normal = job["normal_stiffness"] * overlap - eta * v[2]
-        along = np.zeros(3)
-        if job["tangential"] == "linear_history":
-            slip = v - v[2] * up + np.cross(w, arm)
-            drag, k = job["tangential_damping"] * eta * slip, job["tangential_stiffness"]
-            stretch = stretch + h * slip
-            along = -k * stretch - drag
-            limit = job["friction"] * abs(normal)
-            if np.linalg.norm(along) > limit:
-                # without a spring, as at the start, LAMMPS has no friction
-                along *= limit / np.linalg.norm(along) if stretch.any() else 0.0
-                stretch = -(along + drag) / k if h else stretch
-        return normal * up + along, np.cross(arm, along)
-
-    f, t = forces(0.0)
-    for step in range(job["steps"] + 1):
-        if step % job["series_every"] == 0:
-            samples.append(np.concatenate([[step], x, v, w, f, t]))
-        v, w = v + 0.5 * h * (f / m + g), w + 0.5 * h * t / (0.4 * m * r * r)
-        x = x + h * v
-        f, t = forces(h)
-        v, w = v + 0.5 * h * (f / m + g), w + 0.5 * h * t / (0.4 * m * r * r)
-    columns = [f"{part}{axis}{unit}" for part, unit in (("", "_m"), ("v", "_m_per_s"),
-               ("w", "_rad_per_s"), ("f", "_N"), ("t", "_N_m")) for axis in "xyz"]  # fmt: skip
+def simulate(scene):
+    """Return the motion of a sphere, samples (M, 1, 3), or the error of its run."""
+    ball, g, samples = scene.bodies[0], np.array([scene.gravity, np.zeros(3)]), []
+    x, u = np.array(ball.position), np.array([ball.velocity, ball.angular_velocity])
+    inertia = np.array([[ball.mass], [ball.moment_of_inertia]])
+    stretches, load = np.zeros((len(scene.walls), 3)), np.zeros((2, 3))
+    for step in range(scene.steps + 1):
+        if step:
+            u = u + 0.5 * scene.step * (load / inertia + g)
+            x = x + scene.step * u[0]
+        load = np.zeros((2, 3))  # force and torque
+        for wall, stretch in zip(scene.walls, stretches, strict=True):
+            load += plane_load(scene.law, ball.radius, x, u, wall, stretch, scene.step * (step > 0))
+        if step:
+            u = u + 0.5 * scene.step * (load / inertia + g)
+        if step % scene.every == 0:
+            samples.append((x, *u, *load))
     table = np.array(samples)
-    return {"step": table[:, 0], **{n: table[:, [i]] for i, n in enumerate(columns, 1)}}
+    if not np.isfinite(table).all():
+        return EngineNaNError("small-contacts: a value is not a number")
+    time = scene.step * scene.every * np.arange(len(table))
+    return Motion(time, *(table[:, [part]] for part in range(5)))
+
+
+def plane_load(law, radius, x, u, wall, stretch, h):
+    """Return force and torque of a plane (2, 3); its spring grows in place for a time h."""
+    (v, w), up = u, np.array(wall.direction)
+    overlap, arm = radius - (x - wall.point) @ up, -radius * up
+    if overlap <= 0.0:
+        stretch[:] = 0.0
+        return np.zeros((2, 3))
+    eta, along = law.damping_coefficient or 0.0, np.zeros(3)
+    normal = law.normal_stiffness * overlap - eta * (v @ up)
+    normal = max(normal, 0.0) if law.clipped else normal
+    if law.tangential == "linear_history":
+        slip = v - (v @ up) * up + np.cross(w, arm)
+        drag, k = law.tangential_damping * eta * slip, law.tangential_stiffness
+        stretch += h * slip
+        along = -k * stretch - drag
+        if (size := np.linalg.norm(along)) > (limit := law.friction * abs(normal)):
+            grown = stretch.any()  # before, no friction where a run begins, as in LAMMPS
+            along *= limit / size * grown
+            stretch[:] = -(along + drag) / k * grown
+    return np.array([normal * up + along, np.cross(arm, along)])
