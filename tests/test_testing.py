@@ -188,9 +188,12 @@ class Damped(Lammps):
 class Slippery(Lammps):
     """It takes half the friction that it is given."""
 
-    def task(self, job):
-        values = {n: 0.5 * v if n == "friction" else v for n, v in job.values.items()}
-        return super().task(replace(job, values=values))
+    def motions(self, jobs):
+        def slippery(scene):
+            friction = scene.law.friction
+            return scene.replace(law=scene.law.replace(friction=friction and 0.5 * friction))
+
+        return super().motions([replace(job, scene=slippery(job.scene)) for job in jobs])
 
 
 class Dated(Lammps):
