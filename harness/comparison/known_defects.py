@@ -138,7 +138,8 @@ def explain(
     """
     here = concerned(defects, place, version)
     if isinstance(outcome, EngineError):
-        return next((d for d in here if d.error and d.error in str(outcome)), None)
+        message = f"{outcome.kind}: {outcome}"
+        return next((d for d in here if d.error and d.error in message), None)
     if holding := next(_explanations(here, scene, rules, outcome, holds), None):
         return holding
     return next((d for d in here if d.undetermined), None)

@@ -209,7 +209,7 @@ def side_force(
     confined = body.free_share < law.bulk_share
     step, in_first = depth - side.depth, depth - (r - first)
     step_in_first = in_first - side.depth_in_first
-    of_bulk = body.displacement if confined else 0.0
+    of_bulk = body.displacement if confined and moves else 0.0
     further = step - of_bulk
     spring = side.spring_depth + (min(further, depth - side.spring_depth) if confined else further)
     bulk = max(0.0, side.bulk_depth + of_bulk)

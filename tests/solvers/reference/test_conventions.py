@@ -209,3 +209,9 @@ def test_short_neck_of_jkr_has_eight_ninths_of_the_tension():
     scene = pressed(JKR, 1e-6, 20_000, back=2.5).replace(every=1)
     force = reference.run(scene, None, Faults(longest_neck=0.0)).force[:, 0, 2]
     assert -force.min() == pytest.approx(8 / 9 * 3 * math.pi * 0.5 * R, rel=2e-3)
+
+
+def test_setup_of_an_elastic_contact_changes_nothing():
+    scene = impact(MDR.replace(bulk_share=1.0), (0.0, 0.0, -0.9), 100, partner="sphere")
+    again = reference.run(scene.replace(setups=(scene.steps // 4,)))
+    assert np.array_equal(again.velocity, reference.run(scene).velocity)
