@@ -1,8 +1,7 @@
-"""pytest plugin: ``pytest --dem-harness`` makes each check an item of the user's own suite.
+"""pytest plugin: ``pytest --dem-harness`` makes each row of a verification a test.
 
-The fixture ``dem_verification`` is the same verification, for assertions of one's
-own; it needs no option. A verification runs once in a session; under xdist one
-worker runs it and the others wait for what it found.
+``--dem-harness-options`` has the options of ``dem-harness verify``. The fixture
+``dem_verification`` is the table of the rows. A session runs one verification at most.
 
 pytest loads this module in every session of an environment that has it:
 nothing but pytest and the standard library is imported here.
@@ -10,244 +9,210 @@ nothing but pytest and the standard library is imported here.
 
 from __future__ import annotations
 
-import pickle
+import json
+import shlex
+import warnings
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import pytest
 
 if TYPE_CHECKING:
-    from harness.comparison.verdicts import Check
-    from harness.comparison.verification import Verification
+    import pandas as pd
 
-OPTIONS = {
-    "engine": "the engine to verify, as of dem-harness verify  [default: lammps]",
-    "engines": "other engines to hold beside it, names with commas, or all",
-    "lmp": 'a LAMMPS executable of your own, as "lmp" or "lmp -sf omp"; else it runs in-process',
-    "mpirun": 'an MPI launcher with its options, as in "mpirun -np 4"',
-    "integrator": "of the reference engine, as of dem-harness verify",
-    "level": "quick, default or full  [default: quick]",
-    "cases": "names or groups of cases, with commas, or all  [default: as dem-harness verify]",
-    "only": "a shell-style pattern: run the cases, submodels, systems or checks that match",
-    "program": "NAME=PATH: the executable of an engine; repeat it for several",
-    "engine_option": "NAME.KEY=VALUE: an option of an engine's class; repeat it for several",
-}
-"""Each an option ``--dem-harness-NAME`` and an ini setting ``dem_harness_NAME``."""
+    from harness.cli.engine_options import EngineOptions
+    from harness.cli.verify import VerifyOptions
 
-REPEATED = ("program", "engine_option")
-"""Those of several values, in an ini file a line each."""
+OPTIONS = "--dem-harness-options"
+REFUSED = ("--json", "--verbose", "--help", "-h", "--version")  # they change what is printed
+LOG_CHARACTERS = 2000  # of the end of an engine's log, below a failure
 
-MARK = "dem_harness"
-_FOUND = pytest.StashKey["Verification"]()
+Row = Mapping[str, Any]
+RECORD = pytest.StashKey[dict[str, Any]]()
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    """Add the options and their ini settings."""
+    """Add the flag and the options of the verification."""
     group = parser.getgroup("dem-harness", "verification of a DEM code (dem-harness)")
-    group.addoption(
-        "--dem-harness",
-        action="store_true",
-        help="run a verification and make each of its checks a test",
-    )
-    for name, text in OPTIONS.items():
-        several = name in REPEATED
-        how = "append" if several else "store"
-        kind: Literal["linelist", "string"] = "linelist" if several else "string"
-        option = f"--dem-harness-{name.replace('_', '-')}"
-        group.addoption(option, metavar=name.upper(), action=how, default=None, help=text)
-        parser.addini(f"dem_harness_{name}", text, type=kind, default="")
+    text = "run a verification and make each of its rows a test"
+    group.addoption("--dem-harness", action="store_true", help=text)
+    text = 'options of dem-harness verify, as in "--quick --lmp build/lmp --cases contacts"'
+    group.addoption(OPTIONS, metavar="TEXT", default="", help=text)
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Name the mark that the checks carry."""
-    config.addinivalue_line("markers", f"{MARK}: a check of dem-harness (--dem-harness)")
+    """Declare the mark of the rows; raise UsageError for options that are wrong."""
+    config.addinivalue_line("markers", "dem_harness: a row of a verification (--dem-harness)")
+    if config.option.dem_harness and not hasattr(config, "workerinput"):
+        verify_options(config)
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_configure_node(node: Any) -> None:
+    """Pass the verification to a worker of xdist."""
+    if node.config.option.dem_harness:
+        node.workerinput["dem_harness"] = json.dumps(session_record(node.config))
 
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(
     session: pytest.Session, config: pytest.Config, items: list[pytest.Item]
 ) -> None:
-    """Add the checks, before -k, -m and others choose among the items."""
-    if not config.getoption("dem_harness"):
+    """Add the rows, before -k, -m and others choose among the items."""
+    if not config.option.dem_harness:
         return
-    parent = Verified.from_parent(session, name="dem-harness", nodeid="dem-harness")
-    # what there is to check is known only after a run
-    only_listed = config.option.collectonly
-    checks = (
-        [UnlistedChecks.from_parent(parent, name="verification")]
-        if only_listed
-        else parent.collect()
-    )
-    kept_items: list[pytest.Item | pytest.Collector] = [*checks]
-    items += (item for item in kept_items if isinstance(item, pytest.Item))
-    # collection is over: who counts what was collected has not seen these
-    report = pytest.CollectReport(parent.nodeid, "passed", None, kept_items)
+    parent = Verification.from_parent(session, name="dem-harness", nodeid="dem-harness")
+    tests = parent.collect()
+    items += tests
+    # the terminal counts what is reported as collected
+    report = pytest.CollectReport(parent.nodeid, "passed", None, [*tests])
     config.hook.pytest_collectreport(report=report)
 
 
 @pytest.fixture(scope="session")
-def dem_verification(request: pytest.FixtureRequest) -> Verification:
-    """Return the verification of this session: its checks, evidence and ``to_frame()``."""
+def dem_verification(request: pytest.FixtureRequest) -> pd.DataFrame:
+    """Return the rows of the session's verification, with the columns of results.csv."""
+    import pandas as pd
+
     try:
-        return verification(request.config)
-    except CannotVerifyError as error:
+        record = session_record(request.config)
+    except pytest.UsageError as error:
         pytest.fail(str(error), pytrace=False)
+    if record["errors"]:
+        pytest.fail("\n".join(record["errors"]), pytrace=False)
+    return pd.DataFrame(record["rows"])
 
 
-def verification(config: pytest.Config) -> Verification:
-    """Return the session's verification, run when it is first asked for.
+class Verification(pytest.Collector):
+    """The verification of a session."""
 
-    Raise CannotVerifyError, in the words of the harness, for options that are wrong
-    and for an engine that cannot be run.
-    """
-    if _FOUND not in config.stash:
-        shared = _shared_folder(config)
-        config.stash[_FOUND] = _run_once(config, shared) if shared else _run(config)
-    return config.stash[_FOUND]
-
-
-class Verified(pytest.Collector):
-    """The verification, which gives its checks."""
-
-    def collect(self) -> Iterable[pytest.Item]:
-        """Yield an item for each check; a name that comes again in its kind is numbered."""
-        try:
-            checks = verification(self.config).checks
-        except CannotVerifyError as error:
-            yield UnlistedChecks.from_parent(self, name="verification", error=error)
-            return
+    def collect(self) -> list[pytest.Item]:
+        """Return a test for each row; one more where an engine failed or a case tested nothing."""
+        if self.config.option.collectonly:  # the rows are known after a run only
+            return [RowTest.from_parent(self, name="verification", row={}, record={})]
+        record = session_record(self.config)
+        rows = [(f"{row['kind']}: {row['name']}", row) for row in record["rows"]]
+        if record["errors"]:
+            rows.append(("engines", {"verdict": "error", "note": "\n".join(record["errors"])}))
         seen: Counter[str] = Counter()
-        for check in checks:
-            name = f"{check.kind}: {check.name}"
+        tests: list[pytest.Item] = []
+        for name, row in rows:
             seen[name] += 1
-            again = f" ({seen[name]})" if seen[name] > 1 else ""
-            yield Item.from_parent(self, name=name + again, check=check)
+            number = f" ({seen[name]})" if seen[name] > 1 else ""
+            tests.append(RowTest.from_parent(self, name=name + number, row=row, record=record))
+        return tests
 
 
-class _Placed(pytest.Item):
+class RowTest(pytest.Item):
+    """A row as a test."""
+
+    def __init__(self, *, row: Row, record: Mapping[str, Any], **rest: Any) -> None:
+        super().__init__(**rest)
+        self.row, self.record = row, record
+        self.add_marker("dem_harness")
+
     def reportinfo(self) -> tuple[Path, int | None, str]:
         """Return a place, and the name: bare, pytest would write its dots as ``::``."""
         return self.config.rootpath / "dem-harness", None, f"dem-harness: {self.name}"
 
-
-class UnlistedChecks(_Placed):
-    """Stands for all checks where there are none: not run yet, or not to be run."""
-
-    def __init__(self, *, error: CannotVerifyError | None = None, **rest: Any) -> None:
-        super().__init__(**rest)
-        self.error = error
+    def setup(self) -> None:
+        """Fail where an engine failed: an error, beside the rows that it left."""
+        if self.row["verdict"] == "error":
+            pytest.fail(self.row["note"], pytrace=False)
 
     def runtest(self) -> None:
-        """Fail when there can be no verification."""
-        if self.error:
-            pytest.fail(str(self.error), pytrace=False)
+        """Pass, fail or skip by the verdict; a known defect is an expected failure."""
+        verdict, note = self.row["verdict"], self.row["note"]
+        self.user_properties.append(("kind", self.row["kind"]))
+        text = row_text(self.row, Path(self.record["folder"]))
+        if verdict == "fail" or (verdict == "not tested" and self.record["strict"]):
+            pytest.fail(text, pytrace=False)
+        self.add_report_section("call", "dem-harness", text)
+        if verdict == "known defect":
+            pytest.xfail(note)
+        if verdict in ("not tested", "fixed"):
+            pytest.skip(f"{verdict}: {note}")
 
 
-class Item(_Placed):
-    """One check as a test."""
+def row_text(row: Row, folder: Path) -> str:
+    """Return a row in words and numbers, a line each, and the end of its engine's log."""
+    from harness.cli.verify import details
 
-    def __init__(self, *, check: Check, **rest: Any) -> None:
-        super().__init__(**rest)
-        self.check = check
-        self.add_marker(MARK)
-
-    def runtest(self) -> None:
-        """Fail, skip or pass as the check does; a known defect is a failure that is expected."""
-        self.user_properties.append(("kind", str(self.check.kind)))
-        from harness.report.text import numbers
-
-        self.add_report_section("call", "dem-harness", numbers(self.check))
-        if self.check.verdict == "known defect":
-            pytest.xfail(self.check.note)
-        if self.check.verdict in ("not tested", "fixed"):
-            pytest.skip(f"{self.check.verdict}: {self.check.note}")
-        if self.check.verdict == "fail":
-            raise CheckFailedError(self.check)
-
-    def repr_failure(self, excinfo: pytest.ExceptionInfo[BaseException], *_: Any) -> Any:
-        """Return what failed in words and numbers, without a traceback."""
-        if isinstance(excinfo.value, CheckFailedError):
-            return _story(excinfo.value.check)
-        return super().repr_failure(excinfo)
+    lines = [f"{row['name']}: {row['verdict']}", *details(row, folder)]
+    if row["why"]:
+        lines.append(f"tolerance: {row['why']}")
+    if row["log"]:
+        log = (folder / "logs" / row["log"]).read_text(encoding="utf-8", errors="replace")
+        lines.append(log[-LOG_CHARACTERS:].strip())
+    return "\n".join(lines)
 
 
-class CannotVerifyError(Exception):
-    """The verification cannot be run as it was asked for."""
+def session_record(config: pytest.Config) -> dict[str, Any]:
+    """Return the verification of the session, run at the first call."""
+    if RECORD not in config.stash:
+        if not hasattr(config, "workerinput"):
+            config.stash[RECORD] = verification_record(config)
+        elif "dem_harness" in config.workerinput:
+            config.stash[RECORD] = json.loads(config.workerinput["dem_harness"])
+        else:
+            raise pytest.UsageError("dem_verification: needs the flag --dem-harness under xdist")
+    return config.stash[RECORD]
 
 
-class CheckFailedError(AssertionError):
-    """A check whose verdict is fail."""
+def verification_record(config: pytest.Config) -> dict[str, Any]:
+    """Run a verification; return its rows, the errors of engines, the folder of its report.
 
-    def __init__(self, check: Check) -> None:
-        super().__init__(f"{check.name}{': ' if check.note else ''}{check.note}")
-        self.check = check
+    Raise UsageError for options that are wrong.
+    """
+    from harness.cli.files import output_folder
+    from harness.cli.verify import verified
+    from harness.errors import HarnessError, RequestError
+    from harness.report.text import nothing_tested
+    from harness.workflows.progress import progress_bars
 
-
-def _story(check: Check) -> str:
-    if check.engine_died:
-        return "\n".join(filter(None, (f"{check.name}: {check.note}", check.log[-2000:].strip())))
-    rows = {
-        "value": f"{check.value:.10g} {check.unit}",
-        "expected": f"{check.expected:.10g} {check.unit}",
-        "difference": f"{check.difference:.3g}",
-        "tolerance": f"{check.tolerance:.3g}" + (f"  ({check.why})" if check.why else ""),
-        "uncertainty": f"{check.uncertainty:.3g}",
-        "class": check.triage,
-        "note": check.note,
-    }
-    first = f"{check.name}: {abs(check.difference):.3g} apart, {check.tolerance:.3g} allowed"
-    lines = (f"  {name:<12}{text}".rstrip() for name, text in rows.items() if text)
-    return "\n".join([first, *lines])
-
-
-def _run(config: pytest.Config) -> Verification:
-    import warnings
-
-    from harness.errors import HarnessError
-    from harness.workflows.verification import Selection, verify_as_typed
-
-    requested = {
-        n: config.getoption(f"dem_harness_{n}") or config.getini(f"dem_harness_{n}") or None
-        for n in OPTIONS
-    }
+    choice, engine = verify_options(config)
+    temporary: pytest.TempPathFactory = config._tmp_path_factory  # type: ignore[attr-defined]
+    named = choice.output or temporary.mktemp("dem-harness") / "report"
+    shared = {"strict": choice.strict, "folder": str(named.absolute())}
     try:
-        # warnings of a library below are not the user's, who may have made them errors
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            cases, only = requested.pop("cases"), requested.pop("only") or ""
-            chosen = Selection(cases, only, config.option.keyword)
-            return verify_as_typed(**requested, cases=chosen)
+        # a suite may turn warnings into errors: those of libraries below are not its own
+        with (
+            warnings.catch_warnings(action="ignore"),
+            output_folder(named) as folder,
+            progress_bars("verify") as progress,
+        ):
+            record = verified(choice, engine, folder, progress)
+    except RequestError as error:
+        text = config.option.dem_harness_options
+        raise pytest.UsageError(f"{OPTIONS} {text!r}: {error}") from None
     except HarnessError as error:
-        raise CannotVerifyError(f"dem-harness: {error}") from None
+        return {"rows": [], "errors": [f"dem-harness: {error}"], **shared}
+    errors = [*record["engine_errors"]]
+    if record["untested_cases"]:
+        errors.append(nothing_tested(record["untested_cases"]))
+    return {"rows": record["checks"], "errors": errors, **shared}
 
 
-def _shared_folder(config: pytest.Config) -> Path | None:
-    """Return the folder that the xdist workers of this session share; None without xdist."""
-    if not hasattr(config, "workerinput"):
-        return None
-    factory: pytest.TempPathFactory = config._tmp_path_factory  # type: ignore[attr-defined]
-    return factory.getbasetemp().parent
+def verify_options(config: pytest.Config) -> tuple[VerifyOptions, EngineOptions]:
+    """Return the options of ``dem-harness verify``; raise UsageError for what it refuses."""
+    from cyclopts import CycloptsError
 
+    from harness.cli.command import app, usage_message
+    from harness.cli.verify import check_request
 
-def _run_once(config: pytest.Config, folder: Path) -> Verification:
-    """Return what the first worker found; the others wait for it at a lock."""
-    from harness.engines.process import MADE, held
-
-    run = config.workerinput["testrunuid"]  # type: ignore[attr-defined]
-    kept = folder / f"dem-harness-{run}.pickle"
-    with held(kept, MADE):
-        if not kept.exists():
-            outcome: Verification | str
-            try:
-                outcome = _run(config)
-            except CannotVerifyError as error:
-                outcome = str(error)
-            aside = kept.with_suffix(".part")
-            aside.write_bytes(pickle.dumps(outcome))
-            aside.rename(kept)
-    outcome = pickle.loads(kept.read_bytes())
-    if isinstance(outcome, str):
-        raise CannotVerifyError(outcome)
-    return outcome
+    text: str = config.option.dem_harness_options
+    try:
+        words = shlex.split(text)
+        for word in words:
+            if word.partition("=")[0] in REFUSED:
+                raise ValueError(f"{word}: goes with the command dem-harness verify only")
+        _, bound, _ = app.parse_args(["verify", *words], exit_on_error=False, print_error=False)
+        bound.apply_defaults()
+        choice, engine = bound.arguments["choice"], bound.arguments["engine"]
+        check_request(choice, engine)
+    except (CycloptsError, ValueError) as error:
+        reason = usage_message(error) if isinstance(error, CycloptsError) else error
+        raise pytest.UsageError(f"{OPTIONS} {text!r}: {reason}") from None
+    return choice, engine

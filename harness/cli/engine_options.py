@@ -67,10 +67,12 @@ class WhereOptions:
 
     @property
     def programs(self) -> dict[str, str]:
-        """Return the programs by the engines' names; raise RequestError for what is no pair."""
-        from harness.engines.registry import named_values
+        """Return the programs by the engines' names; raise RequestError for an unknown one."""
+        from harness.engines.registry import check_known, named_values
 
-        return named_values(self.program or (), "--program")
+        programs = named_values(self.program or (), "--program")
+        check_known(programs, "--program")
+        return programs
 
 
 @options("Engine")

@@ -120,8 +120,8 @@ def site(*runs: Path, output: Path = DEFAULT, json: Json = False) -> int:
     """Build a static site of the committed reports and of runs.
 
     It starts with the state of every code, case and release; then come verification, contacts,
-    known defects (a page each), releases, layers, reproduction, LAMMPS's own tests, and what moved
-    over time. It works offline and from any static host, below any address.
+    known defects (a page for each script), releases, bulk, layers, reproduction, LAMMPS's own
+    tests, and what moved over time. It works offline and from any static host.
 
     For example:
 

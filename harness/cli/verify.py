@@ -115,7 +115,7 @@ class Printer:
             verdict = check["verdict"]
             kind = "" if check["kind"] == verdict else f" ({check['kind']})"
             self.line(f"{verdict}: {check['name']}{kind}", COLOURS[verdict])
-            for text in _details(check, folder):
+            for text in details(check, folder):
                 self.line(text, indent=4)
         if len(checks) > most:
             self.line(f"and {len(checks) - most} more: --verbose prints all")
@@ -177,7 +177,7 @@ class Printer:
             self.line("Nothing was judged", "yellow")
 
 
-def _details(check: Record, folder: Path | None) -> Iterator[str]:
+def details(check: Record, folder: Path | None) -> Iterator[str]:
     """Yield what is known of a check, a line each: the numbers, the class, the note, the log."""
     value, expected, unit = check["value"], check["expected"], check["unit"]
     if not math.isnan(value):
@@ -290,11 +290,9 @@ def verify(
     """
     from harness.workflows import progress_bars
 
-    choice.check()
-    others = engines_of(choice.engines)
-    engine.check_names((engine.engine, *others), "--engines")
+    check_request(choice, engine)
     with output_folder(choice.output) as folder, progress_bars("verify", quiet=json) as progress:
-        record = _record(choice, engine, folder, progress)
+        record = verified(choice, engine, folder, progress)
     with closed_pipe_allowed():
         if json:
             print_json({**record, "folder": str(folder)})
@@ -303,6 +301,15 @@ def verify(
     for error in record["engine_errors"] if record["status"] == 3 else ():
         print(f"dem-harness: {error}", file=sys.stderr)
     return int(record["status"])
+
+
+def check_request(choice: VerifyOptions, engine: EngineOptions) -> None:
+    """Raise RequestError for options that contradict one another and for unknown names."""
+    from harness.workflows.verification import Selection, checked_level
+
+    choice.check()
+    engine.check_names((engine.engine, *engines_of(choice.engines)), "--engines")
+    Selection(choice.cases).names(checked_level(choice.level))
 
 
 def engines_of(wanted: str | None) -> tuple[str, ...]:
@@ -314,12 +321,16 @@ def engines_of(wanted: str | None) -> tuple[str, ...]:
     return selected_engines(wanted).engines
 
 
-def _record(
+def verified(
     choice: VerifyOptions,
     engine: EngineOptions,
     folder: Path,
     progress: Progress,
 ) -> dict[str, Any]:
+    """Verify, or take what was verified before; write the report and return its record.
+
+    Raise RequestError, before anything is run, for a request that cannot be met.
+    """
     from harness.store.entries import pack_verification
 
     entries = engine.entries()

@@ -76,6 +76,16 @@ def engine_class(name: str) -> type[Engine]:
     )
 
 
+def check_known(names: Iterable[str], option: str) -> None:
+    """Raise RequestError for a name of no engine; ``option`` is the option that has it."""
+    known = engine_names()
+    for name in names:
+        if name not in known and ":" not in name:
+            raise RequestError(
+                f"{option} {name}: is not known: must be one of {', '.join(known)}, or module:Class"
+            )
+
+
 def engine_title(name: str) -> str:
     """Return what tables and figures call an engine; any other name as it is."""
     if name not in engine_names() and ":" not in name:
@@ -88,29 +98,27 @@ def open_engine(
     *,
     program: str | None = None,
     options: Mapping[str, Any] | None = None,
-    programs: Mapping[str, str] | None = None,
     **more: str | None,
 ) -> Engine:
     """Return an engine, ready to run; close it after use.
 
-    ``program`` is its executable, or the one under its name in ``programs``; ``options`` are the
-    keyword arguments of its class, as text or as they are, and so are ``more`` that are not None
-    (``lmp``, ``launcher``, ``integrator``). Raise RequestError for a name that is not known or an
-    option that the engine does not take, EngineMissingError when the engine is not here.
+    ``program`` is its executable; ``options`` are the keyword arguments of its class, as text or as
+    they are, and so are ``more`` that are not None (``lmp``, ``launcher``, ``integrator``).
+
+    Raise RequestError for a name that is not known or an option that the engine does not take,
+    EngineMissingError when the engine is not here.
     """
-    return engine_class(name)(**chosen_options(name, program, options, programs, **more))
+    return engine_class(name)(**chosen_options(name, program, options, **more))
 
 
 def chosen_options(
     name: str,
     program: str | None = None,
     options: Mapping[str, Any] | None = None,
-    programs: Mapping[str, str] | None = None,
     **more: str | None,
 ) -> dict[str, Any]:
     """Return the arguments of an engine's class, checked; takes what ``open_engine`` takes."""
-    named = program if program is not None else (programs or {}).get(name)
-    values = {**(options or {}), **more, **({} if named is None else {"program": named})}
+    values = {**(options or {}), **more, "program": program}
     values = {key: value for key, value in values.items() if value is not None}
     if not values:
         return {}

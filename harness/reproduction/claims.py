@@ -392,7 +392,7 @@ OF_TOLERANCE = 0.01
 def ledger_differences(first: pd.DataFrame, second: pd.DataFrame) -> list[str]:
     """Return one line for each way in which ``second`` departs from ``first``.
 
-    Both as of :meth:`harness.reproduction.claims.Ledger.frame`; words are not
+    Both as of :meth:`Ledger.to_frame`; words are not
     compared, since they repeat the numbers.
     """
     a, b = first.set_index("key"), second.set_index("key")

@@ -1,1 +1,1 @@
-"""A rigid grain over a row of rigid spheres, from event to event: no step and no stiffness."""
+"""Independent solvers: chains, contacts with friction, a grain on fixed spheres, rigid spheres."""

@@ -9,7 +9,6 @@ case.
 from __future__ import annotations
 
 import platform
-import re
 import time
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import AbstractContextManager, ExitStack, suppress
@@ -43,13 +42,8 @@ from harness.engines.contract import Engine
 from harness.engines.process import parallel_map
 from harness.engines.registry import (
     DEFAULT,
-    check_launcher,
-    check_names,
     engine_class,
     engine_names,
-    engine_settings,
-    named_values,
-    open_engine,
 )
 from harness.engines.traits import Traits
 from harness.errors import EngineError, EngineMissingError, RequestError
@@ -87,23 +81,13 @@ def chosen_cases(wanted: str | Iterable[str] | None) -> list[Case[Any]]:
 class Selection:
     """What is verified: cases by names, groups or ``all``, and of them what a pattern matches.
 
-    ``only`` is a shell-style pattern of a case, submodel, system or check. ``keyword`` is a word by
-    which rows are chosen later, as by ``pytest -k``: a pattern where that leaves no other row out.
-    ``defects`` is a file of known defects, added to the committed ones.
+    ``only`` is a shell-style pattern of a case, submodel, system or check. ``defects`` is a file of
+    known defects, added to the committed ones.
     """
 
     cases: str | None = None
     only: str = ""
-    keyword: str = ""
     defects: Path | None = None
-
-    def pattern(self, level: LevelName) -> str:
-        """Return the pattern of what is run; empty for everything."""
-        word, kinds = self.keyword.casefold(), " ".join(kind.value for kind in Kind)
-        if self.only or not word or re.search(r"[^\w.]", word) or word in f"dem-harness {kinds}":
-            return self.only
-        listed = all(case.verification.lists_rows for case in chosen_cases(self.cases))
-        return f"*{word}*" if listed and self._matching(f"*{word}*", level) else ""
 
     def chosen(self, level: LevelName) -> list[Case[Any]]:
         """Return the cases in which the pattern can match something: of all, unless some are named.
@@ -111,35 +95,23 @@ class Selection:
         A case that is named and cannot say which rows it leaves stays where no other matches. Raise
         RequestError, with near names, for a pattern that matches nothing.
         """
-        only = self.pattern(level)
-        if not only:
+        if not self.only:
             return chosen_cases(self.cases)
-        matching = self._matching(only, level)
+        study, searched = Study(level, only=self.only), chosen_cases(self.cases or "all")
+        names = {case.name: case.verification.selectable(level) for case in searched}
+        matching = [case for case in searched if study.selects(*names[case.name])]
         matching = matching or [
-            case for case in self._searched if self.cases and not case.verification.lists_rows
+            case for case in searched if self.cases and not case.verification.lists_rows
         ]
         if not matching:
-            names = {
-                name for case in self._searched for name in case.verification.selectable(level)
-            }
-            raise nothing_matches(only, names)
+            raise nothing_matches(self.only, set(chain.from_iterable(names.values())))
         return matching
-
-    @property
-    def _searched(self) -> list[Case[Any]]:
-        return chosen_cases(self.cases or "all")
 
     def names(self, level: LevelName) -> tuple[str, ...]:
         """Return the names of :meth:`chosen`, which import no case unless a pattern asks for it."""
-        if self.only or self.keyword:
+        if self.only:
             return tuple(case.name for case in self.chosen(level))
         return names_in(self.cases or "")
-
-    def _matching(self, only: str, level: LevelName) -> list[Case[Any]]:
-        study = Study(level, only=only)
-        return [
-            case for case in self._searched if study.selects(*case.verification.selectable(level))
-        ]
 
 
 def nothing_matches(only: str, names: Iterable[str]) -> RequestError:
@@ -552,11 +524,7 @@ def verify(  # noqa: PLR0913 - keywords of a public function
     checked = checked_level(level)
     if isinstance(engine, str):
         engine_class(engine)  # raises for a name that is not known
-    chosen, only, selection = (
-        wanted.chosen(checked),
-        wanted.pattern(checked),
-        selected_engines(engines),
-    )
+    chosen, only, selection = wanted.chosen(checked), wanted.only, selected_engines(engines)
     opens = open_one or partial(opened, fresh=fresh)
     defects = with_further(wanted.defects)
     study = Study(checked, progress, opens, cases=tuple(chosen), only=only, defects=defects)
@@ -653,41 +621,6 @@ def _marked_defects(
 ) -> tuple[tuple[KnownDefect, str], ...]:
     named = {defect_of(check) for check in checks}
     return tuple((defect, script_of(defect)) for defect in defects if defect.name in named)
-
-
-def verify_as_typed(
-    *,
-    engine: str | None = None,
-    engines: str | None = None,
-    program: Iterable[str] | None = None,
-    engine_option: Iterable[str] | None = None,
-    mpirun: str | None = None,
-    level: str | None = None,
-    cases: str | Selection | None = None,
-    **options: str | None,
-) -> Verification:
-    """Verify an engine by its name; the words are those of ``dem-harness verify``, at level quick.
-
-    ``options`` are further ones of the main engine. Nothing is kept. Raise RequestError for what is
-    not known or does not go together, EngineMissingError for an engine that is not here.
-    """
-    programs = named_values(program or (), "--program")
-    settings = engine_settings(engine_option or ())
-    main = engine or DEFAULT
-    check_names(programs, settings, (main, *selected_engines(engines or ()).engines), "--engines")
-    check_launcher(mpirun)
-
-    def uncached(name: str, **more: str | None) -> Engine:
-        return open_engine(name, programs=programs, options=settings.get(name), **more)
-
-    with uncached(main, launcher=mpirun, **options) as it:
-        return verify(
-            level or "quick",
-            cases=cases,
-            engine=it,
-            engines=engines or (),
-            open_one=uncached,
-        )
 
 
 def sections(verification: Verification) -> list[Section]:

@@ -116,10 +116,10 @@ def test_a_verification_whose_engine_died_is_not_kept(died, tmp_path, monkeypatc
     def kept():
         return Entries(tmp_path / "cache").get("ab" * 32)
 
-    verify._record(asked, engine, tmp_path / "run", silent)
+    verify.verified(asked, engine, tmp_path / "run", silent)
     assert kept() is None
     died.engine_errors, died.to_json = (), lambda: {"status": 0, "engine_errors": []}
-    verify._record(asked, engine, tmp_path / "again", silent)
+    verify.verified(asked, engine, tmp_path / "again", silent)
     assert kept() is not None
 
 

@@ -223,7 +223,7 @@ def test_a_program_that_is_not_there_is_a_wrong_request(code, tmp_path):
     for path in ("/no/such/program", str(locked)):
         option = "lmp" if code == "lammps" else f"program {code}="
         with pytest.raises(RequestError, match=f"^--{option} ?'{path}': no such executable"):
-            open_engine(code, programs={code: path})
+            open_engine(code, program=path)
 
 
 @pytest.mark.parametrize("code", [code for code in CODES if code not in ("lammps", "kratos")])

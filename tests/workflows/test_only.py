@@ -1,15 +1,11 @@
 """``verify --only``: what matches is run, and nothing else."""
 
-from types import SimpleNamespace
-
 import pytest
 
-from harness import pytest_plugin
 from harness.cases.registry import get_case
 from harness.cases.verification import Study
 from harness.engines.registry import open_engine
 from harness.errors import RequestError
-from harness.workflows import verification
 from harness.workflows.verification import Selection, sections, verify
 
 
@@ -21,8 +17,8 @@ def selected(case, trials, study):
 BOUNCE = "bounce/hertz, tsuji"
 
 
-def names(pattern, cases=None, level="quick", keyword=""):
-    return [case.name for case in Selection(cases, pattern, keyword).chosen(level)]
+def names(pattern, cases=None, level="quick"):
+    return [case.name for case in Selection(cases, pattern).chosen(level)]
 
 
 def test_a_pattern_finds_cases_submodels_systems_and_checks():
@@ -47,33 +43,6 @@ def test_a_named_case_that_cannot_list_its_rows_stays_until_they_are_there():
 def test_a_pattern_that_matches_nothing_is_refused_with_near_names(pattern, near):
     with pytest.raises(RequestError, match=f"--only '{pattern}'.*near it: .*'{near}"):
         names(pattern)
-
-
-def test_a_word_of_pytest_narrows_only_where_no_other_row_can_have_it():
-    assert Selection("oblique,spin", keyword="oblique").pattern("quick") == "*oblique*"
-    assert Selection("oblique,spin", keyword="OBLIQUE").pattern("quick") == "*oblique*"
-    # other rows may have it: an expression, a kind, a case that does not list its rows, a way
-    for cases, keyword in [
-        ("oblique,spin", "oblique or spin"),
-        ("oblique,spin", "analytic"),
-        ("oblique,incline", "oblique"),
-        ("oblique,spin", "restarted"),
-        (None, "clipped"),
-        (None, ""),
-    ]:
-        assert Selection(cases, keyword=keyword).pattern("quick") == ""
-    assert Selection("oblique,spin", "spin", "oblique").pattern("quick") == "spin"
-
-
-def test_the_plugin_hands_pattern_and_word_on(monkeypatch):
-    given = []
-    monkeypatch.setattr(verification, "verify_as_typed", lambda **asked: given.append(asked))
-    options = {"dem_harness_cases": "oblique", "dem_harness_only": "oblique/*"}
-    config = SimpleNamespace(
-        getoption=options.get, getini=lambda _: "", option=SimpleNamespace(keyword="spin")
-    )
-    pytest_plugin._run(config)
-    assert given[0]["cases"] == Selection("oblique", "oblique/*", "spin")
 
 
 def test_rows_are_kept_by_name_and_by_place():
