@@ -61,7 +61,7 @@ def test_the_reference_qualifies_with_every_integrator(integrator):
 
 def test_engines_qualify_that_state_no_contact_with_friction():
     """A contact case would leave them without a qualification."""
-    engine = Reference()
+    engine = Twin()
     assert not engine.traits.contact_models
     job = get_case("head-on").job(get_case("head-on").default)
     assert engine.refuses(job)
