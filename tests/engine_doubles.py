@@ -38,7 +38,7 @@ def most_damping(most, **states):
     return frictionless(needs, **states)
 
 
-TRAITS = replace(Reference.traits, install_hint="apt install it", title="")
+TRAITS = replace(Reference.traits, install_hint="apt install it", title="", conventions=None)
 
 
 class Twin(Reference):

@@ -213,7 +213,7 @@ def jobs_of(
         if reason:
             refused[place] = RequestError(reason)
         else:
-            same = (job.variant, job.sampled, *sorted(job.values.items()))
+            same = (job.variant, job.sampled, job.scene, *sorted(job.values.items()))
             jobs.setdefault(same, (job, []))[1].append(place)
     return list(jobs.values()), refused
 

@@ -623,8 +623,6 @@ def _marked_defects(
     return tuple((defect, script_of(defect)) for defect in defects if defect.name in named)
 
 
-
-
 def sections(verification: Verification) -> list[Section]:
     """Return what the cases make of their findings, in the order they were verified.
 

@@ -10,7 +10,7 @@ from harness.cases.grain import COLUMNS
 from harness.cases.qualification import qualify
 from harness.cases.registry import get_case
 from harness.comparison.verdicts import Verdict
-from harness.engines.cost import in_words
+from harness.engines.border import in_words
 from harness.engines.reference import INTEGRATORS, Reference
 from harness.engines.registry import open_engine
 from harness.errors import EngineCrashError, EngineTimeoutError
@@ -61,11 +61,8 @@ def test_the_reference_qualifies_with_every_integrator(integrator):
 
 def test_engines_qualify_that_state_no_contact_with_friction():
     """A contact case would leave them without a qualification."""
-
-    class Plain(Twin):
-        traits = replace(Twin.traits, conventions=None)
-
-    engine = Plain()
+    engine = Twin()
+    assert not engine.traits.contact_models
     job = get_case("head-on").job(get_case("head-on").default)
     assert engine.refuses(job)
     assert qualify(engine).holds
