@@ -3,8 +3,6 @@
 import csv
 from pathlib import Path
 
-import pytest
-
 TSUJI = Path(__file__).parents[2] / "reports/defects/tsuji-restitution/test.yaml"
 
 
@@ -24,7 +22,6 @@ def test_a_wrong_name_names_the_near_one(command):
     assert "did you mean tsuji-restitution" in said
 
 
-@pytest.mark.xfail(strict=True, reason="upstream's tests are not held at equal steps yet")
 def test_a_known_defect_is_named_by_upstream(command, tmp_path):
     folder = tmp_path / "report"
     said = command("upstream", str(TSUJI), "--output", str(folder)).out
