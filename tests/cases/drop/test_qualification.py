@@ -10,7 +10,7 @@ from harness.cases.grain import COLUMNS
 from harness.cases.qualification import qualify
 from harness.cases.registry import get_case
 from harness.comparison.verdicts import Verdict
-from harness.engines.border import in_words
+from harness.engines.cost import in_words
 from harness.engines.reference import INTEGRATORS, Reference
 from harness.engines.registry import open_engine
 from harness.errors import EngineCrashError, EngineTimeoutError
