@@ -75,7 +75,7 @@ def _boundary_rows(scene: Scene) -> Iterator[Row]:
               Variation(sort_every=1, bins=True, rebuild=True, middle=centre))  # fmt: skip
     sort = min(
         1000, max(1, scene.steps // 4)
-    )  # LAMMPS sorts each 1000 steps, longer than most runs
+    )  # most runs are shorter than 1000, the default
     yield Row("defaults", scene,
               Variation(sort_every=sort, bins=True, newton=newton, middle=centre))  # fmt: skip
     yield Row("two ranks", scene, Variation(grid=grid, rebuild=True, middle=place))
