@@ -517,7 +517,11 @@ def _dashpot(
         if law.normal == HOOKE:  # also where two bodies just touch
             root = contact.mass * law.stiffness
         return float(eta * math.sqrt(root))
-    return float(eta * (contact.mass if law.by_mass else 1.0) * (a if law.by_radius else 1.0))
+    for _ in range(law.mass_power):
+        eta = eta * contact.mass
+    for _ in range(law.radius_power):
+        eta = eta * a
+    return float(eta)
 
 
 @kernel
