@@ -73,9 +73,7 @@ def _boundary_rows(scene: Scene) -> Iterator[Row]:
     grid = (2 if axis == 0 else 1, 2 if axis == 1 else 1, 2 if axis == 2 else 1)
     yield Row("sorted at every step", scene,
               Variation(sort_every=1, bins=True, rebuild=True, middle=centre))  # fmt: skip
-    sort = min(
-        1000, max(1, scene.steps // 4)
-    )  # most runs are shorter than 1000, the default
+    sort = min(1000, max(1, scene.steps // 4))  # most runs are shorter than 1000, the default
     yield Row("defaults", scene,
               Variation(sort_every=sort, bins=True, newton=newton, middle=centre))  # fmt: skip
     yield Row("two ranks", scene, Variation(grid=grid, rebuild=True, middle=place))
