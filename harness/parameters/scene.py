@@ -148,11 +148,6 @@ class ContactScene:
         """Return the time simulated [s]."""
         return self.step * self.steps
 
-    @property
-    def samples(self) -> int:
-        """Return the number of samples: at the start and after every ``every`` steps."""
-        return self.steps // self.every + 1
-
     # In the plane, as engines take it: spheres (N, 2) and (N,), spring and dashpot, in SI units.
     position = cached_property(lambda self: np.array([body.position[:2] for body in self.bodies]))
     velocity = cached_property(lambda self: np.array([body.velocity[:2] for body in self.bodies]))

@@ -37,24 +37,6 @@ Tangential = Literal[
 Rolling = Literal["none", "sds"]
 Twisting = Literal["none", "sds", "marshall"]
 
-Dimensions = tuple[int, int, int]
-"""Powers of length, mass and time."""
-
-DIMENSIONS: Mapping[str, Dimensions] = {
-    "normal_stiffness": (0, 1, -2),
-    "youngs_modulus": (-1, 1, -2),
-    "partner_youngs_modulus": (-1, 1, -2),
-    "surface_energy": (0, 1, -2),
-    "yield_stress": (-1, 1, -2),
-    "tangential_stiffness": (0, 1, -2),
-    "rolling_stiffness": (0, 1, -2),
-    "rolling_damping": (0, 1, -1),
-    "twisting_stiffness": (2, 1, -2),
-    "twisting_damping": (2, 1, -1),
-    "twisting_friction": (1, 0, 0),
-}
-"""Of the coefficients of a law, but for the dashpot's; the others are pure numbers."""
-
 
 @dataclass(frozen=True)
 class Submodel:
@@ -87,7 +69,7 @@ class Dashpot(Submodel):
     gives_restitution: bool = False
 
     @property
-    def dimensions(self) -> Dimensions:
+    def dimensions(self) -> tuple[int, int, int]:
         """Return those of its coefficient: of kg/s, less those of its quantities."""
         shares = [(name, 1.0) for name in self.factors] + [(name, 0.5) for name in self.root]
         length, mass, time = (
@@ -117,7 +99,7 @@ class Dashpot(Submodel):
         return coefficient * (product * math.sqrt(math.prod([quantities[x] for x in self.root])))
 
 
-QUANTITIES: Mapping[str, Dimensions] = {
+QUANTITIES: Mapping[str, tuple[int, int, int]] = {  # powers of length, mass and time
     "mass": (0, 1, 0),
     "radius": (1, 0, 0),
     "stiffness": (0, 1, -2),

@@ -100,12 +100,6 @@ def _records(kind: np.dtype[Any], rows: Iterable[tuple[Any, ...]]) -> Records:
     return np.array([*rows], dtype=kind)
 
 
-def same_system(scene: ContactScene, rules: Rules, others: Rules) -> bool:
-    """Return whether a scene is the same system under other rules: its law needs none of them."""
-    first, second = system_of(scene, rules), system_of(scene, others)
-    return all(bool(np.all(a == b)) for a, b in zip(first, second, strict=True))
-
-
 def law_of(law: ContactLaw, rules: Rules) -> Records:
     """Return the law and its rules as numbers."""
     modulus, shear = effective_moduli(law)
