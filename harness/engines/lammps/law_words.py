@@ -10,9 +10,10 @@ FIRST_RELEASES = {
     "linear_history_classic": "2 Aug 2023",
     "mindlin_classic": "2 Aug 2023",
     "coeff_restitution": "29 Aug 2024",
-    "heat": "29 Aug 2024",
+    "heat": "2 Aug 2023",
+    "compute property/atom temperature": "29 Aug 2024",
     "mdr": "22 Jul 2025",
-}  # the first stable release that has a submodel; of heat, that writes temperatures
+}  # the first stable release that has a submodel, or a word of its script
 MIXES_SUBMODELS = "28 Mar 2023"  # before, mixed types are what memory holds: hooke in a new process
 
 
@@ -20,8 +21,8 @@ def check_release(law: Law, release: str) -> None:
     """Raise Unsupported for a law of which a release lacks a submodel."""
     if law.interface == "old":
         return
-    heat = "none" if law.heat == "none" else "heat"
-    for name in (law.normal, law.damping, law.tangential, heat):
+    heat = () if law.heat == "none" else ("heat", "compute property/atom temperature")
+    for name in (law.normal, law.damping, law.tangential, *heat):
         first = FIRST_RELEASES.get(name)
         if first and release_of(release) < release_of(first):
             raise Unsupported(f"LAMMPS {release} has no {name}: LAMMPS {first} has it")
