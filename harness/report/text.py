@@ -75,7 +75,7 @@ def numbers(check: Check) -> str:
 KINDS = {
     Kind.ANALYTIC: "Analytic: against a closed form",
     Kind.CROSS_CODE: "Cross-code: against another code or route, same law",
-    Kind.INVARIANCE: "Invariance: the same run turned, moved, restarted, over ranks, and so on",
+    Kind.INVARIANCE: "Invariance: the same scene by other options of the engine",
     Kind.REGRESSION: "Regression: against the baseline",
     Kind.FINDING: "Findings: differences between models, reported and not judged",
 }
