@@ -24,7 +24,7 @@ from pydantic import Field
 
 from harness.engines.lammps.language import closing_error, error_from_text
 from harness.engines.process import Limits, Processes, cores, parallel_map, text_of
-from harness.engines.programs import find_program, fresh_folder
+from harness.engines.programs import find_program, fresh_folder, program_words
 from harness.errors import (
     EngineError,
     EngineInputError,
@@ -218,7 +218,8 @@ def run_test(
 def _run_script(text: str, lmp: str, folder: Path, limits: Limits) -> str:
     """Run a script in a folder and return its log, with the commands; raise EngineError."""
     (folder / "in.lmp").write_text(text, encoding="utf-8")
-    words = [lmp, "-in", "in.lmp", "-log", "log.lammps", "-echo", "log", "-nocite"]
+    options = ["-in", "in.lmp", "-log", "log.lammps", "-echo", "log", "-nocite"]
+    words = [*program_words("lmp", lmp), *options]
     ended = Processes().run(words, folder, seconds=limits.seconds, memory=limits.memory)
     log = text_of(folder / "log.lammps") if (folder / "log.lammps").is_file() else ""
     error = ended.error("LAMMPS")

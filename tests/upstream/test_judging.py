@@ -66,6 +66,11 @@ def test_the_files_of_users_hold(lmp):
         assert found.law_difference < 1e-12 < found.step_error < 1e-3
 
 
+def test_arguments_of_the_program_reach_it(lmp):
+    test = read_test(HERE / "plane-sphere.yaml")
+    assert outcome(test, f"{lmp} -sf omp").law == "pass"
+
+
 @pytest.mark.parametrize("name", OF_DEFECTS)
 def test_the_test_of_a_defect_fails_where_lammps_has_the_defect(name, lmp):
     found = outcome(read_test(OF_DEFECTS[name]), lmp)
