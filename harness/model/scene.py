@@ -97,6 +97,23 @@ class Segment(Parameters):
     angular_velocities: tuple[Vector, ...] = Field(description="[rad/s]")
 
 
+class Stage(Parameters):
+    """A stage of a run that is looked at each :data:`LOOK` steps, by the first body.
+
+    At the first look with x beyond ``place`` the next stage begins; after the last the run is over.
+    At one with velocity along -x and a mechanical energy below ``floor`` the run is over too. The
+    energy m (v^2 / 2 - g . x) has no springs in it, and is zero for a body at rest at the origin.
+    """
+
+    # fmt: off
+    place: float = Field(description="[m]")
+    floor: float = Field(description="[J]")
+    # fmt: on
+
+
+LOOK = 50  # steps between two looks at the first body
+
+
 class PairLaw(NamedTuple):
     """The law of contacts of two types, the smaller one first."""
 
@@ -137,6 +154,8 @@ class Scene(Parameters):
     segments: tuple[Segment, ...] = Field((), description="[-] of prescribed motion")
     setups: tuple[int, ...] = Field(
         (), description="[step] at which a run begins anew: forces by the velocities of the step")
+    stages: tuple[Stage, ...] = Field(
+        (), description="[-] with which the run may be over before ``steps``")
     pairs: tuple[tuple[int, int], ...] | None = Field(
         None, description="[-] indices of bodies that can touch, all unless given")
     # fmt: on

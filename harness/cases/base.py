@@ -1,0 +1,192 @@
+"""The base of a case: what is simulated, measured and expected of it, and its checks as data.
+
+A case is one module or folder. It names no engine. To add one, subclass :class:`Case`:
+
+1. ``parameters`` (a frozen :class:`harness.model.base.Parameters`), ``quantities``, ``presets``;
+2. ``job`` returns the job of a run: a scene, or a template with values;
+3. ``measure`` returns the quantities of an output, ``exact`` those with a closed form;
+4. ``checks`` lists what ``verify`` judges; the runner (:mod:`harness.cases.checks`) makes exactly
+   one row of each, whatever happens;
+5. ``sections`` shows the results in a report.
+
+A quantity that takes several runs for one value, such as a critical angle, declares the parameters
+that its search ``varies``, and is measured by ``search``.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, Literal, NamedTuple, TypeVar
+
+from harness.cases.bench import Bench
+from harness.engines.contract import Engine, Job, Output
+from harness.errors import RequestError, Unsupported
+from harness.model.base import Parameters
+from harness.results.rows import Kind, Tolerance
+
+if TYPE_CHECKING:
+    from harness.model.scene import Scene
+    from harness.report.content import Discs, Section
+
+P = TypeVar("P", bound=Parameters)
+Level = Literal["quick", "default", "full"]
+LEVELS: tuple[Level, ...] = ("quick", "default", "full")
+
+
+class Value(NamedTuple):
+    """A measured value with its uncertainty, in the unit of its quantity."""
+
+    value: float
+    uncertainty: float = 0.0
+    note: str = ""
+
+
+@dataclass(frozen=True)
+class Quantity(Generic[P]):
+    """A quantity of a case.
+
+    ``unit`` is "1" for a pure number. ``scale`` is the size that the quantity has in the case
+    [unit], by the parameters of a run or one for all: tolerances on round-off are a part of it.
+    ``varies`` are the parameters that a search for it varies, none for what one run measures.
+    """
+
+    name: str
+    unit: str
+    meaning: str
+    scale: float | Callable[[P], float] = 1.0
+    varies: tuple[str, ...] = ()
+
+    def size(self, parameters: P) -> float:
+        """Return the scale [unit] for the parameters of a run."""
+        return self.scale(parameters) if callable(self.scale) else self.scale
+
+
+@dataclass(frozen=True, kw_only=True)
+class Check:
+    """One row of a verification: what is measured, what is expected, how close, and why so close.
+
+    ``check`` names the route where one quantity of a setup is held against two things. ``jobs`` are
+    run in one batch with those of all other checks before anything is measured; an engine that
+    refuses one of them is not tested. ``level`` is the shortest that runs the check, and its value
+    must not depend on the level: another effort is another ``setup``. The difference of a finding
+    is not judged, and what is recorded has no expected value.
+    """
+
+    setup: str
+    quantity: str
+    unit: str
+    measure: Callable[[Bench], Value | float]
+    expected: float | Callable[[Bench], float] = float("nan")
+    tolerance: Tolerance | Callable[[Bench], Tolerance] = field(default_factory=Tolerance)
+    kind: Kind = Kind.CROSS_CODE
+    level: Level = "quick"
+    check: str = ""
+    jobs: Sequence[Job] = ()
+    note: str = ""
+
+
+class Case(ABC, Generic[P]):
+    """One system: parameters to a job, an output to quantities, and what is expected of them."""
+
+    name: ClassVar[str]
+    group: ClassVar[str] = ""
+    summary: ClassVar[str]  # one line, for lists
+    parameters: ClassVar[type[Parameters]]
+    quantities: ClassVar[Sequence[Quantity[Any]]]
+    presets: Mapping[str, P]  # by name; the first is the default of `run`
+    sources: ClassVar[Mapping[str, str]] = {}  # preset: where it was published
+    solvers: ClassVar[Sequence[str]] = ()  # names of solvers of this package that `solve` runs
+    qualifies: ClassVar[bool] = False  # an engine must pass it before its other results are used
+
+    @property
+    def default(self) -> P:
+        """Return the parameters of a run for which none are given."""
+        return next(iter(self.presets.values()))
+
+    # ---- one run
+
+    @abstractmethod
+    def job(self, parameters: P) -> Job:
+        """Return the job of one run. Raise RequestError for parameters that cannot be run."""
+
+    @abstractmethod
+    def measure(self, parameters: P, output: Output) -> Mapping[str, float]:
+        """Return the quantities of a run. Raise EngineOutputError for an output that is cut."""
+
+    def exact(self, parameters: P) -> Mapping[str, float]:
+        """Return the quantities with a closed form."""
+        return {}
+
+    def reference(self, parameters: P, bench: Bench) -> Mapping[str, float]:
+        """Return the quantities at equal steps, under the conventions of the bench's engine.
+
+        Raise Unsupported where the reference cannot run the case.
+        """
+        scene = self.scene(parameters)
+        if scene is None:
+            raise Unsupported("the reference does not run this case")
+        return self.measure(parameters, bench.reference_output(scene))
+
+    def scene(self, parameters: P) -> Scene | None:
+        """Return the scene of a run, None where it is no scene of spheres and walls."""
+        return self.job(parameters).scene
+
+    def solve(self, parameters: P, solver: str) -> Mapping[str, float]:
+        """Return the quantities by one of :attr:`solvers`."""
+        raise RequestError(f"--engine {solver!r}: case {self.name!r} has no such solver")
+
+    def profile(self, parameters: P, output: Output) -> Mapping[str, Sequence[float]]:
+        """Return columns of one length over a run, empty for a case without a profile."""
+        return {}
+
+    def discs(self, parameters: P, output: Output) -> Discs:
+        """Return what a film of a run shows. Raise RequestError for a case without a film."""
+        raise RequestError(f"--film: case {self.name!r} has no film")
+
+    def film_job(self, parameters: P, frames: int) -> Job:
+        """Return the job of a run whose samples make a film of so many frames."""
+        return self.job(parameters)
+
+    def cost(self, parameters: P) -> float:
+        """Return the steps of a run times its moving bodies, for an estimate of its time."""
+        scene = self.scene(parameters)
+        return 0.0 if scene is None else float(scene.steps * len(scene.bodies))
+
+    # ---- several runs
+
+    def search(
+        self, names: Sequence[str], parameters: P, bench: Bench, **options: Any
+    ) -> Mapping[str, Value]:
+        """Return quantities that take several runs, by name."""
+        raise RequestError(f"--quantity {','.join(names)}: case {self.name!r} has no such search")
+
+    # ---- verification and report
+
+    def checks(self, engine: Engine) -> Iterable[Check]:
+        """Return the checks of an engine, of all levels."""
+        return ()
+
+    def own_checks(self) -> Iterable[Check]:
+        """Return the checks of this package's solvers, whose bench has no engine."""
+        return ()
+
+    def comparisons(self, engines: Sequence[Engine]) -> Iterable[tuple[Engine, Check]]:
+        """Return the checks of engines against one another, whose benches are ``bench.others``."""
+        return ()
+
+    def sections(self, benches: Mapping[str, Bench]) -> Sequence[Section]:
+        """Return the sections of a report, from benches that have run their checks, by engine.
+
+        The bench of this package's solvers has the name ``harness``.
+        """
+        return ()
+
+    def quantity(self, name: str) -> Quantity[Any]:
+        """Return a quantity by name. Raise RequestError for another name."""
+        for quantity in self.quantities:
+            if quantity.name == name:
+                return quantity
+        names = ", ".join(quantity.name for quantity in self.quantities)
+        raise RequestError(f"--quantity {name!r}: case {self.name!r} measures {names}")

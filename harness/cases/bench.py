@@ -1,0 +1,168 @@
+"""A bench: an engine under test, with a memo of all that was run in it.
+
+Checks, tables and figures take their runs from the bench, so that none is made twice.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Hashable, Mapping, Sequence
+from concurrent.futures import Future
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from harness.engines.contract import Engine, Job, Output
+from harness.engines.output import SERIES
+from harness.engines.scene_jobs import scene_job
+from harness.engines.scene_tables import motion_in, motion_table
+from harness.errors import EngineError
+from harness.observables.provenance import Provenance
+
+if TYPE_CHECKING:
+    from harness.model.conventions import Rules
+    from harness.model.motion import Motion
+    from harness.model.scene import Scene
+
+Result = TypeVar("Result")
+Progress = Callable[[str, int, int], None]  # stage, parts done, parts in all; from any thread
+OWN = "harness"
+"""Name of the bench of this package's solvers, and of their rows' engine."""
+
+
+class Memo:
+    """Values by key: the first thread that needs one computes it, the others wait for it."""
+
+    def __init__(self) -> None:
+        self._futures: dict[Hashable, Future[Any]] = {}
+        self._lock = threading.Lock()
+
+    def claim(self, key: Hashable) -> Future[Any] | None:
+        """Return a future for the caller to fill, None where somebody computes the key already."""
+        with self._lock:
+            if key in self._futures:
+                return None
+            future: Future[Any] = Future()
+            self._futures[key] = future
+            return future
+
+    def wait(self, key: Hashable) -> Any:
+        """Return the value of a key that was claimed. Raise what its computation raised."""
+        return self._futures[key].result()
+
+    def __call__(self, key: Hashable, make: Callable[[], Result]) -> Result:
+        """Return the value of a key, computed by the first caller."""
+        if (future := self.claim(key)) is not None:
+            try:
+                future.set_result(make())
+            except BaseException as error:
+                future.set_exception(error)
+        result: Result = self.wait(key)
+        return result
+
+
+class Bench:
+    """An engine under test, None for this package's solvers.
+
+    ``others`` are the benches of all engines of a verification, by name.
+    """
+
+    def __init__(self, engine: Engine | None, *, others: Mapping[str, Bench] | None = None) -> None:
+        self._engine = engine
+        self.others: Mapping[str, Bench] = {} if others is None else others
+        self._memo = Memo()
+        self._substitute: tuple[Scene, Motion] | None = None
+
+    @property
+    def engine(self) -> Engine:
+        """Return the engine. Raise EngineError for the bench of this package's solvers."""
+        if self._engine is None:
+            raise EngineError("the solvers of this package run no jobs of engines")
+        return self._engine
+
+    @property
+    def name(self) -> str:
+        """Return the engine's name."""
+        return OWN if self._engine is None else self._engine.name
+
+    def once(self, make: Callable[..., Result], *args: Any, **options: Any) -> Result:
+        """Return ``make(*args, **options)``, computed by the first caller of these arguments."""
+        key = (make, args, tuple(sorted(options.items())))
+        return self._memo(key, lambda: make(*args, **options))
+
+    # ---- runs of the engine
+
+    def prepare(self, jobs: Sequence[Job]) -> None:
+        """Run jobs that were not run yet, in one batch. The error of a run is its outcome."""
+        keys = {job_key(job): job for job in jobs}
+        claimed = {key: future for key in keys if (future := self._memo.claim(key)) is not None}
+        if not claimed:
+            return
+        order = list(claimed)
+        try:
+            for place, outcome in self.engine.outcomes([keys[key] for key in order]):
+                claimed[order[place]].set_result(outcome)
+        except BaseException as error:
+            for future in claimed.values():
+                if not future.done():
+                    future.set_exception(error)
+            raise
+
+    def outcomes(self, jobs: Sequence[Job]) -> list[Output | EngineError]:
+        """Return the output of each job, or the error of its run, in order."""
+        self.prepare(jobs)
+        return [self._memo.wait(job_key(job)) for job in jobs]
+
+    def refusal(self, job: Job) -> str:
+        """Return why the engine cannot run a job, empty where it can."""
+        return self._memo(("refusal", job_key(job)), lambda: self.engine.refuses(job))
+
+    def output(self, job: Job) -> Output:
+        """Return the output of a job. Raise EngineError for a run that failed."""
+        (outcome,) = self.outcomes([job])
+        if isinstance(outcome, EngineError):
+            raise outcome
+        return outcome
+
+    def motion(self, scene: Scene, **values: Any) -> Motion:
+        """Return the motion of a scene in the engine; ``values`` as of ``scene_job``."""
+        job = scene_job(scene, **values)
+        return motion_in(self.output(job), self.engine.scene_of(job))
+
+    # ---- the reference
+
+    def rules(self, scene: Scene) -> Rules:
+        """Return the engine's conventions in a scene, the defaults for this package's solvers.
+
+        Raise Unsupported for a scene that the engine cannot state.
+        """
+        from harness.model.conventions import Rules
+
+        return Rules() if self._engine is None else self.once(self._engine.rules, scene)
+
+    def reference(self, scene: Scene) -> Motion:
+        """Return the motion of a scene at equal steps, by the engine's conventions."""
+        from harness.solvers import reference
+
+        if self._substitute is not None and self._substitute[0] == scene:
+            return self._substitute[1]
+        return self.once(reference.run, scene, self.rules(scene))
+
+    def reference_output(self, scene: Scene) -> Output:
+        """Return :meth:`reference` as an output."""
+        tables = {SERIES: motion_table(self.reference(scene), scene)}
+        return Output((), Provenance("reference", ""), tables, title="the reference")
+
+    def substituting(self, scene: Scene, motion: Motion) -> Bench:
+        """Return a bench with the same runs, whose reference of a scene is another motion.
+
+        So a check is held against the reference with the switch of a known defect.
+        """
+        bench = Bench(self._engine, others=self.others)
+        bench._memo = self._memo
+        bench._substitute = (scene, motion)
+        return bench
+
+
+def job_key(job: Job) -> Hashable:
+    """Return what tells a job from others: template, variant, values, samples and scene."""
+    values = tuple(sorted(job.values.items()))
+    return ("job", job.template.name, job.variant, values, job.sampled, job.scene)

@@ -1,0 +1,1 @@
+"""Results: rows of values with verdicts, and tables of rows compared."""

@@ -1,0 +1,207 @@
+"""Rows: a value, the value expected of it, and the verdict.
+
+Every result of the package is a row, and a set of rows is a pandas table. Verdicts, regressions,
+differences of runs and the matrix of releases all work on that table. Its key is the five columns
+``KEY``; no name is ever parsed.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass, fields, replace
+from enum import StrEnum
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+NAN = math.nan
+
+
+class Kind(StrEnum):
+    """What a value is held against. Kinds are counted apart and never added up."""
+
+    ANALYTIC = "analytic"  # a closed form
+    CROSS_CODE = "cross-code"  # the reference, an independent solver, another code
+    FINDING = "finding"  # a difference between models: reported, not judged
+    RECORDED = "recorded"  # the accepted run alone
+
+
+class Verdict(StrEnum):
+    """The outcome of a row, from the one to read first to the one to read last."""
+
+    FAIL = "fail"
+    KNOWN_DEFECT = "known defect"  # fails, and holds with the switch of a known defect
+    NOT_TESTED = "not tested"  # no value, or one that decides nothing; never a pass
+    FIXED = "fixed"  # holds, and fails with the switch of a defect declared for this release
+    PASS = "pass"
+    RECORDED = "recorded"
+    FINDING = "finding"
+
+
+class Failure(StrEnum):
+    """The class of a failure: where to look next."""
+
+    NONE = ""
+    OUT_OF_TOLERANCE = "out of tolerance"
+    NOT_A_NUMBER = "not a number"
+    FROM_FIRST_STEP = "diverged from the first step"
+    LATE = "diverged late"
+    WRONG_INPUT = "wrong input"
+    ENGINE = "engine error"
+    TIMEOUT = "out of time"
+    MEMORY = "out of memory"
+    HARNESS = "harness error"
+    MISSING = "missing"
+
+
+ENGINE_FAILURES = frozenset({Failure.ENGINE, Failure.TIMEOUT, Failure.MEMORY, Failure.WRONG_INPUT})
+"""Failures that leave an engine's verdicts incomplete: exit status 3."""
+
+
+@dataclass(frozen=True)
+class Tolerance:
+    """Largest difference that passes: ``absolute + relative * |expected|``, and its reason."""
+
+    absolute: float = 0.0
+    relative: float = 0.0
+    reason: str = ""
+
+    def width(self, expected: float) -> float:
+        """Return the largest difference from an expected value that passes."""
+        return self.absolute + self.relative * abs(expected)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Row:
+    """A value with its verdict. The first five fields are its key.
+
+    ``setup`` names the parameters in short ("plastic contact, k = 1e6 N/m, 100 steps"); ``check``
+    names the route where one quantity of a setup is held against two things, or the variation of
+    the engine that was run, and is empty otherwise.
+    """
+
+    case: str
+    setup: str
+    quantity: str
+    engine: str
+    check: str = ""
+    version: str = ""  # of the engine
+    value: float = NAN
+    unit: str = ""
+    uncertainty: float = 0.0
+    expected: float = NAN
+    tolerance: float = NAN
+    kind: Kind = Kind.ANALYTIC
+    verdict: Verdict = Verdict.NOT_TESTED
+    failure: Failure = Failure.NONE
+    reason: str = ""  # of the tolerance
+    note: str = ""  # what went wrong, or what to look at
+    defect: str = ""  # name of the known defect behind the verdict
+    level: str = ""  # shortest level of `verify` that runs it
+    inputs: str = ""  # digest of what the engine was given
+    log: str = ""  # of a failed run: its text, and the name of its file in a stored run
+
+    @property
+    def difference(self) -> float:
+        """Return value - expected."""
+        return self.value - self.expected
+
+    @property
+    def key(self) -> tuple[str, str, str, str, str]:
+        """Return the fields that no two rows of a table share."""
+        return (self.case, self.setup, self.quantity, self.engine, self.check)
+
+    @property
+    def name(self) -> str:
+        """Return a name for people: case, setup, check, engine and quantity."""
+        about = ", ".join(filter(None, (self.setup, self.check)))
+        case = f"{self.case} ({about})" if about else self.case
+        return ": ".join(filter(None, (f"{case}, {self.engine}", self.quantity)))
+
+
+KEY = ("case", "setup", "quantity", "engine", "check")
+_FIELDS = tuple(field.name for field in fields(Row))
+_AFTER_EXPECTED = _FIELDS.index("expected") + 1
+COLUMNS = (*_FIELDS[:_AFTER_EXPECTED], "difference", *_FIELDS[_AFTER_EXPECTED:])
+NUMBERS = ("value", "uncertainty", "expected", "difference", "tolerance")
+
+
+def judge(row: Row, tolerance: Tolerance, *, failure: Failure = Failure.NONE) -> Row:
+    """Return the row with its verdict: pass for ``|value - expected| <= width``; NaN never passes.
+
+    A value whose uncertainty keeps it from deciding is not tested. ``failure`` is the class of a
+    failure where more than the number is known of it.
+    """
+    width = tolerance.width(row.expected)
+    row = replace(row, tolerance=width, reason=tolerance.reason)
+    if not math.isfinite(width):
+        note = f"expected {row.expected:g} within {width:g}"
+        return replace(row, verdict=Verdict.FAIL, failure=Failure.HARNESS, note=note)
+    error, uncertainty = abs(row.difference), row.uncertainty
+    if math.isnan(error) or math.isnan(uncertainty):
+        return replace(row, verdict=Verdict.FAIL, failure=Failure.NOT_A_NUMBER)
+    if error <= width and uncertainty <= width:
+        return replace(row, verdict=Verdict.PASS)
+    if error > width + uncertainty:
+        return replace(row, verdict=Verdict.FAIL, failure=failure or Failure.OUT_OF_TOLERANCE)
+    doubt = f"undecided: off by {error:.2g} ± {uncertainty:.2g}, tolerance {width:.2g}"
+    return replace(row, verdict=Verdict.NOT_TESTED, note=joined(row.note, doubt))
+
+
+def finding(row: Row) -> Row:
+    """Return the row as a finding: a difference between models, shown and not judged."""
+    return replace(row, kind=Kind.FINDING, verdict=Verdict.FINDING)
+
+
+def recorded(row: Row, tolerance: Tolerance) -> Row:
+    """Return the row of a value that only the accepted run is held against."""
+    width, verdict = tolerance.width(row.value), Verdict.RECORDED
+    if math.isnan(row.value):
+        return replace(row, kind=Kind.RECORDED, verdict=Verdict.FAIL, failure=Failure.NOT_A_NUMBER)
+    reason = tolerance.reason
+    return replace(row, kind=Kind.RECORDED, verdict=verdict, tolerance=width, reason=reason)
+
+
+def not_tested(row: Row, reason: str) -> Row:
+    """Return the row without a value, with the reason; never a pass."""
+    return replace(row, value=NAN, verdict=Verdict.NOT_TESTED, note=reason)
+
+
+def failed(row: Row, failure: Failure, note: str, log: str = "") -> Row:
+    """Return the row of a run that ended without a value."""
+    return replace(row, value=NAN, verdict=Verdict.FAIL, failure=failure, note=note, log=log)
+
+
+def joined(*notes: str) -> str:
+    """Return notes as one text, without empty ones."""
+    return "; ".join(filter(None, notes))
+
+
+def table(rows: Iterable[Row]) -> pd.DataFrame:
+    """Return rows as a table with ``COLUMNS``; raise ValueError where two have the same key."""
+    import pandas as pd
+
+    records = [[_plain(getattr(row, name)) for name in COLUMNS] for row in rows]
+    frame = pd.DataFrame(records, columns=list(COLUMNS)).astype(dict.fromkeys(NUMBERS, "float64"))
+    check_keys(frame)
+    return frame
+
+
+def check_keys(frame: pd.DataFrame) -> None:
+    """Raise ValueError where two rows of a table have the same key."""
+    twice = frame[frame.duplicated(list(KEY))]
+    if not twice.empty:
+        raise ValueError(f"two rows of one key: {tuple(twice.iloc[0][list(KEY)])}")
+
+
+def rows_of(frame: pd.DataFrame) -> list[Row]:
+    """Return the rows of a table."""
+    enums: dict[str, type[StrEnum]] = {"kind": Kind, "verdict": Verdict, "failure": Failure}
+    records: list[dict[Any, Any]] = frame[list(_FIELDS)].to_dict("records")
+    return [Row(**record | {n: enum(record[n]) for n, enum in enums.items()}) for record in records]
+
+
+def _plain(value: object) -> object:
+    return str(value) if isinstance(value, StrEnum) else value
