@@ -18,29 +18,34 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, ClassVar, Generic, Literal, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, NamedTuple, TypeVar
 
 from harness.cases.bench import Bench
 from harness.engines.contract import Engine, Job, Output
 from harness.errors import RequestError, Unsupported
 from harness.model.base import Parameters
-from harness.results.rows import Kind, Tolerance
+from harness.results.rows import LEVELS, Failure, Kind, Level, Tolerance
 
 if TYPE_CHECKING:
     from harness.model.scene import Scene
     from harness.report.content import Discs, Section
 
+__all__ = ["LEVELS", "Case", "Check", "Level", "Quantity", "Value"]
+
 P = TypeVar("P", bound=Parameters)
-Level = Literal["quick", "default", "full"]
-LEVELS: tuple[Level, ...] = ("quick", "default", "full")
 
 
 class Value(NamedTuple):
-    """A measured value with its uncertainty, in the unit of its quantity."""
+    """A measured value with its uncertainty, in the unit of its quantity.
+
+    ``failure`` is the class of a failure where the measurement shows more than a number, as the
+    first divergence of a series does.
+    """
 
     value: float
     uncertainty: float = 0.0
     note: str = ""
+    failure: Failure = Failure.NONE
 
 
 @dataclass(frozen=True)
@@ -71,7 +76,8 @@ class Check:
     run in one batch with those of all other checks before anything is measured; an engine that
     refuses one of them is not tested. ``level`` is the shortest that runs the check, and its value
     must not depend on the level: another effort is another ``setup``. The difference of a finding
-    is not judged, and what is recorded has no expected value.
+    is not judged; its tolerance, if any, is how far it may move from the accepted run. What is
+    recorded has no expected value.
     """
 
     setup: str

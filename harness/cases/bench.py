@@ -68,8 +68,9 @@ class Bench:
     def __init__(self, engine: Engine | None, *, others: Mapping[str, Bench] | None = None) -> None:
         self._engine = engine
         self.others: Mapping[str, Bench] = {} if others is None else others
+        self._runs = Memo()  # of the engine, shared by benches with other references
         self._memo = Memo()
-        self._substitute: tuple[Scene, Motion] | None = None
+        self._substitutes: Mapping[Scene, Motion] = {}
 
     @property
     def engine(self) -> Engine:
@@ -93,7 +94,7 @@ class Bench:
     def prepare(self, jobs: Sequence[Job]) -> None:
         """Run jobs that were not run yet, in one batch. The error of a run is its outcome."""
         keys = {job_key(job): job for job in jobs}
-        claimed = {key: future for key in keys if (future := self._memo.claim(key)) is not None}
+        claimed = {key: future for key in keys if (future := self._runs.claim(key)) is not None}
         if not claimed:
             return
         order = list(claimed)
@@ -109,11 +110,11 @@ class Bench:
     def outcomes(self, jobs: Sequence[Job]) -> list[Output | EngineError]:
         """Return the output of each job, or the error of its run, in order."""
         self.prepare(jobs)
-        return [self._memo.wait(job_key(job)) for job in jobs]
+        return [self._runs.wait(job_key(job)) for job in jobs]
 
     def refusal(self, job: Job) -> str:
         """Return why the engine cannot run a job, empty where it can."""
-        return self._memo(("refusal", job_key(job)), lambda: self.engine.refuses(job))
+        return self._runs(("refusal", job_key(job)), lambda: self.engine.refuses(job))
 
     def output(self, job: Job) -> Output:
         """Return the output of a job. Raise EngineError for a run that failed."""
@@ -142,8 +143,8 @@ class Bench:
         """Return the motion of a scene at equal steps, by the engine's conventions."""
         from harness.solvers import reference
 
-        if self._substitute is not None and self._substitute[0] == scene:
-            return self._substitute[1]
+        if scene in self._substitutes:
+            return self._substitutes[scene]
         return self.once(reference.run, scene, self.rules(scene))
 
     def reference_output(self, scene: Scene) -> Output:
@@ -151,14 +152,15 @@ class Bench:
         tables = {SERIES: motion_table(self.reference(scene), scene)}
         return Output((), Provenance("reference", ""), tables, title="the reference")
 
-    def substituting(self, scene: Scene, motion: Motion) -> Bench:
-        """Return a bench with the same runs, whose reference of a scene is another motion.
+    def substituting(self, motions: Mapping[Scene, Motion]) -> Bench:
+        """Return a bench with the same runs, whose references of some scenes are other motions.
 
-        So a check is held against the reference with the switch of a known defect.
+        So a check is held against the reference with the switch of a known defect. What was
+        computed ``once`` may rest on the reference, and is computed anew.
         """
         bench = Bench(self._engine, others=self.others)
-        bench._memo = self._memo
-        bench._substitute = (scene, motion)
+        bench._runs = self._runs
+        bench._substitutes = motions
         return bench
 
 

@@ -11,7 +11,6 @@ import hashlib
 import json
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
-from fnmatch import fnmatchcase
 
 from harness.cases.base import LEVELS, Check, Level, Value
 from harness.cases.bench import Bench
@@ -28,12 +27,14 @@ from harness.errors import (
     Unsupported,
 )
 from harness.results.rows import (
+    NAN,
     Failure,
     Kind,
     Row,
     failed,
     finding,
     judge,
+    matches,
     not_tested,
     recorded,
 )
@@ -51,11 +52,6 @@ def selected(case: str, checks: Iterable[Check], level: Level, only: str = "*") 
         if LEVELS.index(check.level) <= longest
         and matches(f"{case}/{check.setup}/{check.quantity}", only)
     ]
-
-
-def matches(path: str, only: str) -> bool:
-    """Return whether a pattern matches ``case/setup/quantity``, its start, or its end."""
-    return any(fnmatchcase(path, pattern) for pattern in (only, f"{only}/*", f"*/{only}"))
 
 
 def run_checks(
@@ -103,10 +99,11 @@ def row_in(bench: Bench, check: Check, blank: Row) -> Row:
         blank, value=found.value, uncertainty=found.uncertainty, expected=expected, note=note
     )
     if check.kind is Kind.FINDING:
-        return finding(replace(row, reason=width.reason))
+        limit = width.width(row.value) or NAN
+        return finding(replace(row, tolerance=limit, reason=width.reason))
     if check.kind is Kind.RECORDED:
         return recorded(row, width)
-    return judge(row, width)
+    return judge(row, width, failure=found.failure)
 
 
 def failure_of(error: EngineError) -> Failure:

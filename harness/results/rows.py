@@ -11,12 +11,15 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass, fields, replace
 from enum import StrEnum
-from typing import TYPE_CHECKING, Any
+from fnmatch import fnmatchcase
+from typing import TYPE_CHECKING, Any, Literal
 
 if TYPE_CHECKING:
     import pandas as pd
 
 NAN = math.nan
+Level = Literal["quick", "default", "full"]
+LEVELS: tuple[Level, ...] = ("quick", "default", "full")
 
 
 class Kind(StrEnum):
@@ -172,6 +175,11 @@ def not_tested(row: Row, reason: str) -> Row:
 def failed(row: Row, failure: Failure, note: str, log: str = "") -> Row:
     """Return the row of a run that ended without a value."""
     return replace(row, value=NAN, verdict=Verdict.FAIL, failure=failure, note=note, log=log)
+
+
+def matches(path: str, only: str) -> bool:
+    """Return whether a pattern matches ``case/setup/quantity``, its start, or its end."""
+    return any(fnmatchcase(path, pattern) for pattern in (only, f"{only}/*", f"*/{only}"))
 
 
 def joined(*notes: str) -> str:
