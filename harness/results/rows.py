@@ -65,11 +65,16 @@ ENGINE_FAILURES = frozenset({Failure.ENGINE, Failure.TIMEOUT, Failure.MEMORY, Fa
 
 @dataclass(frozen=True)
 class Tolerance:
-    """Largest difference that passes: ``absolute + relative * |expected|``, and its reason."""
+    """Largest difference that passes: ``absolute + relative * |expected|``, and its reason.
+
+    With ``whole_interval`` the value passes only where value +- uncertainty is within: a test of
+    equivalence. Otherwise value and uncertainty must be within, each for itself.
+    """
 
     absolute: float = 0.0
     relative: float = 0.0
     reason: str = ""
+    whole_interval: bool = False
 
     def width(self, expected: float) -> float:
         """Return the largest difference from an expected value that passes."""
@@ -145,7 +150,8 @@ def judge(row: Row, tolerance: Tolerance, *, failure: Failure = Failure.NONE) ->
     error, uncertainty = abs(row.difference), row.uncertainty
     if math.isnan(error) or math.isnan(uncertainty):
         return replace(row, verdict=Verdict.FAIL, failure=Failure.NOT_A_NUMBER)
-    if error <= width and uncertainty <= width:
+    reach = error + uncertainty if tolerance.whole_interval else max(error, uncertainty)
+    if reach <= width:
         return replace(row, verdict=Verdict.PASS)
     if error > width + uncertainty:
         return replace(row, verdict=Verdict.FAIL, failure=failure or Failure.OUT_OF_TOLERANCE)
