@@ -101,6 +101,7 @@ class Case(ABC, Generic[P]):
     summary: ClassVar[str]  # one line, for lists
     parameters: ClassVar[type[Parameters]]
     quantities: ClassVar[Sequence[Quantity[Any]]]
+    search_options: ClassVar[type[Parameters]] = Parameters  # of `search`, beside the parameters
     presets: Mapping[str, P]  # by name; the first is the default of `run`
     sources: ClassVar[Mapping[str, str]] = {}  # preset: where it was published
     solvers: ClassVar[Sequence[str]] = ()  # names of solvers of this package that `solve` runs
@@ -165,7 +166,7 @@ class Case(ABC, Generic[P]):
     def search(
         self, names: Sequence[str], parameters: P, bench: Bench, **options: Any
     ) -> Mapping[str, Value]:
-        """Return quantities that take several runs, by name."""
+        """Return quantities that take several runs, by name; ``options`` as `search_options`."""
         raise RequestError(f"--quantity {','.join(names)}: case {self.name!r} has no such search")
 
     # ---- verification and report
