@@ -1,1 +1,1 @@
-"""Tables, figures, HTML, Markdown, JSON, JUnit."""
+"""Reports: pages, figures and films, made of sections and of tables of rows."""

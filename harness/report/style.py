@@ -1,23 +1,29 @@
-"""How the figures look: colours that survive colour blindness, line styles that survive grey."""
+"""The look of figures: colours, markers, panels, legends and axes.
+
+Colours differ for colour-blind readers and in grey print; so do line styles and markers. A function
+that draws a figure makes it by :func:`panels`, labels its axes by :func:`label`, and returns it:
+
+    figure = panels(1, 2)
+    left, right = figure.axes
+    left.loglog(steps, errors, MARKERS[0], color=COLOURS[1], label="LAMMPS")
+    label(left, axis("time step", "s"), axis("error", "deg"))
+    legend_below(figure)
+"""
 
 from __future__ import annotations
 
+import io
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from typing import Any
 
-import numpy as np
+import matplotlib as mpl
+from matplotlib import figure as mpl_figure
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure as AnyFigure
-from matplotlib.ticker import LogFormatterSciNotation
-from matplotlib.transforms import Bbox
-from numpy.typing import NDArray
+from matplotlib.ticker import FixedLocator, LogFormatterSciNotation, NullLocator
 
-from harness.shown import power as power
-from harness.shown.figure import Figure as Figure
-from harness.shown.figure import house_style as house_style
-from harness.shown.figure import label as label
-from harness.shown.figure import quantity as quantity
+from harness.report.text import power as power
 
 # Okabe and Ito (2008), ordered so that neighbours differ in grey too
 BLACK, RED, BLUE, GREEN, PURPLE, ORANGE, SKY = (
@@ -31,44 +37,103 @@ BLACK, RED, BLUE, GREEN, PURPLE, ORANGE, SKY = (
 )
 COLOURS = (BLACK, RED, BLUE, GREEN, PURPLE, ORANGE, SKY)
 STYLES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)), (0, (1, 3)))
-SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 MARKERS = ("o", "s", "^", "D", "v", "x")
+FONTS = ("DejaVu Sans", "Verdana")  # the second is as wide, where the first is not installed
+MOST_TICKS = 6  # of an axis whose ticks are values
+SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+
+LOOK: Mapping[Any, Any] = {
+    "figure.dpi": 110,
+    "savefig.dpi": 150,
+    "figure.constrained_layout.use": True,
+    "font.size": 10.5,
+    "font.sans-serif": list(FONTS),
+    "axes.titlesize": 11,
+    "axes.titlelocation": "left",
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "axes.formatter.useoffset": False,
+    "grid.color": "#dddddd",
+    "grid.linewidth": 0.6,
+    "legend.frameon": False,
+    "legend.fontsize": 9,
+    "lines.linewidth": 1.5,
+    "lines.markersize": 5.5,
+    "svg.hashsalt": "dem-harness",  # the same figure is the same file
+    "svg.fonttype": "none",  # text stays text: a third of the size of outlines
+}
+
+
+class Figure(mpl_figure.Figure):
+    """A figure that a notebook shows without pyplot and without settings of the notebook."""
+
+    def _repr_png_(self) -> bytes:
+        target = io.BytesIO()
+        with house_style():
+            self.savefig(target, format="png")
+        return target.getvalue()
+
+
+@contextmanager
+def house_style() -> Iterator[None]:
+    """Apply the look within a block; no display is needed."""
+    with mpl.rc_context(dict(LOOK)):
+        yield
 
 
 def panels(rows: int, columns: int, width: float = 4.2, height: float = 3.0) -> Figure:
-    """Return a figure with ``rows`` by ``columns`` axes, sizes in inches for each."""
+    """Return a figure of ``rows`` by ``columns`` axes, each of ``width`` by ``height`` [inch]."""
     figure = Figure(figsize=(width * columns, height * rows), layout="constrained")
     figure.subplots(rows, columns, squeeze=False)
     return figure
 
 
-def legend_below(figure: AnyFigure, columns: int = 2, axes: Sequence[Axes] | None = None) -> None:
-    """Put one legend below all panels, each name once: inside a panel it would hide lines."""
-    placed: dict[str, Any] = {}
-    for ax in axes or figure.axes:
-        for handle, name in zip(*ax.get_legend_handles_labels(), strict=True):
-            placed.setdefault(name, handle)
+def axis(name: str, unit: str = "") -> str:
+    """Return the label of an axis, with its unit in round brackets unless it is a pure number.
+
+    >>> axis("peak force", "N"), axis("restitution", "1")
+    ('peak force (N)', 'restitution')
+    """
+    return name if unit in ("", "1") else f"{name} ({unit})"
+
+
+def label(axes: Axes, x: str, y: str, title: str = "") -> None:
+    """Label the axes, as :func:`axis` writes them, and set the title."""
+    axes.set_xlabel(x)
+    axes.set_ylabel(y)
+    if title:
+        axes.set_title(title, fontsize="medium")
+    axes.grid(visible=True, alpha=0.25)
+
+
+def legend_below(
+    figure: mpl_figure.Figure, columns: int = 2, axes: Sequence[Axes] | None = None
+) -> None:
+    """Put one legend below all panels, each name once: within a panel it would hide lines."""
+    handles: dict[str, Any] = {}
+    for panel in axes or figure.axes:
+        for handle, name in zip(*panel.get_legend_handles_labels(), strict=True):
+            handles.setdefault(name, handle)
     figure.legends.clear()
-    if placed:
+    if handles:
         place: dict[str, Any] = {"loc": "outside lower center", "fontsize": "small"}
-        figure.legend([*placed.values()], [*placed], ncols=columns, **place)
+        figure.legend([*handles.values()], [*handles], ncols=columns, **place)
 
 
-MOST_TICKS = 6
-
-
-def few_ticks(axes: Axes, values: Sequence[float]) -> None:
-    """Mark some of sorted values on a logarithmic axis x, written in full."""
+def value_ticks(axes: Axes, values: Sequence[float]) -> None:
+    """Mark values on the axis x, at most :data:`MOST_TICKS` of them, written in full."""
     chosen = list(values)[:: max(1, -(-len(values) // MOST_TICKS))]
-    axes.set_xticks(chosen, [f"{value:.0f}" for value in chosen])
-    axes.minorticks_off()
+    axes.xaxis.set_major_locator(FixedLocator(chosen))
+    axes.xaxis.set_minor_locator(NullLocator())
+    axes.set_xticks(chosen, [f"{value:g}" for value in chosen])
 
 
 class PowersOfTen(LogFormatterSciNotation):
-    """Numbers on a logarithmic axis in Unicode: mathtext parses each of them for milliseconds."""
+    """Ticks of a logarithmic axis in Unicode: mathtext takes milliseconds for each of them."""
 
     def __call__(self, x: float, pos: int | None = None) -> str:
-        """Return the text at a place of the axis, 10⁻³ or 2×10⁻³; empty for none."""
+        """Return the text of a tick, 10⁻³ or 2×10⁻³, empty for a tick without a label."""
         text = super().__call__(x, pos)
         match = re.search(r"(?:(\d+)\\times)?(\d+)\^\{(-?\d+)\}", text)
         if match is None:
@@ -77,51 +142,11 @@ class PowersOfTen(LogFormatterSciNotation):
         return f"{factor + '×' if factor else ''}{base}{exponent.translate(SUPERSCRIPTS)}"
 
 
-def plain_powers(figure: AnyFigure) -> None:
-    """Have the logarithmic axes of a figure write their numbers without mathtext."""
-    for axis in (axis for axes in figure.axes for axis in (axes.xaxis, axes.yaxis)):
-        if getattr(axis.get_transform(), "base", None) != 10.0:
-            continue
-        if type(axis.get_major_formatter()) is LogFormatterSciNotation:
-            axis.set_major_formatter(PowersOfTen())
-        if type(axis.get_minor_formatter()) is LogFormatterSciNotation:
-            axis.set_minor_formatter(PowersOfTen())
-
-
-def lay_out(figure: AnyFigure) -> None:
-    """Place the axes of a figure, measuring the words about each of them once.
-
-    Constrained layout solves twice and measures for each pass, which is most of what it costs:
-    words hardly change with the size of their axes. Axes that keep a shape are measured twice.
-    """
-    engine = figure.get_layout_engine()
-    if engine is None:
-        return
-    measured = [axes for axes in figure.axes if axes.get_aspect() == "auto"]
-    for axes in measured:
-        axes.get_tightbbox = _measured_once(axes)  # type: ignore[method-assign]
-    engine.execute(figure)
-    for axes in measured:
-        del axes.get_tightbbox
-    figure.set_layout_engine("none")
-
-
-def _measured_once(axes: Axes) -> Callable[..., Bbox | None]:
-    """Return what gives the box about axes and their words, the words as far out as at first."""
-    measure = axes.get_tightbbox
-    margins: list[NDArray[np.float64]] = []
-
-    def box(*args: Any, **options: Any) -> Bbox | None:
-        if not margins:
-            extent = measure(*args, **options)
-            if extent is None:
-                return None
-            margins.append(np.subtract(extent.extents, axes.bbox.extents))
-        return Bbox.from_extents(*np.add(axes.bbox.extents, margins[0]))
-
-    return box
-
-
-def named(law: str, solver: str) -> str:
-    """Return model and solver for a legend."""
-    return f"{law} law, {solver}"
+def set_power_ticks(figure: mpl_figure.Figure) -> None:
+    """Write the ticks of all logarithmic axes of a figure by :class:`PowersOfTen`."""
+    for axes in figure.axes:
+        for one in (axes.xaxis, axes.yaxis):
+            if type(one.get_major_formatter()) is LogFormatterSciNotation:
+                one.set_major_formatter(PowersOfTen())
+            if type(one.get_minor_formatter()) is LogFormatterSciNotation:
+                one.set_minor_formatter(PowersOfTen())

@@ -1,3 +1,5 @@
+"""Films: what they show, and what is refused before anything is run."""
+
 from dataclasses import replace
 
 import matplotlib as mpl
@@ -6,64 +8,94 @@ import pytest
 from PIL import Image
 
 from harness.errors import RequestError
-from harness.report.film import MOST_FRAMES, Film, check_film
+from harness.report.content import Discs
+from harness.report.film import MOST_FRAMES, DiscFilm, check_film, film_samples, limits, write_film
+
+TIME = np.linspace(0.0, 0.02, 40)
+FALL = Discs(
+    "a grain falls",
+    TIME,
+    np.tile([0.0, 0.03], (40, 1)),
+    0.05 - 0.5 * 9.81 * TIME[:, None] ** 2 * np.ones(2),
+    np.array([0.005, 0.004]),
+    fixed=np.array([[0.0, 0.0, 0.01]]),
+    lines=np.array([[[-0.02, -0.01], [0.05, -0.01]]]),
+)
 
 
-def picture(frame):
-    """A black square on white that goes right, in a picture of odd size."""
-    image = np.full((41, 61, 3), 255, dtype=np.uint8)
-    image[10:20, 4 * frame : 4 * frame + 10] = 0
-    return image
+def test_samples_are_nearest_to_equal_times_and_none_is_invented():
+    time = np.array([0.0, 0.1, 0.2, 0.9, 1.0])
+    assert film_samples(time, 3).tolist() == [0, 2, 4]
+    assert film_samples(time, 100).tolist() == [0, 2, 3, 4]
+    assert film_samples(time[:1], 100).tolist() == [0]
 
 
-FILM = Film("A square <goes>", 9, 8, picture)
+def test_limits_hold_all_discs_and_walls_of_the_film():
+    (left, right), (bottom, top) = limits(FALL)
+    assert left < -0.02
+    assert right > 0.05
+    assert bottom < -0.01
+    assert top > 0.055
 
 
-def ffmpeg(tmp_path, monkeypatch, text):
-    program = tmp_path / "bin" / "ffmpeg"
-    program.parent.mkdir()
-    program.write_text(f"#!/bin/sh\n{text}\n")
-    program.chmod(0o755)
-    monkeypatch.setitem(mpl.rcParams, "animation.ffmpeg_path", str(program))
+def test_discs_stand_where_the_sample_has_them():
+    shown = DiscFilm(FALL)
+    shown.show(20)
+    offsets = shown._moving.get_offsets()
+    np.testing.assert_allclose(offsets[:, 1], 1e3 * FALL.y[20])  # [mm]
+    np.testing.assert_allclose(shown._moving.get_widths(), 2e3 * FALL.radius)
+    assert shown._clock.get_text() == f"t = {1e3 * TIME[20]:.3g} ms"
 
 
-def test_a_png_is_the_picture_that_is_shown_where_nothing_moves(tmp_path):
-    replace(FILM, poster=3).save(tmp_path / "a.png")
-    with Image.open(tmp_path / "a.png") as image:
+def test_a_quantity_colours_the_discs_and_radii_may_change():
+    radius = np.tile(FALL.radius, (40, 1)) * np.linspace(1.0, 0.5, 40)[:, None]
+    shown = DiscFilm(replace(FALL, radius=radius, value=FALL.y, value_label="height (m)"))
+    first = shown._moving.get_facecolor().copy()
+    shown.show(39)
+    assert (shown._moving.get_facecolor() != first).any()
+    np.testing.assert_allclose(shown._moving.get_widths(), 1e3 * FALL.radius)
+    assert shown.figure.axes[1].get_ylabel() == "height (m)"
+
+
+def test_a_gif_has_the_frames_and_a_png_is_one_picture(tmp_path):
+    write_film(FALL, tmp_path / "a.gif", frames=4)
+    write_film(FALL, tmp_path / "a.PNG", frames=4)
+    with Image.open(tmp_path / "a.gif") as image:
+        assert image.n_frames == 4
+    with Image.open(tmp_path / "a.PNG") as image:
         assert image.format == "PNG"
-        assert (np.asarray(image.convert("RGB")) == picture(3)).all()
-    assert [path.name for path in tmp_path.iterdir()] == ["a.png"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["a.PNG", "a.gif"]
 
 
 @pytest.mark.parametrize(
-    ("name", "frames", "words"),
+    ("name", "frames", "reason"),
     [
         ("a.avi", 9, ".gif, .mp4, .png"),
         ("a", 9, ".gif, .mp4, .png"),
         ("none/a.gif", 9, "there is no folder"),
         ("a.gif", 1, "from 2 to"),
         ("a.gif", MOST_FRAMES + 1, f"{MOST_FRAMES + 1} frames"),
-        ("folder.gif", 9, "is no file"),
+        ("folder.gif", 9, "is not a file"),
+        ("a.mp4", 9, r"ffmpeg, which is not on the path.*\.gif"),
     ],
 )
-def test_what_cannot_be_is_refused(tmp_path, name, frames, words):
+def test_a_film_that_cannot_be_written_is_refused(tmp_path, monkeypatch, name, frames, reason):
     (tmp_path / "folder.gif").mkdir()
-    with pytest.raises(RequestError, match=words) as told:
-        check_film(tmp_path / name, frames, "--film")
-    assert str(told.value).startswith("--film")
-
-
-def test_without_ffmpeg_a_gif_is_offered(tmp_path, monkeypatch):
     monkeypatch.setitem(mpl.rcParams, "animation.ffmpeg_path", str(tmp_path / "no-ffmpeg"))
-    with pytest.raises(RequestError, match=r"ffmpeg.*not on the path.*\.gif"):
-        FILM.save(tmp_path / "a.mp4")
-    assert list(tmp_path.iterdir()) == []
+    with pytest.raises(RequestError, match=reason) as error:
+        check_film(tmp_path / name, frames)
+    assert str(error.value).startswith(f"--film {tmp_path / name}: ")
+    assert "\n" not in str(error.value)
 
 
-def test_an_ffmpeg_that_fails_leaves_nothing(tmp_path, monkeypatch):
-    ffmpeg(tmp_path, monkeypatch, "echo no such codec >&2; exit 3")
+def test_an_ffmpeg_that_fails_leaves_the_older_film(tmp_path, monkeypatch):
+    program = tmp_path / "bin" / "ffmpeg"
+    program.parent.mkdir()
+    program.write_text("#!/bin/sh\ncat > /dev/null\necho no such codec >&2\nexit 3\n")
+    program.chmod(0o755)
+    monkeypatch.setitem(mpl.rcParams, "animation.ffmpeg_path", str(program))
     (tmp_path / "a.mp4").write_text("an older film")
-    with pytest.raises(RequestError, match="failed with 3: no such codec"):
-        FILM.save(tmp_path / "a.mp4")
+    with pytest.raises(RequestError, match="ffmpeg failed with 3 no such codec"):
+        write_film(FALL, tmp_path / "a.mp4", frames=3)
     assert (tmp_path / "a.mp4").read_text() == "an older film"
     assert sorted(path.name for path in tmp_path.iterdir()) == ["a.mp4", "bin"]

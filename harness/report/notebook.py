@@ -1,0 +1,52 @@
+"""Results in a notebook: a few lines, a table and a figure."""
+
+from __future__ import annotations
+
+import html
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from harness.report.style import Figure
+
+
+class Shown(ABC):
+    """A result that shows itself: its summary as text or HTML, and a figure.
+
+    A subclass defines ``summary``, ``to_frame`` and ``draw``. As a dataclass it is declared with
+    ``repr=False``.
+    """
+
+    @abstractmethod
+    def summary(self) -> Mapping[str, str]:
+        """Return the main values, at most five, by name."""
+
+    @abstractmethod
+    def to_frame(self) -> pd.DataFrame:
+        """Return the result as a table."""
+
+    @abstractmethod
+    def draw(self) -> Figure:
+        """Return the figure behind :meth:`plot`, in the style that is set."""
+
+    def plot(self) -> Figure:
+        """Return a matplotlib figure of the result, whose axes have units."""
+        from harness.report.style import house_style
+
+        with house_style():
+            return self.draw()
+
+    def __repr__(self) -> str:
+        """Return the summary, a line for each value."""
+        return "\n".join(f"{name}: {text}" for name, text in self.summary().items())
+
+    def _repr_html_(self) -> str:
+        rows = "".join(
+            f"<tr><th scope='row' style='text-align:left'>{html.escape(name)}</th>"
+            f"<td style='text-align:left'>{html.escape(text)}</td></tr>"
+            for name, text in self.summary().items()
+        )
+        return f"<table><tbody>{rows}</tbody></table>"

@@ -1,0 +1,105 @@
+"""Figures as files, their helpers, and text of numbers."""
+
+import doctest
+import math
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+
+from harness.report import style, text
+from harness.report.content import Drawing
+from harness.report.figures import draw, draw_all, tolerance_figure
+from harness.report.style import MARKERS, axis, house_style, label, legend_below, panels
+from harness.report.text import decimals, value_text
+
+
+def convergence(shift=0.0):
+    figure = panels(1, 2)
+    steps = np.logspace(-5, -2, 7)
+    for axes in figure.axes:
+        axes.loglog(steps, steps + shift, MARKERS[0], label="LAMMPS")
+        label(axes, axis("time step", "s"), axis("error", "1"), "first order")
+    legend_below(figure)
+    return figure
+
+
+def drawing(name="convergence", draw=convergence):
+    return Drawing(name, "Convergence", "First order.", draw)
+
+
+@pytest.mark.parametrize("module", [style, text])
+def test_examples_of_docstrings_hold(module):
+    assert doctest.testmod(module).failed == 0
+
+
+@pytest.mark.parametrize(
+    ("value", "uncertainty", "unit", "shown"),
+    [
+        (10.2069, 0.00042, "deg", "10.2069 ± 0.0004 deg"),
+        (10.2069, 0.0013, "deg", "10.2069 ± 0.0013 deg"),  # two digits after a 1
+        (1234.5, 20.0, "N", "1234 ± 20 N"),
+        (2.0, 1e-20, "s", "2 s"),  # round-off
+        (0.5, math.nan, "1", "0.5"),
+        (math.nan, 0.1, "m", "-"),
+        (math.inf, 0.1, "m", "inf m"),
+    ],
+)
+def test_a_value_is_written_to_the_first_digit_of_its_uncertainty(value, uncertainty, unit, shown):
+    assert value_text(value, uncertainty, unit) == shown
+
+
+def test_decimals_reach_the_first_digit_of_an_uncertainty():
+    for exponent in range(-12, 3):
+        uncertainty = 3.0 * 10.0**exponent
+        rounded = round(uncertainty, decimals(uncertainty))
+        assert rounded == pytest.approx(uncertainty)
+
+
+def test_a_figure_is_the_same_file_each_time_and_one_valid_svg_without_outside_addresses():
+    first, second = draw(drawing()), draw(drawing())
+    assert first.svg == second.svg
+    root = ElementTree.fromstring(first.svg)
+    assert root.tag.endswith("svg")
+    words = "".join(root.itertext())
+    assert "10⁻³" in words
+    assert words.count("LAMMPS") == 1  # one legend for both panels
+    assert first.size == pytest.approx((2 * 4.2 * 72, 3.0 * 72))
+    plain = first.svg.replace("http://www.w3.org/", "")
+    assert "http" not in plain
+
+
+def test_digits_that_are_cut_move_no_point_by_a_hundredth():
+    from harness.report.figures import _saved, compact
+
+    with house_style():
+        figure = convergence()
+        whole = _saved(figure, "svg", {"Date": None}).decode()
+    places = [
+        [float(use.get("x")) for use in ElementTree.fromstring(svg).iter() if use.get("x")]
+        for svg in (whole, compact(whole))
+    ]
+    np.testing.assert_allclose(*places, atol=0.01)
+
+
+def test_a_figure_that_cannot_be_drawn_leaves_the_others():
+    def broken():
+        raise ZeroDivisionError("no\nrows")
+
+    good, bad = draw_all([drawing(), drawing("bad", broken)], png=True)
+    assert good.png.startswith(b"\x89PNG")
+    assert not good.error
+    assert bad.error == "ZeroDivisionError: no rows"
+    assert not bad.svg
+
+
+def test_forked_processes_draw_what_one_process_draws():
+    drawings = [drawing(str(n), lambda n=n: convergence(n)) for n in range(3)]
+    assert [one.svg for one in draw_all(drawings)] == [draw(one).svg for one in drawings]
+
+
+def test_differences_over_tolerances_are_drawn_for_each_group():
+    axes = tolerance_figure({"drop": [0.5, -2.0, math.nan], "incline": []}).axes[0]
+    drawn = sorted(axes.lines[0].get_xdata())
+    assert drawn == [0.5, 2.0]
+    assert [tick.get_text() for tick in axes.get_yticklabels()] == ["drop (2)", "incline (0)"]
