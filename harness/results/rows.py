@@ -218,4 +218,5 @@ def rows_of(frame: pd.DataFrame) -> list[Row]:
 
 
 def _plain(value: object) -> object:
-    return str(value) if isinstance(value, StrEnum) else value
+    """Return what a column holds; halves of surrogate pairs become question marks."""
+    return str(value).encode("utf-8", "replace").decode() if isinstance(value, str) else value

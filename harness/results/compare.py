@@ -1,0 +1,227 @@
+"""Compare tables of rows: accepted runs, other runs, other releases.
+
+- ``compare(accepted, run)``: what moved against accepted values;
+- ``compare(monday, tuesday)``: the difference of two runs;
+- ``matrix({"2022": a, "2023": b})``: releases, each against the first.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from harness.results.rows import COLUMNS, KEY, LEVELS, Kind, Verdict, matches
+
+Mask = NDArray[np.bool_]
+
+ROUND_OFF = 1e-12  # relative change that counts as rounding: some thousand units in the last place
+RANKS = {Verdict.FAIL: 0, Verdict.KNOWN_DEFECT: 1, Verdict.NOT_TESTED: 1}  # all others: 2
+BEST_RANK = 2
+
+
+class Change(StrEnum):
+    """The class of a row's change, from the one to read first to the one to read last."""
+
+    WORSE = "worse"  # in its verdict, or it is missing although it was asked for
+    OTHER_INPUT = "other input"  # the engine was given another script, value or scene
+    MOVED = "moved"  # by more than its tolerance
+    BETTER = "better"
+    NEW = "new"
+    WITHIN = "within tolerance"
+    ROUND_OFF = "within round-off"
+    SAME = "same"
+    NOT_COMPARABLE = "not comparable"  # only one of the runs was asked for it
+
+
+BAD = (Change.WORSE, Change.OTHER_INPUT, Change.MOVED)
+
+
+@dataclass(frozen=True)
+class Scope:
+    """What a run was asked for: cases, engines, the level, and a pattern of rows.
+
+    ``left_out`` are engines that exist and were not asked for. A comparison of two engines bears
+    the name of the second as its ``check``; it is in no scope that leaves one of them out.
+    """
+
+    cases: frozenset[str]
+    engines: frozenset[str]
+    level: str
+    only: str = "*"
+    left_out: frozenset[str] = frozenset()
+
+    def covers(self, rows: pd.DataFrame) -> Mask:
+        """Return which rows were asked for, shape (rows,)."""
+        levels = LEVELS[: LEVELS.index(self.level) + 1] if self.level in LEVELS else LEVELS
+        inside = (
+            rows["case"].isin(self.cases)
+            & rows["engine"].isin(self.engines)
+            & rows["level"].isin(["", *levels])
+            & ~rows["check"].isin(self.left_out)
+        )
+        if self.only != "*":
+            paths = rows["case"] + "/" + rows["setup"] + "/" + rows["quantity"]
+            inside &= np.array([matches(path, self.only) for path in paths], bool)
+        return inside.to_numpy(bool)
+
+
+def compare(
+    before: pd.DataFrame,
+    after: pd.DataFrame,
+    *,
+    scope_before: Scope | None = None,
+    scope_after: Scope | None = None,
+) -> pd.DataFrame:
+    """Return one line for each key of two tables of rows, the gravest change first.
+
+    Columns: the key, ``change``, ``moved_by`` [unit of the row], ``in_tolerances``,
+    ``in_uncertainties``, and each other column of both tables with the endings ``_before`` and
+    ``_after``. A row that one table lacks is not comparable where the scope of that table does
+    not cover it; without a scope it covers all.
+    """
+    keys = list(KEY)
+    both = before[list(COLUMNS)].merge(
+        after[list(COLUMNS)],
+        on=keys,
+        how="outer",
+        suffixes=("_before", "_after"),
+        indicator="_side",
+    )
+    both["moved_by"] = both["value_after"] - both["value_before"]
+    both["in_tolerances"] = _ratio(both["moved_by"], both["tolerance_after"])
+    spread = (both["uncertainty_before"] ** 2 + both["uncertainty_after"] ** 2) ** 0.5
+    both["in_uncertainties"] = _ratio(both["moved_by"], spread)
+    both["change"] = _changes(both, scope_before, scope_after)
+    order = {str(change): place for place, change in enumerate(Change)}
+    both["_place"], both["_size"] = both["change"].map(order), -both["in_tolerances"].abs()
+    both = both.sort_values(["_place", "_size", *keys], kind="stable", ignore_index=True)
+    first = [*keys, "change", "moved_by", "in_tolerances", "in_uncertainties"]
+    rest = [name for name in both if name not in first and not str(name).startswith("_")]
+    return both[[*first, *rest]]
+
+
+def regressions(changes: pd.DataFrame) -> pd.DataFrame:
+    """Return the changes that fail a run.
+
+    A move is not one where the run itself gives the reason: a known defect, a defect that is
+    fixed, or a row not tested. A finding may move unless it has a tolerance.
+    """
+    explained = changes["verdict_after"].isin(
+        [Verdict.KNOWN_DEFECT, Verdict.FIXED, Verdict.NOT_TESTED]
+    ) & (changes["change"] != Change.OTHER_INPUT)
+    free = (changes["kind_after"] == Kind.FINDING) & changes["tolerance_after"].isna()
+    free &= changes["change"] == Change.MOVED
+    return changes[changes["change"].isin(BAD) & ~explained & ~free].reset_index(drop=True)
+
+
+def counts_of_changes(changes: pd.DataFrame) -> dict[str, int]:
+    """Return how many rows have each change, without classes that no row has."""
+    found = changes["change"].value_counts()
+    return {str(change): int(found[change]) for change in Change if change in found.index}
+
+
+def matrix(runs: Mapping[str, pd.DataFrame]) -> pd.DataFrame:
+    """Return the change of each row against the first run: index the key, a column for each run.
+
+    The column of the first run has its values; a row that a run lacks has an empty cell.
+    """
+    (first, reference), *others = runs.items()
+    keys = list(KEY)
+    columns = {first: reference.set_index(keys)["value"].map("{:.10g}".format)}
+    for name, rows in others:
+        changes = compare(reference, rows).set_index(keys)
+        columns[name] = changes["change"].where(changes["verdict_after"].notna(), "")
+    return pd.DataFrame(columns).fillna("").sort_index()
+
+
+def cells(runs: Mapping[str, pd.DataFrame]) -> pd.DataFrame:
+    """Return the worst verdict of each case, setup and engine, a column for each run.
+
+    A variation that was not tested says nothing where other rows of the cell were.
+    """
+    columns = {}
+    for name, rows in runs.items():
+        groups = rows[rows["setup"] != ""].groupby(["case", "setup", "engine"], sort=True)
+        columns[name] = groups[["check", "verdict"]].apply(_worst_verdict)
+    return pd.DataFrame(columns).fillna("")
+
+
+def defect_counts(runs: Mapping[str, pd.DataFrame]) -> pd.DataFrame:
+    """Return in how many cells of each run a known defect was found: defects by runs."""
+    columns = {}
+    for name, rows in runs.items():
+        marked = rows[rows["verdict"] == Verdict.KNOWN_DEFECT]
+        places = marked.drop_duplicates(["defect", "case", "setup", "engine"])
+        columns[name] = places.groupby("defect").size()
+    return pd.DataFrame(columns).fillna(0).astype(int)
+
+
+def trend(runs: Sequence[tuple[str, pd.DataFrame]]) -> pd.DataFrame:
+    """Return the rows of several runs in one table, with a column ``run``."""
+    return pd.concat([rows.assign(run=name) for name, rows in runs], ignore_index=True)
+
+
+def counts(rows: pd.DataFrame) -> pd.DataFrame:
+    """Return how many rows of each kind have each verdict: kinds by verdicts."""
+    found = pd.crosstab(rows["kind"], rows["verdict"])
+    kinds = [str(kind) for kind in Kind if kind in found.index]
+    verdicts = [str(verdict) for verdict in Verdict if verdict in found.columns]
+    return found.loc[kinds, verdicts]
+
+
+def _changes(both: pd.DataFrame, before: Scope | None, after: Scope | None) -> NDArray[np.object_]:
+    gone, appeared = both["_side"] == "left_only", both["_side"] == "right_only"
+    missed = gone & _covered(after, both, "before")
+    awaited = appeared & _covered(before, both, "after")
+    valued = both["verdict_before"] != Verdict.NOT_TESTED
+    failed = both["verdict_after"] == Verdict.FAIL
+    ranks = [_ranks(both[f"verdict_{side}"]) for side in ("before", "after")]
+    inputs = [both[f"inputs_{side}"].fillna("") for side in ("before", "after")]
+    other_input = (inputs[0] != inputs[1]) & (inputs[0] != "") & (inputs[1] != "")
+    old, new = both["value_before"].to_numpy(float), both["value_after"].to_numpy(float)
+    with np.errstate(invalid="ignore", over="ignore"):  # values may be infinite
+        distance = np.abs(new - old)
+    conditions = [
+        ((missed & valued) | (awaited & failed), Change.WORSE),
+        (awaited, Change.NEW),
+        (gone | appeared, Change.NOT_COMPARABLE),
+        (ranks[1] < ranks[0], Change.WORSE),
+        (other_input, Change.OTHER_INPUT),
+        (ranks[1] > ranks[0], Change.BETTER),
+        ((old == new) | (np.isnan(old) & np.isnan(new)), Change.SAME),
+        (distance <= ROUND_OFF * np.abs(old), Change.ROUND_OFF),
+        (distance <= both["tolerance_after"].to_numpy(float), Change.WITHIN),
+    ]
+    masks = [np.asarray(mask, bool) for mask, _ in conditions]
+    names = [np.array(str(change), dtype=object) for _, change in conditions]
+    return np.select(masks, names, np.array(str(Change.MOVED), dtype=object))
+
+
+def _covered(scope: Scope | None, both: pd.DataFrame, side: str) -> Mask:
+    if scope is None:
+        return np.ones(len(both), bool)
+    level = both[f"level_{side}"].fillna("")
+    return scope.covers(both[list(KEY)].assign(level=level))
+
+
+def _ranks(verdicts: pd.Series[str]) -> NDArray[np.integer[Any]]:
+    known = {str(verdict): rank for verdict, rank in RANKS.items()}
+    return verdicts.map(known).fillna(BEST_RANK).to_numpy(np.int64)
+
+
+def _ratio(values: pd.Series[float], widths: pd.Series[float]) -> pd.Series[float]:
+    """Return values over widths; NaN for a width that is missing, zero or not finite."""
+    return values / widths.where((widths > 0.0) & np.isfinite(widths))
+
+
+def _worst_verdict(cell: pd.DataFrame) -> str:
+    untested = (cell["verdict"] == Verdict.NOT_TESTED) & (cell["check"] != "")
+    deciding = cell if untested.all() else cell[~untested]
+    order = [str(verdict) for verdict in Verdict]
+    return str(min(deciding["verdict"], key=order.index))

@@ -1,0 +1,275 @@
+"""A run of ``verify`` and its folder.
+
+    report.html, report.md    written by the room ``report``
+    rows.csv                  the rows, sorted by their key
+    run.json                  what was asked for, who ran it, when and where
+    junit.xml                 the rows for a CI service
+    figures/, scripts/, logs/
+
+A folder is written aside and renamed: it is there whole, or not at all.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import html
+import json
+import math
+import re
+from collections import Counter
+from collections.abc import Iterable, Mapping
+from dataclasses import asdict, dataclass, field, fields, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from harness.errors import RequestError
+from harness.files import check_folder, whole_folder
+from harness.results.compare import Scope, compare, counts, counts_of_changes, regressions
+from harness.results.rows import ENGINE_FAILURES, Kind, Verdict
+from harness.store.junit import junit
+from harness.store.rows_csv import read_rows, write_rows
+
+FORMAT = 3  # of run.json and rows.csv; raised when a key or column changes its meaning
+ROWS, META, JUNIT, LOGS, SCRIPTS = "rows.csv", "run.json", "junit.xml", "logs", "scripts"
+UNJUDGED = (Verdict.NOT_TESTED, Verdict.FINDING, Verdict.RECORDED)
+SHOWN = ("case", "setup", "quantity", "engine", "check", "value", "expected", "tolerance", "unit",
+         "verdict", "note")  # fmt: skip
+
+
+@dataclass(frozen=True, kw_only=True)
+class Meta:
+    """What was asked for, and who ran it.
+
+    ``engines`` maps names to versions, empty for an engine that could not be run; ``left_out``
+    are engines that exist and were not asked for. ``named`` are the cases and engines that were
+    asked for by name. ``started`` is ISO 8601 in UTC, ``seconds`` the wall time [s].
+    """
+
+    level: str
+    cases: tuple[str, ...]
+    engines: Mapping[str, str]
+    left_out: tuple[str, ...] = ()
+    named: tuple[str, ...] = ()
+    only: str = "*"
+    strict: bool = False
+    started: str = ""
+    seconds: float = 0.0
+    platform: str = ""
+    harness_version: str = ""
+
+    @property
+    def scope(self) -> Scope:
+        """Return what was asked for."""
+        cases, engines, left_out = map(frozenset, (self.cases, self.engines, self.left_out))
+        return Scope(cases, engines, self.level, self.only, left_out)
+
+
+@dataclass(frozen=True, repr=False)
+class Run:
+    """The result of ``verify``.
+
+    ``rows`` have the columns ``COLUMNS``; ``changes`` are those against the accepted runs, None
+    where there are none. ``scripts`` are the exact inputs that ran, and ``logs`` the log of one
+    finished run of each, by name.
+    """
+
+    rows: pd.DataFrame
+    meta: Meta
+    changes: pd.DataFrame | None = None
+    scripts: Mapping[str, str] = field(default_factory=dict)
+    logs: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def status(self) -> int:
+        """Return the exit status.
+
+        3: an engine could not be run or died, or what was named tested nothing; 1: a verdict
+        failed, a row is worse than accepted, or in a strict run a row was not tested; else 0.
+        """
+        died = self.rows["failure"].isin(ENGINE_FAILURES) & (self.rows["verdict"] == Verdict.FAIL)
+        if died.any() or self.untested or not all(self.meta.engines.values()):
+            return 3
+        failing = [Verdict.FAIL, Verdict.NOT_TESTED] if self.meta.strict else [Verdict.FAIL]
+        return int(self.rows["verdict"].isin(failing).any() or not self.regressions.empty)
+
+    @property
+    def untested(self) -> list[str]:
+        """Return the cases and engines that were named and have no judged row."""
+        judged = self.rows[~self.rows["verdict"].isin(UNJUDGED)]
+        found = {*judged["case"], *judged["engine"]}
+        return [name for name in self.meta.named if name not in found]
+
+    @cached_property
+    def regressions(self) -> pd.DataFrame:
+        """Return the changes against the accepted runs that fail this run."""
+        if self.changes is None:
+            return compare(self.rows.iloc[:0], self.rows.iloc[:0])
+        return regressions(self.changes)
+
+    @property
+    def headline(self) -> str:
+        """Return the outcome in a few words, with known defects and what was not tested."""
+        number = Counter(self.rows["verdict"])
+        failed = self.rows[self.rows["verdict"] == Verdict.FAIL]["kind"].value_counts()
+        failures = [f"{failed[kind]} {kind}" for kind in Kind if kind in failed.index]
+        changed = self.regressions[self.regressions["verdict_after"] != Verdict.FAIL]
+        moves = [f"{n} {change}" for change, n in counts_of_changes(changed).items()]
+        parts = [f"Failed: {', '.join(failures)}"] if failures else []
+        parts += [f"Against the accepted run: {', '.join(moves)}"] if moves else []
+        parts += [f"Nothing was tested in {', '.join(self.untested)}"] if self.untested else []
+        if not parts:
+            judged = not self.rows["verdict"].isin(UNJUDGED).all()
+            parts = ["All verdicts hold" if judged else "Nothing was judged"]
+        others = {"known defects": Verdict.KNOWN_DEFECT, "not tested": Verdict.NOT_TESTED}
+        parts += [f"{number[word]} {name}" for name, word in others.items() if number[word]]
+        return "; ".join(parts)
+
+    def against(self, accepted: pd.DataFrame) -> Run:
+        """Return the run with its changes against accepted rows."""
+        changes = compare(accepted, self.rows, scope_after=self.meta.scope)
+        return replace(self, changes=changes)
+
+    def changes_from(self, before: Run) -> pd.DataFrame:
+        """Return what changed from another run to this one."""
+        scopes = {"scope_before": before.meta.scope, "scope_after": self.meta.scope}
+        return compare(before.rows, self.rows, **scopes)
+
+    def to_frame(self) -> pd.DataFrame:
+        """Return the rows."""
+        return self.rows
+
+    def to_json(self) -> dict[str, Any]:
+        """Return ``status``, ``headline``, the metadata, ``rows`` and ``changes``, JSON-ready."""
+        return {
+            "status": self.status,
+            "headline": self.headline,
+            **asdict(self.meta),
+            "rows": json_records(self.rows),
+            "regressions": json_records(self.regressions),
+        }
+
+    def summary(self) -> dict[str, str]:
+        """Return the outcome in a few lines, by name."""
+        kinds = [f"{kind}: {_counted(row)}" for kind, row in counts(self.rows).iterrows()]
+        lines = {"outcome": self.headline, "verdicts": "; ".join(kinds)}
+        if self.changes is not None:
+            lines["accepted run"] = _counted(counts_of_changes(self.changes))
+        engines = [f"{name} {version or '-'}" for name, version in self.meta.engines.items()]
+        lines["cases"] = f"{', '.join(self.meta.cases)}; {self.meta.level}"
+        return {**lines, "engines": ", ".join(engines)}
+
+    def __repr__(self) -> str:
+        return "\n".join(f"{name}: {text}" for name, text in self.summary().items())
+
+    def _repr_html_(self) -> str:
+        shown = self.rows[self.rows["verdict"] != Verdict.PASS][list(SHOWN)]
+        return f"<p>{html.escape(self.headline)}</p>{shown.to_html(index=False, na_rep='')}"
+
+
+def write_run(run: Run, folder: Path, files: Mapping[str, str | bytes] | None = None) -> None:
+    """Write a run into a new folder, whole or not at all.
+
+    ``files`` are pages and figures by their path in the folder. Raise RequestError for a folder
+    that holds something, or that cannot be written.
+    """
+    check_folder(folder)
+    names = {text: f"{hashlib.sha256(_bytes(text)).hexdigest()[:16]}.log" for text in run.rows.log}
+    stored = run.rows.assign(log=[names[text] if text else "" for text in run.rows.log])
+    texts: dict[str, str | bytes] = {
+        META: json.dumps(
+            {"format": FORMAT, "row_count": len(stored), **asdict(run.meta)}, indent=1
+        ),
+        JUNIT: junit(run.rows, run.meta.seconds),
+        **{f"{LOGS}/{name}": text for text, name in names.items() if text},
+        **{f"{LOGS}/{safe_path(name)}": text for name, text in run.logs.items()},
+        **{f"{SCRIPTS}/{safe_path(name)}": text for name, text in run.scripts.items()},
+        **(files or {}),
+    }
+    with whole_folder(folder) as aside:
+        aside.mkdir()
+        write_rows(stored, aside / ROWS)
+        for name, content in texts.items():
+            (aside / name).parent.mkdir(parents=True, exist_ok=True)
+            (aside / name).write_bytes(_bytes(content))
+
+
+def read_run(folder: Path) -> Run:
+    """Return the run of a folder. Raise RequestError, naming folder and file, for anything else."""
+    record = _read_meta(folder)
+    count = record.pop("row_count", None)
+    try:
+        meta = Meta(**{name: _tuple(value) for name, value in record.items()})
+    except TypeError as error:
+        raise RequestError(f"{folder / META}: {str(error).partition('() ')[2]}") from None
+    rows = read_rows(folder / ROWS)
+    if len(rows) != count:
+        raise RequestError(f"{folder / ROWS}: has {len(rows)} of {count} rows: it is cut")
+    logs = {name: _text_of(folder / LOGS / name) for name in set(rows["log"]) if name}
+    rows["log"] = rows["log"].map(logs).fillna("")
+    finished = {n: t for n, t in _texts_below(folder / LOGS).items() if n not in logs}
+    return Run(rows, meta, scripts=_texts_below(folder / SCRIPTS), logs=finished)
+
+
+def json_records(frame: pd.DataFrame) -> list[dict[str, Any]]:
+    """Return the lines of a table, JSON-ready: None for what is not finite."""
+    records = frame.astype(object).to_dict("records")
+    return [{str(name): _finite(value) for name, value in record.items()} for record in records]
+
+
+def safe_path(name: str) -> str:
+    """Return a name as a relative path of plain characters, below any folder."""
+    parts = (re.sub(r"[^A-Za-z0-9._+=-]+", "-", part).lstrip(".") for part in name.split("/"))
+    return "/".join(part or "-" for part in parts)
+
+
+def _read_meta(folder: Path) -> dict[str, Any]:
+    if not (folder / META).is_file():
+        old = " (results.json is of version 1 of dem-harness)"
+        found = old if (folder / "results.json").is_file() else ""
+        raise RequestError(f"{folder}: is not a run of dem-harness: it has no {META}{found}")
+    try:
+        record = json.loads(_text_of(folder / META))
+    except ValueError as error:
+        raise RequestError(f"{folder / META}: is cut or damaged ({error})") from None
+    if not isinstance(record, dict) or "format" not in record:
+        raise RequestError(f"{folder / META}: is not the file of a run")
+    if (version := record.pop("format")) != FORMAT:
+        text = f"has format {version}, this version of dem-harness reads {FORMAT}"
+        raise RequestError(f"{folder / META}: {text}")
+    known = {entry.name for entry in fields(Meta)} | {"row_count"}
+    if unknown := sorted(record.keys() - known):
+        raise RequestError(f"{folder / META}: has unknown keys {', '.join(unknown)}")
+    return record
+
+
+def _texts_below(folder: Path) -> dict[str, str]:
+    files: Iterable[Path] = sorted(folder.rglob("*")) if folder.is_dir() else ()
+    return {path.relative_to(folder).as_posix(): _text_of(path) for path in files if path.is_file()}
+
+
+def _text_of(file: Path) -> str:
+    try:
+        return file.read_bytes().decode("utf-8")
+    except OSError as error:
+        raise RequestError(f"{file}: cannot be read ({error.strerror})") from None
+    except UnicodeDecodeError:
+        raise RequestError(f"{file}: is not UTF-8 text") from None
+
+
+def _bytes(content: str | bytes) -> bytes:
+    return content if isinstance(content, bytes) else content.encode("utf-8", "replace")
+
+
+def _finite(value: Any) -> Any:
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def _tuple(value: Any) -> Any:
+    return tuple(value) if isinstance(value, list) else value
+
+
+def _counted(numbers: Mapping[Any, int] | pd.Series[Any]) -> str:
+    return ", ".join(f"{number} {name}" for name, number in numbers.items() if number)

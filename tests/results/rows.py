@@ -1,0 +1,47 @@
+"""A table of rows, and changes that are planted in it."""
+
+from dataclasses import replace
+
+from harness.results.rows import (
+    NAN,
+    Failure,
+    Kind,
+    Row,
+    Tolerance,
+    Verdict,
+    failed,
+    finding,
+    judge,
+    recorded,
+    table,
+)
+from harness.results.rows import not_tested as untested
+
+NARROW = Tolerance(1e-9, 0.0, "round-off of a product")
+
+
+def row(quantity="angle", value=10.0, **fields):
+    """Return a row of the incline that passes."""
+    given = {
+        "case": "incline", "setup": "plastic", "engine": "code", "version": "1", "unit": "deg",
+        "expected": 10.0, "level": "quick", "inputs": "a", "kind": Kind.CROSS_CODE,
+    }  # fmt: skip
+    given |= fields
+    return judge(Row(quantity=quantity, value=value, **given), NARROW)
+
+
+def rows(*changed):
+    """Return a table with one row of each verdict, some replaced by quantity, None for none."""
+    standard = [
+        row("angle"),
+        row("shock", 10.1),
+        untested(row("path"), "no such contact"),
+        recorded(row("time", 3.0), Tolerance(0.0, 1e-6)),
+        replace(finding(row("difference", 0.25)), tolerance=NAN),
+        replace(row("torque", 9.0), verdict=Verdict.KNOWN_DEFECT, failure=Failure.NONE,
+                defect="weak"),
+        failed(row("flight"), Failure.ENGINE, "died: SIGSEGV", "last words"),
+        row("steady", level="default"),
+    ]  # fmt: skip
+    by_name = {one.quantity: one for one in standard} | dict(changed)
+    return table(one for one in by_name.values() if one is not None)

@@ -1,0 +1,270 @@
+"""A run's folder: exact, whole or not at all, and refused with its name where it is damaged."""
+
+import json
+import math
+import os
+import tempfile
+from dataclasses import replace
+from pathlib import Path
+from xml.etree import ElementTree as Xml
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from harness.errors import RequestError
+from harness.results.compare import Change
+from harness.results.rows import Failure, Row, Verdict, failed, not_tested, rows_of, table
+from harness.store.accepted import accept, accepted_rows
+from harness.store.junit import junit
+from harness.store.rows_csv import parsed_rows, rows_text
+from harness.store.runs import Meta, Run, read_run, write_run
+from tests.results.rows import row, rows
+
+META = Meta(level="quick", cases=("incline",), engines={"code": "1"}, named=("incline",),
+            started="2026-01-01T00:00:00+00:00", seconds=1.25, platform="Linux",
+            harness_version="2.0")  # fmt: skip
+
+
+def run_of(*several, **meta):
+    return Run(table(several), replace(META, **meta))
+
+
+# ---- exact
+
+TEXT = st.text(st.characters(exclude_categories=["Cs"]), max_size=10)
+NUMBER = st.floats(allow_nan=True, allow_infinity=True)
+ROWS = st.lists(
+    st.builds(Row, case=TEXT, setup=TEXT, quantity=TEXT, engine=TEXT, check=TEXT, value=NUMBER,
+              uncertainty=NUMBER, expected=NUMBER, tolerance=NUMBER, note=TEXT, reason=TEXT,
+              verdict=st.sampled_from(Verdict), failure=st.sampled_from(Failure)),
+    max_size=5, unique_by=lambda one: one.key,
+)  # fmt: skip
+
+
+@given(ROWS)
+def test_rows_are_read_as_they_were_written(several):
+    text = rows_text(table(several))
+    again = parsed_rows(text)
+    assert sorted(map(repr, rows_of(again))) == sorted(map(repr, several))
+    assert rows_text(again) == text
+
+
+def test_a_run_is_read_as_it_was_written(tmp_path):
+    run = Run(rows(), META, scripts={"code/in.a b": "run 1"}, logs={"code/in.a b": "done"})
+    write_run(run, tmp_path / "run", {"report.md": "# Report", "figures/a.png": b"\x89PNG"})
+    again = read_run(tmp_path / "run")
+    assert again.meta == run.meta
+    assert (again.changes_from(run)["change"] == Change.SAME).all()
+    assert sorted(map(repr, rows_of(again.rows))) == sorted(map(repr, rows_of(run.rows)))
+    assert again.scripts == {"code/in.a-b": "run 1"}
+    assert list(again.logs.values()) == ["done"]
+    assert {path.name for path in (tmp_path / "run").iterdir()} == {
+        "rows.csv", "run.json", "junit.xml", "logs", "scripts", "report.md", "figures"}  # fmt: skip
+
+
+def test_rows_of_one_log_share_its_file(tmp_path):
+    several = [failed(row(name), Failure.ENGINE, "died", "last words") for name in ("a", "b")]
+    write_run(run_of(*several), tmp_path / "run")
+    assert len(list((tmp_path / "run" / "logs").iterdir())) == 1
+    assert set(read_run(tmp_path / "run").rows["log"]) == {"last words"}
+
+
+@pytest.mark.parametrize("name", ["../../in", "/etc/in", "a/../../in", ".hidden"])
+def test_no_name_of_a_script_leaves_the_folder(tmp_path, name):
+    write_run(Run(rows(), META, scripts={name: "x"}), tmp_path / "a" / "run")
+    assert [path.name for path in tmp_path.iterdir()] == ["a"]
+    (text,) = read_run(tmp_path / "a" / "run").scripts.values()
+    assert text == "x"
+
+
+# ---- whole or not at all
+
+
+def test_nothing_is_left_of_a_run_that_cannot_be_written(tmp_path):
+    with pytest.raises(AttributeError):
+        write_run(run_of(row()), tmp_path / "run", {"report.md": None})
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_folder_that_holds_something_is_refused(tmp_path):
+    (tmp_path / "mine").write_text("x")
+    with pytest.raises(RequestError, match="holds something"):
+        write_run(run_of(row()), tmp_path)
+    assert [path.name for path in tmp_path.iterdir()] == ["mine"]
+
+
+# ---- damaged
+
+
+@pytest.fixture
+def folder(tmp_path):
+    write_run(Run(rows(), META), tmp_path / "run")
+    return tmp_path / "run"
+
+
+@pytest.mark.parametrize("name", ["rows.csv", "run.json"])
+def test_a_file_that_is_cut_anywhere_is_refused_with_its_name(folder, name):
+    whole = (folder / name).read_bytes()
+    for end in range(0, len(whole), 7):
+        (folder / name).write_bytes(whole[:end])
+        with pytest.raises(RequestError, match=name):
+            read_run(folder)
+
+
+def test_a_log_that_is_missing_is_named(folder):
+    (log,) = (folder / "logs").iterdir()
+    log.unlink()
+    with pytest.raises(RequestError, match=log.name):
+        read_run(folder)
+
+
+def second_line(text):
+    return text.split("\n")[1]
+
+
+DAMAGE = {
+    "line missing": ("rows.csv", lambda t: t.replace(second_line(t) + "\n", ""), "7 of 8 rows"),
+    "two of one key": (
+        "rows.csv", lambda t: t + second_line(t) + "\n", "two rows of one key"),
+    "other columns": ("rows.csv", lambda t: t.replace("quantity", "name", 1), "the columns must"),
+    "no number": ("rows.csv", lambda t: t.replace("10.1", "ten"), "value = 'ten': must be a num"),
+    "other verdict": ("rows.csv", lambda t: t.replace("known defect", "good"), "must be fail, kn"),
+    "other version": (
+        "run.json", lambda t: t.replace('"format": 3', '"format": 2'), "has format 2"),
+    "other key": ("run.json", lambda t: t.replace('"strict"', '"tight"'), "unknown keys tight"),
+    "key missing": (
+        "run.json", lambda t: t.replace(' "level": "quick",\n', ""), "missing .*level"),
+    "not a run": ("run.json", lambda _: "[1]", "is not the file of a run"),
+    "not text": ("run.json", lambda _: "\udcff", "is not UTF-8"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", DAMAGE)
+def test_damage_is_named(folder, name):
+    file, change, words = DAMAGE[name]
+    path = folder / file
+    changed = change(path.read_text(encoding="utf-8"))
+    assert changed != path.read_text(encoding="utf-8")
+    path.write_bytes(changed.encode("utf-8", "surrogateescape"))
+    with pytest.raises(RequestError, match=words) as error:
+        read_run(folder)
+    assert str(path) in str(error.value)
+
+
+def test_a_folder_that_is_no_run_is_refused(tmp_path):
+    with pytest.raises(RequestError, match=r"is not a run.*no run\.json"):
+        read_run(tmp_path)
+    (tmp_path / "results.json").write_text("{}")
+    with pytest.raises(RequestError, match="version 1"):
+        read_run(tmp_path)
+
+
+# ---- status and headline
+
+DEFECT = replace(row(value=9.0), verdict=Verdict.KNOWN_DEFECT, failure=Failure.NONE)
+
+
+@pytest.mark.parametrize(
+    ("several", "meta", "status", "words"),
+    [
+        ([row()], {}, 0, "All verdicts hold"),
+        ([row(value=11.0)], {}, 1, "Failed: 1 cross-code"),
+        ([DEFECT, row("b")], {}, 0, "All verdicts hold; 1 known defects"),
+        ([row("b"), not_tested(row(), "why")], {}, 0, "1 not tested"),
+        ([row("b"), not_tested(row(), "why")], {"strict": True}, 1, "1 not tested"),
+        ([failed(row(), Failure.TIMEOUT, "late")], {}, 3, "Failed: 1 cross-code"),
+        ([failed(row(), Failure.HARNESS, "KeyError: x")], {}, 1, "Failed: 1 cross-code"),
+        ([not_tested(row(), "why")], {}, 3, "Nothing was tested in incline"),
+        ([not_tested(row(), "why")], {"named": ()}, 0, "Nothing was judged; 1 not tested"),
+        ([row()], {"named": ("incline", "other")}, 3, "Nothing was tested in other"),
+        ([row()], {"engines": {"code": "1", "other": ""}}, 3, "All verdicts hold"),
+    ],
+)
+def test_status_and_headline(several, meta, status, words):
+    run = run_of(*several, **meta)
+    assert run.status == status
+    assert words in run.headline
+    assert words in run.summary()["outcome"]
+
+
+def test_json_is_strict_and_has_the_columns_of_the_rows():
+    record = json.loads(json.dumps(Run(rows(), META).to_json(), allow_nan=False))
+    assert {"status", "headline", "rows"} <= record.keys()
+    assert list(record["rows"][0]) == list(rows().columns)
+    assert record["rows"][2]["value"] is None
+
+
+# ---- accepted runs
+
+
+def test_a_run_is_held_against_the_accepted_one(tmp_path):
+    (file,) = accept(Run(rows(("flight", None)), META), tmp_path)
+    assert file == tmp_path / "code" / "1" / "rows.csv"
+    accepted = accepted_rows(tmp_path, {"code": "1"})
+    assert len(accepted) == 6  # all but what was not tested
+    assert run_of(row()).against(accepted).status == 1  # it lacks the others
+    same = Run(rows(("flight", None), ("shock", None)), META).against(accepted)
+    assert list(same.regressions["quantity"]) == ["shock"]
+    other = Run(rows(("flight", None), ("angle", row(inputs="b"))), META).against(accepted)
+    assert list(other.regressions["change"]) == [Change.OTHER_INPUT]
+    assert other.headline.startswith("Failed: 1 cross-code; Against the accepted run: 1 other")
+
+
+def test_accepting_again_changes_no_file_and_values_are_exact(tmp_path):
+    run = run_of(row(value=math.nextafter(10.0, 11.0)))
+    assert len(accept(run, tmp_path)) == 1
+    assert accept(run, tmp_path) == []
+    assert (run.against(accepted_rows(tmp_path, {"code": "1"})).changes["change"] == "same").all()
+
+
+def test_accepting_drops_what_was_asked_for_and_is_gone_and_keeps_the_rest(tmp_path):
+    accept(run_of(row("a"), row("b"), row("c", level="full"), row("d", case="tower"),
+                  level="full", cases=("incline", "tower")), tmp_path)  # fmt: skip
+    accept(run_of(row("b"), not_tested(row("a"), "no such contact")), tmp_path)
+    assert sorted(accepted_rows(tmp_path, {"code": "1"})["quantity"]) == ["a", "b", "c", "d"]
+    accept(run_of(row("a")), tmp_path)
+    assert sorted(accepted_rows(tmp_path, {"code": "1"})["quantity"]) == ["a", "c", "d"]
+
+
+def test_nothing_is_accepted_of_a_run_in_which_an_engine_died(tmp_path):
+    with pytest.raises(RequestError, match="an engine failed in 1 rows"):
+        accept(Run(rows(), META), tmp_path)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_rows_of_the_same_release_are_taken_and_else_of_the_newest(tmp_path):
+    versions = {"2 Aug 2023 - Update 3": 1.0, "22 Jul 2025 - Update 4": 2.0, "23 Jun 2022": 3.0}
+    for version, value in versions.items():
+        accept(run_of(row(value=value, version=version)), tmp_path)
+    for version in (*versions, "10 Dec 2027"):
+        found = accepted_rows(tmp_path, {"code": version, "other": "1"})
+        assert list(found["value"]) == [versions.get(version, 2.0)]
+
+
+def test_an_accepted_run_that_is_damaged_is_named(tmp_path):
+    (file,) = accept(run_of(row()), tmp_path)
+    file.write_text(file.read_text()[:-3])
+    with pytest.raises(RequestError, match=str(file)):
+        accepted_rows(tmp_path, {"code": "1"})
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="root may write anywhere")
+def test_accepted_runs_that_cannot_be_written_are_named():
+    with tempfile.TemporaryDirectory() as folder:
+        Path(folder).chmod(0o500)
+        with pytest.raises(RequestError, match=folder):
+            accept(run_of(row()), Path(folder))
+
+
+# ---- CI
+
+
+def test_junit_has_a_case_of_each_row():
+    root = Xml.fromstring(junit(rows()))
+    found = {name: sum(int(suite.get(name)) for suite in root) for name in
+             ("tests", "failures", "errors", "skipped")}  # fmt: skip
+    assert found == {"tests": 8, "failures": 1, "errors": 1, "skipped": 3}
+    assert len(root.findall(".//testcase")) == 8
+    assert "last words" in root.find(".//error").text
+    assert Xml.fromstring(junit(table([failed(row(), Failure.ENGINE, "\x00\x1b", "\ud800")])))
