@@ -11,9 +11,8 @@ from concurrent.futures import Future
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from harness.engines.contract import Engine, Job, Output
-from harness.engines.output import SERIES
 from harness.engines.scene_jobs import scene_job
-from harness.engines.scene_tables import motion_in, motion_table
+from harness.engines.scene_tables import motion_in, motion_tables
 from harness.errors import EngineError
 from harness.observables.provenance import Provenance
 
@@ -149,7 +148,7 @@ class Bench:
 
     def reference_output(self, scene: Scene) -> Output:
         """Return :meth:`reference` as an output."""
-        tables = {SERIES: motion_table(self.reference(scene), scene)}
+        tables = motion_tables(self.reference(scene), scene)
         return Output((), Provenance("reference", ""), tables, title="the reference")
 
     def substituting(self, motions: Mapping[Scene, Motion]) -> Bench:

@@ -10,15 +10,16 @@ To add an engine, subclass :class:`Engine`, or :class:`harness.engines.programs.
 for a code that runs script files, and name it under the entry point ``dem_harness.engines``
 (an engine of this package: one line in ``registry.py``):
 
-1. ``traits`` declares the rules of its contacts, which decide its references;
-2. ``identify`` returns its provenance, or raises EngineMissingError with what to install;
+1. ``traits`` describes it; ``identify`` returns its provenance, or raises EngineMissingError with
+   what to install;
+2. ``rules`` returns the conventions by which it runs a scene, or raises Unsupported;
 3. ``run`` returns one Output for each job, in order, or the EngineError in its place: a failed
    run must not affect the others.
 
-An engine without a script language takes the job's *scene* instead: positions, velocities,
-contact, gravity and step as arrays (:class:`harness.parameters.scene.ContactScene`). Units are
-converted at this edge and nowhere else. Formulas are not shared with theory or chain solvers.
-An engine qualifies on one fixed sphere before its results are used.
+A job whose template the engine has as a script runs the script with the job's values; another one
+runs the job's scene (:class:`harness.model.scene.Scene`); one without either is refused. Units are
+converted at this edge and nowhere else. Formulas are not shared with theory or solvers. An engine
+qualifies on one fixed sphere before its results are used.
 """
 
 from __future__ import annotations
@@ -33,7 +34,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeVar
 
 from harness.engines.border import EXPECTED, checked_call, checked_run
 from harness.engines.cost import Pace
-from harness.engines.output import SERIES, Output
+from harness.engines.output import Output
 from harness.engines.process import Ended, cores, last_words, parallel_each
 from harness.engines.traits import Traits
 from harness.errors import (
@@ -52,8 +53,6 @@ if TYPE_CHECKING:
     from harness.model.motion import Motion
     from harness.model.scene import Scene
     from harness.parameters.allowed import Allowed
-    from harness.parameters.law import Contact
-    from harness.parameters.plane_scene import SceneBuilder
 
 
 Item = TypeVar("Item")
@@ -72,17 +71,18 @@ def finished(log: str) -> bool:
     return _FINISHED.search(log) is not None
 
 
-def scenes_and_others(
+def scripts_and_scenes(
     jobs: Sequence[Job],
+    has_script: Callable[[Job], bool],
+    run_scripts: Callable[[Sequence[Job]], list[Outcome]],
     run_scenes: Callable[[Sequence[Job]], list[Outcome]],
-    run_others: Callable[[Sequence[Job]], list[Outcome]],
 ) -> list[Outcome]:
-    """Return the outcomes of jobs, in order: those with a scene run together, then the others."""
+    """Return the outcomes of jobs, in order: those with a script run together, then the scenes."""
     outcomes: dict[int, Outcome] = {}
-    for has_scene, run in ((True, run_scenes), (False, run_others)):
-        places = [i for i, job in enumerate(jobs) if (job.scene is not None) is has_scene]
+    for scripted, run in ((False, run_scenes), (True, run_scripts)):
+        places = [place for place, job in enumerate(jobs) if has_script(job) is scripted]
         if places:
-            outcomes.update(zip(places, run([jobs[i] for i in places]), strict=True))
+            outcomes.update(zip(places, run([jobs[place] for place in places]), strict=True))
     return [outcomes[place] for place in range(len(jobs))]
 
 
@@ -196,16 +196,15 @@ class Template:
     ``variants`` maps the name of a variant to its defaults; the first is the main one, and a case
     with one script names it "". ``notes`` is a sentence on each variant for the head of its script.
     ``package`` is where templates of a case outside this project lie, in
-    ``templates/<engine>/``. ``scene`` makes the same system from values as arrays. ``allowed`` is
-    what values may be, for scripts that are run by hand: jobs are checked before. ``neutral`` are
-    values that change nothing: one that differs from it must be read by an engine.
+    ``templates/<engine>/``. ``allowed`` is what values may be, for scripts that are run by hand:
+    jobs are checked before. ``neutral`` are values that change nothing: one that differs from it
+    must be read by an engine.
     """
 
     name: str
     variants: Mapping[str, Values]
     notes: Mapping[str, str] = field(default_factory=dict)
     package: str = ""
-    scene: SceneBuilder | None = None
     allowed: Mapping[str, Allowed] = field(default_factory=dict)
     neutral: Mapping[str, Value] = field(default_factory=dict)
 
@@ -222,8 +221,8 @@ class Job:
     ``values`` are SI, angles in degrees; ``series_every`` among them is the number of steps
     between samples. ``variant`` chooses the defaults of the script that is rendered: values win
     over them. ``seconds`` [s] is what a long run is expected to take: it has more time than others.
-    ``scene`` is a scene of spheres and walls, of the template
-    :data:`harness.engines.scene_jobs.SCENE`.
+    ``scene`` is the same system as spheres and walls, for engines without a script of the template,
+    and all there is of a job of the template :data:`harness.engines.scene_jobs.SCENE`.
     """
 
     template: Template
@@ -285,36 +284,23 @@ class Engine(ABC):
             yield from in_batches(jobs, self.run)
 
     @classmethod
-    def states(cls, template: Template) -> bool:
-        """Return whether the engine can run a template at all: here, whether it has a scene."""
-        return template.scene is not None or cls.takes_scenes(template)
-
-    @classmethod
-    def takes_scenes(cls, template: Template) -> bool:
-        """Return whether a template is that of scenes of spheres and walls, and they are run."""
-        return template.name == SCENE_NAME and cls.traits.conventions is not None
-
-    @classmethod
-    def steps_of(cls, step: float, contact: Contact) -> float:  # noqa: ARG003
-        """Return the steps per pi sqrt(m/k) of a step in the engine's own measure.
-
-        Raise RequestError for one that is not allowed, and where there is no such measure.
-        """
-        raise RequestError(f"engine {cls.name!r} has no measure of a step but steps per contact")
+    def has_template(cls, template: Template) -> bool:  # noqa: ARG003
+        """Return whether the engine has a script of a template: it runs scenes alone."""
+        return False
 
     def refuses(self, job: Job) -> str:
         """Return why the engine cannot run a job, or nothing where it can."""
-        if not self.states(job.template):
-            return f"it has no template {job.template.name!r}"
-        if job.scene is not None:
-            if job.values.get("units") and not self.has_lj_units:
-                return f"it has no units {job.values['units']}"
-            try:
-                self.rules(job.scene)
-            except Unsupported as reason:
-                return str(reason)
+        if self.has_template(job.template):
             return ""
-        return self.traits.refuses(job.values)
+        if job.scene is None:
+            return f"it has no template {job.template.name!r}"
+        if job.values.get("units") == "lj" and not self.has_lj_units:
+            return "it has no units lj"
+        try:
+            self.rules(job.scene)
+        except Unsupported as reason:
+            return str(reason)
+        return ""
 
     def check(self, jobs: Iterable[Job]) -> None:
         """Raise RequestError for the first job that the engine refuses."""
@@ -356,14 +342,12 @@ class Engine(ABC):
         """
         return None
 
-    def rules(self, scene: Scene) -> Rules:
+    def rules(self, scene: Scene) -> Rules:  # noqa: ARG002
         """Return the conventions by which the engine runs a scene of spheres and walls.
 
         Raise Unsupported for a scene that it cannot state.
         """
-        if self.traits.conventions is None:
-            raise Unsupported("it runs no scenes of spheres and walls")
-        return self.traits.conventions(scene)
+        raise Unsupported("it runs no scenes of spheres and walls")
 
     def variations(self, scene: Scene) -> Sequence[tuple[str, Scene]]:  # noqa: ARG002
         """Return options of the engine by name, each with the scene whose motion it must leave.
@@ -378,7 +362,7 @@ class Engine(ABC):
 
     def run_scene_jobs(self, jobs: Sequence[Job]) -> list[Output | EngineError]:
         """Return the motions of jobs with scenes as outputs, in order."""
-        from harness.engines.scene_tables import motion_table
+        from harness.engines.scene_tables import motion_tables
 
         started, provenance = time.monotonic(), self.identify()
         motions = self.motions(jobs) if jobs else []
@@ -390,7 +374,7 @@ class Engine(ABC):
                 continue
             assert job.scene is not None
             scene = self.scene_of(job)
-            tables = {SERIES: motion_table(motion, scene)}
+            tables = motion_tables(motion, scene, sampled=job.sampled)
             outputs.append(Output((), provenance, tables, seconds=seconds, title=self.title))
         return outputs
 

@@ -35,10 +35,9 @@ def weight(particles: int) -> float:
 
 def job_seconds(job: Job, rules: Traits) -> float:
     """Return the expected time of a job's scene [s]; 0 for a job without a scene."""
-    if job.template.scene is None:
+    if job.scene is None:
         return 0.0
-    scene = job.template.scene(job.values)
-    return engine_seconds(scene.steps, len(scene.mass), rules)
+    return engine_seconds(job.scene.steps, len(job.scene.bodies), rules)
 
 
 def check_duration(seconds: float, work: str, instead: str = "") -> None:

@@ -44,7 +44,7 @@ from itertools import chain
 from pathlib import Path
 from typing import Any, ClassVar
 
-from harness.engines.contract import Engine, Job, collect, run_in_turn, scenes_and_others
+from harness.engines.contract import Engine, Job, collect, run_in_turn, scripts_and_scenes
 from harness.engines.output import SERIES, Output, Table, read_csv, read_dump, results_in
 from harness.engines.process import (
     Ended,
@@ -67,7 +67,6 @@ from harness.errors import (
 )
 from harness.files import held_folder
 from harness.observables.provenance import Provenance
-from harness.parameters.plane_scene import STAGES
 
 LOADER_SECONDS = 10.0
 """That a dynamic loader takes at most to name libraries."""
@@ -166,9 +165,6 @@ def digest(path: Path) -> str:
 
 ASK_SECONDS = 60.0
 RUNS = "runs.json"
-STAGE = ("step", "time_s", "x_m", "y_m", "vx_m_per_s", "vy_m_per_s")
-"""What a script's lines ``RESULT stage`` say of the start and of the end of each stage."""
-
 NO_FILES: Mapping[str, str] = {}
 
 
@@ -354,14 +350,6 @@ def launcher_words(launcher: str | None) -> list[str]:
     return [] if launcher is None else program_words("mpirun", launcher)
 
 
-def with_stages(output: Output) -> Output:
-    """Return an output with the lines of its stages as a table, where it has any."""
-    if not output.has("stage"):
-        return output
-    stages = dict(zip(STAGE, output.rows("stage", len(STAGE)).T, strict=True))
-    return replace(output, tables={**output.tables, STAGES: stages})
-
-
 class ScriptedEngine(ScriptSource, ProgramEngine):
     """A code that runs scripts through its program, in as many processes as it has workers."""
 
@@ -477,7 +465,10 @@ class ScriptedEngine(ScriptSource, ProgramEngine):
         if self.processes.closed:
             return [self.closed_error() for _ in jobs]
         self.identify()
-        return scenes_and_others(jobs, self.run_scene_jobs, self._run_scripts)
+        return scripts_and_scenes(
+            jobs, lambda job: self.has_template(job.template), self._run_scripts,
+            self.run_scene_jobs,
+        )  # fmt: skip
 
     def _run_scripts(self, jobs: Sequence[Job]) -> list[Output | EngineError]:
         tasks = [self.task(job) for job in jobs]
@@ -500,7 +491,6 @@ class ScriptedEngine(ScriptSource, ProgramEngine):
         output = Output(results_in(log), provenance, tables, log, seconds, self.title, ranks)
         if output.has("verdict") and output.text("verdict") == "not_a_number":
             raise EngineNaNError(f"{self.title} met a place or velocity that is not a number")
-        output = with_stages(output)
         return (
             replace(output, seconds=output.number("seconds")) if output.has("seconds") else output
         )

@@ -1,4 +1,8 @@
-"""Motions of scenes as tables of an output, and back."""
+"""Motions of scenes as tables of an output, and back.
+
+The table ``series`` has the samples of all bodies, ``stages`` the start and the end of each stage
+of the first body: :data:`harness.model.motion.STAGE_COLUMNS`, each (K,).
+"""
 
 from __future__ import annotations
 
@@ -8,7 +12,7 @@ import numpy as np
 
 from harness.engines.output import SERIES, Output, Table
 from harness.errors import EngineNaNError, EngineOutputError
-from harness.model.motion import Motion
+from harness.model.motion import STAGE_COLUMNS, Floats, Motion
 
 if TYPE_CHECKING:
     from harness.model.scene import Scene
@@ -21,6 +25,15 @@ PARTS = {
     "torque": ("tx_N_m", "ty_N_m", "tz_N_m"),
 }
 TEMPERATURE = "temperature_K"
+STAGES = "stages"
+
+
+def motion_tables(motion: Motion, scene: Scene, *, sampled: bool = True) -> dict[str, Table]:
+    """Return the tables of a motion; samples are left out where they are not wanted."""
+    tables = {SERIES: motion_table(motion, scene)} if sampled else {}
+    if motion.stages is not None:
+        tables[STAGES] = dict(zip(STAGE_COLUMNS, motion.stages.T, strict=True))
+    return tables
 
 
 def motion_table(motion: Motion, scene: Scene) -> Table:
@@ -33,28 +46,36 @@ def motion_table(motion: Motion, scene: Scene) -> Table:
 
 
 def motion_in(output: Output, scene: Scene) -> Motion:
-    """Return the motion in an output.
+    """Return the motion in an output, of a scene with stages up to its end.
 
     Raise EngineOutputError for samples that are missing or of another shape, EngineNaNError for
     one that is not finite; forces on frozen bodies may be unknown.
     """
     table = output.tables.get(SERIES, {})
-    steps = scene.every * np.arange(scene.steps // scene.every + 1)
+    stages = _stages(output) if scene.stages else None
+    last = scene.steps if stages is None else int(stages[-1, 0])
+    steps = scene.every * np.arange(last // scene.every + 1)
     if not np.array_equal(table.get("step", ()), steps):
         found = len(table.get("step", ()))
         raise EngineOutputError(f"{output.who} left {found} samples, not {len(steps)}")
     warms = any(law.heat != "none" for law in scene.all_laws)
     names = [name for names in PARTS.values() for name in names] + [TEMPERATURE] * warms
     for name in names:
-        _check_column(output, name, scene)
+        _check_column(output, name, scene, len(steps))
     parts = {part: np.stack([table[n] for n in names], axis=2) for part, names in PARTS.items()}
     times = np.asarray(steps * scene.step, dtype=np.float64)
-    return Motion(times, **parts, temperature=table[TEMPERATURE] if warms else None)
+    return Motion(times, **parts, temperature=table[TEMPERATURE] if warms else None,
+                  stages=stages)  # fmt: skip
 
 
-def _check_column(output: Output, name: str, scene: Scene) -> None:
+def _stages(output: Output) -> Floats:
+    table = output.table(STAGE_COLUMNS, name=STAGES)
+    return np.stack([table[name] for name in STAGE_COLUMNS], axis=1)
+
+
+def _check_column(output: Output, name: str, scene: Scene, samples: int) -> None:
     column = output.tables[SERIES].get(name)
-    shape = (scene.steps // scene.every + 1, len(scene.bodies))
+    shape = (samples, len(scene.bodies))
     if column is None or column.shape != shape:
         found = "no samples" if column is None else f"samples of shape {column.shape}"
         raise EngineOutputError(f"{output.who} left {found} of {name}, not {shape}")

@@ -5,11 +5,6 @@ belongs to another package, in ``<package>/templates/<engine>/``. Jinja sees eve
 :meth:`ScriptSource.literal` writes it, and all as ``defaults``, with ``name`` (the file),
 ``version``, ``variant``, ``note``, and ``allowed``: what the variables that the script declares
 may be.
-
-An engine with a template ``scene.<extension>.j2`` takes scenes: one script, whose values are the
-data of a :class:`~harness.parameters.scene.ContactScene`, runs every case that has a scene and no
-template of its own. It is rendered for each, under the case's name, with the scene of the main
-variant as defaults.
 """
 
 from __future__ import annotations
@@ -17,7 +12,6 @@ from __future__ import annotations
 import contextlib
 import hashlib
 import inspect
-import json
 import re
 import threading
 import traceback
@@ -33,13 +27,11 @@ from harness import __version__
 from harness.engines.border import engine_label
 from harness.engines.contract import Engine, Job, Template, Value, Values
 from harness.errors import EngineError, HarnessError, RequestError
-from harness.parameters.allowed import COUNT, Allowed
-from harness.parameters.plane_scene import LOOK
+from harness.model.scene import LOOK
+from harness.parameters.allowed import Allowed
 
 if TYPE_CHECKING:
     from jinja2 import Environment
-
-    from harness.parameters.scene import ContactScene
 
 
 Folder = Traversable | Path
@@ -139,43 +131,6 @@ def _ignored(script: Script, name: str) -> bool:
     return script.text.count(stem if "_" in name else name) <= len(declared)
 
 
-Datum = Value | list[float] | list[int]
-"""A value of a script: one of a job, or a list of those of the spheres of a scene."""
-
-LONG = 85
-"""Characters of a list that still stands in one line of a script."""
-
-SCENE = "scene"
-"""The template of the script that takes scenes."""
-
-POSITIVE = Allowed(bounds={"exclusiveMinimum": 0})
-SCENE_ALLOWED = {
-    "stiffness": POSITIVE,
-    "mass": POSITIVE,
-    "diameter": POSITIVE,
-    "step": POSITIVE,
-    "steps": COUNT,
-    "damping": Allowed(bounds={"minimum": 0}),
-    "period": Allowed(bounds={"minimum": 0}),
-    "every": Allowed(whole=True, bounds={"minimum": 0}),
-    "tail": Allowed(words=("attractive", "clipped")),
-}
-"""What the data of a scene may be, for scripts that are run by hand."""
-
-
-def unstated(scene: ContactScene) -> str:
-    """Return why scripts cannot take a scene, or nothing where they can."""
-    if scene.columns is not None:
-        return "it holds no particles to the axis of a column"
-    if scene.fixed[0]:
-        return "its first sphere is mobile"
-    if len({*scene.mass.tolist()}) > 1 or len({*scene.diameter.tolist()}) > 1:
-        return "its spheres are equal"
-    if scene.stages and scene.period is None:
-        return "its stages are those of an endless row"
-    return ""
-
-
 @dataclass(frozen=True)
 class Task:
     """A job with its script and the values that are set in it, by the script's names."""
@@ -203,12 +158,9 @@ class ScriptSource(Engine):
     jinja: ClassVar[Mapping[str, bool]] = {}
 
     @classmethod
-    def literal(cls, value: Datum) -> str:
-        """Return a value as the code's scripts write it, at full precision; long lists in lines."""
-        text = str(value)
-        if isinstance(value, list) and len(text) > LONG:
-            return "[" + "".join(f"\n        {item}," for item in value) + "\n    ]"
-        return text
+    def literal(cls, value: Value) -> str:
+        """Return a value as the code's scripts write it, at full precision."""
+        return str(value)
 
     @classmethod
     def declared(cls, text: str) -> frozenset[str]:
@@ -226,47 +178,13 @@ class ScriptSource(Engine):
         return {}
 
     @classmethod
-    def scene_values(cls, scene: ContactScene) -> dict[str, Datum]:
-        """Return the data of a scene by the names of the engine's script.
-
-        SI; the dashpot as its coefficient.
-        """
-        (x, y), (vx, vy) = scene.position.T.tolist(), scene.velocity.T.tolist()
-        return {
-            **{"x": x, "y": y, "vx": vx, "vy": vy, "fixed": [int(held) for held in scene.fixed]},
-            **{"mass": float(scene.mass[0]), "diameter": float(scene.diameter[0])},
-            "period": scene.period or 0.0,
-            **{"gravity_x": scene.gravity[0], "gravity_y": scene.gravity[1]},
-            **{"stiffness": scene.stiffness, "damping": scene.law.damping_coefficient or 0.0},
-            **{"tail": scene.tail, "step": scene.step, "steps": scene.steps, "every": scene.every},
-            "forces": int(scene.forces),
-            "places": [stage.place for stage in scene.stages],
-            "floors": [stage.floor for stage in scene.stages],
-        }
-
-    @classmethod
-    def states(cls, template: Template) -> bool:
-        """Return whether there is a script of this name, or one was rendered, or of its scene."""
+    def has_template(cls, template: Template) -> bool:
+        """Return whether there is a script of this name, or one was rendered."""
         key = (cls, template.package, template.name)
         with _LOCK:
             if any(rendered[:3] == key for rendered in _RENDERED):
                 return True
-        if cls._source(template) is not None or cls.takes_scene(template):
-            return True
-        return cls.takes_scenes(template)
-
-    @classmethod
-    def takes_scene(cls, template: Template) -> bool:
-        """Return whether the engine's script of scenes runs a template."""
-        if template.scene is None or cls._source(template) is not None:
-            return False
-        if text_in(cls.own_folders(), f"{SCENE}.{cls.extension}.j2") is None:
-            return False
-        try:
-            scene = template.scene(template.variants[template.main])
-        except RequestError:
-            return False
-        return not unstated(scene)
+        return cls._source(template) is not None
 
     @classmethod
     def script(cls, template: Template, variant: str = "") -> Script:
@@ -280,7 +198,7 @@ class ScriptSource(Engine):
             raise RequestError(
                 f"{template.name!r} has no variant {variant!r}: must be one of {variants}"
             )
-        if not cls.renders_variants or cls.takes_scene(template):
+        if not cls.renders_variants:
             chosen = template.main
         key = (cls, template.package, template.name, chosen)
         with _LOCK:
@@ -300,9 +218,8 @@ class ScriptSource(Engine):
         """Return the scripts of all variants that the engine renders, by their names."""
         texts = {}
         for template in templates:
-            if cls.states(template) and not cls.takes_scenes(template):
-                variants = [template.main] if cls.takes_scene(template) else template.variants
-                for variant in variants:
+            if cls.has_template(template):
+                for variant in template.variants:
                     script = cls.script(template, variant)
                     texts[script.name] = script.text
         return texts
@@ -310,38 +227,17 @@ class ScriptSource(Engine):
     def refuses(self, job: Job) -> str:
         """Return why the engine cannot run a job: no template, its rules, an unknown value."""
         reason = super().refuses(job)
-        if reason or job.scene is not None:
+        if reason or not self.has_template(job.template):
             return reason
-        if self.takes_scene(job.template):
-            return self._refuses_scene(job)
         script, values = self.script(job.template, job.variant), self._values(job)
-        fixed, neutral = self.traits.fixed_values, job.template.neutral
+        neutral = job.template.neutral
         for name, value in values.items():
             if name in script.variables:
                 continue
             says_nothing = name in self.unused_values and name not in neutral
-            if not says_nothing and value not in (fixed.get(name), neutral.get(name)):
+            if not says_nothing and value != neutral.get(name):
                 return f"its script {script.name} has no variable {name!r} ({name} = {value!r})"
         return self._unused(job, script)
-
-    def _refuses_scene(self, job: Job) -> str:
-        """Return why a scene cannot be run: no value of the template's, or no such scene."""
-        names = {*job.template.variants[job.template.main], "series_every"}
-        for name, value in job.values.items():
-            if name not in names:
-                return f"template {job.template.name!r} has no value {name!r} ({name} = {value!r})"
-        try:
-            scene = self._scene(job)
-            self.scene_values(scene)
-            return unstated(scene)
-        except RequestError as error:
-            return str(error)
-
-    def _scene(self, job: Job) -> ContactScene:
-        """Return the scene of a job."""
-        defaults = job.template.variants[job.variant] if job.variant else {}
-        assert job.template.scene is not None
-        return job.template.scene({**defaults, **job.values})
 
     @staticmethod
     def _unused(job: Job, script: Script) -> str:
@@ -355,23 +251,14 @@ class ScriptSource(Engine):
     def task(self, job: Job) -> Task:
         """Return a job with its script and all that is set in it; check the job before."""
         script = self.script(job.template, job.variant)
-        values: Mapping[str, Datum]
-        if self.takes_scene(job.template):
-            values = {**self.scene_values(self._scene(job)), **self.settings(job)}
-            values = values if job.sampled else {**values, "every": 0}
-        else:
-            values = {**self._values(job), **(self.switches if job.sampled else {})}
+        values = {**self._values(job), **(self.switches if job.sampled else {})}
         return Task(job, script, {n: v for n, v in values.items() if n in script.variables})
 
     def script_digest(self, job: Job) -> str:
-        """Return the SHA-256 of the script that a job runs, and of the data of its scene."""
-        if job.scene is not None:
+        """Return the SHA-256 of the script that a job runs; empty for a scene."""
+        if not self.has_template(job.template):
             return ""
-        digest = self.script(job.template, job.variant).sha256
-        if not self.takes_scene(job.template):
-            return digest
-        data = json.dumps(self.scene_values(self._scene(job)), sort_keys=True)
-        return digest + hashlib.sha256(data.encode()).hexdigest()
+        return self.script(job.template, job.variant).sha256
 
     def _values(self, job: Job) -> Values:
         """Return the values of a job, with the defaults of a variant that has no script."""
@@ -383,17 +270,12 @@ class ScriptSource(Engine):
     def _render(cls, template: Template, variant: str) -> Script:
         source = cls._source(template)
         stem, settings = template.name, template.variants[variant]
-        data: Mapping[str, Datum] = settings
-        if cls.takes_scene(template) and template.scene is not None:
-            source = f"{SCENE}.{cls.extension}.j2"
-            scene = template.scene({"series_every": LOOK, **settings})
-            data = cls.scene_values(scene)
-        elif source is None:
+        if source is None:
             raise RequestError(f"engine {cls.name!r} has no template {template.name!r}")
-        elif variant and cls.renders_variants:
+        if variant and cls.renders_variants:
             stem = f"{template.name}-{variant}"
         name = f"{stem}.{cls.extension}"
-        defaults = {key: cls.literal(value) for key, value in data.items()}
+        defaults = {key: cls.literal(value) for key, value in settings.items()}
         values = {
             **defaults,
             "defaults": defaults,
@@ -413,8 +295,7 @@ class ScriptSource(Engine):
             raise EngineError(
                 f"{engine_label(cls)}: case {template.name!r}{package}: {error}"
             ) from error
-        scripted = SCENE_ALLOWED if cls.takes_scene(template) else template.allowed
-        allowed = {**scripted, **cls.allowed}
+        allowed = {**template.allowed, **cls.allowed}
         values["allowed"] = {n: limits for n, limits in allowed.items() if n in variables}
         return Script(name, render(values), variables)
 

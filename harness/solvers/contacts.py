@@ -9,40 +9,33 @@ manuals. The letters are those of the law: n normal, a contact radius, q spring,
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from functools import cache
-from typing import Any, NamedTuple, TypeVar, get_args
+from typing import Any, NamedTuple, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
-from harness.compiled import jit
 from harness.model.base import Parameters
 from harness.model.conventions import Rules
 from harness.model.law import Law
 from harness.model.motion import Floats
 from harness.model.scene import Wall
 from harness.solvers import mdr
+from harness.solvers.kernels import (
+    FORCE,
+    PARTS,
+    POSITION,
+    SPIN,
+    TORQUE,
+    VELOCITY,
+    inlined,
+    kernel,
+)
+from harness.solvers.stages import GO_ON, OVER, Stages, look
 
 Records = Any  # a record, or an array of records, of the types in harness.solvers.reference
 Triple = tuple[float, float, float]
 Integers = NDArray[np.int64]
-
-
-Function = TypeVar("Function", bound=Callable[..., Any])
-
-
-def kernel(function: Function) -> Function:
-    """Compile without reference counts of arrays, which take five sixths of a step.
-
-    Callers keep the arrays; nothing may be allocated.
-    """
-    return jit(function, error_model="numpy", nogil=True, _nrt=False)
-
-
-def inlined(function: Function) -> Function:
-    """Compile a kernel into its callers."""
-    return jit(function, error_model="numpy", nogil=True, inline="always", _nrt=False)
 
 
 @cache
@@ -52,8 +45,6 @@ def words(kind: type[Parameters], name: str) -> dict[str, int]:
     return {word: number for number, word in enumerate(allowed) if isinstance(word, str)}
 
 
-POSITION, VELOCITY, SPIN, FORCE, TORQUE = range(5)
-PARTS = 5
 HOOKE, DMT, JKR, MDR = (words(Law, "normal")[w] for w in ("hooke", "dmt", "jkr", "mdr"))
 MARSHALL, WITHIN_RADIUS = words(Law, "twisting")["marshall"], words(Law, "heat")["radius"]
 VERLET, EULER = (words(Rules, "scheme")[w] for w in ("velocity_verlet", "mfix_euler"))
@@ -129,13 +120,12 @@ class Slip(NamedTuple):
 
 @kernel
 def take_steps(
-    system: System, number: int, steps: int, every: int, samples: Floats, temperatures: Floats,
-    look: int, place: float,
+    system: System, stages: Stages, number: int, steps: int, every: int, samples: Floats,
+    temperatures: Floats, kept: int,
 ) -> int:  # fmt: skip
-    """Take steps from step ``number`` on; return how many, negative where a look ended them.
+    """Take steps from step ``number`` on; return how many were taken.
 
-    Every ``look`` steps the first body is looked at, whether its x is beyond ``place`` [m] or it
-    moves back.
+    Less where a look ends the run. ``kept`` samples are older than the first row of ``samples``.
     """
     rules, bodies, contacts = system.rules, system.bodies, system.contacts
     state, movers, scheme, h = system.state, system.movers, rules.scheme, rules.step
@@ -162,10 +152,12 @@ def take_steps(
         if rules.heats:
             _warm(system)
         if k % every == 0:
-            _sample(system, samples[k // every], temperatures[k // every])
-        x, speed = state[0, POSITION, 0], state[0, VELOCITY, 0]
-        if look > 0 and k % look == 0 and (x > place or speed < 0.0):
-            return number - k
+            _sample(system, samples[k // every - kept], temperatures[k // every - kept])
+        sequel = look(state, stages, k)
+        if sequel == OVER:
+            return k - number
+        if sequel != GO_ON:
+            set_up(system, k * h)
     return steps
 
 

@@ -6,7 +6,8 @@ limit of small steps is the solution of the contact law. At the step of a code t
 that code's result to round-off, or one of the two is wrong.
 
 Laws are those of :mod:`harness.model.law`, conventions and known defects of codes those of
-:mod:`harness.model.conventions`; :mod:`harness.solvers.contacts` has the compiled steps.
+:mod:`harness.model.conventions`; :mod:`harness.solvers.contacts` has the compiled steps of any scene, and
+:mod:`harness.solvers.plane` those of linear contacts in the plane, several times as fast.
 """
 
 from __future__ import annotations
@@ -26,17 +27,19 @@ from harness.model.conventions import Faults, Rules
 from harness.model.law import DAMPING, Law, damping_ratio
 from harness.model.motion import Floats, Motion
 from harness.model.scene import Body, Scene, Wall
-from harness.solvers import contacts, mdr
-from harness.solvers.contacts import FORCE, PARTS, SPIN, TORQUE, VELOCITY, System
+from harness.solvers import contacts, mdr, plane, stages
+from harness.solvers.contacts import System
+from harness.solvers.kernels import FORCE, PARTS, SPIN, TORQUE, VELOCITY
 
 Number = TypeVar("Number", float, Floats)
+NUMBERS_AT_ONCE = 4_000_000  # of samples for which memory is taken
 
 
 def run(scene: Scene, rules: Rules | None = None, faults: Faults | None = None) -> Motion:
     """Return the motion of a scene by the conventions and known defects of a code.
 
-    Samples are those of the start and after every ``scene.every`` steps. Raise EngineNaNError
-    where the motion overflows.
+    Samples are those of the start and after every ``scene.every`` steps, until a look ends the
+    run. Raise EngineNaNError where the motion overflows.
     """
     return shielded(_run, scene, rules, faults)
 
@@ -54,30 +57,40 @@ class Simulation:
         self, scene: Scene, rules: Rules | None = None, faults: Faults | None = None
     ) -> None:
         self.scene, self.faults, self.step_number = scene, faults or Faults(), 0
-        self._system = _system(scene, rules or Rules(), self.faults)
+        rules = rules or Rules()
+        self._system = _system(scene, rules, self.faults)
+        self._stages = stages.stages_of(scene, rules)
+        self._plane = None
+        if plane.is_planar(scene, rules, self.faults):
+            pairs = self._system.contacts[["first", "second", "mass"]].tolist()
+            self._plane = plane.plane_of(scene, rules, pairs)
         starts = np.cumsum([0, *(segment.steps for segment in scene.segments)]).tolist()
         self._segments = dict(zip(starts, scene.segments, strict=False))
         self._setups = {0, *self._segments, *scene.setups}
         self._events = sorted({*self._setups, *self.faults.torsion_reversed_at})
-        samples = scene.steps // scene.every + 1
-        self._samples = np.empty((samples, len(scene.bodies), PARTS, 3))
-        self._temperatures = np.empty((samples, len(scene.bodies)))
+        self._rows = max(1, NUMBERS_AT_ONCE // (PARTS * 3 * len(scene.bodies)))
+        self._kept, self._samples = 0, list[Floats]()
+        self._temperatures = list[Floats]()
         self._act()
-        self._samples[0], self._temperatures[0] = self._system.state, self._system.heat[:, 0]
+        self._make_room()
+        self._samples[0][0], self._temperatures[0][0] = self.state, self._system.heat[:, 0]
+        stages.keep(self.state, self._stages, 0)
+
+    @property
+    def over(self) -> bool:
+        """Return whether all steps are taken, or a look ended the run."""
+        return self.step_number >= self.scene.steps or stages.finished(self._stages)
 
     def advance(self, steps: int) -> None:
-        """Take so many steps, with the segments and setups of the scene on the way."""
-        end = self.step_number + steps
-        while self.step_number < end:
-            until = min([at for at in self._events if at > self.step_number] + [end])
-            self._step(until - self.step_number)
-
-    def advance_until(self, place: float, most: int, look: int = 50) -> bool:
-        """Take at most so many steps until the first body is beyond x = place [m], or moves back.
-
-        It is looked at each ``look`` steps, counted from the start. Return whether it was so.
-        """
-        return self._step(most, look, place)
+        """Take so many steps, with the segments, setups and stages of the scene on the way."""
+        end = min(self.step_number + steps, self.scene.steps)
+        while self.step_number < end and not self.over:
+            room = (self._kept + self._rows) * self.scene.every - 1 - self.step_number
+            if room <= 0:
+                self._make_room()
+                continue
+            events = [at for at in self._events if at > self.step_number]
+            self._step(min([*events, end, self.step_number + room]) - self.step_number)
 
     def set_up(self) -> None:
         """Compute forces by the velocities of the whole step, as codes do where a run begins."""
@@ -88,7 +101,10 @@ class Simulation:
             laws["restitution"] = tsuji(laws["restitution"])
             again = _tsuji_dashpot(laws["restitution"], self.faults)
             laws["dashpot"] = np.where(laws["tsuji"], again, laws["dashpot"])
-        contacts.set_up(self._system, self.step_number * self.scene.step)
+        if self._plane is not None:
+            shielded(plane.set_up, self.state, self._plane, self._system.movers)
+        else:
+            shielded(contacts.set_up, self._system, self.step_number * self.scene.step)
         if not self.step_number:
             self._system.state[0, TORQUE] += self.faults.setup_torque
         self._system.before[:] = self._system.state[:, FORCE:]
@@ -96,28 +112,38 @@ class Simulation:
     def motion(self) -> Motion:
         """Return the samples so far; raise EngineNaNError where one is not finite."""
         taken = self.step_number // self.scene.every + 1
-        samples = self._samples[:taken]
-        if not np.isfinite(samples).all():
+        samples, ends = np.concatenate(self._samples)[:taken], stages.ends(self._stages)
+        if not (np.isfinite(samples).all() and (ends is None or np.isfinite(ends).all())):
             raise EngineNaNError("reference: the motion is not finite (NaN)")
         time = np.arange(taken, dtype=np.float64) * (self.scene.every * self.scene.step)
         x, v, w, force, torque = (samples[:, :, part].copy() for part in range(PARTS))
-        heats = any(law.heat != "none" for law in self.scene.all_laws)
-        return Motion(time, x, v, w, force, torque, self._temperatures[:taken] if heats else None)
+        warms = any(law.heat != "none" for law in self.scene.all_laws)
+        temperature = np.concatenate(self._temperatures)[:taken] if warms else None
+        return Motion(time, x, v, w, force, torque, temperature, ends)
 
     @property
     def state(self) -> Floats:
         """Return position, velocity, angular velocity, force and torque now, (N, 5, 3)."""
         return self._system.state
 
-    def _step(self, steps: int, look: int = 0, place: float = math.inf) -> bool:
-        taken = shielded(
-            contacts.take_steps, self._system, self.step_number, steps, self.scene.every,
-            self._samples, self._temperatures, look, place,
-        )  # fmt: skip
-        self.step_number += abs(taken)
-        if self.step_number < self.scene.steps:
+    def _make_room(self) -> None:
+        """Add rows for samples to come."""
+        self._kept += len(self._samples[-1]) if self._samples else 0
+        rows = min(self._rows, self.scene.steps // self.scene.every + 1 - self._kept)
+        self._samples.append(np.empty((rows, *self.state.shape)))
+        self._temperatures.append(np.empty((rows, len(self.state))))
+
+    def _step(self, steps: int) -> None:
+        start, every, samples = self.step_number, self.scene.every, self._samples[-1]
+        if self._plane is not None:
+            taken = shielded(plane.take_steps, self._system, self._plane, self._stages, start,
+                             steps, every, samples, self._kept)  # fmt: skip
+        else:
+            taken = shielded(contacts.take_steps, self._system, self._stages, start, steps, every,
+                             samples, self._temperatures[-1], self._kept)  # fmt: skip
+        self.step_number += taken
+        if not self.over:
             self._act()
-        return taken < 0
 
     def _act(self) -> None:
         """Prescribe velocities, change hands and set forces up, where this step is one to."""

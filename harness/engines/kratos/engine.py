@@ -151,7 +151,6 @@ class Kratos(ScriptedEngine):
         digits=15,
         title="Kratos",
         contact_models=CONTACTS,
-        conventions=scenes.rules,
         caveats=(
             "Only the first search for contacts goes by SearchTolerance: every later one goes by "
             "search_tolerance_against_walls, also where there is no wall, and with 0 there and "
@@ -218,6 +217,10 @@ class Kratos(ScriptedEngine):
         if self._scheme != "Velocity_Verlet":
             raise Unsupported(f"scheme = {self._scheme} runs no contacts: Velocity_Verlet does")
         return super().rules(scene)
+
+    def rules(self, scene: Scene) -> Rules:
+        """Return the conventions by which a scene is run; raise Unsupported."""
+        return scenes.rules(scene)
 
     def motions(self, jobs: Sequence[Job]) -> list[Motion | EngineError]:
         """Return the motion of the scene of each job, or the error of its run, in order."""

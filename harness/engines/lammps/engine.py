@@ -28,7 +28,7 @@ from harness.engines.output import Output
 from harness.engines.process import Ended, Limits, cores, first_words, way_of_death
 from harness.engines.programs import find_program, launcher_of, launcher_words, program_words
 from harness.engines.scripts import Task
-from harness.engines.traits import FRICTIONLESS, ContactModel, Traits
+from harness.engines.traits import Traits
 from harness.errors import EngineError, EngineMissingError, RequestError
 from harness.files import processes_with_room
 from harness.observables.provenance import Provenance, release_of
@@ -38,9 +38,6 @@ if TYPE_CHECKING:
     from harness.model.conventions import Rules
     from harness.model.motion import Motion
     from harness.model.scene import Scene
-
-GRANULAR = {"wall_force": "magnified", "mdr_friction": "hertz"}
-"""Rules of pair_style granular and of its walls, of mdr alone."""
 
 MIXES_MODELS = "28 Mar 2023"
 """The first release whose pair_style granular gives types that it mixes their submodels, too."""
@@ -94,13 +91,6 @@ class Lammps(LammpsLanguage):
             "22 Jul 2025 - Update 4",
         ),
         integrator="velocity-verlet",
-        frictionless=ContactModel("contact", FRICTIONLESS | {"law": ("overlap", "deformable")}),
-        # the manual of pair_style granular: torques act at the contact, those of gran/* at r
-        contact_models=(
-            ContactModel("granular", {"interface": ("current",)}, rules=GRANULAR, mixes=True),
-            ContactModel("gran/*", rules={"torque_lever": "radius"}),
-        ),
-        conventions=conventions,
         caveats=("Clipping the tail (limit_damping) is an option, off by default.",),
     )
 
@@ -223,7 +213,7 @@ class Lammps(LammpsLanguage):
     def refuses(self, job: Job) -> str:
         """Return why LAMMPS cannot run a job: an executable cannot call back for a force."""
         law = job.values.get("law")
-        if law == DEFORMABLE and self.program and self.states(job.template):
+        if law == DEFORMABLE and self.program and self.has_template(job.template):
             return (
                 f"law = {law!r} runs in LAMMPS in-process only, where the harness can give "
                 "the forces: leave --lmp and --mpirun out, or choose law 'overlap'"

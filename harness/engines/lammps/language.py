@@ -23,7 +23,7 @@ from harness.engines.process import (
     text_of,
 )
 from harness.engines.programs import ScriptedEngine
-from harness.engines.scripts import Datum, Script, Task
+from harness.engines.scripts import Script, Task
 from harness.errors import (
     EngineError,
     EngineInputError,
@@ -137,7 +137,7 @@ class LammpsLanguage(ScriptedEngine):
     """Of the program, before those of a batch."""
 
     @classmethod
-    def literal(cls, value: Datum) -> str:
+    def literal(cls, value: Value) -> str:
         """Return the shortest text that reads back as the same number, a list as words."""
         if isinstance(value, list):
             return " ".join(map(cls.literal, value))
@@ -222,7 +222,7 @@ class LammpsLanguage(ScriptedEngine):
         return super().read_job(folder, index, task, seconds)
 
 
-def _words(task: Task, literal: Callable[[Datum], str]) -> dict[str, str]:
+def _words(task: Task, literal: Callable[[Value], str]) -> dict[str, str]:
     """Return the values of a task as words: a list as many, a text with blanks in quotes."""
     texts = {name: (literal(value), value) for name, value in task.values.items()}
     quoted = {n for n, (text, value) in texts.items() if " " in text and isinstance(value, str)}

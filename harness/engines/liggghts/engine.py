@@ -198,7 +198,6 @@ class Liggghts(LammpsLanguage):
         microseconds_per_step=2.5,
         lineage="LAMMPS",
         contact_models=CONTACTS,
-        conventions=scenes.rules,
         caveats=(
             "In two dimensions (dimension 2) its particles are discs of unit height: 3/2 of the "
             "mass of spheres of 1 m.",
@@ -224,6 +223,10 @@ class Liggghts(LammpsLanguage):
             for name, column in zip(("x", "y"), scene.position.T.tolist(), strict=True):
                 values[name] = [float(f"{place:.15g}") for place in column]
         return values if scene.stages else {**values, "places": [0], "floors": [0]}
+
+    def rules(self, scene: Scene) -> Rules:
+        """Return the conventions by which a scene is run; raise Unsupported."""
+        return scenes.rules(scene)
 
     def motions(self, jobs: Sequence[Job]) -> list[Motion | EngineError]:
         """Return the motion of the scene of each job, or the error of its run, in order."""

@@ -145,7 +145,6 @@ class Yade(ScriptedEngine):
         frictionless=CLIPPED_ALONE,
         title="Yade",
         contact_models=CONTACTS,
-        conventions=scenes.rules,
         caveats=(
             "Against a wall its MindlinPhys takes half the sphere's radius for R*, unless "
             "Ig2_Wall_Sphere_ScGeom is told hertzian=True: forces are then too small by sqrt(1/2).",
@@ -193,6 +192,10 @@ class Yade(ScriptedEngine):
         if not loaded or not interpreter:
             return []
         return [program, *interpreter, *tree_files(library.parent), *loaded]
+
+    def rules(self, scene: Scene) -> Rules:
+        """Return the conventions by which a scene is run; raise Unsupported."""
+        return scenes.rules(scene)
 
     def motions(self, jobs: Sequence[Job]) -> list[Motion | EngineError]:
         """Return the motion of the scene of each job, or the error of its run, in order."""
