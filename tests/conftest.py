@@ -1,4 +1,4 @@
-"""What several test files share: a synthetic incline in place of an engine, and LAMMPS itself."""
+"""What several test files share: homes of their own, and the programs that are here."""
 
 import itertools
 import os
@@ -11,16 +11,12 @@ from pathlib import Path
 import hypothesis
 import pytest
 
-from harness.cases.incline.system import Crests, InclineRun, Motion
 from harness.engines.process import cores
 from harness.files import cache_place
-from harness.observables.provenance import Provenance
-from harness.theory.incline import after_next_shock, passage_margin, well_depth
 from tests.command_server import CommandServer
 
 INPUTS = Path(__file__).parent.parent / "inputs"
 RECORDED = Path(__file__).parent / "engines" / "lammps" / "recorded"
-SYNTHETIC = Provenance("synthetic", "1")
 
 # threads of the linear algebra cost a tenth of the time, of matrices as small as these
 for library in ("OPENBLAS", "OMP", "MKL"):
@@ -106,60 +102,6 @@ def commands(_nothing_in_the_home_of_the_user, _ctrl_c_is_heard):
     server = CommandServer()
     yield server
     server.close()
-
-
-class SyntheticIncline:
-    """Stands in for an engine: the theory's map, with what a real engine adds to it.
-
-    ``shift(case)`` [deg] is added to the angle that the case is run at;
-    ``fate(angle)`` replaces the outcome of the steady route. Keeps the cases it ran.
-    """
-
-    def __init__(self, shock=0.25, shift=None, fate=None, margin=None, touching=True):
-        self._shock = shock
-        self._shift = shift or (lambda _: 0.0)
-        self._fate = fate or self._steady_fate
-        self._margin = margin or (lambda angle: passage_margin(angle, shock))
-        self._touching = touching
-        self.cases = []
-
-    def passage(self, cases):
-        self.cases += cases
-        return [self._passage(case) for case in cases]
-
-    def steady(self, cases):
-        self.cases += cases
-        return [self._run(case, self._fate(case.angle + self._shift(case)), 0.0) for case in cases]
-
-    def _passage(self, case):
-        margin = self._margin(case.angle + self._shift(case))
-        return self._run(case, Motion.TRAPPED if margin < 0 else Motion.MOVES_ON, margin)
-
-    def _steady_fate(self, angle):
-        energy = 0.2
-        for _ in range(200):
-            if energy < well_depth(angle):
-                return Motion.TRAPPED
-            energy = after_next_shock(energy, angle, self._shock)
-        return Motion.MOVES_ON
-
-    def _run(self, case, motion, margin):
-        return InclineRun(
-            case=case,
-            motion=motion,
-            margin_J=margin * case.weight_energy,
-            touching=self._touching,
-            crests=Crests([], []),
-            time_s=1.0,
-            steps=100,
-            seconds=0.0,
-            provenance=SYNTHETIC,
-        )
-
-
-@pytest.fixture(scope="session")
-def synthetic():
-    return SyntheticIncline
 
 
 @pytest.fixture

@@ -5,14 +5,12 @@ In a new home they take more than a minute of a core, which each worker would sp
 
 import fcntl
 
-from harness.engines.reference import Reference
 from harness.parameters.tower import Tower
 from harness.solvers import hard_sphere, reference
 from harness.solvers.chain import exact, rk4
 from harness.solvers.pair.integration import integrate
-from harness.workflows import run
 from tests.solvers.pair.scenes import HERTZ, LINEAR, guided, impact
-from tests.solvers.reference.scenes import HOOKE, resting
+from tests.solvers.reference.scenes import HOOKE, on_row, resting
 
 ROW = Tower(height=2, law="overlap")
 
@@ -32,12 +30,11 @@ def _stepped():
     for law in ("overlap", "deformable"):
         rk4.run(ROW.replace(law=law), ROW.contact_time)
     hard_sphere.critical_angle(0.1)
-    for name in ("incline", "drop"):
-        run(name, engine=Reference())
 
 
 def _reference():
     reference.run(resting(HOOKE, 1e-3, 10))
+    reference.run(on_row(steps=10))
 
 
 SETS = {"exact": _exact, "contact": _contact, "stepped": _stepped, "reference": _reference}

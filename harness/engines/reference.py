@@ -57,8 +57,8 @@ class Reference(Engine):
         seconds: float = 300.0,
     ) -> None:
         if integrator not in get_args(Integrator):
-            allowed = ", ".join(get_args(Integrator))
-            raise RequestError(f"--integrator {integrator!r} is not known: must be one of {allowed}")
+            names = ", ".join(get_args(Integrator))
+            raise RequestError(f"--integrator {integrator!r} is not known: must be one of {names}")
         self.integrator, self._seconds = integrator, seconds
         self.workers = workers or cores()
         self.traits = replace(type(self).traits, integrator=integrator)

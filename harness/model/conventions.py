@@ -70,8 +70,8 @@ class Rules(Parameters):
         False, description="[-] the first force of a run stores no spring, yet its torques are "
         "M + k R* h w (LIGGGHTS, epsd*); h")
     looks_set_up: bool = Field(
-        True, description="[-] velocity_verlet: forces are set up anew where a look ends a stage, or "
-        "finds a body that moves back (LAMMPS, LIGGGHTS, whose run ends there); h")
+        True, description="[-] velocity_verlet: forces are set up anew where a look ends a stage, "
+        "or finds a body that moves back (LAMMPS, LIGGGHTS, whose run ends there); h")
     mdr_wall_force: Literal["plain", "magnified"] = Field(
         "magnified", description="[-] of mdr: F, or (1 + exp(10.7 d/r_0 - 10)) F (LAMMPS); 9e-4")
     mdr_growth: Literal["whole", "screened"] = Field(

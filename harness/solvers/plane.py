@@ -43,7 +43,7 @@ OF_FRICTION = {"spring_frame": "turned", "slip_step": "velocity", "forgets_setup
 
 
 class Plane(NamedTuple):
-    """Contacts in the plane, and the list of near ones: ``near`` (C,), ``count`` (1,) of them.
+    """Contacts in the plane, and the list of near ones: ``near`` (C,), ``listed`` (1,) of them.
 
     ``origin`` (N, 2) are the positions for which the list was made; it holds while no body has
     moved by half of ``skin`` [m]. ``least`` [-] is the overlap that is no contact, over ``reach``.
@@ -51,7 +51,7 @@ class Plane(NamedTuple):
 
     pairs: Records
     near: Integers
-    count: Integers
+    listed: Integers
     origin: Floats
     skin: float
     period: float
@@ -95,15 +95,16 @@ def plane_of(scene: Scene, rules: Rules, contacts: Sequence[tuple[int, int, floa
         pair["first"], pair["second"], pair["clipped"] = i, j, law.clipped
         pair["first_arm"], pair["second_arm"] = first.radius, second.radius
         pair["reach"] = first.radius + second.radius
-        pair["stiffness"], pair["dashpot"] = law.normal_stiffness, eta
+        pair["stiffness"], pair["dashpot"] = law.normal_stiffness or 0.0, eta
         if law.tangential != "none":
-            pair["friction"], pair["drag"] = law.friction, (law.tangential_damping or 0.0) * eta
+            pair["friction"] = law.friction or 0.0
+            pair["drag"] = (law.tangential_damping or 0.0) * eta
             pair["shear"] = law.tangential_stiffness or 0.0
     shorter = {"radius": 0.0, "contact_point": 0.5}
     return Plane(
         pairs=pairs,
         near=np.zeros(len(pairs), dtype=np.int64),
-        count=np.full(1, -1),
+        listed=np.full(1, -1),
         origin=np.zeros((len(scene.bodies), 2)),
         skin=SKIN * min(body.radius for body in scene.bodies),
         period=scene.period[0] or 0.0,
@@ -208,28 +209,28 @@ def _push_all(state: Floats, plane: Plane, movers: Integers, h: float) -> None:
         _list_near(state, plane)
     for m in range(len(movers)):
         state[movers[m], FORCE, 0] = state[movers[m], FORCE, 1] = state[movers[m], TORQUE, 2] = 0.0
-    for c in range(plane.count[0]):
+    for c in range(plane.listed[0]):
         for b in (plane.pairs[plane.near[c]].first, plane.pairs[plane.near[c]].second):
             state[b, FORCE, 0] = state[b, FORCE, 1] = state[b, TORQUE, 2] = 0.0
-    for c in range(plane.count[0]):
+    for c in range(plane.listed[0]):
         _push(state, plane, plane.pairs[plane.near[c]], h)
 
 
 @inlined
 def _list_is_old(state: Floats, plane: Plane, movers: Integers) -> bool:
-    old = plane.count[0] < 0
+    old = plane.listed[0] < 0
     for m in range(len(movers)):
         b = movers[m]
         dx = state[b, POSITION, 0] - plane.origin[b, 0]
         dy = state[b, POSITION, 1] - plane.origin[b, 1]
         old |= not dx * dx + dy * dy <= 0.25 * plane.skin * plane.skin
-    return old
+    return bool(old)
 
 
 @kernel
 def _list_near(state: Floats, plane: Plane) -> None:
     """List the contacts that may close before a body has moved by half of the skin."""
-    plane.count[0] = 0
+    plane.listed[0] = 0
     for b in range(len(state)):
         plane.origin[b, 0], plane.origin[b, 1] = state[b, POSITION, 0], state[b, POSITION, 1]
         state[b, FORCE, 0] = state[b, FORCE, 1] = state[b, TORQUE, 2] = 0.0
@@ -243,8 +244,8 @@ def _list_near(state: Floats, plane: Plane) -> None:
         reach = pair.reach + plane.skin
         if pair.touches or (dx - shift) * (dx - shift) + dy * dy <= reach * reach:
             pair.shift = shift
-            plane.near[plane.count[0]] = c
-            plane.count[0] += 1
+            plane.near[plane.listed[0]] = c
+            plane.listed[0] += 1
 
 
 @inlined

@@ -6,8 +6,8 @@ limit of small steps is the solution of the contact law. At the step of a code t
 that code's result to round-off, or one of the two is wrong.
 
 Laws are those of :mod:`harness.model.law`, conventions and known defects of codes those of
-:mod:`harness.model.conventions`; :mod:`harness.solvers.contacts` has the compiled steps of any scene, and
-:mod:`harness.solvers.plane` those of linear contacts in the plane, several times as fast.
+:mod:`harness.model.conventions`. :mod:`harness.solvers.contacts` has the compiled steps of any
+scene, :mod:`harness.solvers.plane` those of linear contacts in the plane, several times as fast.
 """
 
 from __future__ import annotations
@@ -110,10 +110,11 @@ class Simulation:
         self._system.before[:] = self._system.state[:, FORCE:]
 
     def motion(self) -> Motion:
-        """Return the samples so far; raise EngineNaNError where one is not finite."""
+        """Return the samples so far; raise EngineNaNError where one, or the state, is not finite."""
         taken = self.step_number // self.scene.every + 1
         samples, ends = np.concatenate(self._samples)[:taken], stages.ends(self._stages)
-        if not (np.isfinite(samples).all() and (ends is None or np.isfinite(ends).all())):
+        parts = (samples, self.state, 0.0 if ends is None else ends)
+        if not all(np.isfinite(part).all() for part in parts):
             raise EngineNaNError("reference: the motion is not finite (NaN)")
         time = np.arange(taken, dtype=np.float64) * (self.scene.every * self.scene.step)
         x, v, w, force, torque = (samples[:, :, part].copy() for part in range(PARTS))

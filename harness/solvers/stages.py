@@ -74,7 +74,7 @@ def look(state: Floats, stages: Stages, number: int) -> int:
         over = stage + 1 == len(stages.places)
     else:
         over = speed < 0.0 and energy(state, stages) < stages.floors[stage]
-    over = over or number >= stages.last or not speed * 0.0 == 0.0
+    over = over or number >= stages.last or speed * 0.0 != 0.0
     if beyond or over:
         keep(state, stages, number)
     stages.progress[2] = over

@@ -1,12 +1,10 @@
 """Kratos DEM as an engine of the harness: generated scripts that any Python with Kratos runs.
 
-Kratos is never imported into the harness's own process: it prints, and it may crash. The contacts
-with friction that it states, their laws and rules, are read off the source of 10.4.4.
+Kratos is never imported into the harness's own process: it prints, and it may crash.
 """
 
 from __future__ import annotations
 
-import math
 import re
 import sys
 from collections.abc import Mapping, Sequence
@@ -27,16 +25,7 @@ from harness.engines.programs import (
     tree_files,
 )
 from harness.engines.scripts import Task
-from harness.engines.traits import (
-    CLIPPED_ALONE,
-    DASHPOTS,
-    RESISTANCES,
-    ContactModel,
-    ContactValues,
-    Traits,
-    never_attracts,
-    takes,
-)
+from harness.engines.traits import Traits
 from harness.errors import (
     EngineError,
     EngineInputError,
@@ -49,60 +38,6 @@ from harness.model.motion import Motion
 from harness.model.scene import Scene
 from harness.observables.provenance import Provenance
 from harness.parameters.allowed import Allowed
-
-RULES = {"velocity_lever": "contact_point", "wall_lever": "height"}
-"""spheric_particle.cpp: arms end at half the overlap of two spheres, at a wall in its plane."""
-
-
-def dashpot(values: ContactValues) -> str:
-    """Return why a dashpot is not supported, or nothing where it is."""
-    reason = never_attracts(values)
-    if not reason and values["damping"] != "none" and values["tangential"] != "none":
-        return "has a dashpot along the surface that is tied to the normal one, and limited twice"
-    return reason
-
-
-def tied(values: ContactValues) -> ContactValues:
-    """Return its dashpot along the surface, 2 gamma sqrt(m* k_t), over the normal one."""
-    poisson = float(values["poisson_ratio"])
-    return {"tangential_damping": math.sqrt(2.0 * (1.0 - poisson) / (2.0 - poisson))}
-
-
-def springs(values: ContactValues) -> str:
-    """Return why linear springs are not supported, or nothing where they are."""
-    if values["tangential"] != "none" and not of_a_material(values):
-        return "has k_t of less than 4/3 k_n: it is 2 (1 - nu) / (2 - nu) of it"
-    return dashpot(values)
-
-
-def of_a_material(values: ContactValues) -> bool:
-    """Return whether linear springs are those of a material, with a Poisson's ratio above -1."""
-    return float(values["tangential_stiffness"]) < 4.0 / 3.0 * float(values["normal_stiffness"])
-
-
-CONTACTS = (
-    ContactModel(
-        "DEM_D_Linear_viscous_Coulomb",
-        takes("hooke", DASHPOTS, "none linear_history"),
-        RULES,
-        springs,
-    ),
-    ContactModel(
-        "DEM_D_Linear_Custom_Constants",
-        takes("hooke", DASHPOTS, "none linear_history"),
-        RULES,
-        dashpot,
-    ),
-    ContactModel(
-        "DEM_D_Hertz_viscous_Coulomb",
-        takes("hertz", "none coeff_restitution", "none mindlin_rescale/force"),
-        RULES,
-        dashpot,
-        nearest=tied,
-    ),
-    ContactModel("DEM_D_Hertz_viscous_Coulomb_DMT", takes("dmt", "none", "none"), RULES),
-)
-
 
 Scheme = Literal["Velocity_Verlet", "Symplectic_Euler"]
 """Kratos's names of its integrators."""
@@ -147,10 +82,8 @@ class Kratos(ScriptedEngine):
         versions=RELEASES,
         integrator=REFERENCE["Velocity_Verlet"],
         microseconds_per_step=10.0,
-        frictionless=CLIPPED_ALONE,
         digits=15,
         title="Kratos",
-        contact_models=CONTACTS,
         caveats=(
             "Only the first search for contacts goes by SearchTolerance: every later one goes by "
             "search_tolerance_against_walls, also where there is no wall, and with 0 there and "
@@ -161,7 +94,7 @@ class Kratos(ScriptedEngine):
             "behind positions; Velocity_Verlet does not.",
         ),
     )
-    unused_values = frozenset({"interface", "tangential_damping"} | RESISTANCES)
+    unused_values = frozenset({"interface", "tangential_damping", "rolling", "twisting"})
     """Of contacts: what no law of its takes."""
     allowed: ClassVar[Mapping[str, Allowed]] = {
         "scheme": Allowed(words=("Velocity_Verlet", "Symplectic_Euler"))
@@ -216,10 +149,6 @@ class Kratos(ScriptedEngine):
         """Return Kratos's conventions, with the integrator Velocity_Verlet alone."""
         if self._scheme != "Velocity_Verlet":
             raise Unsupported(f"scheme = {self._scheme} runs no contacts: Velocity_Verlet does")
-        return super().rules(scene)
-
-    def rules(self, scene: Scene) -> Rules:
-        """Return the conventions by which a scene is run; raise Unsupported."""
         return scenes.rules(scene)
 
     def motions(self, jobs: Sequence[Job]) -> list[Motion | EngineError]:

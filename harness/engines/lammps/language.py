@@ -10,7 +10,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any, ClassVar
 
-from harness.engines.contract import Template, Values
+from harness.engines.contract import Template, Value, Values
 from harness.engines.output import Output, Table, read_csv
 from harness.engines.process import (
     FAULTS,

@@ -1,7 +1,6 @@
 """Yade as an engine of the harness: generated scripts that it runs in its own Python.
 
-A script takes its runs as a list in a JSON file, and writes what each left when it is over. The
-contacts with friction that it states, their laws and rules, are read off the source.
+A script takes its runs as a list in a JSON file, and writes what each left when it is over.
 """
 
 from __future__ import annotations
@@ -23,110 +22,13 @@ from harness.engines.programs import (
     with_libraries,
 )
 from harness.engines.scripts import Task
-from harness.engines.traits import (
-    CLIPPED_ALONE,
-    DASHPOTS,
-    PLANES,
-    ContactModel,
-    ContactValues,
-    States,
-    Traits,
-    never_attracts,
-    takes,
-)
+from harness.engines.traits import Traits
 from harness.engines.yade import scenes
 from harness.errors import EngineError, EngineMissingError
+from harness.model.conventions import Rules
 from harness.model.motion import Motion
+from harness.model.scene import Scene
 from harness.observables.provenance import Provenance
-
-RULES = {
-    "damping_in_cap": "sticking_only",
-    "velocity_lever": "contact_point",
-    "wall_lever": "height",
-    "spring_spin": "mean",
-}
-"""ViscoelasticPM.cpp, HertzMindlin.cpp; ScGeom::rotate turns springs with the mean spin."""
-
-TURNING_RULES = {
-    "velocity_lever": "contact_point",
-    "wall_lever": "contact_point",
-    "spring_spin": "mean",
-}
-"""CohesiveFrictionalContactLaw.cpp; a box, Ig2_Box_Sphere_ScGeom, touches at half the overlap."""
-
-
-GROWS = (1.0,)
-"""ScGeom::rotate adds what is across a spring: each step's angle a lengthens it by a^2 / 2."""
-
-
-def solid(values: ContactValues) -> str:
-    """Return why a contact of Mindlin's is not supported, or nothing where it is."""
-    if values["normal"] == "dmt" and (values["damping"] != "none" or values["friction"]):
-        return "has dmt without dashpot and friction only"
-    if values["rolling"] == "sds" and values["rolling_damping"] != 0.0:
-        return "has rolling springs without a dashpot only"
-    if values["damping"] != "none" and values["motion_1"] == "prescribed" and values["planes"]:
-        return "has no dashpot between a wall and a sphere that is held"
-    return never_attracts(values)
-
-
-def springs(values: ContactValues) -> str:
-    """Return why springs of rolling and twisting are not supported, or nothing where they are."""
-    for kind in ("rolling", "twisting"):
-        if values[kind] == "sds" and values[f"{kind}_damping"] != 0.0:
-            return f"has {kind} springs without a dashpot only"
-    if values[PLANES] and "radius_2" in values:
-        return (
-            "has springs of one stiffness and limit only: of a sphere on walls, or of two spheres"
-        )
-    return ""
-
-
-def _ordered(states: States, *names: str) -> States:
-    """Return states with some before the others: a refusal names the first unsupported one."""
-    return {name: states[name] for name in dict.fromkeys((*names, *states))}
-
-
-_TURNS = "hooke", "none", "linear_history linear_history_classic"
-TURNING = "Law2_ScGeom6D_CohFrictPhys_CohesionMoment"
-
-CONTACTS = (
-    ContactModel(
-        "Law2_ScGeom_ViscElPhys_Basic",
-        _ordered(
-            takes("hooke", DASHPOTS, "none linear_history linear_history_classic"),
-            *("normal", "rolling", "twisting"),
-        ),
-        RULES,
-        never_attracts,
-        GROWS,
-    ),
-    ContactModel(
-        TURNING,
-        _ordered(
-            takes(*_TURNS, rolling="sds", twisting="none sds"),
-            *("normal", "rolling", "twisting", "tangential"),
-        ),
-        TURNING_RULES,
-        springs,
-        GROWS,
-    ),
-    ContactModel(
-        TURNING,
-        _ordered(takes(*_TURNS, twisting="sds"), "normal", "twisting", "rolling", "tangential"),
-        TURNING_RULES,
-        springs,
-        GROWS,
-    ),
-    ContactModel(
-        "Law2_ScGeom_MindlinPhys_Mindlin",
-        takes("hertz dmt", "none coeff_restitution", "none mindlin/force", rolling="none sds"),
-        RULES,
-        solid,
-        GROWS,
-    ),
-)
-
 
 FOREIGN = ("PYTHON", "OMPI_", "PMI_", "PMIX_", "DISPLAY", "XDG_CONFIG_HOME")
 """Variables that Yade must not inherit: it has a Python of its own, and would take itself for
@@ -142,9 +44,7 @@ class Yade(ScriptedEngine):
         versions=("2023.02a",),
         integrator="mfix-euler",
         microseconds_per_step=5.0,
-        frictionless=CLIPPED_ALONE,
         title="Yade",
-        contact_models=CONTACTS,
         caveats=(
             "Against a wall its MindlinPhys takes half the sphere's radius for R*, unless "
             "Ig2_Wall_Sphere_ScGeom is told hertzian=True: forces are then too small by sqrt(1/2).",

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from harness.model.law import Law
-from harness.model.scene import Scene, Segment, Wall, sphere
+from harness.model.scene import Body, Scene, Segment, Stage, Wall, sphere
 from harness.solvers import reference
 
 R, RHO, G = 0.01, 2500.0, 9.81
@@ -109,3 +109,39 @@ def final(scene, *conventions):
     """Return velocity and r times angular velocity of the first body at the end [m/s]."""
     motion = reference.run(scene, *conventions)
     return motion.velocity[-1, 0], R * motion.angular_velocity[-1, 0]
+
+
+SEATED = math.sqrt(0.75)  # [d] of a grain that touches two spheres of a row, above it
+
+
+def on_row(
+    stiffness=1e6,
+    *,
+    angle=10.2,
+    ratio=5.0,
+    clipped=True,
+    per_contact=50.0,
+    speed=1.5,
+    wells=0,
+    motion="frozen",
+    friction=None,
+    floor=-1e9,
+    step=None,
+    **more,
+):
+    """Return a grain (1 m, 1 kg) in a well of an endless row of ten, along the sphere ahead.
+
+    With ``wells`` there is a stage for each, up to above the centre of the sphere ahead.
+    """
+    law, tilt = Law.linear(stiffness, ratio, clipped), math.radians(angle)
+    if friction is not None:
+        law = law.replace(tangential="linear_history", friction=friction, tangential_damping=0.3)
+    grain = Body(radius=0.5, mass=1.0, position=(0.5, SEATED, 0.0),
+                 velocity=(speed * SEATED, 0.5 * speed, 0.0))  # fmt: skip
+    row = [Body(radius=0.5, mass=1.0, position=(float(k), 0.0, 0.0), motion=motion)
+           for k in range(10)]  # fmt: skip
+    stages = tuple(Stage(place=k + 1.0, floor=floor) for k in range(wells))
+    step = step or math.pi / math.sqrt(stiffness) / per_contact
+    return Scene(bodies=(grain, *row), law=law, stages=stages, period=(10.0, None, None), step=step,
+                 gravity=(G * math.sin(tilt), -G * math.cos(tilt), 0.0),
+                 **{"steps": 1000, "every": more.get("steps", 1000), **more})  # fmt: skip

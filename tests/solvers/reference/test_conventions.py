@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from harness.model.conventions import Faults, Rules
-from harness.model.scene import Scene, Segment, Wall, sphere
+from harness.model.scene import Scene, Segment, Stage, Wall, sphere
 from harness.solvers import reference
 from tests.solvers.reference.scenes import (
     DAMPED, DMT, HERTZ, HOOKE, JKR, LEADS, LINEAR, MASS, MDR, MINDLIN, R, RHO, ROLLS, STILL, TWISTS,
@@ -51,6 +51,14 @@ def touching(overlap, speed=1.0, law=DASHPOT, partner="wall"):
     scene = impact(law, DOWN, 100, every=1, partner=partner)
     first = sphere(R, RHO, position=(0.0, 0.0, R - overlap), velocity=(0.0, 0.0, speed))
     return scene.replace(bodies=(first, *scene.bodies[1:]))
+
+
+def watched(factor):
+    """Return a sphere that a look finds on its way back, before its impact is over."""
+    body = sphere(R, RHO, position=(-R, 0.0, 0.0), velocity=(1.0, 0.0, 0.0))
+    scene = impact(DASHPOT, DOWN, 80 * factor)
+    return scene.replace(bodies=(body,), walls=(Wall(direction=(-1.0, 0.0, 0.0)),), every=10,
+                         steps=100 * factor, stages=(Stage(place=1.0, floor=-1.0),))  # fmt: skip
 
 
 def pressed(law, depth, steps=2000, back=0.5):
@@ -112,6 +120,7 @@ RULES = {  # field: (value, scene of a factor of steps, least difference, one li
     "slip_step": [("turned_arms", lambda k: rolled(k), 1e-7, True)],
     "rescaled_from": [("displacement", lambda k: slanted(RESCALED, k, "sphere"), 1e-7, True)],
     "forgets_setup": [(True, lambda k: rolled(k), 1e-5, True)],
+    "looks_set_up": [(False, watched, 1e-5, True)],
     "mdr_wall_force": [("plain", lambda _: pressed(MDR, 0.02 * R), 1e-6, False)],
     "mdr_growth": [("whole", lambda _: squeezed(YIELDS, 0.8 * R), 1e-4, False)],
     "mdr_growth_steps": [(1.0, lambda _: pressed(YIELDS, 0.05 * R), 1e-6, True)],

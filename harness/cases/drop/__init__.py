@@ -1,1 +1,0 @@
-"""A grain that meets one fixed sphere; engines qualify with it."""

@@ -1,1 +1,0 @@
-"""A reference DEM of one grain in compiled Python, independent of every DEM code."""
