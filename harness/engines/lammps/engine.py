@@ -218,6 +218,8 @@ class Lammps(LammpsLanguage):
                 f"law = {law!r} runs in LAMMPS in-process only, where the harness can give "
                 "the forces: leave --lmp and --mpirun out, or choose law 'overlap'"
             )
+        if job.scene is not None and job.scene.stages and not self.has_template(job.template):
+            return "it runs stages in the scripts of cases alone"
         return super().refuses(job) or lacking(job.values, self._release)
 
     def ask_version(self) -> Provenance:

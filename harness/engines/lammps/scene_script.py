@@ -46,6 +46,8 @@ class Variation:
 
 
 PLAIN = Variation()
+# [r_i + r_j] the script of a grain in a well rounds its places: what just touches is no contact
+ROUNDED_START = 1e-15
 
 
 def rules(scene: Scene, release: str | None = None) -> Rules:
@@ -60,7 +62,7 @@ def rules(scene: Scene, release: str | None = None) -> Rules:
         for law in atoms.laws:
             check_release(law, release)
     lever: Literal["radius", "contact_point"] = "radius" if atoms.is_old else "contact_point"
-    return Rules(torque_lever=lever)
+    return Rules(torque_lever=lever, least_overlap=ROUNDED_START if scene.stages else 0.0)
 
 
 def needs_new_process(scene: Scene, variation: Variation, release: str | None) -> bool:
