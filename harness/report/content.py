@@ -48,6 +48,7 @@ class Opening:
 
     ``sketch`` is the SVG of the system, ``steps`` the lines of the derivation from ``source``,
     ``figure`` the name of a drawing of the same section, ``terms`` words with their meanings.
+    ``answers`` are the main results: name, measured value with its uncertainty, expected value.
     """
 
     title: str
@@ -56,6 +57,7 @@ class Opening:
     source: str
     terms: tuple[tuple[str, str], ...]
     figure: str = ""
+    answers: tuple[tuple[str, str, str], ...] = ()
 
 
 @dataclass(frozen=True)

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 from urllib.parse import quote
 
 import numpy as np
+from markupsafe import Markup
 
 from harness.files import end_with
 from harness.report.content import Drawing
@@ -27,6 +28,7 @@ _VIEW_BOX = re.compile(r'<svg[^>]*? viewBox="0 0 ([\d.]+) ([\d.]+)"', re.DOTALL)
 _SHORTER = (  # pattern, replacement: what a browser does not need
     (r"<\?xml.*?\?>|<!DOCTYPE.*?>|<metadata>.*?</metadata>|<!--.*?-->", ""),
     (r"font-family: [^;\"]*(?:; ?)?", ""),
+    (r' style="" ?', ""),
     (r' transform="rotate\(-0[^"]*\)"', ""),
     (r' id="(?:figure|axes|axis|patch|line2d|text|xtick|ytick|legend|matplotlib)[^"]*"', ""),
     (r"(-?\d+\.\d\d)\d+", r"\1"),  # 1/7200 inch
@@ -55,9 +57,8 @@ class Picture:
 
     @property
     def uri(self) -> str:
-        """Return the SVG as a data URI, percent-encoded: a quarter shorter than base64."""
-        text = quote(self.svg, safe=" /:;=,'()!*+-._~?@$<>{}\n").replace("\n", " ")
-        return f"data:image/svg+xml,{text}"
+        """Return the SVG as a data URI."""
+        return svg_uri(self.svg)
 
 
 def draw(drawing: Drawing, *, png: bool = False) -> Picture:
@@ -118,12 +119,25 @@ def _saved(figure: mpl_figure.Figure, kind: str, metadata: Mapping[str, None]) -
     return target.getvalue()
 
 
+def svg_uri(svg: str) -> str:
+    """Return an SVG as a data URI, percent-encoded: a quarter shorter than base64.
+
+    It stands in an attribute as it is: double quotes and ampersands are encoded.
+    """
+    text = quote(svg, safe=" /:;=,'()!*+-._~?@$<>{}\n").replace("\n", " ")
+    return Markup(f"data:image/svg+xml,{text}")
+
+
 def compact(svg: str) -> str:
-    """Return an SVG of matplotlib without metadata, with one font and hundredths of a point."""
+    """Return an SVG of matplotlib without metadata, each style once, to hundredths of a point."""
     for pattern, replacement in _SHORTER:
         svg = re.sub(pattern, replacement, svg, flags=re.DOTALL)
     fonts = ",".join(f"'{name}'" for name in FONTS)
-    return svg.replace("</style>", f" text{{font-family:{fonts},sans-serif}}</style>", 1).strip()
+    styles = dict.fromkeys(re.findall(r' style="([^"]*)"', svg))
+    names = {style: f"s{number}" for number, style in enumerate(styles)}
+    svg = re.sub(r' style="([^"]*)"', lambda match: f' class="{names[match[1]]}"', svg)
+    sheet = [f"text{{font-family:{fonts},sans-serif}}", *(f".{n}{{{s}}}" for s, n in names.items())]
+    return svg.replace("</style>", " ".join(["", *sheet, "</style>"]), 1).strip()
 
 
 def tolerance_figure(groups: Mapping[str, Sequence[float]]) -> Figure:

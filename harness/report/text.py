@@ -3,10 +3,19 @@
 from __future__ import annotations
 
 import math
+import re
 
 ROUND_OFF = 14  # decimals beyond which an uncertainty is round-off and is not shown
 DIGITS = 8  # of a value in a table
 SHORT = 2  # digits of a difference, an uncertainty or a tolerance
+_ESCAPES = re.compile(
+    r"\x1b\[[0-?]*[ -/]*[@-~]"  # colours, moves of the cursor
+    r"|\x1b[\]PX^_].*?(?:\x07|\x1b\\|$)"  # titles, links, other strings
+    r"|\x1b[ -/]*[0-~]",
+    re.DOTALL,
+)
+# all but tab and newline, marks that reverse the direction of writing, halves of surrogate pairs
+_CONTROLS = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069\ud800-\udfff]")
 
 
 def value_text(value: float, uncertainty: float = 0.0, unit: str = "") -> str:
@@ -61,3 +70,13 @@ def count(number: int, noun: str) -> str:
 def words(name: str) -> str:
     """Return the name of a quantity in words: ``critical_angle`` is "critical angle"."""
     return name.replace("_", " ")
+
+
+def printable(text: str) -> str:
+    """Return text without escape sequences of terminals, other control characters as ``?``."""
+    return _CONTROLS.sub("?", _ESCAPES.sub("", text.replace("\r\n", "\n")))
+
+
+def one_line(text: str) -> str:
+    """Return printable text on one line."""
+    return " ".join(printable(text).split())

@@ -1,0 +1,106 @@
+"""A run with rows of every verdict, and sections of a case that is made up."""
+
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from harness.report.content import Drawing, Opening, Section, Table
+from harness.report.style import axis, label, panels
+from harness.results.rows import (
+    Failure,
+    Kind,
+    Row,
+    Tolerance,
+    Verdict,
+    failed,
+    finding,
+    judge,
+    not_tested,
+    recorded,
+    table,
+)
+from harness.store.runs import Meta, Run
+
+HOSTILE = "<script>alert(1)</script> ![x](http://h/x.png) | `a` \x1b[31mred\x07 @you"
+WIDTH = Tolerance(3e-4, reason="the last correction of the ladder")
+ANGLE = Row(case="slope", setup="plastic, 50 steps", quantity="critical_angle", engine="toy",
+            version="1", unit="deg", value=10.2069, uncertainty=4e-5, expected=10.207)  # fmt: skip
+DEFECTS = {
+    "walls-without-friction": {
+        "engine": "toy", "cause": "walls have no friction", "since": "2023",
+        "upstream": "issue 12", "script": "reports/defects/walls-without-friction/in.toy",
+    }
+}  # fmt: skip
+SKETCH = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 9 9"><circle r="4"/></svg>'
+
+
+def rows():
+    off = judge(replace(ANGLE, setup="clipped | 50 steps", value=10.3), WIDTH)
+    defect = judge(replace(ANGLE, setup="wall", value=9.0, kind=Kind.CROSS_CODE), WIDTH)
+    other = replace(ANGLE, engine="other", version="2", kind=Kind.CROSS_CODE)
+    log = "# other -in slope.in\nStep 1 <&> 2\nERROR: lost atoms\n"
+    return [
+        judge(ANGLE, WIDTH),
+        off,
+        replace(defect, verdict=Verdict.KNOWN_DEFECT, defect="walls-without-friction"),
+        failed(replace(other, setup="hangs"), Failure.TIMEOUT, "after 5 s", log),
+        not_tested(replace(other, setup="wall"), "its walls mix no materials"),
+        not_tested(replace(other, setup=HOSTILE), HOSTILE),
+        judge(other, WIDTH),
+        finding(replace(ANGLE, quantity="laws", check="clipped against plastic", note="expected")),
+        recorded(replace(ANGLE, quantity="steps"), WIDTH),
+    ]
+
+
+def convergence():
+    figure = panels(1, 1)
+    steps = np.logspace(-5, -2, 7)
+    figure.axes[0].loglog(steps, steps, "o-")
+    label(figure.axes[0], axis("time step", "s"), axis("error", "deg"))
+    return figure
+
+
+def broken():
+    raise ZeroDivisionError("no rows")
+
+
+@pytest.fixture(scope="session")
+def run():
+    frame = table(rows())
+    accepted = frame.assign(value=frame["value"] * [1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 0.5])
+    meta = Meta(
+        level="quick",
+        cases=("slope",),
+        engines={"toy": "1", "other": "2"},
+        started="2030-01-01T00:00:00+00:00",
+        seconds=1.5,
+        platform="a test",
+        harness_version="0",
+    )
+    scripts, logs = {"slope.in": "run 0\n"}, {"slope.in": "Total wall time: 0:00:01\n"}
+    return Run(frame, meta, scripts=scripts, logs=logs).against(accepted)
+
+
+@pytest.fixture(scope="session")
+def sections():
+    opening = Opening(
+        "At what angle does a grain keep moving?",
+        SKETCH,
+        ("A quarter of the energy is left.", "It repeats itself.", "So θ_c = 10.2 deg."),
+        "Harper and others (2024).",
+        (("well", "where the grain touches two spheres"),),
+        figure="angle",
+        answers=(("critical angle", "toy 10.20690 ± 0.00004 deg", "10.20700 deg"),),
+    )
+    angles = pd.DataFrame({"contact": ["plastic", HOSTILE], "angle (deg)": [10.2, np.nan],
+                           "verdict": ["pass", "known defect"]})  # fmt: skip
+    drawings = (
+        Drawing("angle", "The angle", "Over the step.", convergence),
+        Drawing("angle", "The angle again", "Over the step.", convergence),
+        Drawing("bad", "A broken figure", "", broken),
+    )
+    text = "Contacts with **damping**.\n\n<img src=http://h/x.png>"
+    return [Section("The contacts", text, (Table("Angles", angles, "By contact."),), drawings,
+                    opening)]  # fmt: skip
