@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 ORDER = {str(verdict): place for place, verdict in enumerate(Verdict)}
-HOLDING = (Verdict.PASS, Verdict.RECORDED, Verdict.FINDING)
+FAILING = (Verdict.FAIL, Verdict.KNOWN_DEFECT, Verdict.FIXED)
 
 
 def matrix(rows: pd.DataFrame, index: str | Sequence[str], columns: str) -> pd.DataFrame:
@@ -42,6 +42,6 @@ def worst_verdicts(rows: pd.DataFrame, index: str | Sequence[str], columns: str)
 
 
 def divided_setups(rows: pd.DataFrame) -> pd.DataFrame:
-    """Return the setups that do not hold in every engine: the gravest verdict in each engine."""
+    """Return the setups that fail in some engine: the gravest verdict in each engine."""
     cells = worst_verdicts(rows, ("case", "setup"), "engine")
-    return cells[~cells.isin(["", *HOLDING]).all(axis="columns")]
+    return cells[cells.isin(list(FAILING)).any(axis="columns")]

@@ -231,7 +231,7 @@ def _matrices(rows: pd.DataFrame) -> list[tuple[str, str, pd.DataFrame]]:
     ]
     divided = divided_setups(rows)
     if not divided.empty:
-        caption = "Setups that do not hold in every engine: the gravest verdict in each."
+        caption = "Setups that fail or show a known defect: the gravest verdict in each engine."
         tables.append(("Setups", caption, divided))
     return tables
 
