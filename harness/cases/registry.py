@@ -1,166 +1,173 @@
-"""The registry of cases: by folder, and by entry points of other packages.
+"""The registry of cases: names and groups, those of this package and of others.
 
-A folder of this package with a module ``case``, or a module with a TOML file of its name, is a case
-of that name, with hyphens for underscores. Another package names its cases under the entry point
-``dem_harness.cases``. A case is imported when it is used, not to list names.
+Names and groups are listed without an import of a case. Another package names its cases under the
+entry point ``dem_harness.cases``, each ``name = "module:CASE"`` with an instance of
+:class:`harness.cases.base.Case`.
 """
 
 from __future__ import annotations
 
-import pkgutil
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from functools import cache
 from importlib import import_module
 from importlib.metadata import EntryPoint, entry_points
-from pathlib import Path
 from typing import Any
 
-import harness.cases
-from harness.cases.contract import Case
+from harness.cases.base import Case
 from harness.errors import RequestError
 
-GROUP = "dem_harness.cases"
-"""Entry point of other packages."""
-
+ENTRY_POINT = "dem_harness.cases"
 ALL = "all"
+DEFAULT = ("incline", "tower")  # cases of `verify` unless others are named
+QUALIFYING = ("drop",)  # cases of this package that an engine must pass before all others
 
-MAIN = ("incline", "tower")
-"""Cases that ``verify`` runs unless others are named."""
+_INCLINE = {
+    "incline": "harness.cases.incline.case:CASE",
+    "columns": "harness.cases.columns:CASE",
+}
+_CONTACTS = {
+    "drop": "harness.cases.drop:CASE",
+    **{
+        name: f"harness.cases.contacts.{name.replace('-', '_')}:CASE"
+        for name in (
+            "bounce", "collision", "curved-wall", "drag", "head-on", "heat", "incline-rest",
+            "incline-roll", "lj-units", "moving-wall", "oblique", "prescribed-motion", "pull-off",
+            "rolling-resistance", "slip-to-roll", "spin", "stacked", "twist",
+        )
+    },
+}  # fmt: skip
+_LAYERS = {
+    "layers": "harness.cases.layers:CASE",
+    "layers-flow": "harness.cases.layers_flow:CASE",
+}
+_BULK = {
+    name: f"harness.cases.bulk.{name}:CASE" for name in ("silo", "drum", "heap", "penetration")
+}
+GROUPS: Mapping[str, Mapping[str, str]] = {
+    "incline": _INCLINE,
+    "chains": {"tower": "harness.cases.tower.case:CASE"},
+    "contacts": _CONTACTS,
+    "layers": _LAYERS,
+    "bulk": _BULK,
+}
+"""Where the cases of this package are, by group and name."""
 
 
-@cache
-def built_in() -> tuple[str, ...]:
-    """Return the names of the cases of this package, in order."""
-    return tuple(_homes())
-
-
-@cache
-def _homes() -> dict[str, str]:
-    """Return the module of each case by its name."""
-    homes = {}
-    for module in pkgutil.iter_modules(harness.cases.__path__, "harness.cases."):
-        place = Path(harness.cases.__path__[0], module.name.rpartition(".")[2])
-        if (place / "case.py").is_file() or place.with_suffix(".toml").is_file():
-            name = place.name.replace("_", "-")
-            homes[name] = f"{module.name}.case" if module.ispkg else module.name
-    return homes
-
-
-def plugins() -> Mapping[str, EntryPoint]:
-    """Return the entry points of other packages by name; of two of one name the first."""
-    return {point.name: point for point in reversed(_points())}
-
-
-def _points() -> list[EntryPoint]:
-    return sorted(entry_points(group=GROUP), key=lambda point: (point.name, _package(point)))
+def homes() -> dict[str, str]:
+    """Return ``module:CASE`` of each case of this package, by name."""
+    return {name: home for group in GROUPS.values() for name, home in group.items()}
 
 
 def case_names() -> tuple[str, ...]:
-    """Return the names of all cases: of this package, then of others."""
-    return (*built_in(), *(name for name in plugins() if name not in built_in()))
+    """Return the names of all cases: of this package, then of others. Nothing is imported."""
+    own = homes()
+    return (*own, *(name for name in _plugins() if name not in own))
 
 
 def get_case(name: str) -> Case[Any]:
     """Return a case by name.
 
-    Raise RequestError for a name that is not known, and, naming its package, for a case of
-    another package that cannot be used.
+    Raise RequestError for an unknown name, and for a case of another package that cannot be used.
     """
-    if name in built_in():
-        case: Case[Any] = import_module(_homes()[name]).CASE
+    if (home := homes().get(name)) is not None:
+        module, _, attribute = home.partition(":")
+        case: Case[Any] = getattr(import_module(module), attribute)
         return case
-    point = plugins().get(name)
-    if point is None:
-        raise RequestError(f"case {name!r} is not known: must be one of {', '.join(case_names())}")
-    return _loaded(point)
+    if (point := _plugins().get(name)) is not None:
+        return _plugin_case(point)
+    raise RequestError(f"case {name!r} is not known: must be one of {', '.join(case_names())}")
 
 
-def all_cases() -> dict[str, Case[Any]]:
-    """Return the cases that can be used, by name; what is wrong with others: :func:`faults`."""
-    return _usable()[0]
+def usable_cases() -> dict[str, Case[Any]]:
+    """Return all cases that can be used, by name; :func:`plugin_faults` has the reasons."""
+    cases = {name: get_case(name) for name in homes()}
+    for name, point in _plugins().items():
+        if name not in cases and not _fault(point):
+            cases[name] = _plugin_case(point)
+    return cases
 
 
-def faults() -> tuple[str, ...]:
+def plugin_faults() -> list[str]:
     """Return one line for each case of another package that cannot be used."""
-    return tuple(_usable()[1])
+    return [fault for point in entry_points(group=ENTRY_POINT) if (fault := _fault(point))]
 
 
-def cases_named(text: str = "") -> dict[str, Case[Any]]:
-    """Return the cases of a text such as ``incline,tower``; see :func:`names_in`."""
-    return {name: get_case(name) for name in names_in(text)}
+def selected_names(words: str | Iterable[str] | None = None) -> list[str]:
+    """Return the names of cases by names, groups or ``all``; :data:`DEFAULT` for None.
 
-
-def names_in(text: str = "") -> tuple[str, ...]:
-    """Return the names of the cases of a text: names, groups, or ``all``; no text: :data:`MAIN`.
-
-    Names alone import no case. Raise RequestError for a word that is neither a name nor a group,
-    for no word at all, and for a named case that cannot be used.
+    Raise RequestError for another word, and for no word at all.
     """
-    words = [word.strip() for word in text.split(",") if word.strip()] if text else MAIN
-    if not words:
-        raise RequestError(f"--cases {text!r}: names no case")
-    unknown = [word for word in words if word != ALL and word not in case_names()]
-    named = dict.fromkeys(word for word in words if word not in (ALL, *unknown))
-    if len(named) == len(set(words)):
-        return tuple(named)
-    usable = all_cases()
-    groups = {case.group for case in usable.values()}
-    for word in unknown:
-        if word not in groups:
-            raise RequestError(
-                f"--cases {word!r} is not known: must be {ALL}, a group "
-                f"({', '.join(sorted(groups))}), or one or more of {', '.join(case_names())}"
-            )
-    wanted = {name: get_case(name) for name in named}
-    return tuple(
+    if words is None:
+        return list(DEFAULT)
+    texts = words.split(",") if isinstance(words, str) else list(words)
+    texts = [text.strip() for text in texts if text.strip()]
+    if not texts:
+        raise RequestError(f"--cases {words!r}: names no case")
+    chosen: dict[str, None] = {}
+    for text in texts:
+        chosen |= dict.fromkeys(_names_of(text))
+    return list(chosen)
+
+
+def _names_of(word: str) -> list[str]:
+    if word == ALL:
+        return list(usable_cases())
+    if word in case_names():
+        return [word]
+    members = list(GROUPS.get(word, ()))
+    members += [
         name
-        for name, case in (usable | wanted).items()
-        if name in wanted or ALL in words or case.group in unknown
-    )
+        for name, point in _plugins().items()
+        if not _fault(point) and _plugin_case(point).group == word
+    ]
+    if not members:
+        raise RequestError(
+            f"--cases {word!r} is not known: must be {ALL}, a group ({', '.join(GROUPS)}), or one "
+            f"or more of {', '.join(case_names())}"
+        )
+    return members
 
 
-def _usable() -> tuple[dict[str, Case[Any]], list[str]]:
-    usable, wrong = {name: get_case(name) for name in built_in()}, []
-    for point in _points():
-        first = plugins()[point.name]
-        try:
-            if point is not first and _package(point) != _package(first):
-                raise RequestError(
-                    f"package {_package(point)!r}, case {point.name!r}: package "
-                    f"{_package(first)!r} has a case of this name"
-                )
-            usable[point.name] = _loaded(first)
-        except RequestError as error:
-            wrong.append(str(error))
-    return usable, wrong
+@cache
+def _plugins() -> dict[str, EntryPoint]:
+    """Return the cases of other packages by name; of two packages the first by name."""
+    points: dict[str, EntryPoint] = {}
+    for point in sorted(entry_points(group=ENTRY_POINT), key=lambda p: (p.name, _package(p))):
+        points.setdefault(point.name, point)
+    return points
 
 
-def _loaded(point: EntryPoint) -> Case[Any]:
-    """Return the case of an entry point; raise RequestError that names its package."""
-    where = f"package {_package(point)!r}, case {point.name!r}"
-    if point.name in built_in():
-        raise RequestError(f"{where}: this is the name of a case of dem-harness itself")
+def _fault(point: EntryPoint) -> str:
+    first = _plugins().get(point.name, point)
+    if _package(first) != _package(point):
+        return f"{_label(point)}: package {_package(first)!r} has a case of this name"
+    try:
+        _plugin_case(point)
+    except RequestError as error:
+        return str(error)
+    return ""
+
+
+def _plugin_case(point: EntryPoint) -> Case[Any]:
+    if point.name in homes():
+        raise RequestError(f"{_label(point)}: is the name of a case of dem-harness itself")
     try:
         case = point.load()
-    except Exception as error:
-        message = " ".join(f"{type(error).__name__}: {error}".split())
-        raise RequestError(f"{where}: {point.value} does not import: {message}") from None
+    except Exception as error:  # another package may raise anything
+        reason = " ".join(f"{type(error).__name__}: {error}".split())
+        raise RequestError(f"{_label(point)}: {point.value} does not import: {reason}") from None
     if not isinstance(case, Case):
         raise RequestError(
-            f"{where}: {point.value} is no case but {type(case).__name__}: must be an instance "
-            "of harness.cases.contract.Case"
+            f"{_label(point)}: {point.value} is a {type(case).__name__}, must be an instance of "
+            "harness.cases.base.Case"
         )
-    try:
-        case.verification  # noqa: B018 - what it names must be there before anything runs
-    except (ImportError, AttributeError, ValueError) as error:
-        raise RequestError(f"{where}: verified_by = {case.verified_by!r}: {error}") from None
-    without = [quantity.name for quantity in case.quantities if not quantity.unit]
-    if without:
-        raise RequestError(f"{where}: quantity {without[0]!r} has no unit ('1' for a pure number)")
-    if getattr(case, "name", None) != point.name:
-        named = getattr(case, "name", None)
-        raise RequestError(f"{where}: its case has the name {named!r}: must be that of the entry")
+    if (name := getattr(case, "name", None)) != point.name:
+        raise RequestError(f"{_label(point)}: its case has the name {name!r}, must be the same")
     return case
+
+
+def _label(point: EntryPoint) -> str:
+    return f"package {_package(point)!r}, case {point.name!r}"
 
 
 def _package(point: EntryPoint) -> str:

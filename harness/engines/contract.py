@@ -395,6 +395,10 @@ class Engine(ABC):
         """Return a digest of the script that a job runs; empty where the engine takes scenes."""
         return ""
 
+    def script_text(self, job: Job) -> str:  # noqa: ARG002
+        """Return the plain script of a job, to be run by hand; empty where it runs without one."""
+        return ""
+
     @classmethod
     def inputs(cls, templates: Iterable[Template]) -> dict[str, str]:  # noqa: ARG003
         """Return the generated input files of templates, by their names."""

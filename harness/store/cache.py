@@ -208,6 +208,7 @@ _PASSED_ON = frozenset(
             "twin",
             "twin_options",
             "script_digest",
+            "script_text",
             "inputs",
             "logs",
             "variations",

@@ -1,4 +1,4 @@
-"""What the command line can do, as functions; each is imported when it is first asked for.
+"""The verbs of the command line as functions; each is imported when it is first used.
 
 >>> from harness.workflows import theory
 >>> round(theory().critical_angle_deg, 4)
@@ -11,60 +11,41 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 _HOMES = {
-    "harness.cases.incline.angle": "critical_angle critical_angles extrapolated_critical_angle",
-    "harness.cases.incline.closed_forms": "theory",
-    "harness.cases.tower.impulse": "energy_scaling_angles impulse_angles impulse_by_gamma "
-    "impulse_table",
-    "harness.cases.tower.run": "tower",
-    "harness.workflows.baseline": "accept_baseline compare_with_baseline diff releases",
-    "harness.workflows.case_runs": "case_details cases film run",
-    "harness.workflows.engine_status": "engines inputs outdated_inputs",
+    "harness.cases.incline": "critical_angle theory",
+    "harness.cases.tower": "impulse tower",
+    "harness.workflows.lists": "cases engines inputs outdated_inputs",
     "harness.workflows.progress": "progress_bars",
-    "harness.workflows.static_site": "site",
-    "harness.workflows.sweep_run": "sweep",
-    "harness.workflows.verification": "sections verify",
+    "harness.workflows.results": "accept diff",
+    "harness.workflows.releases": "releases",
+    "harness.workflows.site": "site",
+    "harness.workflows.runs": "run",
+    "harness.workflows.sweeps": "sweep",
+    "harness.workflows.verification": "verify",
 }
-"""The functions of each module. No function has the name of a module of this package."""
-
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names.split()}
 
 if TYPE_CHECKING:
-    from harness.cases.incline.angle import (
-        critical_angle,
-        critical_angles,
-        extrapolated_critical_angle,
-    )
-    from harness.cases.incline.closed_forms import theory
-    from harness.cases.tower.impulse import (
-        energy_scaling_angles,
-        impulse_angles,
-        impulse_by_gamma,
-        impulse_table,
-    )
-    from harness.cases.tower.run import tower
-    from harness.workflows.baseline import accept_baseline, compare_with_baseline, diff, releases
-    from harness.workflows.case_runs import case_details, cases, film, run
-    from harness.workflows.engine_status import engines, inputs, outdated_inputs
+    from harness.cases.incline import critical_angle, theory
+    from harness.cases.tower import impulse, tower
+    from harness.workflows.lists import cases, engines, inputs, outdated_inputs
     from harness.workflows.progress import progress_bars
-    from harness.workflows.static_site import site
-    from harness.workflows.sweep_run import sweep
-    from harness.workflows.verification import sections, verify
+    from harness.workflows.releases import releases
+    from harness.workflows.results import accept, diff
+    from harness.workflows.runs import run
+    from harness.workflows.site import site
+    from harness.workflows.sweeps import sweep
+    from harness.workflows.verification import verify
 
 __all__ = [
-    "accept_baseline", "case_details", "cases", "compare_with_baseline", "critical_angle",
-    "critical_angles", "diff", "energy_scaling_angles", "engines", "extrapolated_critical_angle",
-    "film", "impulse_angles", "impulse_by_gamma", "impulse_table",
-    "inputs", "outdated_inputs", "progress_bars", "releases", "run", "sections", "site",
-    "sweep", "theory", "tower", "verify",
+    "accept", "cases", "critical_angle", "diff", "engines", "impulse", "inputs", "outdated_inputs",
+    "progress_bars", "releases", "run", "site", "sweep", "theory", "tower", "verify",
 ]  # fmt: skip
 
 
 def __getattr__(name: str) -> Any:
     if name not in _HOME_OF:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    value = getattr(import_module(_HOME_OF[name]), name)
-    globals()[name] = value
-    return value
+    return getattr(import_module(_HOME_OF[name]), name)
 
 
 def __dir__() -> list[str]:

@@ -1,59 +1,44 @@
-"""How a long workflow says how far it is: ``progress=`` of each, and bars for a terminal.
+"""Progress of a long workflow: bars on a terminal or in a notebook, lines in a log.
 
->>> from harness.workflows import progress_bars, verify
->>> with progress_bars("verify") as progress:  # doctest: +SKIP
-...     found = verify(progress=progress)
-
-Any function of a stage's name, the parts done and the parts in all will do in place of the bars.
+Every workflow takes ``progress``, a function of a stage's name, the parts done, and all parts.
 """
 
 from __future__ import annotations
 
-import math
 import sys
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING
 
-from harness.cases.verification import Progress as Progress
-from harness.cases.verification import silent as silent
-
-if TYPE_CHECKING:
-    from rich.progress import Task
-
-DELAY = 1.0
-"""[s] What is done by then shows no bars."""
-
-LOG_DELAY = 5.0
-"""[s] What is done by then leaves no line in a log."""
-
-LOG_PAUSE = 30.0
-"""[s] Between two lines of a stage that goes on."""
+Progress = Callable[[str, int, int], None]
+BARS_AFTER_SECONDS = 1.0
+LOG_AFTER_SECONDS = 5.0
+LOG_PAUSE_SECONDS = 30.0  # between two lines of a stage that goes on
+MOST_BARS = 12  # stages up to which finished ones stay on the terminal
 
 
-MOST_BARS = 12
-"""Stages up to which those that are over are shown too."""
+def silent(stage: str, done: int, total: int) -> None:
+    """Show nothing."""
 
 
 class LogLines:
-    """Says on stderr, a line each, which stages are over and how far the others are."""
+    """Prints a line on stderr where a stage ends, and now and then while it goes on."""
 
     def __init__(self, title: str) -> None:
-        self._title, self._begun = title, time.monotonic()
-        self._last_line: dict[str, float] = {}
+        self._title, self._started = title, time.monotonic()
+        self._last: dict[str, float] = {}
         self._lock = threading.Lock()
 
     def __call__(self, stage: str, done: int, total: int) -> None:
-        """Print a line where a stage ends, and now and then while it goes on."""
-        seconds = time.monotonic() - self._begun
+        """Print the stage, if it is over or due."""
+        seconds = time.monotonic() - self._started
         with self._lock:
-            last = self._last_line.setdefault(stage, seconds)
-            over = done >= total and last < math.inf
-            if seconds < LOG_DELAY or not (over or seconds - last >= LOG_PAUSE):
+            last = self._last.setdefault(stage, seconds)
+            ended = done >= total and last < float("inf")
+            if seconds < LOG_AFTER_SECONDS or not (ended or seconds - last >= LOG_PAUSE_SECONDS):
                 return
-            self._last_line[stage] = math.inf if over else seconds
+            self._last[stage] = float("inf") if ended else seconds
         print(f"{self._title}: {stage}, {done} of {total}, {seconds:.0f} s", file=sys.stderr)
 
 
@@ -61,46 +46,30 @@ class LogLines:
 def progress_bars(title: str, *, quiet: bool = False) -> Iterator[Progress]:
     """Yield a function that draws a bar for each stage on stderr, below a line with ``title``.
 
-    The line counts the seconds, and says so while kernels are compiled. Nothing is drawn before
-    the first second has passed, and not when ``quiet``. Where stderr is neither a terminal nor a
-    notebook, as in a log, stages are lines instead, those of the first seconds left out.
+    Nothing is drawn in the first second, and nothing at all when ``quiet``.
     """
     from rich.console import Console
-    from rich.progress import BarColumn, ProgressColumn, TimeElapsedColumn
+    from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn
     from rich.progress import Progress as Bars
-    from rich.text import Text
 
     console = Console(stderr=True)
     if quiet or not (console.is_terminal or console.is_jupyter):
         yield silent if quiet else LogLines(title)
         return
-
-    class Description(ProgressColumn):
-        max_refresh = None
-
-        def render(self, task: Task) -> Text:
-            compiles = task.id == first and compiling()
-            note = ": compiling, or loading, kernels (compiled once)" if compiles else ""
-            return Text(f"{task.description}{note}"[: max(20, console.width - 30)])
-
-    class Counts(ProgressColumn):
-        max_refresh = None
-
-        def render(self, task: Task) -> Text:
-            return Text("" if task.total is None else f"{task.completed:.0f}/{task.total:.0f}")
-
-    bars = Bars(Description(), BarColumn(16), Counts(), TimeElapsedColumn(), console=console)
-    first = bars.add_task(title, total=None)
+    columns = (TextColumn("{task.description}"), BarColumn(16), MofNCompleteColumn())
+    bars = Bars(*columns, TimeElapsedColumn(), console=console)
+    bars.add_task(title, total=None)
     stages: dict[str, object] = {}
+    lock = threading.Lock()
 
     def update(stage: str, done: int, total: int) -> None:
-        if stage not in stages:
-            stages[stage] = bars.add_task(stage, total=total)
-        # of many stages those that are over leave the terminal
+        with lock:
+            if stage not in stages:
+                stages[stage] = bars.add_task(stage, total=total)
         visible = done < total or len(stages) <= MOST_BARS
         bars.update(stages[stage], completed=done, total=total, visible=visible)  # type: ignore[arg-type]
 
-    timer = threading.Timer(DELAY, bars.start)
+    timer = threading.Timer(BARS_AFTER_SECONDS, bars.start)
     timer.daemon = True
     timer.start()
     try:
@@ -109,15 +78,3 @@ def progress_bars(title: str, *, quiet: bool = False) -> Iterator[Progress]:
         timer.cancel()
         timer.join()
         bars.stop()
-
-
-def compiling() -> bool:
-    """Return whether another thread compiles a kernel, or reads one from where it is kept."""
-    module = sys.modules.get("numba.core.compiler_lock")
-    lock = getattr(getattr(module, "global_compiler_lock", None), "_lock", None)
-    if lock is None:
-        return False
-    free: bool = lock.acquire(blocking=False)
-    if free:
-        lock.release()
-    return not free

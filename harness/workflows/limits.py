@@ -1,0 +1,62 @@
+"""The limit of small steps of a case's quantities, by the reference."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from harness.cases.base import Case
+from harness.cases.bench import Bench
+from harness.engines.output import Output
+from harness.engines.scene_tables import motion_tables
+from harness.errors import EngineError, RequestError
+from harness.model.base import Parameters
+from harness.observables.provenance import Provenance
+
+if TYPE_CHECKING:
+    from harness.model.scene import Scene
+
+RESOLVED = 1e-6  # of a quantity's scale: error of a limit that counts as resolved
+MOST_BODY_STEPS = 1_000_000  # steps times bodies of the finest run: some seconds in all
+
+
+def limits_of(
+    case: Case[Any], parameters: Parameters, bench: Bench, names: Sequence[str]
+) -> dict[str, float]:
+    """Return the limits of small steps by name, of those quantities where it is resolved.
+
+    None for a case whose reference is more than one scene.
+    """
+    from harness.solvers import reference
+
+    scene = case.scene(parameters)
+    if not names or scene is None or type(case).reference is not Case.reference:
+        return {}
+    rules, first = bench.rules(scene), scene.steps
+
+    def quantities(steps: int) -> Mapping[str, float]:
+        finer = refined(scene, steps // first)
+        tables = motion_tables(reference.run(finer, rules), finer)
+        output = Output((), Provenance("reference", ""), tables, title="the reference")
+        values = case.measure(parameters, output)
+        return {name: values[name] for name in names if name in values}
+
+    allowed = {name: RESOLVED * case.quantity(name).size(parameters) for name in names}
+    most = max(MOST_BODY_STEPS // len(scene.bodies), first)
+    try:
+        found = reference.limit(quantities, allowed, first=first, most=most)
+    except (EngineError, RequestError):  # a finer run overflows, or is another system
+        return {}
+    return {name: limit.value for name, limit in found.items() if limit.error <= allowed[name]}
+
+
+def refined(scene: Scene, factor: int) -> Scene:
+    """Return a scene with steps that are a whole factor smaller, sampled at the same times."""
+    segments = [part.replace(steps=part.steps * factor) for part in scene.segments]
+    return scene.replace(
+        step=scene.step / factor,
+        steps=scene.steps * factor,
+        every=scene.every * factor,
+        segments=tuple(segments),
+        setups=tuple(at * factor for at in scene.setups),
+    )

@@ -1,0 +1,287 @@
+"""Lists: the cases, the engines that are here, and the scripts of LAMMPS that are committed."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from harness.cases.base import Case
+from harness.cases.registry import DEFAULT as DEFAULT_CASES
+from harness.cases.registry import get_case, homes, usable_cases
+from harness.engines.contract import Template
+from harness.engines.registry import DEFAULT, ENGINES, engine_class, engine_names, open_engine
+from harness.errors import EngineError, RequestError, cannot_write
+from harness.files import check_folder, held_folder, whole_folder
+from harness.observables.provenance import Provenance
+from harness.workflows.progress import Progress, silent
+from harness.workflows.runs import takes_job
+from harness.workflows.settings import ParameterInfo, parameter_infos
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+T = TypeVar("T")
+
+
+class Listing(list[T]):
+    """Records that a notebook shows as a table."""
+
+    def to_frame(self) -> pd.DataFrame:
+        """Return a row for each record, its JSON keys as columns."""
+        import pandas as pd
+
+        return pd.DataFrame([record.to_json() for record in self])  # type: ignore[attr-defined]
+
+    def _repr_html_(self) -> str:
+        return str(self.to_frame().to_html(index=False, na_rep=""))
+
+
+@dataclass(frozen=True)
+class CaseInfo:
+    """A case as it is listed.
+
+    ``parameters`` by name, of nested ones with a dot; ``quantities`` and, of several runs,
+    ``derived`` map names to units; ``engines`` have a script for the case, or take its scene;
+    ``solvers`` are of this package. ``details`` are those of a case that is shown in full.
+    """
+
+    name: str
+    group: str
+    summary: str
+    parameters: Mapping[str, ParameterInfo]
+    quantities: Mapping[str, str]
+    engines: tuple[str, ...]
+    solvers: tuple[str, ...]
+    presets: tuple[str, ...]
+    by_default: bool
+    derived: Mapping[str, str]
+    details: Mapping[str, Any] = field(default_factory=dict)
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the case as a JSON-ready mapping."""
+        parameters = {name: dict(vars(info)) for name, info in self.parameters.items()}
+        if not self.details:
+            for info in parameters.values():
+                del info["allowed"]
+        record = {**vars(self), "parameters": parameters, **self.details}
+        del record["details"]
+        return record
+
+
+@dataclass(frozen=True)
+class EngineStatus:
+    """An engine: who it is, or why it is missing; and how to get it."""
+
+    engine: str
+    provenance: Provenance | None
+    how: str = ""
+    reason: str = ""
+    install_hint: str = ""
+    lineage: str = ""
+    integrator: str = ""
+    digits: int = 15
+
+    @property
+    def available(self) -> bool:
+        """Return whether the engine was found."""
+        return self.provenance is not None
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the status as a JSON-ready mapping."""
+        found = self.provenance or Provenance("", "")
+        return {
+            "engine": self.engine,
+            "how": self.how,
+            "available": self.available,
+            "engine_version": found.engine_version,
+            "executable": found.executable,
+            "packages": list(found.packages),
+            "reason": self.reason,
+            "install_hint": self.install_hint,
+            "lineage": self.lineage,
+            "integrator": self.integrator,
+            "digits": self.digits,
+        }
+
+
+def cases(name: str | None = None) -> Listing[CaseInfo]:
+    """Return every case that can be used, those of this package first; or one, in full.
+
+    Raise RequestError for an unknown name.
+    """
+    if name is None:
+        return Listing(_info(case) for case in usable_cases().values())
+    case = get_case(name)
+    return Listing([_info(case, _details(case))])
+
+
+def engines(
+    *,
+    programs: Mapping[str, str] | None = None,
+    lmp: str | None = None,
+    launcher: str | None = None,
+    progress: Progress = silent,
+) -> Listing[EngineStatus]:
+    """Return the status of every engine, and of its other way to run where it has one.
+
+    ``programs`` are executables by engine; ``lmp`` and ``launcher`` are those of LAMMPS.
+    """
+    statuses: Listing[EngineStatus] = Listing()
+    names = engine_names()
+    for done, name in enumerate(names):
+        progress("engines", done, len(names))
+        options = {"program": programs[name]} if programs and name in programs else {}
+        try:
+            twin = engine_class(name).twin_options(**options)
+        except RequestError as error:
+            statuses.append(EngineStatus(name, None, reason=str(error)))
+            continue
+        statuses.append(_status(name, options))
+        if twin is not None:
+            mine = {"lmp": lmp, "launcher": launcher} if name == DEFAULT else {}
+            given = {key: value for key, value in mine.items() if value is not None}
+            statuses.append(_status(name, {**twin, **given}))
+    progress("engines", len(names), len(names))
+    return statuses
+
+
+def inputs(folder: Path, engine: str | None = None) -> list[Path]:
+    """Write the scripts of LAMMPS, or of a named engine, into a folder; return the files.
+
+    Those of a named engine make a new folder. Raise RequestError for an engine without scripts and
+    for a folder that cannot be written.
+    """
+    texts = input_texts(engine or DEFAULT)
+    try:
+        if engine is not None:
+            check_folder(folder)
+            with whole_folder(folder) as aside:
+                return [_write(aside, folder, name, text) for name, text in texts.items()]
+        folder.mkdir(parents=True, exist_ok=True)
+        with held_folder(folder) as aside:
+            for name, text in texts.items():
+                _write(aside, folder, name, text)
+                (aside / name).replace(folder / name)
+    except OSError as error:
+        raise cannot_write(f"--output {folder}", error) from None
+    return [folder / name for name in texts]
+
+
+def outdated_inputs(folder: Path) -> dict[str, str]:
+    """Return the difference of each script in a folder that is missing or not up to date."""
+    if not folder.is_dir():
+        raise RequestError(f"--output {folder}: no such folder; name the one with the scripts")
+    found = {}
+    for name, text in input_texts().items():
+        file = folder / name
+        old = file.read_text(encoding="utf-8", errors="replace") if file.is_file() else ""
+        if not file.is_file():
+            found[name] = "is missing"
+        elif old != text:
+            lines = (old.splitlines(), text.splitlines())
+            diff = difflib.unified_diff(*lines, "committed", "generated", lineterm="", n=0)
+            found[name] = "\n".join(diff) or "differs in its line ends"
+    return found
+
+
+def input_texts(engine: str = DEFAULT) -> dict[str, str]:
+    """Return an engine's scripts of the cases of this package by name; it need not be here.
+
+    Raise RequestError for an unknown engine, and for one that runs without scripts.
+    """
+    templates = list(_templates())
+    if texts := engine_class(engine).inputs(templates):
+        return texts
+    names = [name for name in ENGINES if engine_class(name).inputs(templates)]
+    raise RequestError(
+        f"--engine {engine!r}: runs without scripts: must be one of {', '.join(names)}"
+    )
+
+
+def _templates() -> Iterable[Template]:
+    for name in homes():
+        case = get_case(name)
+        template = case.job(case.default).template
+        if template.name != "contact-scene":
+            yield template
+
+
+def _write(aside: Path, folder: Path, name: str, text: str) -> Path:
+    file = aside / name
+    file.parent.mkdir(parents=True, exist_ok=True)
+    file.write_text(text, encoding="utf-8")
+    return folder / name
+
+
+def _info(case: Case[Any], details: Mapping[str, Any] | None = None) -> CaseInfo:
+    kinds = ({q.name: q.unit for q in case.quantities if bool(q.varies) is many} for many in (0, 1))
+    quantities, derived = kinds
+    return CaseInfo(
+        name=case.name,
+        group=case.group,
+        summary=case.summary,
+        parameters=parameter_infos(case.default),
+        quantities=quantities,
+        engines=tuple(name for name in engine_names() if _takes(name, case)),
+        solvers=tuple(case.solvers),
+        presets=tuple(case.presets),
+        by_default=case.name in DEFAULT_CASES,
+        derived=derived,
+        details=details or {},
+    )
+
+
+def _details(case: Case[Any]) -> dict[str, Any]:
+    default = parameter_infos(case.default)
+    presets = {}
+    for name, preset in case.presets.items():
+        values = {k: i.default for k, i in parameter_infos(preset).items() if k in default}
+        changed = {k: value for k, value in values.items() if value != default[k].default}
+        presets[name] = {"source": case.sources.get(name, ""), "values": changed}
+    refusals = {name: _refusal(name, case) for name in engine_names()}
+    return {
+        "meanings": {quantity.name: quantity.meaning for quantity in case.quantities},
+        "preset_details": presets,
+        "derived_parameters": {
+            name: dict(vars(info)) for name, info in parameter_infos(case.search_options()).items()
+        },
+        "refused_by": {name: reason for name, reason in refusals.items() if reason},
+    }
+
+
+def _takes(engine: str, case: Case[Any]) -> bool:
+    try:
+        return takes_job(engine_class(engine), case)
+    except RequestError:  # of another package, which does not import
+        return False
+
+
+def _refusal(engine: str, case: Case[Any]) -> str:
+    """Return why an engine cannot run a case with its default parameters."""
+    try:
+        if not takes_job(engine_class(engine), case):
+            return "it has no script for the case, and the case has no scene that it takes"
+        with open_engine(engine) as opened:
+            return opened.refuses(case.job(case.default))
+    except (EngineError, RequestError) as error:
+        return str(error)
+
+
+def _status(name: str, options: Mapping[str, Any]) -> EngineStatus:
+    traits = engine_class(name).traits
+    more = {
+        "install_hint": traits.install_hint,
+        "lineage": traits.lineage,
+        "integrator": traits.integrator,
+        "digits": traits.digits,
+    }
+    how = str(options.get("launcher") or ("executable" if options else "-"))
+    try:
+        with open_engine(name, options=options) as engine:
+            found = engine.identify()
+    except (EngineError, RequestError) as error:
+        return EngineStatus(name, None, how, traits.missing(str(error)), **more)
+    return EngineStatus(name, found, found.how or how, **more)

@@ -1,0 +1,301 @@
+"""A verification on its way: what is run in which bench, and the rows that it leaves."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import AbstractContextManager, ExitStack
+from dataclasses import dataclass, field, replace
+from difflib import get_close_matches
+from functools import partial
+from typing import Any
+
+from harness import __version__
+from harness.cases.base import Case, Check
+from harness.cases.bench import OWN, Bench, job_key
+from harness.cases.checks import failure_of, run_checks, selected
+from harness.cases.defects import explained
+from harness.cases.registry import (
+    QUALIFYING,
+    get_case,
+)
+from harness.engines.contract import Engine, Job
+from harness.engines.cost import engine_seconds
+from harness.engines.process import parallel_each
+from harness.errors import (
+    EngineError,
+    EngineMissingError,
+    HarnessError,
+    RequestError,
+    Unsupported,
+)
+from harness.report.content import Section
+from harness.results.rows import (
+    Failure,
+    Level,
+    Row,
+    Verdict,
+    failed,
+    finding,
+    matches,
+    not_tested,
+)
+from harness.workflows.case_calls import CaseError, checks_in, comparisons_in, sections_in
+from harness.workflows.progress import Progress
+
+Key = tuple[str, str]  # engine and case
+OpenEngine = Callable[[str], AbstractContextManager[Engine]]
+SIDE_BY_SIDE = 4  # cases at a time: solvers compute while others wait for an engine
+NO_CHECKS = "the case has no checks of this engine"
+
+
+@dataclass
+class Session:
+    """A verification on its way: checks to run and rows so far, by engine and case."""
+
+    level: Level
+    only: str
+    cases: Sequence[Case[Any]]
+    defects: Sequence[Any]
+    progress: Progress
+    versions: dict[str, str] = field(default_factory=dict)
+    benches: dict[str, Bench] = field(default_factory=dict)
+    planned: dict[Key, list[Check]] = field(default_factory=dict)
+    qualifying: dict[Key, list[Check]] = field(default_factory=dict)
+    compared: dict[Key, list[Check]] = field(default_factory=dict)
+    rows: dict[Key, list[Row]] = field(default_factory=dict)
+    paths: set[str] = field(default_factory=set)
+
+    @property
+    def engines(self) -> list[Engine]:
+        """Return the engines that are here and qualify."""
+        return [bench.engine for name, bench in self.benches.items() if name != OWN]
+
+    def open(self, names: Sequence[str], open_engine: OpenEngine, stack: ExitStack) -> None:
+        """Open engines until ``stack`` is left; of one that is missing no case is tested."""
+        self.versions[OWN], self.benches[OWN] = __version__, Bench(None, others=self.benches)
+        for name in names:
+            self.versions[name] = ""
+            try:
+                engine = stack.enter_context(open_engine(name))
+                self.versions[name] = engine.identify().engine_version
+            except EngineMissingError as error:
+                self._add_to_all(name, str(error))
+            except EngineError as error:
+                self.rows[name, ""] = [_engine_failed(_blank("engine", name), error)]
+            else:
+                self.rows[name, ""] = _version_rows(engine, self.versions[name])
+                self.benches[name] = Bench(engine, others=self.benches)
+
+    def plan(self) -> None:
+        """List the checks; raise RequestError where the pattern selects none of them."""
+        for case in self.cases:
+            self._plan(OWN, case, "own_checks", case.own_checks)
+            for engine in self.engines:
+                self._plan(engine.name, case, "checks", partial(case.checks, engine))
+        self._plan_comparisons()
+        found = any(self.planned.values()) or any(self.compared.values())
+        if self.engines and self.only != "*" and not found:
+            raise nothing_matches(self.only, self.paths)
+        for engine in self.engines:
+            if any(checks for (name, _), checks in self.planned.items() if name == engine.name):
+                self._plan_qualification(engine)
+
+    def seconds(self) -> float:
+        """Return the expected time of all jobs on one core [s]."""
+        total = 0.0
+        for key, checks in [*self.planned.items(), *self.compared.items()]:
+            if key[0] != OWN:
+                jobs = {job_key(job): job for check in checks for job in check.jobs}.values()
+                total += sum(job_seconds(job, self.benches[key[0]].engine) for job in jobs)
+        return total
+
+    def run(self) -> None:
+        """Run qualifications, then cases side by side, then comparisons."""
+        self._run(self.qualifying, "qualification")
+        for engine in {name for name, _ in self.qualifying}:
+            self._judge_qualification(engine)
+        self._run({key: checks for key, checks in self.planned.items() if key not in self.rows})
+        self._run(self.compared, "comparisons")
+
+    def sections(self) -> list[Section]:
+        """Return the sections of the report; none for a pattern, which runs a part of a case."""
+        return [s for case in self.cases for s in self._sections(case)] if self.only == "*" else []
+
+    def scripts(self) -> dict[str, str]:
+        """Return the plain script of each setup's first job, by engine, case and setup."""
+        texts: dict[str, str] = {}
+        for (name, case), checks in {**self.planned, **self.qualifying}.items():
+            for check in checks:
+                place = f"{name}/{case}/{check.setup}"
+                if check.jobs and place not in texts and name in self.benches:
+                    texts[place] = _script(self.benches[name].engine, check.jobs[0])
+        return {place: text for place, text in texts.items() if text}
+
+    def logs(self) -> dict[str, str]:
+        """Return the log of one finished run of each script, by engine and script."""
+        logs = [(e.name, script, text) for e in self.engines for script, text in e.logs().items()]
+        return {f"{name}/{script}.log": text for name, script, text in logs}
+
+    def ordered_rows(self) -> list[Row]:
+        """Return the rows by case and engine; a second row of one key is a harness error."""
+        order = ["", *(case.name for case in self.cases), *QUALIFYING]
+        seen: Counter[tuple[str, ...]] = Counter()
+        rows = []
+        for key in sorted(self.rows, key=lambda key: order.index(key[1])):
+            for row in self.rows[key]:
+                seen[row.key] += 1
+                rows.append(row if seen[row.key] == 1 else _second(row, seen[row.key]))
+        return rows
+
+    def _plan(self, engine: str, case: Case[Any], call: str, make: Callable[[], Any]) -> None:
+        try:
+            checks = checks_in(case, call, make)
+        except Unsupported as reason:
+            self._add(not_tested(self._blank(engine, case), str(reason)))
+        except (CaseError, EngineError) as error:
+            self._add(failed(self._blank(engine, case), Failure.HARNESS, str(error)))
+        else:
+            self.planned[engine, case.name] = self._selected(case, checks)
+            if not checks and engine != OWN and self.only == "*":
+                self._add(not_tested(self._blank(engine, case), NO_CHECKS))
+
+    def _plan_comparisons(self) -> None:
+        self.compared = {}
+        for case in self.cases:
+            try:
+                for engine, checks in comparisons_in(case, self.engines).items():
+                    self.compared[engine, case.name] = self._selected(case, checks)
+            except (CaseError, EngineError) as error:
+                self._add(failed(self._blank(OWN, case), Failure.HARNESS, str(error)))
+
+    def _plan_qualification(self, engine: Engine) -> None:
+        for name in QUALIFYING:
+            requested = self.planned.pop((engine.name, name), [])
+            self.qualifying[engine.name, name] = requested or qualification_checks(name, engine)
+
+    def _judge_qualification(self, engine: str) -> None:
+        """Keep rows that were requested or failed; after a failure test nothing else."""
+        requested, wrong = {case.name for case in self.cases}, []
+        for key in [key for key in self.qualifying if key[0] == engine]:
+            rows = self.rows.get(key, [])
+            failures = [row for row in rows if row.verdict is Verdict.FAIL]
+            shown = [r for r in rows if key[1] in requested and matches(_path(r), self.only)]
+            self.rows[key] = list(dict.fromkeys([*shown, *failures]))
+            wrong += [row.name for row in failures]
+        if wrong:
+            more = f" and {len(wrong) - 1} more" if wrong[1:] else ""
+            del self.benches[engine]
+            self._add_to_all(engine, f"not qualified: {wrong[0]}{more}")
+            self._plan_comparisons()
+
+    def _run(self, planned: Mapping[Key, list[Check]], stage: str = "") -> None:
+        items = [(key, checks) for key, checks in planned.items() if checks]
+        totals, done = Counter(key[0] for key, _ in items), Counter[str]()
+        for place, rows in parallel_each(lambda item: self._rows(*item), items, SIDE_BY_SIDE):
+            key, _ = items[place]
+            self.rows.setdefault(key, []).extend(rows)
+            done[key[0]] += 1
+            self.progress(f"{key[0]} {stage}".strip(), done[key[0]], totals[key[0]])
+
+    def _rows(self, key: Key, checks: Sequence[Check]) -> list[Row]:
+        engine, case = key
+        version = self.versions[engine]
+        blank = _blank(case, engine, version)
+        explain = None if engine == OWN else explained(self.defects, version)
+        try:
+            return run_checks(case, checks, self.benches[engine], version=version, explain=explain)
+        except EngineMissingError as error:
+            return [not_tested(blank, str(error))]
+        except EngineError as error:
+            return [_engine_failed(blank, error)]
+        except Exception as error:  # a case of another package may raise anything
+            return [failed(blank, Failure.HARNESS, f"{type(error).__name__}: {error}")]
+
+    def _sections(self, case: Case[Any]) -> list[Section]:
+        try:
+            return sections_in(case, partial(case.sections, self.benches))
+        except (CaseError, EngineError, Unsupported) as error:
+            return [Section(case.name, f"The sections of this case could not be made: {error}.")]
+
+    def _selected(self, case: Case[Any], checks: Sequence[Check]) -> list[Check]:
+        self.paths |= {f"{case.name}/{check.setup}/{check.quantity}" for check in checks}
+        return selected(case.name, checks, self.level, self.only)
+
+    def _blank(self, engine: str, case: Case[Any]) -> Row:
+        return _blank(case.name, engine, self.versions[engine])
+
+    def _add(self, row: Row) -> None:
+        self.rows.setdefault((row.engine, row.case), []).append(row)
+
+    def _add_to_all(self, engine: str, reason: str) -> None:
+        for case in self.cases:
+            if (engine, case.name) not in self.rows:
+                self._add(not_tested(self._blank(engine, case), reason))
+
+
+def qualification_checks(name: str, engine: Engine) -> list[Check]:
+    """Return the quick checks of a case that an engine must pass before any other."""
+    case = get_case(name)
+    return selected(name, checks_in(case, "checks", partial(case.checks, engine)), "quick")
+
+
+def qualification(engine: Engine) -> str:
+    """Return the failed checks of an engine's qualification, empty where it qualifies."""
+    bench, wrong = Bench(engine), []
+    for name in QUALIFYING:
+        rows = run_checks(name, qualification_checks(name, engine), bench)
+        wrong += [f"{row.name}: {row.note}" for row in rows if row.verdict is Verdict.FAIL]
+    return "; ".join(wrong)
+
+
+def _blank(case: str, engine: str, version: str = "") -> Row:
+    return Row(case=case, setup="", quantity="", engine=engine, version=version)
+
+
+def _path(row: Row) -> str:
+    return f"{row.case}/{row.setup}/{row.quantity}"
+
+
+def _second(row: Row, number: int) -> Row:
+    row = replace(row, check=f"{row.check} ({number})".strip())
+    return failed(row, Failure.HARNESS, f"{number} checks of one key")
+
+
+def _engine_failed(blank: Row, error: EngineError) -> Row:
+    return failed(blank, failure_of(error), f"{error.kind}: {error}", error.log)
+
+
+def _version_rows(engine: Engine, version: str) -> list[Row]:
+    """Return a finding where an engine's version is not one that it was tried with."""
+    if version in engine.traits.versions:
+        return []
+    tried = ", ".join(engine.traits.versions) or "none"
+    note = f"version {version}: not one that it was tried with ({tried})"
+    row = _blank("engine", engine.name, version)
+    return [finding(replace(row, setup="version", note=note))]
+
+
+def _script(engine: Engine, job: Job) -> str:
+    try:
+        return engine.script_text(job)
+    except (HarnessError, KeyError):  # of a job that was refused
+        return ""
+
+
+def nothing_matches(only: str, paths: Iterable[str]) -> RequestError:
+    """Return the error of a pattern that matches no ``case/setup/quantity``, with near ones."""
+    plain = only.strip("*?").casefold()
+    parts = {part.casefold(): part for path in paths for part in (path, *path.split("/"))}
+    found = [name for name in parts if plain and plain in name]
+    found = found or get_close_matches(plain, parts, n=5, cutoff=0.4)
+    near = ", ".join(repr(parts[name]) for name in sorted(found, key=len)[:5])
+    text = f"--only {only!r}: matches no case/setup/quantity of this level"
+    return RequestError(text + (f"; near it: {near}" if near else ""))
+
+
+def job_seconds(job: Job, engine: Engine) -> float:
+    """Return the expected time of a job on one core [s], 0 where nothing is known of it."""
+    if job.seconds or job.scene is None:
+        return job.seconds
+    return engine_seconds(job.scene.steps, len(job.scene.bodies), engine.traits)
