@@ -11,8 +11,12 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 _HOMES = {
-    "harness.cases.incline": "critical_angle theory",
-    "harness.cases.tower": "impulse tower",
+    "harness.cases.incline.angle": "critical_angle critical_angles",
+    "harness.cases.incline.closed_form": "theory",
+    "harness.cases.incline.extrapolation": "extrapolated_critical_angle",
+    "harness.cases.tower.impulse": "energy_scaling_angles impulse impulse_angles "
+    "impulse_by_gamma impulse_table",
+    "harness.cases.tower.runs": "tower",
     "harness.workflows.lists": "cases engines inputs outdated_inputs",
     "harness.workflows.progress": "progress_bars",
     "harness.workflows.results": "accept diff",
@@ -22,11 +26,21 @@ _HOMES = {
     "harness.workflows.sweeps": "sweep",
     "harness.workflows.verification": "verify",
 }
+_ALIASES = {"impulse": "impulse_angles"}
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names.split()}
 
 if TYPE_CHECKING:
-    from harness.cases.incline import critical_angle, theory
-    from harness.cases.tower import impulse, tower
+    from harness.cases.incline.angle import critical_angle, critical_angles
+    from harness.cases.incline.closed_form import theory
+    from harness.cases.incline.extrapolation import extrapolated_critical_angle
+    from harness.cases.tower.impulse import (
+        energy_scaling_angles,
+        impulse_angles,
+        impulse_by_gamma,
+        impulse_table,
+    )
+    from harness.cases.tower.impulse import impulse_angles as impulse
+    from harness.cases.tower.runs import tower
     from harness.workflows.lists import cases, engines, inputs, outdated_inputs
     from harness.workflows.progress import progress_bars
     from harness.workflows.releases import releases
@@ -37,15 +51,17 @@ if TYPE_CHECKING:
     from harness.workflows.verification import verify
 
 __all__ = [
-    "accept", "cases", "critical_angle", "diff", "engines", "impulse", "inputs", "outdated_inputs",
-    "progress_bars", "releases", "run", "site", "sweep", "theory", "tower", "verify",
+    "accept", "cases", "critical_angle", "critical_angles", "diff", "energy_scaling_angles",
+    "engines", "extrapolated_critical_angle", "impulse", "impulse_angles", "impulse_by_gamma",
+    "impulse_table", "inputs", "outdated_inputs", "progress_bars", "releases", "run", "site",
+    "sweep", "theory", "tower", "verify",
 ]  # fmt: skip
 
 
 def __getattr__(name: str) -> Any:
     if name not in _HOME_OF:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(import_module(_HOME_OF[name]), name)
+    return getattr(import_module(_HOME_OF[name]), _ALIASES.get(name, name))
 
 
 def __dir__() -> list[str]:

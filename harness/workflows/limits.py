@@ -16,8 +16,9 @@ from harness.observables.provenance import Provenance
 if TYPE_CHECKING:
     from harness.model.scene import Scene
 
-RESOLVED = 1e-6  # of a quantity's scale: error of a limit that counts as resolved
-MOST_BODY_STEPS = 1_000_000  # steps times bodies of the finest run: some seconds in all
+RESOLVED = 1e-6  # of a quantity's scale, or
+RESOLVED_SHARE = 0.1  # of the step's error: errors of a limit that counts as resolved
+MOST_BODY_STEPS = 2_000_000  # steps times bodies of the finest run: a second in all
 
 
 def limits_of(
@@ -25,7 +26,7 @@ def limits_of(
 ) -> dict[str, float]:
     """Return the limits of small steps by name, of those quantities where it is resolved.
 
-    None for a case whose reference is more than one scene.
+    None for a case whose reference is not one scene.
     """
     from harness.solvers import reference
 
@@ -47,7 +48,12 @@ def limits_of(
         found = reference.limit(quantities, allowed, first=first, most=most)
     except (EngineError, RequestError):  # a finer run overflows, or is another system
         return {}
-    return {name: limit.value for name, limit in found.items() if limit.error <= allowed[name]}
+    coarse = quantities(first)
+    return {
+        name: limit.value
+        for name, limit in found.items()
+        if limit.error <= max(allowed[name], RESOLVED_SHARE * abs(limit.value - coarse[name]))
+    }
 
 
 def refined(scene: Scene, factor: int) -> Scene:

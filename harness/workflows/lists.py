@@ -13,6 +13,7 @@ from harness.cases.registry import DEFAULT as DEFAULT_CASES
 from harness.cases.registry import get_case, homes, usable_cases
 from harness.engines.contract import Template
 from harness.engines.registry import DEFAULT, ENGINES, engine_class, engine_names, open_engine
+from harness.engines.traits import Traits
 from harness.errors import EngineError, RequestError, cannot_write
 from harness.files import check_folder, held_folder, whole_folder
 from harness.observables.provenance import Provenance
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 T = TypeVar("T")
+UNKNOWN = Traits("", (), "")  # of an engine whose class cannot be imported
 
 
 class Listing(list[T]):
@@ -79,10 +81,7 @@ class EngineStatus:
     provenance: Provenance | None
     how: str = ""
     reason: str = ""
-    install_hint: str = ""
-    lineage: str = ""
-    integrator: str = ""
-    digits: int = 15
+    traits: Traits = UNKNOWN
 
     @property
     def available(self) -> bool:
@@ -100,10 +99,10 @@ class EngineStatus:
             "executable": found.executable,
             "packages": list(found.packages),
             "reason": self.reason,
-            "install_hint": self.install_hint,
-            "lineage": self.lineage,
-            "integrator": self.integrator,
-            "digits": self.digits,
+            "install_hint": self.traits.install_hint,
+            "lineage": self.traits.lineage,
+            "integrator": self.traits.integrator,
+            "digits": self.traits.digits,
         }
 
 
@@ -272,16 +271,10 @@ def _refusal(engine: str, case: Case[Any]) -> str:
 
 def _status(name: str, options: Mapping[str, Any]) -> EngineStatus:
     traits = engine_class(name).traits
-    more = {
-        "install_hint": traits.install_hint,
-        "lineage": traits.lineage,
-        "integrator": traits.integrator,
-        "digits": traits.digits,
-    }
     how = str(options.get("launcher") or ("executable" if options else "-"))
     try:
         with open_engine(name, options=options) as engine:
             found = engine.identify()
     except (EngineError, RequestError) as error:
-        return EngineStatus(name, None, how, traits.missing(str(error)), **more)
-    return EngineStatus(name, found, found.how or how, **more)
+        return EngineStatus(name, None, how, traits.missing(str(error)), traits)
+    return EngineStatus(name, found, found.how or how, "", traits)

@@ -39,12 +39,12 @@ def read_points(path: Path, x: str, y: str, uncertainty: str = "") -> Points:
             columns = ", ".join(map(str, frame.columns))
             raise RequestError(f"{option}: has no column {name!r}, but {columns}")
     names = [x, y, *([uncertainty] if uncertainty in frame else [])]
-    columns = [_numbers(frame[name], option) for name in names]
+    numbers = [_numbers(frame[name], option) for name in names]
     if not len(frame):
         raise RequestError(f"{option}: has no rows")
-    if len(columns) > 2 and (columns[2] < 0.0).any():
+    if len(numbers) > 2 and (numbers[2] < 0.0).any():
         raise RequestError(f"{option}: {uncertainty} must not be negative")
-    return Points(path.name, columns[0], columns[1], columns[2] if len(columns) > 2 else None)
+    return Points(path.name, numbers[0], numbers[1], numbers[2] if len(numbers) > 2 else None)
 
 
 def _numbers(column: object, option: str) -> Floats:

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from harness.report.content import Discs
+    from harness.report.style import Figure
 
 EQUAL_STEPS, CLOSED_FORM, NONE = "equal steps", "closed form", "none"
 COLUMNS = ("value", "unit", "reference", "reference_kind", "difference", "limit", "step_error")
@@ -108,6 +109,23 @@ class RunResult(Shown):
         lines = {"case": self.case, "engine": f"{self.engine} {self.engine_version}"}
         return lines | {name: quantity_text(found) for name, found in self.quantities.items()}
 
+    def draw(self) -> Figure:
+        """Draw the difference of each quantity from its reference, over the reference."""
+        from harness.report.style import Figure, label
+
+        figure = Figure(figsize=(7.0, 1.3 + 0.4 * len(self.quantities)), layout="constrained")
+        axes = figure.add_subplot()
+        for place, found in enumerate(self.quantities.values()):
+            axes.plot(found.difference / (abs(found.reference) or 1.0), place, "o")
+            if found.reference_kind == NONE:
+                across = axes.get_yaxis_transform()
+                axes.text(0.5, place, "no reference", va="center", transform=across)
+        axes.axvline(0.0, color="black", ls="--", lw=1)
+        axes.set_yticks(range(len(self.quantities)), [*self.quantities])
+        axes.set_ylim(len(self.quantities) - 0.5, -0.5)
+        label(axes, "difference over the reference (over 1 where that is 0)", "", self.case)
+        return figure
+
 
 def run(  # noqa: PLR0913 - the options of a user
     case: str,
@@ -153,6 +171,7 @@ def run(  # noqa: PLR0913 - the options of a user
                 film_frames=film_frames, check_duration=check_duration, progress=progress,
             )  # fmt: skip
     _check_runs(chosen, parameters, engine)
+    _check_parts(chosen, engine, parameters, profile=profile, script=script)
     check_duration(run_seconds(chosen, parameters, engine.traits, names))
     progress(case, 0, 1)
     bench = Bench(engine)
@@ -164,13 +183,10 @@ def run(  # noqa: PLR0913 - the options of a user
     output = bench.output(chosen.job(parameters))
     results = measured(chosen, parameters, bench, output, names)
     more: dict[str, Any] = {}
-    if profile and not (more := {"profile": chosen.profile(parameters, output)})["profile"]:
-        raise RequestError(f"--profile: case {case!r} has no profile")
-    if (
-        script
-        and not (more := {**more, "script": engine.script_text(chosen.job(parameters))})["script"]
-    ):
-        raise RequestError(f"--script: {engine.title} runs case {case!r} without a script")
+    if profile:
+        more["profile"] = chosen.profile(parameters, output)
+    if script:
+        more["script"] = engine.script_text(chosen.job(parameters))
     if film_frames:
         filmed = bench.output(chosen.film_job(parameters, film_frames))
         more["discs"] = chosen.discs(parameters, filmed)
@@ -241,7 +257,8 @@ def measured(
         if name in values and (not names or name in names):
             kind, expected = _reference(name, reference, exact)
             limit = exact.get(name, limits.get(name, math.nan))
-            results[name] = Result(values[name], quantity.unit, expected, kind, limit)
+            value = float(values[name])
+            results[name] = Result(value, quantity.unit, float(expected), kind, float(limit))
     return results
 
 
@@ -273,7 +290,7 @@ def _solved(
     for quantity in case.quantities:
         if quantity.name in values and (not names or quantity.name in names):
             kind, expected = _reference(quantity.name, {}, exact)
-            value = values[quantity.name]
+            value = float(values[quantity.name])
             results[quantity.name] = Result(value, quantity.unit, expected, kind, expected)
     version = f"dem-harness {__version__}"
     return RunResult(case.name, solver, version, _dumped(parameters), results)
@@ -310,6 +327,15 @@ def _dumped(parameters: Parameters, without: Iterable[str] = ()) -> dict[str, An
 def _check_runs(case: Case[Any], parameters: Parameters, engine: Engine) -> None:
     if reason := engine.refuses(case.job(parameters)):
         raise RequestError(f"--engine {engine.name!r}: cannot run {case.name!r}: {reason}")
+
+
+def _check_parts(
+    case: Case[Any], engine: Engine, parameters: Parameters, *, profile: bool, script: bool
+) -> None:
+    if profile and type(case).profile is Case.profile:
+        raise RequestError(f"--profile: case {case.name!r} has no profile")
+    if script and not engine.script_text(case.job(parameters)):
+        raise RequestError(f"--script: {engine.title} runs case {case.name!r} without a script")
 
 
 def _text(value: Any) -> str:

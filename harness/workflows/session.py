@@ -30,6 +30,7 @@ from harness.errors import (
     Unsupported,
 )
 from harness.report.content import Section
+from harness.results.defects import KnownDefect
 from harness.results.rows import (
     Failure,
     Level,
@@ -56,7 +57,7 @@ class Session:
     level: Level
     only: str
     cases: Sequence[Case[Any]]
-    defects: Sequence[Any]
+    defects: Sequence[KnownDefect]
     progress: Progress
     versions: dict[str, str] = field(default_factory=dict)
     benches: dict[str, Bench] = field(default_factory=dict)

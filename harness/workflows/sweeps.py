@@ -165,9 +165,8 @@ class Runner:
         with self.open_engine(engine) as running:
             if searched(chosen.case, chosen.quantities):
                 search = partial(_searched, chosen, running)
-                for index, ran in parallel_each(
-                    search, [chosen.points[i] for i in places], cores()
-                ):
+                points = [chosen.points[place] for place in places]
+                for index, ran in parallel_each(search, points, cores()):
                     yield places[index], ran
                 return
             for first in range(0, len(places), CHUNK):

@@ -30,6 +30,7 @@ from harness.errors import (
     RequestError,
 )
 from harness.report.content import Section
+from harness.results.defects import KnownDefect
 from harness.results.rows import (
     LEVELS,
     Level,
@@ -98,7 +99,7 @@ def verify(  # noqa: PLR0913 - the options of a user
         run = run.against(accepted_rows(accepted_folder(), here))
         if output is not None:
             progress("figures and report", 0, 1)
-            write_run(run, output, _pages(run, session.sections(), png))
+            write_run(run, output, _pages(run, session.sections(), session.defects, png=png))
             progress("figures and report", 1, 1)
     return run
 
@@ -137,7 +138,10 @@ def _words(texts: str | Iterable[str]) -> list[str]:
     return [text.strip() for text in many if text.strip()]
 
 
-def _pages(run: Run, sections: Sequence[Section], png: bool) -> dict[str, str | bytes]:
+def _pages(
+    run: Run, sections: Sequence[Section], defects: Sequence[KnownDefect], *, png: bool
+) -> dict[str, str | bytes]:
     from harness.report.page import report_files
 
-    return report_files(run, sections, png=png)
+    by_name = {defect.name: dict(defect) for defect in defects}
+    return report_files(run, sections, defects=by_name, png=png)

@@ -34,6 +34,7 @@ from harness.files import processes_with_room
 from harness.observables.provenance import Provenance, release_of
 
 if TYPE_CHECKING:
+    from harness.engines.lammps.scene_script import Variation
     from harness.engines.lammps.scene_variations import Row
     from harness.model.conventions import Rules
     from harness.model.motion import Motion
@@ -67,6 +68,19 @@ def _variations(scene: Scene) -> Mapping[str, Row]:
     from harness.engines.lammps.scene_variations import variations
 
     return {row.name: row for row in variations(scene)}
+
+
+def _scene_and_option(job: Job) -> tuple[Scene, Variation]:
+    """Return the scene of a job and the options with which LAMMPS runs it."""
+    from harness.engines.lammps.scene_script import PLAIN
+
+    assert job.scene is not None
+    scene, option = job.scene, PLAIN
+    if name := job.values.get("variation"):
+        _, scene, option = _variations(scene)[str(name)]
+    if job.values.get("units") == "lj":
+        option = replace(option, units="lj")
+    return scene, option
 
 
 class Lammps(LammpsLanguage):
@@ -175,23 +189,23 @@ class Lammps(LammpsLanguage):
 
     def motions(self, jobs: Sequence[Job]) -> list[Motion | EngineError]:
         """Return the motions of scenes by the executable: that beside the library, in-process."""
-        from harness.engines.lammps import scene_runs, scene_script
+        from harness.engines.lammps import scene_runs
 
-        scenes, options = [], []
-        for job in jobs:
-            assert job.scene is not None
-            scene, option = job.scene, scene_script.PLAIN
-            if name := job.values.get("variation"):
-                _, scene, option = _variations(scene)[str(name)]
-            if job.values.get("units") == "lj":
-                option = replace(option, units="lj")
-            scenes.append(scene)
-            options.append(option)
+        stated = [_scene_and_option(job) for job in jobs]
         return scene_runs.motions(
-            self.program or find_program("lmp", "lmp"), scenes, options,
+            self.program or find_program("lmp", "lmp"),
+            [scene for scene, _ in stated], [option for _, option in stated],
             arguments=self.arguments, launcher=self._launcher, release=self._release,
             workers=self.workers, limits=self.limits,
         )  # fmt: skip
+
+    def script_text(self, job: Job) -> str:
+        """Return the plain script of a job: of its template, else of its scene."""
+        from harness.engines.lammps.scene_script import script
+
+        if self.has_template(job.template):
+            return super().script_text(job)
+        return script(*_scene_and_option(job))
 
     def on_ranks(self, ranks: int) -> Lammps:
         """Return the executable of this installation under the launcher beside it."""

@@ -10,7 +10,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any, ClassVar
 
-from harness.engines.contract import Template, Value, Values
+from harness.engines.contract import Job, Template, Value, Values
 from harness.engines.output import Output, Table, read_csv
 from harness.engines.process import (
     FAULTS,
@@ -174,6 +174,13 @@ class LammpsLanguage(ScriptedEngine):
     def variables(self, task: Task) -> dict[str, str]:
         """Return what ``-var`` sets for a task, at full precision."""
         return {name: self.literal(value) for name, value in task.values.items()}
+
+    def script_text(self, job: Job) -> str:
+        """Return the script of a job's template, the values of the job before its defaults."""
+        task = self.task(job)
+        words = _words(task, self.literal).items()
+        lines = [f"variable {name} index {text}" for name, text in words]
+        return "\n".join([*lines, "", task.script.text])
 
     def names_to_forget(self, tasks: Sequence[Task]) -> list[str]:
         """Return the variables that may be left from an earlier run, of whatever script.

@@ -75,6 +75,12 @@ class Liggghts(LammpsLanguage):
             limits=self.limits,
         )  # fmt: skip
 
+    def script_text(self, job: Job) -> str:
+        """Return the plain script of a job: of its template, else of its scene."""
+        if job.scene is None or self.has_template(job.template):
+            return super().script_text(job)
+        return scenes.script(self.scene_of(job))
+
     def ask_version(self) -> Provenance:
         """Return the version that ``liggghts -help`` names.
 

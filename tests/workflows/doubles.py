@@ -1,0 +1,202 @@
+"""A small case, and engines that are the reference with planted faults, in place of real ones."""
+
+from dataclasses import replace
+
+from pydantic import Field
+
+from harness.cases.base import Case, Check, Quantity, Value
+from harness.engines.contract import Engine
+from harness.engines.output import SERIES
+from harness.engines.reference import Reference
+from harness.engines.scene_jobs import scene_job
+from harness.engines.scene_tables import motion_in
+from harness.errors import EngineCrashError, EngineMissingError, Unsupported
+from harness.model.base import Parameters
+from harness.model.law import Law
+from harness.model.scene import Scene, Wall, sphere
+from harness.report.content import Discs, Section
+from harness.results.rows import Kind, Tolerance
+
+K, SPEED = 1e5, 1.0
+SAME = Tolerance(1e-12, reason="round-off")
+
+
+class Bounce(Parameters):
+    """A ball on a wall."""
+
+    stiffness: float = Field(K, gt=0.0, le=1e12, description="[N/m] normal stiffness")
+    restitution: float = Field(0.5, gt=0.0, le=1.0, description="[-] nominal")
+    steps: int = Field(200, ge=10, le=10**6, description="[-] in the run")
+    law: Law = Field(Law(normal_stiffness=K), description="[-] of friction")
+
+
+class BounceCase(Case[Bounce]):
+    """A ball hits a wall head on; the restitution of a clipped or free dashpot."""
+
+    name, group, summary = "bounce", "balls", "A ball hits a wall head on."
+    parameters = Bounce
+    presets = {"usual": Bounce(), "stiff": Bounce(stiffness=1e7)}  # noqa: RUF012
+    sources = {"stiff": "nobody 2020"}  # noqa: RUF012
+    solvers = ("exact",)
+    qualifies = True
+    quantities = (
+        Quantity("restitution", "1", "speed after over speed before"),
+        Quantity("time_s", "s", "at the end"),
+        Quantity("softest", "N/m", "stiffness of a search", varies=("stiffness",)),
+    )
+
+    def job(self, parameters):
+        return scene_job(scene_of(parameters))
+
+    def measure(self, parameters, output):
+        motion = motion_in(output, scene_of(parameters))
+        return {"restitution": motion.velocity[-1, 0, 2] / SPEED, "time_s": motion.time[-1]}
+
+    def exact(self, parameters):
+        return {"time_s": scene_of(parameters).duration}
+
+    def solve(self, parameters, solver):
+        return {"restitution": parameters.restitution, "time_s": scene_of(parameters).duration}
+
+    def profile(self, parameters, output):
+        return {"time_s": output.tables[SERIES]["time_s"].tolist()}
+
+    def discs(self, parameters, output):
+        motion = motion_in(output, scene_of(parameters))
+        place = motion.position
+        return Discs("ball", motion.time, place[:, :, 0], place[:, :, 2], place[0, :, 0] * 0 + 0.01)
+
+    def search(self, names, parameters, bench, **options):
+        found = [self.measure(p, bench.output(self.job(p)))["restitution"]
+                 for p in (parameters.replace(stiffness=k) for k in (1e4, 1e5))]  # fmt: skip
+        return {"softest": Value(1e4, found[1] - found[0])}
+
+    def checks(self, engine):
+        for steps, level in ((200, "quick"), (400, "default"), (800, "full")):
+            p = Bounce(steps=steps)
+            yield Check(
+                setup=f"{steps} steps", quantity="restitution", unit="1",
+                measure=lambda bench, p=p: self.measure(p, bench.output(self.job(p)))["restitution"],
+                expected=lambda bench, p=p: self.reference(p, bench)["restitution"],
+                tolerance=SAME, level=level, jobs=[self.job(p)],
+            )  # fmt: skip
+
+    def own_checks(self):
+        yield Check(setup="200 steps", quantity="time_s", unit="s", kind=Kind.ANALYTIC,
+                    measure=lambda bench: scene_of(Bounce()).duration,
+                    expected=scene_of(Bounce()).duration, tolerance=SAME)  # fmt: skip
+
+    def comparisons(self, engines):
+        for engine in engines[1:]:
+            yield engine, Check(
+                setup="200 steps", quantity="restitution", unit="1", check=engines[0].name,
+                measure=lambda bench: _restitution(self, bench),
+                expected=lambda bench, n=engines[0].name: _restitution(self, bench.others[n]),
+                tolerance=SAME,
+            )  # fmt: skip
+
+    def sections(self, benches):
+        return [Section("Bounce", ", ".join(sorted(benches)))]
+
+
+def _restitution(case, bench):
+    return case.measure(Bounce(), bench.output(case.job(Bounce())))["restitution"]
+
+
+def scene_of(parameters):
+    ball = sphere(0.01, 2500.0, position=(0.0, 0.0, 0.01), velocity=(0.0, 0.0, -SPEED))
+    law = Law(normal_stiffness=parameters.stiffness, damping="coeff_restitution",
+              restitution=parameters.restitution)  # fmt: skip
+    contact_time = 3.5 * (ball.mass / parameters.stiffness) ** 0.5
+    return Scene(bodies=(ball,), walls=(Wall(),), law=law, step=contact_time / parameters.steps,
+                 steps=parameters.steps)  # fmt: skip
+
+
+class Good(Reference):
+    """As the reference; counts its jobs."""
+
+    name = "good"
+    traits = replace(Reference.traits, versions=("1",), install_hint="make good")
+    ran = 0
+
+    def identify(self):
+        return replace(super().identify(), engine="good", engine_version="1")
+
+    def run(self, jobs):
+        type(self).ran += len(jobs)
+        return super().run(jobs)
+
+    def fingerprint(self):
+        return {"engine": self.name}
+
+    @classmethod
+    def fingerprint_of(cls, **options):
+        return {"engine": cls.name, **options}
+
+    def script_text(self, job):
+        return f"run {job.scene.steps}\n"
+
+
+class Off(Good):
+    """Off by a relative 1e-6 in the stiffness."""
+
+    name = "off"
+    traits = replace(Good.traits, versions=("2",))
+
+    def identify(self):
+        return replace(super().identify(), engine="off")
+
+    def scene_of(self, job):
+        return job.scene.replace(law=job.scene.law.replace(normal_stiffness=K * (1 + 1e-6)))
+
+
+class Dying(Good):
+    name = "dying"
+
+    def run(self, jobs):
+        return [EngineCrashError("signal SIGSEGV").with_log("last words") for _ in jobs]
+
+
+class Missing(Good):
+    name = "missing"
+
+    def __init__(self):
+        raise EngineMissingError("missing: no program")
+
+
+class Refusing(Good):
+    name = "refusing"
+
+    def rules(self, scene):
+        raise Unsupported("it has no springs")
+
+
+CASE = BounceCase()
+
+
+class Wrong(BounceCase):
+    """A case whose calls raise, or return a wrong type."""
+
+    name, qualifies = "wrong", False
+    mode = "none"
+
+    def checks(self, engine):
+        return {"none": None, "raise": _raise, "type": [1]}[self.mode] if self.mode != "raise" else _raise()
+
+
+def _raise():
+    raise ZeroDivisionError("1/0")
+
+
+WRONG = Wrong()
+HERE = "tests.workflows.doubles"
+GROUPS = {"balls": {"bounce": f"{HERE}:CASE"}, "others": {"wrong": f"{HERE}:WRONG"}}
+ENGINES = {
+    "lammps": f"{HERE}:Good",
+    "good": f"{HERE}:Good",
+    "off": f"{HERE}:Off",
+    "dying": f"{HERE}:Dying",
+    "missing": f"{HERE}:Missing",
+    "refusing": f"{HERE}:Refusing",
+}
+assert issubclass(Good, Engine)
