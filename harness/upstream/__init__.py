@@ -1,1 +1,1 @@
-"""LAMMPS's own tests of granular contacts, run in any release and held against the reference."""
+"""LAMMPS's own granular tests (``unittest/granular``), judged in any release at equal steps."""

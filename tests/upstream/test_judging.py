@@ -8,10 +8,13 @@ import pytest
 from harness.engines.process import Limits
 from harness.errors import EngineNaNError
 from harness.solvers import reference
-from harness.store.baseline import known_defects
+from harness.results.defects import known_defects
+from harness.results.rows import rows_of
 from harness.upstream import comparison, judging
 from harness.upstream.definition import COLUMNS, RECORDED, read_test
-from harness.upstream.judging import report, run_test, run_upstream
+from harness.upstream.judging import MOTION, RECORDED_MOTION, STEP_ERROR, run_upstream
+from harness.upstream.page import sections
+from harness.upstream.run import read_state, run_test
 from harness.upstream.scene import read_scene
 from tests.upstream.conftest import askew, named
 
@@ -28,9 +31,15 @@ FAIL_HERE = {
 TSUJI = ["pair_coeff * * hertz/material 1e8 0.5 0.3 damping tsuji tangential linear_nohistory 0 0"]
 
 
-def outcome(test, lmp, **options):
-    (found,) = run_upstream([test], {"here": lmp}, **options).outcomes
-    return found
+def rows_by_key(run):
+    return {(row.setup, row.engine, row.quantity, row.check): row for row in rows_of(run.rows)}
+
+
+def outcome(test, lmp, newton="off", **options):
+    """Return the rows of the recorded motion, of the motion and of the step of one test."""
+    rows = rows_by_key(run_upstream([test], {"here": lmp}, **options))
+    keys = [(RECORDED_MOTION, f"newton {newton}"), (MOTION, f"newton {newton}"), (STEP_ERROR, "")]
+    return [rows.get((test.name, "here", *key)) for key in keys]
 
 
 @pytest.mark.parametrize(
@@ -59,24 +68,27 @@ def test_what_users_reported_is_right_in_the_limit_of_small_steps(name, velociti
 
 def test_the_files_of_users_hold(lmp):
     tests = [read_test(file) for file in sorted(HERE.glob("*.yaml"))]
-    runs = run_upstream(tests, {"here": lmp})
-    assert [found.law for found in runs.outcomes] == ["pass"] * 4
-    assert runs.status == 0
-    for found in runs.outcomes:
-        assert found.law_difference < 1e-12 < found.step_error < 1e-3
+    run = run_upstream(tests, {"here": lmp})
+    assert run.status == 0
+    motions = run.rows[run.rows["quantity"] == MOTION]
+    assert list(motions["verdict"]) == ["pass"] * 8
+    assert motions["value"].max() < 1e-12
+    steps = run.rows[run.rows["quantity"] == STEP_ERROR]["value"]
+    assert len(steps) == 4
+    assert steps.between(1e-12, 1e-3).all()
 
 
 def test_arguments_of_the_program_reach_it(lmp):
     test = read_test(HERE / "plane-sphere.yaml")
-    assert outcome(test, f"{lmp} -sf omp").law == "pass"
+    assert outcome(test, f"{lmp} -sf omp")[1].verdict == "pass"
 
 
 @pytest.mark.parametrize("name", OF_DEFECTS)
 def test_the_test_of_a_defect_fails_where_lammps_has_the_defect(name, lmp):
-    found = outcome(read_test(OF_DEFECTS[name]), lmp)
+    recorded, motion, _ = outcome(read_test(OF_DEFECTS[name]), lmp)
     verdict = "known defect" if name in FAIL_HERE else "pass"
-    assert (found.recorded, found.law) == (verdict, verdict)
-    assert found.known_defect == FAIL_HERE.get(name, "")
+    assert (recorded.verdict, motion.verdict) == (verdict, verdict)
+    assert motion.defect == FAIL_HERE.get(name, "")
 
 
 @pytest.fixture(scope="module")
@@ -97,29 +109,32 @@ def recorded(lmp):
 
 
 def test_a_record_and_another_one(recorded, lmp):
-    assert outcome(recorded, lmp).recorded == "pass"
+    assert outcome(recorded, lmp)[0].verdict == "pass"
     rows = recorded.recorded["run_vel"].copy()
     rows[3, 4] *= 1.0 + 1e-6
     changed = named(recorded, recorded={**recorded.recorded, "run_vel": rows})
-    runs = run_upstream([changed], {"a": lmp, "b": lmp})
-    for found in runs.outcomes:
-        assert (found.recorded, found.law, found.known_defect) == ("fail", "pass", "")
-        assert "vz of atom 2 after segment 1" in found.why
-    assert list(runs.to_frame()["release"]) == ["a", "b"]
-    assert runs.status == 1
+    run = run_upstream([changed], {"a": lmp, "b": lmp})
+    for (_, _, quantity, _), row in rows_by_key(run).items():
+        if quantity == RECORDED_MOTION:
+            assert row.verdict == "fail"
+            assert "vz of atom 2 after segment 1" in row.note
+        elif quantity == MOTION:
+            assert (row.verdict, row.defect) == ("pass", "")
+    assert set(run.rows["engine"]) == {"a", "b"}
+    assert run.status == 1
 
 
 def test_a_wrong_law_is_the_known_defect_or_fails(lmp, monkeypatch):
-    found = outcome(named(askew(pair_coeff=TSUJI), tolerance=0.2), lmp)
-    assert (found.law, found.known_defect) == ("known defect", "tsuji-restitution")
-    assert found.hidden_by_tolerance
+    _, motion, _ = outcome(named(askew(pair_coeff=TSUJI), tolerance=0.2), lmp)
+    assert (motion.verdict, motion.defect) == ("known defect", "tsuji-restitution")
+    assert "hides" in motion.note
     monkeypatch.setattr(comparison, "_switches", lambda *_: {})
-    runs = run_upstream([askew(pair_coeff=TSUJI)], {"here": lmp})
-    (found,) = runs.outcomes
-    assert (found.law, found.known_defect, runs.status) == ("fail", "", 1)
-    assert found.law_difference == pytest.approx(0.11, abs=0.02)
-    assert not found.hidden_by_tolerance
-    assert "fail |" in report(runs)
+    run = run_upstream([askew(pair_coeff=TSUJI)], {"here": lmp})
+    motion = rows_by_key(run)["askew", "here", MOTION, "newton off"]
+    assert (motion.verdict, motion.defect, run.status) == ("fail", "", 1)
+    assert motion.value == pytest.approx(0.11, abs=0.02)
+    assert "hides" not in motion.note
+    assert len(sections(run)[1].tables[0].frame) == 2
 
 
 def test_switches_are_those_of_known_defects():
@@ -129,8 +144,8 @@ def test_switches_are_those_of_known_defects():
 
 def test_two_defects_at_once_are_both_named(lmp):
     law = "* * jkr 1e8 1e5 0.3 2 damping viscoelastic tangential mindlin NULL 0.5 0.3"
-    found = outcome(askew(pair_coeff=[f"pair_coeff {law} twisting marshall"]), lmp)
-    assert found.known_defect == "marshall-twist-with-mindlin, twisting-limit-by-rate"
+    _, motion, _ = outcome(askew(pair_coeff=[f"pair_coeff {law} twisting marshall"]), lmp)
+    assert motion.defect == "marshall-twist-with-mindlin, twisting-limit-by-rate"
 
 
 @pytest.mark.parametrize(
@@ -145,7 +160,7 @@ def test_a_coefficient_off_by_1e_6_is_seen(coefficient, lmp, monkeypatch):
         return judging.replace(reading, scene=reading.scene.replace(laws=laws))
 
     monkeypatch.setattr(judging, "read_scene", other)
-    assert outcome(askew(), lmp).law == "fail"
+    assert outcome(askew(), lmp)[1].verdict == "fail"
 
 
 @pytest.mark.parametrize(
@@ -153,48 +168,54 @@ def test_a_coefficient_off_by_1e_6_is_seen(coefficient, lmp, monkeypatch):
     [("no_such_command", 3, "Unknown command"), ("quit 7", 3, "exit status 7")],
 )
 def test_a_run_that_goes_wrong_is_a_row_and_the_others_go_on(lmp, command, status, word):
-    runs = run_upstream([askew(command), askew()], {"here": lmp})
-    first, second = runs.outcomes
-    assert (first.recorded, second.law, runs.status) == ("fail", "pass", status)
-    assert word in first.why
+    run = run_upstream([named(askew(command), name="wrong"), askew()], {"here": lmp})
+    rows = rows_by_key(run)
+    assert rows["wrong", "here", RECORDED_MOTION, "newton on"].verdict == "fail"
+    assert word in rows["wrong", "here", MOTION, "newton off"].note
+    assert rows["askew", "here", MOTION, "newton off"].verdict == "pass"
+    assert run.status == status
 
 
 def test_an_error_of_the_harness_is_a_row_and_the_others_go_on(lmp, monkeypatch):
-    held = judging.recorded_verdict
+    difference = judging.recorded_difference
 
     def raises(test, run):
         if test.name == "broken":
             raise ZeroDivisionError("on purpose")
-        return held(test, run)
+        return difference(test, run)
 
-    monkeypatch.setattr(judging, "recorded_verdict", raises)
-    runs = run_upstream([named(askew(), name="broken"), askew()], {"here": lmp})
-    assert "harness error: ZeroDivisionError" in runs.outcomes[0].why
-    assert runs.outcomes[1].law == "pass"
-    assert runs.status == 1
+    monkeypatch.setattr(judging, "recorded_difference", raises)
+    run = run_upstream([named(askew(), name="broken"), askew()], {"here": lmp})
+    rows = rows_by_key(run)
+    assert rows["broken", "here", MOTION, "newton on"].failure == "harness error"
+    assert rows["askew", "here", MOTION, "newton on"].verdict == "pass"
+    assert run.status == 1
 
 
-def test_nan_went_wrong_and_did_not_die(lmp, tmp_path, monkeypatch):
+def test_nan_is_a_failure_and_no_death(lmp, tmp_path, monkeypatch):
     values = " ".join("nan" if name == "vz" else "1" for name in COLUMNS)
     box = ["ITEM: BOX BOUNDS pp ff ff", *["0 1"] * 3]
     (tmp_path / "state.1").write_text("\n".join([*["ITEM:"] * 4, *box, "ITEM: ATOMS", values]))
     with pytest.raises(EngineNaNError, match=r"state\.1") as caught:
-        judging.read_state(tmp_path / "state.1")
+        read_state(tmp_path / "state.1")
 
     def nan(*_, **__):
         raise caught.value
 
     monkeypatch.setattr(judging, "run_test", nan)
-    runs = run_upstream([askew()], {"here": lmp})
-    assert (runs.outcomes[0].recorded, runs.status) == ("fail", 1)
+    run = run_upstream([askew()], {"here": lmp})
+    assert set(run.rows["verdict"]) == {"fail"}
+    assert run.status == 1
 
 
 def test_a_run_that_hangs_is_ended(lmp):
-    found = outcome(named(askew(), segments=(2_000_000_000,)), lmp, limits=Limits(seconds=1.0))
-    assert "did not finish within 1 s" in found.why
+    test = named(askew(), segments=(2_000_000_000,))
+    recorded, motion, _ = outcome(test, lmp, limits=Limits(seconds=1.0))
+    assert "did not finish within 1 s" in recorded.note
+    assert motion.failure == "out of time"
 
 
 def test_a_list_that_may_miss_a_contact_is_not_tested(lmp):
-    found = outcome(askew("neigh_modify delay 20000 every 1"), lmp)
-    assert (found.law, found.recorded) == ("not tested", "not tested")
-    assert "may miss contacts" in found.law_note
+    recorded, motion, step = outcome(askew("neigh_modify delay 20000 every 1"), lmp)
+    assert (motion.verdict, recorded.verdict, step) == ("not tested", "not tested", None)
+    assert "may miss contacts" in motion.note
