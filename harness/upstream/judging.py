@@ -136,9 +136,7 @@ def _relative(a: Floats, b: Floats) -> Floats:
     return np.where(least == 0.0, error, error / np.where(least == 0.0, 1.0, least))
 
 
-def _rows(
-    test: UpstreamTest, release: str, lmp: str, newton: str, limits: Limits
-) -> Iterator[Row]:
+def _rows(test: UpstreamTest, release: str, lmp: str, newton: str, limits: Limits) -> Iterator[Row]:
     """Yield the rows of a test in a release, whatever happens."""
     blank = Row(
         case=CASE,

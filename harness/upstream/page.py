@@ -37,7 +37,7 @@ def sections(run: Run) -> tuple[Section, ...]:
         Section(TITLE, INTRODUCTION, (Table("By release", _counts(rows)),)),
         Section("What fails, and why", "" if len(failing) else "Nothing fails.",
                 (Table("What fails", _failures(rows, failing)),) if len(failing) else ()),
-        Section("All tests, by release", "Recorded motion / motion; the worse of newton on and off.",
+        Section("All tests, by release", "Recorded motion / motion, newton on and off.",
                 (Table("All tests", _by_release(rows)),)),
         Section("Not tested, and why", "", (Table("Not tested", _untested(rows)),)),
     )  # fmt: skip

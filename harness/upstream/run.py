@@ -1,4 +1,4 @@
-"""A run of one of upstream's tests in LAMMPS: the states at the ends of its segments, and its log."""
+"""A run of one of upstream's tests in LAMMPS: states at the ends of its segments, and the log."""
 
 from __future__ import annotations
 
@@ -42,7 +42,10 @@ def run_test(
 
 
 def read_state(file: Path, columns: Sequence[str] = COLUMNS) -> State:
-    """Return the columns of a dump, (N,) each. Raise EngineError for one that is cut or not finite."""
+    """Return the columns of a dump, (N,) each.
+
+    Raise EngineError for a dump that is cut or has a value that is not finite.
+    """
     try:
         lines = file.read_text("utf-8").splitlines()
         rows = np.array([[float(word) for word in line.split()] for line in lines[9:]])
