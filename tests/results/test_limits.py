@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from harness.results.limits import limit, slope_order
 from harness.errors import RequestError
+from harness.results.limits import limit, slope_order
 
 STEPS = np.array([50.0, 100.0, 200.0, 400.0])
 

@@ -1,0 +1,191 @@
+"""Rows of a run that has a defect, whose defect is gone, or that is off by another size."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from harness.cases.base import Check
+from harness.cases.bench import Bench
+from harness.cases.checks import run_checks
+from harness.cases.defects import explained
+from harness.engines.output import SERIES, Output
+from harness.engines.scene_jobs import scene_job
+from harness.engines.scene_tables import motion_table
+from harness.errors import EngineCrashError
+from harness.model.conventions import Faults, Rules
+from harness.observables.provenance import Provenance
+from harness.results.defects import KnownDefect
+from harness.results.rows import Failure, Kind, Tolerance, Verdict
+from harness.solvers import reference
+from tests.solvers.reference.scenes import HERTZ, LINEAR, impact
+
+ENTRY = {"name": "weak", "engine": "code", "laws": ["hertz*"], "until": "2024",
+         "cause": "the dashpot has half of its mass", "upstream": "issue 1"}  # fmt: skip
+WEAK = KnownDefect(**ENTRY, faults={"tsuji_effective_mass": True})
+TSUJI = impact(HERTZ.replace(damping="tsuji", restitution=0.5), (0.1, 0.0, -0.3), 50, every=5)
+SLIDING = impact(LINEAR, (0.1, 0.0, -0.3), 50, every=5)
+NARROW = Tolerance(1e-9, 0.0, "round-off")
+
+
+class Code:
+    """An engine that is the reference with faults, other rules, or an error."""
+
+    name = "code"
+
+    def __init__(self, faults=None, rules=None, error=None, factor=1.0):
+        self.faults, self.behaves, self.error, self.factor = faults, rules, error, factor
+        self.runs = 0
+
+    def refuses(self, _):
+        return ""
+
+    def rules(self, _):
+        return Rules()
+
+    def scene_of(self, job):
+        return job.scene
+
+    def script_digest(self, _):
+        return ""
+
+    def outcomes(self, jobs):
+        for place, job in enumerate(jobs):
+            self.runs += 1
+            yield place, self.error or self.output(job.scene)
+
+    def output(self, scene):
+        motion = reference.run(scene, self.behaves, self.faults)
+        motion = replace(motion, velocity=motion.velocity * self.factor)
+        tables = {SERIES: motion_table(motion, scene)}
+        return Output((), Provenance("code", "1"), tables)
+
+
+def weighted(array):
+    """Return a sum in which no two samples cancel."""
+    return float(np.sum(array * np.linspace(1.0, 2.0, array.size).reshape(array.shape)))
+
+
+def checks_of(scene, setup):
+    """Return two quantities against the reference, and one against a closed form."""
+    common = {"setup": setup, "unit": "m/s", "tolerance": NARROW, "jobs": (scene_job(scene),)}
+
+    def measured(part):
+        return lambda bench: weighted(getattr(bench.motion(scene), part))
+
+    def wanted(part):
+        return lambda bench: weighted(getattr(bench.reference(scene), part))
+
+    law = weighted(reference.run(scene).velocity)
+    return [
+        Check(quantity="v", measure=measured("velocity"), expected=wanted("velocity"), **common),
+        Check(quantity="x", measure=measured("position"), expected=wanted("position"), **common),
+        Check(quantity="v", check="law", measure=measured("velocity"), expected=law,
+              kind=Kind.ANALYTIC, **common),
+        Check(quantity="steps", measure=lambda _: 100.0, expected=100.0, kind=Kind.ANALYTIC,
+              **common),
+    ]  # fmt: skip
+
+
+def rows_of(engine, defects=(WEAK,), version="2023", scene=TSUJI, setup="hertz, tsuji, wall"):
+    bench = Bench(engine)
+    checks = checks_of(scene, setup)
+    return run_checks("head-on", checks, bench, version=version,
+                      explain=explained(defects, version))  # fmt: skip
+
+
+def verdicts(rows):
+    return [str(row.verdict) for row in rows]
+
+
+TSUJI_FAULT = Faults(tsuji_effective_mass=True)
+
+
+def test_a_run_that_holds_with_the_switch_is_the_known_defect_in_all_rows_that_fail():
+    engine = Code(TSUJI_FAULT)
+    rows = rows_of(engine)
+    assert verdicts(rows) == ["known defect", "known defect", "known defect", "pass"]
+    assert {row.defect for row in rows[:3]} == {"weak"}
+    assert all(row.failure is Failure.NONE and WEAK.cause in row.note for row in rows[:3])
+    assert engine.runs == 1  # all rows share a run, and no trial takes another
+
+
+@pytest.mark.parametrize(
+    ("defects", "version"),
+    [((WEAK,), "2025"), ((), "2023"), ((WEAK.replace(engine="other"),), "2023"),
+     ((WEAK.replace(laws=("hooke*",)),), "2023"), ((WEAK.replace(cases=("oblique",)),), "2023")],
+)  # fmt: skip
+def test_a_failure_elsewhere_stays_one(defects, version):
+    assert verdicts(rows_of(Code(TSUJI_FAULT), defects, version)) == ["fail"] * 3 + ["pass"]
+
+
+def test_another_size_is_a_failure():
+    rows = rows_of(Code(TSUJI_FAULT, factor=1.0 + 1e-6))
+    assert verdicts(rows)[0] == "fail"
+    assert not any(row.defect for row in rows)
+
+
+def test_one_row_of_the_run_that_does_not_hold_leaves_all_failures():
+    checks = checks_of(TSUJI, "hertz, tsuji, wall")
+    wrong = replace(checks[1], quantity="y", measure=lambda _: 1.0)
+    rows = run_checks("head-on", [*checks, wrong], Bench(Code(TSUJI_FAULT)), version="2023",
+                      explain=explained((WEAK,), "2023"))  # fmt: skip
+    assert [rows[0].verdict, rows[-1].verdict] == [Verdict.FAIL] * 2
+
+
+def test_a_closed_form_that_fails_alone_is_not_explained():
+    checks = checks_of(TSUJI, "hertz, tsuji, wall")
+    wrong = replace(checks[3], expected=99.0)
+    rows = run_checks("head-on", [*checks[:3], wrong], Bench(Code(TSUJI_FAULT)), version="2023",
+                      explain=explained((WEAK,), "2023"))  # fmt: skip
+    assert verdicts(rows) == ["known defect"] * 3 + ["fail"]
+
+
+def test_a_run_that_holds_where_the_switch_moves_it_is_fixed():
+    rows = rows_of(Code())
+    assert verdicts(rows) == ["fixed", "fixed", "pass", "pass"]
+    assert rows[0].defect == "weak"
+    assert verdicts(rows_of(Code(), version="2025")) == ["pass"] * 4
+    sliding = rows_of(Code(), (WEAK.replace(laws=("*",)),), scene=SLIDING, setup="hooke, wall")
+    assert verdicts(sliding) == ["pass"] * 4  # the switch moves nothing here
+
+
+def test_a_run_with_a_defect_that_cannot_be_computed_is_not_tested():
+    open_ = KnownDefect(**ENTRY, undetermined="the order of contacts is not known")
+    rows = rows_of(Code(TSUJI_FAULT), (open_,))
+    assert verdicts(rows) == ["not tested"] * 3 + ["pass"]
+    assert "order of contacts" in rows[0].note
+    assert verdicts(rows_of(Code(), (open_,))) == ["pass"] * 4
+    both = rows_of(Code(TSUJI_FAULT), (open_, WEAK.replace(name="switched")))
+    assert rows[0].value == both[0].value
+    assert both[0].defect == "switched"
+
+
+def test_a_run_that_dies_with_the_message_of_a_defect():
+    dies = KnownDefect(**ENTRY, error="Lost atoms")
+    lost = Code(error=EngineCrashError("ERROR: Lost atoms: 1").with_log("log"))
+    rows = rows_of(lost, (dies,))
+    assert verdicts(rows) == ["known defect"] * 3 + ["pass"]
+    assert rows[0].log == "log"
+    assert verdicts(rows_of(Code(error=EngineCrashError("SIGSEGV")), (dies,)))[0] == "fail"
+
+
+def test_a_failure_names_the_convention_under_which_it_would_pass():
+    rows = rows_of(Code(rules=Rules(wall_lever="height")), scene=SLIDING, setup="hooke, wall")
+    failing = [row for row in rows if row.verdict is Verdict.FAIL and row.kind is Kind.CROSS_CODE]
+    assert failing
+    assert all("passes under wall_lever = height" in row.note for row in failing)
+
+
+def test_rows_without_a_scene_have_errors_and_undetermined_defects_alone():
+    open_ = KnownDefect(**ENTRY, undetermined="no reference has this")
+    check = Check(setup="hertz, bulk", quantity="q", unit="1", measure=lambda _: 1.0, expected=2.0,
+                  tolerance=NARROW)  # fmt: skip
+
+    def verdict(*defects):
+        explain = explained(defects, "2023")
+        (row,) = run_checks("silo", [check], Bench(Code()), version="2023", explain=explain)
+        return row.verdict
+
+    assert verdict(WEAK) is Verdict.FAIL
+    assert verdict(open_) is Verdict.NOT_TESTED

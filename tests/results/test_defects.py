@@ -1,0 +1,240 @@
+"""Entries of known defects: where they act, what is refused, and what a switch is in a scene."""
+
+import dataclasses
+import math
+
+import pytest
+
+from harness.errors import RequestError
+from harness.model.conventions import Faults, Rules
+from harness.model.scene import Wall
+from harness.results.defect_fits import first_difference
+from harness.results.defect_switches import VALUES, passing_rules, switched_motion, value_in
+from harness.results.defects import KnownDefect, Trial, error_defect, explanation, is_fixed
+from harness.results.rows import Row
+from harness.solvers import reference
+from tests.solvers.reference.scenes import HERTZ, HOOKE, JKR, LINEAR, MINDLIN, ROLLS, R, impact
+
+ENTRY = {"name": "weak", "engine": "code", "cases": ["head-on"], "laws": ["hertz, *"],
+         "systems": ["wall"], "since": "28 Mar 2023", "until": "22 Jul 2025",
+         "cause": "the dashpot has half of its mass", "upstream": "issue 1"}  # fmt: skip
+WEAK = KnownDefect(**ENTRY, faults={"tsuji_effective_mass": True})
+OTHER = KnownDefect(**{**ENTRY, "name": "other"}, faults={"marshall_without_radius": True})
+TSUJI = HERTZ.replace(damping="tsuji", restitution=0.5)
+SCENE = impact(TSUJI, (0.1, 0.0, -0.3), 50, every=5)
+
+
+def row(**fields):
+    given = {"case": "head-on", "setup": "hertz, tsuji, wall", "quantity": "v", "engine": "code",
+             "version": "2 Aug 2023"}  # fmt: skip
+    return Row(**{**given, **fields})
+
+
+# ---- where it acts
+
+
+@pytest.mark.parametrize(
+    ("fields", "acts"),
+    [
+        ({}, True),
+        ({"version": "28 Mar 2023", "check": "restarted"}, True),
+        ({"version": "22 Jul 2025 - Update 4"}, True),
+        ({"version": "2023.8.2.3.1"}, True),
+        ({"version": "23 Jun 2022"}, False),
+        ({"version": "10 Dec 2025"}, False),
+        ({"version": "unknown"}, False),
+        ({"setup": "hooke, wall"}, False),
+        ({"setup": "hertz, tsuji, bowl"}, False),
+        ({"setup": "hertz, tsuji, wall, stands"}, False),
+        ({"engine": "lammps"}, False),
+        ({"case": "bounce"}, False),
+    ],
+)
+def test_rows_and_releases_in_which_it_acts(fields, acts):
+    assert WEAK.concerns(row(**fields)) is acts
+
+
+def test_a_defect_of_all_setups_acts_in_a_setup_of_one_part():
+    defect = KnownDefect(**{**ENTRY, "laws": ["*"], "systems": ["*"]}, error="NaN")
+    assert defect.concerns(row(setup="plastic"))
+    assert not WEAK.concerns(row(setup="plastic"))
+
+
+def test_a_defect_of_a_variation_acts_there_alone():
+    defect = KnownDefect(**ENTRY, variations=["two ranks*"], error="NaN")
+    checks = ("", "two ranks, newton on", "periodic")
+    assert [defect.concerns(row(check=check)) for check in checks] == [False, True, False]
+
+
+def test_updates_of_a_release_may_be_left_out():
+    defect = WEAK.replace(until="22 Jul 2025 Update 0")
+    assert defect.concerns(row(version="22 Jul 2025"))
+    assert not defect.concerns(row(version="22 Jul 2025 - Update 1"))
+
+
+# ---- entries that are refused
+
+
+@pytest.mark.parametrize(
+    ("wrong", "words"),
+    [
+        ({}, "needs one of"),
+        ({"fit": "setup_torque", "error": "NaN"}, "needs one of"),
+        ({"fit": "spring"}, "fit = 'spring': must be"),
+        ({"faults": {"tsuji": True}}, r"faults\.tsuji: must be one of tsuji_effective_mass"),
+        ({"faults": {"tsuji_effective_mass": "yes"}}, "must be true or false"),
+        ({"faults": {"shear_factor": -1.0}}, r"shear_factor = -1\.0: must be greater than 0"),
+        ({"rules": {"wall_lever": "arm"}}, "'arm': must be radius or contact_point or height"),
+        ({"law": {"friction": [1]}}, r"law\.friction = \[1\]: must be a number"),
+        ({"law": {"normal": "hertzian"}}, "'hertzian': must be hooke or hertz"),
+        ({"submodels": ["hertz"], "error": "NaN"}, "submodels"),
+    ],
+)
+def test_an_entry_without_a_meaning_is_refused(wrong, words):
+    with pytest.raises(RequestError, match=words):
+        KnownDefect(**ENTRY, **wrong)
+
+
+# ---- values of a scene, by second routes
+
+
+def test_values_by_name_against_numbers():
+    material = {"youngs_modulus": 1e8, "poisson_ratio": 0.3}
+    scene = impact(MINDLIN.replace(**material), (0.0, 0.0, -0.1))
+    assert value_in(scene, "normal_modulus_factor", "wall_modulus_factor") == pytest.approx(
+        (1e8 / (2 * 0.7)) / (1e8 / (2 * 0.91))
+    )
+    right, wrong = 8 * (1e8 / 4) / (1.7 * 1.3), 1e8 / 4 * 1.7 * 1.3
+    assert VALUES["shear_modulus_factor"](scene) == pytest.approx(wrong / right)
+    # one material twice: 1 / (2 (1 - nu^2)) of G*, as the entry says
+    assert VALUES["mixed_shear_factor"](scene) == pytest.approx(1 / (2 * 0.91))
+    assert VALUES["mixed_normal_stiffness"](scene) == pytest.approx(4 / 3 * 1e8 / (2 * 0.91))
+    assert VALUES["mixed_tangential_stiffness"](scene) == pytest.approx(8 * 1e8 / 4 / 1.7 / 1.3)
+    assert value_in(scene, "tangential_damping", "friction") == 0.5
+    assert value_in(scene, "rolling_friction", "friction") == 0.0
+    assert value_in(scene, 0.25, "friction") == 0.25
+
+
+def test_a_scene_without_a_material_leaves_moduli_as_they_are():
+    scene = impact(HOOKE, (0.0, 0.0, -0.1))
+    for name in ("normal_modulus_factor", "shear_modulus_factor", "mixed_shear_factor"):
+        assert VALUES[name](scene) == 1.0
+    assert VALUES["mixed_damping"](scene) == "none"
+    assert VALUES["mixed_damping"](SCENE) == "velocity"
+
+
+def test_the_skin_is_half_of_the_longest_neck():
+    """By the tension as a function of the contact radius, whose largest value ends a contact."""
+    scene = impact(JKR.replace(surface_energy=0.01), (0.0, 0.0, -0.1), partner="sphere")
+    modulus, radius, gamma = scene.law.moduli[0], 0.5 * R, 0.01
+    a = min((a * 1e-7 for a in range(1, 4000)), key=lambda a: 4 * modulus * a**3 / (3 * radius)
+            - math.sqrt(16 * math.pi * gamma * modulus * a**3))  # fmt: skip
+    neck = math.sqrt(4 * math.pi * gamma * a / modulus) - a**2 / radius
+    assert VALUES["thin_skin"](scene) == pytest.approx(0.5 * neck, rel=1e-2)
+
+
+def test_the_surface_of_a_turning_cylinder():
+    turning = Wall(shape="cylinder", radius=0.05, hollow=True, spin=(0.0, 0.0, 4.0))
+    scene = SCENE.replace(walls=(Wall(), turning))
+    assert VALUES["shear_along_x"](scene) == (-0.2, 0.0, 0.0)
+
+
+# ---- a run is explained
+
+
+def moving(scene, *, rules=None, **faults):
+    return reference.run(scene, rules, Faults(**faults))
+
+
+def trial(observed, scene=SCENE, rules=None):
+    """Return a run whose rows hold where no sample differs."""
+    declared = rules or Rules()
+
+    def holds(motions):
+        return all(first_difference(s, observed, m) == len(observed) for s, m in motions.items())
+
+    return Trial({scene: declared}, holds, observed)
+
+
+def test_a_failing_run_has_the_defect_whose_switch_it_holds_with():
+    observed = moving(SCENE, tsuji_effective_mass=True)
+    assert explanation((OTHER, WEAK), trial(observed)) == WEAK
+    assert explanation((OTHER,), trial(observed)) is None
+    larger = dataclasses.replace(observed, velocity=observed.velocity * (1.0 + 1e-7))
+    assert explanation((OTHER, WEAK), trial(larger)) is None
+
+
+def test_of_defects_that_act_together_the_first_is_returned():
+    law = HERTZ.replace(damping="tsuji", restitution=0.5, tangential="mindlin", friction=0.3)
+    scene = impact(law, (0.1, 0.0, -0.3), 50, every=5, spin=(3.0, -5.0, 8.0))
+    soft = KnownDefect(**{**ENTRY, "name": "soft"}, faults={"shear_factor": 0.5})
+    observed = moving(scene, tsuji_effective_mass=True, shear_factor=0.5)
+    assert explanation((soft, WEAK, OTHER), trial(observed, scene)) == soft
+    assert explanation((soft, OTHER), trial(observed, scene)) is None
+
+
+def test_a_law_may_be_switched():
+    scene = impact(LINEAR, (0.1, 0.0, -0.3), 50, every=5)
+    defect = KnownDefect(**ENTRY, law={"tangential_damping": 0.0, "friction": "tangential_damping"})
+    other = scene.replace(law=LINEAR.replace(tangential_damping=0.0, friction=0.5))
+    assert explanation((defect,), trial(moving(other), scene)) == defect
+
+
+def test_a_switch_that_leaves_no_motion_explains_nothing():
+    overlap = {"faults": {}, "rules": {}, "law": {"youngs_modulus": -1.0}}
+    assert switched_motion(SCENE, Rules(), overlap) is None
+
+
+def test_a_run_that_holds_has_no_defect_that_would_move_it():
+    for law, fixed in ((TSUJI, True), (HOOKE, False)):
+        scene = impact(law, (0.1, 0.0, -0.3), 50, every=5)
+        assert is_fixed(WEAK, trial(moving(scene), scene)) is fixed
+    fitted = KnownDefect(**ENTRY, fit="setup_torque")
+    assert not is_fixed(fitted, trial(moving(SCENE)))
+
+
+def test_the_message_of_a_run_names_its_defect():
+    dies = KnownDefect(**ENTRY, error="Lost atoms")
+    assert error_defect((WEAK, dies), "lost atoms: ERROR: Lost atoms: 1") == dies
+    assert error_defect((WEAK, dies), "NaN: x") is None
+
+
+def test_conventions_under_which_a_run_would_hold():
+    scene = impact(LINEAR, (0.1, 0.0, -0.3), 50, every=5)
+    observed = moving(scene, rules=Rules(wall_lever="height"))
+    holds = trial(observed, scene).holds
+    assert passing_rules(scene, Rules(), lambda m: holds({scene: m})) == ["wall_lever = height"]
+
+
+# ---- unknowns
+
+ROLLING = impact(
+    LINEAR.replace(**ROLLS), (0.1, 0.0, -0.3), 60, every=3, spin=(3.0, -5.0, 8.0)
+)  # fmt: skip
+REVERSED = KnownDefect(**ENTRY, fit="torsion_reversed_at")
+TORQUE = KnownDefect(**ENTRY, fit="setup_torque")
+
+
+@pytest.mark.parametrize("steps", [(12,), (11, 12), (12, 21), (12, 21, 30)])
+def test_reversals_are_fitted_and_all_other_samples_agree(steps):
+    observed = moving(ROLLING, torsion_reversed_at=steps)
+    assert explanation((REVERSED,), trial(observed, ROLLING)) == REVERSED
+    wrong = observed.angular_velocity.copy()
+    wrong[-1] *= 1.0 + 1e-6
+    wrong = dataclasses.replace(observed, angular_velocity=wrong)
+    assert explanation((REVERSED,), trial(wrong, ROLLING)) is None
+
+
+def test_the_torque_of_the_setup_is_fitted_on_the_first_sample_alone():
+    observed = moving(ROLLING, setup_torque=(1e-4, 0.0, 2e-4))
+    assert explanation((TORQUE,), trial(observed, ROLLING)) == TORQUE
+    later = observed.angular_velocity.copy()
+    later[1:] += 1e-4
+    later = dataclasses.replace(observed, angular_velocity=later)
+    assert explanation((TORQUE,), trial(later, ROLLING)) is None
+
+
+def test_an_unknown_is_not_fitted_where_there_is_no_motion():
+    run = dataclasses.replace(trial(moving(ROLLING, torsion_reversed_at=(12,)), ROLLING),
+                              motion=None)  # fmt: skip
+    assert explanation((REVERSED,), run) is None
