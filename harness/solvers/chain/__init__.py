@@ -1,1 +1,1 @@
-"""The chain of deformable particles: contact laws, RK4, exact propagator."""
+"""Rows of elastic particles: which of them touch, and their motion by RK4 or exactly."""

@@ -1,1 +1,0 @@
-"""The tower: a grain dropped on a row of particles at rest."""
