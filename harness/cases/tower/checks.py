@@ -1,0 +1,389 @@
+"""Checks of the tower: engines against the exact propagator and at equal steps, RK4, the two laws.
+
+A tower has no dissipation, so every engine with a linear spring runs the same physics, whatever
+its rules on damping.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import cache, partial
+
+import numpy as np
+from scipy.integrate import trapezoid
+
+from harness.cases.base import Check, Level, Value
+from harness.cases.bench import Bench
+from harness.cases.tower.impulse import READINGS, angle_from_impulse_ratio, source_angles
+from harness.cases.tower.parameters import LAWS, SEARCH, Law, Tower
+from harness.cases.tower.runs import (
+    Timing,
+    TowerRun,
+    job_of,
+    read,
+    run_in,
+    scene_of,
+    solve,
+    timing_of,
+)
+from harness.cases.tower.windows import (
+    Window,
+    first_contact_end,
+    impulse,
+    impulse_until,
+    peak_force,
+)
+from harness.engines.contract import Engine
+from harness.results.limits import slope_order
+from harness.results.rows import Kind, Tolerance
+from harness.results.series import first_divergence
+from harness.solvers.chain.setup import Floats
+from harness.theory.chain import DETACHMENT_TAU, grain_velocity
+
+HEIGHTS: dict[int, Level] = {1: "quick", 2: "quick", 3: "default", 10: "default"}
+WINDOWS: dict[int, tuple[Window, ...]] = {
+    2: ("turnaround", "structure", "first-contact"),
+    3: ("turnaround", "structure", "first-contact"),
+    10: ("turnaround", "first-contact"),  # its chain never holds all ten contacts
+}
+ANGLE_HEIGHT = 10
+LADDER = tuple(250.0 * 2.0 ** (i / 4) for i in range(17))  # steps per contact time
+ORDER_HEIGHT = 2
+FINE_SAMPLES = 60_000  # of the exact force, between which a straight line is off by 1e-8
+TALL = Tower(height=40, law="overlap", gravity=0.0)
+TALL_SAMPLES = 6000
+APART = (2, 10, 19)  # heights at which the laws are held against each other
+
+EQUAL_STEPS = 1e-9
+FORCE: dict[Law, Tolerance] = {
+    "overlap": Tolerance(
+        absolute=1e-5,
+        reason="velocity Verlet at 1000 steps per contact: second order, (omega h)^2 = 1e-5; RK4 "
+        "at 4000 steps takes contact changes at second order too",
+    ),
+    "deformable": Tolerance(
+        absolute=1e-4,
+        reason="as for the overlap law, but the highest frequency grows with the touching chain: "
+        "ten times the room",
+    ),
+}
+IMPULSE = Tolerance(relative=1e-5, reason="an integral of the force, at least as close as it")
+RATIO = Tolerance(absolute=1e-5, reason="two impulses, each good to 1e-5 at worst")
+ANGLE = Tolerance(absolute=1e-4, reason="alpha good to 1e-5: by less than 8 deg for each of alpha")
+ORDER = Tolerance(
+    absolute=0.15,
+    reason="order 2 of velocity Verlet; contacts change anywhere within a step, which scatters the "
+    "errors; first and third order are far outside",
+)
+TALL_TOWER = Tolerance(absolute=1e-5, reason="velocity Verlet: (omega h)^2 = 1e-5")
+NO_STEP = Tolerance(relative=1e-10, reason="no step: round-off, and events located to 1e-13")
+SAME_STEPS = Tolerance(
+    absolute=EQUAL_STEPS, reason="the same steps: round-off, which contact changes magnify"
+)
+
+
+@dataclass(frozen=True)
+class Setup:
+    """A tower with its timing, as checks run it."""
+
+    case: Tower
+    timing: Timing
+
+    @property
+    def name(self) -> str:
+        """Return the name of the setup in rows."""
+        return f"{self.case.law} law, n = {self.case.height}"
+
+    def run(self, bench: Bench) -> TowerRun:
+        """Return the run in an engine."""
+        return bench.once(run_in, bench, self.case, self.timing)
+
+    def exact(self) -> TowerRun:
+        """Return the exact run, with samples at the same times."""
+        return exact_run(self.case, self.timing.duration, self.timing.steps // self.timing.every)
+
+    def reference(self, bench: Bench) -> TowerRun:
+        """Return the run at equal steps: a scene by the reference, else velocity Verlet here."""
+        if self.case.law == "overlap":
+            output = bench.reference_output(scene_of(self.case, self.timing))
+            return bench.once(read, self.case, self.timing, output)
+        return solve(
+            self.case,
+            "verlet",
+            duration=self.timing.duration,
+            steps_per_contact=self.timing.steps_per_contact,
+            samples=self.timing.steps // self.timing.every,
+            profiles=True,
+        )
+
+
+def setup(law: Law, height: int, steps_per_contact: float | None = None) -> Setup:
+    """Return the source's tower of a law and height at k = 1e6 N/m and 2 m/s."""
+    case = Tower(law=law, height=height)
+    return Setup(case, timing_of(case, steps_per_contact=steps_per_contact))
+
+
+@cache
+def exact_run(case: Tower, duration: float, samples: int) -> TowerRun:
+    """Return an exact run, made once for all engines."""
+    return solve(case, "exact", duration=duration, samples=samples, profiles=True)
+
+
+# ---- engines
+
+
+def engine_checks(engine: Engine) -> Iterator[Check]:
+    """Yield the checks of an engine; of a law that it refuses one alone, for the reason."""
+    for law in LAWS:
+        checks = law_checks(law)
+        first = next(checks)
+        yield first
+        if not engine.refuses(first.jobs[0]):
+            yield from checks
+    tall = Setup(TALL, timing_of(TALL, samples=TALL_SAMPLES))
+    yield Check(
+        setup="tall tower",
+        quantity="impulse_ratio",
+        unit="1",
+        measure=lambda bench: _first_contact_ratio(tall.run(bench)),
+        expected=bessel_ratio(),
+        tolerance=_of_scheme(tall, TALL_TOWER, _first_contact_ratio),
+        kind=Kind.ANALYTIC,
+        level="default",
+        jobs=[job_of(tall.case, tall.timing)],
+        note="first contact, over that of a rigid base; a row without end in Bessel functions",
+    )
+
+
+def law_checks(law: Law) -> Iterator[Check]:
+    """Yield the checks of a law: force, impulse, equal steps, alpha, angles, order."""
+    single = setup(law, 1)
+    for height, level in HEIGHTS.items():
+        one = setup(law, height)
+        check = partial(Check, setup=one.name, level=level, jobs=[job_of(*_parts(one))])
+        yield check(
+            quantity="force_difference",
+            unit="1",
+            measure=lambda bench, one=one: force_difference(one.run(bench), one.exact()),
+            expected=0.0,
+            tolerance=_of_scheme(one, FORCE[law], lambda r, o=one: force_difference(r, o.exact())),
+            note="largest difference from the exact force on the grain, over its peak",
+        )
+        yield check(
+            quantity="impulse_Ns",
+            unit="N s",
+            measure=lambda bench, one=one: impulse(one.run(bench)),
+            expected=lambda _, one=one: impulse(one.exact()),
+            tolerance=_of_scheme(one, IMPULSE, impulse),
+        )
+        yield check(
+            quantity="motion_difference",
+            unit="1",
+            check="equal steps",
+            measure=lambda bench, one=one: motion_difference(one, bench),
+            expected=0.0,
+            tolerance=SAME_STEPS,
+            note="largest difference of all particles, over the sizes of the columns",
+        )
+    for height, windows in WINDOWS.items():
+        yield from _ratio_checks(single, setup(law, height), windows)
+    yield _order_check(law)
+
+
+def _parts(one: Setup) -> tuple[Tower, Timing]:
+    return one.case, one.timing
+
+
+def _ratio_checks(single: Setup, one: Setup, windows: tuple[Window, ...]) -> Iterator[Check]:
+    """Yield alpha(n) in its windows, and the critical angle from it in both readings."""
+    check = partial(
+        Check,
+        setup=one.name,
+        level=HEIGHTS[one.case.height],
+        jobs=[job_of(*_parts(each)) for each in (single, one)],
+    )
+
+    def ratio(window: Window, bench: Bench | None) -> float:
+        runs = [each.run(bench) if bench else each.exact() for each in (one, single)]
+        return impulse(runs[0], window) / impulse(runs[1], window)
+
+    for window in windows:
+        yield check(
+            quantity="impulse_ratio",
+            unit="1",
+            check=window,
+            measure=partial(ratio, window),
+            expected=lambda _, window=window: ratio(window, None),
+            tolerance=_of_scheme(one, RATIO, lambda run, w=window: impulse(run, w)),
+        )
+    for reading in READINGS if one.case.height == ANGLE_HEIGHT else ():
+        yield check(
+            quantity="critical_angle_deg",
+            unit="deg",
+            check=f"velocity {reading}",
+            measure=lambda b, r=reading: angle_from_impulse_ratio(ratio("turnaround", b), r),
+            expected=lambda _, r=reading: source_angles(one.case.height, one.case.law)[r],
+            tolerance=ANGLE,
+        )
+
+
+def _order_check(law: Law) -> Check:
+    """Return the check of the order in the step of the error of the force."""
+    ladder = [setup(law, ORDER_HEIGHT, steps) for steps in LADDER]
+    return Check(
+        setup=f"{ladder[0].name}, {LADDER[0]:g} to {LADDER[-1]:g} steps",
+        quantity="order_in_step",
+        unit="1",
+        measure=lambda bench: step_order([one.run(bench) for one in ladder]),
+        expected=2.0,
+        tolerance=ORDER,
+        level="default",
+        jobs=[job_of(*_parts(one)) for one in ladder],
+        note="of the root mean square of the error of the force, with its 95 % interval",
+    )
+
+
+def _of_scheme(
+    one: Setup, tolerance: Tolerance, measure: Callable[[TowerRun], float]
+) -> Callable[[Bench], Tolerance]:
+    """Return a tolerance for velocity Verlet; of other schemes, with the reference's own error."""
+
+    def width(bench: Bench) -> Tolerance:
+        if one.case.law != "overlap" or bench.engine.traits.integrator == "velocity-verlet":
+            return tolerance
+        step_error = abs(measure(one.reference(bench)) - measure(one.exact()))
+        return Tolerance(
+            tolerance.absolute + step_error,
+            tolerance.relative + 10.0 ** (1 - bench.engine.traits.digits),
+            f"{tolerance.reason}; the reference by the same scheme is off by {step_error:.2g}",
+        )
+
+    return width
+
+
+# ---- measures
+
+
+def force_difference(run: TowerRun, exact: TowerRun) -> float:
+    """Return the largest difference of the force on the grain, over the exact peak [-]."""
+    return float(np.abs(_force_error(run, exact)).max())
+
+
+def _force_error(run: TowerRun, exact: TowerRun) -> Floats:
+    wanted = np.interp(run.time, exact.time, exact.grain_force)
+    return np.asarray((run.grain_force - wanted) / peak_force(exact))
+
+
+def motion_difference(one: Setup, bench: Bench) -> Value:
+    """Return the largest difference from the run at equal steps, and when it began."""
+    run, reference = one.run(bench), one.reference(bench)
+    columns, wanted = _columns(run, bench), _columns(reference, bench)
+    found = first_divergence(
+        run.time, columns, wanted, reference_time=reference.time, absolute=EQUAL_STEPS
+    )
+    largest = max(float(np.abs(columns[name] - wanted[name]).max()) for name in wanted)
+    return Value(largest) if found is None else Value(largest, 0.0, found.note, found.failure)
+
+
+def _columns(run: TowerRun, bench: Bench) -> dict[str, Floats]:
+    """Return the columns of all particles over their sizes, or over what their digits resolve."""
+    case, kept = run.tower, run.known_profiles
+    digit = 10.0 ** (1 - bench.engine.traits.digits) / EQUAL_STEPS
+    place = digit * case.particles * case.each("diameter")[0]
+    size = case.speed / case.omega
+    sizes = {
+        "displacement": (kept.displacements, max(size, place)),
+        "velocity": (kept.velocities, max(1.0, digit) * case.speed),
+        "force": (kept.forces, max(1.0, digit) * case.each("stiffness")[0] * size),
+    }
+    return {
+        f"{name} {i + 1}": values[:, i] / scale
+        for name, (values, scale) in sizes.items()
+        for i in range(values.shape[1])
+    }
+
+
+def step_order(runs: list[TowerRun]) -> Value:
+    """Return the order in the step of the error of the force, with its 95 % interval."""
+    exact = exact_run(runs[0].tower, SEARCH, FINE_SAMPLES)
+    errors = []
+    for run in runs:
+        square = trapezoid(_force_error(run, exact) ** 2, run.time)
+        errors.append(math.sqrt(square / run.time[-1]))
+    order, (low, high) = slope_order([run.step for run in runs], errors)
+    return Value(order, 0.5 * (high - low))
+
+
+def bessel_ratio() -> float:
+    """Return the impulse of the first contact over 2 m v0, of a row without end: 0.5661397."""
+    return (1.0 - float(grain_velocity(DETACHMENT_TAU))) / 2.0
+
+
+def _first_contact_ratio(run: TowerRun) -> float:
+    return impulse_until(run, first_contact_end(run)) / (2.0 * run.tower.speed)
+
+
+# ---- solvers of this package
+
+
+def solver_checks() -> Iterator[Check]:
+    """Yield RK4 against the exact propagator, the latter on a tall tower, and the laws apart."""
+    for law in LAWS:
+        for height, level in HEIGHTS.items():
+            one = setup(law, height)
+            check = partial(Check, setup=one.name, check="RK4", level=level)
+            yield check(
+                quantity="force_difference",
+                unit="1",
+                measure=lambda _, one=one: force_difference(_rk4(one.case), one.exact()),
+                expected=0.0,
+                tolerance=FORCE[law],
+            )
+            yield check(
+                quantity="impulse_Ns",
+                unit="N s",
+                measure=lambda _, one=one: impulse(_rk4(one.case)),
+                expected=lambda _, one=one: impulse(one.exact()),
+                tolerance=IMPULSE,
+            )
+    yield Check(
+        setup="tall tower",
+        quantity="impulse_ratio",
+        unit="1",
+        check="exact propagator",
+        measure=lambda _: _first_contact_ratio(exact_run(TALL, SEARCH, TALL_SAMPLES)),
+        expected=bessel_ratio(),
+        tolerance=NO_STEP,
+        kind=Kind.ANALYTIC,
+    )
+    for height in APART:
+        yield from _law_findings(height)
+
+
+@cache
+def _rk4(case: Tower) -> TowerRun:
+    return solve(case, "rk4")
+
+
+def _law_findings(height: int) -> Iterator[Check]:
+    """Yield how far the deformable law is from the overlap law: force, and critical angle."""
+    pair = [setup(law, height) for law in ("deformable", "overlap")]
+    check = partial(Check, setup=f"deformable against overlap law, n = {height}", kind=Kind.FINDING)
+    yield check(
+        quantity="force_difference",
+        unit="1",
+        measure=lambda _: force_difference(*(one.exact() for one in pair)),
+        expected=0.0,
+        note="both exact; equal for one contact by construction",
+    )
+    for reading in READINGS:
+        yield check(
+            quantity="critical_angle_deg",
+            unit="deg",
+            check=f"velocity {reading}",
+            measure=lambda _, r=reading: source_angles(height, "deformable")[r],
+            expected=lambda _, r=reading: source_angles(height, "overlap")[r],
+            note="turnaround window, k = 1e6 N/m, 2 m/s",
+        )

@@ -1,0 +1,403 @@
+"""Runs of towers: by the solvers of this package, and in engines by a script or a scene."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from harness.cases.bench import Bench
+from harness.cases.tower.parameters import PROPERTIES, SEARCH, Tower, TowerParameters
+from harness.engines.contract import Engine, Job, Output, Template, Value
+from harness.engines.output import SERIES
+from harness.errors import EngineError, EngineOutputError, RequestError
+from harness.model.allowed import COUNT, Allowed, allowed_in
+from harness.model.law import Law
+from harness.model.scene import Body, Scene
+from harness.observables.provenance import Provenance
+from harness.solvers.chain.samples import COLUMNS, ChainSamples, Profiles, sampled_motion
+from harness.solvers.chain.setup import (
+    Chain,
+    Floats,
+    compliance,
+    highest_frequency,
+    make_chain,
+    overlaps_of_forces,
+)
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+SOLVERS = ("exact", "rk4", "verlet")
+ENGINE_STEPS = 1000.0  # per contact time pi sqrt(m/k), unless given
+RK4_STEPS = 4000.0
+SAMPLES_PER_T0 = 1000
+MOST_ROWS = 1_000_000  # particles times samples that an engine writes, unless samples are given
+MOST_STEPS = 2_000_000_000  # LAMMPS counts to 2^31
+ROUNDING = 4 * float(np.finfo(float).eps)  # overlaps as small, over the position, count as open
+UNITS = dict(
+    zip(COLUMNS, ("s", "m", "m/s", "N", "1", "m", "m/s", "J", "J", "J", "kg m/s", "N"), strict=True)
+)
+
+Progress = Callable[[str, int, int], None]
+
+
+@dataclass(frozen=True, kw_only=True, repr=False)
+class TowerRun(ChainSamples):
+    """The samples of a tower, with what made them; ``provenance`` is that of an engine."""
+
+    tower: Tower
+    solver: str
+    provenance: Provenance | None = None
+
+    @property
+    def time_over_t0(self) -> Floats:
+        """Return the time in contact times of the grain and one fixed particle (M,) [1]."""
+        return self.time / self.tower.contact_time
+
+    @property
+    def known_profiles(self) -> Profiles:
+        """Return the profiles; raise ValueError for a run that kept none."""
+        if self.profiles is None:
+            raise ValueError("this run kept no profiles")
+        return self.profiles
+
+    @property
+    def deformations(self) -> Floats:
+        """Return how much each particle's diameter is shortened (M, N) [m], f/k by each contact."""
+        force = np.pad(self.known_profiles.forces, ((0, 0), (1, 1)))
+        return np.asarray((force[:, 1:] + force[:, :-1]) / np.array(self.tower.each("stiffness")))
+
+    def contacts_above(self, least: float) -> Floats:
+        """Return how many contacts from the grain on press with more than ``least`` [N] (M,).
+
+        In a touching row under the overlap law all contacts close at once, the far ones with
+        forces at the mercy of rounding: a threshold makes codes comparable.
+        """
+        pressing = np.cumprod(self.known_profiles.forces > least, axis=1).sum(axis=1)
+        return np.asarray(pressing, dtype=np.float64)
+
+    def to_frame(self) -> pd.DataFrame:
+        """Return the series as a table, units in the names, ``t_over_t0`` in front."""
+        import pandas as pd
+
+        columns = {"t_over_t0": self.time_over_t0}
+        for name, unit in UNITS.items():
+            suffix = "" if unit == "1" else f"_{unit.replace('/', '_per_').replace(' ', '_')}"
+            columns[name + suffix] = getattr(self, name)
+        return pd.DataFrame(columns).astype({"contacts": int})
+
+
+def tower(
+    case: Tower,
+    *,
+    solver: str | None = None,
+    engine: Engine | None = None,
+    duration: float = SEARCH,
+    steps_per_contact: float | None = None,
+    samples: int | None = None,
+    profiles: bool = False,
+    progress: Progress = lambda *_: None,
+) -> TowerRun:
+    """Run a tower for ``duration`` [t0] in an engine, else by a solver: RK4 unless named.
+
+    ``steps_per_contact`` counts steps in pi sqrt(m/k), for solvers with a step. ``samples`` is how
+    many to keep, about 1000 per t0 if not given; with ``profiles`` all particles are kept. Raise
+    RequestError for parameters out of range, and for a solver named beside an engine of another
+    name; EngineError for a run that failed.
+    """
+    check_duration(duration)
+    if engine is not None:
+        if solver not in (None, engine.name):
+            raise RequestError(f"solver = {solver!r}: contradicts the engine {engine.name!r}")
+        timing = timing_of(case, duration, steps_per_contact, samples)
+        return run_in(Bench(engine), case, timing)
+    stage = f"tower of height {case.height}, {case.law} law"
+    return solve(
+        case,
+        solver or "rk4",
+        duration=duration,
+        steps_per_contact=steps_per_contact,
+        samples=samples,
+        profiles=profiles,
+        report=lambda done, total: progress(stage, done, total),
+    )
+
+
+def solve(
+    case: Tower,
+    solver: str,
+    *,
+    duration: float = SEARCH,
+    steps_per_contact: float | None = None,
+    samples: int | None = None,
+    profiles: bool = False,
+    report: Callable[[int, int], None] = lambda *_: None,
+) -> TowerRun:
+    """Run a tower by ``exact``, ``rk4`` or ``verlet``; arguments and errors as of :func:`tower`."""
+    from harness.solvers.chain import exact, stepped
+
+    if solver not in SOLVERS:
+        raise RequestError(f"solver = {solver!r}: must be one of {', '.join(SOLVERS)}")
+    if samples is not None and samples < 1:
+        raise RequestError(f"samples = {samples}: must be at least 1")
+    seconds = duration * case.contact_time
+    wanted = samples or max(1, math.ceil(SAMPLES_PER_T0 * seconds / case.contact_time))
+    chain = chain_of(case)
+    if solver == "exact":
+        if steps_per_contact is not None:
+            raise RequestError(
+                f"steps_per_contact = {steps_per_contact}: the exact solver has no step"
+            )
+        motion = exact.run(chain, seconds, samples=wanted, profiles=profiles, progress=report)
+    else:
+        scheme: stepped.Scheme = "rk4" if solver == "rk4" else "velocity_verlet"
+        step = _step(case, chain, scheme, steps_per_contact)
+        motion = stepped.run(
+            chain, seconds, step, samples=wanted, scheme=scheme, profiles=profiles, progress=report
+        )
+    return TowerRun(**vars(motion), tower=case, solver=solver)
+
+
+def _step(case: Tower, chain: Chain, scheme: str, steps_per_contact: float | None) -> float:
+    """Return the step [s]; raise RequestError, naming the bound, for one that is not stable."""
+    from harness.solvers.chain.stepped import STABILITY
+
+    bound = STABILITY["rk4" if scheme == "rk4" else "velocity_verlet"] / highest_frequency(chain)
+    if steps_per_contact is None:
+        most = RK4_STEPS if scheme == "rk4" else ENGINE_STEPS
+        return min(case.contact_period / most, 0.5 * bound)
+    least = case.contact_period / bound
+    if not (math.isfinite(steps_per_contact) and steps_per_contact > least):
+        raise RequestError(
+            f"steps_per_contact = {steps_per_contact}: must be greater than {least:.6g}, where "
+            f"{scheme} becomes unstable ({case.law} law, {case.height} touching contacts)"
+        )
+    return case.contact_period / steps_per_contact
+
+
+def chain_of(case: Tower) -> Chain:
+    """Return a tower as arrays at its start."""
+    mass, stiffness = np.array(case.each("mass")), np.array(case.each("stiffness"))
+    deformable, overlap = case.law == "deformable", np.zeros(case.height)
+    if case.start == "gapped":
+        overlap -= case.gap
+    elif case.start == "preloaded":
+        above = case.gravity * (np.cumsum(mass[:-1]) - mass[0])
+        overlap = overlaps_of_forces(above, *compliance(stiffness, deformable))
+    return make_chain(
+        mass,
+        stiffness,
+        deformable=deformable,
+        gravity=case.gravity,
+        fixed_base=case.base == "fixed",
+        speed=case.speed,
+        overlap=overlap,
+    )
+
+
+def check_duration(duration: float) -> None:
+    """Raise RequestError for a duration [t0] that is not positive and finite."""
+    if not (math.isfinite(duration) and duration > 0):
+        raise RequestError(f"duration = {duration} t0: must be finite and greater than 0")
+
+
+# ---- engines: a script with values, or the same tower as a scene
+
+
+class Timing(NamedTuple):
+    """Steps of a run, their size [s], and how many lie between samples."""
+
+    duration: float  # [t0]
+    step: float
+    steps: int
+    every: int
+    steps_per_contact: float
+
+
+def timing_of(
+    case: Tower,
+    duration: float = SEARCH,
+    steps_per_contact: float | None = None,
+    samples: int | None = None,
+) -> Timing:
+    """Return the timing of a run of ``duration`` [t0]; the step divides it and the samples.
+
+    Raise RequestError for a step at which velocity Verlet is unstable: pi steps in a contact for
+    the overlap law, whose alternating mode has 2 omega; more for a deformable chain.
+    """
+    wanted = ENGINE_STEPS if steps_per_contact is None else steps_per_contact
+    fewest = math.pi
+    if case.law == "deformable":
+        fewest = math.pi / math.sqrt(2.0) / math.sin(math.pi / (2 * (case.height + 1)))
+    if not (math.isfinite(wanted) and wanted > fewest):
+        raise RequestError(
+            f"steps_per_contact = {wanted!r}: must be finite and greater than {fewest:.4g}, "
+            f"below which velocity Verlet is unstable"
+        )
+    if samples is None:
+        samples = math.ceil(SAMPLES_PER_T0 * duration)
+        samples = max(100, min(samples, MOST_ROWS // case.particles))
+    seconds = duration * case.contact_time
+    least = seconds / case.contact_period * wanted
+    every = max(1, math.floor(least / samples))
+    steps = every * math.ceil(least / every * (1 - 1e-12))
+    if steps > MOST_STEPS:
+        raise RequestError(f"duration = {duration:g} t0: more than 2e9 steps, LAMMPS's bound")
+    step = seconds / steps
+    return Timing(duration, step, steps, every, case.contact_period / step)
+
+
+def job_of(case: Tower, timing: Timing) -> Job:
+    """Return the job of a tower, which writes the motion of all particles.
+
+    Raise RequestError for unequal particles, which scripts do not have.
+    """
+    scene = scene_of(case, timing) if case.law == "overlap" else None
+    return Job(TEMPLATE, values_of(case, timing), sampled=True, scene=scene)
+
+
+def values_of(case: Tower, timing: Timing) -> dict[str, Value]:
+    """Return a script's values; errors as of :func:`job_of`."""
+    if any(len(set(case.each(name))) > 1 for name in PROPERTIES):
+        raise RequestError("mass, stiffness and diameter must be one number each in an engine")
+    return {
+        **{name: case.each(name)[0] for name in PROPERTIES},
+        **{name: getattr(case, name) for name in ("height", "speed", "gravity", "base", "start")},
+        "gap": case.gap,
+        "duration": timing.duration,
+        "steps_per_contact": timing.steps_per_contact,
+        "series_every": timing.every,
+        "law": case.law,
+    }
+
+
+def scene_of(case: Tower, timing: Timing) -> Scene:
+    """Return a tower of equal particles under the overlap law as a scene, gravity along x."""
+    mass, stiffness, d = (case.each(name)[0] for name in PROPERTIES)
+    last = case.height if case.base == "fixed" else -1
+    # contact i of a preloaded tower carries the i - 1 particles between it and the grain
+    sunk = mass * case.gravity / stiffness if case.start == "preloaded" else 0.0
+    bodies = tuple(
+        Body(
+            radius=0.5 * d,
+            mass=mass,
+            position=(i * (d + case.gap) - 0.5 * i * (i - 1) * sunk, 0.0, 0.0),
+            velocity=(0.0 if i else case.speed, 0.0, 0.0),
+            motion="frozen" if i == last else "free",
+        )
+        for i in range(case.particles)
+    )
+    return Scene(
+        bodies=bodies,
+        law=Law.linear(stiffness, 0.0, clipped=False),
+        gravity=(case.gravity, 0.0, 0.0),
+        step=math.pi / case.omega / timing.steps_per_contact,  # as the script has it
+        steps=timing.steps,
+        every=timing.every,
+    )
+
+
+_DEFAULT = Tower(height=2, law="overlap")
+TEMPLATE = Template(
+    name="tower",
+    variants={
+        "": {
+            **values_of(_DEFAULT, timing_of(_DEFAULT)),
+            "steps_per_contact": ENGINE_STEPS,
+            "series_every": 4,
+        }
+    },
+    allowed={
+        "tail": Allowed(words=("attractive", "clipped")),
+        "restitution": Allowed(bounds={"minimum": 0, "maximum": 1}),
+        **allowed_in(TowerParameters),
+        "steps_per_contact": Allowed(bounds={"exclusiveMinimum": math.pi}),
+        "duration": Allowed(bounds={"exclusiveMinimum": 0}, unit="t0"),
+        "series_every": COUNT,
+    },
+)
+
+
+def run_in(bench: Bench, case: Tower, timing: Timing) -> TowerRun:
+    """Return the run of a tower in an engine; raise EngineError for one that failed."""
+    (run,) = runs_in(bench, [case], [timing])
+    if isinstance(run, EngineError):
+        raise run
+    return run
+
+
+def runs_in(
+    bench: Bench, cases: Sequence[Tower], timings: Sequence[Timing]
+) -> list[TowerRun | EngineError]:
+    """Return the runs of towers in an engine in order, from one batch; errors in their places."""
+    runs: list[TowerRun | EngineError] = []
+    jobs = [job_of(case, timing) for case, timing in zip(cases, timings, strict=True)]
+    for outcome, case, timing in zip(bench.outcomes(jobs), cases, timings, strict=True):
+        try:
+            bad = isinstance(outcome, EngineError)
+            runs.append(outcome if bad else read(case, timing, outcome))  # type: ignore[arg-type]
+        except EngineError as error:
+            runs.append(error)
+    return runs
+
+
+def read(case: Tower, timing: Timing, output: Output) -> TowerRun:
+    """Return the run in an output: places, velocities and forces of all particles along x.
+
+    Raise EngineOutputError for samples that are missing, cut or at other times, for other
+    parameters, and for a tower in which nothing ever touches; EngineNaNError for values that are
+    not finite.
+    """
+    output.check_numbers(
+        {
+            **{f"{name}_{unit}": case.each(name)[0] for name, unit in PROPERTIES.items()},
+            "speed_m_per_s": case.speed,
+            "gravity_m_per_s2": case.gravity,
+            "contact_time_s": case.contact_time,
+            "step_s": timing.step,
+            "steps": timing.steps,
+        }
+    )
+    rows, count = timing.steps // timing.every + 1, case.particles
+    table = output.table(("step", "x_m", "vx_m_per_s"), rows)
+    # the base's force, perhaps unknown, is not used
+    force_x = output.tables[SERIES].get("fx_N")
+    for column in (table["x_m"], table["vx_m_per_s"], force_x):
+        if column is None or column.shape != (rows, count):
+            shape = "no samples" if column is None else f"samples of shape {column.shape}"
+            raise EngineOutputError(f"{output.who} left {shape} of a column, not {(rows, count)}")
+    if not np.array_equal(table["step"], timing.every * np.arange(rows)):
+        raise EngineOutputError(
+            f"{output.who} left samples at other steps than every {timing.every}"
+        )
+    x, v = table["x_m"], table["vx_m_per_s"]
+    # a scene's motion has the forces of contacts alone, a script's dump those with the weight
+    weight = 0.0 if "tz_N_m" in output.tables[SERIES] else case.each("mass")[0] * case.gravity
+    force = _contact_forces(case, np.asarray(force_x), weight, x)
+    if not (force > 0.0).any():
+        raise EngineOutputError(f"{output.who}: no contact of the tower ever presses")
+    motion = Profiles(x - case.each("diameter")[0] * np.arange(count), v, force)
+    time = np.asarray(table["step"] * timing.step)
+    samples = sampled_motion(chain_of(case), time, motion, step=timing.step)
+    run = TowerRun(
+        **vars(samples), tower=case, solver=output.provenance.engine, provenance=output.provenance
+    )
+    output.check_numbers(
+        {"final_velocity_m_per_s": float(run.grain_velocity[-1])}, "is what its series has"
+    )
+    return run
+
+
+def _contact_forces(case: Tower, force: Floats, weight: float, x: Floats) -> Floats:
+    """Return the contact forces (M, n) [N] from those on the particles (M, N), grain first.
+
+    Particle i has its weight [N], is pushed on by contact i - 1 and held by contact i.
+    """
+    contact = np.cumsum(weight - force[:, :-1], axis=1)
+    smallest = ROUNDING * case.each("stiffness")[0] * float(np.abs(x).max())
+    contact[np.abs(contact) <= smallest] = 0.0
+    return np.asarray(contact)
