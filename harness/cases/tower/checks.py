@@ -35,12 +35,12 @@ from harness.cases.tower.windows import (
     impulse_until,
     peak_force,
 )
-from harness.engines.contract import Engine
+from harness.engines.contract import Engine, Job
 from harness.results.limits import slope_order
 from harness.results.rows import Kind, Tolerance
 from harness.results.series import first_divergence
 from harness.solvers.chain.setup import Floats
-from harness.theory.chain import DETACHMENT_TAU, grain_velocity
+from harness.theory.chain import DETACHMENT_TAU, Reading, grain_velocity
 
 HEIGHTS: dict[int, Level] = {1: "quick", 2: "quick", 3: "default", 10: "default"}
 WINDOWS: dict[int, tuple[Window, ...]] = {
@@ -54,6 +54,7 @@ ORDER_HEIGHT = 2
 FINE_SAMPLES = 60_000  # of the exact force, between which a straight line is off by 1e-8
 TALL = Tower(height=40, law="overlap", gravity=0.0)
 TALL_SAMPLES = 6000
+RK4_SUBSTEPS = 4  # in a step of engines: 4000 in a contact time
 APART = (2, 10, 19)  # heights at which the laws are held against each other
 
 EQUAL_STEPS = 1e-9
@@ -96,6 +97,11 @@ class Setup:
         """Return the name of the setup in rows."""
         return f"{self.case.law} law, n = {self.case.height}"
 
+    @property
+    def job(self) -> Job:
+        """Return the job of the run in an engine."""
+        return job_of(self.case, self.timing)
+
     def run(self, bench: Bench) -> TowerRun:
         """Return the run in an engine."""
         return bench.once(run_in, bench, self.case, self.timing)
@@ -106,14 +112,21 @@ class Setup:
 
     def reference(self, bench: Bench) -> TowerRun:
         """Return the run at equal steps: a scene by the reference, else velocity Verlet here."""
+        return bench.once(self._reference, bench)
+
+    def _reference(self, bench: Bench) -> TowerRun:
         if self.case.law == "overlap":
             output = bench.reference_output(scene_of(self.case, self.timing))
-            return bench.once(read, self.case, self.timing, output)
+            return read(self.case, self.timing, output)
+        return self.solved("verlet")
+
+    def solved(self, solver: str, steps: int = 1) -> TowerRun:
+        """Return the run by a solver, with so many steps in one of the timing."""
         return solve(
             self.case,
-            "verlet",
+            solver,
             duration=self.timing.duration,
-            steps_per_contact=self.timing.steps_per_contact,
+            steps_per_contact=steps * self.timing.steps_per_contact,
             samples=self.timing.steps // self.timing.every,
             profiles=True,
         )
@@ -152,81 +165,98 @@ def engine_checks(engine: Engine) -> Iterator[Check]:
         tolerance=_of_scheme(tall, TALL_TOWER, _first_contact_ratio),
         kind=Kind.ANALYTIC,
         level="default",
-        jobs=[job_of(tall.case, tall.timing)],
+        jobs=[tall.job],
         note="first contact, over that of a rigid base; a row without end in Bessel functions",
     )
 
 
 def law_checks(law: Law) -> Iterator[Check]:
     """Yield the checks of a law: force, impulse, equal steps, alpha, angles, order."""
-    single = setup(law, 1)
-    for height, level in HEIGHTS.items():
-        one = setup(law, height)
-        check = partial(Check, setup=one.name, level=level, jobs=[job_of(*_parts(one))])
-        yield check(
-            quantity="force_difference",
-            unit="1",
-            measure=lambda bench, one=one: force_difference(one.run(bench), one.exact()),
-            expected=0.0,
-            tolerance=_of_scheme(one, FORCE[law], lambda r, o=one: force_difference(r, o.exact())),
-            note="largest difference from the exact force on the grain, over its peak",
-        )
-        yield check(
-            quantity="impulse_Ns",
-            unit="N s",
-            measure=lambda bench, one=one: impulse(one.run(bench)),
-            expected=lambda _, one=one: impulse(one.exact()),
-            tolerance=_of_scheme(one, IMPULSE, impulse),
-        )
-        yield check(
-            quantity="motion_difference",
-            unit="1",
-            check="equal steps",
-            measure=lambda bench, one=one: motion_difference(one, bench),
-            expected=0.0,
-            tolerance=SAME_STEPS,
-            note="largest difference of all particles, over the sizes of the columns",
-        )
+    for height in HEIGHTS:
+        yield from _run_checks(setup(law, height))
     for height, windows in WINDOWS.items():
-        yield from _ratio_checks(single, setup(law, height), windows)
+        for window in windows:
+            yield _ratio_check(law, height, window)
+    for reading in READINGS:
+        yield _angle_check(law, reading)
     yield _order_check(law)
 
 
-def _parts(one: Setup) -> tuple[Tower, Timing]:
-    return one.case, one.timing
-
-
-def _ratio_checks(single: Setup, one: Setup, windows: tuple[Window, ...]) -> Iterator[Check]:
-    """Yield alpha(n) in its windows, and the critical angle from it in both readings."""
+def _run_checks(one: Setup) -> Iterator[Check]:
+    """Yield the checks of one run: force and impulse against the exact ones, and equal steps."""
     check = partial(
-        Check,
-        setup=one.name,
-        level=HEIGHTS[one.case.height],
-        jobs=[job_of(*_parts(each)) for each in (single, one)],
+        Check, setup=one.name, level=HEIGHTS[one.case.height], jobs=[one.job], expected=0.0
     )
 
-    def ratio(window: Window, bench: Bench | None) -> float:
-        runs = [each.run(bench) if bench else each.exact() for each in (one, single)]
-        return impulse(runs[0], window) / impulse(runs[1], window)
+    def off(run: TowerRun) -> float:
+        return force_difference(run, one.exact())
 
-    for window in windows:
-        yield check(
-            quantity="impulse_ratio",
-            unit="1",
-            check=window,
-            measure=partial(ratio, window),
-            expected=lambda _, window=window: ratio(window, None),
-            tolerance=_of_scheme(one, RATIO, lambda run, w=window: impulse(run, w)),
-        )
-    for reading in READINGS if one.case.height == ANGLE_HEIGHT else ():
-        yield check(
-            quantity="critical_angle_deg",
-            unit="deg",
-            check=f"velocity {reading}",
-            measure=lambda b, r=reading: angle_from_impulse_ratio(ratio("turnaround", b), r),
-            expected=lambda _, r=reading: source_angles(one.case.height, one.case.law)[r],
-            tolerance=ANGLE,
-        )
+    yield check(
+        quantity="force_difference",
+        unit="1",
+        measure=lambda bench: off(one.run(bench)),
+        tolerance=_of_scheme(one, FORCE[one.case.law], off),
+        note="largest difference from the exact force on the grain, over its peak",
+    )
+    yield check(
+        quantity="impulse_Ns",
+        unit="N s",
+        measure=lambda bench: impulse(one.run(bench)),
+        expected=lambda _: impulse(one.exact()),
+        tolerance=_of_scheme(one, IMPULSE, impulse),
+    )
+    yield check(
+        quantity="motion_difference",
+        unit="1",
+        check="equal steps",
+        measure=lambda bench: motion_difference(one, bench),
+        tolerance=SAME_STEPS,
+        note="largest difference of all particles, over the sizes of the columns",
+    )
+
+
+def _ratio(law: Law, height: int, window: Window, bench: Bench | None = None) -> float:
+    """Return alpha(n) by the runs of an engine, by exact ones without."""
+    pair = [setup(law, n) for n in (height, 1)]
+    runs = [one.run(bench) if bench else one.exact() for one in pair]
+    return impulse(runs[0], window) / impulse(runs[1], window)
+
+
+def _ratio_check(law: Law, height: int, window: Window) -> Check:
+    """Return the check of alpha(n) in a window against the exact one."""
+    one = setup(law, height)
+    return Check(
+        setup=one.name,
+        quantity="impulse_ratio",
+        unit="1",
+        check=window,
+        measure=lambda bench: _ratio(law, height, window, bench),
+        expected=lambda _: _ratio(law, height, window),
+        tolerance=_of_scheme(one, RATIO, lambda run: impulse(run, window)),
+        level=HEIGHTS[height],
+        jobs=[setup(law, 1).job, one.job],
+    )
+
+
+def _angle_check(law: Law, reading: Reading) -> Check:
+    """Return the check of the critical angle by a reading of alpha, turnaround window."""
+    one = setup(law, ANGLE_HEIGHT)
+
+    def angle(bench: Bench | None) -> float:
+        ratio = _ratio(law, ANGLE_HEIGHT, "turnaround", bench)
+        return angle_from_impulse_ratio(ratio, reading)
+
+    return Check(
+        setup=one.name,
+        quantity="critical_angle_deg",
+        unit="deg",
+        check=f"velocity {reading}",
+        measure=angle,
+        expected=lambda _: angle(None),
+        tolerance=_of_scheme(one, ANGLE, impulse),
+        level=HEIGHTS[ANGLE_HEIGHT],
+        jobs=[setup(law, 1).job, one.job],
+    )
 
 
 def _order_check(law: Law) -> Check:
@@ -240,7 +270,7 @@ def _order_check(law: Law) -> Check:
         expected=2.0,
         tolerance=ORDER,
         level="default",
-        jobs=[job_of(*_parts(one)) for one in ladder],
+        jobs=[one.job for one in ladder],
         note="of the root mean square of the error of the force, with its 95 % interval",
     )
 
@@ -308,11 +338,11 @@ def _columns(run: TowerRun, bench: Bench) -> dict[str, Floats]:
 def step_order(runs: list[TowerRun]) -> Value:
     """Return the order in the step of the error of the force, with its 95 % interval."""
     exact = exact_run(runs[0].tower, SEARCH, FINE_SAMPLES)
-    errors = []
+    steps, errors = [float(run.step or 0.0) for run in runs], []
     for run in runs:
         square = trapezoid(_force_error(run, exact) ** 2, run.time)
         errors.append(math.sqrt(square / run.time[-1]))
-    order, (low, high) = slope_order([run.step for run in runs], errors)
+    order, (low, high) = slope_order(steps, errors)
     return Value(order, 0.5 * (high - low))
 
 
@@ -331,23 +361,8 @@ def _first_contact_ratio(run: TowerRun) -> float:
 def solver_checks() -> Iterator[Check]:
     """Yield RK4 against the exact propagator, the latter on a tall tower, and the laws apart."""
     for law in LAWS:
-        for height, level in HEIGHTS.items():
-            one = setup(law, height)
-            check = partial(Check, setup=one.name, check="RK4", level=level)
-            yield check(
-                quantity="force_difference",
-                unit="1",
-                measure=lambda _, one=one: force_difference(_rk4(one.case), one.exact()),
-                expected=0.0,
-                tolerance=FORCE[law],
-            )
-            yield check(
-                quantity="impulse_Ns",
-                unit="N s",
-                measure=lambda _, one=one: impulse(_rk4(one.case)),
-                expected=lambda _, one=one: impulse(one.exact()),
-                tolerance=IMPULSE,
-            )
+        for height in HEIGHTS:
+            yield from _rk4_checks(setup(law, height))
     yield Check(
         setup="tall tower",
         quantity="impulse_ratio",
@@ -359,31 +374,58 @@ def solver_checks() -> Iterator[Check]:
         kind=Kind.ANALYTIC,
     )
     for height in APART:
-        yield from _law_findings(height)
+        yield _force_finding(height)
+        for reading in READINGS:
+            yield _angle_finding(height, reading)
+
+
+def _rk4_checks(one: Setup) -> Iterator[Check]:
+    """Yield force and impulse by RK4 against the exact ones."""
+    check = partial(Check, setup=one.name, check="RK4", level=HEIGHTS[one.case.height])
+    yield check(
+        quantity="force_difference",
+        unit="1",
+        measure=lambda _: force_difference(_rk4(one), one.exact()),
+        expected=0.0,
+        tolerance=FORCE[one.case.law],
+    )
+    yield check(
+        quantity="impulse_Ns",
+        unit="N s",
+        measure=lambda _: impulse(_rk4(one)),
+        expected=lambda _: impulse(one.exact()),
+        tolerance=IMPULSE,
+    )
 
 
 @cache
-def _rk4(case: Tower) -> TowerRun:
-    return solve(case, "rk4")
+def _rk4(one: Setup) -> TowerRun:
+    return one.solved("rk4", RK4_SUBSTEPS)
 
 
-def _law_findings(height: int) -> Iterator[Check]:
-    """Yield how far the deformable law is from the overlap law: force, and critical angle."""
+def _force_finding(height: int) -> Check:
+    """Return how far the forces of both laws are from each other."""
     pair = [setup(law, height) for law in ("deformable", "overlap")]
-    check = partial(Check, setup=f"deformable against overlap law, n = {height}", kind=Kind.FINDING)
-    yield check(
+    return Check(
+        setup=f"deformable against overlap law, n = {height}",
         quantity="force_difference",
         unit="1",
         measure=lambda _: force_difference(*(one.exact() for one in pair)),
         expected=0.0,
-        note="both exact; equal for one contact by construction",
+        kind=Kind.FINDING,
+        note="both exact; the laws are one for a single contact",
     )
-    for reading in READINGS:
-        yield check(
-            quantity="critical_angle_deg",
-            unit="deg",
-            check=f"velocity {reading}",
-            measure=lambda _, r=reading: source_angles(height, "deformable")[r],
-            expected=lambda _, r=reading: source_angles(height, "overlap")[r],
-            note="turnaround window, k = 1e6 N/m, 2 m/s",
-        )
+
+
+def _angle_finding(height: int, reading: Reading) -> Check:
+    """Return how far the critical angles of both laws are from each other."""
+    return Check(
+        setup=f"deformable against overlap law, n = {height}",
+        quantity="critical_angle_deg",
+        unit="deg",
+        check=f"velocity {reading}",
+        measure=lambda _: source_angles(height, "deformable")[reading],
+        expected=lambda _: source_angles(height, "overlap")[reading],
+        kind=Kind.FINDING,
+        note="turnaround window, k = 1e6 N/m, 2 m/s",
+    )

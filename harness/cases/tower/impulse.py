@@ -235,7 +235,7 @@ class Runner:
         t0, long = run.tower.contact_time, run
         if long.time[-1] < (touch_time(run) + SEARCH * t0) * (1 - 1e-9):
             (long,) = self.runs([run.tower], touch_time(run) / t0 + SEARCH)
-        end = max(window_end(long, name) for name in {window, "turnaround"})  # type: ignore[arg-type]
+        end = max(window_end(long, name) for name in {window, "turnaround"})
         if end > long.time[-1]:
             (long,) = self.runs([run.tower], end / t0 * MARGIN)
         return long

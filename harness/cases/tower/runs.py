@@ -293,7 +293,7 @@ def scene_of(case: Tower, timing: Timing) -> Scene:
     )
     return Scene(
         bodies=bodies,
-        law=Law.linear(stiffness, 0.0, clipped=False),
+        law=Law(normal_stiffness=stiffness, damping="none"),
         gravity=(case.gravity, 0.0, 0.0),
         step=math.pi / case.omega / timing.steps_per_contact,  # as the script has it
         steps=timing.steps,

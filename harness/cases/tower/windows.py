@@ -148,7 +148,7 @@ def _falls_through_zero(run: TowerRun, i: int) -> float:
         base = run.base_force[pair] / run.tower.each("mass")[-1] + run.tower.gravity
         acceleration = acceleration - base
     cubic = CubicHermiteSpline(run.time[pair], rate, acceleration)
-    return float(brentq(cubic, low, high, xtol=1e-300, rtol=1e-15))
+    return float(brentq(lambda t: float(cubic(t)), low, high, xtol=1e-300, rtol=1e-15))
 
 
 def _too_short(run: TowerRun, why: str) -> RequestError:

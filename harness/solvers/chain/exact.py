@@ -208,11 +208,7 @@ class Modes(NamedTuple):
 def find_modes(chain: Chain, closed: Flags, factor: Floats, u: Floats, v: Floats) -> Modes:
     """Return the modes of a contact set with its factors, in the state ``u`` and ``v`` (N,)."""
     particles = u.size
-    shapes, frequency, origin = (
-        np.zeros((particles, particles)),
-        np.zeros(particles),
-        np.zeros(particles),
-    )
+    shapes, (frequency, origin) = np.zeros((particles, particles)), np.zeros((2, particles))
     ends = np.concatenate((np.flatnonzero(~closed), [particles - 1]))
     begin = 0
     for last in ends:
@@ -227,8 +223,8 @@ def find_modes(chain: Chain, closed: Flags, factor: Floats, u: Floats, v: Floats
             frequency[run_], shapes[run_, run_] = values, vectors
         begin = end
     root = np.sqrt(chain.mass)
-    state = (root * part @ shapes for part in (u - origin, v, chain.gravity))
-    return Modes(shapes, frequency, *state, origin, root)
+    place, rate, pull = (root * part @ shapes for part in (u - origin, v, chain.gravity))
+    return Modes(shapes, frequency, place, rate, pull, origin, root)
 
 
 def _run_modes(

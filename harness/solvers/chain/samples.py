@@ -91,7 +91,8 @@ def sampled_motion(
 ) -> ChainSamples:
     """Return the samples of a motion at times (M,) [s]; ``keep`` its profiles."""
     rows = np.empty((time.size, len(COLUMNS)))
-    _write_rows(chain, time, *(np.ascontiguousarray(part) for part in motion), rows)
+    u, v, force = (np.ascontiguousarray(part) for part in motion)
+    _write_rows(chain, time, u, v, force, rows)
     end = motion.displacements[-1].copy(), motion.velocities[-1].copy()
     return samples_of_rows(rows, end, step=step, profiles=motion if keep else None)
 
