@@ -110,17 +110,18 @@ class TowerCase(Case[TowerParameters]):
 
     def film_job(self, parameters: TowerParameters, frames: int) -> Job:
         """Return the job of a run with so many samples."""
-        return job_of(parameters.tower, self._film_timing(parameters, frames))
+        steps = parameters.steps_per_contact
+        return job_of(
+            parameters.tower, timing_of(parameters.tower, parameters.duration, steps, frames)
+        )
 
     def discs(self, parameters: TowerParameters, output: Output) -> Discs:
-        """Return the particles of a run of :meth:`film_job`, displacements drawn larger."""
-        frames = len(output.table(("step",))["step"]) - 1
-        timing = self._film_timing(parameters, frames)
+        """Return the particles of a run, displacements drawn larger."""
+        numbers = output.table(("step",))["step"]
+        steps, every = int(numbers[-1]), int(numbers[min(1, len(numbers) - 1)])
+        step = parameters.duration * parameters.contact_time / steps
+        timing = Timing(parameters.duration, step, steps, every, parameters.contact_period / step)
         return show.discs(read(parameters.tower, timing, output))
-
-    def _film_timing(self, parameters: TowerParameters, frames: int) -> Timing:
-        steps = parameters.steps_per_contact
-        return timing_of(parameters.tower, parameters.duration, steps, frames)
 
     def checks(self, engine: Engine) -> Iterable[Check]:
         """Return the checks of an engine, against the exact propagator and at equal steps."""

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from harness.cases.bench import OWN, Bench
-from harness.cases.tower.checks import exact_run, setup
-from harness.cases.tower.impulse import READINGS, impulse_angles, source_angles
-from harness.cases.tower.parameters import LAWS, SEARCH, Law
+from harness.cases.tower.checks import setup
+from harness.cases.tower.impulse import impulse_angles, source_angles
+from harness.cases.tower.parameters import LAWS, Law
 from harness.cases.tower.runs import TowerRun
 from harness.cases.tower.windows import peak_force
 from harness.errors import EngineError
@@ -92,10 +92,10 @@ def _opening() -> Opening:
             "alpha = J(n) / J(1).",
             "The velocity lost in a well is rescaled by alpha: after it 1 - alpha / 2 of the "
             "velocity is left, in place of 1/2.",
-            f"So θ_c(n) = 2 atan(tan(15 deg) alpha / (4 - alpha)): {first:.2f} deg for one "
-            f"contact, {last['overlap']:.2f} (overlap law) and {last['deformable']:.2f} deg "
-            f"(deformable) for {TALLEST}. Read the other way, as velocity kept, the same alpha makes "
-            "it rise.",
+            "So θ_c(n) = 2 atan(tan(15 deg) alpha / (4 - alpha)): "
+            f"{first:.2f} deg for one contact, {last['overlap']:.2f} (overlap law) and "
+            f"{last['deformable']:.2f} deg (deformable law) for {TALLEST}. "
+            "Read the other way, as velocity kept, the same alpha makes it rise.",
         ),
         source="Harper, Dufek and Breard (arXiv:2409.13633)",
         terms=(
@@ -148,7 +148,7 @@ def _angles(heights: Sequence[int] = tuple(range(1, TALLEST + 1))) -> pd.DataFra
 def angle_figure(
     frame: pd.DataFrame,
     *,
-    readings: Sequence[Reading] = READINGS,
+    readings: Sequence[Reading] = ("lost", "kept"),
     measured: tuple[Sequence[float], Sequence[float]] | None = None,
 ) -> Figure:
     """Draw critical angles of a table of ``impulse_angles`` against height, a panel a law.
@@ -220,7 +220,7 @@ def force_figure(law: Law, benches: Mapping[str, Bench]) -> Figure:
 
     figure = panels(2, 1, width=6.0, height=2.2)
     top, bottom = figure.axes
-    exact = exact_run(setup(law, SHOWN).case, SEARCH, 3000)
+    exact = setup(law, SHOWN).exact()
     peak = peak_force(exact)
     top.plot(exact.time_over_t0, exact.grain_force / 1e3, color=BLACK, label="exact propagator")
     for i, (name, bench) in enumerate(benches.items(), 1):

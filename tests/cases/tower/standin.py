@@ -1,0 +1,102 @@
+"""Engines that run towers by this package: LAMMPS's script, or a scene; with planted faults."""
+
+import numpy as np
+
+from harness.cases.tower.parameters import Tower
+from harness.cases.tower.runs import solve, timing_of
+from harness.engines.contract import Engine
+from harness.engines.output import SERIES, Output
+from harness.engines.scene_tables import motion_table
+from harness.engines.traits import Traits
+from harness.model.conventions import Rules
+from harness.observables.provenance import Provenance
+from harness.solvers import reference
+
+
+class Standin(Engine):
+    """Has a script for both laws, and writes what LAMMPS's does: forces with the weight.
+
+    ``change_case``, ``change_steps`` and ``change_table`` plant faults.
+    """
+
+    name = "standin"
+    traits = Traits(install_hint="comes with the tests", versions=("1",))
+
+    def __init__(self, change_case=None, change_table=None, step=1.0):
+        self.change_case, self.change_table, self.step = change_case, change_table, step
+        self.jobs = []
+
+    def identify(self):
+        return Provenance("standin", "1")
+
+    @classmethod
+    def has_template(cls, template):
+        return template.name == "tower"
+
+    def rules(self, scene):  # noqa: ARG002
+        return Rules()
+
+    def run(self, jobs):
+        self.jobs += jobs
+        return [self._output(self._table(job)) for job in jobs]
+
+    def _output(self, table):
+        table = self.change_table(table) if self.change_table else table
+        return Output((), self.identify(), {SERIES: table})
+
+    def _table(self, job):
+        values = job.values
+        case = Tower(**{name: values[name] for name in Tower.model_fields})
+        wrong = self.change_case(case) if self.change_case else case
+        steps = values["steps_per_contact"]
+        timing = timing_of(case, values["duration"], steps)
+        count = timing.steps // values["series_every"]
+        # the same number of steps, each longer by the factor
+        run = solve(
+            wrong, "verlet", samples=count, profiles=True,
+            duration=values["duration"] * case.contact_time * self.step / wrong.contact_time,
+            steps_per_contact=steps / self.step * wrong.contact_period / case.contact_period,
+        )  # fmt: skip
+        places, speeds, forces = run.profiles
+        pushes = np.pad(forces, ((0, 0), (1, 1)))
+        diameter = wrong.each("diameter")[0] * np.arange(case.particles)
+        return {
+            "step": values["series_every"] * np.arange(float(len(places))),
+            "x_m": places + diameter,
+            "vx_m_per_s": speeds,
+            "fx_N": pushes[:, :-1] - pushes[:, 1:] + wrong.each("mass")[0] * wrong.gravity,
+        }
+
+
+class SceneEngine(Standin):
+    """Has no script, and runs scenes under other rules by the reference."""
+
+    name = "scenes"
+    conventions = Rules()
+
+    @classmethod
+    def has_template(cls, template):  # noqa: ARG003
+        return False
+
+    def rules(self, scene):  # noqa: ARG002
+        return self.conventions
+
+    def _table(self, job):
+        return motion_table(reference.run(job.scene, self.conventions), job.scene)
+
+
+class Euler(SceneEngine):
+    """A code of first order with seven digits."""
+
+    name = "euler"
+    traits = Traits(
+        install_hint="comes with the tests", versions=("1",), integrator="mfix-euler", digits=7
+    )
+    conventions = Rules(scheme="mfix_euler", frozen_mass="own")
+
+    def _table(self, job):
+        table = super()._table(job)
+        digits = np.vectorize(lambda value: float(f"{value:.6e}"))
+        return {
+            name: column if name == "step" else digits(column) for name, column in table.items()
+        }

@@ -1,0 +1,132 @@
+"""Verdicts of the tower's checks: right engines pass, each planted fault turns its rows."""
+
+import numpy as np
+import pytest
+
+from harness.cases.bench import Bench
+from harness.cases.checks import run_checks, selected
+from harness.cases.tower import checks
+from harness.cases.tower.case import CASE
+from harness.results.rows import Kind, Verdict
+from tests.cases.tower.standin import Euler, SceneEngine, Standin
+
+
+def rows_of(engine, level="quick", only="*"):
+    chosen = selected("tower", CASE.checks(engine), level, only)
+    return run_checks("tower", chosen, Bench(engine))
+
+
+def failing(rows):
+    return {(row.setup, row.quantity, row.check) for row in rows if row.verdict is Verdict.FAIL}
+
+
+def test_an_engine_with_the_script_passes_all():
+    rows = rows_of(Standin(), "default")
+    assert {row.verdict for row in rows} == {Verdict.PASS}
+    assert len(rows) == len({row.key for row in rows})
+    kinds = {row.kind for row in rows}
+    assert kinds == {Kind.ANALYTIC, Kind.CROSS_CODE}
+
+
+def test_an_engine_of_scenes_runs_the_overlap_law_and_one_row_says_what_it_lacks():
+    rows = rows_of(SceneEngine(), "default")
+    lacking = [row for row in rows if row.verdict is Verdict.NOT_TESTED]
+    assert [row.setup for row in lacking] == ["deformable law, n = 1"]
+    assert "template" in lacking[0].note
+    assert {row.verdict for row in rows} == {Verdict.PASS, Verdict.NOT_TESTED}
+
+
+def test_a_scheme_of_first_order_with_few_digits_is_held_to_what_they_resolve():
+    rows = rows_of(Euler(), only="tower/overlap law, n = [12]")
+    assert failing(rows) == set()
+    exact = next(row for row in rows if row.quantity == "impulse_Ns")
+    assert exact.tolerance > checks.IMPULSE.width(exact.expected)
+
+
+def late(table):
+    """Return the table with velocities of the sample before."""
+    return {**table, "vx_m_per_s": np.roll(table["vx_m_per_s"], 1, axis=0)}
+
+
+def spike(table):
+    force = table["fx_N"].copy()
+    force[700, 0] *= 1 + 1e-6
+    return {**table, "fx_N": force}
+
+
+def changed(**factors):
+    return lambda case: case.replace(**{n: getattr(case, n) * f for n, f in factors.items()})
+
+
+EQUAL = ("motion_difference", "equal steps")
+FAULTS = {
+    # fault: how it is planted, rows (quantity, check) of n = 2 that must turn
+    "stiffness off by 1e-7": ({"change_case": changed(stiffness=1 + 1e-7)}, {EQUAL}),
+    "mass off by 1e-7": ({"change_case": changed(mass=1 + 1e-7)}, {EQUAL}),
+    "gravity off by 1e-6": ({"change_case": changed(gravity=1 + 1e-6)}, {EQUAL}),
+    "diameter off by 1e-9": ({"change_case": changed(diameter=1 + 1e-9)}, {EQUAL}),
+    "speed off by 1e-7": ({"change_case": changed(speed=1 + 1e-7)}, {EQUAL}),
+    "step off by 1e-7": ({"step": 1 + 1e-7}, {EQUAL}),
+    "speed off by 2e-4": (
+        {"change_case": changed(speed=1 + 2e-4)},
+        {EQUAL, ("force_difference", ""), ("impulse_Ns", "")},
+    ),
+    "velocities a sample late": ({"change_table": late}, {EQUAL, ("impulse_Ns", "")}),
+    "a force off by 1e-6": ({"change_table": spike}, {EQUAL}),
+    "the other law": (
+        {"change_case": lambda c: c.replace(law={"overlap": "deformable"}.get(c.law, "overlap"))},
+        {EQUAL, ("force_difference", ""), ("impulse_Ns", ""), ("impulse_ratio", "turnaround")},
+    ),
+}
+
+
+@pytest.mark.parametrize("law", ["overlap", "deformable"])
+@pytest.mark.parametrize("fault", FAULTS)
+def test_planted_faults(fault, law):
+    planted, rows = FAULTS[fault]
+    setup = f"{law} law, n = 2"
+    found = failing(rows_of(Standin(**planted), only=f"tower/{setup}"))
+    assert {(setup, *row) for row in rows} <= found
+
+
+TABLES = {
+    "a sample lost": lambda t: {name: column[:-1] for name, column in t.items()},
+    "a column lost": lambda t: {name: t[name] for name in ("step", "x_m", "vx_m_per_s")},
+    "a particle lost": lambda t: {n: c if c.ndim == 1 else c[:, :-1] for n, c in t.items()},
+    "NaN": lambda t: {**t, "x_m": np.where(t["x_m"] > 0.0, t["x_m"], np.nan)},
+    "other steps": lambda t: {**t, "step": 2.0 * t["step"]},
+    "columns swapped": lambda t: {**t, "x_m": t["vx_m_per_s"], "vx_m_per_s": t["x_m"]},
+    "no force": lambda t: {**t, "fx_N": np.full_like(t["fx_N"], 9.81)},
+}
+
+
+@pytest.mark.parametrize("fault", TABLES)
+def test_a_bad_output_fails_every_row(fault):
+    rows = rows_of(Standin(change_table=TABLES[fault]), only="tower/overlap law, n = 2")
+    failed = [row for row in rows if row.verdict is Verdict.FAIL]
+    assert len(failed) >= len(rows) - ("swapped" in fault)
+
+
+def test_the_order_of_an_engine_of_first_order_is_a_failure():
+    class FirstOrder(Standin):
+        def _table(self, job):
+            table = super()._table(job)
+            error = 0.1 / job.values["steps_per_contact"]
+            return {**table, "fx_N": 9.81 + (table["fx_N"] - 9.81) * (1.0 + error)}
+
+    (row,) = rows_of(FirstOrder(), "default", only="tower/overlap law*/order_in_step")
+    assert row.verdict is Verdict.FAIL
+    assert row.value == pytest.approx(1.0, abs=0.1)
+
+
+def test_solvers_of_the_package():
+    rows = run_checks("tower", list(CASE.own_checks()), Bench(None))
+    assert {row.verdict for row in rows} == {Verdict.PASS, Verdict.FINDING}
+    values = {(row.setup, row.quantity, row.check): row for row in rows}
+    rk4 = [values[f"{law} law, n = 2", "force_difference", "RK4"].value
+           for law in ("overlap", "deformable")]  # fmt: skip
+    assert rk4 == pytest.approx([6.6e-9, 4.9e-8], rel=0.01)
+    tall = values["tall tower", "impulse_ratio", "exact propagator"]
+    assert tall.value == pytest.approx(0.5661397, abs=5e-8)
+    angle = values["deformable against overlap law, n = 19", "critical_angle_deg", "velocity lost"]
+    assert (angle.value, angle.expected) == pytest.approx((4.7398, 5.0139), abs=1e-4)
