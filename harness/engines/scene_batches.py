@@ -32,8 +32,8 @@ from harness.errors import EngineError, EngineNaNError, EngineOutputError, Unsup
 from harness.files import held_folder
 from harness.model.base import ZERO
 from harness.model.law import Law
-from harness.model.motion import Motion
-from harness.model.scene import ALL_AXES, UNBOUNDED, Body, Scene, Wall
+from harness.model.motion import STAGE_COLUMNS, Floats, Motion
+from harness.model.scene import UNBOUNDED, Body, Scene, Wall
 
 Outcome = Motion | EngineError
 PARTS = ("position", "velocity", "angular_velocity", "force", "torque")
@@ -120,8 +120,9 @@ def write_scenes(folder: Path, rows: Sequence[tuple[Scene, Mapping[str, Any]]]) 
 def read_motion(title: str, folder: Path, place: int, scene: Scene) -> Motion | None:
     """Return the motion in ``<place>.json``, None without the file.
 
-    It holds the sampled ``step`` and the parts of a motion, each (samples, bodies, 3). Raise
-    EngineOutputError for another shape, EngineNaNError for a number that is not finite.
+    It holds the sampled ``step``, the parts of a motion, each (samples, bodies, 3), and ``stages``
+    of a scene with stages. Raise EngineOutputError for another shape, EngineNaNError for a number
+    that is not finite.
     """
     text = text_of(folder / f"{place}.json")
     if not text:
@@ -129,27 +130,60 @@ def read_motion(title: str, folder: Path, place: int, scene: Scene) -> Motion | 
     try:
         table = json.loads(text)
         steps, parts = table.pop("step"), {name: np.array(table.pop(name), float) for name in PARTS}
+        stages = np.array(table.pop("stages", []), float)
     except (ValueError, TypeError, KeyError) as error:
         raise EngineOutputError(f"{title} wrote samples that cannot be read ({error})") from None
-    return motion_of(title, scene, steps, parts)
+    return motion_of(title, scene, steps, parts, stages)
 
 
-def motion_of(title: str, scene: Scene, steps: Sequence[int], parts: Mapping[str, Any]) -> Motion:
-    """Return samples as a motion, after a check of steps, shapes and finiteness."""
-    expected = list(range(0, scene.steps + 1, scene.every))
+def motion_of(
+    title: str, scene: Scene, steps: Sequence[int], parts: Mapping[str, Any],
+    stages: Floats | None = None,
+) -> Motion:  # fmt: skip
+    """Return samples as a motion, after a check of steps, shapes and finiteness.
+
+    ``stages`` (K, 7) are those of a scene with stages, whose last one ends the samples. Forces on
+    bodies that are not free may be unknown.
+    """
+    ends = _checked_stages(title, scene, stages) if scene.stages else None
+    last = scene.steps if ends is None else int(ends[-1, 0])
+    expected = list(range(0, last + 1, scene.every))
     if list(steps) != expected:
-        last = f"the last of step {steps[-1]}" if len(steps) else "none"
+        found = f"the last of step {steps[-1]}" if len(steps) else "none"
         raise EngineOutputError(
-            f"{title} wrote {len(steps)} samples ({last}), not {len(expected)} up to {expected[-1]}"
+            f"{title} wrote {len(steps)} samples ({found}), not {len(expected)} up to "
+            f"{expected[-1]}"
         )
     shape = (len(expected), len(scene.bodies), 3)
+    free = [bool(scene.segments) or body.motion == "free" for body in scene.bodies]
     for name, values in parts.items():
         if values.shape != shape:
             raise EngineOutputError(f"{title} wrote {name} of shape {values.shape}, not {shape}")
-        if not np.isfinite(values).all():
-            step = expected[int(np.argwhere(~np.isfinite(values))[0, 0])]
+        known = values[:, free] if name in ("force", "torque") else values
+        if not np.isfinite(known).all():
+            step = expected[int(np.argwhere(~np.isfinite(known))[0, 0])]
             raise EngineNaNError(f"{title} wrote {name} that is not finite (NaN) at step {step}")
-    return Motion(np.array(expected) * scene.step, *(parts[name] for name in PARTS))
+    _check_pairs(title, scene, parts["position"])
+    return Motion(np.array(expected) * scene.step, *(parts[n] for n in PARTS), stages=ends)
+
+
+def _checked_stages(title: str, scene: Scene, stages: Floats | None) -> Floats:
+    if stages is None or stages.ndim != 2 or stages.shape[1] != len(STAGE_COLUMNS):
+        raise EngineOutputError(f"{title} wrote no {len(STAGE_COLUMNS)} columns of stages")
+    if not np.isfinite(stages).all():
+        raise EngineNaNError(f"{title} wrote a stage that is not finite (NaN)")
+    steps = stages[:, 0]
+    if len(steps) < 2 or steps[0] != 0 or steps[-1] > scene.steps or np.any(np.diff(steps) < 0):
+        raise EngineOutputError(f"{title} wrote stages at steps {steps.tolist()}")
+    return stages
+
+
+def _check_pairs(title: str, scene: Scene, position: Floats) -> None:
+    """Raise EngineOutputError where two bodies met that the scene keeps from touching."""
+    for i, j in _omitted_pairs(scene):
+        apart = np.linalg.norm(position[:, i] - position[:, j], axis=1)
+        if (apart < scene.bodies[i].radius + scene.bodies[j].radius).any():
+            raise EngineOutputError(f"{title} lets bodies {i} and {j} touch, the scene does not")
 
 
 # ---- scenes that none of these codes can state, and contacts
@@ -157,16 +191,19 @@ def motion_of(title: str, scene: Scene, steps: Sequence[int], parts: Mapping[str
 
 def check_scene(scene: Scene) -> None:
     """Raise Unsupported for a scene with more than spheres, horizontal planes and one law."""
-    law = scene.law
+    law, length = scene.law, scene.period[0]
     refusals = (
         (scene.laws, "gets one law for all contacts"),
-        (scene.pairs is not None, "lets all bodies touch one another"),
+        (_is_selective(scene), "lets all bodies touch one another"),
         (scene.drag, "has no drag"),
-        (scene.period != UNBOUNDED, "has no periodic boundaries here"),
+        (scene.period[1:] != UNBOUNDED[1:], "has periodic boundaries along x alone here"),
+        (length is not None and scene.walls, "has no walls beside periodic boundaries here"),
+        (length is not None and _spread(scene) >= length, "starts within one period"),
+        (scene.stages and scene.setups, "sets no forces up again between stages"),
         (law.interface == "old", "has one contact interface"),
         (law.two_materials, "gets one material for both bodies"),
         (law.heat != "none", "conducts no heat here"),
-        (any(body.axes != ALL_AXES for body in scene.bodies), "moves bodies along all axes"),
+        (any(not _stays_on_axes(scene, b) for b in scene.bodies), "moves bodies along all axes"),
         (any(not _solid(body) for body in scene.bodies), "has solid spheres, I = 2/5 m r^2"),
         (any(not _lies_still(wall) for wall in scene.walls), "has horizontal planes at rest"),
         (any(wall.bodies is not None for wall in scene.walls), "has walls that act on all bodies"),
@@ -184,6 +221,41 @@ def check_words(law: Law, model: str, **allowed: str) -> None:
             raise Unsupported(f"its {model} takes {part} = {must}, not {getattr(law, part)}")
 
 
+def _omitted_pairs(scene: Scene) -> list[tuple[int, int]]:
+    """Return the pairs of which one is free that ``pairs`` leaves out."""
+    if scene.pairs is None:
+        return []
+    named = {(min(pair), max(pair)) for pair in scene.pairs}
+    count, free = len(scene.bodies), [body.motion == "free" for body in scene.bodies]
+    every = ((i, j) for i in range(count) for j in range(i + 1, count) if free[i] or free[j])
+    return [pair for pair in every if pair not in named]
+
+
+def _is_selective(scene: Scene) -> bool:
+    """Return whether a pair that may not touch is nearer than twice its reach at the start.
+
+    One that is further apart, as the next but one in a line, is watched: :func:`motion_of`.
+    """
+    for i, j in _omitted_pairs(scene):
+        first, second = scene.bodies[i], scene.bodies[j]
+        if math.dist(first.position, second.position) < 1.9 * (first.radius + second.radius):
+            return True
+    return False
+
+
+def _stays_on_axes(scene: Scene, body: Body) -> bool:
+    """Return whether nothing pushes a body along an axis that it does not move along."""
+    barred = [axis for axis in range(3) if not body.axes[axis]]
+    level = [one.position[axis] == body.position[axis] for one in scene.bodies for axis in barred]
+    pushed = [scene.gravity[axis] or body.velocity[axis] for axis in barred]
+    return not barred or (all(level) and not any(pushed) and scene.law.tangential == "none")
+
+
+def _spread(scene: Scene) -> float:
+    places = [body.position[0] for body in scene.bodies]
+    return max(places) - min(places)
+
+
 def _solid(body: Body) -> bool:
     solid = 0.4 * body.mass * body.radius**2
     return math.isclose(body.moment_of_inertia, solid, rel_tol=1e-14)
@@ -197,9 +269,12 @@ def _lies_still(wall: Wall) -> bool:
 def partners(scene: Scene) -> list[tuple[Body, Body | None]]:
     """Return the pairs of bodies, one of each kind, that may touch; None is a wall."""
     bodies, pairs = scene.bodies, dict[Any, tuple[Body, Body | None]]()
+    led = bool(scene.segments)
     for i, first in enumerate(bodies):
         others: list[Body | None] = [*bodies[i + 1 :], *([None] if scene.walls else [])]
         for second in others:
+            if not (led or first.motion == "free" or (second and second.motion == "free")):
+                continue
             pairs.setdefault((kind(first), second and kind(second)), (first, second))
     return list(pairs.values())
 

@@ -5,6 +5,7 @@ import shutil
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from harness.engines.kratos import scenes as kratos
@@ -19,9 +20,19 @@ from harness.errors import (
     EngineTimeoutError,
     Unsupported,
 )
-from harness.model.scene import Scene, Wall
+from harness.model.scene import Scene, Stage, Wall, sphere
+from harness.solvers import reference
 from tests.engines.struck import STRUCK, STRUCK_ELASTIC, error, struck_floor, struck_pair
-from tests.solvers.reference.scenes import DAMPED, HERTZ, HOOKE, LINEAR, R, resting
+from tests.solvers.reference.scenes import (
+    DAMPED,
+    HERTZ,
+    HOOKE,
+    LINEAR,
+    RHO,
+    R,
+    climbing,
+    resting,
+)
 
 CODES = {"liggghts": liggghts, "yade": yade, "kratos": kratos}
 ALL = pytest.mark.parametrize("code", CODES)
@@ -158,12 +169,70 @@ def test_interchanged_parts_are_no_motion_of_the_scene(code, tmp_path):
     assert error(scene, read(code, tmp_path, scene), CODES[code].rules(scene)) > 0.1
 
 
+def written(path, scene, **changes):
+    """Write what Yade or Kratos would write of a scene with stages, and return the reference."""
+    motion = reference.run(scene)
+    steps = (scene.every * np.arange(len(motion))).tolist()
+    table = {"step": steps, "stages": motion.stages.tolist()}
+    table |= {part: getattr(motion, part).tolist() for part in PARTS}
+    (path / "0.json").write_text(json.dumps({**table, **changes}))
+    return motion
+
+
+STAGED = climbing((0.1, 0.0), (0.15, 0.0))
+
+
+def test_motion_of_stages_ends_where_the_last_one_does(tmp_path):
+    expected = written(tmp_path, STAGED)
+    motion = read_motion("Yade", tmp_path, 0, STAGED)
+    assert len(motion) == 21 < STAGED.steps / STAGED.every
+    assert np.array_equal(motion.stages, expected.stages)
+
+
+@pytest.mark.parametrize(
+    ("stages", "error"),
+    [
+        ([], EngineOutputError),
+        ([[0.0] * 7], EngineOutputError),
+        ([[0.0] * 6, [200.0] * 6], EngineOutputError),
+        ([[0.0] * 7, [300.0] + [0.0] * 6], EngineOutputError),
+        ([[50.0] * 7, [200.0] * 7], EngineOutputError),
+        ([[0.0] * 7, [200.0] + [float("nan")] * 6], EngineNaNError),
+    ],
+)
+def test_spoiled_stages_are_refused(tmp_path, stages, error):
+    written(tmp_path, STAGED, stages=stages)
+    with pytest.raises(error):
+        read_motion("Yade", tmp_path, 0, STAGED)
+
+
+def test_pair_that_a_scene_keeps_apart_must_not_meet(tmp_path):
+    bodies = tuple(
+        sphere(R, RHO, position=(x, 0.0, 0.0), velocity=(v, 0.0, 0.0))
+        for x, v in ((0.0, 1.0), (2.1 * R, 0.0), (4.2 * R, 0.0))
+    )
+    scene = Scene(bodies=bodies, step=1e-4, steps=400, every=10, pairs=((1, 2),))
+    assert CODES["liggghts"].rules(scene.replace(pairs=((0, 1), (1, 2))))
+    table = {
+        "step": list(range(0, 401, 10)),
+        **{part: np.zeros((41, 3, 3)).tolist() for part in PARTS},
+    }
+    (tmp_path / "0.json").write_text(json.dumps(table))
+    with pytest.raises(EngineOutputError, match="bodies 0 and 1 touch"):
+        read_motion("Yade", tmp_path, 0, scene)
+
+
 PLAIN = struck_floor(HOOKE)
 REFUSED = {
     "drag": PLAIN.replace(drag=1.0),
-    "periodic": PLAIN.replace(period=(1.0, None, None)),
+    "along x alone": PLAIN.replace(period=(None, 1.0, None)),
+    "no walls beside periodic": PLAIN.replace(period=(1.0, None, None)),
+    "starts within one period": struck_pair(HOOKE).replace(
+        period=(0.05, None, None), bodies=(sphere(R, RHO), sphere(R, RHO, position=(0.06, 0, 0)))
+    ),
+    "between stages": PLAIN.replace(stages=(Stage(place=1.0, floor=0.0),), setups=(10,)),
     "one law": PLAIN.replace(laws={(1, 2): HERTZ}),
-    "all bodies": struck_pair(HOOKE).replace(pairs=((0, 1),)),
+    "all bodies": struck_pair(HOOKE).replace(pairs=()),
     "one material": PLAIN.replace(law=HERTZ.replace(partner_youngs_modulus=1e9)),
     "no heat": PLAIN.replace(law=HOOKE.replace(heat="area", conductance=1.0)),
     "one contact interface": PLAIN.replace(law=HOOKE.replace(interface="old")),

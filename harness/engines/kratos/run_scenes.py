@@ -2,7 +2,11 @@
 
 The file is a list of scenes in SI units, each with its law in Kratos's words (``code``). The
 samples of scene k are written to ``<k>.json``: ``step`` (samples,), and ``position``,
-``velocity``, ``angular_velocity``, ``force`` and ``torque``, each (samples, bodies, 3).
+``velocity``, ``angular_velocity``, ``force`` and ``torque``, each (samples, bodies, 3); ``stages``
+(K, 7) are step, time, x, y, vx, vy and wz of the first body at the start and the end of each stage.
+
+An endless row of equal fixed spheres has four of them, as it looks the same from every well: a
+first body that leaves the two in the middle is put back by their distance (``code.row``).
 """
 
 from __future__ import annotations
@@ -42,6 +46,8 @@ STRATEGY = {
     "model_import_settings": {},
     "material_import_settings": {},
 }
+LOOK = 50  # steps between two looks at the first body in a scene with stages
+NAN = [math.nan] * 3
 MOVED = {"velocity": "VELOCITY", "angular_velocity": "ANGULAR_VELOCITY"}
 
 
@@ -49,14 +55,17 @@ class Simulation:
     """A scene in Kratos; ``core`` and ``dem`` are its modules."""
 
     def __init__(self, core: Any, dem: Any, scene: dict[str, Any]) -> None:
-        self.core, self.dem, self.scene, self.code = core, dem, scene, scene["code"]
+        self.core, self.dem, self.code = core, dem, scene["code"]
+        self.whole, self.scene, self.put_back = scene, scene, 0.0
+        if self.code["row"]:
+            self.scene = {**scene, "bodies": four_of_a_row(scene["bodies"], self.code["row"])}
         self.segments = segments_by_step(scene)
         self.model = core.Model()  # holds the parts
         self.parts = [self.model.CreateModelPart(name) for name in PARTS]
         for part, names in ((self.parts[0], OF_SPHERES), (self.parts[2], OF_FACES)):
             for name in names:
                 part.AddNodalSolutionStepVariable(self.variable(name))
-        self.nodes = [self.add_sphere(k) for k in range(len(scene["bodies"]))]
+        self.nodes = [self.add_sphere(k) for k in range(len(self.scene["bodies"]))]
         for k in range(len(scene["walls"])):
             self.add_wall(k)
         self.strategy = self.make_strategy()
@@ -179,21 +188,77 @@ class Simulation:
         return [[node.GetSolutionStepValue(one) for one in names] for node in self.nodes]
 
     def run(self) -> dict[str, list[Any]]:
-        """Return the samples of all steps."""
+        """Return the samples of all steps, or up to where a look ends the run."""
         information, searches = self.parts[0].ProcessInfo, self.variable("TIME_STEPS")
         samples: dict[str, list[Any]] = {"step": [0]}
-        samples |= {name: [rows] for name, rows in self.sample().items()}
+        samples |= {name: [rows] for name, rows in self.rows().items()}
+        stages, last = [self.stage_row(0)], self.scene["steps"]
         information[searches] = 1
-        for number in range(1, self.scene["steps"] + 1):
+        for number in range(1, last + 1):
             if number - 1 in self.segments:
                 self.set_velocities(*self.segments[number - 1])
             self.strategy.SolveSolutionStep()
             information[searches] = 0
             if number % self.scene["every"] == 0:
                 samples["step"].append(number)
-                for name, rows in self.sample().items():
+                for name, rows in self.rows().items():
                     samples[name].append(rows)
-        return samples
+            if number % LOOK and number < last:
+                continue
+            if self.scene["stages"] and self.is_over(number, stages):
+                break
+            if self.code["row"] and self.leaves_well():
+                information[searches] = 1
+        return {**samples, "stages": stages}
+
+    def rows(self) -> dict[str, list[list[float]]]:
+        """Return a sample of the bodies of the scene; forces on spheres of a row are not known."""
+        sample = self.sample()
+        if not self.code["row"]:
+            return sample
+        fixed = self.whole["bodies"][1:]
+        sample["position"][0][0] += self.put_back
+        still = {name: [body[name] for body in fixed] for name in ("position", *MOVED)}
+        unknown = {name: [NAN] * len(fixed) for name in ("force", "torque")}
+        return {name: [sample[name][0], *rows] for name, rows in {**still, **unknown}.items()}
+
+    def stage_row(self, number: int) -> list[float]:
+        """Return step, time, x, y, vx, vy and wz of the first body."""
+        node = self.nodes[0]
+        names = ("VELOCITY_X", "VELOCITY_Y", "ANGULAR_VELOCITY_Z")
+        moves = [node.GetSolutionStepValue(self.variable(name)) for name in names]
+        return [number, number * self.scene["step"], node.X + self.put_back, node.Y, *moves]
+
+    def is_over(self, number: int, stages: list[list[float]]) -> bool:
+        """Look at the first body: return whether the run is over, and keep the end of a stage."""
+        row, stage = self.stage_row(number), self.scene["stages"][len(stages) - 1]
+        _, _, x, y, vx, vy, _ = row
+        body, (gx, gy, _) = self.scene["bodies"][0], self.scene["gravity"]
+        energy = body["mass"] * (0.5 * (vx * vx + vy * vy) - gx * x - gy * y)
+        beyond = x > stage["place"]
+        over = beyond and len(stages) == len(self.scene["stages"])
+        over = over or (vx < 0.0 and energy < stage["floor"] and not beyond)
+        over = over or number == self.scene["steps"] or not math.isfinite(x + y + vx + vy)
+        if beyond or over:
+            stages.append(row)
+        return over
+
+    def leaves_well(self) -> bool:
+        """Put the first body back between the spheres in the middle of a row, if it left them."""
+        pitch, node = self.code["row"], self.nodes[0]
+        way = pitch * math.floor((node.X - self.nodes[2].X) / pitch)
+        node.X0 -= way
+        node.X -= way
+        self.put_back += way
+        return way != 0.0
+
+
+def four_of_a_row(bodies: list[dict[str, Any]], pitch: float) -> list[dict[str, Any]]:
+    """Return the first body and the four spheres of a row about it."""
+    grain, first = bodies[0], bodies[1]
+    x, y, z = first["position"]
+    behind = x + pitch * math.floor((grain["position"][0] - x) / pitch)
+    return [grain, *({**first, "position": [behind + k * pitch, y, z]} for k in (-1, 0, 1, 2))]
 
 
 def segments_by_step(scene: dict[str, Any]) -> dict[int, tuple[list[Any], list[Any]]]:

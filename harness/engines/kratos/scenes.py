@@ -39,6 +39,7 @@ from harness.errors import (
     EngineNaNError,
     Unsupported,
 )
+from harness.model.base import ZERO
 from harness.model.conventions import Faults, Rules
 from harness.model.law import damping_ratio
 from harness.model.scene import Body, Scene
@@ -46,6 +47,7 @@ from harness.model.scene import Body, Scene
 SCRIPT = Path(__file__).with_name("run_scenes.py")
 LINEAR, CUSTOM = "DEM_D_Linear_viscous_Coulomb", "DEM_D_Linear_Custom_Constants"
 HERTZ, DMT = "DEM_D_Hertz_viscous_Coulomb", "DEM_D_Hertz_viscous_Coulomb_DMT"
+SAME = 1e-9  # relative difference of places on a row
 MOST_SHEAR = 4.0 / 3.0  # of k_n: 2 (1 - nu) / (2 - nu) of a material is less
 BETWEEN_SPHERES, AT_WALLS = 1.432 * math.pi * 0.31225, math.pi * 0.31225  # k_n over E* R*, E* r
 RULES = Rules(
@@ -54,6 +56,7 @@ RULES = Rules(
     spring_frame="finite_rotation",
     slip_step="turned_arms",
     rescaled_from="displacement",
+    looks_set_up=False,
 )
 FAULTS = Faults(small_angle_quaternion=True)  # of 10.2 to 10.4
 
@@ -118,6 +121,9 @@ def words(scene: Scene) -> dict[str, Any]:
     check_scene(scene)
     if scene.setups:
         raise Unsupported("sets no forces up again within a run")
+    row = _row(scene)
+    if row:  # four spheres stand for it
+        scene = scene.replace(bodies=scene.bodies[:1] + scene.bodies[1:2] * 4)
     name, law = _name(scene), scene.law
     friction = law.friction or 0.0
     values = {"STATIC_FRICTION": friction, "DYNAMIC_FRICTION": friction}
@@ -138,8 +144,32 @@ def words(scene: Scene) -> dict[str, Any]:
         "poisson": poisson,
         "wall_young": wall_young,
         "gamma": [[_gamma(scene, b, other) for other in (*bodies, *walls)] for b in bodies],
-        "room": room(scene),
+        "room": room(scene) if row is None else 10.0 * row,
+        "row": row,
     }
+
+
+def _row(scene: Scene) -> float | None:
+    """Return the distance [m] of the fixed spheres of an endless row along x, None without one."""
+    length, (first, *others) = scene.period[0], scene.bodies
+    if length is None:
+        return None
+    pitch = length / max(1, len(others))
+    row = others[:1] * len(others)
+    places = [
+        (others[0].position[0] + k * pitch, *others[0].position[1:]) for k in range(len(others))
+    ]
+    equal = [one.replace(position=place) for one, place in zip(row, places, strict=True)]
+    alike = all(
+        math.dist(one.position, other.position) <= SAME * pitch
+        and one.replace(position=ZERO) == other.replace(position=ZERO)
+        for one, other in zip(equal, others, strict=True)
+    )
+    if first.motion != "free" or not others or others[0].motion == "free" or not alike:
+        raise Unsupported("has periodic boundaries for one body on a row of equal fixed spheres")
+    if scene.law.tangential != "none":
+        raise Unsupported("has no friction on an endless row")
+    return pitch
 
 
 def _name(scene: Scene) -> str:

@@ -32,8 +32,8 @@ from harness.engines.scene_batches import (
 from harness.errors import EngineError, EngineInputError, EngineOutputError, Unsupported
 from harness.model.conventions import Rules
 from harness.model.law import Law
-from harness.model.motion import Motion
-from harness.model.scene import Body, Scene, effective_radius
+from harness.model.motion import Floats, Motion
+from harness.model.scene import LOOK, Body, Scene, effective_radius
 
 SAME = 1e-9  # relative difference of coefficients that are tied to one another
 AI = 2.25  # of k_n (mu_r R*)^2: Ai et al., Powder Technol. 206, 269 (2011)
@@ -110,8 +110,9 @@ def read_samples(folder: Path, place: int, scene: Scene) -> Motion | None:
     if not (folder / f"{place}.done").exists():
         return None
     steps, table = list[int](), list[list[list[float]]]()
+    stages = _read_stages(folder / f"{place}.stages", scene) if scene.stages else None
     for frame in text_of(folder / f"{place}.dump").split(FRAME)[1:]:
-        step, rows = _frame(frame.splitlines(), len(scene.bodies))
+        step, rows = _frame(frame.splitlines(), scene)
         steps.append(step)
         table.append(rows)
     # the end of a segment is written again as the start of the next
@@ -122,16 +123,28 @@ def read_samples(folder: Path, place: int, scene: Scene) -> Motion | None:
         if body.motion == "free" and not scene.segments:  # the dump has the weight too
             samples[:, k, PARTS.index("force")] -= body.mass * np.array(scene.gravity)
     parts = {name: samples[:, :, k].copy() for k, name in enumerate(PARTS)}
-    motion = motion_of("LIGGGHTS", scene, [steps[k] for k in first], parts)
+    motion = motion_of("LIGGGHTS", scene, [steps[k] for k in first], parts, stages)
     frozen = [body.motion == "frozen" and not scene.segments for body in scene.bodies]
     motion.force[:, frozen] = motion.torque[:, frozen] = np.nan
     return motion
 
 
-def _frame(lines: Sequence[str], bodies: int) -> tuple[int, list[list[float]]]:
+def _read_stages(path: Path, scene: Scene) -> Floats:
+    """Return the stages that the script printed: step, x, y, vx, vy and wz of the first body."""
+    rows = [[float(word) for word in line.split()] for line in text_of(path).splitlines()]
+    return np.array([[row[0], row[0] * scene.step, *row[1:]] for row in rows])
+
+
+def _columns(scene: Scene) -> str:
+    """Return the columns of samples; over a periodic boundary places run on."""
+    return COLUMNS if scene.period[0] is None else COLUMNS.replace("x y z", "xu yu zu", 1)
+
+
+def _frame(lines: Sequence[str], scene: Scene) -> tuple[int, list[list[float]]]:
     """Return the step of a sample and its rows without the number of the body."""
-    if len(lines) != 8 + bodies or lines[7].split()[2:] != COLUMNS.split():
-        raise EngineOutputError(f"LIGGGHTS wrote a sample without {bodies} rows of {COLUMNS}")
+    bodies, columns = len(scene.bodies), _columns(scene)
+    if len(lines) != 8 + bodies or lines[7].split()[2:] != columns.split():
+        raise EngineOutputError(f"LIGGGHTS wrote a sample without {bodies} rows of {columns}")
     try:
         rows = [[float(word) for word in line.split()] for line in lines[8:]]
     except ValueError as error:
@@ -148,23 +161,49 @@ def _frame(lines: Sequence[str], bodies: int) -> tuple[int, list[list[float]]]:
 def script(scene: Scene, dump: str = "samples.dump") -> str:
     """Return the script of a scene, which writes its samples to a dump.
 
-    Raise Unsupported for a scene that LIGGGHTS cannot state.
+    Stages are written to a file beside it, with the suffix ``.stages``. Raise Unsupported for a scene that LIGGGHTS cannot state.
     """
-    lines = [*_bodies(scene), *_contacts(scene, words(scene)), *_run(scene, dump)]
-    return "\n".join([*lines, ""])
+    lines = [*_bodies(scene), *_contacts(scene, words(scene)), *_motion(scene, dump)]
+    if not scene.stages:
+        return "\n".join([*lines, *_run(scene), ""])
+    watched = _watched(scene, Path(dump).with_suffix(".stages").name)
+    return "\n".join([*STRETCHES, *lines, *watched, ""])
+
+
+# At the top of the script: a jump reads it from there.
+STRETCHES = """jump SELF system
+label stretch
+run $(v_stretch) pre no post no
+if "$(v_go_on) == 1" then "jump SELF stretch"
+jump SELF look
+label system""".splitlines()
 
 
 def _bodies(scene: Scene) -> Iterator[str]:
-    kinds, side = _kinds(scene), _text(room(scene))
+    kinds = _kinds(scene)
     yield "units si\natom_style granular\natom_modify map array sort 0 0\nnewton off"
-    yield "communicate single vel yes\nboundary f f f\nhard_particles yes"
-    yield f"region space block -{side} {side} -{side} {side} -{side} {side} units box"
+    yield "communicate single vel yes\nhard_particles yes"
+    yield from _box(scene)
     yield f"create_box {len(kinds) + 1} space    # types: kinds of bodies, and walls"
     for k, body in enumerate(scene.bodies, 1):
         density = body.mass / (4.0 / 3.0 * math.pi * body.radius**3)
         yield f"create_atoms {kinds.index(kind(body)) + 1} single {_text(*body.position)} units box"
         yield f"set atom {k} diameter {_text(2.0 * body.radius)} density {_text(density)}"
         yield _velocities(k, body.velocity, body.angular_velocity)
+
+
+def _box(scene: Scene) -> Iterator[str]:
+    """Yield the boundaries: of a periodic row a quarter of a diameter before its first body."""
+    side, length = _text(room(scene)), scene.period[0]
+    if length is None:
+        yield f"boundary f f f\nregion space block {' '.join([f'-{side} {side}'] * 3)} units box"
+        return
+    largest = max(body.radius for body in scene.bodies)
+    first = min(body.position[0] for body in scene.bodies) - 0.5 * largest
+    across = [body.position[1] for body in scene.bodies]
+    ends = (first, first + length, min(across) - 2.0 * largest, max(across) + 4.0 * largest)
+    yield "boundary p s f"
+    yield f"region space block {_text(*ends, -2.0 * largest, 2.0 * largest)} units box"
 
 
 def _contacts(scene: Scene, words: Words) -> Iterator[str]:
@@ -187,21 +226,28 @@ def _contacts(scene: Scene, words: Words) -> Iterator[str]:
         yield f"fix wall_{k} all wall/gran {words.models} {place} {words.settings}"
 
 
-def _run(scene: Scene, dump: str) -> Iterator[str]:
-    yield f"neighbor {_text(0.5 * min(b.radius for b in scene.bodies))} nsq"
+def _motion(scene: Scene, dump: str) -> Iterator[str]:
+    """Yield how bodies move and what is written."""
+    search = "nsq" if scene.period[0] is None else "bin"
+    yield f"neighbor {_text(0.5 * min(b.radius for b in scene.bodies))} {search}"
     yield f"neigh_modify delay 0 every 1 check yes\ntimestep {_text(scene.step)}"
-    g = math.hypot(*scene.gravity)
+    groups: dict[str, list[int]] = {}
     for k, body in enumerate(scene.bodies, 1):
-        free = body.motion == "free" and not scene.segments
-        yield f"group one_{k} id {k}"
-        yield f"fix move_{k} one_{k} {'nve/sphere' if free else 'nve/noforce'}"
-        if free and g:
-            yield f"fix weight_{k} one_{k} gravity {_text(g)} vector {_text(*scene.gravity)}"
-        elif body.motion == "frozen" and not scene.segments:
-            yield f"fix freeze_{k} one_{k} freeze"
-    yield f"dump samples all custom {scene.every} {dump} {COLUMNS}"
+        groups.setdefault("led" if scene.segments else body.motion, []).append(k)
+    for name, numbers in groups.items():
+        yield f"group {name} id {' '.join(map(str, numbers))}"
+        yield f"fix move_{name} {name} {'nve/sphere' if name == 'free' else 'nve/noforce'}"
+    g = math.hypot(*scene.gravity)
+    if "free" in groups and g:
+        yield f"fix weight free gravity {_text(g)} vector {_text(*scene.gravity)}"
+    if "frozen" in groups:
+        yield "fix freeze frozen freeze"
+    yield f"dump samples all custom {scene.every} {dump} {_columns(scene)}"
     yield f'dump_modify samples sort id format "%d{" %.17g" * (3 * len(PARTS))}"'
     yield "thermo 1000000000\nthermo_style custom step\nthermo_modify lost error norm no flush no"
+
+
+def _run(scene: Scene) -> Iterator[str]:
     for segment in scene.segments:
         moved = zip(segment.velocities, segment.angular_velocities, strict=True)
         yield from (_velocities(k, v, w) for k, (v, w) in enumerate(moved, 1))
@@ -210,6 +256,46 @@ def _run(scene: Scene, dump: str) -> Iterator[str]:
         ends = [*sorted({at for at in scene.setups if 0 < at < scene.steps}), scene.steps]
         for start, end in zip([0, *ends], ends, strict=False):
             yield f"run {end - start} post no"
+
+
+def _watched(scene: Scene, file: str) -> Iterator[str]:
+    """Yield runs of a few steps, until the first body is beyond the last place or given up."""
+    mass, (gx, gy, _) = scene.bodies[0].mass, scene.gravity
+    state = "$(step) $(xcm(first,x)) $(xcm(first,y)) $(vcm(first,x)) $(vcm(first,y)) $(v_spin)"
+    yield "variable places delete\nvariable floors delete\ngroup first id 1"
+    yield f"variable places index {_text(*(stage.place for stage in scene.stages))}"
+    yield f"variable floors index {_text(*(stage.floor for stage in scene.stages))}"
+    formulas = {
+        "spin": "omegaz[1]",
+        "square": "vcm(first,x)^2+vcm(first,y)^2",
+        "height": f"{_text(gx)}*xcm(first,x)+{_text(gy)}*xcm(first,y)",
+        "energy": f"{_text(mass)}*(0.5*v_square-v_height)",
+        "left": f"{scene.steps}-step",
+        "stretch": f"{LOOK}*(v_left>={LOOK})+v_left*(v_left<{LOOK})",
+        "go_on": "(xcm(first,x)<=v_places)&&(vcm(first,x)>=0)&&(v_left>0)",
+        "stops": "(vcm(first,x)<0)&&(v_energy<v_floors)",
+    }
+    for name, formula in formulas.items():
+        yield f"variable {name} equal {formula}"
+    yield f"""echo none
+run 0 post no
+print "{state}" file {file}
+jump SELF stretch
+label begin
+run 0 post no
+jump SELF stretch
+label look
+if "$(xcm(first,x)<=v_places) == 1" then "jump SELF before"
+print "{state}" append {file}
+if "$(v_left<=0) == 1" then "jump SELF over"
+next places floors
+jump SELF begin
+jump SELF over
+label before
+if "$((v_stops==0)&&(v_left>0)) == 1" then "jump SELF begin"
+print "{state}" append {file}
+label over
+echo log"""
 
 
 def _velocities(number: int, velocity: Sequence[float], spin: Sequence[float]) -> str:

@@ -2,7 +2,8 @@
 
 The file is a list of scenes in SI units, each with its law in Yade's words (``code``). The samples
 of scene k are written to ``<k>.json``: ``step`` (samples,), and ``position``, ``velocity``,
-``angular_velocity``, ``force`` and ``torque``, each (samples, bodies, 3).
+``angular_velocity``, ``force`` and ``torque``, each (samples, bodies, 3); ``stages`` (K, 7) are step,
+time, x, y, vx, vy and wz of the first body at the start and at the end of each stage.
 
 A step of Yade computes the forces at x with v half a step behind, then moves v and x. Samples are
 taken between: v is brought to the time of x by half a step of the force.
@@ -11,6 +12,7 @@ taken between: v is brought to the time of x by half a step of the force.
 from __future__ import annotations
 
 import json
+import math
 import sys
 from pathlib import Path
 from typing import Any
@@ -37,6 +39,9 @@ FAR = 1e8  # [radius of the first sphere] to which a box reaches to each side
 # The first forces are those of the velocities at the start, and no spring has moved yet: a step
 # of no length. Not zero, lest anything be divided by it.
 NO_STEP = 1e-60  # [s]
+LOOK = 50  # steps between two looks at the first body in a scene with stages
+WIDE = 1e3  # [radius of the first sphere] of a periodic cell across its period
+FREE, HELD = 1, 3  # masks: those that share the second bit do not meet
 
 
 class Simulation:
@@ -49,6 +54,11 @@ class Simulation:
         self.turns = code["law"] == "CohFrictPhys"
         yade.O.reset()
         yade.O.dt = NO_STEP
+        if scene["period"][0]:
+            yade.O.periodic = True  # places run on over the boundary
+            wide = WIDE * scene["bodies"][0]["radius"]
+            yade.O.cell.setBox(scene["period"][0], wide, wide)
+        self.rows: list[list[float]] = []  # of stages
         material, physics, law = (getattr(yade, name) for name in LAWS[code["law"]])
         materials = iter([material(**words) for words in code["materials"]])
         self.spheres = [self.add_sphere(body, next(materials)) for body in scene["bodies"]]
@@ -62,7 +72,8 @@ class Simulation:
         """Return the body of a new sphere."""
         yade, fixed = self.yade, bool(self.scene["segments"]) or body["motion"] != "free"
         place = yade.Vector3(*body["position"])
-        sphere = yade.utils.sphere(place, body["radius"], material=material, fixed=fixed)
+        mask = HELD if fixed and not self.scene["segments"] else FREE
+        sphere = yade.utils.sphere(place, body["radius"], material=material, fixed=fixed, mask=mask)
         sphere.state.mass = body["mass"]
         moment = 0.4 * body["mass"] * body["radius"] ** 2
         sphere.state.inertia = yade.Vector3(moment, moment, moment)
@@ -94,11 +105,15 @@ class Simulation:
             pair = yade.Ig2_Sphere_Sphere_ScGeom(avoidGranularRatcheting=False)
             shapes = [pair, yade.Ig2_Wall_Sphere_ScGeom(hertzian=True, noRatch=False)]
         skin = 0.1 * min(body["radius"] for body in self.scene["bodies"])
+        looks = [yade.PyRunner(iterPeriod=every, command="simulation.look()", initRun=True)]
+        if self.scene["stages"]:
+            looks += [yade.PyRunner(iterPeriod=LOOK, command="simulation.watch()", initRun=True)]
+        self.watcher = looks[-1]
         return [
             yade.ForceResetter(),
-            yade.InsertionSortCollider(bounds, verletDist=skin),
+            yade.InsertionSortCollider(bounds, verletDist=skin, avoidSelfInteractionMask=2),
             yade.InteractionLoop(shapes, [physics], [law]),
-            yade.PyRunner(iterPeriod=every, command="simulation.look()", initRun=True),
+            *looks,
             yade.NewtonIntegrator(damping=0, gravity=yade.Vector3(*self.scene["gravity"])),
         ]
 
@@ -116,6 +131,29 @@ class Simulation:
                 body.state.angVel -= angular
         if number in self.segments:
             self.set_velocities(*self.segments[number])
+
+    def watch(self) -> None:
+        """Look at the first sphere, and pause where the run is over."""
+        number, stages, body = self.yade.O.iter, self.scene["stages"], self.spheres[0]
+        linear, angular = self.half_kick(body)
+        x, v = body.state.pos, body.state.vel + linear
+        spin = body.state.angVel[2] + angular[2]
+        row = [number, number * self.scene["step"], x[0], x[1], v[0], v[1], spin]
+        left, stage = self.scene["steps"] - number, max(len(self.rows) - 1, 0)
+        if number == 0:
+            self.rows = [[float(value) for value in row]]
+        else:
+            height = sum(g * place for g, place in zip(self.scene["gravity"], x, strict=True))
+            square = sum(value * value for value in v)
+            energy = body.state.mass * (0.5 * square - height)
+            beyond = x[0] > stages[stage]["place"]
+            over = left <= 0 or (v[0] < 0 and energy < stages[stage]["floor"] and not beyond)
+            over = over or (beyond and stage + 1 == len(stages)) or not square < math.inf
+            if beyond or over:
+                self.rows.append([float(value) for value in row])
+            if over:
+                self.yade.O.pause()
+        self.watcher.iterPeriod = max(1, min(LOOK, left))
 
     def half_kick(self, body: Any) -> tuple[Any, Any]:
         """Return what half a step of the forces adds to both velocities."""
@@ -151,7 +189,7 @@ class Simulation:
     def run(self) -> dict[str, list[Any]]:
         """Return the samples of all steps; the last ones are of the forces of one step more."""
         self.yade.O.run(self.scene["steps"] + 1, wait=True)
-        return self.samples
+        return {**self.samples, "stages": self.rows}
 
 
 def segments_by_step(scene: dict[str, Any]) -> dict[int, tuple[list[Any], list[Any]]]:

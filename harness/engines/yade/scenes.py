@@ -25,7 +25,9 @@ from harness.engines.scene_batches import (
     check_words,
     contact_mass,
     damping_of,
+    kind,
     nearest_body,
+    partners,
     read_motion,
     write_scenes,
 )
@@ -40,6 +42,7 @@ ELASTIC, TURNING, SOLID = "ViscElPhys", "CohFrictPhys", "MindlinPhys"
 # of Yade, which must have a Python of its own and would take itself for a rank of our launcher
 FOREIGN = ("PYTHON", "OMPI_", "PMI_", "PMIX_", "DISPLAY", "XDG_CONFIG_HOME")
 _COMMON = {
+    "looks_set_up": False,
     "spring_frame": "rotated",
     "torsion_frame": "rotated",
     "wall_touches_at_zero": True,
@@ -141,18 +144,33 @@ def _dashpots(scene: Scene) -> list[float]:
     law, bodies, walls = scene.law, scene.bodies, scene.walls
     if law.damping == "none":
         return [0.0] * (len(bodies) + len(walls))
+    frozen = [body.motion == "frozen" and not scene.segments for body in bodies]
     if law.damping == "mass_velocity":
-        frozen = [body.motion == "frozen" and not scene.segments for body in bodies]
         factor = law.damping_coefficient or 0.0
         own = [0.0 if f else factor * b.mass for f, b in zip(frozen, bodies, strict=True)]
         return own + [0.0] * len(walls)
-    kinds = {(body.mass, body.motion) for body in bodies}
-    if len(bodies) > 2 and law.damping != "velocity" and len(kinds) > 1:
-        raise Unsupported("its Law2_ScGeom_ViscElPhys_Basic has this dashpot for equal bodies")
-    second = bodies[1] if len(bodies) > 1 else None
-    own = [2.0 * damping_of(law, contact_mass(scene, bodies[0], second))] * len(bodies)
     needed = [damping_of(law, nearest_body(scene, wall).mass) for wall in walls]
-    return own + [0.0 if eta == own[0] else 1.0 / (1.0 / eta - 1.0 / own[0]) for eta in needed]
+    etas = {
+        frozenset((kind(first), kind(second))): damping_of(law, contact_mass(scene, first, second))
+        for first, second in partners(scene)
+        if second is not None
+    }
+    if len({*etas.values()}) < 2:
+        base = 2.0 * next(iter(etas.values()), damping_of(law, bodies[0].mass))
+        return [base] * len(bodies) + [_in_series(eta, base) for eta in needed]
+    moving = {kind(body) for body in bodies if scene.segments or body.motion == "free"}
+    if len(moving) > 1:
+        raise Unsupported("its Law2_ScGeom_ViscElPhys_Basic has this dashpot for equal bodies")
+    base = 2.0 * etas.get(frozenset(moving), max(etas.values()))
+    fixed = {kind(body) for body in bodies} - moving
+    of_kind = {one: _in_series(etas[frozenset(moving | {one})], base) for one in fixed}
+    own = [of_kind.get(kind(body), base) for body in bodies]
+    return own + [_in_series(eta, base) for eta in needed]
+
+
+def _in_series(eta: float, other: float) -> float:
+    """Return the dashpot that gives ``eta`` [kg/s] in series with another, 0 for a rigid one."""
+    return 0.0 if eta == other else 1.0 / (1.0 / eta - 1.0 / other)
 
 
 def _turning(scene: Scene) -> dict[str, Any]:

@@ -13,7 +13,7 @@ from harness.model.motion import Motion
 from harness.model.scene import Scene, Wall
 from harness.solvers import reference
 from tests.engines.struck import struck_floor, struck_pair
-from tests.solvers.reference.scenes import HERTZ, HOOKE, difference, guided
+from tests.solvers.reference.scenes import HERTZ, HOOKE, climbing, difference, guided
 
 SPRING = {"tangential": "linear_history", "tangential_stiffness": 3e4, "friction": 0.3}
 ROLLS = {"rolling": "sds", "rolling_damping": 0.0, "rolling_friction": 0.1,
@@ -47,18 +47,26 @@ class Yade:
         assert number is not None
         return Vector(0.0, 0.0, 0.0)
 
-    def sphere(self, place, radius, material, fixed):
+    def sphere(self, place, radius, material, fixed, mask):
+        assert mask in (1, 3)
         state = SimpleNamespace(pos=place, vel=None, angVel=None)
         return SimpleNamespace(id=len(self.O.bodies), state=state, radius=radius,
                                material=material, dynamic=not fixed)  # fmt: skip
 
     def run(self, steps, wait):
         assert wait
-        *_, look, newton = self.O.engines
+        newton = self.O.engines[-1]
+        runners = [engine for engine in self.O.engines if engine.kind == "PyRunner"]
+        due, self.paused = dict.fromkeys(range(len(runners)), 0), False
+        self.O.pause = lambda: setattr(self, "paused", True)
         for _ in range(steps):
             self.steps.append(self.O.dt)
-            if self.O.iter % look.iterPeriod == 0:
-                self.simulation.look()
+            for number, runner in enumerate(runners):
+                if self.O.iter == due[number]:
+                    getattr(self.simulation, runner.command[len("simulation.") : -2])()
+                    due[number] = self.O.iter + runner.iterPeriod
+            if self.paused:
+                return
             for body in (body for body in self.O.bodies if hasattr(body, "state")):
                 if body.dynamic:
                     body.state.vel = body.state.vel + self.O.dt * newton.gravity
@@ -72,9 +80,11 @@ def run_in_stand_in(scene):
     row = json.loads(scene.model_dump_json()) | {"code": words(scene)}
     yade.simulation = run_scenes.Simulation(yade, row)
     samples = yade.simulation.run()
-    assert samples.pop("step") == list(range(0, scene.steps + 1, scene.every))
-    time = scene.step * scene.every * np.arange(scene.steps // scene.every + 1)
-    return yade, Motion(time, *(np.array(samples[name]) for name in run_scenes.PARTS))
+    stages = np.array(samples["stages"])
+    steps = np.arange(0, 1 + (stages[-1, 0] if scene.stages else scene.steps), scene.every)
+    assert samples.pop("step") == steps.tolist()
+    parts = (np.array(samples[name]) for name in run_scenes.PARTS)
+    return yade, Motion(scene.step * steps, *parts, stages=stages if scene.stages else None)
 
 
 def without_contact(scene):
@@ -97,6 +107,18 @@ LED = without_contact(
 def test_samples_are_those_of_velocity_verlet(scene):
     _, motion = run_in_stand_in(scene)
     assert difference(motion, reference.run(scene)) < 1e-13
+
+
+@pytest.mark.parametrize(
+    ("steps", "stages"),
+    [(1000, ((0.1, 0.0), (0.15, 0.0))), (1000, ((0.1, 0.0), (9.0, 1.1))), (333, ((9.0, 0.0),))],
+)
+def test_stages_are_those_of_the_reference(steps, stages):
+    scene = climbing(*stages, steps=steps)
+    _, motion = run_in_stand_in(scene)
+    expected = reference.run(scene, rules(scene))
+    assert motion.stages == pytest.approx(expected.stages, abs=1e-12)
+    assert difference(motion, expected) < 1e-12
 
 
 def test_first_forces_are_of_moving_bodies_in_a_step_of_no_length():

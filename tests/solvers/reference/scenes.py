@@ -145,3 +145,10 @@ def on_row(
     return Scene(bodies=(grain, *row), law=law, stages=stages, period=(10.0, None, None), step=step,
                  gravity=(G * math.sin(tilt), -G * math.cos(tilt), 0.0),
                  **{"steps": 1000, "every": more.get("steps", 1000), **more})  # fmt: skip
+
+
+def climbing(*stages, steps=1000, **more):
+    """Return a body thrown up along x at 1 m/s; it turns back at 0.476 s, step 476."""
+    body = Body(radius=0.01, mass=2.0, velocity=(1.0, 0.0, 0.0), angular_velocity=(0.0, 0.0, 3.0))
+    return Scene(bodies=(body,), step=1e-3, steps=steps, gravity=(-2.1, 0.0, 0.0), every=10,
+                 stages=tuple(Stage(place=x, floor=e) for x, e in stages), **more)  # fmt: skip

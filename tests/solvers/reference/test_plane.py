@@ -9,9 +9,9 @@ import pytest
 from harness.errors import EngineNaNError
 from harness.model.conventions import Rules
 from harness.model.law import Law
-from harness.model.scene import LOOK, Body, Scene, Stage, Wall
+from harness.model.scene import LOOK, Body, Scene, Wall
 from harness.solvers import plane, reference
-from tests.solvers.reference.scenes import G, difference, on_row
+from tests.solvers.reference.scenes import G, climbing, difference, on_row
 
 SCHEMES = ("velocity_verlet", "mfix_euler", "mfix_adams_bashforth")
 LEVERS = {"torque_lever": "radius", "velocity_lever": "contact_point"}
@@ -91,13 +91,6 @@ def test_projected_springs_are_not_of_the_plane_but_without_friction():
 
 
 # ---- stages
-
-
-def climbing(*stages, steps=1000, **more):
-    """Return a body thrown up along x at 1 m/s; it turns back at 0.476 s, step 476."""
-    body = Body(radius=0.01, mass=2.0, velocity=(1.0, 0.0, 0.0), angular_velocity=(0.0, 0.0, 3.0))
-    return Scene(bodies=(body,), step=1e-3, steps=steps, gravity=(-2.1, 0.0, 0.0), every=10,
-                 stages=tuple(Stage(place=x, floor=e) for x, e in stages), **more)  # fmt: skip
 
 
 def test_stages_end_at_looks():
