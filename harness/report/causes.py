@@ -145,12 +145,17 @@ def _defect_cause(group: Sequence[Entry], defect: Mapping[str, Any]) -> Cause:
     return Cause(row.verdict, row.defect, tuple(filter(None, sentences)), tuple(group), commands)
 
 
+def defect_releases(defect: Mapping[str, Any]) -> str:
+    """Return the first and the last release that is known to have a defect, empty for all."""
+    words = (("from", "since"), ("to", "until"))
+    return " ".join(f"{word} {defect[key]}" for word, key in words if defect.get(key))
+
+
 def defect_sentence(defect: Mapping[str, Any]) -> str:
     """Return the cause of a known defect with its releases."""
-    releases = [f"{word} {defect[key]}" for word, key in (("from", "since"), ("to", "until"))
-                if defect.get(key)]  # fmt: skip
+    releases = defect_releases(defect)
     cause = f"{defect['cause'][:1].upper()}{defect['cause'][1:]}."
-    return f"{cause} Releases {' '.join(releases)}." if releases else cause
+    return f"{cause} Releases {releases}." if releases else cause
 
 
 def verify_command(row: Row) -> str:

@@ -43,8 +43,9 @@ KIND_TITLES = {
 
 @dataclass(frozen=True)
 class Part:
-    """A section with its figures: that of the opening, and the others."""
+    """A section with its id in the page and its figures: that of the opening, and the others."""
 
+    id: str
     section: Section
     first: Picture | None
     pictures: tuple[Picture, ...]
@@ -82,11 +83,13 @@ def drawn_parts(sections: Iterable[Section], *, png: bool = False) -> list[Part]
     named = _with_file_names(sections)
     pictures = iter(draw_all([one for section in named for one in section.drawings], png=png))
     parts = []
-    for section in named:
+    for place, section in enumerate(named, 1):
         own = [next(pictures) for _ in section.drawings]
         chosen = section.opening.figure if section.opening else ""
         first = next((one for one in own if chosen and one.drawing.name == chosen), None)
-        parts.append(Part(section, first, tuple(one for one in own if one is not first)))
+        parts.append(
+            Part(f"section-{place}", section, first, tuple(one for one in own if one is not first))
+        )
     return parts
 
 
@@ -268,10 +271,10 @@ def _facts(run: Run) -> list[tuple[str, str]]:
     return [(name, text) for name, text in pairs if text]
 
 
-def _headings(values: Mapping[str, Any]) -> list[str]:
-    """Return the headings of the page that the navigation names."""
+def _headings(values: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """Return id and text of the headings of the page that the navigation names."""
     parts: Sequence[Part] = values["parts"]
-    return [
+    names = [
         *(["Answer"] if values["openings"] else []),
         "Verdicts",
         *(["Causes"] if values["causes"] else []),
@@ -279,7 +282,10 @@ def _headings(values: Mapping[str, Any]) -> list[str]:
         *(["Findings"] if values["findings"] else []),
         "Rows",
         *(name for name, _, _ in values["matrices"]),
-        *(part.section.title for part in parts if part.shown),
-        *(["Scripts"] if values["files"] else []),
-        "Provenance",
+    ]
+    last = ["Scripts", "Provenance"] if values["files"] else ["Provenance"]
+    return [
+        *((name.lower(), name) for name in names),
+        *((part.id, part.section.title) for part in parts if part.shown),
+        *((name.lower(), name) for name in last),
     ]

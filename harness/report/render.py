@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 from functools import cache
 from importlib import resources
 from numbers import Real
@@ -18,11 +20,11 @@ from harness.results.rows import Verdict
 if TYPE_CHECKING:
     import pandas as pd
     from jinja2 import Environment
+    from markdown_it.token import Token
 
 VERDICTS = frozenset(map(str, Verdict))
 # characters that Markdown takes for markup: within a line, and at its beginning a list or a heading
 _MARKUP = re.compile(r"([\\`*\[\]|]|(?<![^\W_])_|_(?![^\W_])|^(?:[-+#](?= )|>))|^(\d+)(?=[.)] )")
-_NOT_IN_AN_ID = re.compile(r"[^a-z0-9]+")
 
 
 class Badge(NamedTuple):
@@ -33,9 +35,9 @@ class Badge(NamedTuple):
     address: str = ""
 
 
-def html_page(template: str, **values: Any) -> str:
-    """Return a page from an HTML template of this room; what it is filled with is escaped."""
-    return _templates(html=True).get_template(template).render(**values)
+def html_page(template: str, **values: Any) -> Markup:
+    """Return a page, or a part of one, from an HTML template of this room; values are escaped."""
+    return Markup(_templates(html=True).get_template(template).render(**values))
 
 
 def markdown_page(template: str, **values: Any) -> str:
@@ -50,11 +52,6 @@ def file(name: str) -> Markup:
     return Markup(text)
 
 
-def place(title: str) -> str:
-    """Return the id of a heading in a page."""
-    return _NOT_IN_AN_ID.sub("-", title.lower()).strip("-")[:50] or "section"
-
-
 def markdown_text(text: object) -> str:
     """Return text so that Markdown shows it as it is: no markup, tag, table cell or mention."""
     line = one_line(str(text)).replace("&", "&amp;").replace("<", "&lt;")
@@ -62,21 +59,41 @@ def markdown_text(text: object) -> str:
     return escaped.replace("@", "@\u200b")
 
 
-def rendered(text: str, links: Mapping[str, str] | None = None) -> Markup:
-    """Return Markdown as HTML. Raw HTML is escaped; ``links`` replaces addresses.
+@dataclass(frozen=True)
+class Document:
+    """A rendered Markdown text: the words of its first heading, and its HTML."""
 
-    Tables scroll by themselves, and a cell that is the name of a verdict has its colours.
+    title: str
+    body: Markup
+
+
+def rendered(text: str) -> Markup:
+    """Return Markdown as HTML; see :func:`document`."""
+    return document(text).body
+
+
+def document(text: str, link: Callable[[str], str] = str) -> Document:
+    """Return Markdown as HTML; ``link`` returns the new address of a link, empty for none.
+
+    Raw HTML is escaped, and an image of another host is left as its text. Headings have the ids
+    that GitHub gives them. Tables scroll by themselves, and a cell that is the name of a verdict
+    has its colours.
     """
     from markdown_it import MarkdownIt
 
     parser = MarkdownIt("commonmark", {"html": False}).enable("table")
     tokens = parser.parse(printable(text))
-    for token in tokens:
-        for child in token.children or ():
-            for name in ("href", "src"):
-                if (address := child.attrs.get(name)) is not None:
-                    child.attrs[name] = (links or {}).get(str(address), address)
-    return Markup(_tables_scroll(parser.renderer.render(tokens, parser.options, {})))
+    headings, ids = [], Counter[str]()
+    for token, following in zip(tokens, [*tokens[1:], None], strict=True):
+        _follow_links(token.children or [], link)
+        if token.type == "heading_open" and following is not None:
+            words = "".join(child.content for child in following.children or ())
+            headings.append(words)
+            name = re.sub(r"[^\w\- ]", "", words.lower()).replace(" ", "-")
+            ids[name] += 1
+            token.attrs["id"] = name if ids[name] == 1 else f"{name}-{ids[name] - 1}"
+    body = Markup(_tables_scroll(parser.renderer.render(tokens, parser.options, {})))
+    return Document(headings[0] if headings else "", body)
 
 
 def html_table(frame: pd.DataFrame, label: str = "") -> Markup:
@@ -115,6 +132,21 @@ def markdown_table(frame: pd.DataFrame, most: int = 0) -> str:
     return "\n".join(lines) + (f"\n\n{rest} more rows are left out." if rest else "")
 
 
+def _follow_links(tokens: Sequence[Token], link: Callable[[str], str]) -> None:
+    for token in tokens:
+        name = {"link_open": "href", "image": "src"}.get(token.type, "")
+        if not name:
+            continue
+        address = link(str(token.attrs[name]))
+        external = token.type == "image" and "://" in address
+        if external or (not address and token.type == "image"):
+            token.type = "text"
+        elif address:
+            token.attrs[name] = address
+        else:
+            del token.attrs[name]
+
+
 @cache
 def _templates(*, html: bool) -> Environment:
     from jinja2 import Environment, PackageLoader, StrictUndefined
@@ -129,7 +161,7 @@ def _templates(*, html: bool) -> Environment:
         finalize=_without_controls,
     )
     environment.filters |= {
-        "md": markdown_text, "number": number, "place": place, "rendered": rendered,
+        "md": markdown_text, "number": number, "rendered": rendered,
         "html_table": html_table, "markdown_table": markdown_table, "line": one_line,
     }  # fmt: skip
     environment.globals |= {"file": file}

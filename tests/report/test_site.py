@@ -1,0 +1,188 @@
+"""The site: every link leads to a file of it, no address is another host's, the board is whole."""
+
+from dataclasses import replace
+from html.parser import HTMLParser
+from pathlib import Path
+from urllib.parse import unquote, urlsplit
+
+import pytest
+
+from harness.errors import RequestError
+from harness.results.rows import Kind, Row, Verdict, table
+from harness.store.rows_csv import rows_text
+from harness.store.runs import Meta, Run, write_run
+from harness.workflows.static_site import LIST, site
+
+README = """# The harness
+
+See [reports](reports), [the case](docs/case.md#part-2), [a host](https://example.org) and
+[gone](none.md). ![a badge](https://example.org/badge.svg) ![a plot](docs/plot.svg)
+"""
+CASE = """# A case
+
+## Part 2
+
+| case | verdict |
+|---|---|
+| <b>drop</b> | known defect |
+
+[back](../README.md), [data](data.csv), [up](../../outside.md)
+"""
+DEFECTS = """
+[defect.no-friction]
+engine = "toy"
+since = "2 Aug 2023"
+cause = "walls have no friction"
+upstream = "not reported"
+script = "reports/defects/no-friction/in.toy"
+"""
+ROW = Row(case="drop", setup="wall", quantity="speed", engine="lammps", value=1.0, expected=1.0,
+          tolerance=1e-9, kind=Kind.ANALYTIC, verdict=Verdict.PASS)  # fmt: skip
+
+
+class Links(HTMLParser):
+    def __init__(self, page):
+        super().__init__()
+        self.links, self.ids, self.sources = [], set(), []
+        self.feed(page)
+
+    def handle_starttag(self, _, attrs):
+        found = dict(attrs)
+        self.ids |= {found["id"]} if "id" in found else set()
+        self.links += [found["href"]] if found.get("href") else []
+        self.sources += [found["src"]] if found.get("src") else []
+
+
+def write(root, files):
+    for name, text in files.items():
+        (root / name).parent.mkdir(parents=True, exist_ok=True)
+        (root / name).write_text(text)
+
+
+@pytest.fixture(scope="module")
+def project(tmp_path_factory):
+    root = tmp_path_factory.mktemp("project")
+    defect = replace(ROW, setup="plates", engine="toy", value=2.0, verdict=Verdict.KNOWN_DEFECT,
+                     defect="no-friction", version="5")  # fmt: skip
+    accepted = {
+        "lammps/22 Jul 2025": [ROW, replace(ROW, setup="pair")],
+        "lammps/2 Aug 2023": [replace(ROW, verdict=Verdict.NOT_TESTED)],
+        "toy/5": [defect],
+    }
+    rows = {
+        f"reports/accepted/{name}/rows.csv": rows_text(
+            table([replace(row, version=name.split("/")[1]) for row in found])
+        )
+        for name, found in accepted.items()
+    }
+    write(root, rows | {
+        "README.md": README,
+        "docs/case.md": CASE,
+        "docs/data.csv": "a\n",
+        "docs/plot.svg": "<svg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 1 1'/>",
+        "inputs/known-defects.toml": DEFECTS,
+        "reports/README.md": "# Reports\n\n[example](example/report.md)\n",
+        "reports/example/report.md": "# Not rendered\n",
+        "reports/example/report.html": "<!doctype html><title>made by verify</title>",
+        "reports/defects/no-friction/in.toy": "run <0>\n",
+        "reports/runs/mine/report.md": "# Of this machine\n",
+    })  # fmt: skip
+    return root
+
+
+@pytest.fixture(scope="module")
+def built(project, tmp_path_factory):
+    return site(tmp_path_factory.mktemp("site") / "below" / "an-address", project=project)
+
+
+def test_every_link_of_every_page_leads_to_a_file_and_an_id_of_the_site(built):
+    for address in built.pages:
+        page = Links((built.folder / address).read_text())
+        for link in page.links:
+            parts = urlsplit(link)
+            if parts.scheme:
+                continue
+            target = (built.folder / address).parent / unquote(parts.path or Path(address).name)
+            assert target.is_file(), f"{address}: {link}"
+            assert target.resolve().is_relative_to(built.folder.resolve())
+            if parts.fragment:
+                assert parts.fragment in Links(target.read_text()).ids
+
+
+def test_no_page_takes_anything_from_another_host(built):
+    for address in built.pages:
+        text = (built.folder / address).read_text()
+        assert not [source for source in Links(text).sources if "://" in source]
+        assert "<script" not in text
+        assert '<link rel="stylesheet"' not in text
+
+
+def test_links_without_a_file_are_named_and_files_that_are_linked_are_copied(built):
+    assert built.unlinked == [("README.md", "none.md"), ("docs/case.md", "../../outside.md")]
+    assert (built.folder / "docs/data.csv").read_text() == "a\n"
+    assert "made by verify" in (built.folder / "reports/example/report.html").read_text()
+    assert not (built.folder / "reports/runs").exists()
+
+
+def test_the_board_counts_the_verdicts_of_codes_and_releases(built):
+    page = built.start.read_text()
+    codes, releases = page.split("<h2>")[1:3]
+    assert codes.startswith("Codes by cases")
+    assert "2 pass" in codes
+    assert "not tested" not in codes  # of the older release
+    assert "1 known defect" in codes
+    assert releases.index("2 Aug 2023") < releases.index("22 Jul 2025")
+    assert "1 not tested" in releases
+
+
+def test_known_defects_have_cause_releases_script_and_the_rows_that_show_them(built):
+    page = (built.folder / "defects.html").read_text()
+    assert "Walls have no friction. Releases from 2 Aug 2023." in page
+    assert "run &lt;0&gt;" in page
+    assert '<td class="n">1</td>' in page
+    assert (built.folder / "reports/defects/no-friction/in.toy").is_file()
+
+
+def test_raw_html_is_text_and_verdicts_have_their_colours(built):
+    page = (built.folder / "docs/case.html").read_text()
+    assert "&lt;b&gt;drop" in page
+    assert '<span class="badge known-defect">known defect</span>' in page
+
+
+def test_runs_join_the_site_with_their_reports(project, tmp_path):
+    meta = Meta(level="quick", cases=("drop",), engines={"lammps": "1"}, started="2030-01-01T00:00")
+    run = Run(table([replace(ROW, verdict=Verdict.FAIL)]), meta)
+    write_run(run, tmp_path / "monday", {"report.html": "<p>monday</p>"})
+    built = site(tmp_path / "site", [tmp_path / "monday"], project=project)
+    assert (built.folder / "runs/monday/report.html").read_text() == "<p>monday</p>"
+    assert "Failed: 1 analytic" in built.start.read_text()
+
+
+def test_a_site_is_replaced_and_nothing_else_is(project, tmp_path):
+    built = site(tmp_path / "site", project=project)
+    (built.folder / "old.html").write_text("old")
+    again = site(tmp_path / "site", project=project)
+    assert not (again.folder / "old.html").exists()
+    assert (again.folder / LIST).is_file()
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine" / "thesis.tex").write_text("mine")
+    with pytest.raises(RequestError, match="has other files"):
+        site(tmp_path / "mine", project=project)
+
+
+def test_what_is_no_run_and_nothing_to_show_are_refused(project, tmp_path):
+    with pytest.raises(RequestError, match=r"run\.json"):
+        site(tmp_path / "site", [project], project=project)
+    with pytest.raises(RequestError, match="no committed reports"):
+        site(tmp_path / "site", project=tmp_path)
+    assert not (tmp_path / "site").exists()
+
+
+@pytest.mark.parametrize("width", [390, 1400])
+def test_pages_fit_their_screen_and_axe_finds_nothing(browser, barriers, built, width):
+    page = browser.new_page(viewport={"width": width, "height": 844})
+    for address in ("index.html", "defects.html", "docs/case.html"):
+        page.goto((built.folder / address).as_uri())
+        assert page.evaluate("document.documentElement.scrollWidth") == width
+        assert barriers(page) == []
+    page.close()
