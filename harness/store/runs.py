@@ -208,7 +208,7 @@ def read_run(folder: Path) -> Run:
     if len(rows) != count:
         raise RequestError(f"{folder / ROWS}: has {len(rows)} of {count} rows: it is cut")
     logs = {name: _text_of(folder / LOGS / name) for name in set(rows["log"]) if name}
-    rows["log"] = rows["log"].map(logs).fillna("")
+    rows["log"] = [logs.get(name, "") for name in rows["log"]]
     finished = {n: t for n, t in _texts_below(folder / LOGS).items() if n not in logs}
     return Run(rows, meta, scripts=_texts_below(folder / SCRIPTS), logs=finished)
 

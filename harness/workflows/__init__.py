@@ -21,7 +21,7 @@ _HOMES = {
     "harness.workflows.progress": "progress_bars",
     "harness.workflows.results": "accept diff",
     "harness.workflows.releases": "releases",
-    "harness.workflows.site": "site",
+    "harness.workflows.static_site": "site",
     "harness.workflows.runs": "run",
     "harness.workflows.sweeps": "sweep",
     "harness.workflows.verification": "verify",
@@ -46,7 +46,7 @@ if TYPE_CHECKING:
     from harness.workflows.releases import releases
     from harness.workflows.results import accept, diff
     from harness.workflows.runs import run
-    from harness.workflows.site import site
+    from harness.workflows.static_site import site
     from harness.workflows.sweeps import sweep
     from harness.workflows.verification import verify
 
