@@ -43,6 +43,11 @@ class Memo:
             self._futures[key] = future
             return future
 
+    def has(self, key: Hashable) -> bool:
+        """Return whether a key is computed, or being computed."""
+        with self._lock:
+            return key in self._futures
+
     def wait(self, key: Hashable) -> Any:
         """Return the value of a key that was claimed. Raise what its computation raised."""
         return self._futures[key].result()
@@ -110,6 +115,10 @@ class Bench:
         """Return the output of each job, or the error of its run, in order."""
         self.prepare(jobs)
         return [self._runs.wait(job_key(job)) for job in jobs]
+
+    def has_run(self, jobs: Sequence[Job]) -> bool:
+        """Return whether all jobs were run, so that a report runs none of its own."""
+        return all(self._runs.has(job_key(job)) for job in jobs)
 
     def refusal(self, job: Job) -> str:
         """Return why the engine cannot run a job, empty where it can."""
