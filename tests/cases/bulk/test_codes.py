@@ -1,22 +1,18 @@
-"""Bulk cases in other codes: what is read of them, small runs beside LAMMPS, planted faults."""
+"""Bulk cases in other codes: recorded runs, small runs beside LAMMPS, planted faults."""
 
 import math
 
 import pytest
 
-from harness.cases.bulk.energy import ELASTIC
-from harness.cases.registry import get_case
 from harness.engines.contract import Job
 from harness.engines.lammps.engine import Lammps
 from harness.engines.registry import engine_class
 from harness.errors import EngineLostAtomsError, EngineOutputError, EngineUndecidedError
-from tests.cases.bulk.doubles import SMALL, changed, needs, recorded, replaced, run
+from tests.cases.bulk.doubles import CASES, SMALL, changed, needs, recorded, replaced, run
 
 CODES = ("yade", "kratos")
-CASES = PENETRATION, SILO, DRUM, HEAP = [
-    get_case(name) for name in ("penetration", "silo", "drum", "heap")
-]
-ALL = pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
+PENETRATION, SILO, DRUM, HEAP = (CASES[n] for n in ("penetration", "silo", "drum", "heap"))
+ALL = pytest.mark.parametrize("case", CASES.values(), ids=CASES)
 EACH = pytest.mark.parametrize("code", CODES)
 
 
@@ -28,9 +24,13 @@ def small_job(case, **changes):
 
 @ALL
 @EACH
-def test_quantities_are_read_of_what_a_code_left(code, case):
-    found = case.read(SMALL[case.name], recorded(code, case), engine_class(code).traits)
-    springs = {ELASTIC, "end_elastic_ratio", "balance_ratio"}  # scripts of LAMMPS alone leave them
+def test_quantities_are_read_from_a_recorded_run(code, case):
+    found = case.measure(SMALL[case.name], recorded(code, case))
+    springs = {
+        "elastic_ratio",
+        "end_elastic_ratio",
+        "balance_ratio",
+    }  # scripts of LAMMPS alone leave them
     springs = set() if case is DRUM else springs  # computed from places
     assert set(found) == {quantity.name for quantity in case.quantities} - springs
     assert all(math.isfinite(value) for value in found.values())
@@ -48,14 +48,14 @@ def test_quantities_are_read_of_what_a_code_left(code, case):
 
 @EACH
 def test_damaged_output_is_an_error(code):
-    p, traits = SMALL["penetration"], engine_class(code).traits
+    p = SMALL["penetration"]
     for said, other, error in (
         ("outside = 0", "outside = 1", EngineLostAtomsError),
         ("grains = 90", "grains = 89", EngineOutputError),
     ):
         output = recorded(code, PENETRATION, lambda text: text.replace(said, other))  # noqa: B023
         with pytest.raises(error, match=r"a particle passed a wall|grains = 89"):
-            PENETRATION.read(p, output, traits)
+            PENETRATION.measure(p, output)
     with pytest.raises(EngineOutputError, match="incomplete series"):
         recorded(code, SILO, series=lambda text: text.replace(",", "", 7))
 
@@ -89,7 +89,7 @@ def test_a_small_run_begins_as_lammps_s_and_settles_to_the_same_height(code, cas
         ]
         assert ends[1] == pytest.approx(ends[0], abs=0.05 * p.drum_radius)
         return
-    found = [case.read(p, o, Lammps.traits) for o in (mine, theirs)]
+    found = [case.measure(p, o) for o in (mine, theirs)]
     if case is HEAP:
         shares = [one["remaining_ratio"] for one in found]
         assert shares[1] == pytest.approx(shares[0], rel=0.25)
@@ -126,12 +126,12 @@ IN_LAMMPS = [
 def test_a_planted_fault_turns_a_bulk_case(code, name, fault, error):
     """A hole, a closed orifice, a drum that turns backward, no floor, no side, ends that stay."""
     needs(code)
-    case = get_case(name)
+    case = CASES[name]
     kind = changed(engine_class(code), lambda text: replaced(text, fault))
 
     def found():
         (output,) = run(kind, small_job(case))
-        assert case.read(SMALL[name], output, Lammps.traits)["surface_angle_deg"] > 0.0
+        assert case.measure(SMALL[name], output)["surface_angle_deg"] > 0.0
 
     with pytest.raises(error):
         found()

@@ -1,22 +1,21 @@
-"""Drum: what is refused, what is read, faults that turn each check, small runs."""
+"""Drum: sizes, readings, energy and work, rolling resistance in LAMMPS and LIGGGHTS."""
 
 import math
 
 import numpy as np
 import pytest
 
+from harness.cases.bulk.drum import CASE, COLUMNS, Drum, elastic_energy, energy_and_work
 from harness.cases.bulk.mixing import touching
 from harness.cases.bulk.places import write_grains
-from harness.cases.drum import CASE, COLUMNS, Drum, drum_energy, elastic_energy, values_of
 from harness.engines.contract import Job
 from harness.engines.lammps.engine import Lammps
 from harness.engines.liggghts.engine import Liggghts
 from harness.errors import EngineLostAtomsError, EngineOutputError
-from tests.cases.bulk.doubles import LIGGGHTS, changed, made, replaced, run
+from tests.cases.bulk.doubles import LIGGGHTS, changed, drum_output, replaced, run, turning
 
 TINY = Drum(drum_radius=0.014, drum_length=0.0105, small_layers=2, large_layers=0, speed=5.3,
             turn=90.0, settle_time=0.1)  # fmt: skip
-TRAITS = Lammps.traits
 
 
 def test_froude_number_filling_and_numbers_are_those_that_were_published():
@@ -24,43 +23,36 @@ def test_froude_number_filling_and_numbers_are_those_that_were_published():
     assert p.speed**2 * p.drum_radius == pytest.approx(2.0**2 * 0.1, rel=2e-3)
     assert p.small_grains / p.large_grains == pytest.approx(30000 / 8000, rel=0.06)
     solid = 4 / 3 * math.pi * (8000 * 8 + 30000) * 1e-9
-    assert p.fill == pytest.approx(solid / 0.6 / (math.pi * 0.01 * 0.06), rel=0.06)
+    share = sum(p.of_each("mass") / p.of_each("density")) / p.drum_radius**2 / p.drum_length
+    assert share == pytest.approx(solid / (0.01 * 0.06), rel=0.06)
 
 
-def frames(p, slope=0.5):
-    """Return grains at random below a plane through the axis, the same in every frame."""
+def random_grains(p, slope=0.5):
+    """Return places of grains at random below a plane through the axis, (N, 3) [m]."""
     rng = np.random.default_rng(3)
     r = 0.9 * p.drum_radius * np.sqrt(rng.uniform(0, 1, p.grains))
     phi = rng.uniform(-math.pi, 0, p.grains) - math.atan(slope)
-    x, z = r * np.cos(phi), r * np.sin(phi)
-    steps = p.settle_steps + p.every * np.arange(p.steps // p.every + 1)
-    rows = np.ones((len(steps), 1))
     y = rng.uniform(-0.4, 0.4, p.grains) * p.drum_length
-    return {"step": steps, "x_m": rows * x, "y_m": rows * y, "z_m": rows * z}
+    return np.column_stack([r * np.cos(phi), y, r * np.sin(phi)])
 
 
-def output(p, table, **changes):
-    results = {
-        "bed_kinetic_J": 1e-9, "large": p.large_grains, "small": p.small_grains, "outside": 0,
-        "steps": p.settle_steps + p.steps, "verdict": "finished",
-    }  # fmt: skip
-    return made(table, **{**results, **changes})
+def series(spin=0.0):
+    return turning(Drum(), random_grains(Drum()), spin)
 
 
-def read(table=None, **changes):
-    p = Drum()
-    return CASE.read(p, output(p, table or frames(p), **changes), TRAITS)
+def measure(table=None, **changes):
+    return CASE.measure(Drum(), drum_output(Drum(), table or series(), **changes))
 
 
 def test_grains_at_random_below_a_plane_are_mixed_and_have_its_angle():
-    found = read()
+    found = measure()
     assert found["mixing_index"] == pytest.approx(1.0, abs=0.05)
     assert found["mixing_index"] == pytest.approx(found["first_mixing_index"])
     assert found["surface_angle_deg"] == pytest.approx(math.degrees(math.atan(0.5)), abs=5.0)
 
 
 def test_a_quadrant_holds_the_share_of_its_part_of_the_plane():
-    found, part = read(), math.atan(0.5) / math.pi
+    found, part = measure(), math.atan(0.5) / math.pi
     for kind in ("large", "small"):
         assert found[f"{kind}_rising_ratio"] == pytest.approx(part, abs=0.09)
         assert found[f"{kind}_falling_ratio"] == pytest.approx(0.5 - part, abs=0.09)
@@ -68,39 +60,29 @@ def test_a_quadrant_holds_the_share_of_its_part_of_the_plane():
 
 def test_a_grain_beyond_a_wall_and_another_number_are_errors():
     for column, value in (("x_m", 0.03), ("y_m", 0.011)):
-        table = frames(Drum())
+        table = series()
         table[column][50, 0] = value
         with pytest.raises(EngineLostAtomsError, match=r"beyond the walls after 90 deg"):
-            read(table)
+            measure(table)
     with pytest.raises(EngineOutputError, match="small = 1"):
-        read(small=1)
-
-
-def turning(p, speed):
-    """Return frames of grains that turn with the drum as a rigid body, in so many rad/s."""
-    table = frames(p)
-    t = p.step_size * (table["step"] - p.settle_steps)
-    angle = speed * t[:, None]
-    x, z = table["x_m"], table["z_m"]
-    c, s = np.cos(angle), np.sin(angle)
-    return {**table, "x_m": x * c + z * s, "z_m": z * c - x * s}
+        measure(small=1)
 
 
 def test_a_drum_that_sets_a_rigid_body_in_motion_loses_its_kinetic_energy():
-    """As a belt does that grains are laid on: work = speed L = 2 E_kin, besides what it lifts."""
+    """As a belt under grains that are laid on it: work = speed L = 2 E_kin, and the lift."""
     p = Drum()
-    energy, work = drum_energy(p, turning(p, p.speed))
-    table = frames(p)
-    inertia = (p.masses * (table["x_m"][0] ** 2 + table["z_m"][0] ** 2)).sum()
+    energy, work = energy_and_work(p, series(p.speed))
+    table = series()
+    inertia = (p.of_each("mass") * (table["x_m"][0] ** 2 + table["z_m"][0] ** 2)).sum()
     kinetic = 0.5 * inertia * p.speed**2
     lost = work[1:-1] - (energy[1:-1] - energy[0])
     # of differences over turns of 1.8 deg: 0.031^2/6 at most
     assert np.abs(lost - kinetic).max() < 2e-4 * work[-1]
-    assert read(turning(p, p.speed))["loss_ratio"] == pytest.approx(kinetic / work[-1], abs=4e-4)
+    assert measure(series(p.speed))["loss_ratio"] == pytest.approx(kinetic / work[-1], abs=4e-4)
 
 
 def test_grains_that_rise_against_the_drum_gain_energy():
-    found = read(turning(Drum(), -Drum().speed))
+    found = measure(series(-Drum().speed))
     assert found["work_ratio"] < 0.0
     assert found["drum_energy_gain_ratio"] > 0.5
 
@@ -112,7 +94,7 @@ def test_the_solid_fraction_is_that_of_a_bed_up_to_a_level(height):
     z, step = np.linspace(-p.drum_radius, height, 200_001, retstep=True)
     width = 2.0 * np.sqrt(np.maximum(p.drum_radius**2 - z**2, 0.0))
     section = width.sum() * step
-    solid = p.large_grains * p.large.volume + p.small_grains * p.small.volume
+    solid = sum(p.of_each("volume"))
     expected = solid / (section * p.drum_length)
     assert p.solid_fraction((width * z).sum() / width.sum()) == pytest.approx(expected, rel=1e-4)
 
@@ -122,24 +104,25 @@ def test_pairs_that_touch_and_what_they_hold_are_those_of_all_pairs():
     rng = np.random.default_rng(4)
     room = 0.65 * p.drum_radius, 0.45 * p.drum_length, 0.65 * p.drum_radius
     places = rng.uniform(-1.0, 1.0, (p.grains, 3)) * room
-    young = np.where(p.radii == p.large_radius, p.large_youngs_modulus, p.small_youngs_modulus)
+    radii = p.of_each("radius")
+    young = np.where(radii == p.large_radius, p.large_youngs_modulus, p.small_youngs_modulus)
     pairs, held = [], 0.0
     for i in range(p.grains):
         for j in range(i):
-            overlap = p.radii[i] + p.radii[j] - math.dist(places[i], places[j])
+            overlap = radii[i] + radii[j] - math.dist(places[i], places[j])
             if overlap > 0.0:
                 pairs.append((j, i))
                 modulus = 1 / (0.96 * (1 / young[i] + 1 / young[j]))
-                size = p.radii[i] * p.radii[j] / (p.radii[i] + p.radii[j])
+                size = radii[i] * radii[j] / (radii[i] + radii[j])
                 held += 8 / 15 * modulus * math.sqrt(size) * overlap**2.5
         for reach in (
             p.drum_radius - math.hypot(places[i][0], places[i][2]),
             0.5 * p.drum_length - abs(places[i][1]),
         ):
-            overlap = max(0.0, p.radii[i] - reach)
+            overlap = max(0.0, radii[i] - reach)
             modulus = 1 / (0.96 * (1 / young[i] + 1 / p.steel_youngs_modulus))
-            held += 8 / 15 * modulus * math.sqrt(p.radii[i]) * overlap**2.5
-    contacts = touching(places, p.radii)
+            held += 8 / 15 * modulus * math.sqrt(radii[i]) * overlap**2.5
+    contacts = touching(places, radii)
     found = zip(contacts.i, contacts.j, strict=True)
     assert {tuple(sorted(pair)) for pair in found} == set(pairs)
     assert elastic_energy(p, places, contacts) == pytest.approx(held, rel=1e-12)
@@ -179,7 +162,7 @@ def test_the_work_by_weight_and_angular_momentum_is_that_of_the_walls_forces(rol
     p = TINY.replace(turn=120.0, rolling_friction=rolling_friction)
     (found,) = run(changed(Lammps, with_power), CASE.job(p))
     work = found.number("power") * p.steps * p.step_size
-    _, done = drum_energy(p, found.table(COLUMNS))
+    _, done = energy_and_work(p, found.table(COLUMNS))
     assert done[-1] == pytest.approx(work, rel=0.02)
 
 
@@ -187,9 +170,9 @@ def test_the_drum_drags_grains_by_friction_alone(lammps):
     """A planted fault: without friction on the drum, it turns beneath a level bed."""
     jobs = [
         CASE.job(TINY),
-        Job(CASE.template, {**values_of(TINY), "steel_friction": 0.0}, "", True),
+        Job(CASE.template, {**CASE.values(TINY), "steel_friction": 0.0}, "", True),
     ]
-    rough, smooth = (CASE.read(TINY, one, TRAITS) for one in lammps.run(jobs))
+    rough, smooth = (CASE.measure(TINY, one) for one in lammps.run(jobs))
     assert rough["surface_angle_deg"] > 15.0
     assert abs(smooth["surface_angle_deg"]) < 5.0
 
@@ -206,8 +189,8 @@ def torque(kind, p, pair, steps, spin, overlap):
     grains["large"] = grains["large"] or [[-0.5 * p.drum_radius, 0.0, 0.0]]  # LIGGGHTS needs type 1
     last = sum(map(len, grains.values()))
     kinds = [
-        (np.reshape(grains[name], (-1, 3)), sphere.radius, sphere.density)
-        for name, sphere in (("large", p.large), ("small", p.small))
+        (np.reshape(grains[name], (-1, 3)), sphere)
+        for name, sphere in zip(("large", "small"), p.kinds, strict=True)
     ]
     turn = f"omega 0 {spin} 0" if kind is Lammps else f"omegay {spin}"
     words = (
@@ -221,7 +204,7 @@ def torque(kind, p, pair, steps, spin, overlap):
     )
     still = changed(kind, lambda text: replaced(text, *words))
     size = ((-0.1, 0.1),) * 3
-    values = {**values_of(p), "bed": "file", "places": str(write_grains(kinds, size))}
+    values = {**CASE.values(p), "bed": "file", "places": str(write_grains(kinds, size))}
     values |= dict.fromkeys(("large_friction", "small_friction", "mixed_friction"), 0.0)
     values |= {"settle_steps": steps, "steps": 1, "series_every": 1}
     (found,) = run(still, Job(CASE.template, values, sampled=True))
@@ -234,7 +217,7 @@ def torque(kind, p, pair, steps, spin, overlap):
 def test_rolling_is_a_spring_up_to_its_limit(kind, pair):
     """k_t R*^2 times the angle, k_t = 8 G* a under half of a column; at most mu_r F_n R*."""
     p, nu = Drum(rolling_friction=0.1), Drum().poisson_ratio
-    one, other = (getattr(p, name) for name in pair)
+    one, other = (p.kinds[("large", "small").index(name)] for name in pair)
     reduced = one.radius * other.radius / (one.radius + other.radius)
     compliance = 1.0 / one.youngs_modulus + 1.0 / other.youngs_modulus
     grains = 0.5 * p.drum_radius / (4.0 * reduced)
@@ -251,3 +234,19 @@ def test_rolling_is_a_spring_up_to_its_limit(kind, pair):
     assert rise == pytest.approx(0.1 * limit, rel=1e-5)
     assert torque(kind, p, pair, 300, spin, overlap) == pytest.approx(limit, rel=1e-5)
     assert torque(kind, p.replace(rolling_friction=0.0), pair, 300, spin, overlap) == 0.0
+
+
+def test_the_profile_has_both_kinds_in_both_quadrants_over_the_turn():
+    p = Drum()
+    steps = p.settle_steps + p.every * np.arange(5)
+    rise = np.linspace(0.0, 1.0, p.grains)[:, None] < np.arange(5) / 4  # more from row to row
+    x, z = np.where(rise, -1e-3, 1e-3).T, np.where(rise, 1e-3, -1e-3).T
+    found = CASE.profile(p, drum_output(p, {"step": steps, "x_m": x, "y_m": 0 * x, "z_m": z}))
+    assert {len(values) for values in found.values()} == {5}
+    assert found["turned_deg"][-1] == pytest.approx(
+        math.degrees(4 * p.every * p.step_size * p.speed)
+    )
+    for kind, which in (("large", slice(p.large_grains)), ("small", slice(p.large_grains, None))):
+        rising = [rise[which, row].mean() for row in range(5)]
+        assert found[f"{kind}_rising_ratio"] == pytest.approx(rising)
+        assert found[f"{kind}_falling_ratio"] == pytest.approx([1 - share for share in rising])

@@ -1,4 +1,4 @@
-"""Elastic energy of a bed at rest: by LAMMPS's script and from places, limits, planted faults."""
+"""Elastic energy of a bed at rest: by LAMMPS's script and from places, and its limits."""
 
 import math
 import subprocess
@@ -7,14 +7,11 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from harness.cases.bulk.energy import ELASTIC, judge_gain, tangential_share
-from harness.cases.bulk.seeds import Runs
-from harness.cases.registry import get_case
-from harness.comparison.verdicts import Verdict
+from harness.cases.bulk.beds import tangential_share
+from harness.cases.bulk.penetration import CASE
 from harness.engines.lammps.engine import Lammps
 from harness.engines.output import results_in
 
-CASE = get_case("penetration")
 SMALL = CASE.default.replace(
     along=5, across=4, layers=3, start_height=0.0115, settle_time=0.05, duration=0.03
 )
@@ -75,7 +72,7 @@ def test_grains_that_lie_alone_hold_two_fifths_of_weight_times_overlap(lmp, tmp_
     p = SMALL.replace(along=3, across=3, layers=1, spacing=2.0, scatter=0.0, settle_time=0.2)
     results, _ = ran(p, lmp, tmp_path)
     both = p.youngs_modulus * p.steel_youngs_modulus / (p.youngs_modulus + p.steel_youngs_modulus)
-    weight, modulus = p.mass * p.gravity, both / (1 - p.poisson_ratio**2)
+    weight, modulus = p.grain.mass * p.gravity, both / (1 - p.poisson_ratio**2)
     overlap = (0.75 * weight / modulus / math.sqrt(p.radius)) ** (2 / 3)
     held = p.grains * 0.4 * weight * overlap
     assert float(results["elastic_J"]) == pytest.approx(held, rel=1e-3)  # it still swings
@@ -93,55 +90,3 @@ def test_a_tangential_spring_holds_most_at_coulombs_limit(nu):
     tangential = quad(lambda s: 8 * shear * width * s, 0, slide, epsabs=0)[0]
     assert tangential / normal == pytest.approx(tangential_share(friction, nu), rel=1e-7)
     assert tangential_share(0.0, nu) == 0.0
-
-
-def runs(gains, held):
-    rows = [
-        {"gain": gain, **({} if h is None else {ELASTIC: h})}
-        for gain, h in zip(gains, held, strict=True)
-    ]
-    return Runs("LAMMPS", tuple(rows))
-
-
-def test_a_gain_beyond_what_springs_held_is_a_failure_in_any_seed():
-    def verdict(gains, held, share=0.1, bound=1.0):
-        return judge_gain("gain", runs(gains, held), "gain", share, bound)
-
-    assert verdict([0.0, 0.01], [0.01, 0.01]).verdict is Verdict.PASS
-    assert verdict([0.0109, 0.0], [0.01, 0.01]).verdict is Verdict.PASS
-    # within the bound that stood there before, and within what another seed's springs hold
-    failed = verdict([0.012, 0.015], [0.01, 0.02])
-    assert (failed.verdict, failed.value) == (Verdict.FAIL, 0.012)
-    assert "springs of the bed at rest hold" in failed.why
-    # a code that leaves no elastic energy is held against the bound
-    bounded = verdict([0.5, 0.2], [None, None])
-    assert bounded.verdict is Verdict.PASS
-    assert "a bound of the elastic energy" in bounded.why
-    assert verdict([1.1, 0.2], [None, None]).verdict is Verdict.FAIL
-    assert verdict([math.nan, 0.0], [0.01, 0.01]).verdict is Verdict.FAIL
-
-
-def test_what_is_dissipated_takes_the_springs_into_account():
-    from harness.engines.contract import Output
-    from harness.observables.provenance import Provenance
-
-    p = SMALL
-    times = np.arange(1, 101) * p.duration / 100
-    fall = np.minimum(-p.speed * (1 - times / 0.02), 0.0)
-    table = {"time_s": times, "z_m": np.full(100, 0.01), "vz_m_per_s": fall,
-             "kinetic_J": 0.0 * times, "potential_J": 0.0 * times}  # fmt: skip
-    impact = p.impact_energy
-    results = {"bed_kinetic_J": 0.0, "release_potential_J": 0.0, "elastic_J": 0.3 * impact,
-               "end_elastic_J": 0.1 * impact, "coordination": 4.0, "mean_height_m": 0.003,
-               "grains": p.grains, "outside": 0, "steps": p.settle_steps + p.steps}  # fmt: skip
-
-    def read(**changes):
-        texts = {k: str(v) for k, v in {**results, **changes}.items() if v is not None}
-        output = Output(tuple(texts.items()), Provenance("lammps", "1"), {"series": table})
-        return CASE.read(p, output, Lammps.traits)
-
-    values = read()
-    assert values["dissipated_ratio"] == pytest.approx(1.0)
-    assert values["balance_ratio"] == pytest.approx(1.0 + 0.3 - 0.1)
-    without = read(elastic_J=None, end_elastic_J=None)
-    assert "balance_ratio" not in without

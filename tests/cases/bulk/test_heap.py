@@ -1,30 +1,26 @@
-"""Heap: what is refused, the estimator of the angle, faults that turn each check, small runs."""
+"""Heap: the estimator of the angle, readings, rolling resistance in LAMMPS and LIGGGHTS."""
 
 import math
 
 import numpy as np
 import pytest
 
+from harness.cases.bulk.heap import CASE, Heap, columns_over_sill, slope_angles
 from harness.cases.bulk.mixing import surface_angle
-from harness.cases.heap import (
-    CASE,
-    Heap,
-    largest_elastic_energy,
-    over_sill,
-    slope_angles,
-    values_of,
-)
 from harness.engines.contract import Job
 from harness.engines.lammps.engine import Lammps
 from harness.engines.liggghts.engine import Liggghts
-from harness.errors import (
-    EngineLostAtomsError,
-    EngineOutputError,
-    EngineUndecidedError,
+from harness.errors import EngineLostAtomsError, EngineOutputError, EngineUndecidedError
+from tests.cases.bulk.doubles import (
+    LIGGGHTS,
+    changed,
+    heap_output,
+    heap_series,
+    replaced,
+    ridge,
+    run,
 )
-from tests.cases.bulk.doubles import LIGGGHTS, changed, made, replaced, run
 
-TRAITS = Lammps.traits
 TINY = Heap(length=16, width=5, sill=1, layers=20, duration=1.0)
 
 
@@ -33,13 +29,6 @@ def test_the_mean_mass_is_that_of_an_even_range_of_diameters():
     sizes = np.linspace(1.0 - 0.15, 1.0 + 0.15, 100_001)
     mean = p.grain.mass * np.mean(sizes**3)
     assert p.weight / (p.grains * p.gravity) == pytest.approx(mean, rel=1e-5)
-
-
-def ridge(angle, p, columns=20, bed=6e-3):
-    """Return the mean heights of the grains in columns below two slopes of an angle [deg], [m]."""
-    width = p.span / columns
-    x = np.abs(width * (np.arange(columns) + 0.5) - 0.5 * p.span)
-    return 0.5 * (bed + math.tan(math.radians(angle)) * (0.5 * p.span - x))
 
 
 @pytest.mark.parametrize("angle", [0.0, 5.76, 20.0, 35.0])
@@ -72,37 +61,18 @@ def angle_by_numbers(mean, count, p):
 
     Volume over height: the numbers are proportional to the heights, the factor is that of all.
     """
-    over = over_sill(p, len(count))
+    over = columns_over_sill(p, len(count))
     inner = slice(over, len(count) - over)
     height = count * (2.0 * mean[inner].sum() / count[inner].sum())
     return float(np.mean(slope_angles(p, 0.5 * height)))
 
 
-def series(p, angle=30.0, rows=100):
-    """Return a heap whose slopes have an angle from the first row on, at rest."""
-    mean, t = ridge(angle, p), np.arange(1, rows + 1) * p.duration / rows
-    return {
-        "time_s": t, "remaining": np.full(rows, 0.6 * p.grains), "astray": np.zeros(rows),
-        "kinetic_J": np.full(rows, 1e-12), "potential_J": np.linspace(2e-2, 1e-2, rows),
-        "count": np.full((rows, 20), 50.0), "height_m": np.tile(mean, (rows, 1)),
-    }  # fmt: skip
+def measure(table=None, **changes):
+    return CASE.measure(Heap(), heap_output(Heap(), table, **changes))
 
 
-def output(p, table, **changes):
-    results = {
-        "bed_kinetic_J": 1e-10, "released_J": 2.1e-2, "mean_height_m": 0.5 * 0.05,
-        "grains": p.grains, "steps": p.settle_steps + p.steps, "verdict": "finished",
-    }  # fmt: skip
-    return made(table, **{**results, **changes})
-
-
-def read(p=None, table=None, **changes):
-    p = p or Heap()
-    return CASE.read(p, output(p, table or series(p), **changes), TRAITS)
-
-
-def test_angle_and_what_remains_are_read_of_the_series():
-    found = read()
+def test_angle_and_share_that_remains_are_read_from_the_series():
+    found = measure()
     assert set(found) == {quantity.name for quantity in CASE.quantities}
     for name in ("angle_deg", "left_angle_deg", "right_angle_deg"):
         assert found[name] == pytest.approx(30.0)
@@ -112,34 +82,31 @@ def test_angle_and_what_remains_are_read_of_the_series():
 
 
 def test_a_heap_that_still_moves_or_has_no_ridge_is_undecided():
-    p = Heap()
-    table = series(p)
-    table["remaining"][:-1] += 10
     with pytest.raises(EngineUndecidedError, match=r"still moves: 10 grains ran off in"):
-        read(p, table)
-    table["remaining"][:-1] -= 8  # two grains of seven hundred are no flow
-    assert read(p, table)["angle_deg"] == pytest.approx(30.0)
+        measure(running=10)
+    # two grains of seven hundred are no flow
+    assert measure(running=2)["angle_deg"] == pytest.approx(30.0)
     with pytest.raises(EngineUndecidedError, match=r"no ridge: .* layers = 24 are too few for"):
-        read(p, mean_height_m=0.5 * 0.026)
+        measure(mean_height_m=0.5 * 0.026)
 
 
 def test_a_grain_beyond_a_side_is_an_error_and_no_result():
     p = Heap()
-    table = series(p)
+    table = heap_series(p)
     table["astray"][50] = 1
     with pytest.raises(EngineLostAtomsError, match=r"through the glued layer 0.918 s after"):
-        read(p, table)
+        measure(table)
     with pytest.raises(EngineLostAtomsError, match=r"through the glued layer 0 s after"):
-        read(p, grains=p.grains - 1)
+        measure(grains=p.grains - 1)
     with pytest.raises(EngineOutputError, match="began with 1153 grains of 1152"):
-        read(p, grains=p.grains + 1)
+        measure(grains=p.grains + 1)
 
 
 def test_the_elastic_energy_of_columns_is_below_its_bound():
     p = Heap()
     loads = p.grain.mass * p.gravity * np.arange(1, p.layers + 1)
     energy = p.grains / p.layers * sum(p.grain.elastic_energy(load) for load in loads)
-    assert energy < largest_elastic_energy(p)
+    assert energy < p.largest_elastic_energy
 
 
 @pytest.mark.slow
@@ -172,7 +139,7 @@ def torque(kind, p, steps, spin, overlap):
         ),
         ("variable height    equal xcm(grains,z)", "variable height equal c_torque"),
     )
-    values = {**values_of(p), "friction": 0.0, "scatter": 0.0, "dispersity": 0.0}
+    values = {**CASE.values(p), "friction": 0.0, "scatter": 0.0, "dispersity": 0.0}
     values |= {"settle_steps": steps, "steps": 1, "series_every": 1}
     still = changed(kind, lambda text: replaced(text, *words))
     (found,) = run(still, Job(CASE.template, values, sampled=True))
@@ -209,6 +176,6 @@ def test_the_angle_grows_with_friction_of_sliding_then_of_rolling(lammps):
     laws = [(0.0, 0.0), (0.2, 0.0), (0.5, 0.0), (0.5, 0.4)]
     trials = [Heap(friction=mu, rolling_friction=rolling) for mu, rolling in laws]
     found = lammps.run([CASE.job(p) for p in trials])
-    angle = [CASE.read(p, o, TRAITS)["angle_deg"] for p, o in zip(trials, found, strict=True)]
+    angle = [CASE.measure(p, o)["angle_deg"] for p, o in zip(trials, found, strict=True)]
     assert np.diff(angle).min() > 3.0
     assert angle[0] < 15.0

@@ -7,15 +7,14 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from harness.cases.bulk.rules import law_of, with_tail
-from harness.cases.penetration import CASE, Penetration, values_of
+from harness.cases.bulk.law import bulk_law, stated_law, with_tail
+from harness.cases.bulk.penetration import CASE, Penetration, values_of
 from harness.engines.contract import Job
 from harness.engines.registry import engine_class
-from harness.parameters.law import ContactLaw
-from harness.parameters.rules import Rules
-from harness.parameters.scene import Body, ContactScene, Plane, sphere_mass
-from harness.solvers.pair.integration import integrate
-from tests.cases.bulk.doubles import HERE, changed, needs, run
+from harness.model.law import Law
+from harness.model.scene import Scene, Wall, sphere
+from harness.solvers import reference
+from tests.cases.bulk.doubles import PROGRAMS, StandIn, changed, needs, run
 
 P = Penetration(poisson_ratio=0.3)
 STEEL = {"radius": P.steel_radius, "density": P.steel_density}
@@ -91,7 +90,7 @@ CODES = pytest.mark.parametrize(
             code,
             marks=[
                 pytest.mark.live,
-                pytest.mark.skipif(not HERE[code.partition(":")[0]], reason=f"no {code} here"),
+                pytest.mark.skipif(not PROGRAMS[code.partition(":")[0]], reason=f"no {code} here"),
                 *([pytest.mark.slow] if code in RULES_OF else []),
             ],
         )
@@ -105,7 +104,10 @@ PAIRS = {
     "GRAIN_GRAIN": (GRAIN, GRAIN, P.restitution, P.friction),
     "SPHERE_WALL": (STEEL, None, P.steel_restitution, P.steel_friction),
 }
-LAWS = {code: law_of(engine_class(code).traits) for code in ("lammps", *RULES_OF)}
+LAWS = {
+    code: stated_law(StandIn("penetration", code), bulk_law(P.poisson_ratio))
+    for code in ("lammps", *RULES_OF)
+}
 
 
 def driven(code, fault):
@@ -127,9 +129,9 @@ def driven(code, fault):
 def bodies_of(pair):
     """Return m* and R* of a pair, E* and the moduli of both."""
     first, second, _, _ = PAIRS[pair]
-    mass, radius = sphere_mass(**first), first["radius"]
+    mass, radius = sphere(**first).mass, first["radius"]
     if second is not None:
-        other, wide = sphere_mass(**second), second["radius"]
+        other, wide = sphere(**second).mass, second["radius"]
         mass, radius = mass * other / (mass + other), radius * wide / (radius + wide)
     young = [
         P.youngs_modulus if one is GRAIN else P.steel_youngs_modulus
@@ -160,13 +162,13 @@ def outputs(code, jobs, fault=("", "")):
     """Return the series of jobs in a code; ``lammps:yade`` is LAMMPS under the rules of Yade."""
     code, _, rules = code.partition(":")
     if rules:
-        jobs = [replace(one, values=LAWS[rules].stated(one.values)) for one in jobs]
+        jobs = [replace(one, values=LAWS[rules].values(one.values)) for one in jobs]
     return [one.tables["series"] for one in run(driven(code, fault), *jobs)]
 
 
 def rebound(table, pair):
     """Return the restitution: the change of the first body's velocity, by m*, less one."""
-    own, mass = sphere_mass(**PAIRS[pair][0]), bodies_of(pair)[0]
+    own, mass = sphere(**PAIRS[pair][0]).mass, bodies_of(pair)[0]
     return own / mass * (table["vz"][-1] - table["vz"][0]) / -table["vz"][0] - 1.0
 
 
@@ -191,7 +193,7 @@ def sliding(code, restitution):
     force changes its sign at the speed e1 at which it would end without a tail: its impulses are
     1 + e1 and e1 - e, their sum over their difference is (1 + 2 e1 - e)/(1 + e), a tenth above 1.
     """
-    if LAWS[code.rpartition(":")[2]].values["clipped"] == "yes":
+    if LAWS[code.rpartition(":")[2]].law.clipped:
         return 1.0
     without = brentq(lambda e: with_tail(e) - restitution, 0.2, 0.95)
     return (1.0 + 2.0 * without - restitution) / (1.0 + restitution)
@@ -223,35 +225,40 @@ def check_times(code, fault=("", "")):
         assert rebound(table, pair) == pytest.approx(1.0, abs=1e-6), pair
 
 
-def integrated(code, pair, along, **more):
-    """Return vx and wy of the first body after an impact, by the integration of its law.
+def expected(code, pair, along, **more):
+    """Return vx and wy of the first body after an impact, by the reference at equal steps.
 
-    It is elastic unless a dashpot is among ``more``: those of the rules.
+    The impact is elastic unless a dashpot is among ``more``: those of the rules.
     """
     first, second, _, friction = PAIRS[pair]
     young, partner = bodies_of(pair)[3]
-    law = ContactLaw(
+    law = Law(
         normal="hertz",
         youngs_modulus=young,
         partner_youngs_modulus=partner,
         poisson_ratio=P.poisson_ratio,
         partner_poisson_ratio=P.poisson_ratio,
-        tangential=LAWS[code.rpartition(":")[2]].values["tangential"],
+        tangential=LAWS[code.rpartition(":")[2]].law.tangential,
         friction=friction,
         **more,
     )
     height = first["radius"] + (second["radius"] if second else 0.0)
     place = (0.0, 0.0, height * (1 + 1e-9))
-    bodies = [Body(first["radius"], sphere_mass(**first), place, (along, 0.0, -SLOW))]
-    planes = () if second else (Plane((0.0, 0.0, 0.0), (0.0, 0.0, 1.0)),)
-    if second:
-        bodies.append(Body(second["radius"], sphere_mass(**second), (0.0, 0.0, 0.0)))
-    time = 1.6 * contact_time(pair, SLOW)
-    scene = ContactScene(tuple(bodies), planes, law, step=time / 100, steps=100, every=100)
-    code = code.partition(":")[0]
-    models = engine_class(code).traits.contact_models
-    path = integrate(scene, Rules(**models[0 if code == "lammps" else -1].rules))
-    return path.velocities[-1, 0, 0], path.omegas[-1, 0, 1]
+    bodies = [sphere(**first, position=place, velocity=(along, 0.0, -SLOW))]
+    bodies += [sphere(**second)] if second else []
+    steps, step = int(1.6 * 2000), contact_time(pair, SLOW) / 2000
+    walls = () if second else (Wall(),)
+    scene = Scene(bodies=bodies, walls=walls, law=law, step=step, steps=steps, every=steps)
+    motion = reference.run(scene, rules_of(code.partition(":")[0]))
+    return motion.velocity[-1, 0, 0], motion.angular_velocity[-1, 0, 1]
+
+
+def rules_of(code):
+    """Return the conventions of a code for an elastic pair of its law."""
+    law = LAWS[code].law.replace(damping="none")
+    bodies = sphere(**GRAIN), sphere(**GRAIN, position=(0.0, 0.0, 2.0 * P.radius))
+    scene = Scene(bodies=bodies, law=law, step=1e-7, steps=1)
+    return engine_class(code).traits.conventions(scene)
 
 
 def check_springs(code, fault=("", "")):
@@ -263,7 +270,7 @@ def check_springs(code, fault=("", "")):
     jobs = [job(pair, SLOW, along, series_every=10, **ELASTIC) for pair in PAIRS]
     for pair, table in zip(PAIRS, outputs(code, jobs, fault), strict=True):
         radius = PAIRS[pair][0]["radius"]
-        vx, wy = integrated(code, pair, along)
+        vx, wy = expected(code, pair, along)
         near = 1e-3 * along
         assert table["vx"][-1] == pytest.approx(vx, abs=near), pair
         assert radius * table["wy"][-1] == pytest.approx(radius * wy, abs=near), pair
@@ -271,14 +278,12 @@ def check_springs(code, fault=("", "")):
 
 def dashpot(code, pair):
     """Return the dashpot of a pair under the rules of a code, as the law takes it."""
-    law = LAWS[code.rpartition(":")[2]]
-    clipped = law.values["clipped"] == "yes"
-    restitution = PAIRS[pair][2]
+    law, restitution = LAWS[code.rpartition(":")[2]].law, PAIRS[pair][2]
     return {
         "damping": "coeff_restitution",
-        "restitution": with_tail(restitution) if clipped else restitution,
-        "clipped": clipped,
-        "tangential_damping": law.values["tangential_damping"],
+        "restitution": with_tail(restitution) if law.clipped else restitution,
+        "clipped": law.clipped,
+        "tangential_damping": law.tangential_damping,
     }
 
 
@@ -291,7 +296,7 @@ def check_dashpots(code, fault=("", "")):
     jobs = [job(pair, SLOW, along, series_every=10) for pair in PAIRS]
     for pair, table in zip(PAIRS, outputs(code, jobs, fault), strict=True):
         radius = PAIRS[pair][0]["radius"]
-        vx, wy = integrated(code, pair, along, **dashpot(code, pair))
+        vx, wy = expected(code, pair, along, **dashpot(code, pair))
         near = (0.05 if code == "kratos" else 1e-3) * along
         assert table["vx"][-1] == pytest.approx(vx, abs=near), pair
         assert radius * table["wy"][-1] == pytest.approx(radius * wy, abs=near), pair

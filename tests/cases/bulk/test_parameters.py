@@ -1,16 +1,14 @@
-"""Parameters of bulk cases: what is refused, steps, and systems of the longest level."""
+"""Parameters of bulk cases: refusals, steps, published systems, time limits."""
 
 import pytest
 
-from harness.cases.bulk import materials
-from harness.cases.bulk.materials import check_memory
-from harness.cases.bulk.places import PUBLISHED
-from harness.cases.registry import get_case
+from harness.cases.bulk import beds
+from harness.cases.bulk.beds import PUBLISHED
 from harness.engines.process import Limits
 from harness.engines.registry import engine_class
-from harness.errors import EngineTimeoutError, RequestError
+from harness.errors import RequestError
+from tests.cases.bulk.doubles import CASES
 
-CASES = "silo", "drum", "penetration", "heap"
 APART = "scatter = 0.3: grains overlap at the start; must be at most spacing - 1"
 WRONG = [
     ("silo", {"orifice_radius": 0.03}, "orifice_radius = 0.03 m: must be less than silo_radius ="),
@@ -39,25 +37,19 @@ WRONG = [
 @pytest.mark.parametrize(("name", "changes", "words"), WRONG)
 def test_what_cannot_be_simulated_is_refused_in_one_line(name, changes, words):
     with pytest.raises(RequestError) as refused:
-        get_case(name).default.replace(**changes)
+        CASES[name].default.replace(**changes)
     assert words in str(refused.value)
     assert "\n" not in str(refused.value)
 
 
 @pytest.mark.parametrize("name", CASES)
 def test_no_case_runs_more_grains_than_memory_holds(name, monkeypatch):
-    case = get_case(name)
+    case = CASES[name]
     case.job(case.default)
-    monkeypatch.setattr(materials, "GRAIN_BYTES", 10**12)
+    monkeypatch.setattr(beds, "GRAIN_BYTES", 10**12)
     for p in case.presets.values():
         with pytest.raises(RequestError, match=rf"^{p.grains} grains: would take .* must be at"):
             case.job(p)
-
-
-def test_a_hundred_thousand_grains_are_no_trouble_for_memory():
-    with pytest.raises(RequestError, match=r"^1000000000000 grains: would take 2e\+06 GB"):
-        check_memory(10**12)
-    check_memory(100_000)
 
 
 @pytest.mark.parametrize("code", ["yade", "kratos"])
@@ -65,7 +57,7 @@ def test_a_hundred_thousand_grains_are_no_trouble_for_memory():
 def test_codes_that_do_not_resist_rolling_refuse_it(code, name, preset):
     engine = engine_class(code).__new__(engine_class(code))
     engine._scheme = "Velocity_Verlet"
-    case = get_case(name)
+    case = CASES[name]
     p = case.presets[preset]
     assert engine.refuses(case.job(p)).endswith(
         f"has no variable 'rolling_friction' (rolling_friction = {p.rolling_friction})"
@@ -77,31 +69,30 @@ def test_codes_that_do_not_resist_rolling_refuse_it(code, name, preset):
     ("name", "presets"), [("silo", (PUBLISHED, "published-wide")), ("drum", (PUBLISHED,))]
 )
 def test_level_full_has_the_published_systems_from_four_beginnings_each(name, presets):
-    case = get_case(name)
-    assert len(case.systems("default")) == 1
-    for preset, system in zip(presets, case.systems("full")[1:], strict=True):
-        assert system.name == f"{name}: {preset}"
-        runs = system.trials.values()
-        assert len({(p.seed, p.settle_steps) for p in runs}) == 4
+    case = CASES[name]
+    setups = [setup for setup in case.setups() if setup.name.startswith(PUBLISHED)]
+    assert {setup.level for setup in setups} == {"full"}
+    for preset, setup in zip(presets, setups, strict=True):
+        assert len({(p.seed, p.settle_steps) for p in setup.runs}) == 4
         same = {"seed": 1, "settle_time": case.presets[preset].settle_time}
-        assert [p.replace(**same) for p in runs] == [case.presets[preset]] * 4
+        assert [p.replace(**same) for p in setup.runs] == [case.presets[preset]] * 4
 
 
-def test_a_run_by_hand_has_ten_times_its_expected_time():
-    """As in a verification: the published silo takes most of a day."""
+def test_the_published_bed_is_run_from_several_places_and_once_over_its_whole_time():
+    setups = {setup.name: setup for setup in CASES["penetration"].setups()}
+    short, whole = (
+        setups[f"{PUBLISHED}, {name}"] for name in ("4 places, 40 ms", "1 place, 100 ms")
+    )
+    assert len({p.offset for p in short.runs}) == 4
+    assert short.runs[3].steps * 5e-7 == pytest.approx(0.04, rel=2e-3)
+    assert whole.runs[0].steps * 5e-7 == pytest.approx(0.1, rel=1e-3)
+    assert short.compared == ("largest_depth_m", "slowed_time_s")
+    assert whole.compared == ()  # one run: no statistics
 
-    class Ended:
-        traits = engine_class("lammps").traits
 
-        def run(self, jobs):
-            self.seconds = [job.seconds for job in jobs]
-            return [EngineTimeoutError("not within that time") for _ in jobs]
-
-    case, engine = get_case("silo"), Ended()
-    for p, long in ((case.presets[PUBLISHED], True), (case.default, False)):
-        with pytest.raises(EngineTimeoutError):
-            case.measure(p, engine)
-        assert engine.seconds == [case.seconds(p, engine.traits)]
-        limits = Limits()
-        assert (limits.time_for(*engine.seconds) > 86400.0) is long
-        assert long or limits.time_for(*engine.seconds) == limits.seconds
+@pytest.mark.parametrize(("preset", "long"), [(PUBLISHED, True), ("small", False)])
+def test_a_long_run_has_ten_times_its_expected_time(preset, long):
+    """The published silo takes most of a day."""
+    job = CASES["silo"].job(CASES["silo"].presets[preset])
+    assert (Limits().time_for(job.seconds) > 86400.0) is long
+    assert CASES["silo"].cost(CASES["silo"].presets[preset]) > 0.0

@@ -8,22 +8,22 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from harness.cases.bulk.places import (
-    PUBLISHED,
-    PUBLISHED_BOX,
-    Box,
-    Cylinder,
-    read_places,
-)
-from harness.cases.drum import CASE as DRUM_CASE
-from harness.cases.drum import Drum
-from harness.cases.penetration import CASE, Penetration, values_of
+from harness.cases.bulk.beds import PUBLISHED
+from harness.cases.bulk.drum import CASE as DRUM_CASE
+from harness.cases.bulk.drum import Drum
+from harness.cases.bulk.penetration import CASE, Penetration, values_of
+from harness.cases.bulk.places import PUBLISHED_BOX, Box, Cylinder, read_grains
 from harness.engines.contract import Job
 from harness.engines.lammps.engine import Lammps
 from harness.engines.output import Output
 from harness.engines.registry import open_engine
 from harness.errors import RequestError
 from tests.cases.bulk.doubles import needs
+
+
+def read_places(source, radius, box):
+    return read_grains(source, (("radius", radius),), box)[:, 1:]
+
 
 BOX = Box(0.02, 0.02, (0.0, 0.0), 0.0)
 HEAD = "radius x y z\n"
@@ -105,12 +105,12 @@ def test_a_sphere_that_starts_in_the_bed_and_a_box_without_a_size_are_refused(tm
         bed(tmp_path / "bed.txt", offset=0.006)
 
 
-def test_lammps_reads_the_places_and_drops_the_sphere_where_it_is_told(tmp_path):
+def test_lammps_reads_the_places_and_drops_the_sphere_at_its_offset(tmp_path):
     p = bed(tmp_path / "bed.txt")
     with Lammps() as engine:
-        values = CASE.measure(p, engine).values
-        job = Job(CASE.template, {**values_of(p), "offset": 2e-3}, sampled=True)
-        (aside,) = engine.run([job])
+        moved = Job(CASE.template, {**values_of(p), "offset": 2e-3}, sampled=True)
+        found, aside = engine.run([CASE.job(p), moved])
+        values = CASE.measure(p, found)
     # nine grains of one layer that touch: twelve pairs, and the floor is no grain
     assert values["bed_coordination"] == pytest.approx(24 / 9)
     assert values["bed_solid_fraction"] == pytest.approx(
@@ -185,7 +185,8 @@ def test_the_published_drum_begins_to_turn_in_lammps():
     """Three hundred steps from its places: contacts at rest, no grain beyond a wall."""
     p = DRUM_CASE.presets[PUBLISHED].replace(turn=math.degrees(2.0 * 300 * 8e-7))
     with Lammps() as engine:
-        found = DRUM_CASE.measure(p, engine).values
+        (output,) = engine.run([DRUM_CASE.job(p)])
+    found = DRUM_CASE.measure(p, output)
     # 0.005 deg of a turn leave large grains below small ones, and the surface as it was
     assert found["mixing_index"] == pytest.approx(found["first_mixing_index"], abs=1e-3)
     assert abs(found["surface_angle_deg"]) < 5.0

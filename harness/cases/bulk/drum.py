@@ -1,0 +1,479 @@
+"""Grains of two sizes in a rotating drum: mixing, angle of the surface.
+
+The process of Dosta and others, Comput. Phys. Commun. 296, 109066 (2024), smaller and softer, at
+the same Froude number and nearly the same filling. Scripts leave places, of all codes alike, and
+everything else is computed here.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+
+import numpy as np
+from pydantic import Field
+
+from harness.cases.base import Check, Quantity
+from harness.cases.bulk.base import TIME, BulkCase, Setup
+from harness.cases.bulk.beds import (
+    PUBLISHED,
+    Bed,
+    RollingFriction,
+    Sphere,
+    SteelModulus,
+    StepSize,
+    script_values,
+    tangential_share,
+)
+from harness.cases.bulk.law import ALLOWED, NEUTRAL
+from harness.cases.bulk.mixing import (
+    Contacts,
+    Floats,
+    cells_of,
+    lacey_index,
+    surface_angle,
+    touching,
+)
+from harness.cases.bulk.places import Cylinder, read_grains, write_grains
+from harness.cases.bulk.report import Curve, plane_section
+from harness.cases.bulk.series import check_rows
+from harness.engines.contract import Output, Template
+from harness.engines.contract import Value as ScriptValue
+from harness.engines.output import Table
+from harness.errors import EngineLostAtomsError, RequestError
+from harness.model.allowed import allowed_in
+from harness.report.content import Discs
+from harness.results.rows import Tolerance
+
+COLUMNS = ("step", "x_m", "y_m", "z_m")
+STEADY = 1.0 / 3.0  # share of the turn after which the surface is that of a turning drum
+LAST = 1.0 / 6.0  # share of the turn, up to its end, over which the mixing index is averaged
+FRICTIONS = ("large_friction", "small_friction", "mixed_friction", "steel_friction")
+SOFTENED = "Dosta and others 2024 (moduli four thousand times smaller, a quarter of the size)"
+AT_REST = Tolerance(
+    0.01, reason="a bed that moves adds 1 % to the energy of one that turns with the drum at most"
+)
+
+
+class Drum(Bed):
+    """A drum of steel about the y axis: large grains below small ones, then it turns."""
+
+    ROWS = 100
+    DERIVED = frozenset({"settle_time", "turn", "cell"})
+
+    places: str = Field(
+        "",
+        description="[-] file of the grains' places, lines of radius x y z [m] from the middle of "
+        "the axis; published: that of Dosta and others; empty: lattices that settle",
+    )
+    large_layers: int = Field(
+        1, ge=-1000, le=1000, description="[-] layers of large grains above the axis"
+    )
+    small_layers: int = Field(4, ge=1, le=1000, description="[-] layers of small grains above them")
+    large_radius: float = Field(2e-3, gt=0.0, description="[m] of a large grain")
+    large_density: float = Field(2000.0, gt=0.0, description="[kg/m3] of large grains")
+    large_youngs_modulus: float = Field(1.25e5, gt=0.0, description="[Pa] of large grains")
+    large_restitution: float = Field(0.4, gt=0.05, le=1.0, description="[-] between large grains")
+    large_friction: float = Field(0.4, ge=0.0, le=2.0, description="[-] between large grains")
+    small_radius: float = Field(1e-3, gt=0.0, description="[m] of a small grain")
+    small_density: float = Field(2500.0, gt=0.0, description="[kg/m3] of small grains")
+    small_youngs_modulus: float = Field(2.5e5, gt=0.0, description="[Pa] of small grains")
+    small_restitution: float = Field(0.5, gt=0.05, le=1.0, description="[-] between small grains")
+    small_friction: float = Field(0.3, ge=0.0, le=2.0, description="[-] between small grains")
+    mixed_restitution: float = Field(0.45, gt=0.05, le=1.0, description="[-] of large on small")
+    mixed_friction: float = Field(0.2, ge=0.0, le=2.0, description="[-] of large on small")
+    rolling_friction: RollingFriction = 0.0
+    steel_youngs_modulus: SteelModulus = 5.25e7
+    drum_radius: float = Field(0.024, gt=0.0, le=10.0, description="[m] of the drum")
+    drum_length: float = Field(0.02, gt=0.0, le=10.0, description="[m] of the drum")
+    speed: float = Field(4.08, gt=0.0, le=1e3, description="[rad/s] of the drum")
+    turn: float = Field(180.0, gt=0.0, le=1e6, description="[deg] by which the drum turns")
+    cell: float = Field(8e-3, gt=0.0, description="[m] edge of the cells of the mixing index")
+    step_size: StepSize = 3.5e-5
+
+    def _check_system(self) -> None:
+        for kind in ("large", "small") if not self.places else ():
+            if getattr(self, f"{kind}_grains") == 0:
+                raise ValueError(
+                    f"{kind}_layers = {getattr(self, f'{kind}_layers')}: no {kind} grain finds "
+                    "room in the drum"
+                )
+
+    @property
+    def kinds(self) -> tuple[Sphere, Sphere]:
+        """Return a large and a small grain."""
+        nu = self.poisson_ratio
+        return (
+            Sphere(self.large_radius, self.large_density, self.large_youngs_modulus, nu),
+            Sphere(self.small_radius, self.small_density, self.small_youngs_modulus, nu),
+        )
+
+    @property
+    def split(self) -> float:
+        """Return the height at which small grains begin [m]."""
+        return 2.0 * self.large_layers * self.large_radius * self.spacing
+
+    @property
+    def large_grains(self) -> int:
+        """Return the number of large grains: in the drum, below the split."""
+        if self.places:
+            return len(self.bed[0])
+        low, high = -self.drum_radius, self.split - self.large_radius * (1.0 + self.scatter)
+        return self._sites(self.large_radius, low, high)
+
+    @property
+    def small_grains(self) -> int:
+        """Return the number of small grains: in layers above the split."""
+        if self.places:
+            return len(self.bed[1])
+        low = self.split + self.small_radius * (1.0 + self.scatter)
+        high = low + 2.0 * self.small_layers * self.small_radius * self.spacing
+        return self._sites(self.small_radius, low, high)
+
+    def _sites(self, radius: float, low: float, high: float) -> int:
+        """Return the sites (i + 1/2) pitches with room in the drum between two heights."""
+        pitch = 2.0 * radius * self.spacing
+        reach = self.drum_radius - radius * (1.0 + math.sqrt(2.0) * self.scatter)
+        along = 0.5 * self.drum_length - radius * (1.0 + self.scatter)
+        most = max(1, math.ceil(max(reach, along) / pitch) + 1)
+        site = pitch * (np.arange(-most, most) + 0.5)
+        z = site[(site >= low) & (site <= high)]
+        across = (site[:, None] ** 2 + z**2 <= reach**2).sum() if reach > 0.0 else 0
+        return int(across * (np.abs(site) <= along).sum())
+
+    @property
+    def bed(self) -> tuple[Floats, Floats]:
+        """Return the places of large and of small grains of a file, (N, 3) [m] each.
+
+        Raise RequestError for a bad file, or one without a kind.
+        """
+        radii = (("large_radius", self.large_radius), ("small_radius", self.small_radius))
+        rows = read_grains(self.places, radii, Cylinder(self.drum_radius, self.drum_length))
+        large = rows[:, 0] == self.large_radius
+        for (name, radius), number in zip(radii, (large.sum(), (~large).sum()), strict=True):
+            if number == 0:
+                raise RequestError(f"places {self.places}: no grain of {name} = {radius:g} m")
+        return rows[large, 1:], rows[~large, 1:]
+
+    @property
+    def grains(self) -> int:
+        """Return the number of grains."""
+        return self.large_grains + self.small_grains
+
+    def of_each(self, name: str) -> Floats:
+        """Return a quantity of :class:`Sphere` of each grain, large ones first, (N,)."""
+        values = [getattr(kind, name) for kind in self.kinds]
+        return np.repeat(values, [self.large_grains, self.small_grains])
+
+    def solid_fraction(self, mean_height: float) -> float:
+        """Return the solid fraction of a level bed whose volume has a mean height [m].
+
+        A bed up to cos(a) = -h/R fills R^2 (a - sin a cos a) of the drum's section, whose centre is
+        2/3 R sin^3(a)/(a - sin a cos a) below the axis.
+        """
+        from scipy.optimize import brentq
+
+        def section(angle: float) -> float:
+            return angle - math.sin(angle) * math.cos(angle)
+
+        def off(angle: float) -> float:
+            centre = 2.0 / 3.0 * self.drum_radius * math.sin(angle) ** 3 / section(angle)
+            return mean_height + centre
+
+        filled = section(float(brentq(off, 1e-2, math.pi)))
+        large, small = self.kinds
+        volume = self.large_grains * large.volume + self.small_grains * small.volume
+        return volume / (filled * self.drum_radius**2 * self.drum_length)
+
+    @property
+    def longest_step(self) -> float:
+        """Return the longest step [s] by Rayleigh waves and by impacts after a fall in the drum."""
+        speed = math.sqrt(2.0 * self.gravity * 2.0 * self.drum_radius)
+        steel = self.steel_youngs_modulus
+        return min(min(kind.rayleigh_step, kind.impact_step(steel, speed)) for kind in self.kinds)
+
+    @property
+    def time(self) -> float:
+        """Return the time for which the drum turns [s]."""
+        return math.radians(self.turn) / self.speed
+
+    @property
+    def every(self) -> int:
+        """Return the steps between two rows of the series."""
+        return max(1, round(self.time / self.step_size / self.ROWS))
+
+
+def values_of(p: Drum) -> dict[str, ScriptValue]:
+    """Return the values of a script; places are in a file that is named by its content."""
+    more: dict[str, ScriptValue] = {"bed": "lattice", "places": "none"}
+    if p.places:
+        rim, half = (size + 4.0 * p.large_radius for size in (p.drum_radius, 0.5 * p.drum_length))
+        ends = (-rim, rim), (-half, half), (-rim, rim)
+        path = write_grains(list(zip(p.bed, p.kinds, strict=True)), ends)
+        more = {"bed": "file", "places": str(path)}
+    return {**script_values(p), **more}
+
+
+def elastic_energy(p: Drum, places: Floats, contacts: Contacts) -> float:
+    """Return the energy of the normal springs of grains at ``places`` (N, 3) [m], with walls [J].
+
+    ``contacts`` are the pairs that touch. 8/15 E* sqrt(R*) overlap^(5/2) (Hertz); walls are taken
+    as plane.
+    """
+    radii, young = p.of_each("radius"), p.of_each("youngs_modulus")
+
+    def held(overlap: Floats, moduli: tuple[Floats, Floats | float], radius: Floats) -> float:
+        compliance = (1.0 - p.poisson_ratio**2) * (1.0 / moduli[0] + 1.0 / moduli[1])
+        return float((np.sqrt(radius) * np.maximum(overlap, 0.0) ** 2.5 / compliance).sum())
+
+    i, j, overlap = contacts
+    total = held(overlap, (young[i], young[j]), 1.0 / (1.0 / radii[i] + 1.0 / radii[j]))
+    x, y, z = places.T
+    for reach in (p.drum_radius - np.hypot(x, z), 0.5 * p.drum_length - np.abs(y)):
+        total += held(radii - reach, (young, p.steel_youngs_modulus), radii)
+    return 8.0 / 15.0 * total
+
+
+def energy_and_work(p: Drum, table: Table) -> tuple[Floats, Floats]:
+    """Return kinetic and potential energy, and the work of the drum, over time (M,) [J].
+
+    The power of the drum is its speed times its torque on the grains, which changes their angular
+    momentum L about the axis and bears their weight: work = speed (L - integral of g sum m x dt).
+    Velocities are differences of places between rows; spins are left out.
+    """
+    from scipy.integrate import cumulative_trapezoid
+
+    t = p.step_size * (table["step"] - p.settle_steps)
+    x, y, z = (table[name] for name in COLUMNS[1:])
+    vx, vy, vz = (np.gradient(axis, t, axis=0) for axis in (x, y, z))
+    masses = p.of_each("mass")
+    momentum = (z * vx - x * vz) @ masses
+    kinetic = 0.5 * (vx**2 + vy**2 + vz**2) @ masses
+    momentum[0] = kinetic[0] = 0.0  # at rest
+    torque: Floats = p.gravity * x @ masses
+    weight = cumulative_trapezoid(torque, t, initial=0)
+    return kinetic + p.gravity * z @ masses, p.speed * (momentum - weight)
+
+
+def turned(p: Drum, table: Table) -> Floats:
+    """Return the angle by which the drum has turned [deg], (M,)."""
+    steps = table["step"] - p.settle_steps
+    return np.asarray(np.degrees(p.speed * p.step_size * steps))
+
+
+def mixing(p: Drum, table: Table) -> Floats:
+    """Return the mixing index by number of small grains over time, (M,)."""
+    small = p.of_each("radius") < 0.5 * (p.large_radius + p.small_radius)
+    frames = zip(table["x_m"], table["z_m"], strict=True)
+    return np.array([lacey_index(cells_of(x, z, p.cell), small) for x, z in frames])
+
+
+def surface_angles(p: Drum, table: Table) -> Floats:
+    """Return the angle of the surface [deg] over time, (M,): in the middle half of the drum."""
+    frames = zip(table["x_m"], table["z_m"], strict=True)
+    half, step, radii = 0.5 * p.drum_radius, 2.0 * p.large_radius, p.of_each("radius")
+    return np.array([surface_angle(x, z, radii, half, step) for x, z in frames])
+
+
+def quadrant_shares(p: Drum, table: Table) -> dict[str, Floats]:
+    """Return the share of each kind in two opposite quadrants over time, (M,).
+
+    Where grains rise, x < 0 < z, and where they arrive, z < 0 < x.
+    """
+    x, z = table["x_m"], table["z_m"]
+    large = np.arange(p.grains) < p.large_grains
+    places = {"rising": (x < 0.0) & (z > 0.0), "falling": (x > 0.0) & (z < 0.0)}
+    return {
+        f"{kind}_{name}_ratio": place[:, which].mean(axis=1)
+        for name, place in places.items()
+        for kind, which in (("large", large), ("small", ~large))
+    }
+
+
+def check_walls(p: Drum, table: Table, who: str) -> None:
+    """Raise EngineLostAtomsError for a grain whose centre is beyond a wall.
+
+    Curved walls may be a polygon of the circle's area, whose corners are farther out.
+    """
+    x, y, z = (table[name] for name in COLUMNS[1:])
+    beyond = (np.hypot(x, z) > 1.01 * p.drum_radius) | (np.abs(y) > 0.5 * p.drum_length)
+    if beyond.any():
+        frame = int(np.flatnonzero(beyond.any(axis=1))[0])
+        raise EngineLostAtomsError(
+            f"{who}: a grain is beyond the walls after {turned(p, table)[frame]:.4g} deg: they "
+            f"leave a hole, or step_size = {p.step_size:g} s is too long"
+        )
+
+
+class DrumCase(BulkCase[Drum]):
+    """Grains of two sizes in a rotating drum: mixing, angle of the surface."""
+
+    name = "drum"
+    summary = "Grains of two sizes in a rotating drum: mixing, angle of the surface."
+    parameters = Drum
+    template = Template(
+        "drum", {"": values_of(Drum())}, allowed=allowed_in(Drum) | ALLOWED, neutral=NEUTRAL
+    )
+    film_values = ()
+    quantities = (
+        Quantity("mixing_index", "1", "of Lacey, by number of small grains in square cells: 0 "
+                 "apart, 1 at random; mean over the last sixth of the turn"),
+        Quantity("first_mixing_index", "1", "the same before the drum turns: cells hold both kinds "
+                 "where they meet", 0.3),
+        Quantity("surface_angle_deg", "deg", "dynamic angle of repose: of a line through the "
+                 "highest grains in the middle half of the drum, mean after a third of the turn",
+                 30.0),
+        *(
+            Quantity(f"{kind}_{place}_ratio", "1", f"share of the {kind} grains in the quadrant "
+                     f"{where} at the end", 0.3)
+            for place, where in (("rising", "x < 0 < z, where they rise,"),
+                                 ("falling", "z < 0 < x, where they arrive,"))
+            for kind in ("large", "small")
+        ),
+        Quantity("bed_solid_fraction", "1", "of the bed at rest, up to its level surface", 0.5),
+        Quantity("bed_coordination", "1", "contacts of a grain in the bed at rest", 5.0),
+        Quantity("work_ratio", "1", "work of the drum until the end, over the weight of the grains "
+                 "times its radius: by their weight and angular momentum"),
+        Quantity("elastic_ratio", "1", "elastic energy of the normal springs of the bed before the "
+                 "drum turns, over its work", 0.01),
+        Quantity("loss_ratio", "1", "share of that work that is no kinetic, potential or elastic "
+                 "energy at the end: lost to dashpots and friction"),
+        Quantity("drum_energy_gain_ratio", "1", "largest gain of kinetic and potential energy "
+                 "beyond the work of the drum, over that work at the end", 1e-3),
+        Quantity("bed_kinetic_ratio", "1", "kinetic energy of the bed before the drum turns, over "
+                 "that of grains at its speed", 1e-3),
+        TIME,
+    )  # fmt: skip
+    seeds = {"quick": 4, "default": 16, "full": 24}  # noqa: RUF012
+    compared = ("mixing_index", "surface_angle_deg", "bed_solid_fraction", "bed_coordination")
+    curves = tuple(
+        Curve(name, title, "turned_deg", "turned (deg)", column, label)
+        for name, title, column, label in (
+            ("mixing", "Mixing index over the turn", "mixing_index", "mixing index of Lacey"),
+            ("angle", "Angle of the surface over the turn", "surface_angle_deg",
+             "angle of the surface (deg)"),
+            *(
+                (f"{kind}-{place}", f"{kind.capitalize()} grains where they {verb}",
+                 f"{kind}_{place}_ratio", f"share of the {kind} grains at {where}")
+                for place, verb, where in (("rising", "rise", "x < 0 < z"),
+                                           ("falling", "arrive", "z < 0 < x"))
+                for kind in ("large", "small")
+            ),
+        )
+    )  # fmt: skip
+    title = "Grains of two sizes in a rotating drum"
+    text = (
+        "Large grains settle below small ones in a drum of steel, which then turns: one of the "
+        "three bulk processes of Dosta and others (2024), at its Froude number and nearly its "
+        "filling. Grains start at the same places in each code. Small grains gather below the "
+        "surface, so that an index of one is not to be expected."
+    )
+
+    presets = {  # noqa: RUF012
+        "small": Drum(),
+        PUBLISHED: Drum(
+            places=PUBLISHED, large_youngs_modulus=5e8, small_youngs_modulus=1e9,
+            steel_youngs_modulus=2.1e11, drum_radius=0.1, drum_length=0.06, speed=2.0,
+            turn=math.degrees(10.0), settle_time=0.0, step_size=8e-7,
+        ),
+        # the friction of the heap's grains in every pair, with and without their resistance to
+        # rolling: the angle of repose, after a third of the turn
+        "slow": Drum(speed=1.0, turn=120.0, settle_time=0.4, rolling_friction=0.1,
+                     **dict.fromkeys(FRICTIONS, 0.5)),
+        "slow-sliding": Drum(speed=1.0, turn=120.0, settle_time=0.4,
+                             **dict.fromkeys(FRICTIONS, 0.5)),
+    }  # fmt: skip
+    sources = {  # noqa: RUF012
+        "small": SOFTENED,
+        PUBLISHED: "Dosta and others 2024, the bed of 38,000",
+        **dict.fromkeys(("slow", "slow-sliding"), f"{SOFTENED}; friction of the heap"),
+    }
+
+    def setups(self) -> Sequence[Setup[Drum]]:
+        """Return the small drum, and at level full the published one from four beginnings.
+
+        Its places are given: it turns at once, or after a rest that lets motions part.
+        """
+        p = self.presets[PUBLISHED]
+        rests = tuple(p.replace(settle_time=time) for time in (0.0, 0.05, 0.1, 0.15))
+        name, title = f"{PUBLISHED}, 4 rests", f"{self.title}: {PUBLISHED}"
+        return (*super().setups(), Setup(name, title, rests, "full", self.compared))
+
+    def values(self, parameters: Drum) -> Mapping[str, ScriptValue]:
+        """Return the values of the script of a drum."""
+        return values_of(parameters)
+
+    def measure(self, parameters: Drum, output: Output) -> Mapping[str, float]:
+        """Return mixing, angle of the surface, state of the bed.
+
+        Raise EngineLostAtomsError for a grain beyond a wall.
+        """
+        p = parameters
+        known = {"large": p.large_grains, "small": p.small_grains}
+        output.check_numbers({**known, "steps": p.settle_steps + p.steps})
+        table = output.table(COLUMNS)
+        check_rows(table["step"] - p.settle_steps, p.steps, output.who)
+        check_walls(p, table, output.who)
+        late, last = (turned(p, table) >= share * p.turn for share in (STEADY, 1.0 - LAST))
+        index = mixing(p, table)
+        kinetic = 0.5 * p.of_each("mass").sum() * (p.speed * p.drum_radius) ** 2
+        return {
+            "mixing_index": float(index[last].mean()),
+            "first_mixing_index": float(index[0]),
+            "surface_angle_deg": float(surface_angles(p, table)[late].mean()),
+            **{name: float(share[-1]) for name, share in quadrant_shares(p, table).items()},
+            **self._bed(p, table),
+            "bed_kinetic_ratio": output.number("bed_kinetic_J") / kinetic,
+            TIME.name: 1e6 * output.seconds / (p.grains * (p.settle_steps + p.steps)),
+        }
+
+    def _bed(self, p: Drum, table: Table) -> dict[str, float]:
+        """Return the state of the bed before the drum turns, and energies over its work."""
+        radii, mass = p.of_each("radius"), p.of_each("mass").sum()
+        first, end = (np.column_stack([table[n][row] for n in COLUMNS[1:]]) for row in (0, -1))
+        contacts = touching(first, radii)
+        elastic = elastic_energy(p, first, contacts)
+        stored = elastic_energy(p, end, touching(end, radii)) - elastic
+        energy, done = energy_and_work(p, table)
+        lost = done - (energy - energy[0])
+        size = abs(done[-1])  # the work is negative of grains that rise against the drum
+        height = float(np.average(first[:, 2], weights=radii**3))
+        return {
+            "bed_solid_fraction": p.solid_fraction(height),
+            "bed_coordination": 2.0 * len(contacts.i) / p.grains,
+            "work_ratio": done[-1] / (mass * p.gravity * p.drum_radius),
+            "elastic_ratio": elastic / size,
+            "loss_ratio": (lost[-1] - stored) / size,
+            "drum_energy_gain_ratio": max(0.0, -lost.min()) / size,
+        }
+
+    def columns(self, parameters: Drum, output: Output) -> Mapping[str, Floats]:
+        """Return mixing index, angle [deg] and shares in quadrants over the turn [deg]."""
+        p, table = parameters, output.table(COLUMNS)
+        return {
+            "turned_deg": turned(p, table),
+            "mixing_index": mixing(p, table),
+            "surface_angle_deg": surface_angles(p, table),
+            **quadrant_shares(p, table),
+        }
+
+    def cut(self, parameters: Drum, output: Output) -> Discs:
+        """Return the drum halfway along its axis."""
+        p, angle = parameters, np.linspace(0.0, math.tau, 181)
+        circle = [(p.drum_radius * np.cos(angle), p.drum_radius * np.sin(angle))]
+        radii = p.of_each("radius")
+        return plane_section(self.title, output, p.settle_steps, p.step_size, 0.0, circle, radii)
+
+    def own_checks_of(self, setup: Setup[Drum]) -> Iterable[Check]:
+        """Return energy gained and bed at rest, of the worst seed."""
+        p = setup.runs[0]
+        share = tangential_share(max(getattr(p, name) for name in FRICTIONS), p.poisson_ratio)
+        yield self.gain_check(
+            setup, "drum_energy_gain_ratio", share, lambda _: math.nan, "elastic_ratio"
+        )
+        yield self.check(
+            setup, "bed_kinetic_ratio", lambda s: s.worst("bed_kinetic_ratio"), tolerance=AT_REST
+        )
+
+
+CASE = DrumCase()

@@ -1,0 +1,317 @@
+"""The angle of repose of a heap: slopes that remain in a box whose ends are taken away.
+
+The shear box of calibrations (Roessler, Richter, Katterfeld and Will, Powder Technol. 343, 803
+(2019)), with both of its ends open: grains run off, and a ridge with two slopes stays in a trough
+of glued grains. The sides have no friction unless it is set, so that they bear nothing.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+from pydantic import Field
+
+from harness.cases.base import Check, Quantity
+from harness.cases.bulk.base import TIME, BulkCase, Seeds, Setup
+from harness.cases.bulk.beds import (
+    BedOfOneKind,
+    Duration,
+    Friction,
+    Layers,
+    RollingFriction,
+    Scatter,
+    SettleTime,
+    Spacing,
+    SteelFriction,
+    SteelModulus,
+    StepSize,
+    YoungsModulus,
+    script_values,
+)
+from harness.cases.bulk.law import ALLOWED, NEUTRAL
+from harness.cases.bulk.mixing import Floats
+from harness.cases.bulk.report import Curve, plane_section
+from harness.cases.bulk.series import check_grains, largest_gain
+from harness.engines.contract import Output, Template
+from harness.engines.contract import Value as ScriptValue
+from harness.engines.output import Table
+from harness.errors import EngineUndecidedError
+from harness.model.allowed import allowed_in
+from harness.report.content import Discs
+from harness.results.rows import Tolerance
+
+COLUMNS = ("time_s", "remaining", "astray", "kinetic_J", "potential_J", "count", "height_m")
+# a heap at rest: in the last tenth of the time at most 0.5 % of its grains run off. Its mass is
+# proportional to the slope, which changes by as much, a tenth of the margin between codes
+LATE, FEW = 0.1, 0.005
+BED_AT_REST = Tolerance(
+    0.01, reason="a bed that moves adds 1 % to the energy of grains that fall by a diameter"
+)
+AT_REST = Tolerance(
+    1e-3, reason="less than half a grain in five hundred has the energy of a fall by its diameter"
+)
+
+
+class Heap(BedOfOneKind):
+    """Grains on a glued layer in a box of steel, both ends of which are taken away."""
+
+    ROWS = 100
+    LEAVING = True
+
+    length: int = Field(18, ge=8, le=1000, description="[-] of the trough, in diameters")
+    width: int = Field(6, ge=2, le=1000, description="[-] of the trough, in diameters")
+    sill: int = Field(2, ge=0, le=1000, description="[-] glued grains at its ends, one on another")
+    layers: Layers = 24
+    spacing: Spacing = 1.25
+    scatter: Scatter = 0.09
+    dispersity: float = Field(
+        0.3, ge=0.0, le=1.0, description="[-] range of the diameters over their mean"
+    )
+    radius: float = Field(2e-3, gt=0.0, description="[m] of a grain: the mean")
+    youngs_modulus: YoungsModulus = 4e5
+    friction: Friction = 0.5
+    rolling_friction: RollingFriction = 0.1
+    steel_youngs_modulus: SteelModulus = 8.4e7
+    steel_friction: SteelFriction = 0.0
+    settle_time: SettleTime = 0.3
+    duration: Duration = 1.8
+    step_size: StepSize = 5e-5
+
+    def _check_system(self) -> None:
+        if self.grains == 0:
+            raise ValueError(
+                f"width = {self.width}: no grain finds room between the sides at spacing = "
+                f"{self.spacing:g} diameters"
+            )
+
+    def _room(self) -> tuple[str, float]:
+        """Return the room between two of the largest grains."""
+        return "spacing - 1 - dispersity/2", self.spacing - 1.0 - 0.5 * self.dispersity
+
+    @property
+    def span(self) -> float:
+        """Return the distance of the ends [m]."""
+        return 2.0 * self.radius * self.length
+
+    @property
+    def grains(self) -> int:
+        """Return the number of grains, without those that are glued."""
+        return self.layers * self._sites(1.0, self.length) * self._sites(0.0, self.width)
+
+    def _sites(self, glued: float, size: float) -> int:
+        """Return the sites (i + 1/2) pitches with room in a row.
+
+        ``size`` is its length in diameters, of which so many at both ends are ``glued``.
+        """
+        room = glued + 0.5 * (1.0 + self.scatter + 0.5 * self.dispersity)
+        site = self.spacing * (np.arange(math.ceil(size / self.spacing)) + 0.5)
+        return int(((site >= room) & (site <= size - room)).sum())
+
+    @property
+    def weight(self) -> float:
+        """Return the weight of all grains [N]; the cube of an even range is 1 + dispersity^2/4."""
+        mass = self.grain.mass * (1.0 + 0.25 * self.dispersity**2)
+        return self.grains * mass * self.gravity
+
+    @property
+    def longest_step(self) -> float:
+        """Return the longest step [s] by Rayleigh waves and by the impact of the highest grain."""
+        speed = math.sqrt(2.0 * self.gravity * self.layers * self.pitch)
+        smallest = replace(self.grain, radius=self.radius * (1.0 - 0.5 * self.dispersity))
+        impact = smallest.impact_step(self.steel_youngs_modulus, speed)
+        return min(smallest.rayleigh_step, impact)
+
+    @property
+    def largest_elastic_energy(self) -> float:
+        """Return a bound of the elastic energy of the bed at rest [J]."""
+        return self.elastic_bound(self.layers * self.grain.mass * self.gravity)
+
+
+def columns_over_sill(p: Heap, columns: int) -> int:
+    """Return the columns at an end with their middle over the sill, at least the outermost."""
+    return max(1, math.ceil(columns / p.length - 0.5))
+
+
+def slope_angles(p: Heap, height: Floats) -> tuple[float, float]:
+    """Return the angles of the slopes to the left and right end [deg], positive toward the ends.
+
+    ``height`` (N,) is the mean height of the grains in columns between the ends [m]. A column that
+    is filled evenly is twice as high as the mean of its grains. A straight line goes through a half
+    without the columns over the sill and that at the ridge, where the surface is rounded.
+    """
+    half, width = len(height) // 2, p.span / len(height)
+    first = columns_over_sill(p, len(height))
+    x = width * np.arange(first, half - 1)
+    sides = height[first : half - 1], height[::-1][first : half - 1]
+    left, right = (math.degrees(math.atan(2.0 * np.polyfit(x, side, 1)[0])) for side in sides)
+    return left, right
+
+
+def mean_angles(p: Heap, table: Table) -> Floats:
+    """Return the mean angle of both slopes [deg] over time, (M,)."""
+    return np.array([np.mean(slope_angles(p, row)) for row in table["height_m"]])
+
+
+def check_decided(p: Heap, ridge: float, table: Table) -> None:
+    """Raise EngineUndecidedError for a heap that still moves, or with the top of the filling.
+
+    ``ridge`` is the mean height of the grains before the ends are taken away [m].
+    """
+    late = table["time_s"] >= (1.0 - LATE) * table["time_s"][-1]
+    running = table["remaining"][late][0] - table["remaining"][-1]
+    if running > FEW * table["remaining"][-1]:
+        raise EngineUndecidedError(
+            f"undecided: the heap still moves: {running:.0f} grains ran off in the last "
+            f"{LATE:.0%} of the time; duration = {p.duration:g} s is too short",
+            {},
+        )
+    middle = len(table["height_m"][-1]) // 2
+    if table["height_m"][-1, middle - 1 : middle + 1].mean() > 0.95 * ridge:
+        raise EngineUndecidedError(
+            "undecided: no ridge: the heap is as high in the middle as the filling was; "
+            f"layers = {p.layers} are too few for length = {p.length}",
+            {},
+        )
+
+
+class HeapCase(BulkCase[Heap]):
+    """Grains run off at both ends of a box: the angle of repose of the heap that remains."""
+
+    name = "heap"
+    summary = "Grains run off at both ends of a box: the angle of repose of the heap that remains."
+    parameters = Heap
+    template = Template(
+        "heap", {"": script_values(Heap())}, allowed=allowed_in(Heap) | ALLOWED, neutral=NEUTRAL
+    )
+    quantities = (
+        Quantity("angle_deg", "deg", "angle of repose: mean of both slopes, each of a line through "
+                 "twice the mean height of the grains in eight columns", 30.0),
+        Quantity("left_angle_deg", "deg", "of the slope toward x = 0", 30.0),
+        Quantity("right_angle_deg", "deg", "of the slope toward the other end", 30.0),
+        Quantity("angle_change_deg", "deg", "change of the angle over the last quarter of the "
+                 "time: creep", 0.1),
+        Quantity("remaining_ratio", "1", "share of the grains that remain on the glued layer"),
+        Quantity("heap_energy_rise_ratio", "1", "largest rise of kinetic and potential energy over "
+                 "what it was before, over the potential energy of the bed above the glued layer",
+                 1e-6),
+        Quantity("filling_kinetic_ratio", "1", "kinetic energy of the bed before it is disturbed, "
+                 "over that of the grains after a fall by a diameter", 1e-3),
+        Quantity("heap_kinetic_ratio", "1", "kinetic energy at the end, over that of the grains "
+                 "after a fall by a diameter", 1e-4),
+        TIME,
+    )  # fmt: skip
+    presets = {"small": Heap(), "sliding": Heap(rolling_friction=0.0)}  # noqa: RUF012
+    sources = dict.fromkeys(presets, "shear box of Roessler and others 2019, with both ends open")
+    seeds = {"quick": 4, "default": 24, "full": 48}  # noqa: RUF012
+    compared = ("angle_deg", "remaining_ratio")
+    curves = (
+        Curve("profile", "Height of the heap", "distance_m", "distance from the middle (mm)",
+              "height_m", "height of the heap (mm)", (1e3, 1e3)),
+        Curve("angle", "Angle of the slopes over time", "time_s",
+              "time after the ends are taken away (s)", "angle_deg", "angle (deg)"),
+    )  # fmt: skip
+    title = "The angle of repose of a heap"
+    text = (
+        "Grains settle in a trough of glued grains; both ends are taken away, grains run off, and "
+        "the angle of the slopes that remain is measured. Grains start at the same places in each "
+        "code. With resistance to rolling, LAMMPS and LIGGGHTS have different springs of rolling "
+        "under one limit; sliding alone is one law in both."
+    )
+
+    def setups(self) -> Sequence[Setup[Heap]]:
+        """Return heaps with resistance to rolling, and beyond level quick without."""
+        more: Seeds = {level: count for level, count in self.seeds.items() if level != "quick"}
+        title = f"{self.title}: sliding alone"
+        sliding = self.seeded("sliding alone, ", title, self.presets["sliding"], more)
+        return (*super().setups(), *sliding)
+
+    def values(self, parameters: Heap) -> Mapping[str, ScriptValue]:
+        """Return the values of the script of a heap."""
+        return script_values(parameters)
+
+    def measure(self, parameters: Heap, output: Output) -> Mapping[str, float]:
+        """Return the angle, the share that remains, and energies.
+
+        Raise EngineLostAtomsError for a grain beyond a side or the glued layer,
+        EngineUndecidedError for a heap that still moves.
+        """
+        p = parameters
+        output.check_numbers({"steps": p.settle_steps + p.steps})
+        table = output.table(COLUMNS)
+        sides = "beyond a side or fell through the glued layer", "the ends were taken away"
+        check_grains(p, output, table, *sides)
+        check_decided(p, output.number("mean_height_m"), table)
+        left, right = slope_angles(p, table["height_m"][-1])
+        over_time = mean_angles(p, table)
+        work = p.grains * p.settle_steps + p.every * table["remaining"].sum()
+        return {
+            "angle_deg": 0.5 * (left + right),
+            "left_angle_deg": left,
+            "right_angle_deg": right,
+            "angle_change_deg": over_time[-1] - over_time[3 * len(over_time) // 4],
+            "remaining_ratio": table["remaining"][-1] / p.grains,
+            **self._energies(p, output, table),
+            TIME.name: 1e6 * output.seconds / work,
+        }
+
+    def _energies(self, p: Heap, output: Output, table: Table) -> dict[str, float]:
+        energy = np.concatenate(
+            [[output.number("released_J")], table["kinetic_J"] + table["potential_J"]]
+        )
+        fall = 2.0 * p.radius * p.grain.mass * p.gravity
+        above = p.weight * output.number("mean_height_m")
+        remaining = max(table["remaining"][-1], 1.0)
+        return {
+            "heap_energy_rise_ratio": largest_gain(energy) / above,
+            "filling_kinetic_ratio": output.number("bed_kinetic_J") / (p.grains * fall),
+            "heap_kinetic_ratio": table["kinetic_J"][-1] / (remaining * fall),
+        }
+
+    def columns(self, parameters: Heap, output: Output) -> Mapping[str, Floats]:
+        """Return the profile at the end [m], and the angle [deg] over time [s].
+
+        Without the columns at the ends, whose lower part is the sill.
+        """
+        p, table = parameters, output.table(COLUMNS)
+        height = 2.0 * table["height_m"][-1]
+        columns = len(height)
+        x = p.span * ((np.arange(columns) + 0.5) / columns - 0.5)
+        over = columns_over_sill(p, columns)
+        return {
+            "distance_m": x[over:-over],
+            "height_m": height[over:-over],
+            "time_s": table["time_s"],
+            "angle_deg": mean_angles(p, table),
+        }
+
+    def cut(self, parameters: Heap, output: Output) -> Discs:
+        """Return the trough along its middle."""
+        p = parameters
+        middle, floor = p.width * p.radius, ([0.0, p.span], [0.0, 0.0])
+        return plane_section(self.title, output, p.settle_steps, p.step_size, middle, [floor])
+
+    def own_checks_of(self, setup: Setup[Heap]) -> Iterable[Check]:
+        """Return energy gained and bed at rest, of the worst seed, and the heap of the median seed.
+
+        A grain that still rolls in a heap is no fault of a code, most heaps that do not rest are.
+        """
+        p = setup.runs[0]
+        above = p.weight * 0.5 * p.layers * p.pitch
+        yield self.gain_check(
+            setup, "heap_energy_rise_ratio", p.tangential_share,
+            lambda _: p.largest_elastic_energy / above,
+        )  # fmt: skip
+        yield self.check(
+            setup, "filling_kinetic_ratio", lambda s: s.worst("filling_kinetic_ratio"),
+            tolerance=BED_AT_REST,
+        )  # fmt: skip
+        yield self.check(
+            setup, "heap_kinetic_ratio",
+            lambda s: float(np.median(s.values("heap_kinetic_ratio"))), tolerance=AT_REST,
+        )  # fmt: skip
+
+
+CASE = HeapCase()

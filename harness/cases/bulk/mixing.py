@@ -1,0 +1,78 @@
+"""Mixing index, angle of a surface and contacts of grains, by their places."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+
+class Contacts(NamedTuple):
+    """Pairs of grains that touch, by their numbers, and their overlaps [m], (K,) each."""
+
+    i: Indices
+    j: Indices
+    overlap: Floats
+
+
+def lacey_index(cells: Indices, chosen: NDArray[np.bool_]) -> float:
+    """Return Lacey's mixing index [-]: 0 for kinds that are apart, 1 for a random mixture.
+
+    ``cells`` (N,) is the number of the cell of each grain, ``chosen`` (N,) whether it is of one
+    kind. With n_i grains in a cell, p_i of them chosen, and p of all, the variance is
+    S = sum n_i (p_i - p)^2 / N: p (1 - p) for kinds that are apart, and p (1 - p) (K - 1)/(N - 1)
+    in K cells of a random mixture. The index is the share of the way from the one to the other:
+    Lacey, J. Appl. Chem. 4, 257 (1954), for cells of any content. NaN where all grains are of one
+    kind, or each is in a cell of its own.
+    """
+    _, place = np.unique(cells, return_inverse=True)
+    content = np.bincount(place).astype(np.float64)
+    share = np.bincount(place, weights=chosen) / content
+    total, p = len(cells), float(np.mean(chosen))
+    apart = p * (1.0 - p)
+    at_random = apart * (len(content) - 1) / (total - 1)
+    if apart == 0.0 or len(content) == total:
+        return math.nan
+    variance = float((content * (share - p) ** 2).sum() / total)
+    return (apart - variance) / (apart - at_random)
+
+
+def cells_of(x: Floats, z: Floats, edge: float) -> Indices:
+    """Return the number of the square cell, of an edge [m], of each grain, (N,)."""
+    column, row = (np.floor(axis / edge).astype(np.int64) for axis in (x, z))
+    return np.asarray(column * 100_003 + row)
+
+
+def touching(places: Floats, radius: Floats) -> Contacts:
+    """Return the pairs that touch, each once, of grains at places (N, 3) with radii (N,) [m]."""
+    from scipy.spatial import KDTree  # slow to load
+
+    i, j = KDTree(places).query_pairs(2.0 * radius.max(), output_type="ndarray").T
+    overlap = radius[i] + radius[j] - np.linalg.norm(places[i] - places[j], axis=1)
+    touch = overlap > 0.0
+    return Contacts(i[touch], j[touch], overlap[touch])
+
+
+def surface_angle(x: Floats, z: Floats, radius: Floats, half_width: float, step: float) -> float:
+    """Return the angle of the surface [deg], positive where it falls along +x.
+
+    By a straight line through the highest points of the grains (N,) in columns of width ``step``
+    between -``half_width`` and ``half_width`` [m]. NaN where fewer than three columns hold grains.
+    """
+    number = round(2.0 * half_width / step)
+    edges = np.linspace(-half_width, half_width, number + 1)
+    column = np.digitize(x, edges) - 1
+    inside = (column >= 0) & (column < number)
+    top = np.full(number, -np.inf)
+    np.maximum.at(top, column[inside], (z + radius)[inside])
+    middle = 0.5 * (edges[1:] + edges[:-1])
+    filled = np.isfinite(top)
+    if filled.sum() < 3:
+        return math.nan
+    slope = np.polyfit(middle[filled], top[filled], 1)[0]
+    return -math.degrees(math.atan(slope))

@@ -1,0 +1,433 @@
+"""A steel sphere falls on a bed of small spheres: depth, deceleration, energy.
+
+The process of Dosta and others, Comput. Phys. Commun. 296, 109066 (2024), two materials and each
+pair stated. Beds of other seeds part, so means over seeds are compared, not motions.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+
+import numpy as np
+from pydantic import Field
+
+from harness.cases.base import Check, Level, Quantity, Value
+from harness.cases.bulk.base import TIME, BulkCase, Sample, Setup
+from harness.cases.bulk.beds import (
+    PUBLISHED,
+    BedOfOneKind,
+    Duration,
+    SettleTime,
+    Sphere,
+    SteelModulus,
+    StepSize,
+    YoungsModulus,
+    script_values,
+)
+from harness.cases.bulk.law import ALLOWED
+from harness.cases.bulk.mixing import Floats
+from harness.cases.bulk.places import PUBLISHED_BOX, Box, read_grains, write_grains
+from harness.cases.bulk.report import Curve, plane_section
+from harness.cases.bulk.series import check_rows
+from harness.engines.contract import Output, Template
+from harness.engines.contract import Value as ScriptValue
+from harness.engines.output import Table
+from harness.errors import (
+    CombinationError,
+    EngineLostAtomsError,
+    EngineOutputError,
+    Unsupported,
+)
+from harness.model.allowed import allowed_in
+from harness.report.content import Discs
+from harness.results.rows import Kind, Tolerance
+from harness.theory.bulk import GLASS_BEADS, friction_by_depth
+
+COLUMNS = ("time_s", "z_m", "vz_m_per_s", "kinetic_J", "potential_J")
+# [m] of the sphere over the published bed from its middle: two diameters of a grain apart
+OFFSETS = (0.0, 4e-3, -4e-3, 8e-3, -8e-3, 12e-3, -12e-3, 16e-3)
+TURNED = 0.04  # [s] in which the sphere turns back in the published bed, after some 30 ms
+FINAL = 0.1  # share of the time after the release over which the final height is averaged
+AT_REST = Tolerance(0.01, reason="a bed that moves gives the sphere 1 % of its own energy at most")
+
+
+class Penetration(BedOfOneKind):
+    """A bed that settles, and a steel sphere that falls on it. Walls are of steel."""
+
+    ROWS = 600
+
+    places: str = Field(
+        "",
+        description="[-] file of the grains' places, lines of radius x y z [m] from the middle of "
+        "the floor; published: that of Dosta and others; empty: a lattice that settles",
+    )
+    length: float = Field(
+        0.0, ge=0.0, le=10.0, description="[m] of the box along x; 0: that of the lattice"
+    )
+    width: float = Field(0.0, ge=0.0, le=10.0, description="[m] along y, likewise")
+    along: int = Field(12, ge=2, le=1000, description="[-] grains of the first lattice along x")
+    across: int = Field(10, ge=2, le=1000, description="[-] the same along y")
+    layers: int = Field(9, ge=1, le=1000, description="[-] the same along z")
+    youngs_modulus: YoungsModulus = 1e7
+    steel_radius: float = Field(4e-3, gt=0.0, description="[m] of the sphere")
+    steel_density: float = Field(7200.0, gt=0.0, description="[kg/m3] of the sphere")
+    steel_youngs_modulus: SteelModulus = 2.1e9
+    start_height: float = Field(0.026, gt=0.0, description="[m] of the sphere above the floor")
+    offset: float = Field(0.0, description="[m] of the sphere from the middle of the box along x")
+    speed: float = Field(0.3, gt=0.0, le=100.0, description="[m/s] of the sphere, downward")
+    settle_time: SettleTime = 0.12
+    duration: Duration = 0.1
+    step_size: StepSize = 5e-6
+
+    def _check_system(self) -> None:
+        if self.places and not (self.length and self.width):
+            raise ValueError(
+                f"length = {self.length:g} m, width = {self.width:g} m: must be those of the box "
+                "of places"
+            )
+        if not self.places and (self.length or self.width):
+            raise ValueError(
+                f"length = {self.length:g} m, width = {self.width:g} m: must be 0 without places, "
+                "the box is as wide as the lattice"
+            )
+        if not self.places:
+            check_start(self)
+        self._check_sphere()
+
+    def _check_sphere(self) -> None:
+        most = 0.5 * min(self.box.length, self.box.width)
+        if self.steel_radius > most:
+            raise ValueError(
+                f"steel_radius = {self.steel_radius:g} m: must be at most {most:.4g}, half "
+                "the width of the box"
+            )
+        most = 0.5 * self.box.length - self.steel_radius
+        if abs(self.offset) > most:
+            raise ValueError(
+                f"offset = {self.offset:g} m: the sphere is in a wall; must be within {most:.4g}"
+            )
+
+    @property
+    def box(self) -> Box:
+        """Return floor and walls."""
+        if self.places == PUBLISHED:
+            return Box(self.length, self.width, PUBLISHED_BOX.middle, PUBLISHED_BOX.floor)
+        if self.places:
+            return Box(self.length, self.width, (0.0, 0.0), 0.0)
+        size = self.along * self.pitch, self.across * self.pitch
+        return Box(*size, (0.5 * size[0], 0.5 * size[1]), 0.0)
+
+    @property
+    def bed(self) -> Floats:
+        """Return the places of a file (N, 3) [m]; raise RequestError for a bad one."""
+        return read_grains(self.places, (("radius", self.radius),), self.box)[:, 1:]
+
+    @property
+    def bed_top(self) -> float:
+        """Return the height of the bed at the start [m]."""
+        if self.places:
+            return float(self.bed[:, 2].max()) + self.radius
+        return self.layers * self.pitch
+
+    @property
+    def grains(self) -> int:
+        """Return the number of grains."""
+        return len(self.bed) if self.places else self.along * self.across * self.layers
+
+    @property
+    def steel(self) -> Sphere:
+        """Return the sphere."""
+        young = self.steel_youngs_modulus
+        return Sphere(self.steel_radius, self.steel_density, young, self.poisson_ratio)
+
+    @property
+    def longest_step(self) -> float:
+        """Return the longest step [s] by Rayleigh waves and by the shortest impact.
+
+        That of a grain on a fixed wall of steel at the sphere's speed: between grains it is longer.
+        """
+        speed = math.hypot(self.speed, math.sqrt(2.0 * self.gravity * self.start_height))
+        impact = self.grain.impact_step(self.steel_youngs_modulus, speed)
+        return min(self.grain.rayleigh_step, self.steel.rayleigh_step, impact)
+
+    @property
+    def impact_energy(self) -> float:
+        """Return the kinetic energy of the sphere at its release [J]."""
+        return 0.5 * self.steel.mass * self.speed**2
+
+    @property
+    def floor_area(self) -> float:
+        """Return the area of the floor [m2]."""
+        return self.box.length * self.box.width
+
+    @property
+    def largest_elastic_energy(self) -> float:
+        """Return a bound of the elastic energy of the bed at rest [J]."""
+        column = self.layers * 1.0
+        if self.places:
+            column = self.grains * (2.0 * self.radius) ** 2 / self.floor_area
+        return self.elastic_bound(column * self.grain.mass * self.gravity)
+
+
+def check_start(p: Penetration) -> None:
+    """Raise CombinationError where the sphere starts within the bed; reads the file of places."""
+    lowest = p.bed_top + p.steel_radius
+    if p.start_height < lowest:
+        raise CombinationError(
+            f"start_height = {p.start_height:g} m: the sphere overlaps the grains at the "
+            f"start; must be at least {lowest:.4g}"
+        )
+
+
+def values_of(p: Penetration) -> dict[str, ScriptValue]:
+    """Return the values of a script; places are in a file that is named by its content."""
+    box: dict[str, ScriptValue] = {
+        "bed": "lattice",
+        "places": "none",
+        "length": p.box.length,
+        "width": p.box.width,
+    }
+    if p.places:
+        check_start(p)
+        rim, top = 4.0 * p.radius, p.bed_top + 2.0 * (p.start_height + p.steel_radius)
+        ends = (-rim, p.box.length + rim), (-rim, p.box.width + rim), (-rim, top)
+        box |= {"bed": "file", "places": str(write_grains([(p.bed, p.grain)], ends))}
+    return {**script_values(p), **box}
+
+
+def height_quantities(p: Penetration, table: Table, released: float) -> dict[str, float]:
+    """Return the quantities of a series; ``released`` is kinetic and potential energy [J] at first.
+
+    Decelerations are means over the time between two rows of the series.
+    """
+    after = table["time_s"] > 0.0  # some codes also leave a row of the release itself
+    t, z, v, kinetic, potential = (table[name][after] for name in COLUMNS)
+    energy = kinetic + potential
+    lowest, fastest = int(np.argmin(z)), int(np.argmin(v))
+    slow = v[fastest:] > 0.1 * v[fastest]
+    if not slow.any():
+        raise EngineOutputError(
+            f"duration = {p.duration:g} s: the sphere still falls at a tenth of its largest speed"
+        )
+    last = t >= t[-1] - FINAL * (t[-1] - t[0])
+    return {
+        "final_height_m": float(z[last].mean()),
+        "lowest_height_m": float(z[lowest]),
+        "slowed_time_s": float(t[fastest:][slow][0]),
+        "peak_deceleration_m_per_s2": float((np.diff(v) / np.diff(t)).max()),
+        "rebound_speed_m_per_s": float(max(0.0, v[lowest:].max())),
+        "energy_gain_ratio": float(max(0.0, (energy - released).max()) / p.impact_energy),
+        "dissipated_ratio": float((released - energy[-1]) / p.impact_energy),
+    }
+
+
+class PenetrationCase(BulkCase[Penetration]):
+    """A steel sphere falls on a bed of small spheres: depth, deceleration, energy."""
+
+    name = "penetration"
+    summary = "A steel sphere falls on a bed of small spheres: depth, deceleration, energy."
+    parameters = Penetration
+    template = Template(
+        "penetration",
+        {"": values_of(Penetration())},
+        allowed=allowed_in(Penetration) | ALLOWED,
+    )
+    quantities = (
+        Quantity("final_height_m", "m", "of the sphere's centre above the floor, mean over the "
+                 "last tenth of the time", 0.01),
+        Quantity("lowest_height_m", "m", "of the sphere's centre above the floor", 0.01),
+        Quantity("final_depth_m", "m", "of the sphere's lowest point below the surface of the bed, "
+                 "twice the mean height of the grains before the impact", 0.01),
+        Quantity("largest_depth_m", "m", "the same of the sphere at its lowest", 0.01),
+        Quantity("friction_by_depth", "1", "tangent of the angle of repose of grains that the "
+                 "sphere enters so deep, by the law of Uehara and others (2003)", 0.5),
+        Quantity("slowed_time_s", "s", "from the release until the sphere falls at a tenth of its "
+                 "largest speed", 0.05),
+        Quantity("peak_deceleration_m_per_s2", "m/s2", "largest, mean over the time between two "
+                 "rows of the series", 100.0),
+        Quantity("rebound_speed_m_per_s", "m/s", "largest upward speed of the sphere after its "
+                 "lowest height; 0: none", 0.01),
+        Quantity("energy_gain_ratio", "1", "largest gain of kinetic and potential energy, over the "
+                 "sphere's kinetic energy at the release"),
+        Quantity("dissipated_ratio", "1", "loss of kinetic and potential energy until the end, "
+                 "over the same"),
+        Quantity("elastic_ratio", "1", "elastic energy of the normal springs of the bed before the "
+                 "release, over the kinetic energy of the sphere", 0.1),
+        Quantity("end_elastic_ratio", "1", "elastic energy of the normal springs at the end, over "
+                 "the kinetic energy of the sphere", 0.1),
+        Quantity("balance_ratio", "1", "loss of kinetic, potential and elastic energy until the "
+                 "end, over the kinetic energy of the sphere: lost to dashpots and friction"),
+        Quantity("bed_solid_fraction", "1", "of the bed at rest, up to its level surface", 0.5),
+        Quantity("bed_coordination", "1", "contacts of a grain in the bed at rest", 5.0),
+        Quantity("bed_kinetic_ratio", "1", "kinetic energy of the bed before the release, over "
+                 "that of the sphere", 1e-3),
+        TIME,
+    )  # fmt: skip
+    presets = {  # noqa: RUF012
+        "small": Penetration(),
+        PUBLISHED: Penetration(
+            places=PUBLISHED, length=PUBLISHED_BOX.length, width=PUBLISHED_BOX.width,
+            youngs_modulus=1e9, steel_radius=0.01, steel_youngs_modulus=2.1e11,
+            start_height=0.06 - PUBLISHED_BOX.floor, speed=5.0, settle_time=0.0, step_size=5e-7,
+        ),
+    }  # fmt: skip
+    sources = {  # noqa: RUF012
+        "small": "Dosta and others 2024 (moduli a hundred times smaller, smaller box and sphere)",
+        PUBLISHED: "Dosta and others 2024, the bed of 25,000",
+    }
+    seeds = {"quick": 4, "default": 28, "full": 48}  # noqa: RUF012
+    compared = ("final_depth_m", "bed_solid_fraction", "bed_coordination")
+    curves = tuple(
+        Curve(name, title, "time_s", "time after the release (ms)", column, label, (1e3, scale))
+        for name, title, column, label, scale in (
+            ("heights", "Height of the sphere over time", "height_m",
+             "height of the sphere's centre (mm)", 1e3),
+            ("velocities", "Velocity of the sphere over time", "velocity_m_per_s",
+             "velocity of the sphere, upward (m/s)", 1.0),
+            ("decelerations", "Deceleration of the sphere over time", "deceleration_m_per_s2",
+             "deceleration of the sphere (m/s2)", 1.0),
+        )
+    )  # fmt: skip
+    title = "A sphere falls on a bed"
+    text = (
+        "A steel sphere is released above a bed of grains at rest: one of the three bulk processes "
+        "of Dosta and others (2024). Softening by a hundred changes its depth: the small bed is a "
+        "system of its own. Grains start at the same places in each code."
+    )
+
+    def setups(self) -> Sequence[Setup[Penetration]]:
+        """Return the soft bed over seeds, and the published one over places beyond level quick.
+
+        At level default until the sphere has turned back, and one place as long as published; at
+        full all places so long.
+        """
+        whole = self.presets[PUBLISHED]
+        title = f"{self.title}: {PUBLISHED}"
+
+        def published(words: str, p: Penetration, count: int, **more: str) -> Setup[Penetration]:
+            runs = tuple(p.replace(offset=x) for x in OFFSETS[:count])
+            depths = ("largest_depth_m", "slowed_time_s") if count > 1 else ()
+            level: Level = "full" if count > 4 else "default"
+            return Setup(f"{PUBLISHED}, {words}", f"{title}{more.get('of', '')}", runs, level,
+                         depths, "full")  # fmt: skip
+
+        return (
+            *super().setups(),
+            published("4 places, 40 ms", whole.replace(duration=TURNED), 4),
+            published("1 place, 100 ms", whole, 1, of=", its whole time"),
+            published("8 places, 100 ms", whole, 8),
+        )
+
+    def values(self, parameters: Penetration) -> Mapping[str, ScriptValue]:
+        """Return the values of the script of an impact."""
+        return values_of(parameters)
+
+    def measure(self, parameters: Penetration, output: Output) -> Mapping[str, float]:
+        """Return depth, deceleration, energies, state of the bed.
+
+        Raise EngineLostAtomsError for a particle beyond a wall.
+        """
+        p = parameters
+        output.check_numbers({"grains": p.grains, "steps": p.settle_steps + p.steps})
+        if output.number("outside") != 0.0:
+            raise EngineLostAtomsError(
+                f"{output.who}: a particle passed a wall at step_size = {p.step_size:g} s, "
+                f"youngs_modulus = {p.youngs_modulus:g} Pa"
+            )
+        moving = output.number("bed_kinetic_J")
+        released = moving + output.number("release_potential_J") + p.impact_energy
+        table = output.table(COLUMNS)
+        check_rows(table["time_s"], p.steps * p.step_size, output.who)
+        heights = height_quantities(p, table, released)
+        return {
+            **heights,
+            **self._elastic(p, output, heights["dissipated_ratio"]),
+            **self._depths(p, output, heights),
+            "bed_coordination": output.number("coordination"),
+            "bed_kinetic_ratio": moving / p.impact_energy,
+            TIME.name: 1e6 * output.seconds / (p.grains * (p.settle_steps + p.steps)),
+        }
+
+    def _elastic(self, p: Penetration, output: Output, dissipated: float) -> dict[str, float]:
+        """Return the energies of the normal springs, of a code that leaves them."""
+        elastic = {
+            f"{name[:-2]}_ratio": output.number(name) / p.impact_energy
+            for name in ("elastic_J", "end_elastic_J")
+            if output.has(name)
+        }
+        if len(elastic) == 2:
+            change = elastic["elastic_ratio"] - elastic["end_elastic_ratio"]
+            elastic["balance_ratio"] = dissipated + change
+        return elastic
+
+    def _depths(
+        self, p: Penetration, output: Output, heights: Mapping[str, float]
+    ) -> dict[str, float]:
+        surface = 2.0 * output.number("mean_height_m")
+        solid = p.grains * p.grain.volume / (p.floor_area * surface)
+        depth = surface + p.steel_radius - heights["final_height_m"]
+        fall = p.start_height - p.steel_radius - surface + 0.5 * p.speed**2 / p.gravity
+        ratio = p.steel_density / (p.density * solid)
+        mu = math.nan
+        if depth > 0.0:
+            mu = friction_by_depth(depth, fall, 2.0 * p.steel_radius, ratio)
+        return {
+            "final_depth_m": depth,
+            "largest_depth_m": surface + p.steel_radius - heights["lowest_height_m"],
+            "friction_by_depth": mu,
+            "bed_solid_fraction": solid,
+        }
+
+    def columns(self, parameters: Penetration, output: Output) -> Mapping[str, Floats]:
+        """Return height [m], velocity [m/s] and deceleration [m/s2] of the sphere over time [s].
+
+        A deceleration is the mean over the time from the row before to the row after.
+        """
+        table = output.table(COLUMNS)
+        t, z, v = (table[name] for name in COLUMNS[:3])
+        return {
+            "time_s": t,
+            "height_m": z,
+            "velocity_m_per_s": v,
+            "deceleration_m_per_s2": np.gradient(v, t),
+        }
+
+    def cut(self, parameters: Penetration, output: Output) -> Discs:
+        """Return the box through the sphere."""
+        p = parameters
+        top = p.start_height + 2.0 * p.steel_radius
+        walls = [([0.0, 0.0, p.box.length, p.box.length], [top, 0.0, 0.0, top])]
+        middle = 0.5 * p.box.width
+        return plane_section(self.title, output, p.settle_steps, p.step_size, middle, walls)
+
+    def own_checks_of(self, setup: Setup[Penetration]) -> Iterable[Check]:
+        """Return energy gained and bed at rest, of the worst seed; the known depth as a finding."""
+        p = setup.runs[0]
+        yield self.gain_check(
+            setup, "energy_gain_ratio", p.tangential_share,
+            lambda _: p.largest_elastic_energy / p.impact_energy, "elastic_ratio",
+        )  # fmt: skip
+        yield self.check(
+            setup, "bed_kinetic_ratio", lambda s: s.worst("bed_kinetic_ratio"), tolerance=AT_REST
+        )
+        yield self.check(
+            setup, "friction_by_depth", lambda s: known_depth(s, p), GLASS_BEADS,
+            kind=Kind.FINDING, note="tangent of the angle of repose by the depth, "
+            "0.14/mu (rho_s/rho_b)^(1/2) D^(2/3) H^(1/3) (Uehara and others 2003); 0.45 is that of "
+            "glass beads",
+        )  # fmt: skip
+
+
+def known_depth(sample: Sample, p: Penetration) -> Value:
+    """Return the friction by depth [-]; raise Unsupported where the floor ends the fall."""
+    above_floor = sample.mean("lowest_height_m") - p.steel_radius
+    if above_floor < 2.0 * p.radius:
+        raise Unsupported(
+            f"the floor ends the fall: the sphere stops {1e3 * above_floor:.2g} mm above it, less "
+            f"than a grain's diameter of {2e3 * p.radius:g} mm"
+        )
+    return Value(sample.mean("friction_by_depth"))
+
+
+CASE = PenetrationCase()

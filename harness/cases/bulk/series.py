@@ -1,0 +1,48 @@
+"""What the series of a bulk run must hold: all rows and all grains; and the energy gained in it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from harness.cases.bulk.beds import BedOfOneKind
+from harness.cases.bulk.mixing import Floats
+from harness.engines.output import Output, Table
+from harness.errors import EngineLostAtomsError, EngineOutputError
+
+LONGEST_GAP = 1.5  # [shortest interval between two rows] as some codes are a step late
+
+
+def check_rows(times: Floats, end: float, who: str) -> None:
+    """Raise EngineOutputError where rows are missing from ``times`` (M,), 0 to ``end``."""
+    gaps = np.diff(times, prepend=min(0.0, times[0]), append=max(end, times[-1]))
+    inner = gaps[1:-1]
+    if not inner.size or gaps.max() > LONGEST_GAP * inner.min():
+        place = int(gaps.argmax())
+        start = times[place - 1] if place else 0.0
+        raise EngineOutputError(
+            f"{who} left a series that lacks rows: none for {gaps[place]:.4g} after {start:.4g}"
+        )
+
+
+def check_grains(
+    p: BedOfOneKind, output: Output, table: Table, beyond: str, event: str, why: str = ""
+) -> None:
+    """Raise EngineLostAtomsError for a grain that is ``beyond`` the walls, for the reason ``why``.
+
+    The output has the number within the walls at the ``event`` that disturbs the bed, the series
+    the number beyond them later.
+    """
+    within = output.number("grains")
+    times = [0.0] if within < p.grains else table["time_s"][table["astray"] != 0.0]
+    if len(times):
+        raise EngineLostAtomsError(
+            f"{output.who}: a grain is {beyond} {times[0]:.3g} s after {event}: {why}step_size = "
+            f"{p.step_size:g} s is too long, youngs_modulus = {p.youngs_modulus:g} Pa too small"
+        )
+    if within > p.grains:
+        raise EngineOutputError(f"{output.who} began with {within:.0f} grains of {p.grains}")
+
+
+def largest_gain(energy: Floats) -> float:
+    """Return the largest rise of an energy above what it was before."""
+    return float((energy - np.minimum.accumulate(energy)).max())

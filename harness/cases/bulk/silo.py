@@ -1,0 +1,360 @@
+"""A silo with a hopper runs empty: discharge rate, loads at rest, energy.
+
+The process of Dosta and others, Comput. Phys. Commun. 296, 109066 (2024), smaller and softer. Its
+rate is compared with Beverloo's law, the load of the bed at rest with Janssen's.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+
+import numpy as np
+from pydantic import Field
+
+from harness.cases.base import Check, Quantity, Value
+from harness.cases.bulk.base import TIME, BulkCase, Sample, Setup
+from harness.cases.bulk.beds import (
+    PUBLISHED,
+    BedOfOneKind,
+    Radius,
+    SteelModulus,
+    StepSize,
+    YoungsModulus,
+    script_values,
+)
+from harness.cases.bulk.law import ALLOWED
+from harness.cases.bulk.mixing import Floats
+from harness.cases.bulk.report import Curve, plane_section
+from harness.cases.bulk.series import check_grains, check_rows, largest_gain
+from harness.engines.contract import Output, Template
+from harness.engines.contract import Value as ScriptValue
+from harness.engines.output import Table
+from harness.errors import EngineUndecidedError
+from harness.model.allowed import allowed_in
+from harness.report.content import Discs
+from harness.results.rows import Kind, Tolerance
+from harness.theory.bulk import BEVERLOO_FACTOR, BEVERLOO_MARGIN, beverloo_scale, janssen_share
+
+COLUMNS = ("time_s", "remaining", "astray", "kinetic_J", "potential_J")
+# shares of the grains that have left between which the discharge is steady: after its beginning,
+# and while the bed is higher than the cone
+STEADY = 0.1, 0.6
+STRESS_RATIO = 0.5  # K of Janssen's formula; 1 - sin phi (Jaky) for an angle of 30 deg
+AT_REST = Tolerance(0.01, reason="a bed that moves adds 1 % to the energy of the flow at most")
+
+
+class Silo(BedOfOneKind):
+    """A cylinder on a cone, of steel, filled with grains; its orifice is opened."""
+
+    ROWS = 500
+    LEAVING = True
+
+    radius: Radius = 2e-3
+    youngs_modulus: YoungsModulus = 1e6
+    steel_youngs_modulus: SteelModulus = 2.1e8
+    silo_radius: float = Field(0.024, gt=0.0, le=10.0, description="[m] of the cylinder")
+    orifice_radius: float = Field(0.012, gt=0.0, le=10.0, description="[m] of the orifice")
+    cone_height: float = Field(0.012, gt=0.0, le=10.0, description="[m] from orifice to cylinder")
+    step_size: StepSize = 4e-5
+
+    def _check_system(self) -> None:
+        if self.orifice_radius >= self.silo_radius:
+            raise ValueError(
+                f"orifice_radius = {self.orifice_radius:g} m: must be less than silo_radius = "
+                f"{self.silo_radius:g} m"
+            )
+        if self.in_layer == 0:
+            raise ValueError(
+                f"silo_radius = {self.silo_radius:g} m: no grain of radius = {self.radius:g} m "
+                "finds room; must be some diameters"
+            )
+
+    @property
+    def in_layer(self) -> int:
+        """Return the sites of a layer: (i + 1/2, j + 1/2) pitches with room for a grain."""
+        reach = self.silo_radius - self.radius * (1.0 + math.sqrt(2.0) * self.scatter)
+        most = max(0, math.ceil(reach / self.pitch))
+        x = self.pitch * (np.arange(-most, most) + 0.5)
+        return int((x[:, None] ** 2 + x**2 <= reach**2).sum()) if reach > 0.0 else 0
+
+    @property
+    def grains(self) -> int:
+        """Return the number of grains."""
+        return self.layers * self.in_layer
+
+    @property
+    def weight(self) -> float:
+        """Return the weight of all grains [N]."""
+        return self.grains * self.grain.mass * self.gravity
+
+    @property
+    def longest_step(self) -> float:
+        """Return the longest step [s] by Rayleigh waves and by the impact of the highest grain."""
+        fall = self.layers * self.pitch + self.cone_height
+        speed = math.sqrt(2.0 * self.gravity * fall)
+        impact = self.grain.impact_step(self.steel_youngs_modulus, speed)
+        return min(self.grain.rayleigh_step, impact)
+
+    def volume(self, height: float) -> float:
+        """Return the volume within the walls up to a height over the orifice [m3]."""
+        return self._moment(height, 0)
+
+    def surface(self, mean_height: float) -> float:
+        """Return the height of a level bed over the orifice [m] whose grains have a mean height."""
+        from scipy.optimize import brentq
+
+        def off(height: float) -> float:
+            return self._moment(height, 1) / self._moment(height, 0) - mean_height
+
+        return float(brentq(off, 1e-3 * mean_height, 10.0 * mean_height + self.cone_height))
+
+    def _moment(self, height: float, power: int) -> float:
+        """Return the integral of z^power over the volume within the walls up to a height."""
+        low = min(height, self.cone_height)
+        slope = (self.silo_radius - self.orifice_radius) / self.cone_height
+        radius = np.polynomial.Polynomial([self.orifice_radius, slope])
+        z = np.polynomial.Polynomial([0.0, 1.0]) ** power
+        cone = (radius**2 * z).integ()(low)
+        shaft = z.integ()(height) - z.integ()(low)
+        return math.pi * float(cone + self.silo_radius**2 * shaft)
+
+    @property
+    def largest_elastic_energy(self) -> float:
+        """Return a bound of the elastic energy of the bed at rest [J]."""
+        column = self.weight * (2.0 * self.radius) ** 2 / (math.pi * self.silo_radius**2)
+        return self.elastic_bound(column)
+
+
+def discharge(p: Silo, table: Table) -> dict[str, float]:
+    """Return rate and times of a series.
+
+    The rate is the slope of a straight line through the number that remains, while the share that
+    has left is between 10 % and 60 %. Raise EngineUndecidedError where grains stay.
+    """
+    after = table["time_s"] > 0.0
+    t, remaining = (table[name][after] for name in ("time_s", "remaining"))
+    gone = 1.0 - remaining / p.grains
+    _check_empty(p, t, remaining, float(gone[-1]))
+    steady = (gone >= STEADY[0]) & (gone <= STEADY[1])
+    slope = np.polyfit(t[steady], remaining[steady], 1)[0]
+    return {
+        "discharge_rate_per_s": float(-slope),
+        "discharge_rate_kg_per_s": float(-slope) * p.grain.mass,
+        "half_time_s": float(t[gone >= 0.5][0]),
+        "passed_ratio": float(gone[-1]),
+    }
+
+
+def _check_empty(p: Silo, t: Floats, remaining: Floats, gone: float) -> None:
+    if gone >= STEADY[1]:
+        return
+    left, stopped = (
+        f"{remaining[-1]:.0f} grains of {p.grains} remain",
+        t[remaining == remaining[-1]][0],
+    )
+    if t[-1] - stopped < 0.1 * p.duration:
+        why = f"{left} and still run out at the end; duration = {p.duration:g} s is too short"
+    else:
+        why = (
+            f"arching: {left}, none has left since {stopped:.3g} s; orifice_radius = "
+            f"{p.orifice_radius:g} m is {p.orifice_radius / p.radius:.3g} radii of a grain"
+        )
+    raise EngineUndecidedError(f"undecided: {why}", {})
+
+
+def arching(sample: Sample) -> Value:
+    """Return the share of runs without a rate, with its 95 % interval (Wilson)."""
+    from scipy.stats import binomtest
+
+    arched, runs = len(sample.undecided), len(sample.undecided) + len(sample.rows)
+    share = binomtest(arched, runs).proportion_ci(0.95, method="wilson")
+    ratio = arched / runs
+    note = f"{arched} of {runs} seeds; 95 % interval {share.low:.3f} to {share.high:.3f}"
+    return Value(ratio, float(max(share.high - ratio, ratio - share.low)), note)
+
+
+class SiloCase(BulkCase[Silo]):
+    """A silo with a hopper runs empty: discharge rate, loads at rest, energy."""
+
+    name = "silo"
+    summary = "A silo with a hopper runs empty: discharge rate, loads at rest, energy."
+    parameters = Silo
+    template = Template("silo", {"": script_values(Silo())}, allowed=allowed_in(Silo) | ALLOWED)
+    quantities = (
+        Quantity("discharge_rate_per_s", "1/s", "grains that leave: slope of a line through the "
+                 "number that remains, while 10 % to 60 % have left", 1e3),
+        Quantity("discharge_rate_kg_per_s", "kg/s", "the same times the mass of a grain", 0.1),
+        Quantity("beverloo_factor", "1", "C of Beverloo's law W = C rho_b sqrt(g) (D - k d)^(5/2) "
+                 "with k = 1.5; about 0.58 is expected of wide silos", 0.5),
+        Quantity("half_time_s", "s", "from the opening until half of the grains have left", 0.3),
+        Quantity("passed_ratio", "1", "share of the grains that have left at the end"),
+        Quantity("energy_rise_ratio", "1", "largest rise of kinetic and potential energy over what "
+                 "it was before, over the potential energy of the bed above the orifice", 1e-6),
+        Quantity("elastic_ratio", "1", "elastic energy of the normal springs of the bed before the "
+                 "opening, over the potential energy of the bed above the orifice", 1e-3),
+        Quantity("bed_kinetic_ratio", "1", "kinetic energy of the bed before the opening, over "
+                 "that of the flow", 1e-3),
+        Quantity("bed_height_m", "m", "of a level bed over the orifice whose grains have the same "
+                 "mean height", 0.03),
+        Quantity("bed_solid_fraction", "1", "of the bed at rest, up to its level surface", 0.5),
+        Quantity("bed_coordination", "1", "contacts of a grain in the bed at rest", 5.0),
+        Quantity("shaft_load_ratio", "1", "upward force of the cylinder's wall on the bed before "
+                 "the opening, over its weight", 0.1),
+        Quantity("walls_load_ratio", "1", "upward force of cylinder, cone and floor, over the "
+                 "weight"),
+        Quantity("janssen_load_ratio", "1", "the cylinder's share by Janssen's formula, wall "
+                 "friction fully mobilised and K = 0.5: the most that is expected", 0.1),
+        TIME,
+    )  # fmt: skip
+    presets = {  # noqa: RUF012
+        "small": Silo(),
+        PUBLISHED: Silo(
+            layers=78, youngs_modulus=1e9, steel_youngs_modulus=2.1e11, silo_radius=0.1,
+            orifice_radius=0.02, cone_height=0.08, settle_time=0.5, duration=5.0, step_size=1.5e-6,
+        ),
+        f"{PUBLISHED}-wide": Silo(
+            layers=78, youngs_modulus=1e9, steel_youngs_modulus=2.1e11, silo_radius=0.1,
+            orifice_radius=0.03, cone_height=0.07, settle_time=0.5, duration=5.0, step_size=1.5e-6,
+        ),
+    }  # fmt: skip
+    sources = {  # noqa: RUF012
+        "small": "Dosta and others 2024 (moduli a thousand times smaller, a quarter of the size)",
+        **dict.fromkeys(
+            (PUBLISHED, f"{PUBLISHED}-wide"),
+            "Dosta and others 2024, filled from a lattice: their places are not public",
+        ),
+    }
+    seeds = {"quick": 4, "default": 16, "full": 24}  # noqa: RUF012
+    compared = ("discharge_rate_per_s", "bed_solid_fraction", "bed_coordination")
+    curves = (
+        Curve("discharge", "Grains that remain over time", "time_s", "time after the opening (s)",
+              "remaining", "grains that remain"),
+    )  # fmt: skip
+    title = "A silo runs empty"
+    text = (
+        "Grains settle in a cylinder on a cone of steel whose orifice is closed; it is opened, and "
+        "the number that remains is counted: one of the three bulk processes of Dosta and others "
+        "(2024). Grains start at the same places in each code."
+    )
+
+    def setups(self) -> Sequence[Setup[Silo]]:
+        """Return the small silo, and at level full both published ones from four seeds each."""
+        published = [
+            setup
+            for name, p in self.presets.items()
+            if name != "small"
+            for setup in self.seeded(f"{name}, ", f"{self.title}: {name}", p, {"full": 4})
+        ]
+        return (*super().setups(), *published)
+
+    def values(self, parameters: Silo) -> Mapping[str, ScriptValue]:
+        """Return the values of the script of a discharge."""
+        return script_values(parameters)
+
+    def measure(self, parameters: Silo, output: Output) -> Mapping[str, float]:
+        """Return rate, energies, state and loads of the bed.
+
+        Raise EngineLostAtomsError for a grain beyond a wall, EngineUndecidedError for an arch.
+        """
+        p = parameters
+        table = self._table(p, output)
+        flow = discharge(p, table)
+        surface = p.surface(output.number("mean_height_m"))
+        solid = p.grains * p.grain.volume / p.volume(surface)
+        scale = beverloo_scale(2.0 * p.orifice_radius, 2.0 * p.radius, p.density * solid, p.gravity)
+        work = p.grains * p.settle_steps + p.every * table["remaining"].sum()
+        return {
+            **flow,
+            "beverloo_factor": flow["discharge_rate_kg_per_s"] / scale if scale else math.nan,
+            **self._energies(p, output, table),
+            "bed_height_m": surface,
+            "bed_solid_fraction": solid,
+            "bed_coordination": output.number("coordination"),
+            **self._loads(p, output, surface),
+            TIME.name: 1e6 * output.seconds / work,
+        }
+
+    def _table(self, p: Silo, output: Output) -> Table:
+        output.check_numbers({"steps": p.settle_steps + p.steps})
+        table = output.table(COLUMNS)
+        check_rows(table["time_s"], p.steps * p.step_size, output.who)
+        walls = "beyond the walls", "the opening", "they leave a hole, or "
+        check_grains(p, output, table, *walls)
+        return table
+
+    def _energies(self, p: Silo, output: Output, table: Table) -> dict[str, float]:
+        energy = np.concatenate(
+            [[output.number("released_J")], table["kinetic_J"] + table["potential_J"]]
+        )
+        above = p.weight * output.number("mean_height_m")
+        elastic = (
+            {"elastic_ratio": output.number("elastic_J") / above} if output.has("elastic_J") else {}
+        )
+        steady = slice(*np.searchsorted(-table["remaining"], [-(1 - s) * p.grains for s in STEADY]))
+        flowing = table["kinetic_J"][steady].mean()
+        return {
+            "energy_rise_ratio": largest_gain(energy) / above,
+            **elastic,
+            "bed_kinetic_ratio": output.number("bed_kinetic_J") / flowing,
+        }
+
+    def _loads(self, p: Silo, output: Output, surface: float) -> dict[str, float]:
+        loads = [output.number(f"{wall}_N") / p.weight for wall in ("shaft", "cone", "floor")]
+        height = max(surface - p.cone_height, 0.0)
+        share = janssen_share(height, p.silo_radius, p.steel_friction, STRESS_RATIO)
+        in_cylinder = 1.0 - p.volume(p.cone_height) / p.volume(surface) if height else 0.0
+        return {
+            "shaft_load_ratio": loads[0],
+            "walls_load_ratio": sum(loads),
+            "janssen_load_ratio": share * in_cylinder,
+        }
+
+    def columns(self, parameters: Silo, output: Output) -> Mapping[str, Floats]:
+        """Return time [s] and the number that remains."""
+        table = output.table(COLUMNS)
+        return {name: table[name] for name in ("time_s", "remaining")}
+
+    def cut(self, parameters: Silo, output: Output) -> Discs:
+        """Return the silo through its axis."""
+        p = parameters
+        radii = (p.silo_radius, p.silo_radius, p.orifice_radius)
+        heights = (p.layers * p.pitch, 0.0, -p.cone_height)
+        walls = [([side * radius for radius in radii], heights) for side in (-1.0, 1.0)]
+        return plane_section(self.title, output, p.settle_steps, p.step_size, 0.0, walls)
+
+    def own_checks_of(self, setup: Setup[Silo]) -> Iterable[Check]:
+        """Return energy gained and bed at rest, of the worst seed; the others are findings."""
+        p = setup.runs[0]
+        yield self.gain_check(
+            setup, "energy_rise_ratio", p.tangential_share,
+            lambda s: p.largest_elastic_energy / (0.5 * p.weight * s.mean("bed_height_m")),
+            "elastic_ratio",
+        )  # fmt: skip
+        yield self.check(
+            setup, "bed_kinetic_ratio", lambda s: s.worst("bed_kinetic_ratio"), tolerance=AT_REST
+        )
+        yield Check(
+            setup=setup.name, quantity="arching", unit="1", kind=Kind.FINDING, expected=0.0,
+            measure=lambda bench: arching(self.sample(bench, setup)),
+        )  # fmt: skip
+        wide = p.silo_radius / p.orifice_radius
+        yield self.check(
+            setup, "beverloo_factor", lambda s: s.mean("beverloo_factor"), BEVERLOO_FACTOR,
+            kind=Kind.FINDING, note=f"C of Beverloo's law with k = {BEVERLOO_MARGIN:g}; 0.55 to "
+            "0.65 was measured in silos much wider than their orifice, this one is "
+            f"{wide:.3g} times as wide",
+        )  # fmt: skip
+        yield self.check(
+            setup, "shaft_load_ratio", _shaft_load, lambda s: s.mean("janssen_load_ratio"),
+            kind=Kind.FINDING, note=f"expected by Janssen with K = {STRESS_RATIO:g} and friction "
+            "fully mobilised, which is the most",
+        )  # fmt: skip
+
+
+def _shaft_load(sample: Sample) -> Value:
+    note = f"all walls bear {sample.mean('walls_load_ratio'):.4g} of the weight"
+    return Value(sample.mean("shaft_load_ratio"), note=note)
+
+
+CASE = SiloCase()
