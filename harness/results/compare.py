@@ -129,14 +129,17 @@ def counts_of_changes(changes: pd.DataFrame) -> dict[str, int]:
 def matrix(runs: Mapping[str, pd.DataFrame]) -> pd.DataFrame:
     """Return the change of each row against the first run: index the key, a column for each run.
 
-    The column of the first run has its values; a row that a run lacks has an empty cell.
+    The column of the first run has its values; a row that a run lacks has an empty cell, and one
+    that it did not test says so.
     """
     (first, reference), *others = runs.items()
     keys = list(KEY)
     columns = {first: reference.set_index(keys)["value"].map("{:.10g}".format)}
     for name, rows in others:
         changes = compare(reference, rows).set_index(keys)
-        columns[name] = changes["change"].where(changes["verdict_after"].notna(), "")
+        untested = changes["verdict_after"] == Verdict.NOT_TESTED
+        column = changes["change"].mask(untested, str(Verdict.NOT_TESTED))
+        columns[name] = column.where(changes["verdict_after"].notna(), "")
     return pd.DataFrame(columns).fillna("").sort_index()
 
 
@@ -182,7 +185,7 @@ def _changes(both: pd.DataFrame, before: Scope | None, after: Scope | None) -> N
     valued = both["verdict_before"] != Verdict.NOT_TESTED
     failed = both["verdict_after"] == Verdict.FAIL
     ranks = [_ranks(both[f"verdict_{side}"]) for side in ("before", "after")]
-    inputs = [both[f"inputs_{side}"].fillna("") for side in ("before", "after")]
+    inputs = [_texts(both[f"inputs_{side}"]) for side in ("before", "after")]
     other_input = (inputs[0] != inputs[1]) & (inputs[0] != "") & (inputs[1] != "")
     old, new = both["value_before"].to_numpy(float), both["value_after"].to_numpy(float)
     with np.errstate(invalid="ignore", over="ignore"):  # values may be infinite
@@ -206,13 +209,18 @@ def _changes(both: pd.DataFrame, before: Scope | None, after: Scope | None) -> N
 def _covered(scope: Scope | None, both: pd.DataFrame, side: str) -> Mask:
     if scope is None:
         return np.ones(len(both), bool)
-    level = both[f"level_{side}"].fillna("")
+    level = _texts(both[f"level_{side}"])
     return scope.covers(both[list(KEY)].assign(level=level))
 
 
 def _ranks(verdicts: pd.Series[str]) -> NDArray[np.integer[Any]]:
     known = {str(verdict): rank for verdict, rank in RANKS.items()}
     return verdicts.map(known).fillna(BEST_RANK).to_numpy(np.int64)
+
+
+def _texts(column: pd.Series[str]) -> pd.Series[str]:
+    """Return a column with empty text where a table lacks the row."""
+    return column.astype(object).where(column.notna(), "")
 
 
 def _ratio(values: pd.Series[float], widths: pd.Series[float]) -> pd.Series[float]:

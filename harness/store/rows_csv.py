@@ -28,15 +28,18 @@ def rows_text(rows: pd.DataFrame) -> str:
     Numbers have the digits that read back the same bits; NaN is an empty cell. Halves of
     surrogate pairs, which no file holds, become question marks.
     """
-    ordered = rows[list(COLUMNS)].sort_values(list(KEY), kind="stable")
-    for name in NUMBERS:
-        ordered[name] = [_number_text(value) for value in ordered[name]]
+    ordered = cell_texts(rows[list(COLUMNS)].sort_values(list(KEY), kind="stable"))
     lines = _Lines()
     writer = csv.writer(lines, lineterminator=_END)
     writer.writerow(COLUMNS)
     writer.writerows(ordered.itertuples(index=False, name=None))
     text = "".join(line.removesuffix(_END) + "\n" for line in lines)
     return text.encode("utf-8", "replace").decode("utf-8")
+
+
+def cell_texts(rows: pd.DataFrame) -> pd.DataFrame:
+    """Return a table of rows whose numbers are text that reads back the same bits."""
+    return rows.assign(**{name: list(map(_number_text, rows[name])) for name in NUMBERS})
 
 
 def write_rows(rows: pd.DataFrame, file: Path) -> None:

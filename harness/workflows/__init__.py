@@ -19,7 +19,7 @@ _HOMES = {
     "harness.cases.tower.runs": "tower",
     "harness.workflows.lists": "cases engines inputs outdated_inputs",
     "harness.workflows.progress": "progress_bars",
-    "harness.workflows.results": "accept diff",
+    "harness.workflows.results": "accept defects diff",
     "harness.workflows.releases": "releases",
     "harness.workflows.static_site": "site",
     "harness.workflows.runs": "run",
@@ -44,17 +44,17 @@ if TYPE_CHECKING:
     from harness.workflows.lists import cases, engines, inputs, outdated_inputs
     from harness.workflows.progress import progress_bars
     from harness.workflows.releases import releases
-    from harness.workflows.results import accept, diff
+    from harness.workflows.results import accept, defects, diff
     from harness.workflows.runs import run
     from harness.workflows.static_site import site
     from harness.workflows.sweeps import sweep
     from harness.workflows.verification import verify
 
 __all__ = [
-    "accept", "cases", "critical_angle", "critical_angles", "diff", "energy_scaling_angles",
-    "engines", "extrapolated_critical_angle", "impulse", "impulse_angles", "impulse_by_gamma",
-    "impulse_table", "inputs", "outdated_inputs", "progress_bars", "releases", "run", "site",
-    "sweep", "theory", "tower", "verify",
+    "accept", "cases", "critical_angle", "critical_angles", "defects", "diff",
+    "energy_scaling_angles", "engines", "extrapolated_critical_angle", "impulse",
+    "impulse_angles", "impulse_by_gamma", "impulse_table", "inputs", "outdated_inputs",
+    "progress_bars", "releases", "run", "site", "sweep", "theory", "tower", "verify",
 ]  # fmt: skip
 
 

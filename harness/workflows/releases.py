@@ -1,0 +1,254 @@
+"""The same cases in several releases of an engine: which values move, and what does not hold."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Protocol, cast
+
+from harness.engines.contract import Engine
+from harness.engines.registry import DEFAULT, engine_class
+from harness.errors import RequestError
+from harness.files import check_folder, whole_folder
+from harness.results.compare import Change, cells, compare, defect_counts, matrix, trend
+from harness.results.rows import KEY, Level, Verdict
+from harness.store.cache import keeping
+from harness.store.rows_csv import cell_texts
+from harness.store.runs import Run, json_records
+from harness.workflows.progress import Progress, silent
+from harness.workflows.verification import verify
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+HOLDING = (Verdict.PASS, Verdict.RECORDED, Verdict.FINDING)
+MOST_MOVED = 200  # rows of the page; the table beside it has all
+
+
+class EngineReleases(Protocol):
+    """The part of an engine's class that opens its releases."""
+
+    @classmethod
+    def check_release(cls, name: str) -> None:
+        """Raise RequestError for a name that is neither of a release nor of a program."""
+
+    @classmethod
+    def release(cls, name: str, folder: Path | None = None) -> Engine:
+        """Return the engine of a release, installed if need be; raise EngineMissingError."""
+
+
+@dataclass(frozen=True, repr=False)
+class ReleaseComparison:
+    """Runs of the same cases in several releases, by name; the first with values is compared to.
+
+    Rows are those of ``engine`` alone: this package's solvers are the same in each run.
+    """
+
+    engine: str
+    level: str
+    runs: Mapping[str, Run]
+
+    @cached_property
+    def rows(self) -> dict[str, pd.DataFrame]:
+        """Return the rows of the engine in each release."""
+        return {n: r.rows[r.rows["engine"] == self.engine] for n, r in self.runs.items()}
+
+    @property
+    def reference(self) -> str:
+        """Return the release that the others are compared to: the first with a value."""
+        valued = [name for name, rows in self.rows.items() if rows["value"].notna().any()]
+        return valued[0] if valued else next(iter(self.runs))
+
+    @property
+    def versions(self) -> dict[str, str]:
+        """Return the version that each release gives of itself, empty where it did not run."""
+        return {name: run.meta.engines.get(self.engine, "") for name, run in self.runs.items()}
+
+    @property
+    def status(self) -> int:
+        """Return 3 where a release could not be run, 1 where a value moved or failed, else 0."""
+        if any(run.status == 3 for run in self.runs.values()):
+            return 3
+        failed = any((rows["verdict"] == Verdict.FAIL).any() for rows in self.rows.values())
+        moved = self.changes()["change"].isin([Change.MOVED, Change.OTHER_INPUT]).any()
+        return int(failed or moved)
+
+    def matrix(self) -> pd.DataFrame:
+        """Return the change of each row in each release, the values in the reference."""
+        first = {self.reference: self.rows[self.reference]}
+        return matrix(first | self.rows)[list(self.runs)]
+
+    def cells(self) -> pd.DataFrame:
+        """Return the worst verdict of each case and setup that does not hold in every release."""
+        found = cells(self.rows)
+        return found[~found.isin([str(verdict) for verdict in HOLDING]).all(axis="columns")]
+
+    def defects(self) -> pd.DataFrame:
+        """Return in how many cells each known defect was found, release by release."""
+        return defect_counts(self.rows)
+
+    def changes(self) -> pd.DataFrame:
+        """Return all changes against the reference, with the columns ``release, version``."""
+        import pandas as pd
+
+        before = self.rows[self.reference]
+        parts = [
+            compare(before, rows).assign(release=name, version=self.versions[name])
+            for name, rows in self.rows.items()
+            if name != self.reference
+        ]
+        return pd.concat(parts) if parts else compare(before, before).assign(release="", version="")
+
+    def to_frame(self) -> pd.DataFrame:
+        """Return the rows of all releases in one table, with the columns ``run`` and ``change``."""
+        import pandas as pd
+
+        wide = self.matrix()
+        long = trend(list(self.rows.items()))
+        keys = long[list(KEY)].apply(tuple, axis=1)
+        changes = [
+            "reference" if run == self.reference else wide.at[key, run]
+            for key, run in zip(keys, long["run"], strict=True)
+        ]
+        return long.assign(change=pd.Series(changes, dtype=object, index=long.index))
+
+    def counts(self) -> dict[str, dict[str, int]]:
+        """Return how many rows of each release have each change; of the reference, each verdict."""
+        table = self.matrix()
+        found = {name: Counter(filter(None, table[name])) for name in table}
+        found[self.reference] = Counter(self.rows[self.reference]["verdict"])
+        return {name: dict(found[name]) for name in self.runs}
+
+    def to_json(self) -> dict[str, Any]:
+        """Return status, reference, releases, rows, defects and cells, JSON-ready."""
+        numbers = self.counts()
+        return {
+            "status": self.status,
+            "engine": self.engine,
+            "level": self.level,
+            "reference": self.reference,
+            "releases": [
+                {"release": name, "version": self.versions[name], "headline": run.headline,
+                 "counts": numbers[name]}
+                for name, run in self.runs.items()
+            ],
+            "rows": json_records(self.to_frame()),
+            "known_defects": self.defects().T.to_dict(),
+            "cells": json_records(self.cells().reset_index()),
+        }  # fmt: skip
+
+    def summary(self) -> dict[str, str]:
+        """Return what became of the rows in each release."""
+        numbers = self.counts()
+        return {
+            f"{name} ({self.versions[name] or 'did not run'})": ", ".join(
+                f"{number} {word}" for word, number in numbers[name].items()
+            )
+            for name in self.runs
+        }
+
+    def __repr__(self) -> str:
+        return "\n".join(f"{name}: {text}" for name, text in self.summary().items())
+
+    def _repr_html_(self) -> str:
+        return str(self.cells().to_html())
+
+    def write(self, folder: Path) -> None:
+        """Write report.md and rows.csv into a new folder, whole or not at all."""
+        check_folder(folder)
+        with whole_folder(folder) as aside:
+            aside.mkdir()
+            cell_texts(self.to_frame()).to_csv(aside / "rows.csv", index=False)
+            (aside / "report.md").write_text(self._markdown(), encoding="utf-8")
+
+    def _markdown(self) -> str:
+        from harness.report.render import markdown_table
+
+        moved = self.changes()
+        moved = moved[moved["change"].isin([Change.MOVED, Change.OTHER_INPUT])]
+        shown = [*KEY, "release", "change", "value_before", "value_after", "unit_after"]
+        tables = {
+            "Setups that do not hold in every release": self.cells().reset_index(),
+            "Known defects, by the number of setups": self.defects().reset_index(),
+            "Values that moved": moved[shown],
+        }
+        lines = [f"# {self.engine} in {len(self.runs)} releases", ""]
+        lines += [f"- {name}: {text}" for name, text in self.summary().items()]
+        lines += ["", f"Compared to {self.reference}, level {self.level}. All rows: rows.csv."]
+        for title, frame in tables.items():
+            if len(frame):
+                lines += ["", f"## {title}", "", markdown_table(frame, MOST_MOVED)]
+        return "\n".join(lines) + "\n"
+
+
+def releases(  # noqa: PLR0913 - the options of a user
+    names: Sequence[str],
+    *,
+    level: Level = "quick",
+    cases: str | Iterable[str] | None = None,
+    only: str = "",
+    engine: str = DEFAULT,
+    folder: Path | None = None,
+    fresh: bool = False,
+    output: Path | None = None,
+    progress: Progress = silent,
+) -> ReleaseComparison:
+    """Verify the same cases in several releases of an engine.
+
+    ``names`` are releases, installed below the cache (or ``folder``) where they are missing, or
+    commands of executables. A release that cannot be installed or run is shown as such. Raise
+    RequestError for a name that is neither or is given twice, and for an engine without releases.
+    """
+    kind = _releases_of(engine)
+    _check_names(names, kind)
+    if output is not None:
+        check_folder(output)
+    runs = {}
+    for place, name in enumerate(names):
+        progress("releases", place, len(names))
+        runs[name] = verify(
+            level,
+            cases=cases,
+            engines=engine,
+            only=only,
+            open_engine=_opener(kind, name, folder, fresh=fresh),
+            progress=_named(progress, name),
+        )
+    progress("releases", len(names), len(names))
+    compared = ReleaseComparison(engine, level, runs)
+    if output is not None:
+        compared.write(output)
+    return compared
+
+
+def _releases_of(engine: str) -> EngineReleases:
+    kind = engine_class(engine)
+    if not (hasattr(kind, "release") and hasattr(kind, "check_release")):
+        raise RequestError(f"--engine {engine!r}: has no releases that can be installed")
+    return cast(EngineReleases, kind)
+
+
+def _check_names(names: Sequence[str], kind: EngineReleases) -> None:
+    if not names:
+        raise RequestError("releases: name at least one release, or an executable")
+    for name in names:
+        if list(names).count(name) > 1:
+            raise RequestError(f"release {name!r}: is named twice")
+        kind.check_release(name)
+
+
+def _opener(kind: EngineReleases, name: str, folder: Path | None, *, fresh: bool) -> Any:
+    @contextmanager
+    def opened(_: str) -> Iterator[Engine]:
+        with kind.release(name, folder) as installed:
+            yield keeping(installed, fresh=fresh)
+
+    return opened
+
+
+def _named(progress: Progress, name: str) -> Progress:
+    return lambda stage, done, total: progress(f"{name}: {stage}", done, total)

@@ -1,0 +1,122 @@
+"""Stored runs side by side, accepted, and known defects by name."""
+
+import json
+from dataclasses import replace
+
+import pytest
+
+from harness.errors import RequestError
+from harness.results.compare import Change
+from harness.results.rows import Failure, failed
+from harness.store.runs import Meta, Run, write_run
+from harness.workflows import accept, defects, diff
+from harness.workflows import results as results_module
+from tests.results.rows import row, rows
+
+META = Meta(level="quick", cases=("incline",), engines={"code": "1"}, started="2026-01-01",
+            platform="Linux", harness_version="2.0")  # fmt: skip
+ALIVE = ("flight", None)
+
+
+@pytest.fixture
+def runs(tmp_path):
+    """Write three runs: the second is worse and of another version, the third moved back."""
+    meta = replace(META, engines={"code": "2"}, started="2026-01-02")
+    three = {
+        "a": Run(rows(ALIVE), META, scripts={"code/in": "run 1"}),
+        "b": Run(rows(ALIVE, ("angle", row(value=10.5))), meta, scripts={"code/in": "run 2"}),
+        "c": Run(rows(ALIVE, ("sink", row("sink"))), meta, scripts={"code/in": "run 2"}),
+    }
+    for name, run in three.items():
+        write_run(run, tmp_path / name)
+    return [tmp_path / name for name in three]
+
+
+def test_two_runs(runs):
+    first, second, third = runs
+    found = diff(first, second)
+    assert found.status == 1
+    assert found.to_frame()[["quantity", "change"]].values.tolist() == [["angle", "worse"]]
+    assert found.to_frame()["moved_by"].tolist() == [0.5]
+    facts = {fact.name: fact.after for fact in found.facts}
+    assert facts["engine code"] == "2"
+    assert "script code/in" in facts
+    assert diff(second, third).status == 0
+    assert diff(second, third).counts == {"better": 1, "new": 1, "same": 6}
+    assert json.dumps(found.to_json(), allow_nan=False)
+
+
+def test_a_trend_of_three_runs(runs):
+    found = diff(*runs)
+    assert found.status == 0
+    assert found.changes["change"].tolist() == [Change.WORSE, Change.BETTER, Change.NEW]
+    assert set(found.changes["run_before"]) == {str(runs[0]), str(runs[1])}
+    trend = found.trend().reset_index().set_index("quantity")
+    assert trend.loc["angle", [str(run) for run in runs]].tolist() == [10.0, 10.5, 10.0]
+    assert len(found.summary()) >= 2
+
+
+def test_a_run_and_the_accepted_one(runs, tmp_path):
+    folder = tmp_path / "accepted"
+    with pytest.raises(RequestError, match="has no accepted run of code"):
+        diff(runs[0], "accepted", accepted=folder)
+    accepted = accept(runs[0], folder)
+    assert [file.name for file in accepted.files] == ["rows.csv"]
+    assert accepted.to_json()["counts"] == {"new": 6, "worse": 1}
+    assert diff(runs[0], "accepted", accepted=folder).status == 0
+    for order in ((runs[1], "accepted"), ("accepted", runs[1])):
+        found = diff(*order, accepted=folder)
+        assert found.status == 1
+        assert found.changes["value_before"].tolist() == [10.0]
+    again = accept(runs[0], folder)
+    assert again.files == ()
+    assert again.to_frame()["quantity"].tolist() == ["path"]  # it was not tested
+
+
+def test_a_value_that_moved_fails_against_the_accepted_run_alone(tmp_path):
+    first = Run(rows(ALIVE), META)
+    other = Run(rows(ALIVE, ("shock", row("shock", 10.2))), META)
+    accept(first, tmp_path)
+    assert diff(other, "accepted", accepted=tmp_path).status == 1
+    found = diff(first, other)
+    assert found.status == 0
+    assert found.counts["moved"] == 1
+    assert found.names == ("2026-01-01 (1)", "2026-01-01 (2)")
+
+
+@pytest.mark.parametrize("request_", [(), ("a",), ("a", "b", "accepted"), ("accepted",) * 2])
+def test_requests_that_cannot_be_met_are_refused(request_):
+    with pytest.raises(RequestError, match="diff:"):
+        diff(*request_)
+
+
+def test_a_folder_that_is_no_run_is_named(tmp_path):
+    for call in (lambda: diff(tmp_path, tmp_path), lambda: accept(tmp_path, tmp_path)):
+        with pytest.raises(RequestError, match="is not a run"):
+            call()
+
+
+def test_a_run_in_which_an_engine_died_is_not_accepted(tmp_path):
+    run = Run(rows(("flight", failed(row("flight"), Failure.ENGINE, "died"))), META)
+    with pytest.raises(RequestError, match="an engine failed"):
+        accept(run, tmp_path)
+
+
+def test_accepted_runs_of_an_installed_package_are_not_written(monkeypatch, tmp_path):
+    place = tmp_path / "committed" / "accepted"
+    monkeypatch.setattr(results_module, "accepted_folder", lambda: place)
+    with pytest.raises(RequestError, match="belongs to the installed package"):
+        accept(Run(rows(ALIVE), META))
+
+
+def test_known_defects_by_name():
+    every = defects()
+    assert len(every) > 40
+    assert len(every.to_frame()) == len(every)
+    (one,) = defects("tsuji-restitution")
+    record = one.to_json()
+    assert record["until"] == "22 Jul 2025"
+    assert record["effect"] == "faults.tsuji_effective_mass" or "tsuji" in record["effect"]
+    assert "expected" in record["script"]
+    with pytest.raises(RequestError, match="did you mean tsuji-restitution"):
+        defects("tsuji-restitutoin")
