@@ -192,7 +192,7 @@ def _changes(both: pd.DataFrame, before: Scope | None, after: Scope | None) -> N
         distance = np.abs(new - old)
     conditions = [
         ((missed & valued) | (awaited & failed), Change.WORSE),
-        (awaited, Change.NEW),
+        (awaited & (both["verdict_after"] != Verdict.NOT_TESTED), Change.NEW),
         (gone | appeared, Change.NOT_COMPARABLE),
         (ranks[1] < ranks[0], Change.WORSE),
         (other_input, Change.OTHER_INPUT),

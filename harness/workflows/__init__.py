@@ -20,7 +20,7 @@ _HOMES = {
     "harness.workflows.lists": "cases engines inputs outdated_inputs",
     "harness.workflows.progress": "progress_bars",
     "harness.workflows.results": "accept defects diff",
-    "harness.workflows.releases": "releases",
+    "harness.workflows.release_runs": "releases",
     "harness.workflows.static_site": "site",
     "harness.workflows.runs": "run",
     "harness.workflows.sweeps": "sweep",
@@ -43,7 +43,7 @@ if TYPE_CHECKING:
     from harness.cases.tower.runs import tower
     from harness.workflows.lists import cases, engines, inputs, outdated_inputs
     from harness.workflows.progress import progress_bars
-    from harness.workflows.releases import releases
+    from harness.workflows.release_runs import releases
     from harness.workflows.results import accept, defects, diff
     from harness.workflows.runs import run
     from harness.workflows.static_site import site

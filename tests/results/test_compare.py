@@ -95,6 +95,12 @@ PLANTED = {  # name: rows before, rows after, class, whether it fails the run
         False,
     ),
     "new row": ((), (("sink", row("sink")),), Change.NEW, False),
+    "new row that is not tested": (
+        (),
+        (("sink", not_tested(row("sink"), "why")),),
+        Change.NOT_COMPARABLE,
+        False,
+    ),
     "new row that fails": ((), (("sink", row("sink", 11.0)),), Change.WORSE, True),
 }
 

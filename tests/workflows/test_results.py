@@ -62,7 +62,7 @@ def test_a_run_and_the_accepted_one(runs, tmp_path):
         diff(runs[0], "accepted", accepted=folder)
     accepted = accept(runs[0], folder)
     assert [file.name for file in accepted.files] == ["rows.csv"]
-    assert accepted.to_json()["counts"] == {"new": 6, "worse": 1}
+    assert accepted.to_json()["counts"] == {"worse": 1, "new": 5, "not comparable": 1}
     assert diff(runs[0], "accepted", accepted=folder).status == 0
     for order in ((runs[1], "accepted"), ("accepted", runs[1])):
         found = diff(*order, accepted=folder)
@@ -70,7 +70,7 @@ def test_a_run_and_the_accepted_one(runs, tmp_path):
         assert found.changes["value_before"].tolist() == [10.0]
     again = accept(runs[0], folder)
     assert again.files == ()
-    assert again.to_frame()["quantity"].tolist() == ["path"]  # it was not tested
+    assert again.to_json()["counts"] == {"same": 6, "not comparable": 1}
 
 
 def test_a_value_that_moved_fails_against_the_accepted_run_alone(tmp_path):
