@@ -105,7 +105,7 @@ class _Run:
         return row
 
     def _decides(self, row: Row) -> bool:
-        """Return whether a row tells what its run has: it is judged against other codes."""
+        """Return whether a row decides what its run has: it is judged against other codes."""
         return row.kind is Kind.CROSS_CODE and row.verdict in (Verdict.PASS, Verdict.FAIL)
 
     def _is_of_run(self, row: Row) -> bool:

@@ -130,7 +130,7 @@ def matrix(runs: Mapping[str, pd.DataFrame]) -> pd.DataFrame:
     """Return the change of each row against the first run: index the key, a column for each run.
 
     The column of the first run has its values; a row that a run lacks has an empty cell, and one
-    that it did not test says so.
+    that it did not test is "not tested".
     """
     (first, reference), *others = runs.items()
     keys = list(KEY)
@@ -146,7 +146,7 @@ def matrix(runs: Mapping[str, pd.DataFrame]) -> pd.DataFrame:
 def cells(runs: Mapping[str, pd.DataFrame]) -> pd.DataFrame:
     """Return the worst verdict of each case, setup and engine, a column for each run.
 
-    A variation that was not tested says nothing where other rows of the cell were.
+    A variation that was not tested is left out where other rows of the cell were tested.
     """
     columns = {}
     for name, rows in runs.items():

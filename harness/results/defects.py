@@ -132,7 +132,7 @@ class Trial:
         return motions is not None and self.holds(motions)
 
     def motions(self, defects: Sequence[KnownDefect], **fitted: Any) -> Motions | None:
-        """Return the reference with defects, of which the first prevail; None without a motion."""
+        """Return the motions with defects, the first of which prevail; None where there is none."""
         changes: dict[str, dict[str, Any]] = {part: {} for part in SWITCHES}
         for defect in reversed(defects):
             for part, values in changes.items():
@@ -180,7 +180,7 @@ def _explanations(defects: Sequence[KnownDefect], trial: Trial) -> Iterator[Know
 
 
 def _fits(defect: KnownDefect, switched: Sequence[KnownDefect], trial: Trial) -> bool:
-    """Return whether a run holds with the unknown of a defect, alone or beside others."""
+    """Return whether a run holds with the unknown of a defect, alone or with others."""
     if trial.motion is None:
         return False
     (scene,) = trial.rules

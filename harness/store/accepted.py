@@ -27,9 +27,19 @@ NAME = "accepted"
 def accepted_folder() -> Path:
     """Return the folder of the accepted runs: of the checkout, else of the installed package."""
     package = Path(harness.__file__).parent
-    if (package.parent / "pyproject.toml").is_file():
+    if _is_checkout(package.parent):
         return package.parent / "reports" / NAME
     return package / "store" / "committed" / NAME
+
+
+def writable_folder() -> Path:
+    """Return the accepted runs of the checkout; raise RequestError in an installed package."""
+    folder = accepted_folder()
+    if not _is_checkout(Path(harness.__file__).parent.parent):
+        raise RequestError(
+            f"accept: {folder} belongs to the installed package and is not written; name a folder"
+        )
+    return folder
 
 
 def accepted_rows(folder: Path, engines: Mapping[str, str]) -> pd.DataFrame:
@@ -70,6 +80,10 @@ def accept(run: Run, folder: Path) -> list[Path]:
 def folder_name(version: str) -> str:
     """Return the name of a version's folder: its plain characters."""
     return re.sub(r"[^\w.+-]+", " ", version).strip(" .") or "unknown"
+
+
+def _is_checkout(folder: Path) -> bool:
+    return (folder / "pyproject.toml").is_file()
 
 
 def _newest_or_same(folder: Path, version: str) -> pd.DataFrame:

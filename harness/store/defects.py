@@ -15,7 +15,7 @@ SCRIPTS = "reports/defects/"
 
 
 def known_defects(further: Path | None = None) -> tuple[KnownDefect, ...]:
-    """Return the committed defects, and those of a further file.
+    """Return the committed defects, and the defects of a further file.
 
     Raise RequestError, naming file and defect, for a file that is damaged, and for a name that
     both files have.

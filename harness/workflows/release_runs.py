@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 HOLDING = (Verdict.PASS, Verdict.RECORDED, Verdict.FINDING)
-MOST_MOVED = 200  # rows of the page; the table beside it has all
+MOST_MOVED = 200  # rows of the page; rows.csv has all
 
 
 class EngineReleases(Protocol):

@@ -17,7 +17,7 @@ from harness.results.defects import KnownDefect
 from harness.results.rows import KEY
 from harness.store.accepted import NAME as ACCEPTED
 from harness.store.accepted import accept as accept_rows
-from harness.store.accepted import accepted_folder, accepted_rows
+from harness.store.accepted import accepted_folder, accepted_rows, writable_folder
 from harness.store.defects import defect_script, known_defects
 from harness.store.runs import Run, json_records, read_run
 from harness.workflows.lists import Listing
@@ -175,11 +175,7 @@ def accept(run: str | Path | Run, folder: Path | None = None) -> Acceptance:
     Into the project's folder unless one is given. Raise RequestError for a folder that is no run,
     for a run in which an engine died, and for the accepted runs of an installed package.
     """
-    target = folder or accepted_folder()
-    if folder is None and "committed" in target.parts:
-        raise RequestError(
-            f"accept: {target} belongs to the installed package and is not written; name a folder"
-        )
+    target = folder or writable_folder()
     found = run if isinstance(run, Run) else read_run(Path(run))
     before = accepted_rows(target, found.meta.engines)
     changes = compare(before, found.rows, scope_after=found.meta.scope)

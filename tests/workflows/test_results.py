@@ -5,12 +5,12 @@ from dataclasses import replace
 
 import pytest
 
+import harness
 from harness.errors import RequestError
 from harness.results.compare import Change
 from harness.results.rows import Failure, failed
 from harness.store.runs import Meta, Run, write_run
 from harness.workflows import accept, defects, diff
-from harness.workflows import results as results_module
 from tests.results.rows import row, rows
 
 META = Meta(level="quick", cases=("incline",), engines={"code": "1"}, started="2026-01-01",
@@ -103,8 +103,7 @@ def test_a_run_in_which_an_engine_died_is_not_accepted(tmp_path):
 
 
 def test_accepted_runs_of_an_installed_package_are_not_written(monkeypatch, tmp_path):
-    place = tmp_path / "committed" / "accepted"
-    monkeypatch.setattr(results_module, "accepted_folder", lambda: place)
+    monkeypatch.setattr(harness, "__file__", str(tmp_path / "harness" / "__init__.py"))
     with pytest.raises(RequestError, match="belongs to the installed package"):
         accept(Run(rows(ALIVE), META))
 
