@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import cached_property
 
 from harness.cases.base import Check
 from harness.cases.bench import Bench
@@ -29,13 +29,13 @@ from harness.results.defects import (
     Trial,
     error_defect,
     explanation,
-    is_fixed,
 )
 from harness.results.rows import NAN, Failure, Kind, Row, Verdict, joined
 from harness.store.defects import known_defects
 
 __all__ = ["explained", "known_defects"]
 
+Key = tuple[str, str, str, str, str]
 SEARCH_LIMIT = 100_000  # steps times bodies of a scene beyond which no convention is searched
 
 
@@ -74,9 +74,8 @@ class _Run:
         """Return the rows, marked."""
         if any(row.verdict is Verdict.FAIL for row in self.rows):
             return self._explained()
-        if not self.defects or self.trial is None:
-            return list(self.rows)
-        return [self._fixed(row) for row in self.rows]
+        fixed = self._fixed() if self.defects and self.trial is not None else {}
+        return [_gone(row, fixed[row.key]) if row.key in fixed else row for row in self.rows]
 
     def _explained(self) -> list[Row]:
         dead = [row for row in self.rows if row.verdict is Verdict.FAIL and math.isnan(row.value)]
@@ -93,16 +92,17 @@ class _Run:
         defect = error_defect(self.defects, row.note)
         return row if defect is None else _marked(row, defect)
 
-    def _fixed(self, row: Row) -> Row:
+    def _fixed(self) -> dict[Key, KnownDefect]:
+        """Return the rows that show that a defect is gone, by key: its switch would move them."""
         assert self.trial is not None
-        if row.verdict is not Verdict.PASS or not self._decides(row):
-            return row
-        trial = replace(self.trial, holds=partial(self._holds, only=row))
+        fixed: dict[Key, KnownDefect] = {}
         for defect in self.defects:
-            if is_fixed(defect, trial):
-                note = joined(f"no longer there: {defect.note}", row.note)
-                return replace(row, verdict=Verdict.FIXED, defect=defect.name, note=note)
-        return row
+            motions = self.trial.motions((defect,)) if defect.switched else None
+            for row in filter(self._decides, self.rows):
+                moved = motions is not None and not self._holds(motions, only=row)
+                if moved or defect.error:
+                    fixed.setdefault(row.key, defect)
+        return fixed
 
     def _decides(self, row: Row) -> bool:
         """Return whether a row decides what its run has: it is judged against other codes."""
@@ -193,6 +193,11 @@ def _marked(row: Row, defect: KnownDefect) -> Row:
     verdict = Verdict.NOT_TESTED if defect.undetermined else Verdict.KNOWN_DEFECT
     note = joined(defect.undetermined, defect.note, row.note)
     return replace(row, verdict=verdict, failure=Failure.NONE, defect=defect.name, note=note)
+
+
+def _gone(row: Row, defect: KnownDefect) -> Row:
+    note = joined(f"no longer there: {defect.note}", row.note)
+    return replace(row, verdict=Verdict.FIXED, defect=defect.name, note=note)
 
 
 def _with_note(row: Row, note: str) -> Row:

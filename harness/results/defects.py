@@ -159,14 +159,6 @@ def error_defect(defects: Sequence[KnownDefect], message: str) -> KnownDefect | 
     return next((d for d in defects if d.error and d.error in message), None)
 
 
-def is_fixed(defect: KnownDefect, trial: Trial) -> bool:
-    """Return whether a run that holds shows that a defect which may act in it is gone."""
-    if not defect.switched:
-        return bool(defect.error)  # a fitted unknown may be zero
-    motions = trial.motions((defect,))
-    return motions is not None and not trial.holds(motions)
-
-
 def _explanations(defects: Sequence[KnownDefect], trial: Trial) -> Iterator[KnownDefect]:
     switched = tuple(d for d in defects if d.switched)
     groups: list[tuple[KnownDefect, ...]] = [(d,) for d in switched]

@@ -10,7 +10,7 @@ from harness.model.conventions import Faults, Rules
 from harness.model.scene import Wall
 from harness.results.defect_fits import first_difference
 from harness.results.defect_switches import VALUES, passing_rules, switched_motion, value_in
-from harness.results.defects import KnownDefect, Trial, error_defect, explanation, is_fixed
+from harness.results.defects import KnownDefect, Trial, error_defect, explanation
 from harness.results.rows import Row
 from harness.solvers import reference
 from tests.solvers.reference.scenes import HERTZ, HOOKE, JKR, LINEAR, MINDLIN, ROLLS, R, impact
@@ -183,14 +183,6 @@ def test_a_law_may_be_switched():
 def test_a_switch_that_leaves_no_motion_explains_nothing():
     overlap = {"faults": {}, "rules": {}, "law": {"youngs_modulus": -1.0}}
     assert switched_motion(SCENE, Rules(), overlap) is None
-
-
-def test_a_run_that_holds_has_no_defect_that_would_move_it():
-    for law, fixed in ((TSUJI, True), (HOOKE, False)):
-        scene = impact(law, (0.1, 0.0, -0.3), 50, every=5)
-        assert is_fixed(WEAK, trial(moving(scene), scene)) is fixed
-    fitted = KnownDefect(**ENTRY, fit="setup_torque")
-    assert not is_fixed(fitted, trial(moving(SCENE)))
 
 
 def test_the_message_of_a_run_names_its_defect():
