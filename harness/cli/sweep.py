@@ -1,222 +1,142 @@
-"""``dem-harness sweep``."""
+"""``dem-harness sweep``: a table and a figure over parameters and engines."""
 
 from __future__ import annotations
 
 import contextlib
-import re
 import time
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
-from harness.cli.command import Folder, Json, Settings, panel
-from harness.cli.command import options as grouped
-from harness.cli.engine_options import (
-    IntegratorOptions,
-    LongRunOptions,
-    qualification,
-    runs_made,
+from harness.cli.app import (
+    ENGINE,
+    CacheOptions,
+    DaskOptions,
+    Folder,
+    Force,
+    Json,
+    ProgramOptions,
+    Settings,
 )
-from harness.cli.files import (
-    Writer,
-    output_folder,
-    print_frame,
-    print_json,
-    read_points,
-    save_figure,
-    write_all,
-)
-from harness.errors import RequestError, cannot_write
-from harness.report.plain import one_line, write_csv
+from harness.cli.engines import Opener, duration_check, executor_of
+from harness.cli.output import output_folder, print_frame, print_json, tell, write_all, write_csv
+from harness.errors import HarnessError, RequestError, cannot_write
 
 if TYPE_CHECKING:
-    from harness.engines.contract import Engine
-    from harness.observables.reference import Points
+    from matplotlib.figure import Figure
+
+    from harness.cli.output import Writer
+    from harness.workflows.points import Points
     from harness.workflows.progress import Progress
     from harness.workflows.sweep_plan import SweepPlan, SweepRequest
-    from harness.workflows.sweep_run import Row, Sweep
+    from harness.workflows.sweeps import Row, Sweep
 
-FAILED = 3
-"""Exit status where an engine died in a run or does not qualify, or where no run could be made."""
-
-ROWS = "rows.csv"
-"""The table, also while the sweep runs."""
-
-MOST_SHOWN = 40
-"""Rows on a terminal; the files hold all."""
+ROWS = "rows.csv"  # the table, also while the sweep runs
+MOST_SHOWN = 40  # rows on a terminal; the files have all
+UNDATED = {"svg": {"Date": None}, "png": {"Software": None}, "pdf": {"CreationDate": None}}
 
 
-@grouped()
-class SweepOptions(IntegratorOptions):
+@Parameter(name="*")
+@dataclass(frozen=True, kw_only=True)
+class SweepOptions:
     """What is swept, and in which engines."""
 
-    target: Annotated[str, Parameter(parse=False)] = ""
     over: Annotated[list[str] | None, Parameter(metavar="NAME=VALUES")] = None
     """A parameter and its values, in SI units and degrees: a list `1,2,5`, a range
-    `FIRST:LAST:COUNT` of evenly spaced numbers, both ends among them, a range
-    `FIRST:LAST:logCOUNT` evenly spaced in the logarithm, or several with commas between. Repeat
-    it for every combination with another parameter."""
+    `FIRST:LAST:COUNT` of evenly spaced numbers, a range `FIRST:LAST:logCOUNT` evenly spaced in the
+    logarithm, or several with commas between. Repeat it for all combinations."""
     settings: Settings = None
     """A parameter that is the same in every run; repeat it for several."""
-    engines: Annotated[str, Parameter(metavar="NAMES", group=panel("Engine"))] = ""
-    """Engines that `dem-harness engines` lists and solvers that `dem-harness cases` names, with
-    commas between, or `all`. [default: as of `run`]"""
+    engines: Annotated[str, Parameter(metavar="NAMES", group=ENGINE)] = ""
+    """Engines that `dem-harness engines` lists and solvers of the case, with commas between, or
+    `all`. [default: as of `run`]"""
     quantity: Annotated[str, Parameter(metavar="NAMES")] = ""
-    """What is measured and shown: quantities of the case with commas between, the first in the
-    figure. Of one such as `critical_angle_deg` a value takes several runs. [default: all that a
-    run measures, the first in the figure]"""
+    """Quantities to measure, with commas between, the first in the figure. Of one such as
+    critical_angle_deg a value takes several runs. [default: all that a run measures]"""
     output: Folder = None
     """Where table and figure are written; the same sweep goes on there. [default:
     reports/runs/DATE-sweep]"""
     reference: Annotated[Path | None, Parameter(metavar="FILE.csv")] = None
-    """Your measured points for the figure: a CSV table with columns named as in rows.csv, the
-    first parameter of --over and the first --quantity (`measured_NAME` where a parameter has its
-    name); `uncertainty_UNIT` gives error bars."""
-
-    def request(self) -> SweepRequest:
-        """Return what is to be run: of a case, or of a file with these options on top."""
-        from harness.engines.registry import named_values
-        from harness.workflows.sweep_plan import SweepRequest, request_in, with_options
-
-        target = self.target
-        of_file = target.endswith(".toml")
-        base = request_in(Path(target)) if of_file else SweepRequest(target, (), {})
-        over = named_values(self.over or (), "--over")
-        fixed = named_values(self.settings or (), "--set")
-        return with_options(base, over, fixed, self.engines, self.quantity)
-
-    def points(self, chosen: SweepPlan) -> Points | None:
-        """Return the measured points, if there are any; raise RequestError for a bad file."""
-        from harness.workflows.sweep_plan import drawn_columns
-
-        if self.reference is None:
-            return None
-        if not chosen.request.quantity:
-            raise RequestError(
-                f"--reference {self.reference}: --quantity must say what was measured there"
-            )
-        return read_points(self.reference, *drawn_columns(chosen))
-
-    def named(self, error: str) -> str:
-        """Return an error with the file that it is of, and the file's words for its tables."""
-        if not self.target.endswith(".toml") or error.startswith(self.target):
-            return error
-        for table, option in (("set", self.settings), ("over", self.over)):
-            if not option:
-                error = re.sub(rf"^--{table}:? ", f"[{table}] ", error)
-        return f"{self.target}: {error}"
+    """Your measured points for the figure: a CSV table with the columns of rows.csv, the first
+    parameter of --over and the first quantity; `uncertainty_NAME` gives error bars."""
+    force: Force = False
 
 
 def sweep(
     target: str,
     /,
-    options: SweepOptions = SweepOptions(),
-    limit: LongRunOptions = LongRunOptions(),
+    choice: SweepOptions = SweepOptions(),
+    programs: ProgramOptions = ProgramOptions(),
+    kept: CacheOptions = CacheOptions(),
+    cluster: DaskOptions = DaskOptions(),
     *,
     json: Json = False,
 ) -> int:
     """Run a case over values of its parameters and over engines: one tidy row a run.
 
-    Runs that were made before are not made again, and one that was killed goes on: every run is
-    kept as soon as it is over, and rows.csv holds it, what has not ended as pending. A run that
+    Runs that were made before are not made again, and a sweep that was killed goes on. A run that
     fails is a row with the reason, and so are values that the case refuses together.
 
     For example:
 
         dem-harness sweep tower --over height=1,2,5:20:4 --engines exact,lammps --output mine
-        dem-harness sweep oblique --set preset=kharaz --over angle=5:85:9 \
-            --quantity rim_speed_ratio --reference measured.csv
-        dem-harness sweep inputs/sweeps/step-and-stiffness.toml --output mine
+
+        dem-harness sweep oblique --set preset=kharaz --over angle=5:85:9 --reference measured.csv
+
+        dem-harness sweep inputs/sweeps/step-and-stiffness.toml --dask tcp://head:8786
 
     Parameters
     ----------
     target
-        A case that `dem-harness cases` lists, or a file, FILE.toml, that says what is swept.
+        A case that `dem-harness cases` lists, or a file, FILE.toml, that describes a sweep.
     """
-    from harness.workflows import progress_bars
+    from harness.workflows.progress import progress_bars
 
-    options = replace(options, target=target)
-    chosen = _planned(options)
-    points = options.points(chosen)
-    limit.check_duration(chosen.seconds(), f"{chosen.runs} runs of case {chosen.case.name!r}")
-    options.check_names(chosen.engines, "--engines")
-    counts: dict[str, int] = {}
-    with progress_bars("sweep", quiet=json) as progress, _folder(options, chosen.request) as folder:
-        table = PartialTable(folder / ROWS)
-        result, unqualified = _run(options, chosen, counts, progress, table)
-        ended = result.count("done") + result.count("undecided")
-        failed = result.count("failed") or not ended or unqualified
-        notes = _written(folder, result, points)
-    notes += [f"engine {n!r} did not qualify: {reason}" for n, reason in unqualified.items()]
+    chosen = _planned(target, choice)
+    points = _points(choice, chosen)
+    opener = Opener(programs, kept, option="--engines")
+    opener.check(chosen.engines)
+    runs = len(chosen.points) * len(chosen.engines)
+    work = f"{runs} runs of case {chosen.case.name!r}"
+    duration_check(choice.force, work)(chosen.seconds())
+    with (
+        progress_bars("sweep", quiet=json) as progress,
+        executor_of(cluster.dask) as opener.executor,
+        _folder(choice, chosen.request) as folder,
+    ):
+        result, unqualified = _run(chosen, opener, progress, PartialTable(folder / ROWS))
+        notes = _write(folder, result, points)
+    notes += [f"engine {name!r} did not qualify: {why}" for name, why in unqualified.items()]
     if json:
-        print_json({**result.to_json(), **counts, "output": str(folder), "notes": notes})
+        more = {"output": str(folder), "notes": notes}
+        print_json({**result.to_json(), **opener.runs(), **more})
     else:
         _print(result, notes)
-    return FAILED if failed else 0
-
-
-def _planned(options: SweepOptions) -> SweepPlan:
-    """Return the requested plan; raise RequestError, which names the file where there is one."""
-    from harness.workflows.sweep_plan import plan
-
-    try:
-        return plan(options.request())
-    except RequestError as error:
-        raise RequestError(options.named(str(error))) from None
-
-
-def _run(
-    options: SweepOptions,
-    chosen: SweepPlan,
-    counts: dict[str, int],
-    progress: Progress,
-    table: PartialTable,
-) -> tuple[Sweep, dict[str, str]]:
-    from harness.workflows.sweep_run import Runner, run_plan
-
-    unqualified: dict[str, str] = {}
-
-    @contextlib.contextmanager
-    def open_one(name: str) -> Iterator[Engine]:
-        with options.open(name, options.integrator) as engine:
-            yield engine
-            counted = runs_made(engine)
-            for key, value in counted.items():
-                counts[key] = counts.get(key, 0) + value
-            if counted and not any(
-                counted.values()
-            ):  # it states none of them: nothing to qualify for
-                return
-            reason = qualification(engine, progress).get("qualification_failures")
-            if reason:
-                unqualified[name] = reason
-
-    runner = Runner(open_one, options.entries(), options.fresh)
-    return run_plan(chosen, runner, progress, table), unqualified
+    ended = result.count("done") + result.count("undecided")
+    failed = result.count("failed") or not ended or unqualified
+    return HarnessError.exit_status if failed else 0
 
 
 @dataclass
 class PartialTable:
-    """Writes the table of a sweep that still runs, whole each time; its runs to come are pending.
-
-    A twentieth of the time goes into it at most, however many rows there are.
-    """
+    """Writes the table of a sweep that runs, whole each time, in a twentieth of the time."""
 
     file: Path
     share: float = 0.05
-    pause: float = 1.0
+    pause: float = 1.0  # [s]
     due: float = 0.0
 
     def __call__(self, rows: Callable[[], Sequence[Row]]) -> None:
         """Write the rows so far, if the last time is long enough ago."""
         from harness.files import held_folder
-        from harness.workflows.sweep_run import as_frame
+        from harness.workflows.sweeps import as_frame
 
-        begun = time.monotonic()
-        if begun < self.due:
+        started = time.monotonic()
+        if started < self.due:
             return
         try:
             with held_folder(self.file.parent) as aside:
@@ -225,58 +145,112 @@ class PartialTable:
         except OSError as error:
             raise cannot_write(f"table {self.file}", error) from None
         now = time.monotonic()
-        self.due = now + max(self.pause, (now - begun) / self.share)
+        self.due = now + max(self.pause, (now - started) / self.share)
+
+
+def figure_writer(draw: Callable[[], Figure], suffix: str) -> Writer:
+    """Return a function that writes a figure; the same figure is the same file."""
+    kind = suffix.lower().removeprefix(".")
+
+    def write(path: Path) -> None:
+        from harness.report.style import house_style
+
+        with house_style():
+            draw().savefig(path, format=kind, metadata=UNDATED[kind])
+
+    return write
+
+
+def _planned(target: str, choice: SweepOptions) -> SweepPlan:
+    """Return the plan; an error of a sweep's file names the file."""
+    from harness.workflows.settings import named_values
+    from harness.workflows.sweep_plan import SweepRequest, plan, request_in
+
+    is_file = target.endswith(".toml")
+    base = request_in(Path(target)) if is_file else SweepRequest(target, (), {})
+    over = named_values(choice.over or (), "--over")
+    fixed = named_values(choice.settings or (), "--set")
+    try:
+        return plan(base.with_options(over, fixed, choice.engines, choice.quantity))
+    except RequestError as error:
+        if not is_file:
+            raise
+        text = str(error)
+        for table, given in (("over", over), ("set", fixed)):
+            text = text if given else text.replace(f"--{table} ", f"[{table}] ", 1)
+        raise RequestError(f"{target}: {text}") from None
+
+
+def _points(choice: SweepOptions, chosen: SweepPlan) -> Points | None:
+    from harness.workflows.points import read_points
+
+    if choice.reference is None:
+        return None
+    name, column = next(iter(chosen.columns().items()))
+    over = chosen.request.over[0]
+    return read_points(choice.reference, over, column, f"uncertainty_{name}")
+
+
+def _run(
+    chosen: SweepPlan, opener: Opener, progress: Progress, table: PartialTable
+) -> tuple[Sweep, dict[str, str]]:
+    from harness.workflows.sweeps import Runner, run_plan
+
+    unqualified: dict[str, str] = {}
+
+    @contextlib.contextmanager
+    def open_engine(name: str) -> Iterator:  # type: ignore[type-arg]
+        with opener.qualified(name, progress=progress) as engine:
+            yield engine
+        if reason := opener.qualification.get("qualification_failures"):
+            unqualified[name] = reason
+
+    runner = Runner(open_engine, opener.executor)
+    return run_plan(chosen, runner, progress=progress, partial_table=table), unqualified
 
 
 @contextlib.contextmanager
-def _folder(options: SweepOptions, request: SweepRequest) -> Iterator[Path]:
-    from harness.workflows.sweep_run import held_sweep
+def _folder(choice: SweepOptions, request: SweepRequest) -> Iterator[Path]:
+    from harness.workflows.sweeps import held_sweep
 
-    place = (
-        contextlib.nullcontext(options.output) if options.output else output_folder(None, "-sweep")
-    )
-    with place as folder, held_sweep(folder, request):
+    named = contextlib.nullcontext(choice.output) if choice.output else None
+    with named or output_folder(None, "-sweep") as folder, held_sweep(folder, request):
         yield folder
 
 
-def _written(folder: Path, result: Sweep, points: Points | None) -> list[str]:
+def _write(folder: Path, result: Sweep, points: Points | None) -> list[str]:
     """Write table and figure, all whole; return notes on what is not written, and why."""
-    from functools import partial
     from importlib.util import find_spec
 
-    frame = result.to_frame()
-    notes: list[str] = []
-    figure = result.figure(points=points)
+    frame, figure, notes = result.to_frame(), result.figure(points), []
     files: dict[tuple[str, Path], Writer] = {("table", folder / ROWS): partial(write_csv, frame)}
-    if find_spec("pyarrow") is None:
-        hint = "pyarrow is not installed: pip install 'dem-harness[parquet]'"
-        notes.append(f"rows.parquet is not written: {hint}")
-    else:
+    if find_spec("pyarrow") is not None:
         files["table", folder / "rows.parquet"] = partial(frame.to_parquet, index=False)
+    else:
+        install = "pip install 'dem-harness[parquet]'"
+        notes.append(f"rows.parquet is not written: pyarrow is not installed: {install}")
     if figure is None:
-        notes.append("no figure: what is to be drawn was measured in no run")
+        notes.append("no figure: its quantity was measured in no run")
     else:
         for suffix in (".svg", ".png"):
-            files["figure", folder / f"figure{suffix}"] = save_figure(lambda: figure, suffix)
-            for name, draw in result.own_figures().items():
-                files["figure", folder / f"{name}{suffix}"] = save_figure(draw, suffix)
+            path = folder / f"figure{suffix}"
+            files["figure", path] = figure_writer(lambda: figure, suffix)
     write_all(files)
     return notes
 
 
-def _print(result: Sweep, notes: list[str]) -> None:
-    from harness.store.entries import tell_stderr
-
+def _print(result: Sweep, notes: Sequence[str]) -> None:
     frame = result.to_frame()
-    measured = [name for name in result.selected if name in frame and frame[name].notna().any()]
-    columns = frame[["engine", *result.over, *measured, "status"]]
-    print_frame(columns.head(MOST_SHOWN), 7)
-    if len(columns) > MOST_SHOWN:
-        print(f"... {len(columns) - MOST_SHOWN} more in rows.csv")
-    reasons = frame.loc[frame["reason"] != "", "reason"].value_counts()
-    for reason, count in reasons.items():
-        tell_stderr(f"{count} of {len(frame)} runs: {one_line(str(reason))}")
-    for engine, reason in result.missing.items():
-        tell_stderr(f"engine {engine!r} is left out: {one_line(reason)}")
+    columns = [c for c in result.plan.columns().values() if frame[c].notna().any()]
+    shown = frame[
+        ["engine", *(n for n in result.plan.request.over if n in frame), *columns, "status"]
+    ]
+    print_frame(shown.head(MOST_SHOWN))
+    if len(shown) > MOST_SHOWN:
+        print(f"... {len(shown) - MOST_SHOWN} more in {ROWS}")
+    for reason, count in frame.loc[frame["reason"] != "", "reason"].value_counts().items():
+        tell(f"{count} of {len(frame)} runs: {reason}")
+    for engine, why in result.missing.items():
+        tell(f"engine {engine!r} is left out: {why}")
     for note in notes:
-        tell_stderr(note)
+        tell(note)

@@ -7,7 +7,6 @@ verifications, environments of releases and compiled kernels.
 from __future__ import annotations
 
 import contextlib
-import inspect
 import io
 import json
 import threading
@@ -31,15 +30,13 @@ from harness.observables.provenance import Provenance
 from harness.store.entries import (
     ASIDE,
     PRUNING,
-    RECORD,
-    ROOT,
     Entries,
-    digest_of_tree,
     key_of,
     machine,
     source_digest,
     versions,
 )
+from harness.store.verifications import RECORD
 
 EngineChoice = Engine | str | None
 """An open engine, the name of one, or None for the usual one."""
@@ -129,7 +126,7 @@ def _array(arrays: Mapping[str, NDArray[Any]], place: str) -> NDArray[Any]:
     return arrays[name][int(row)] if row else arrays[name]
 
 
-SOURCES = ("parameters", "observables", "engines", "model")
+SOURCES = ("observables", "engines", "model", "solvers")
 """Folders of source that turn a job into an output: edited, every job is run again."""
 
 
@@ -162,19 +159,26 @@ class CachedEngine(Engine):
 
     def run(self, jobs: Sequence[Job]) -> list[Output | EngineError]:
         """Return the outputs in order, those kept without running them."""
+        outcomes = dict(self.outcomes(jobs))
+        return [outcomes[place] for place in range(len(jobs))]
+
+    def outcomes(self, jobs: Sequence[Job]) -> Iterator[tuple[int, Output | EngineError]]:
+        """Yield kept outputs, then those of the others as the engine makes them."""
         self._engine.check(jobs)
         fingerprint = self._engine.fingerprint()
         keys = [] if fingerprint is None else [run_key(self._engine, j, fingerprint) for j in jobs]
-        results: dict[int, Output | EngineError] = dict(self._kept(keys))
-        missing = [index for index in range(len(jobs)) if index not in results]
-        outputs = self._engine.run([jobs[i] for i in missing]) if missing else []
-        with self._lock:
-            self.ran += len(outputs)
-        for index, output in zip(missing, outputs, strict=True):
-            results[index] = output
-            if keys and isinstance(output, Output):
-                self._entries.put(keys[index], pack_output(output, jobs[index].template.name))
-        return [results[index] for index in range(len(jobs))]
+        missing = set(range(len(jobs)))
+        for place, output in self._kept(keys):
+            missing.discard(place)
+            yield place, output
+        places = sorted(missing)
+        for index, outcome in self._engine.outcomes([jobs[i] for i in places]) if places else ():
+            place = places[index]
+            with self._lock:
+                self.ran += 1
+            if keys and isinstance(outcome, Output):
+                self._entries.put(keys[place], pack_output(outcome, jobs[place].template.name))
+            yield place, outcome
 
     def on_ranks(self, ranks: int) -> Engine:
         """Return the engine on so many MPI ranks, whose outputs are kept as well."""
@@ -200,23 +204,11 @@ class CachedEngine(Engine):
             yield place, output
 
 
-_PASSED_ON = frozenset(
-    (
-        *("name", "title", "states", "refuses", "check", "fingerprint", "fingerprint_of"),
-        *("ready", "workers"),
-        *(
-            "twin",
-            "twin_options",
-            "script_digest",
-            "script_text",
-            "inputs",
-            "logs",
-            "variations",
-            "rules",
-            "scene_of",
-        ),
-    )
-)
+_PASSED_ON = frozenset((
+    "name", "title", "has_template", "refuses", "check", "fingerprint", "fingerprint_of", "ready",
+    "workers", "twin", "twin_options", "script_digest", "script_text", "inputs", "logs",
+    "variations", "rules", "scene_of", "has_lj_units",
+))  # fmt: skip
 
 
 def run_key(engine: Engine, job: Job, fingerprint: Mapping[str, Any]) -> str:
@@ -230,21 +222,13 @@ def run_key(engine: Engine, job: Job, fingerprint: Mapping[str, Any]) -> str:
             "values": dict(job.values),
             "scene": None if job.scene is None else job.scene.model_dump(mode="json"),
             "sampled": job.sampled,
-            "script": engine.script_digest(job) or _source_of_scene(job),
+            "script": engine.script_digest(job),
             "engine": dict(fingerprint),
             "machine": machine(),
             "packages": versions("numpy", "pandas"),
             "source": source_digest(*SOURCES),
         }
     )
-
-
-def _source_of_scene(job: Job) -> str:
-    file = inspect.getsourcefile(job.template.scene) if job.template.scene else None
-    folder = Path(file).resolve().parent if file else ROOT
-    if folder.is_relative_to(ROOT):
-        return source_digest(folder.relative_to(ROOT).parts[0]) if folder != ROOT else ""
-    return digest_of_tree(folder)
 
 
 Sort = Literal["run", "verification", "environment", "kernel", "other"]

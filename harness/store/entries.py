@@ -1,4 +1,4 @@
-"""Payloads under keys, each with its checksum; whole verifications, each under one key.
+"""Payloads under keys, each with its checksum.
 
 A key is a digest of everything that decides a result. An entry is a file of four parts: a line with
 the form of the file, a line with the key, a line with the SHA-256 of the payload, and the payload.
@@ -10,7 +10,6 @@ from __future__ import annotations
 import contextlib
 import fcntl
 import hashlib
-import io
 import json
 import os
 import platform
@@ -20,15 +19,13 @@ import sys
 import tempfile
 import threading
 import time
-import zipfile
 from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from importlib import metadata
-from pathlib import Path, PurePosixPath
+from pathlib import Path
 from typing import Any
 
 from harness.engines import process
-from harness.engines.registry import chosen_options, fingerprint_of
 from harness.files import OTHERS, lock_file, make_private, writable_by_others
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -259,78 +256,3 @@ def _checked(data: bytes, key: str) -> tuple[bytes, str]:
     if parts[2] != hashlib.sha256(parts[3]).hexdigest().encode():
         return b"", "its checksum does not match"
     return parts[3], ""
-
-
-PACKAGES = ("jinja2", "matplotlib", "numba", "numpy", "pandas", "pydantic", "scipy")
-RECORD = "record.json"
-REPORT = "report/"
-VERIFICATION_ERRORS = (ValueError, KeyError, zipfile.BadZipFile)
-"""What :func:`unpack_verification` raises for bytes that are not those of a verification."""
-
-
-def verification_key(
-    level: str,
-    *,
-    cases: Sequence[str],
-    engine: str,
-    options: Mapping[str, Any] | None = None,
-    context: Mapping[str, Any] | None = None,
-    **more: str | None,
-) -> str | None:
-    """Return the key of a verification, or None where an engine has no fingerprint.
-
-    ``options`` and ``more`` open the engine; ``context`` is what else decides the
-    verdicts, such as the digest of a baseline. Raise RequestError for a program that is
-    not there.
-    """
-    fingerprint = fingerprint_of(
-        engine, chosen_options(engine, options={**(options or {}), **more})
-    )
-    if fingerprint is None:
-        return None
-    return key_of(
-        {
-            "verification": level,
-            "cases": list(cases),
-            "engine": dict(fingerprint),
-            "machine": machine(),
-            "packages": versions(*PACKAGES),
-            "source": source_digest(),
-            "context": dict(context or {}),
-        }
-    )
-
-
-def pack_verification(folder: Path, record: Mapping[str, Any]) -> bytes:
-    """Return a report's folder and the record as bytes; NaN in the record stays NaN."""
-    stream = io.BytesIO()
-    with zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive:
-        archive.writestr(RECORD, json.dumps(record))
-        for path in sorted(path for path in folder.rglob("*") if path.is_file()):
-            archive.write(path, REPORT + path.relative_to(folder).as_posix())
-    return stream.getvalue()
-
-
-def unpack_verification(payload: bytes, folder: Path) -> dict[str, Any]:
-    """Write a kept report into a new folder and return the record.
-
-    Raise one of :data:`VERIFICATION_ERRORS` when the bytes are not those of a verification, also
-    where a name leads out of the folder; then nothing is written.
-    """
-    with zipfile.ZipFile(io.BytesIO(payload)) as archive:
-        record: dict[str, Any] = json.loads(archive.read(RECORD))
-        names = [name for name in archive.namelist() if name.startswith(REPORT)]
-        paths = {name: _inside(name.removeprefix(REPORT)) for name in names}
-        folder.mkdir()
-        for name, path in paths.items():
-            (folder / path).parent.mkdir(parents=True, exist_ok=True)
-            (folder / path).write_bytes(archive.read(name))
-    return record
-
-
-def _inside(name: str) -> PurePosixPath:
-    """Return a name as a path; raise ValueError for one that leads out of its folder."""
-    path = PurePosixPath(name)
-    if not path.parts or path.is_absolute() or ".." in path.parts or "\0" in name:
-        raise ValueError(f"{name!r} is no name of a file below the report")
-    return path

@@ -25,7 +25,7 @@ from harness.cases.registry import (
     selected_names,
     usable_cases,
 )
-from harness.engines.registry import DEFAULT, engine_class, engine_names
+from harness.engines.registry import DEFAULT, engine_names
 from harness.errors import (
     RequestError,
 )
@@ -40,6 +40,7 @@ from harness.store.accepted import accepted_folder, accepted_rows
 from harness.store.cache import opened
 from harness.store.runs import Meta, Run, write_run
 from harness.workflows.progress import Progress, silent
+from harness.workflows.selection import selected_engines, words_in
 from harness.workflows.session import OpenEngine, Session
 
 
@@ -78,14 +79,14 @@ def verify(  # noqa: PLR0913 - the options of a user
         session.plan()
         check_duration(session.seconds())
         session.run()
-        required = set(names) if ALL not in _words(engines) else set(_words(engines))
+        required = set(names) if ALL not in words_in(engines) else set(words_in(engines))
         here = {n: v for n, v in session.versions.items() if v or n in required}
         meta = Meta(
             level=level,
             cases=tuple(case.name for case in chosen),
             engines=here,
             left_out=tuple(name for name in engine_names() if name not in here),
-            named=tuple(word for word in _words(cases or ()) if word in case_names()),
+            named=tuple(word for word in words_in(cases or ()) if word in case_names()),
             only=session.only,
             strict=strict,
             started=started,
@@ -111,31 +112,8 @@ def selected_cases(cases: str | Iterable[str] | None, only: str = "") -> list[Ca
     return [get_case(name) for name in selected_names(cases)]
 
 
-def selected_engines(engines: str | Iterable[str]) -> list[str]:
-    """Return the names of engines; raise RequestError for an unknown one, and for none."""
-    names = list(dict.fromkeys(_words(engines)))
-    known = engine_names()
-    for name in names:
-        if ":" in name:
-            engine_class(name)  # module:Class, which raises where there is none
-        elif name not in (ALL, *known):
-            raise RequestError(
-                f"--engines {name!r} is not known: must be {ALL}, or one or more of "
-                f"{', '.join(known)}"
-            )
-    if not names:
-        raise RequestError(f"--engines {engines!r}: names no engine")
-    others = [name for name in names if name not in (ALL, *known)]
-    return [*(known if ALL in names else [n for n in names if n in known]), *others]
-
-
 def _platform() -> str:
     return f"{platform.system()} {platform.machine()}, Python {platform.python_version()}"
-
-
-def _words(texts: str | Iterable[str]) -> list[str]:
-    many = texts.split(",") if isinstance(texts, str) else texts
-    return [text.strip() for text in many if text.strip()]
 
 
 def _pages(

@@ -1,0 +1,200 @@
+"""What a command reads, writes and prints: checked paths, whole files, tables, JSON."""
+
+from __future__ import annotations
+
+import contextlib
+import itertools
+import json
+import math
+import shutil
+import sys
+import textwrap
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from datetime import datetime
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from harness.errors import RequestError, cannot_write
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+GAP = 2  # blanks between two columns
+WIDEST = 120  # columns of wrapped text
+MOST_ITEMS = 20  # of a list that a terminal shows; JSON has all
+Writer = Callable[[Path], object]
+
+
+def tell(note: str) -> None:
+    """Print a note on stderr."""
+    print(f"dem-harness: {one_line(note)}", file=sys.stderr)
+
+
+def print_json(record: Mapping[str, Any]) -> None:
+    """Print one JSON object: strict JSON, null for what is not finite."""
+    print(json.dumps(_plain(record), indent=2))
+
+
+def print_record(record: Mapping[str, Any]) -> None:
+    """Print a flat record as aligned lines; tables are left to JSON."""
+    lines = [(name, _cell(value)) for name, value in record.items() if _is_flat(value)]
+    print_columns(lines)
+
+
+def print_columns(lines: Sequence[Sequence[str]], right: Collection[int] = ()) -> None:
+    """Print aligned columns, those with numbers in ``right`` at their right end.
+
+    On a terminal that is narrower the last column goes on below.
+    """
+    rows = [[one_line(cell) for cell in line] for line in lines]
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    indent = sum(widths[:-1]) + GAP * (len(widths) - 1)
+    for row in rows:
+        cells = [c.rjust(w) if i in right else c.ljust(w)
+                 for i, (c, w) in enumerate(zip(row, widths, strict=True))]  # fmt: skip
+        text = (GAP * " ").join(cells).rstrip()
+        if sys.stdout.isatty() and len(text) > terminal_width() > indent + 20:
+            last = textwrap.wrap(row[-1], terminal_width() - indent) or [""]
+            text = f"\n{' ' * indent}".join([text[:indent] + last[0], *last[1:]])
+        print(text)
+
+
+def print_frame(frame: pd.DataFrame, digits: int = 7) -> None:
+    """Print a table, its numbers to so many digits."""
+    width = terminal_width() if sys.stdout.isatty() else None
+    form = f"{{:.{digits}g}}".format
+    print(frame.to_string(index=False, float_format=form, na_rep="-", line_width=width))
+
+
+def print_wrapped(text: str, *, indent: int = 0) -> None:
+    """Print text on lines that fit the terminal, the first after ``indent`` blanks."""
+    width = min(terminal_width(), WIDEST)
+    blanks = {"initial_indent": " " * indent, "subsequent_indent": " " * (indent + 2)}
+    print("\n".join(textwrap.wrap(one_line(text), width, break_on_hyphens=False, **blanks)))
+
+
+def terminal_width() -> int:
+    """Return the columns of the terminal; 80 without one."""
+    return shutil.get_terminal_size().columns
+
+
+def one_line(text: str) -> str:
+    """Return printable text on one line."""
+    return " ".join(printable(text).split())
+
+
+def printable(text: str) -> str:
+    """Return text without the control characters that would change a terminal."""
+    return "".join(c if c.isprintable() or c in "\n\t" else "?" for c in str(text))
+
+
+def short(value: Any) -> str:
+    """Return a value for a table: numbers to eight digits."""
+    return "none" if value is None else f"{value:.8g}" if isinstance(value, float) else str(value)
+
+
+def check_target(path: Path | None, option: str, suffixes: tuple[str, ...] = ()) -> None:
+    """Raise RequestError, before any work is done, for a file that cannot be written."""
+    if path is None:
+        return
+    if suffixes and path.suffix.lower() not in suffixes:
+        raise RequestError(f"{option} {path}: must end in {', '.join(suffixes)}")
+    try:
+        if path.exists() and not path.is_file():
+            kind = "a folder" if path.is_dir() else "a device, which a new file would replace"
+            raise RequestError(f"{option} {path}: is {kind}")
+        if not path.parent.is_dir():
+            raise RequestError(f"{option} {path}: there is no folder {path.parent}")
+    except (OSError, ValueError) as error:
+        raise RequestError(f"{option} {path!s:.200}: {error}") from None
+
+
+def write_all(files: Mapping[tuple[str, Path], Writer]) -> None:
+    """Write each (option, path) aside, then rename them all: none is half-written.
+
+    Raise RequestError naming the one that fails, FullDiskError where there is no space.
+    """
+    from harness.files import held_folder
+
+    target = ("", Path())
+    with contextlib.ExitStack() as stack:
+        try:
+            asides = {}
+            for target, writer in files.items():
+                folder = stack.enter_context(held_folder(target[1].parent))
+                asides[target] = folder / f"file{target[1].suffix}"
+                writer(asides[target])
+            for target, aside in asides.items():
+                aside.replace(target[1])
+                tell(f"{target[0]} {target[1]}: is written")
+        except OSError as error:
+            raise cannot_write(f"{target[0]} {target[1]}", error) from None
+
+
+def write_csv(frame: pd.DataFrame, path: Path) -> None:
+    """Write a table with all digits."""
+    frame.to_csv(path, index=False)
+
+
+@contextlib.contextmanager
+def output_folder(named: Path | None, ending: str = "") -> Iterator[Path]:
+    """Yield the folder of a report: the named one, or a new one of the date below reports/runs.
+
+    It is removed again where nothing is written into it. Raise RequestError for one that holds
+    something or cannot be made.
+    """
+    from harness.files import check_folder
+
+    if named is not None:
+        check_folder(named)
+        yield named
+        return
+    parent = Path("reports") / "runs"
+    made = [path for path in (parent, *parent.parents) if not path.exists()]
+    folder = _new_folder(parent, f"{datetime.now():%Y-%m-%d-%H%M%S}{ending}")
+    try:
+        yield folder
+    finally:
+        with contextlib.suppress(OSError):  # what is empty goes
+            for path in (folder, *made):
+                path.rmdir()
+
+
+def _new_folder(parent: Path, name: str) -> Path:
+    try:
+        parent.mkdir(parents=True, exist_ok=True)
+        for number in itertools.count(1):
+            folder = parent / (name if number == 1 else f"{name}-{number}")
+            with contextlib.suppress(FileExistsError):
+                folder.mkdir()
+                return folder
+    except OSError as error:
+        raise RequestError(
+            f"--output {parent / name}: cannot be made ({error.strerror}); name another folder"
+        ) from None
+    raise AssertionError("numbers do not end")
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {str(key): _plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(item) for item in value]
+    if hasattr(value, "item") and not isinstance(value, str):  # a number of numpy
+        value = value.item()
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    return value if value is None or isinstance(value, bool | int | str) else str(value)
+
+
+def _is_flat(value: Any) -> bool:
+    is_list = isinstance(value, list | tuple)
+    nested = isinstance(value, Mapping) or (is_list and any(isinstance(x, Mapping) for x in value))
+    return not nested and value is not None and value != ""
+
+
+def _cell(value: Any) -> str:
+    if isinstance(value, list | tuple):
+        more = f" ... ({len(value)} in all)" if len(value) > MOST_ITEMS else ""
+        return " ".join(map(short, value[:MOST_ITEMS])) + more
+    return short(value)
