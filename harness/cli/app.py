@@ -98,14 +98,15 @@ class DaskOptions:
     settings of your jobqueue.yaml (needs dem-harness[dask])."""
 
 
-HELP = """Check discrete element (DEM) codes against theory.
-
-The frictionless incline (critical angle 10.2078 deg), the tower hit by a dropped grain, contacts
-with friction and layers, in closed form, in solvers of this package and in DEM codes.
-
-Exit status: 0 all verdicts hold; 1 a verdict failed; 2 the request was wrong; 3 an engine could not
-be run or died, or a named case tested nothing; 4 internal error; 130 interrupted; 143 terminated.
-"""
+HELP = (
+    "Check discrete element (DEM) codes against theory.\n\n"
+    "The frictionless incline (critical angle 10.2078 deg), the tower hit by a dropped grain, "
+    "contacts with friction and layers, in closed form, in solvers of this package and in DEM "
+    "codes.\n\n"
+    "Exit status: 0 all verdicts hold; 1 a verdict failed; 2 the request was wrong; 3 an engine "
+    "could not be run or died, or a named case tested nothing; 4 internal error; 130 interrupted; "
+    "143 terminated."
+)
 COMMANDS = {
     "verify": (
         "verify:verify",
@@ -144,7 +145,7 @@ def make_app(words: Sequence[str]) -> App:
         version_flags="--version",
         group_parameters=Group("Options", sort_key=1),
         default_parameter=Parameter(negative=(), show_default=default_text),
-        help_format="plaintext",
+        help_format="markdown" if words[:1] and words[0] in COMMANDS else "plaintext",
         suppress_keyboard_interrupt=False,
     )
     for place, (name, (home, summary)) in enumerate(COMMANDS.items()):

@@ -69,8 +69,10 @@ def print_frame(frame: pd.DataFrame, digits: int = 7) -> None:
 def print_wrapped(text: str, *, indent: int = 0) -> None:
     """Print text on lines that fit the terminal, the first after ``indent`` blanks."""
     width = min(terminal_width(), WIDEST)
-    blanks = {"initial_indent": " " * indent, "subsequent_indent": " " * (indent + 2)}
-    print("\n".join(textwrap.wrap(one_line(text), width, break_on_hyphens=False, **blanks)))
+    first, others = " " * indent, " " * (indent + 2)
+    lines = textwrap.wrap(one_line(text), width, initial_indent=first, subsequent_indent=others,
+                          break_on_hyphens=False)  # fmt: skip
+    print("\n".join(lines))
 
 
 def terminal_width() -> int:

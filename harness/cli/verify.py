@@ -17,6 +17,7 @@ from harness.cli.output import output_folder, print_json, print_wrapped, tell
 from harness.errors import RequestError
 
 if TYPE_CHECKING:
+    from harness.results.rows import Level
     from harness.workflows.progress import Progress
 
 Record = Mapping[str, Any]
@@ -53,7 +54,7 @@ class VerifyOptions:
     force: Force = False
 
     @property
-    def level(self) -> str:
+    def level(self) -> Level:
         """Return the level. Raise RequestError for two of them."""
         if self.quick and self.full:
             raise RequestError("--quick and --full: give one of them only")
@@ -212,7 +213,8 @@ def _print(record: Record, folder: Path, *, verbose: bool) -> None:
         _print_rows(chosen, len(chosen) if verbose else most)
     if verbose:
         _print_rows([row for row in rows if row["verdict"] not in SHOWN], len(rows))
-    for change in record["regressions"][: SHOWN["fail"]]:
+    moved = [row for row in record["regressions"] if row["verdict_after"] != "fail"]
+    for change in moved[: SHOWN["fail"]]:
         print_wrapped(f"against the accepted run, {change['change']}: {row_name(change)}")
     for kind in dict.fromkeys(row["kind"] for row in rows):
         counts = Counter(row["verdict"] for row in rows if row["kind"] == kind)

@@ -216,19 +216,17 @@ def _write(aside: Path, folder: Path, name: str, text: str) -> Path:
 
 
 def _info(case: Case[Any], details: Mapping[str, Any] | None = None) -> CaseInfo:
-    kinds = ({q.name: q.unit for q in case.quantities if bool(q.varies) is many} for many in (0, 1))
-    quantities, derived = kinds
     return CaseInfo(
         name=case.name,
         group=case.group,
         summary=case.summary,
         parameters=parameter_infos(case.default),
-        quantities=quantities,
+        quantities={q.name: q.unit for q in case.quantities if not q.varies},
         engines=tuple(name for name in engine_names() if _takes(name, case)),
         solvers=tuple(case.solvers),
         presets=tuple(case.presets),
         by_default=case.name in DEFAULT_CASES,
-        derived=derived,
+        derived={q.name: q.unit for q in case.quantities if q.varies},
         details=details or {},
     )
 

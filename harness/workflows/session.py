@@ -76,17 +76,17 @@ class Session:
         """Open engines until ``stack`` is left; of one that is missing no case is tested."""
         self.versions[OWN], self.benches[OWN] = __version__, Bench(None, others=self.benches)
         for name in names:
-            self.versions[name] = ""
             try:
                 engine = stack.enter_context(open_engine(name))
-                self.versions[name] = engine.identify().engine_version
+                version = engine.identify().engine_version
             except EngineMissingError as error:
+                self.versions[name] = ""
                 self._add_to_all(name, str(error))
             except EngineError as error:
+                self.versions[name] = ""
                 self.rows[name, ""] = [_engine_failed(_blank("engine", name), error)]
             else:
-                self.rows[name, ""] = _version_rows(engine, self.versions[name])
-                self.benches[name] = Bench(engine, others=self.benches)
+                self._add_engine(engine, version)
 
     def plan(self) -> None:
         """List the checks; raise RequestError where the pattern selects none of them."""
@@ -148,6 +148,13 @@ class Session:
                 seen[row.key] += 1
                 rows.append(row if seen[row.key] == 1 else _second(row, seen[row.key]))
         return rows
+
+    def _add_engine(self, engine: Engine, version: str) -> None:
+        if engine.name in self.benches:
+            raise RequestError(f"--engines: two engines have the name {engine.name!r}")
+        self.versions[engine.name] = version
+        self.rows[engine.name, ""] = _version_rows(engine, version)
+        self.benches[engine.name] = Bench(engine, others=self.benches)
 
     def _plan(self, engine: str, case: Case[Any], call: str, make: Callable[[], Any]) -> None:
         try:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Any, get_args
 
 from harness.cases.base import Case
-from harness.errors import RequestError
+from harness.errors import CombinationError, RequestError
 from harness.model.allowed import allowed_in
 from harness.model.base import Parameters, unit
 
@@ -50,7 +50,7 @@ def parameters_of(case: Case[Any], settings: Mapping[str, str]) -> Parameters:
     base = _preset(case, settings[PRESET]) if PRESET in settings else case.default
     changes = {name: text for name, text in settings.items() if name != PRESET}
     try:
-        return _changed(base, _tree(changes), "")
+        return _changed(base, _tree(changes))
     except RequestError as error:
         raise type(error)(f"--set {error}") from None
 
@@ -72,7 +72,7 @@ def split_settings(
         names = ", ".join(q.name for q in case.quantities if q.varies)
         raise RequestError(f"--set {next(iter(options))}: goes with --quantity {names} only")
     try:
-        chosen = _changed(case.search_options(), _tree(options), "")
+        chosen = _changed(case.search_options(), _tree(options))
     except RequestError as error:
         raise type(error)(f"--set {error}") from None
     return {n: t for n, t in settings.items() if n not in options}, dict(chosen)
@@ -144,19 +144,28 @@ def _tree(settings: Mapping[str, str]) -> Tree:
     return tree
 
 
-def _changed(parameters: Parameters, tree: Tree, prefix: str) -> Parameters:
+def _changed(parameters: Parameters, tree: Tree) -> Parameters:
     kind, changes = type(parameters), {}
     for name, part in tree.items():
         inner = getattr(parameters, name, None)
         if not isinstance(part, dict):
             changes[name] = _value(kind, name, part)
         elif isinstance(inner, Parameters):
-            changes[name] = _changed(inner, part, f"{prefix}{name}.")
+            changes[name] = _changed_part(inner, part, name)
         elif name in kind.model_fields:
-            raise RequestError(f"{prefix}{name}.{next(iter(part))}: {name} has no parts")
+            raise RequestError(f"{name}.{next(iter(part))}: {name} has no parts")
         else:
             changes[name] = part  # refused by name, with the names that there are
     return parameters.replace(**changes)
+
+
+def _changed_part(inner: Parameters, part: Tree, name: str) -> Parameters:
+    try:
+        return _changed(inner, part)
+    except CombinationError:
+        raise
+    except RequestError as error:  # its text begins with the name of the field
+        raise RequestError(f"{name}.{error}") from None
 
 
 def _value(kind: type[Parameters], name: str, text: str) -> Any:

@@ -79,8 +79,8 @@ def verify(  # noqa: PLR0913 - the options of a user
         session.plan()
         check_duration(session.seconds())
         session.run()
-        required = set(names) if ALL not in words_in(engines) else set(words_in(engines))
-        here = {n: v for n, v in session.versions.items() if v or n in required}
+        everything = ALL in words_in(engines)
+        here = {n: v for n, v in session.versions.items() if v or not everything}
         meta = Meta(
             level=level,
             cases=tuple(case.name for case in chosen),

@@ -76,7 +76,7 @@ class BounceCase(Case[Bounce]):
             p = Bounce(steps=steps)
             yield Check(
                 setup=f"{steps} steps", quantity="restitution", unit="1",
-                measure=lambda bench, p=p: self.measure(p, bench.output(self.job(p)))["restitution"],
+                measure=lambda bench, p=p: _restitution(self, bench, p),
                 expected=lambda bench, p=p: self.reference(p, bench)["restitution"],
                 tolerance=SAME, level=level, jobs=[self.job(p)],
             )  # fmt: skip
@@ -90,17 +90,18 @@ class BounceCase(Case[Bounce]):
         for engine in engines[1:]:
             yield engine, Check(
                 setup="200 steps", quantity="restitution", unit="1", check=engines[0].name,
-                measure=lambda bench: _restitution(self, bench),
-                expected=lambda bench, n=engines[0].name: _restitution(self, bench.others[n]),
-                tolerance=SAME,
+                measure=lambda bench: _restitution(self, bench, Bounce()),
+                expected=lambda bench, n=engines[0].name: _restitution(
+                    self, bench.others[n], Bounce()),
+                tolerance=SAME, jobs=[self.job(Bounce())],
             )  # fmt: skip
 
     def sections(self, benches):
         return [Section("Bounce", ", ".join(sorted(benches)))]
 
 
-def _restitution(case, bench):
-    return case.measure(Bounce(), bench.output(case.job(Bounce())))["restitution"]
+def _restitution(case, bench, parameters):
+    return case.measure(parameters, bench.output(case.job(parameters)))["restitution"]
 
 
 def scene_of(parameters):
@@ -150,6 +151,15 @@ class Off(Good):
         return job.scene.replace(law=job.scene.law.replace(normal_stiffness=K * (1 + 1e-6)))
 
 
+class Usual(Good):
+    """The engine that runs unless another is named."""
+
+    name = "lammps"
+
+    def identify(self):
+        return replace(super().identify(), engine="lammps")
+
+
 class Dying(Good):
     name = "dying"
 
@@ -181,18 +191,14 @@ class Wrong(BounceCase):
     mode = "none"
 
     def checks(self, engine):
-        return {"none": None, "raise": _raise, "type": [1]}[self.mode] if self.mode != "raise" else _raise()
-
-
-def _raise():
-    raise ZeroDivisionError("1/0")
+        return {"none": lambda: None, "raise": lambda: 1 / 0, "type": lambda: [1]}[self.mode]()
 
 
 WRONG = Wrong()
 HERE = "tests.workflows.doubles"
 GROUPS = {"balls": {"bounce": f"{HERE}:CASE"}, "others": {"wrong": f"{HERE}:WRONG"}}
 ENGINES = {
-    "lammps": f"{HERE}:Good",
+    "lammps": f"{HERE}:Usual",
     "good": f"{HERE}:Good",
     "off": f"{HERE}:Off",
     "dying": f"{HERE}:Dying",

