@@ -127,6 +127,16 @@ class Simulation:
         """Return position, velocity, angular velocity, force and torque now, (N, 5, 3)."""
         return self._system.state
 
+    @property
+    def radii(self) -> Floats:
+        """Return the radii of the bodies now [m], (N,): those of mdr grow."""
+        return np.array(self._system.bodies["radius"])
+
+    @property
+    def residual_overlap(self) -> float:
+        """Return the overlap [m] at which the first contact of mdr, which yielded, parts."""
+        return float(self._system.sides["rest"][0].sum())
+
     def _make_room(self) -> None:
         """Add rows for samples to come."""
         self._kept += len(self._samples[-1]) if self._samples else 0
@@ -299,7 +309,7 @@ def _law(law: Law, faults: Faults, *, wall: bool) -> dict[str, Any]:
     return {
         **_codes(law),
         "stiffness": law.normal_stiffness or modulus,
-        "dashpot": _dashpot(law, faults),
+        "dashpot": dashpot_coefficient(law, faults),
         "mass_power": p,
         "radius_power": q,
         "by_secant": bool(s),
@@ -353,7 +363,7 @@ def _tsuji_dashpot(restitution: Number, faults: Faults) -> Number:
     return tsuji(restitution) * (1.0 if faults.tsuji_effective_mass else math.sqrt(2.0))
 
 
-def _dashpot(law: Law, faults: Faults) -> float:
+def dashpot_coefficient(law: Law, faults: Faults) -> float:
     """Return the coefficient of a dashpot.
 
     One made for a restitution of hertz has sqrt(5) zeta (Antypov and Elliott, EPL 94, 50004
