@@ -42,7 +42,10 @@ def contact_time(scene: Scene) -> float:
     """
     impact = _impact(scene)
     if _yields(impact):
-        return _extrapolated(lambda steps: _stepped_time(scene, _guess(impact) / steps))
+        # a whole number of steps until it yields, which is noticed at one phase of them all
+        unit = min(yield_time(scene), _guess(impact))
+        coarse = unit / math.ceil(unit / _guess(impact) * FINE_STEPS) * FINE_STEPS
+        return _extrapolated(lambda steps: _stepped_time(scene, coarse / steps))
     lasts = _normal_time(impact)
     return lasts + _shift(scene, lasts, _stepped_time)
 

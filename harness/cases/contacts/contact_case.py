@@ -1,0 +1,286 @@
+"""The base of contact cases: each law in each system, one check a quantity, at equal steps.
+
+An engine runs a scene once. The reference takes the same steps by the engine's conventions, and
+what differs is round-off, or a fault. That the reference converges to the law is a property of this
+package, shown in its tests; the note of a row has the error of the step where a closed form exists.
+"""
+
+from __future__ import annotations
+
+import math
+from abc import abstractmethod
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property, lru_cache, partial
+from typing import Any, ClassVar, TypeVar
+
+import numpy as np
+
+from harness.cases.base import LEVELS, Case, Check, Level, Value
+from harness.cases.bench import Bench
+from harness.cases.contacts.laws import PLAIN, SLOW_SYSTEMS, SYSTEMS, LawRow, Laws, Systems
+from harness.cases.contacts.parameters import ContactSystem
+from harness.cases.contacts.presets import presets_of
+from harness.engines.contract import Engine, Job, Output
+from harness.engines.output import SERIES
+from harness.engines.scene_jobs import scene_job
+from harness.engines.scene_tables import motion_in
+from harness.errors import EngineOutputError
+from harness.model.conventions import Rules
+from harness.model.motion import Motion
+from harness.model.scene import Scene
+from harness.report.content import Discs, Section
+from harness.results.rows import Kind, Tolerance
+from harness.solvers import reference
+
+P = TypeVar("P", bound=ContactSystem)
+
+STEPS = 50  # of a contact, in checks
+ROUND_OFF = 1e-9  # of the scale of a quantity
+REASON = "both take the same steps: what differs is round-off, or a fault"
+QUICK_VARIATION = "defaults"  # of an engine, at level quick
+VARIED_SYSTEM = "two spheres"  # of variations below level full
+MOVED = "moved_by_conventions"  # quantity of the findings on an engine's conventions
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A law of a case in a system, and its parameters."""
+
+    law: str
+    system: str
+    make: Callable[[], Any] = field(repr=False)
+    level: Level
+
+    @cached_property
+    def parameters(self) -> Any:
+        """Return the parameters of a run."""
+        return self.make()
+
+    @property
+    def setup(self) -> str:
+        """Return the name of the setup of its checks."""
+        return f"{self.law}, {self.system}"
+
+
+class ContactCase(Case[P]):
+    """A scene, the quantities of its motion, and closed forms; laws and systems are tables.
+
+    ``formula`` states what is expected. ``laws`` and ``systems`` change the default parameters.
+    """
+
+    group: ClassVar[str] = "contacts"
+    formula: ClassVar[str]
+    laws: ClassVar[Laws]
+    systems: ClassVar[Systems] = SYSTEMS
+    usual: ClassVar[Mapping[str, Mapping[str, Any]]]  # presets of this package
+    units: ClassVar[str] = "si"
+    two_materials_law: ClassVar[str] = ""  # runs in pairs of two materials at level quick, too
+    always: ClassVar[Sequence[str]] = ()  # systems in which level quick runs each law
+    varied: ClassVar[Sequence[str]] = ()  # laws with variations of an engine at level full
+    varied_by_default: ClassVar[Sequence[str]] = ()  # one of each kind of memory
+    varied_in_quick: ClassVar[Sequence[str]] = ()
+
+    def __init__(self) -> None:
+        self.presets, self.sources = presets_of(self.name, self.parameters, self.usual)
+
+    # ---- one run
+
+    @abstractmethod
+    def build(self, parameters: P) -> Scene:
+        """Return the scene. Raise RequestError for parameters that cannot be run."""
+
+    def scene(self, parameters: P) -> Scene:
+        """Return the scene of a run, made once."""
+        return _scene(self, parameters)
+
+    @abstractmethod
+    def observe(self, parameters: P, motion: Motion) -> Mapping[str, float]:
+        """Return the quantities of a motion."""
+
+    def job(self, parameters: P) -> Job:
+        """Return the job of one run."""
+        return self._job(self.scene(parameters))
+
+    def _job(self, scene: Scene, variation: str = "") -> Job:
+        values = {"units": "" if self.units == "si" else self.units, "variation": variation}
+        return scene_job(scene, **{name: value for name, value in values.items() if value})
+
+    def measure(self, parameters: P, output: Output) -> Mapping[str, float]:
+        """Return the quantities of a run. Raise EngineOutputError for samples of no contact."""
+        return self._observe(parameters, motion_in(output, self.scene(parameters)))
+
+    def _observe(self, parameters: P, motion: Motion) -> Mapping[str, float]:
+        try:
+            with np.errstate(all="ignore"):  # a value that is not a number fails in its row
+                return self.observe(parameters, motion)
+        except (ArithmeticError, IndexError, ValueError) as error:
+            raise EngineOutputError(f"the samples show no contact ({error})") from None
+
+    def names(self, parameters: P) -> Iterable[str]:
+        """Return the names of the quantities that a run with these parameters has."""
+        return [quantity.name for quantity in self.quantities]
+
+    def film_job(self, parameters: P, frames: int) -> Job:
+        """Return the job of a run whose samples make a film of so many frames."""
+        scene = self.scene(parameters)
+        return self._job(scene.replace(every=max(1, scene.steps // max(1, frames))))
+
+    def discs(self, parameters: P, output: Output) -> Discs:
+        """Return the bodies in the plane of x and z, and a floor."""
+        table, scene = output.tables[SERIES], self.scene(parameters)
+        radii = np.array([body.radius for body in scene.bodies])
+        reach = 2.0 * float(radii.max())
+        x, z = table["x_m"], table["z_m"]
+        ends = np.array([float(x.min()) - reach, float(x.max()) + reach])
+        planes = [wall for wall in scene.walls if wall.shape == "plane"]
+        lines = [np.stack([ends, np.full(2, wall.point[2])], axis=1) for wall in planes]
+        walls = np.array(lines) if lines else np.empty((0, 2, 2))
+        return Discs(self.name, table["time_s"], x, z, radii, lines=walls)
+
+    # ---- verification
+
+    def trials(self) -> Iterator[Trial]:
+        """Yield each law in its systems, with the shortest level that runs it.
+
+        At level quick the laws take turns in the systems that are not slow, but those of earlier
+        interfaces, whose walls and pairs share no code.
+        """
+        names = [name for name, row in self.laws.items() if row.quick]
+        for name, row in self.laws.items():
+            systems = [system for system in self.systems if row.goes_with(system)]
+            quick = set(self._quick_systems(name, row, systems, names))
+            for system in systems:
+                level: Level = "quick" if system in quick else "default"
+                yield Trial(name, system, partial(_parameters, self, name, system), level)
+
+    def _quick_systems(
+        self, name: str, row: LawRow, systems: Sequence[str], names: Sequence[str]
+    ) -> Iterator[str]:
+        if not row.quick:
+            return
+        fast = [system for system in systems if system not in SLOW_SYSTEMS]
+        if row.law.get("interface") == "old":
+            yield from fast
+            return
+        others = [system for system in fast if system not in self.always]
+        yield from (system for system in fast if system in self.always)
+        if others:
+            yield others[names.index(name) % len(others)]
+        if name == self.two_materials_law:
+            yield from (system for system in systems if system.startswith("two materials"))
+
+    def checks(self, engine: Engine) -> Iterable[Check]:
+        """Return the checks of an engine, of all levels."""
+        return self.checks_up_to(engine, "full")
+
+    def checks_up_to(self, engine: Engine, level: Level) -> Iterable[Check]:
+        """Yield the checks of an engine of a level and shorter ones; no scene of others is made."""
+        for trial in self.trials():
+            if not _runs_at(trial.level, level):
+                continue
+            scene = self.scene(trial.parameters)
+            yield from self._checks(engine, trial, "", scene, trial.level)
+        for trial in self.trials():
+            if _runs_at(self._variation_level(trial, QUICK_VARIATION), level):
+                yield from self._varied_checks(engine, trial, level)
+
+    def _variation_level(self, trial: Trial, variation: str) -> Level | None:
+        """Return the shortest level that runs a variation of a trial, None for no level."""
+        in_quick = trial.law in self.varied_in_quick
+        if trial.system == VARIED_SYSTEM and in_quick and variation == QUICK_VARIATION:
+            return "quick"
+        if trial.system == VARIED_SYSTEM and (in_quick or trial.law in self.varied_by_default):
+            return "default"
+        return "full" if in_quick or trial.law in (*self.varied, *self.varied_by_default) else None
+
+    def _varied_checks(self, engine: Engine, trial: Trial, level: Level) -> Iterator[Check]:
+        scene = self.scene(trial.parameters)
+        if engine.refuses(self._job(scene)):
+            return
+        for name, varied in engine.variations(scene):
+            shortest = self._variation_level(trial, name)
+            if shortest is not None and _runs_at(shortest, level):
+                yield from self._checks(engine, trial, name, varied, shortest)
+
+    def _checks(
+        self, engine: Engine, trial: Trial, variation: str, scene: Scene, level: Level
+    ) -> Iterator[Check]:
+        """Yield a check of each quantity; the first alone where the engine refuses the scene."""
+        p, job = trial.parameters, self._job(self.scene(trial.parameters), variation)
+        common = {"setup": trial.setup, "check": variation, "level": level, "jobs": (job,)}
+        refused = bool(engine.refuses(job))
+        for name in list(self.names(p))[: 1 if refused else None]:
+            quantity = self.quantity(name)
+            yield Check(
+                quantity=name,
+                unit=quantity.unit,
+                measure=partial(self._measured, p, variation, scene, name),
+                expected=partial(self._expected, p, scene, name),
+                tolerance=Tolerance(absolute=ROUND_OFF * quantity.size(p), reason=REASON),
+                **common,
+            )
+        if not variation and not refused and engine.rules(scene).changed:
+            measure = partial(self._moved, p, scene)
+            yield Check(
+                quantity=MOVED, unit="1", measure=measure, expected=0.0, kind=Kind.FINDING, **common
+            )
+
+    def _measured(self, p: P, variation: str, scene: Scene, name: str, bench: Bench) -> Value:
+        value = bench.once(self._values, bench, p, variation)[name]
+        exact = {} if variation else self.exact(p)
+        if name not in exact:
+            return Value(value)
+        error = self._expected(p, scene, name, bench) - exact[name]
+        note = f"error of the step {error:.2g} (closed form {exact[name]:.9g})"
+        return Value(value, note=note)
+
+    def _values(self, bench: Bench, p: P, variation: str) -> Mapping[str, float]:
+        job = self._job(self.scene(p), variation)
+        return self._observe(p, motion_in(bench.output(job), bench.engine.scene_of(job)))
+
+    def _expected(self, p: P, scene: Scene, name: str, bench: Bench) -> float:
+        return bench.once(self._reference_values, bench, p, scene)[name]
+
+    def _reference_values(self, bench: Bench, p: P, scene: Scene) -> Mapping[str, float]:
+        return self._observe(p, bench.reference(scene))
+
+    def moved(self, p: P, scene: Scene, rules: Rules, other: Rules) -> tuple[float, str]:
+        """Return the largest change of a quantity from one set of conventions to another.
+
+        In parts of its scale, and the name of the quantity; by the reference.
+        """
+        one, two = (self._observe(p, reference.run(scene, each)) for each in (rules, other))
+        changes = {
+            name: abs(one[name] - two[name]) / self.quantity(name).size(p)
+            for name in self.names(p)
+            if math.isfinite(one[name] - two[name])
+        }
+        name = max(changes, key=changes.__getitem__, default="")
+        return changes.get(name, 0.0), name
+
+    def _moved(self, p: P, scene: Scene, bench: Bench) -> Value:
+        rules = bench.rules(scene)
+        size, name = self.moved(p, scene, rules, Rules())
+        changed = ", ".join(f"{rule} = {word}" for rule, word in rules.changed.items())
+        return Value(size, note=f"{name}, by {changed}: part of its scale, by the reference")
+
+    def sections(self, benches: Mapping[str, Bench]) -> Sequence[Section]:
+        """Return the section of the case, with a matrix of laws and systems for each engine."""
+        from harness.cases.contacts.report import case_section
+
+        return [case_section(self, benches)]
+
+
+def _runs_at(shortest: Level | None, level: Level) -> bool:
+    return shortest is not None and LEVELS.index(shortest) <= LEVELS.index(level)
+
+
+def _parameters(case: ContactCase[P], law: str, system: str) -> P:
+    changes = {**PLAIN, **case.laws[law].law, **case.systems[system]}
+    return case.default.replace(**changes, steps_per_contact=STEPS)
+
+
+@lru_cache(maxsize=4096)
+def _scene(case: ContactCase[P], parameters: P) -> Scene:
+    return case.build(parameters)

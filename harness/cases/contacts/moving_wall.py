@@ -1,0 +1,165 @@
+"""A sphere at rest on a plane that oscillates, or that runs off: LAMMPS's wiggle and shear.
+
+A plane that runs at a constant speed is, seen from it, one at rest under a sphere that slides.
+Under one that oscillates a contact that neither slides nor parts is a driven oscillator.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from typing import ClassVar, Literal
+
+import numpy as np
+from pydantic import Field
+
+from harness.cases.base import Quantity
+from harness.cases.contacts.laws import SLIDING, TANGENTIAL, pick
+from harness.cases.contacts.parameters import Speed, check_words
+from harness.cases.contacts.resting import Resting, RestingCase, rolling
+from harness.errors import RequestError
+from harness.model.motion import Floats, Motion
+from harness.model.scene import Scene
+from harness.theory.contact import driven
+
+INSTANTS = 4000  # in half the time, at which forces are held against their limits
+
+
+class MovingWall(Resting):
+    """A sphere at rest on a plane that moves from the start on; in SI units."""
+
+    # fmt: off
+    moves: Literal["shear", "along", "across"] = Field(
+        "shear", description="[-] at a constant speed; oscillating along or across the surface")
+    speed: Speed = Field(0.1, description="[m/s] of a plane that shears")
+    acceleration: float = Field(
+        0.1, gt=0.0, le=1e6, description="[-] largest of an oscillating plane, over gravity")
+    period: float = Field(
+        7.0, ge=0.1, le=1e6, description="[-] of the oscillation, in half periods of the contact")
+    duration: float = Field(20.0, ge=1e-3, le=1e9, description="[-] in half periods of the contact")
+    # fmt: on
+
+    def check(self) -> None:
+        """Raise ValueError for values that have no meaning together."""
+        super().check()
+        check_words(self, normal=("hooke", "hertz"), rolling=("none",), twisting=("none",))
+        if self.moves == "across" and not self.is_linear:
+            raise ValueError(
+                f"normal = {self.normal!r}: must be a linear spring with a constant dashpot where "
+                "the plane moves across"
+            )
+        if self.moves == "along" and not self.has_spring:
+            raise ValueError(
+                f"tangential = {self.tangential!r}: must have a spring where the plane moves along"
+            )
+
+    @property
+    def drive(self) -> float:
+        """Return the frequency of the oscillation [rad/s]."""
+        return 2.0 * math.pi / (self.period * self.half_period)
+
+    @property
+    def largest_speed(self) -> float:
+        """Return the largest velocity of the plane [m/s]."""
+        if self.moves == "shear":
+            return self.speed
+        return self.acceleration * self.gravity / self.drive
+
+
+class MovingWallCase(RestingCase[MovingWall]):
+    """Velocity and spin that a moving plane gives a sphere."""
+
+    name = "moving-wall"
+    summary = "A plane that oscillates or runs off takes a sphere along: velocity and spin."
+    formula = (
+        "Shear: as a sphere that slides on a plane at rest, u + 2/5 r omega = 0, at the end 2/7 of "
+        "its speed. Oscillating with acceleration a cos(w t), y'' + 2 d y' + W^2 y = -a cos(w t) "
+        "on the plane: across W^2 = k_n / m, 2 d = eta_n / m; along 7/2 of k_t and eta_t over m, "
+        "and 2/7 of the velocity there."
+    )
+    parameters = MovingWall
+    quantities = (
+        Quantity[MovingWall](
+            "halfway_gained_velocity_ratio", "1",
+            "velocity that the sphere gained, over the plane's largest, halfway",
+        ),
+        Quantity[MovingWall]("gained_velocity_ratio", "1", "likewise, at the end"),
+        Quantity[MovingWall]("gained_spin_ratio", "1", "radius times spin, likewise"),
+        Quantity[MovingWall](
+            "surface_momentum_ratio", "1", "of u + 2/5 r omega, over the plane's largest velocity"
+        ),
+    )  # fmt: skip
+    laws: ClassVar = {
+        **pick(TANGENTIAL, "linear_nohistory", systems=("shear",)),
+        **pick(TANGENTIAL, "mindlin", systems=("shear", "along")),
+        **pick(TANGENTIAL, "linear_history", systems=("shear", "along", "across")),
+    }
+    systems: ClassVar = {moves: {"moves": moves} for moves in ("shear", "along", "across")}
+    usual: ClassVar = {"shear": SLIDING}
+
+    def build(self, parameters: MovingWall) -> Scene:
+        """Return the sphere at rest and the plane that moves."""
+        p, scene = parameters, super().build(parameters)
+        (wall,) = scene.walls
+        if p.moves == "shear":
+            return scene.replace(walls=(wall.replace(surface_velocity=(p.speed, 0.0, 0.0)),))
+        length = p.largest_speed / p.drive
+        amplitude = (length, 0.0, 0.0) if p.moves == "along" else (0.0, 0.0, length)
+        return scene.replace(walls=(wall.replace(amplitude=amplitude, frequency=p.drive),))
+
+    def names(self, parameters: MovingWall) -> Iterable[str]:
+        """Return all, the velocities alone where the plane moves across."""
+        names = [quantity.name for quantity in self.quantities]
+        return names[:2] if parameters.moves == "across" else names
+
+    def observe(self, parameters: MovingWall, motion: Motion) -> Mapping[str, float]:
+        """Return the gains of the sphere, the same seen from a plane that shears."""
+        p, (u, rim) = parameters, rolling(parameters, motion)
+        if p.moves == "across":
+            u = motion.velocity[:, 0, 2]
+        gained = (u - u[0]) / p.largest_speed
+        velocities = (float(gained[len(u) // 2]), float(gained[-1]))
+        return _gains(p, velocities, float(rim[-1]) / p.largest_speed)
+
+    def exact(self, parameters: MovingWall) -> Mapping[str, float]:
+        """Return the driven oscillation; of a plane that shears what no friction changes.
+
+        Raise RequestError for one that shakes the sphere off, or on which it slides.
+        """
+        if parameters.moves == "shear":
+            return {"surface_momentum_ratio": 0.0}
+        times = np.linspace(0.0, self.scene(parameters).duration, 2 * INSTANTS + 1)
+        speeds = _velocity(parameters, times) / parameters.largest_speed
+        halfway, end = float(speeds[INSTANTS]), float(speeds[-1])
+        return _gains(parameters, (halfway, end), -2.5 * end)
+
+
+def _gains(p: MovingWall, velocities: tuple[float, float], rim: float) -> dict[str, float]:
+    halfway, end = velocities
+    quantities = {"halfway_gained_velocity_ratio": halfway, "gained_velocity_ratio": end}
+    if p.moves == "across":
+        return quantities
+    return {**quantities, "gained_spin_ratio": rim, "surface_momentum_ratio": end + 0.4 * rim}
+
+
+def _velocity(p: MovingWall, times: Floats) -> Floats:
+    """Return the velocity of the sphere [m/s] on a plane that oscillates, (M,)."""
+    across, load = p.moves == "across", p.mass * p.gravity
+    overlap = p.rest_overlap(load)
+    factor, k, eta = 1.0, p.slope(overlap), p.eta(overlap)
+    if not across:
+        factor, k = 3.5, p.tangential_slope(overlap)
+        eta *= p.tangential_damping or 0.0
+    frequency, decay = math.sqrt(factor * k / p.mass), 0.5 * factor * eta / p.mass
+    y, rate = driven(times, frequency, decay, p.acceleration * p.gravity, p.drive)
+    force, limit = k * y + eta * rate, load if across else (p.friction or 0.0) * load
+    most = float(force.max() if across else np.abs(force).max())
+    if most >= limit:
+        raise RequestError(
+            f"acceleration = {p.acceleration!r}: must be below {p.acceleration * limit / most:.4g} "
+            "here: the sphere must neither slide nor leave the plane"
+        )
+    return (rate + p.largest_speed * np.sin(p.drive * times)) / factor
+
+
+CASE = MovingWallCase()

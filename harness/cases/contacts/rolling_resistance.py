@@ -1,0 +1,58 @@
+"""A sphere rolls on a floor and is slowed down by the constant torque of a rolling resistance."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import ClassVar
+
+from pydantic import Field
+
+from harness.cases.base import Quantity
+from harness.cases.contacts.laws import FURTHER_ROLLING, ROLLING, UNDAMPED_ROLLING
+from harness.cases.contacts.parameters import Speed
+from harness.cases.contacts.resting import Resting, RestingCase, speed_ratios
+from harness.model.base import Vector
+from harness.model.motion import Motion
+
+
+class RollingResistance(Resting):
+    """A sphere that rolls on a floor, pressed in by its weight; in SI units."""
+
+    speed: Speed = Field(0.02, description="[m/s] of rolling, at the start")
+
+    @property
+    def start(self) -> tuple[Vector, Vector]:
+        """Return rolling without slip."""
+        return (self.speed, 0.0, 0.0), (0.0, self.speed / self.radius, 0.0)
+
+
+class RollingResistanceCase(RestingCase[RollingResistance]):
+    """Speed and spin of a sphere that rolling resistance stops."""
+
+    name = "rolling-resistance"
+    summary = "A rolling sphere is slowed down by rolling resistance, and stands in the end."
+    formula = (
+        "The torque is at most mu_r R* F_n, R* = r on a floor: rolling slows down by 5/7 mu_r g, "
+        "with what the springs make of it as it begins and when it stands: integrated."
+    )
+    parameters = RollingResistance
+    quantities = (
+        Quantity[RollingResistance](
+            "halfway_speed_ratio", "1", "speed over that of the start, halfway"
+        ),
+        Quantity[RollingResistance]("speed_ratio", "1", "speed over that of the start, at the end"),
+        Quantity[RollingResistance](
+            "rim_speed_ratio", "1", "radius times spin at the end over the speed at the start"
+        ),
+    )
+    laws: ClassVar = {**ROLLING, **FURTHER_ROLLING, **UNDAMPED_ROLLING}
+    systems: ClassVar = {"wall, rolls": {}, "wall, stands": {"speed": 2e-3}}
+    always = ("wall, stands",)
+    usual: ClassVar = {"rolls": {"friction": 0.3, **ROLLING["rolling sds, linear_history"].law}}
+
+    def observe(self, parameters: RollingResistance, motion: Motion) -> Mapping[str, float]:
+        """Return the speed halfway, speed and rim speed at the end."""
+        return speed_ratios("halfway_speed_ratio", parameters, motion, parameters.speed)
+
+
+CASE = RollingResistanceCase()
