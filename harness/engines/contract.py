@@ -87,10 +87,13 @@ def scripts_and_scenes(
 
 
 def in_batches(
-    items: Sequence[Item], run: Callable[[Sequence[Item]], list[Outcome]]
+    items: Sequence[Item], run: Callable[[Sequence[Item]], list[Outcome]], size: int = 0
 ) -> Iterator[tuple[int, Outcome]]:
-    """Yield the place and the outcome of each item, run in batches that grow with their speed."""
-    first, size = 0, 2 * cores()
+    """Yield the place and the outcome of each item, run in batches that grow with their speed.
+
+    The first has ``size`` items, twice the number of cores unless given.
+    """
+    first, size = 0, size or 2 * cores()
     while first < len(items):
         clock = time.monotonic()
         batch = run(items[first : first + size])
@@ -181,6 +184,7 @@ def collect(
 
 
 SCENE_NAME = "contact-scene"
+SCENES_AT_ONCE = 500  # a process runs many in the time that it takes to start
 
 Value = str | int | float
 Values = Mapping[str, Value]
@@ -275,13 +279,20 @@ class Engine(ABC):
     def outcomes(self, jobs: Sequence[Job]) -> Iterator[tuple[int, Output | EngineError]]:
         """Yield the place and the outcome of each job as soon as it is known, in any order.
 
-        Job by job where the engine is ``ready``, else in batches.
+        Scenes in large batches, others job by job where the engine is ``ready``, else in batches.
         """
         self.check(jobs)
+        scenes = [place for place, job in enumerate(jobs) if job.template.name == SCENE_NAME]
+        for place, outcome in in_batches([jobs[k] for k in scenes], self.run, SCENES_AT_ONCE):
+            yield scenes[place], outcome
+        others = sorted(set(range(len(jobs))) - set(scenes))
+        rest = [jobs[k] for k in others]
         if self.ready:
-            yield from each_alone(jobs, lambda job: self.run([job])[0], self.workers, self.title)
+            found = each_alone(rest, lambda job: self.run([job])[0], self.workers, self.title)
         else:
-            yield from in_batches(jobs, self.run)
+            found = in_batches(rest, self.run)
+        for place, outcome in found:
+            yield others[place], outcome
 
     @classmethod
     def has_template(cls, template: Template) -> bool:  # noqa: ARG003

@@ -81,11 +81,12 @@ class _Impact(NamedTuple):
 
 def _impact(scene: Scene) -> _Impact:
     first, second = scene.bodies[0], scene.bodies[1] if len(scene.bodies) > 1 else None
-    law = scene.law_of(first.type, (second or scene.walls[0]).type)
+    law = scene.law_of(first.type, (second or scene.walls[0]).type).one_material
+    normal = law.replace(tangential="none", rolling="none", twisting="none", interface="current")
     speed = (second.velocity[2] if second else 0.0) - first.velocity[2]
     falls = second is None or second.motion == "frozen"
     return _Impact(
-        law.one_material,
+        normal,
         effective_mass(first, second),
         effective_radius(first, second),
         first.radius,
