@@ -282,7 +282,9 @@ class Engine(ABC):
         Scenes in large batches, others job by job where the engine is ``ready``, else in batches.
         """
         self.check(jobs)
-        scenes = [place for place, job in enumerate(jobs) if job.template.name == SCENE_NAME]
+        scenes = [
+            k for k, job in enumerate(jobs) if job.scene and not self.has_template(job.template)
+        ]
         for place, outcome in in_batches([jobs[k] for k in scenes], self.run, SCENES_AT_ONCE):
             yield scenes[place], outcome
         others = sorted(set(range(len(jobs))) - set(scenes))

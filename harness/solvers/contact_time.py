@@ -186,10 +186,11 @@ def _solve(impact: _Impact, end: float, *, closing: bool) -> float | None:
             rates, (start, time), state, method="DOP853", rtol=TOLERANCE, atol=1e-3 * TOLERANCE,
             events=events, first_step=1e-6,
         )  # fmt: skip
-        reached, *turned_at = solution.t_events or ()
+        assert solution.t_events is not None
+        reached, turned_at = solution.t_events[0], solution.t_events[-1]
         if reached.size:
             return float(reached[0]) * unit
-        if closing or not turned_at or not turned_at[0].size:
+        if closing or not turned_at.size:
             return None
         start, state = float(solution.t[-1]), solution.y[:, -1].tolist()
         turned[0] = state[0] * length

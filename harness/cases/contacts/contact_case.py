@@ -12,7 +12,7 @@ from abc import abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache, partial
-from typing import Any, ClassVar, TypeVar
+from typing import Any, ClassVar, TypeVar, cast
 
 import numpy as np
 
@@ -71,6 +71,7 @@ class ContactCase(Case[P]):
 
     group: ClassVar[str] = "contacts"
     formula: ClassVar[str]
+    parameters: ClassVar[type[ContactSystem]]
     laws: ClassVar[Laws]
     systems: ClassVar[Systems] = SYSTEMS
     usual: ClassVar[Mapping[str, Mapping[str, Any]]]  # presets of this package
@@ -82,7 +83,8 @@ class ContactCase(Case[P]):
     varied_in_quick: ClassVar[Sequence[str]] = ()
 
     def __init__(self) -> None:
-        self.presets, self.sources = presets_of(self.name, self.parameters, self.usual)
+        kind = cast("type[P]", self.parameters)
+        self.presets, type(self).sources = presets_of(self.name, kind, self.usual)
 
     # ---- one run
 
@@ -208,7 +210,12 @@ class ContactCase(Case[P]):
     ) -> Iterator[Check]:
         """Yield a check of each quantity; the first alone where the engine refuses the scene."""
         p, job = trial.parameters, self._job(self.scene(trial.parameters), variation)
-        common = {"setup": trial.setup, "check": variation, "level": level, "jobs": (job,)}
+        common: dict[str, Any] = {
+            "setup": trial.setup,
+            "check": variation,
+            "level": level,
+            "jobs": (job,),
+        }
         refused = bool(engine.refuses(job))
         for name in list(self.names(p))[: 1 if refused else None]:
             quantity = self.quantity(name)
