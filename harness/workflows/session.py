@@ -93,7 +93,8 @@ class Session:
         for case in self.cases:
             self._plan(OWN, case, "own_checks", case.own_checks)
             for engine in self.engines:
-                self._plan(engine.name, case, "checks", partial(case.checks, engine))
+                checks = partial(case.checks_up_to, engine, self.level)
+                self._plan(engine.name, case, "checks", checks)
         self._plan_comparisons()
         found = any(self.planned.values()) or any(self.compared.values())
         if self.engines and self.only != "*" and not found:

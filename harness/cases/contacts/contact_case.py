@@ -176,7 +176,7 @@ class ContactCase(Case[P]):
         """Return the checks of an engine, of all levels."""
         return self.checks_up_to(engine, "full")
 
-    def checks_up_to(self, engine: Engine, level: Level) -> Iterable[Check]:
+    def checks_up_to(self, engine: Engine, level: Level) -> Iterator[Check]:
         """Yield the checks of an engine of a level and shorter ones; no scene of others is made."""
         for trial in self.trials():
             if not _runs_at(trial.level, level):
@@ -251,6 +251,15 @@ class ContactCase(Case[P]):
 
     def _reference_values(self, bench: Bench, p: P, scene: Scene) -> Mapping[str, float]:
         return self._observe(p, bench.reference(scene))
+
+    def differences(self, p: P, bench: Bench) -> dict[str, float]:
+        """Return the difference of each quantity from the reference, in parts of its scale."""
+        scene, found = self.scene(p), bench.once(self._values, bench, p, "")
+        return {
+            name: abs(found[name] - self._expected(p, scene, name, bench))
+            / self.quantity(name).size(p)
+            for name in self.names(p)
+        }
 
     def moved(self, p: P, scene: Scene, rules: Rules, other: Rules) -> tuple[float, str]:
         """Return the largest change of a quantity from one set of conventions to another.

@@ -22,7 +22,7 @@ class Difference(NamedTuple):
     """A trial in an engine: the number of quantities, and the largest difference [scale]."""
 
     trial: Trial
-    count: int
+    quantities: int
     worst: float
 
 
@@ -72,9 +72,10 @@ def matrix(rows: list[Difference]) -> pd.DataFrame:
 
 def all_differences(bench: Bench) -> Iterator[tuple[ContactCase[Any], Difference]]:
     """Yield the trials of all contact cases that an engine has run."""
+    from harness.cases.contacts.contact_case import ContactCase
     from harness.cases.registry import GROUPS, get_case
 
     for name in GROUPS["contacts"]:
         case = get_case(name)
-        if hasattr(case, "trials"):
+        if isinstance(case, ContactCase):
             yield from ((case, row) for row in differences(case, bench))
