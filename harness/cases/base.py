@@ -175,7 +175,7 @@ class Case(ABC, Generic[P]):
         """Return the checks of an engine, of all levels."""
         return ()
 
-    def checks_up_to(self, engine: Engine, level: Level) -> Iterable[Check]:  # noqa: ARG002
+    def checks_up_to(self, engine: Engine, level: Level) -> Iterable[Check]:
         """Return the checks of an engine of a level and shorter ones; more do no harm.
 
         For a case in which a check takes time to make.
