@@ -164,7 +164,9 @@ def motion_of(
             step = expected[int(np.argwhere(~np.isfinite(known))[0, 0])]
             raise EngineNaNError(f"{title} wrote {name} that is not finite (NaN) at step {step}")
     _check_pairs(title, scene, parts["position"])
-    return Motion(np.array(expected) * scene.step, *(parts[n] for n in PARTS), stages=ends)
+    position, velocity, spin, force, torque = (parts[name] for name in PARTS)
+    time = np.array(expected) * scene.step
+    return Motion(time, position, velocity, spin, force, torque, stages=ends)
 
 
 def _checked_stages(title: str, scene: Scene, stages: Floats | None) -> Floats:

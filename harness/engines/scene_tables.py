@@ -49,7 +49,8 @@ def motion_in(output: Output, scene: Scene) -> Motion:
     """Return the motion in an output, of a scene with stages up to its end.
 
     Raise EngineOutputError for samples that are missing or of another shape, EngineNaNError for
-    one that is not finite; forces on frozen bodies may be unknown.
+    one that is not finite; forces on frozen bodies may be unknown, and those of a code that writes
+    none are.
     """
     table = output.tables.get(SERIES, {})
     stages = _stages(output) if scene.stages else None
@@ -81,5 +82,7 @@ def _check_column(output: Output, name: str, scene: Scene, samples: int) -> None
         raise EngineOutputError(f"{output.who} left {found} of {name}, not {shape}")
     of_force = name in (*PARTS["force"], *PARTS["torque"]) and not scene.segments
     known = [not of_force or body.motion == "free" for body in scene.bodies]
+    if of_force and np.isnan(column).all():  # of a code that writes none
+        return
     if not np.isfinite(column[:, known]).all():
         raise EngineNaNError(f"{output.who} left a value of {name} that is not finite (NaN)")

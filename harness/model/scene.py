@@ -221,9 +221,8 @@ class Scene(Parameters):
         for law, first, second in self._partners():
             if law.normal != "hooke" or law.clipped or DAMPING[law.damping].powers[1]:
                 continue
-            mass = effective_mass(first, second)
-            critical = 2.0 * math.sqrt((law.normal_stiffness or 0.0) * mass)
-            ratio = law.dashpot(mass, first.radius, 0.0) / critical
+            critical = 2.0 * math.sqrt((law.normal_stiffness or 0.0) * moving_mass(first, second))
+            ratio = law.dashpot(effective_mass(first, second), first.radius, 0.0) / critical
             if ratio >= 1.0:
                 name = "restitution" if law.restitution is not None else "damping_coefficient"
                 value = getattr(law, name)
@@ -259,9 +258,9 @@ class Scene(Parameters):
 
     def _largest_steps(self) -> Iterator[tuple[str, float, Law, float]]:
         for law, first, second in self._partners():
-            mass, radius = effective_mass(first, second), effective_radius(first, second)
-            overlap = self._overlap(law, mass, radius)
-            for name, spring, dashpot in _rates(law, first, second, mass, radius, overlap):
+            radius = effective_radius(first, second)
+            overlap = self._overlap(law, moving_mass(first, second), radius)
+            for name, spring, dashpot in _rates(law, first, second, radius, overlap):
                 if spring or dashpot:
                     yield name, getattr(law, name), law, _largest(spring, dashpot)
 
@@ -297,6 +296,16 @@ def effective_mass(first: Body, second: Body | None) -> float:
     return first.mass * second.mass / (first.mass + second.mass)
 
 
+def moving_mass(first: Body, second: Body | None) -> float:
+    """Return the reduced mass [kg] of a free body and another or a wall (None), of those that move.
+
+    Unlike m* it does not count a held body, whose mass enters dashpots alone.
+    """
+    if second is None or second.motion != "free":
+        return first.mass
+    return effective_mass(first, second)
+
+
 def effective_radius(first: Body, second: Body | None) -> float:
     """Return R* [m] of two bodies, or of one on a plane (None)."""
     if second is None:
@@ -305,10 +314,13 @@ def effective_radius(first: Body, second: Body | None) -> float:
 
 
 def _rates(
-    law: Law, first: Body, second: Body | None, mass: float, radius: float, overlap: float
+    law: Law, first: Body, second: Body | None, radius: float, overlap: float
 ) -> Iterable[tuple[str, float, float]]:
     """Yield each spring's coefficient, its w^2 [1/s2] and the rate of its dashpot [1/s]."""
-    eta = law.dashpot(mass, radius, overlap)
+    mass, eta = (
+        moving_mass(first, second),
+        law.dashpot(effective_mass(first, second), radius, overlap),
+    )
     free = [body for body in (first, second) if body is not None and body.motion == "free"]
     turning = sum(1.0 / body.moment_of_inertia for body in free)
     slipping = 1.0 / mass + sum(b.radius**2 / b.moment_of_inertia for b in free)

@@ -110,7 +110,7 @@ class Simulation:
         self._system.before[:] = self._system.state[:, FORCE:]
 
     def motion(self) -> Motion:
-        """Return the samples so far; raise EngineNaNError where one, or the state, is not finite."""
+        """Return the samples so far; raise EngineNaNError where the motion is not finite."""
         taken = self.step_number // self.scene.every + 1
         samples, ends = np.concatenate(self._samples)[:taken], stages.ends(self._stages)
         parts = (samples, self.state, 0.0 if ends is None else ends)

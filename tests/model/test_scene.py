@@ -69,6 +69,23 @@ def test_steps_beyond_the_largest_are_unstable(law):
         assert (abs(height - rest).max() < 2e-7) == stays
 
 
+@pytest.mark.parametrize("motion", ["frozen", "held"])
+@pytest.mark.parametrize("ratio", [0.1, 0.9])
+def test_largest_step_is_that_of_the_mass_that_moves(motion, ratio):
+    """A held partner has its mass in the dashpot alone: m/2 for m, the spring moves m."""
+    base = BALL.replace(position=(0.0, 0.0, -0.01), velocity=STILL, motion=motion)
+    law = Law.linear(1e5, ratio, clipped=False)
+    values = {"walls": (), "law": law, "gravity": (0.0, 0.0, -9.81), "steps": 4000}
+    scene = Scene(**{**GOOD, **values, "bodies": (BALL, base)})
+    for share, stays in ((0.98, True), (1.02, False)):
+        rest = 0.01 - BALL.mass * 9.81 / 1e5
+        near = BALL.replace(position=(0.0, 0.0, rest - 1e-8), velocity=STILL)
+        step = share * scene.largest_step
+        trial = Scene.model_construct(**{**dict(scene), "bodies": (near, base), "step": step})
+        height = reference.run(trial).position[:, 0, 2]
+        assert (abs(height - rest).max() < 2e-7) == stays
+
+
 def test_overdamped_is_allowed_where_it_ends():
     assert Scene(**{**GOOD, "law": Law.linear(1e5, 1.5, clipped=True)}).duration > 0.0
     falls = {**GOOD, "gravity": (0.0, 0.0, -9.81), "law": Law.linear(1e5, 1.5, clipped=False)}

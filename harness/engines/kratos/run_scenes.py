@@ -250,7 +250,7 @@ class Simulation:
         node.X0 -= way
         node.X -= way
         self.put_back += way
-        return way != 0.0
+        return bool(way)
 
 
 def four_of_a_row(bodies: list[dict[str, Any]], pitch: float) -> list[dict[str, Any]]:

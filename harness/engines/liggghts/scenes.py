@@ -161,7 +161,8 @@ def _frame(lines: Sequence[str], scene: Scene) -> tuple[int, list[list[float]]]:
 def script(scene: Scene, dump: str = "samples.dump") -> str:
     """Return the script of a scene, which writes its samples to a dump.
 
-    Stages are written to a file beside it, with the suffix ``.stages``. Raise Unsupported for a scene that LIGGGHTS cannot state.
+    Stages are written to a file beside it, with the suffix ``.stages``. Raise Unsupported for a
+    scene that LIGGGHTS cannot state.
     """
     lines = [*_bodies(scene), *_contacts(scene, words(scene)), *_motion(scene, dump)]
     if not scene.stages:

@@ -1,46 +1,44 @@
 """MFiX-DEM as an engine of the harness: the batch solver that a user builds, its inputs and runs.
 
-``system.py`` puts a scene in MFiX's terms, ``frames.py`` reads the motion from what it writes.
+``scenes.py`` puts a scene in MFiX's terms, ``frames.py`` reads the motion from what it writes.
 """
 
 from __future__ import annotations
 
 import math
 import re
-import tomllib
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from importlib import resources
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from harness.engines.contract import Job, Template
-from harness.engines.mfix.frames import motion, read_frames
-from harness.engines.mfix.system import REFERENCE, Scheme, System, steps_per_contact, system_of
-from harness.engines.output import SERIES, Output, Table
+from harness.engines.contract import Job
+from harness.engines.mfix.frames import decided, motion, read_frames
+from harness.engines.mfix.scenes import Scheme, System, rules, system_of
+from harness.engines.output import Output
 from harness.engines.process import Ended, Limits, first_words, parallel_map, way_of_death
 from harness.engines.programs import ProgramEngine, fresh_folder
 from harness.engines.scripts import renderer
-from harness.engines.traits import FRICTIONLESS, ContactModel, ContactValues, Traits
+from harness.engines.traits import Traits
 from harness.errors import (
     EngineError,
     EngineInputError,
     EngineMissingError,
     EngineNaNError,
     EngineOutputError,
-    RequestError,
+    Unsupported,
 )
 from harness.observables.provenance import Provenance
-from harness.parameters.law import Contact, contact_of, contact_values
-from harness.parameters.plane_scene import LOOK
+
+if TYPE_CHECKING:
+    from harness.model.conventions import Rules
+    from harness.model.motion import Motion
+    from harness.model.scene import Scene
 
 KEYWORDS, PARTICLES = "mfix.dat", "particle_input.dat"  # the names that MFiX looks for
 TEMPLATES = resources.files(__package__).joinpath("templates")
-
-CONTACT = Contact(name="MFiX", restitution=1e-20, effective_mass="half")  # the source's
-
 REFUSAL = re.compile(r"(?im)^.*\berror \d+:.*$|^ *(?:Illegal|Invalid|Required input)\b.*$")
-MOST_FRAMES = 100_000  # files that a run writes at most, one a sample
 STRETCHES = (8.0, 32.0, 128.0, 512.0)  # [sqrt(d/g)] to run first: MFiX cannot stop early
 
 
@@ -64,13 +62,6 @@ def _fortran(value: Any) -> Any:
     return f"{point}d{int(exponent)}" if exponent else point
 
 
-def _underdamped(values: ContactValues) -> str:
-    """Return why a dashpot cannot be stated, or nothing where it can."""
-    if "damping" not in values or contact_of(values).zeta <= CONTACT.zeta:
-        return ""
-    return f"takes a restitution of at least 1e-20, a damping ratio of at most {CONTACT.zeta:g}"
-
-
 class Mfix(ProgramEngine):
     """The batch solver of MFiX at ``program``, by default ``mfixsolver`` on PATH.
 
@@ -86,11 +77,6 @@ class Mfix(ProgramEngine):
         versions=("21.3.2",),
         integrator="mfix-euler",
         microseconds_per_step=32.0,
-        frictionless=ContactModel(
-            "contact",
-            FRICTIONLESS | {"tail": ("attractive",), "effective_mass": ("half",)},
-            needs=_underdamped,
-        ),
         digits=7,
         title="MFiX",
         caveats=(
@@ -110,7 +96,7 @@ class Mfix(ProgramEngine):
         super().__init__(program, workers, limits)
         self._scheme: Scheme = scheme
         self.opened_with["scheme"] = scheme
-        self.traits = replace(self.traits, integrator=REFERENCE[scheme])
+        self.traits = replace(self.traits, integrator=f"mfix-{scheme.lower().replace('_', '-')}")
         self.identify()
 
     @classmethod
@@ -130,74 +116,50 @@ class Mfix(ProgramEngine):
             version = "unversioned"  # a build without -DVERSION calls itself 0.0, or nothing
         return Provenance(self.name, version, (), self.program, "executable", KEYWORDS)
 
-    @classmethod
-    def steps_of(cls, factor: float, contact: Contact) -> float:
-        """Return the steps per contact of a ``DTSOLID_FACTOR``."""
-        return steps_per_contact(factor, contact)
-
-    @classmethod
-    def inputs(cls, templates: Iterable[Template]) -> dict[str, str]:
-        """Return the inputs of templates that have an example, by their names."""
-        examples = tomllib.loads(TEMPLATES.joinpath("examples.toml").read_text(encoding="utf-8"))
-        texts: dict[str, str] = {}
-        for template in templates:
-            if template.scene is not None and template.name in examples:
-                main = template.variants[template.main]
-                contact = {n: value for n, value in contact_values(CONTACT).items() if n in main}
-                scene = template.scene({**main, **contact, **examples[template.name]})
-                system = system_of(template.name, scene, scene.steps, scene.every, "EULER")
-                for name, text in input_texts(system).items():
-                    texts[f"{template.name}/{name}"] = text
-        return texts
-
-    def refuses(self, job: Job) -> str:
-        """Return why the engine cannot run a job, or nothing where it can."""
-        if reason := super().refuses(job):
-            return reason
-        try:
-            self._systems(job)
-        except RequestError as error:
-            return str(error)
-        return ""
+    def rules(self, scene: Scene) -> Rules:
+        """Return the conventions by which a scene is run; raise Unsupported."""
+        self._systems(scene)
+        return rules(scene, self._scheme)
 
     def run(self, jobs: Sequence[Job]) -> list[Output | EngineError]:
-        """Run the scenes of the jobs, a process for each, in longer stretches until decided."""
+        """Run the scenes of jobs, a process for each, and return their outputs in order."""
         self.check(jobs)
-        return parallel_map(self._run_job, jobs, self.workers)
+        return self.run_scene_jobs(jobs)
 
-    def _systems(self, job: Job) -> list[System]:
-        """Return ever longer stretches of a job's scene; RequestError where MFiX cannot run it."""
-        assert job.template.scene is not None
-        scene = job.template.scene(job.values)
+    def motions(self, jobs: Sequence[Job]) -> list[Motion | EngineError]:
+        """Return the motion of each job's scene, or the error of its run, in order."""
+        return parallel_map(lambda job: self._motion(self.scene_of(job)), jobs, self.workers)
+
+    def _systems(self, scene: Scene) -> list[System]:
+        """Return ever longer stretches of a scene; raise Unsupported where none can be run."""
         stretches, gravity = {scene.steps}, math.hypot(*scene.gravity)
-        if scene.decided is not None and gravity > 0.0:
-            unit = math.sqrt(float(scene.diameter[0]) / gravity) / scene.step
+        if scene.stages and gravity > 0.0:
+            unit = math.sqrt(2.0 * scene.bodies[0].radius / gravity) / scene.step
             stretches |= {min(math.ceil(s * unit), scene.steps) for s in STRETCHES}
-        systems = []
-        for steps in sorted(stretches):
-            every = scene.every or max(LOOK, math.ceil(steps / MOST_FRAMES))
-            if steps <= MOST_FRAMES * every:
-                systems.append(system_of(job.template.name, scene, steps, every, self._scheme))
-        if not systems:
-            raise RequestError(f"every = {every} steps: MFiX writes more than {MOST_FRAMES} files")
-        systems[0].keywords()  # raises for a step that is too coarse
+        shortest, *longer = sorted(stretches)
+        systems = [system_of(scene, shortest, self._scheme)]
+        for steps in longer:
+            try:
+                systems.append(system_of(scene, steps, self._scheme))
+            except Unsupported:  # more files than MFiX shall write
+                break
         return systems
 
-    def _run_job(self, job: Job) -> Output | EngineError:
-        seconds = 0.0
-        for system in self._systems(job):
-            output = self._solve(system, seconds)
-            if isinstance(output, EngineError):
-                break
-            seconds, decided = output.seconds, system.scene.decided
-            if decided is None or decided(output.tables[SERIES]):
-                break
-        return output
+    def _motion(self, scene: Scene) -> Motion | EngineError:
+        """Run ever longer stretches, until a look at the first body ends the run."""
+        try:
+            for system in self._systems(scene):
+                found = self._solve(system)
+                if found.stages is None or decided(scene, found.stages):
+                    break
+        except EngineError as error:
+            return error
+        return found
 
-    def _solve(self, system: System, before: float) -> Output | EngineError:
-        """Run a system in a fresh folder, where no restart file stops it, after some seconds."""
+    def _solve(self, system: System) -> Motion:
+        """Run a system in a fresh folder, where no restart file stops it."""
         if self.processes.closed:
-            return self.closed_error()
+            raise self.closed_error()
         texts = input_texts(system)
         with fresh_folder() as folder:
             for file, text in texts.items():
@@ -205,14 +167,11 @@ class Mfix(ProgramEngine):
             ended = self.start([self.program, "-f", KEYWORDS], folder, self.limits.seconds)
             log = "\n".join(f"# {file}\n{text}" for file, text in texts.items()) + ended.said
             try:
-                series = self._series(system, folder, ended)
+                return self._read(system, folder, ended)
             except EngineError as error:
-                return error.with_log(log)
-        return Output(
-            (), self.identify(), {SERIES: series}, log, before + ended.seconds, self.title
-        )
+                raise error.with_log(log) from None
 
-    def _series(self, system: System, folder: Path, ended: Ended) -> Table:
+    def _read(self, system: System, folder: Path, ended: Ended) -> Motion:
         """Return the motion that a run left; raise EngineError for one that failed."""
         wrote, refusal = any(folder.glob("GRAIN_*.vtp")), REFUSAL.search(ended.said)
         if refusal and (ended.code or not wrote) and not ended.timed_out:

@@ -12,10 +12,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from harness.engines.mfix.system import Floats, System
-from harness.engines.output import Table
-from harness.errors import EngineNaNError, EngineOutputError
+from numpy.typing import NDArray
 
+from harness.engines.mfix.scenes import System
+from harness.errors import EngineNaNError, EngineOutputError
+from harness.model.motion import Floats, Motion
+from harness.model.scene import LOOK, Scene
+
+Integers = NDArray[np.int64]
 TIME = re.compile(rb"<!-- Time =\s*([-+.\dEeDd]+)\s+sec")
 POINTS = re.compile(rb'NumberOfPoints="\s*(\d+)')
 ARRAY = re.compile(rb'<DataArray type="Float32" Name="([^"]+)"([^>]*)offset="\s*(\d+)\s*"')
@@ -58,9 +62,10 @@ def read_frame(content: bytes, name: str) -> Frame:
     return Frame(float(time[1].upper().replace(b"D", b"E")), arrays)
 
 
-def motion(system: System, grains: list[Frame], chains: list[Frame]) -> Table:
-    """Return the table of a run, to where a mobile particle left; ``chains`` are of its forces.
+def motion(system: System, grains: list[Frame], chains: list[Frame]) -> Motion:
+    """Return the motion of a run; ``chains`` are the frames of its forces, of a line alone.
 
+    Without forces they are NaN. A run over a row ends where its stages do, or where it was cut.
     Raise EngineOutputError for missing frames, a run that ended early, a held sphere that moved.
     """
     scene, h, numbers = system.scene, system.scene.step, range(1, system.mobile + 1)
@@ -68,28 +73,90 @@ def motion(system: System, grains: list[Frame], chains: list[Frame]) -> Table:
     states = [_states(frame) for frame in frames.values()]
     _check(system, [frame.time / h for frame in frames.values()], states)
     inside = [(at, one) for at, one in zip(frames, states, strict=True) if {*numbers} <= {*one}]
-    inside = inside[bool(scene.forces) :]  # there are none in the frame of the start
-    step = np.array([float(at) for at, _ in inside])
+    inside = inside[int(system.line) :]  # there are no forces in the frame of the start
+    step = np.array([at for at, _ in inside])
     state = np.array([[one[number] for number in numbers] for _, one in inside])
     place, velocity = np.split(state.reshape(-1, system.mobile, 4), 2, axis=-1)
-    table: dict[str, Floats] = {}
-    if scene.forces:
-        # MFiX writes a step's positions with the forces that led to them: v' = v + h a,
-        # x' = x + h v', so they acted at x = x' - h v', v = v' - h a, a step before the frame
-        place = place - h * velocity
+    force = np.full(place.shape, np.nan)
+    if system.line:
         acting = {round(chain.time / h): chain for chain in chains}
-        chained = zip((acting.get(at) for at, _ in inside), place[..., 1], strict=True)
-        force = np.array([_forces(system, chain, heights) for chain, heights in chained])
-        push = np.diff(np.pad(force, ((0, 0), (1, 1))), axis=1) / float(scene.mass[0])
-        velocity = velocity - h * (scene.gravity @ system.axes)
-        velocity[..., 1] -= h * push[:, : system.mobile]
-        step, table = step - 1.0 - system.first_step, {"contact_force_N": force}
-    rest = np.tile(scene.position[scene.fixed], (len(step), 1, 1))
-    place = np.concatenate([(place - system.origin) @ system.axes.T, rest], axis=1)
-    velocity = np.concatenate([velocity @ system.axes.T, 0.0 * rest], axis=1)
-    columns = (step, step * h, place[..., 0], place[..., 1], velocity[..., 0], velocity[..., 1])
-    names = ("step", "time_s", "x_m", "y_m", "vx_m_per_s", "vy_m_per_s")
-    return {**dict(zip(names, columns, strict=True)), **table}
+        chained = [acting.get(at) for at in step.tolist()]
+        place, velocity, force = _a_step_before(system, place, velocity, chained)
+        step = step - 1 - system.first_step
+    stages = stages_of(scene, step, (place[:, 0] - system.origin) @ system.axes.T,
+                       velocity[:, 0] @ system.axes.T)  # fmt: skip
+    last = scene.steps if stages is None else int(stages[-1, 0])
+    kept = (step % scene.every == 0) & (step <= last)
+    parts = (place - system.origin, velocity, force)
+    x, v, f = (_in_scene(system, part[kept] @ system.axes.T) for part in parts)
+    for number, body in enumerate(scene.bodies[system.mobile :], system.mobile):
+        x[:, number], v[:, number] = body.position, body.velocity
+        f[:, number] = -f[:, :number].sum(axis=1) if system.line else np.nan
+    zero = np.zeros_like(x)
+    return Motion(step[kept] * h, x, v, zero, f, np.where(np.isnan(f), np.nan, zero), None, stages)
+
+
+def _in_scene(system: System, part: Floats) -> Floats:
+    """Return vectors of mobile spheres (M, mobile, 2) as those of all bodies (M, N, 3)."""
+    whole = np.zeros((len(part), len(system.scene.bodies), 3))
+    whole[:, : system.mobile, :2] = part
+    return whole
+
+
+def _a_step_before(
+    system: System, place: Floats, velocity: Floats, chained: list[Frame | None]
+) -> tuple[Floats, Floats, Floats]:
+    """Return places, velocities and forces of a step before the frames, in a line.
+
+    MFiX writes a step's positions with the forces that led to them: v' = v + h a, x' = x + h v', so
+    they acted at x = x' - h v', v = v' - h a.
+    """
+    scene, h = system.scene, system.scene.step
+    place = place - h * velocity
+    rows = zip(chained, place[..., 1], strict=True)
+    contacts = np.array([_forces(system, chain, heights) for chain, heights in rows])
+    force = np.zeros_like(place)  # a contact pushes the sphere above it up, and the one below down
+    force[..., 1] = np.diff(np.pad(contacts, ((0, 0), (1, 1))), axis=1)[:, : system.mobile]
+    gravity = np.array(scene.gravity[:2]) @ system.axes
+    velocity = velocity - h * (gravity + force / scene.bodies[0].mass)
+    return place, velocity, force
+
+
+def stages_of(scene: Scene, step: Integers, x: Floats, v: Floats) -> Floats | None:
+    """Return the stages of a path (M, 2) of the first body, by looks at its samples.
+
+    None for a scene without stages. The last row is undecided where the path ends too early.
+    """
+    if not scene.stages:
+        return None
+    looked = ((step % LOOK == 0) | (step == scene.steps)) & (step <= scene.steps)
+    rows = np.column_stack([step, step * scene.step, x, v, np.zeros(len(step))])[looked]
+    mass, gravity = scene.bodies[0].mass, np.array(scene.gravity[:2])
+    energy = mass * (0.5 * (rows[:, 4:6] ** 2).sum(axis=1) - rows[:, 2:4] @ gravity)
+    ends, stage = [0], 0
+    for place in range(1, len(rows)):
+        beyond = rows[place, 2] > scene.stages[stage].place
+        stops = rows[place, 4] < 0.0 and energy[place] < scene.stages[stage].floor
+        if beyond:
+            stage += 1
+        if beyond or stops:
+            ends.append(place)
+        if stage == len(scene.stages) or (stops and not beyond):
+            break
+    else:
+        ends += [len(rows) - 1] * (ends[-1] < len(rows) - 1)
+    return rows[ends]
+
+
+def decided(scene: Scene, stages: Floats) -> bool:
+    """Return whether a path is over: beyond the last place, given up, or out of time."""
+    *_, last = stages
+    mass, gravity = scene.bodies[0].mass, np.array(scene.gravity[:2])
+    passed = sum(row[2] > stage.place for row, stage in zip(stages[1:], scene.stages, strict=False))
+    if passed == len(scene.stages) or last[0] >= scene.steps:
+        return True
+    energy = mass * (0.5 * (last[4:6] ** 2).sum() - last[2:4] @ gravity)
+    return bool(last[4] < 0.0 and energy < scene.stages[passed].floor)
 
 
 def _states(frame: Frame) -> dict[int, Floats]:
@@ -107,7 +174,7 @@ def _forces(system: System, chain: Frame | None, heights: Floats) -> Floats:
     if chain is not None:  # else nothing touches
         points = zip(chain.arrays["coordinates"], chain.arrays["FORCE_CHAIN_FN"], strict=True)
         for point, vector in points:
-            force[np.abs(middles - point[1]).argmin()] = np.hypot(vector[0], vector[1])
+            force[np.abs(middles - point[1]).argmin()] = vector[1]
     return force
 
 
@@ -119,7 +186,7 @@ def _check(system: System, clock: list[float], states: list[dict[int, Floats]]) 
         raise EngineOutputError(
             f"MFiX wrote {len(clock)} frames that are not every {system.every} steps from the start"
         )
-    if system.scene.decided is None and clock[-1] < system.first_step + system.steps - 0.5:
+    if not system.scene.stages and clock[-1] < system.first_step + system.steps - 0.5:
         raise EngineOutputError(f"MFiX ended at step {clock[-1]:.0f} of {system.steps}")
     for state in states[1:2] + states[-1:]:  # a particle that is held is not written
         for number in state.keys() & set(range(system.mobile + 1, len(system.place) + 1)):

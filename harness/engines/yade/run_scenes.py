@@ -2,8 +2,8 @@
 
 The file is a list of scenes in SI units, each with its law in Yade's words (``code``). The samples
 of scene k are written to ``<k>.json``: ``step`` (samples,), and ``position``, ``velocity``,
-``angular_velocity``, ``force`` and ``torque``, each (samples, bodies, 3); ``stages`` (K, 7) are step,
-time, x, y, vx, vy and wz of the first body at the start and at the end of each stage.
+``angular_velocity``, ``force`` and ``torque``, each (samples, bodies, 3); ``stages`` (K, 7) are
+step, time, x, y, vx, vy and wz of the first body at the start and at the end of each stage.
 
 A step of Yade computes the forces at x with v half a step behind, then moves v and x. Samples are
 taken between: v is brought to the time of x by half a step of the force.

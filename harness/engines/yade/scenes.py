@@ -183,9 +183,9 @@ def _turning(scene: Scene) -> dict[str, Any]:
     law, first, last = scene.law, scene.bodies[0], scene.bodies[-1]
     name = "Law2_ScGeom6D_CohFrictPhys_CohesionMoment"
     check_words(law, name, damping="none", tangential="none linear_history", twisting="none sds")
-    for kind in ("rolling", "twisting"):
-        if getattr(law, f"{kind}_damping"):
-            raise Unsupported(f"has {kind} springs without a dashpot only")
+    for spring in ("rolling", "twisting"):
+        if getattr(law, f"{spring}_damping"):
+            raise Unsupported(f"has {spring} springs without a dashpot only")
     radii = {body.radius for body in scene.bodies}
     if (scene.walls and len(scene.bodies) > 1) or (len(scene.bodies) > 2 and len(radii) > 1):
         raise Unsupported(f"its {name} has one R*: of a sphere on walls, or of equal spheres")

@@ -267,7 +267,7 @@ def main(mode, options):
     Path(f"{keys['RUN_NAME']}.RES").write_text("restart", encoding="utf-8")
     if mode == "no hold":
         keys.pop("BC_TYPE(1)", None)
-    bad = keys["DES_EN_INPUT"] == 0.25
+    bad = math.isclose(keys["DES_EN_INPUT"], 0.25, rel_tol=1e-9)
     if not bad or mode in (*AFTER, ""):
         lines = Path("particle_input.dat").read_text(encoding="utf-8").splitlines()
         Run(keys, lines).march()

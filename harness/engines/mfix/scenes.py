@@ -1,0 +1,254 @@
+"""Scenes in MFiX's terms: rows, lines along gravity, and drops on level spheres.
+
+No keyword of MFiX holds a particle. A particle within a radius of a mass outflow takes the
+outflow's velocity and no forces (21.3.2, ``mass_outflow_dem.f``): at one of no velocity it stays,
+after its first step, with whose velocity it starts. Held ones come last, and no boundary is cyclic:
+contacts would count twice (``desgrid_mod.f``). The outflow is the floor of the box: held particles
+must be level, and particles in a line along x stand upright, x downward, the last on the floor.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+
+from harness.engines.scene_batches import check_scene, check_words, contact_mass, partners
+from harness.errors import Unsupported
+from harness.model.conventions import Rules
+from harness.model.motion import Floats
+from harness.model.scene import LOOK, Scene
+
+Pair = tuple[float, float]
+Scheme = Literal["EULER", "ADAMS_BASHFORTH"]  # ``DES_INTG_METHOD``
+# the part of h^2 a in the first step's displacement
+FIRST_STEP: dict[Scheme, float] = {"EULER": 1.0, "ADAMS_BASHFORTH": 0.5}
+
+LEAST_FACTOR = 10.0  # of ``DTSOLID_FACTOR`` (``check_solids_dem.f``)
+LEAST_RESTITUTION = 1e-20  # the source's; at 0 MFiX divides by zero
+BEHIND, BEYOND = 2, 2  # spheres of a row behind its first one, and beyond the last stage
+EQUAL = 1e-9  # relative difference of masses, or places, that are equal
+SEARCH_CELL = 2.4  # [d] the search looks half a cell about a particle, and must reach a diameter
+MOST_FRAMES = 100_000  # files that a run writes at most
+
+
+def rules(scene: Scene, scheme: Scheme = "EULER") -> Rules:
+    """Return MFiX's conventions; raise Unsupported for a scene that it cannot state."""
+    system_of(scene, scene.steps, scheme)
+    name: Any = f"mfix_{scheme.lower()}"
+    return Rules(scheme=name, frozen_mass="own", least_overlap=1e-15, looks_set_up=False)
+
+
+@dataclass(frozen=True)
+class System:
+    """A run of MFiX: a scene in a box from (0, 0), a frame every so many steps of the clock.
+
+    ``place`` (N, 2) are all spheres in the box [m], ``mobile`` ones first. Vectors of the scene are
+    those times ``axes`` (2, 2) in the box, ``origin`` is where the scene's is. Of a line the
+    contact forces are written too.
+    """
+
+    scene: Scene
+    steps: int
+    every: int
+    scheme: Scheme
+    line: bool
+    place: Floats
+    axes: Floats
+    origin: Pair
+    box: Pair
+
+    @property
+    def mobile(self) -> int:
+        """Return the number of mobile spheres."""
+        return sum(body.motion == "free" for body in self.scene.bodies)
+
+    @property
+    def first_step(self) -> int:
+        """Return the steps that the clock shows at the start.
+
+        Such that frames of forces, which are those of a step before, come a step after a sample.
+        """
+        return self.every - 1 if self.line else 0
+
+    @property
+    def diameter(self) -> float:
+        """Return the diameter of all spheres [m]."""
+        return 2.0 * self.scene.bodies[0].radius
+
+    def vectors(self, name: str) -> Floats:
+        """Return a vector of the mobile spheres in the box, (mobile, 2)."""
+        rows = [getattr(body, name)[:2] for body in self.scene.bodies[: self.mobile]]
+        return np.asarray(rows @ self.axes)
+
+    def start_velocity(self) -> Floats:
+        """Return all velocities at the start [m/s], of held spheres what their first step takes."""
+        n, d, mass = self.mobile, self.diameter, self.scene.bodies[0].mass
+        moving, gravity = self.vectors("velocity"), self.scene.gravity[:2] @ self.axes
+        away = self.place[n:, None] - self.place[None, :n]
+        distance = np.hypot(away[..., 0], away[..., 1])
+        normal = away / distance[..., None]
+        law = self.scene.law
+        push = (law.normal_stiffness or 0.0) * (d - distance)
+        push += law.dashpot(0.5 * mass, 1.0, 0.0) * (moving * normal).sum(axis=-1)
+        pushed = (np.where(distance < d, push, 0.0)[..., None] * normal).sum(axis=1) / mass
+        return np.vstack([moving, -(gravity + pushed) * FIRST_STEP[self.scheme] * self.scene.step])
+
+    def keywords(self) -> dict[str, Any]:
+        """Return the values of ``mfix.dat``."""
+        scene, (width, height), d = self.scene, self.box, self.diameter
+        gravity = (scene.gravity[:2] @ self.axes).tolist()
+        body, zeta = scene.bodies[0], _damping_ratio(scene)
+        return {
+            **{"line": self.line, "held": self.mobile < len(self.place)},
+            # half a step less: MFiX rounds the number of steps up, in single precision
+            "stop": (self.first_step + self.steps - 0.5) * scene.step,
+            "start": self.first_step * scene.step if self.first_step else "",
+            **{"gravity_x": gravity[0], "gravity_y": gravity[1]},
+            **{"width": width, "columns": max(3, math.floor(0.5 * width / d))},
+            **{"height": height, "rows": max(3, math.floor(0.5 * height / d))},
+            "search_columns": max(1, math.floor(width / (SEARCH_CELL * d))),
+            "search_rows": max(1, math.floor(height / (SEARCH_CELL * d))),
+            **{"diameter": d, "density": body.mass * 6.0 / math.pi / d**3},
+            **{"particles": len(self.place), "stiffness": scene.law.normal_stiffness},
+            "restitution": math.exp(-math.pi * zeta / math.sqrt(1.0 - zeta**2)),
+            **{"factor": _factor(scene), "scheme": self.scheme},
+            "interval": self.every * scene.step,
+        }
+
+
+def system_of(scene: Scene, steps: int, scheme: Scheme) -> System:
+    """Return the system of the first ``steps`` of a scene.
+
+    Raise Unsupported for a scene that MFiX cannot hold, or whose contacts it does not have.
+    """
+    _check_contacts(scene)
+    bodies, d = scene.bodies, 2.0 * scene.bodies[0].radius
+    place = np.array([body.position[:2] for body in bodies])
+    free = [body.motion == "free" for body in bodies]
+    count, length = sum(free), scene.period[0]
+    line = len(bodies) > 1 and not any((np.ptp(place[:, 1]), scene.gravity[1],
+                                        *(body.velocity[1] for body in bodies)))  # fmt: skip
+    level = len({y for y, moves in zip(place[:, 1].tolist(), free, strict=True) if not moves}) <= 1
+    row = length is not None
+    for refused, reason in (
+        (not all(free[:count]), "its fixed particles must come last"),
+        (line and scheme != "EULER", "it gives forces of lines in scheme EULER only"),
+        (not line and not level, "its fixed particles must be level"),
+        (line and (count < len(bodies) - 1 or np.any(np.diff(place[:, 0]) <= 0.0)),
+         "particles in a line must come in order, and the last alone be fixed"),
+        (row and (line or count != 1 or not scene.stages),
+         "it takes one particle over a row, and stages that give its end"),
+        (not row and scene.stages, "its stages are those of a row"),
+        (row and not _is_row(scene), "its row is of touching spheres"),
+    ):  # fmt: skip
+        if refused:
+            raise Unsupported(reason)
+    every = _interval(scene, steps)
+    steps += line  # frames of forces are those of a step before
+    if not row:
+        axes = np.array([[0.0, -1.0], [1.0, 0.0]]) if line else np.eye(2)
+        origin, box = _box(scene, place, steps * scene.step, line=line)
+        return System(scene, steps, every, scheme, line, place @ axes + origin, axes, origin, box)
+    first = place[1:][np.argmin(place[1:, 0])]
+    number = np.arange(1 - BEHIND, math.ceil((scene.stages[-1].place - first[0]) / d) + BEYOND + 1)
+    row_places = first + np.column_stack([number * d, np.zeros(len(number))])
+    lift = np.array([0.0, 1e-12 * d])  # rounding of a touch must not make an overlap
+    origin = ((BEHIND + 0.5) * d - float(first[0]), 0.5 * d - float(first[1]))
+    places = np.vstack([place[0] + lift, row_places]) + origin
+    box = ((len(number) + 2) * d, 6.0 * d)
+    return System(scene, every * math.ceil(steps / every), every, scheme, False, places, np.eye(2),
+                  origin, box)  # fmt: skip
+
+
+def _check_contacts(scene: Scene) -> None:
+    """Raise Unsupported for contacts that MFiX does not have."""
+    check_scene(scene)
+    law, body = scene.law, scene.bodies[0]
+    check_words(law, "LSD", normal="hooke", tangential="none", rolling="none", twisting="none",
+                damping="none velocity mass_velocity damping_ratio coeff_restitution")  # fmt: skip
+    across = [scene.gravity[2], *(b.position[2] for b in scene.bodies)]
+    across += [b.velocity[2] for b in scene.bodies]
+    spins = any(any(b.angular_velocity) for b in scene.bodies)
+    frozen = any(b.motion == "frozen" for b in scene.bodies)
+    moved = any(b.motion != "free" and any(b.velocity) for b in scene.bodies)
+    for refused, reason in (
+        (scene.walls, "takes no walls here"),
+        (scene.segments or scene.setups, "takes one run under its forces"),
+        (any(across) or spins, "takes spheres in the plane of x and y that do not turn"),
+        (any(b.radius != body.radius or abs(b.mass - body.mass) > EQUAL * body.mass
+             for b in scene.bodies), "its spheres have one diameter and one mass"),
+        (law.damping != "none" and law.clipped, "keeps the attractive tail (clipped = False)"),
+        (law.damping != "none" and frozen,
+         "counts a fixed sphere with its own mass in m*: effective mass half, motion = held"),
+    ):  # fmt: skip
+        if refused:
+            raise Unsupported(reason)
+    most, zeta = _ratio(LEAST_RESTITUTION), _damping_ratio(scene)
+    if moved or not zeta <= most * (1.0 + EQUAL):
+        raise Unsupported(f"takes damping ratios up to {most:.6g} (restitution 1e-20)")
+    if not _factor(scene) >= LEAST_FACTOR * (1.0 - EQUAL):
+        raise Unsupported(
+            f"takes a DTSOLID_FACTOR of {LEAST_FACTOR:g} or more, not {_factor(scene):.4g}: the "
+            f"step must be at most {scene.step * _factor(scene) / LEAST_FACTOR:.6g} s here"
+        )
+
+
+def _ratio(restitution: float) -> float:
+    return -math.log(restitution) / math.hypot(math.pi, math.log(restitution))
+
+
+def _damping_ratio(scene: Scene) -> float:
+    """Return eta / (2 sqrt(k m/2)) of the contacts."""
+    first, second = partners(scene)[0]
+    eta = scene.law.dashpot(contact_mass(scene, first, second), 1.0, 0.0)
+    stiffness = scene.law.normal_stiffness or 0.0
+    return eta / (2.0 * math.sqrt(0.5 * stiffness * scene.bodies[0].mass))
+
+
+def _factor(scene: Scene) -> float:
+    """Return MFiX's steps of a damped contact of m/2."""
+    omega = math.sqrt(2.0 * (scene.law.normal_stiffness or 0.0) / scene.bodies[0].mass)
+    return math.pi / (omega * math.sqrt(1.0 - _damping_ratio(scene) ** 2)) / scene.step
+
+
+def _interval(scene: Scene, steps: int) -> int:
+    """Return the steps between two frames, which are looks where there are stages.
+
+    Raise Unsupported where that makes too many files.
+    """
+    every = scene.every
+    if scene.stages:
+        sampled = scene.every < scene.steps
+        rarer = 1 if sampled else math.ceil(steps / (LOOK * MOST_FRAMES))
+        every = math.gcd(scene.every, LOOK) if sampled else LOOK * rarer
+    if steps > MOST_FRAMES * every:
+        raise Unsupported(f"every = {every} steps: it writes more than {MOST_FRAMES} files")
+    return every
+
+
+def _is_row(scene: Scene) -> bool:
+    row = sorted(body.position[0] for body in scene.bodies[1:])
+    d, length = 2.0 * scene.bodies[0].radius, scene.period[0] or 0.0
+    touching = np.allclose(np.diff(row), d, rtol=EQUAL, atol=0.0)
+    return bool(touching and math.isclose(length, len(row) * d, rel_tol=EQUAL))
+
+
+def _box(scene: Scene, place: Floats, time: float, *, line: bool) -> tuple[Pair, Pair]:
+    """Return origin and box of a line that stands, or of spheres over held ones, for a time [s]."""
+    d, (gx, gy, _) = 2.0 * scene.bodies[0].radius, scene.gravity
+    held = [body.motion != "free" for body in scene.bodies]
+    flight = np.abs([body.velocity[:2] for body in scene.bodies]).max(axis=0) * time
+    if line:
+        moved, falls = float(flight[0]), 0.5 * max(gx, 0.0) * time**2
+        lowest = 0.5 * d if held[-1] else 2.0 * d + (moved + falls)
+        top = lowest + float(place[-1, 0] - place[0, 0])
+        return (2.0 * d, top + float(place[0, 0])), (4.0 * d, top + 2.0 * d + moved)
+    x0, y0 = (float(value) for value in (place[held] if any(held) else place).min(axis=0))
+    x, y = place[:, 0] - x0, place[:, 1] - y0
+    flight = flight + 0.5 * np.maximum([abs(gx), gy], 0.0) * time**2
+    reach = float(flight[0]) + 3.0 * d
+    origin = (reach - min(float(x.min()), 0.0) - x0, 0.5 * d - y0)
+    return origin, (float(np.ptp(x)) + 2.0 * reach, 2.5 * d + max(float(y.max()), d) + flight[1])
