@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-
 from numpy.typing import NDArray
 
 from harness.engines.mfix.scenes import System
@@ -145,7 +144,7 @@ def stages_of(scene: Scene, step: Integers, x: Floats, v: Floats) -> Floats | No
             break
     else:
         ends += [len(rows) - 1] * (ends[-1] < len(rows) - 1)
-    return rows[ends]
+    return np.asarray(rows[ends])
 
 
 def decided(scene: Scene, stages: Floats) -> bool:

@@ -37,9 +37,9 @@ def source_row(angle=10.2, factor=50.0, wells=8, seconds=45.0, stiffness=1e6, gr
     omega = math.sqrt(2.0 * stiffness * (1.0 - SOURCE**2))
     scene = on_row(stiffness, angle=angle, ratio=SOURCE, clipped=False, motion="held", wells=wells,
                    step=math.pi / omega / factor, every=20)  # fmt: skip
-    tilt = math.radians(angle)
-    return scene.replace(steps=math.ceil(seconds / scene.step),
-                         gravity=(gravity * math.sin(tilt), -gravity * math.cos(tilt), 0.0))  # fmt: skip
+    tilt, steps = math.radians(angle), math.ceil(seconds / scene.step)
+    pull = (gravity * math.sin(tilt), -gravity * math.cos(tilt), 0.0)
+    return scene.replace(steps=steps, gravity=pull)
 
 
 def rows_of(system):
