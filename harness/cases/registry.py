@@ -37,8 +37,8 @@ _CONTACTS = {
     },
 }  # fmt: skip
 _LAYERS = {
-    "layers": "harness.cases.layers:CASE",
-    "layers-flow": "harness.cases.layers_flow:CASE",
+    "layers": "harness.cases.layers.descent:CASE",
+    "layers-flow": "harness.cases.layers.flow:CASE",
 }
 _BULK = {
     name: f"harness.cases.bulk.{name}:CASE" for name in ("silo", "drum", "heap", "penetration")

@@ -1,1 +1,1 @@
-"""Layers of frictionless spheres on a tilted rough base."""
+"""Frictionless layers on a rough incline: the angle of their stop, steady flow at one angle."""

@@ -6,34 +6,29 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from harness.cases.layers_flow import (
-    CASE,
-    GRAIN_DENSITY,
-    PLANNED,
-    SLICE,
-    STEADY,
-    SUMS,
-    TOLERANCES,
-    Flow,
-    Measurement,
-)
-from harness.cases.verification import Study
-from harness.comparison.verdicts import Verdict
+from harness.cases.bench import Bench
+from harness.cases.checks import run_checks, selected
+from harness.cases.layers.flow import BALANCES, CASE, SMALL, STEADY
+from harness.cases.layers.measurement import GRAIN_DENSITY, SLICE, SUMS, Flow, Measurement
+from harness.engines import output as outputs
 from harness.engines.lammps.engine import Lammps
-from harness.engines.output import Output
 from harness.errors import (
     EngineLostAtomsError,
     EngineOutputError,
     EngineUndecidedError,
     RequestError,
 )
-from harness.observables.provenance import Provenance
-from harness.workflows import run
+from harness.results.rows import Verdict
 
 SHEAR, FRACTION, TEMPERATURE = 0.2, 0.6, 0.03
 
 
 FLOW = Flow(blocks=6, angle=20.0)
+
+
+def made(texts):
+    results = tuple((name, str(value)) for name, value in texts)
+    return outputs.Output(results, outputs.Provenance("fake", "1"))
 
 
 def uniform(case=FLOW, growth=0.0):
@@ -70,19 +65,19 @@ def uniform(case=FLOW, growth=0.0):
                 0.0, 0.0,
             )))))
         )  # fmt: skip
-    return Output(tuple((name, str(value)) for name, value in texts), Provenance("fake", "1"))
+    return made(texts)
 
 
 def test_a_uniform_flow_is_measured_as_it_is():
     case = Flow(blocks=6, angle=20.0)
-    found = CASE.read(case, uniform(), Lammps.traits)
+    found = CASE.measure(case, uniform())
     tilt = math.radians(20.0)
     assert found["mu"] == pytest.approx(math.tan(tilt))
     assert found["mu_of_contacts"] == pytest.approx(math.tan(tilt))
     assert found["shear_rate"] == pytest.approx(SHEAR)
     assert found["solid_fraction"] == pytest.approx(FRACTION)
     assert found["granular_temperature"] == pytest.approx(TEMPERATURE)
-    for name in TOLERANCES:
+    for name in BALANCES:
         assert found[name] == pytest.approx(1.0, abs=2e-3), name  # a slice is a quarter of d
     # at half the height half the weight is above
     pressure = 0.5 * case.layers * math.cos(tilt)
@@ -110,7 +105,7 @@ def test_the_profile_holds_the_balance_at_every_height():
 @pytest.mark.parametrize(
     ("fault", "turned"),
     [
-        (lambda m: replace(m, case=m.case.replace(angle=22.0)),
+        (lambda m: replace(m, parameters=m.parameters.replace(angle=22.0)),
          {"momentum_balance", "weight_on_base", "shear_stress_balance"}),
         (lambda m: replace(m, slices=replace(m.slices, area=1.2 * m.slices.area)),
          {"shear_stress_balance", "normal_stress_balance"}),
@@ -129,20 +124,20 @@ def test_a_fault_turns_the_balances(fault, turned):
     measured = Measurement.of(Flow(blocks=6, angle=20.0), uniform())
     found = fault(measured).quantities()
     off = {
-        name for name, tolerance in TOLERANCES.items() if abs(found[name] - 1) > tolerance.relative
+        name for name, tolerance in BALANCES.items() if abs(found[name] - 1) > tolerance.relative
     }
     assert off == turned
 
 
-def test_a_flow_that_becomes_faster_has_no_means_but_says_them():
+def test_a_flow_that_becomes_faster_has_no_means_and_keeps_its_values():
     case = Flow(blocks=6)
-    with pytest.raises(EngineUndecidedError, match=r"becomes faster: .* changes by \+") as told:
-        CASE.read(case, uniform(case, growth=0.1), Lammps.traits)
-    assert told.value.values["mean_speed"] > 0.0
+    with pytest.raises(EngineUndecidedError, match=r"becomes faster: .* changes by \+") as caught:
+        CASE.measure(case, uniform(case, growth=0.1))
+    assert caught.value.values["mean_speed"] > 0.0
     with pytest.raises(EngineUndecidedError, match="becomes slower"):
-        CASE.read(case, uniform(case, growth=-0.1), Lammps.traits)
+        CASE.measure(case, uniform(case, growth=-0.1))
     small = 0.5 * STEADY / case.blocks
-    assert CASE.read(case, uniform(case, growth=small), Lammps.traits)["mean_speed"] > 0.0
+    assert CASE.measure(case, uniform(case, growth=small))["mean_speed"] > 0.0
 
 
 def test_a_steady_flow_that_fluctuates_is_seldom_called_unsteady():
@@ -166,13 +161,12 @@ def test_a_steady_flow_that_fluctuates_is_seldom_called_unsteady():
         ({"verdict": "else", "block": " ".join("1" * 11)}, EngineOutputError, "verdict 'else'"),
     ],
 )
-def test_what_is_no_flow_is_said(results, error, words):
-    output = Output(tuple(results.items()), Provenance("fake", "1"))
+def test_a_run_without_a_flow_is_an_error(results, error, words):
     with pytest.raises(error, match=words):
-        CASE.read(Flow(), output, Lammps.traits)
+        CASE.measure(Flow(), made(results.items()))
 
 
-def test_a_packing_is_held_to_the_same_bounds_as_a_descent():
+def test_a_packing_has_the_bounds_of_a_descent():
     with pytest.raises(RequestError, match="is too small for 8 layers"):
         Flow(layers=8, length=7)
     with pytest.raises(RequestError, match="angle"):
@@ -188,30 +182,28 @@ def engine(lammps_here):  # noqa: ARG001
 @pytest.mark.live
 def test_the_balances_hold_in_lammps_and_the_mean_speed_is_that_of_the_particles(engine):
     """Sums of slices beside the centre of mass, which LAMMPS computes by itself."""
-    findings = CASE.verification.run(engine, Study("quick"))
-    assert {row.name.rpartition(": ")[2] for row in findings.checks} == set(TOLERANCES)
-    assert {row.verdict for row in findings.checks} == {Verdict.PASS}, findings.checks
-    (output,) = engine.run([CASE.job(PLANNED)])
-    measured = Measurement.of(PLANNED, output)
+    benches = {"lammps": Bench(engine)}
+    rows = run_checks("layers-flow", selected("layers-flow", CASE.checks(engine), "quick"),
+                      benches["lammps"])  # fmt: skip
+    verdicts = {row.quantity: row.verdict for row in rows}
+    assert {name for name, verdict in verdicts.items() if verdict is Verdict.PASS} == set(BALANCES)
+    assert {verdicts[name] for name in ("inertial_number", "solid_fraction")} == {Verdict.RECORDED}
+    (section,) = CASE.sections(benches)
+    assert len(section.drawings[0].draw().axes) == 2
+    output = benches["lammps"].output(CASE.job(SMALL))
+    measured = Measurement.of(SMALL, output)
     momentum, mass = measured.slices.total("momentum"), measured.slices.total("mass")
     assert momentum / mass == pytest.approx(measured.blocks[:, 1], rel=1e-6)
-    assert mass == pytest.approx(np.full(PLANNED.blocks, measured.mass), rel=1e-6)
+    assert mass == pytest.approx(np.full(SMALL.blocks, measured.mass), rel=1e-6)
     assert measured.slices.total("count") == pytest.approx(
-        np.full(PLANNED.blocks, PLANNED.grains), rel=1e-6
+        np.full(SMALL.blocks, SMALL.grains), rel=1e-6
     )
 
 
 @pytest.mark.live
 def test_a_gentle_slope_stops_and_a_steep_one_never_gets_steady(engine):
-    quick = PLANNED.replace(layers=2, settle_time=30.0, flow_time=40.0, blocks=6)
+    quick = SMALL.replace(layers=2, settle_time=30.0, flow_time=40.0, blocks=6)
     outputs = engine.run([CASE.job(quick.replace(angle=angle)) for angle in (2.0, 42.0)])
     for output, words in zip(outputs, ("stopped at angle = 2", "becomes faster"), strict=True):
         with pytest.raises(EngineUndecidedError, match=words):
-            CASE.measured(quick.replace(angle=2.0), output, engine.traits)
-
-
-def test_a_parameter_that_another_case_of_the_group_has_is_said_where():
-    with pytest.raises(
-        RequestError, match=r"no such parameter of Layers .*; case layers-flow has angle"
-    ):
-        run("layers", {"angle": "16"})
+            CASE.measure(quick.replace(angle=2.0), output)

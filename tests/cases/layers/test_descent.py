@@ -1,40 +1,24 @@
-"""Layers on an incline: what is allowed, what is read, the single grain, undecided descents."""
+"""Layers on an incline: refusals, readings, the single grain, undecided descents in LAMMPS."""
 
 import math
 import subprocess
-from pathlib import Path
 
 import numpy as np
-import pandas as pd
 import pytest
 
-from harness.cases.layers.case import CASE, FLOWING
-from harness.cases.layers.system import SINGLE, TEMPLATE, Layers, values_of
-from harness.cases.verification import Study
-from harness.comparison.verdicts import Verdict
+from harness.cases.bench import Bench
+from harness.cases.checks import run_checks, selected
+from harness.cases.layers.descent import CASE, SMALL_FLOW, Layers, profile_in
+from harness.cases.layers.packing import script_values
+from harness.engines import output as outputs
 from harness.engines.lammps.engine import Lammps
-from harness.engines.output import Output, read_dump
 from harness.errors import (
     EngineLostAtomsError,
     EngineOutputError,
     EngineUndecidedError,
     RequestError,
 )
-from harness.observables.provenance import Provenance
-from harness.workflows.sweep_plan import (
-    SweepRequest,
-    names_in,
-    parameter_columns,
-    plan,
-    request_in,
-)
-
-COLUMNS = [
-    *("contact.restitution", "contact.damping_ratio", "contact.tail", "layers", "length_d"),
-    *("width_d", "filled_d", "base", "roughness_d", "polydispersity", "seed"),
-    *("stiffness_over_weight", "steps_per_contact", "first_angle_deg", "lowest_angle_deg"),
-    *("flow_time", "rate_deg", "rise_deg", "arrest_speed", "arrest_ratio", "time_limit"),
-]
+from harness.results.rows import Verdict
 
 TINY = Layers(
     layers=1, length=6, width=3, stiffness_over_weight=100.0, rate=1.0, flow_time=10.0, rise=0.2
@@ -51,9 +35,9 @@ WRONG = [
 
 @pytest.mark.parametrize(("changes", "words"), WRONG)
 def test_what_cannot_hold_grains_or_be_integrated_is_refused(changes, words):
-    with pytest.raises(RequestError) as told:
+    with pytest.raises(RequestError) as refused:
         Layers(**changes)
-    assert words in str(told.value)
+    assert words in str(refused.value)
 
 
 def test_only_a_contact_without_attraction_is_offered():
@@ -75,8 +59,8 @@ def test_the_line_of_the_step_is_that_of_the_bound():
 
 
 def output(**results):
-    told = tuple((name, str(value)) for name, value in results.items())
-    return Output(told, Provenance("fake", "1"))
+    texts = tuple((name, str(value)) for name, value in results.items())
+    return outputs.Output(texts, outputs.Provenance("fake", "1"))
 
 
 @pytest.mark.parametrize(
@@ -94,43 +78,15 @@ def output(**results):
 )  # fmt: skip
 def test_a_descent_without_an_angle_of_stop_has_none(results, error, words):
     with pytest.raises(error, match=words):
-        CASE.read(Layers(), output(**results), Lammps.traits)
+        CASE.measure(Layers(), output(**results))
 
 
 def test_an_undecided_descent_keeps_its_flow():
     flow = {"mean_speed": 0.25, "kinetic_over_elastic": 3.0, "coordination": 4.0, "steps": 100}
     left = output(verdict="never_stopped", last_angle_deg=0.9, **flow)
     with pytest.raises(EngineUndecidedError) as caught:
-        CASE.measured(Layers(), left, Lammps.traits)
+        CASE.measure(Layers(), left)
     assert dict(caught.value.values) == flow
-    assert caught.value.provenance is left.provenance
-
-
-def test_a_corner_that_is_too_soft_is_a_row_of_a_sweep():
-    stiff = {"layers": "1,8", "stiffness_over_weight": "100,1000"}
-    chosen = plan(SweepRequest("layers", (stiff,), {"width": "4"}))
-    assert [one.swept for one in chosen.points] == [
-        {"layers": "1", "stiffness_over_weight": "100"},
-        {"layers": "1", "stiffness_over_weight": "1000"},
-        {"layers": "8", "stiffness_over_weight": "1000"},
-    ]
-    ((place, refused),) = chosen.refused.items()
-    assert place == 2
-    assert "too soft; must be at least 160 for 8 layers" in refused.reason
-
-
-def test_the_committed_sweep_runs_the_descents_of_the_report():
-    root = Path(__file__).parents[3]
-    chosen = plan(request_in(root / "inputs" / "sweeps" / "layers.toml"))
-    rows = [parameter_columns(point.parameters, ["contact"]) for point in chosen.points]
-    planned = {tuple(row[name] or 0.0 for name in COLUMNS) for row in rows}
-    runs = pd.read_csv(root / "reports" / "layers" / "runs.csv")
-    made = set(runs[COLUMNS].fillna(0.0).itertuples(index=False, name=None))
-    assert (len(planned), chosen.runs) == (263, 263)
-    assert planned == made
-    selected = {quantity.name for quantity in chosen.case.quantities}
-    assert set(names_in(chosen.request.quantity)) <= selected
-    assert 5.0 < chosen.seconds() / 3600.0 < 30.0  # 12.5 hours as measured
 
 
 @pytest.fixture(scope="module")
@@ -140,26 +96,49 @@ def engine(lammps_here):  # noqa: ARG001
 
 
 @pytest.mark.live
-def test_the_single_grain_stops_at_the_critical_angle_of_the_incline(engine):
-    found = CASE.verification.run(engine, Study("quick"))
-    (check,) = found.checks
-    assert check.verdict is Verdict.PASS, check
-    assert check.expected == pytest.approx(10.2078, abs=1e-4)
-    (section,) = CASE.display.sections(found, found, {})
+def test_the_single_grain_stops_at_the_critical_angle_and_a_flow_has_a_profile(engine):
+    benches = {"lammps": Bench(engine)}
+    checks = selected("layers", CASE.checks(engine), "quick")
+    stop, flow = run_checks("layers", checks, benches["lammps"])
+    assert stop.verdict is Verdict.PASS, stop
+    assert stop.expected == pytest.approx(10.2078, abs=1e-4)
+    assert flow.verdict is Verdict.RECORDED
+    assert 0.4 < flow.value < 0.74  # between a loose flow and close packing
+    (section,) = CASE.sections(benches)
     (drawing,) = section.drawings
     assert len(drawing.draw().axes) == 2
-    who, profile = found.evidence
-    assert who == engine.title
+    profile = profile_in(benches["lammps"].output(CASE.job(SMALL_FLOW)))
     assert np.all(np.diff(profile.height) > 0)
-    # a slice that holds a grain now and then has the speed of its grains: the surface is fastest
+    # the surface is fastest; a slice that holds a grain now and then has the speed of its grains
     assert profile.speed[0] < profile.speed[-3] < 1.5 * profile.speed[-1]
-    # between a loose flow and close packing
-    assert 0.4 < profile.middle_fraction < 0.74
+
+
+@pytest.mark.parametrize("angle", [10.1, 10.35])
+def test_a_stop_off_the_critical_angle_turns_the_row(angle):
+    (check, *_) = CASE.checks(None)
+    results = dict.fromkeys((q.name for q in CASE.quantities), 1.0)
+    fake = output(verdict="stopped", profile="0 0.5 0.1", **{**results, "stop_angle_deg": angle})
+
+    class Stand(Bench):
+        def prepare(self, jobs):
+            pass
+
+        def refusal(self, _):
+            return ""
+
+        def output(self, _):
+            return fake
+
+    bench = Stand(None)
+    measured = check.measure(bench)
+    assert measured == angle
+    assert abs(measured - check.expected) > check.tolerance.width(check.expected)
 
 
 @pytest.mark.live
 def test_all_quantities_are_measured_and_the_start_is_above_the_stop(engine):
-    found = CASE.measure(TINY, engine).values
+    (output,) = engine.run([CASE.job(TINY)])
+    found = CASE.measure(TINY, output)
     assert set(found) == {one.name for one in CASE.quantities}
     assert found["start_angle_deg"] > found["stop_angle_deg"]
     assert found["stop_angle_by_speed_deg"] == pytest.approx(found["stop_angle_deg"], abs=0.1)
@@ -177,15 +156,17 @@ def test_all_quantities_are_measured_and_the_start_is_above_the_stop(engine):
     ],
 )
 def test_an_undecided_descent_is_no_angle(engine, changes, words):
-    with pytest.raises(EngineOutputError, match=words):
-        CASE.measure(TINY.replace(**changes), engine)
+    p = TINY.replace(**changes)
+    (output,) = engine.run([CASE.job(p)])
+    with pytest.raises(EngineUndecidedError, match=words):
+        CASE.measure(p, output)
 
 
 def lmp_run(words, folder, values):
-    script = Lammps.script(TEMPLATE)
+    script = Lammps.script(CASE.template)
     (folder / script.name).write_text(script.text)
-    told = [word for name, value in values.items() for word in ("-var", name, str(value))]
-    command = [*words, "-in", script.name, "-log", "none", *told]
+    sets = [word for name, value in values.items() for word in ("-var", name, str(value))]
+    command = [*words, "-in", script.name, "-log", "none", *sets]
     return subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
 
 
@@ -194,10 +175,10 @@ def test_the_system_is_the_same_on_any_number_of_ranks(lmp, mpirun, tmp_path):
     short = TINY.replace(layers=2, flow_time=2.0, time_limit=0.1)
     frames = []
     for words in ([lmp], [mpirun, "-np", "2", lmp]):
-        values = {**values_of(short), "dump": f"{len(frames)}.dump"}
+        values = {**script_values(short), "dump": f"{len(frames)}.dump"}
         done = lmp_run(words, tmp_path, values)
         assert "RESULT verdict = never_stopped" in done.stdout, done.stdout[-500:]
-        table = read_dump((tmp_path / values["dump"]).read_text(), "LAMMPS")
+        table = outputs.read_dump((tmp_path / values["dump"]).read_text(), "LAMMPS")
         places = np.column_stack([table[name][0] for name in ("type", "x_m", "y_m", "z_m")])
         frames.append(places[np.lexsort(places.T)])
     assert frames[0].shape == (short.grains + short.base_spheres, 4)
@@ -207,7 +188,7 @@ def test_the_system_is_the_same_on_any_number_of_ranks(lmp, mpirun, tmp_path):
 @pytest.mark.live
 @pytest.mark.parametrize(("changes", "words"), WRONG)
 def test_the_script_refuses_what_the_harness_refuses(lmp, tmp_path, changes, words):  # noqa: ARG001
-    done = lmp_run([lmp], tmp_path, {**values_of(Layers()), **changes})
+    done = lmp_run([lmp], tmp_path, {**script_values(Layers()), **changes})
     (name,) = [name for name in changes if name != "layers"]
     assert done.returncode == 1
     assert f"ERROR: {name} = " in done.stdout
@@ -215,9 +196,14 @@ def test_the_script_refuses_what_the_harness_refuses(lmp, tmp_path, changes, wor
 
 
 def test_the_cost_grows_with_the_grains_and_the_root_of_the_stiffness():
-    seconds = CASE.seconds(Layers(), Lammps.traits)
-    assert CASE.seconds(Layers(stiffness_over_weight=4e3), Lammps.traits) == 2 * seconds
+    cost = CASE.cost(Layers())
+    assert CASE.cost(Layers(stiffness_over_weight=4e3)) == pytest.approx(2.0 * cost)
     # a flow over a longer box is lowered over more displacement, too, and ends at a limit of time
-    assert 1.5 * seconds < CASE.seconds(Layers(length=32), Lammps.traits) < 4.0 * seconds
-    assert FLOWING.grains + FLOWING.base_spheres == 160
-    assert SINGLE.grains == 1
+    assert 1.5 * cost < CASE.cost(Layers(length=32)) < 4.0 * cost
+    assert SMALL_FLOW.grains + SMALL_FLOW.base_spheres == 160
+
+
+def test_single_grain_alone_has_closed_forms():
+    assert CASE.exact(CASE.presets["layers"]) == {}
+    bouncing = CASE.presets["single"].replace(contact={"restitution": 0.5})
+    assert CASE.exact(bouncing) == {"start_angle_deg": 30.0}
