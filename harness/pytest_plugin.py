@@ -1,10 +1,10 @@
 """pytest plugin: ``pytest --dem-harness`` makes each row of a verification a test.
 
-``--dem-harness-options`` has the options of ``dem-harness verify``. The fixture
+``--dem-harness-options`` has the options of ``dem-harness verify``; the fixture
 ``dem_verification`` is the table of the rows. A session runs one verification at most.
 
-pytest loads this module in every session of an environment that has it:
-nothing but pytest and the standard library is imported here.
+pytest loads this module in every session of an environment that has it: nothing but pytest and the
+standard library is imported here.
 """
 
 from __future__ import annotations
@@ -12,7 +12,6 @@ from __future__ import annotations
 import json
 import shlex
 import warnings
-from collections import Counter
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -22,14 +21,9 @@ import pytest
 if TYPE_CHECKING:
     import pandas as pd
 
-    from harness.cli.engine_options import EngineOptions
-    from harness.cli.verify import VerifyOptions
-
 OPTIONS = "--dem-harness-options"
-REFUSED = ("--json", "--verbose", "--help", "-h", "--version")  # they change what is printed
+REFUSED = ("--json", "--verbose", "--dask", "--help", "-h")  # of the command alone
 LOG_CHARACTERS = 2000  # of the end of an engine's log, below a failure
-
-Row = Mapping[str, Any]
 RECORD = pytest.StashKey[dict[str, Any]]()
 
 
@@ -46,7 +40,7 @@ def pytest_configure(config: pytest.Config) -> None:
     """Declare the mark of the rows; raise UsageError for options that are wrong."""
     config.addinivalue_line("markers", "dem_harness: a row of a verification (--dem-harness)")
     if config.option.dem_harness and not hasattr(config, "workerinput"):
-        verify_options(config)
+        _options(config)
 
 
 @pytest.hookimpl(optionalhook=True)
@@ -61,27 +55,22 @@ def pytest_collection_modifyitems(
     session: pytest.Session, config: pytest.Config, items: list[pytest.Item]
 ) -> None:
     """Add the rows, before -k, -m and others choose among the items."""
-    if not config.option.dem_harness:
-        return
-    parent = Verification.from_parent(session, name="dem-harness", nodeid="dem-harness")
-    tests = parent.collect()
-    items += tests
-    # the terminal counts what is reported as collected
-    report = pytest.CollectReport(parent.nodeid, "passed", None, [*tests])
-    config.hook.pytest_collectreport(report=report)
+    if config.option.dem_harness:
+        parent = Verification.from_parent(session, name="dem-harness", nodeid="dem-harness")
+        tests = parent.collect()
+        items += tests
+        report = pytest.CollectReport(parent.nodeid, "passed", None, [*tests])
+        config.hook.pytest_collectreport(report=report)  # the terminal counts what it reports
 
 
 @pytest.fixture(scope="session")
 def dem_verification(request: pytest.FixtureRequest) -> pd.DataFrame:
-    """Return the rows of the session's verification, with the columns of results.csv."""
+    """Return the rows of the session's verification, with the columns of rows.csv."""
     import pandas as pd
 
-    try:
-        record = session_record(request.config)
-    except pytest.UsageError as error:
-        pytest.fail(str(error), pytrace=False)
-    if record["errors"]:
-        pytest.fail("\n".join(record["errors"]), pytrace=False)
+    record = session_record(request.config)
+    if "error" in record:
+        pytest.fail(record["error"], pytrace=False)
     return pd.DataFrame(record["rows"])
 
 
@@ -90,27 +79,26 @@ class Verification(pytest.Collector):
 
     def collect(self) -> list[pytest.Item]:
         """Return a test for each row; one more where an engine failed or a case tested nothing."""
+        from harness.cli.verify import row_name
+
         if self.config.option.collectonly:  # the rows are known after a run only
-            return [RowTest.from_parent(self, name="verification", row={}, record={})]
+            return [RowTest.from_parent(self, name="verification", row=None)]
         record = session_record(self.config)
-        rows = [(f"{row['kind']}: {row['name']}", row) for row in record["rows"]]
-        if record["errors"]:
-            rows.append(("engines", {"verdict": "error", "note": "\n".join(record["errors"])}))
-        seen: Counter[str] = Counter()
-        tests: list[pytest.Item] = []
-        for name, row in rows:
-            seen[name] += 1
-            number = f" ({seen[name]})" if seen[name] > 1 else ""
-            tests.append(RowTest.from_parent(self, name=name + number, row=row, record=record))
+        tests: list[pytest.Item] = [
+            RowTest.from_parent(self, name=f"{row['kind']}: {row_name(row)}", row=row)
+            for row in record["rows"]
+        ]
+        if error := record.get("error"):
+            tests.append(RowTest.from_parent(self, name="engines", row={"error": error}))
         return tests
 
 
 class RowTest(pytest.Item):
     """A row as a test."""
 
-    def __init__(self, *, row: Row, record: Mapping[str, Any], **rest: Any) -> None:
+    def __init__(self, *, row: Mapping[str, Any] | None, **rest: Any) -> None:
         super().__init__(**rest)
-        self.row, self.record = row, record
+        self.row = row or {}
         self.add_marker("dem_harness")
 
     def reportinfo(self) -> tuple[Path, int | None, str]:
@@ -119,100 +107,86 @@ class RowTest(pytest.Item):
 
     def setup(self) -> None:
         """Fail where an engine failed: an error, beside the rows that it left."""
-        if self.row["verdict"] == "error":
-            pytest.fail(self.row["note"], pytrace=False)
+        if "error" in self.row:
+            pytest.fail(self.row["error"], pytrace=False)
 
     def runtest(self) -> None:
         """Pass, fail or skip by the verdict; a known defect is an expected failure."""
         verdict, note = self.row["verdict"], self.row["note"]
         self.user_properties.append(("kind", self.row["kind"]))
-        text = row_text(self.row, Path(self.record["folder"]))
-        if verdict == "fail" or (verdict == "not tested" and self.record["strict"]):
-            pytest.fail(text, pytrace=False)
-        self.add_report_section("call", "dem-harness", text)
+        strict = session_record(self.config)["strict"]
+        if verdict == "fail" or (verdict == "not tested" and strict):
+            pytest.fail(row_text(self.row), pytrace=False)
+        self.add_report_section("call", "dem-harness", row_text(self.row))
         if verdict == "known defect":
             pytest.xfail(note)
         if verdict in ("not tested", "fixed"):
             pytest.skip(f"{verdict}: {note}")
 
 
-def row_text(row: Row, folder: Path) -> str:
+def row_text(row: Mapping[str, Any]) -> str:
     """Return a row in words and numbers, a line each, and the end of its engine's log."""
-    from harness.cli.verify import details
+    from harness.cli.verify import details, row_name
 
-    lines = [f"{row['name']}: {row['verdict']}", *details(row, folder)]
-    if row["why"]:
-        lines.append(f"tolerance: {row['why']}")
-    if row["log"]:
-        log = (folder / "logs" / row["log"]).read_text(encoding="utf-8", errors="replace")
-        lines.append(log[-LOG_CHARACTERS:].strip())
-    return "\n".join(lines)
+    reason = f"tolerance: {row['reason']}" if row["reason"] else ""
+    lines = [f"{row_name(row)}: {row['verdict']}", *details(row), reason]
+    return "\n".join(filter(None, [*lines, row["log"][-LOG_CHARACTERS:].strip()]))
 
 
 def session_record(config: pytest.Config) -> dict[str, Any]:
     """Return the verification of the session, run at the first call."""
     if RECORD not in config.stash:
-        if not hasattr(config, "workerinput"):
-            config.stash[RECORD] = verification_record(config)
-        elif "dem_harness" in config.workerinput:
-            config.stash[RECORD] = json.loads(config.workerinput["dem_harness"])
-        else:
-            raise pytest.UsageError("dem_verification: needs the flag --dem-harness under xdist")
+        inherited = getattr(config, "workerinput", {}).get("dem_harness")
+        if hasattr(config, "workerinput") and inherited is None:
+            return {"rows": [], "error": "dem_verification: needs --dem-harness under xdist"}
+        config.stash[RECORD] = json.loads(inherited) if inherited else _run(config)
     return config.stash[RECORD]
 
 
-def verification_record(config: pytest.Config) -> dict[str, Any]:
-    """Run a verification; return its rows, the errors of engines, the folder of its report.
-
-    Raise UsageError for options that are wrong.
-    """
-    from harness.cli.files import output_folder
+def _run(config: pytest.Config) -> dict[str, Any]:
+    """Run a verification; return its record, with the ``error`` of an engine if there is one."""
+    from harness.cli.output import output_folder
     from harness.cli.verify import verified
     from harness.errors import HarnessError, RequestError
-    from harness.report.text import nothing_tested
     from harness.workflows.progress import progress_bars
 
-    choice, engine = verify_options(config)
+    choice, programs, kept = _options(config)
     temporary: pytest.TempPathFactory = config._tmp_path_factory  # type: ignore[attr-defined]
-    named = choice.output or temporary.mktemp("dem-harness") / "report"
-    shared = {"strict": choice.strict, "folder": str(named.absolute())}
-    try:
-        # a suite may turn warnings into errors: those of libraries below are not its own
+    target = choice.output or temporary.mktemp("dem-harness") / "report"
+    try:  # a suite may turn warnings into errors: those of libraries are not its own
         with (
             warnings.catch_warnings(action="ignore"),
-            output_folder(named) as folder,
+            output_folder(target) as folder,
             progress_bars("verify") as progress,
         ):
-            record = verified(choice, engine, folder, progress)
+            record = verified(choice, programs, kept, folder, progress)
     except RequestError as error:
         text = config.option.dem_harness_options
         raise pytest.UsageError(f"{OPTIONS} {text!r}: {error}") from None
     except HarnessError as error:
-        return {"rows": [], "errors": [f"dem-harness: {error}"], **shared}
-    errors = [*record["engine_errors"]]
-    if record["untested_cases"]:
-        errors.append(nothing_tested(record["untested_cases"]))
-    return {"rows": record["checks"], "errors": errors, **shared}
+        return {"rows": [], "strict": choice.strict, "error": f"dem-harness: {error}"}
+    return record | ({"error": record["headline"]} if record["status"] == 3 else {})
 
 
-def verify_options(config: pytest.Config) -> tuple[VerifyOptions, EngineOptions]:
-    """Return the options of ``dem-harness verify``; raise UsageError for what it refuses."""
+def _options(config: pytest.Config) -> tuple[Any, Any, Any]:
+    """Return the options of ``dem-harness verify``; raise UsageError for wrong ones."""
     from cyclopts import CycloptsError
 
-    from harness.cli.command import app, usage_message
+    from harness.cli.app import make_app, usage_error
     from harness.cli.verify import check_request
 
     text: str = config.option.dem_harness_options
     try:
-        words = shlex.split(text)
+        words = ["verify", *shlex.split(text)]
         for word in words:
             if word.partition("=")[0] in REFUSED:
                 raise ValueError(f"{word}: goes with the command dem-harness verify only")
-        _, bound, _ = app.parse_args(["verify", *words], exit_on_error=False, print_error=False)
+        app = make_app(words)
+        _, bound, _ = app.parse_args(words, exit_on_error=False, print_error=False)
         bound.apply_defaults()
-        choice, engine = bound.arguments["choice"], bound.arguments["engine"]
-        check_request(choice, engine)
+        chosen = tuple(bound.arguments[name] for name in ("choice", "programs", "kept"))
+        check_request(*chosen)
     except (CycloptsError, ValueError) as error:
-        reason = usage_message(error) if isinstance(error, CycloptsError) else error
+        reason = usage_error(error) if isinstance(error, CycloptsError) else error
         raise pytest.UsageError(f"{OPTIONS} {text!r}: {reason}") from None
-    return choice, engine
+    return chosen  # type: ignore[return-value]

@@ -34,6 +34,7 @@ from harness.store.rows_csv import read_rows, write_rows
 
 FORMAT = 3  # of run.json and rows.csv; raised when a key or column changes its meaning
 ROWS, META, JUNIT, LOGS, SCRIPTS = "rows.csv", "run.json", "junit.xml", "logs", "scripts"
+OWN_SOLVERS = "harness"  # engine of the rows of this package's solvers: no test of a code
 UNJUDGED = (Verdict.NOT_TESTED, Verdict.FINDING, Verdict.RECORDED)
 SHOWN = ("case", "setup", "quantity", "engine", "check", "value", "expected", "tolerance", "unit",
          "verdict", "note")  # fmt: skip
@@ -97,8 +98,9 @@ class Run:
 
     @property
     def untested(self) -> list[str]:
-        """Return the cases and engines that were named and have no judged row."""
-        judged = self.rows[~self.rows["verdict"].isin(UNJUDGED)]
+        """Return the cases and engines that were named and have no judged row of an engine."""
+        of_engine = self.rows[self.rows["engine"] != OWN_SOLVERS]
+        judged = of_engine[~of_engine["verdict"].isin(UNJUDGED)]
         found = {*judged["case"], *judged["engine"]}
         return [name for name in self.meta.named if name not in found]
 

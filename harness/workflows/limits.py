@@ -37,7 +37,7 @@ def limits_of(
 
     def quantities(steps: int) -> Mapping[str, float]:
         finer = refined(scene, steps // first)
-        tables = motion_tables(reference.run(finer, rules), finer)
+        tables = motion_tables(reference.run(finer, rules), scene)  # at the times of its samples
         output = Output((), Provenance("reference", ""), tables, title="the reference")
         values = case.measure(parameters, output)
         return {name: values[name] for name in names if name in values}

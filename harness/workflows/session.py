@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager, ExitStack
 from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
+from fnmatch import fnmatchcase
 from functools import partial
 from typing import Any
 
@@ -106,7 +107,8 @@ class Session:
     def seconds(self) -> float:
         """Return the expected time of all jobs on one core [s]."""
         total = 0.0
-        for key, checks in [*self.planned.items(), *self.compared.items()]:
+        planned = (self.planned, self.qualifying, self.compared)
+        for key, checks in [item for part in planned for item in part.items()]:
             if key[0] != OWN:
                 jobs = {job_key(job): job for check in checks for job in check.jobs}.values()
                 total += sum(job_seconds(job, self.benches[key[0]].engine) for job in jobs)
@@ -235,6 +237,9 @@ class Session:
         return _blank(case.name, engine, self.versions[engine])
 
     def _add(self, row: Row) -> None:
+        """Add the row of a case as a whole, unless a pattern names other cases."""
+        if not fnmatchcase(row.case, self.only.partition("/")[0]):
+            return
         self.rows.setdefault((row.engine, row.case), []).append(row)
 
     def _add_to_all(self, engine: str, reason: str) -> None:

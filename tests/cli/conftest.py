@@ -8,7 +8,7 @@ from tests.workflows.conftest import registered  # noqa: F401
 
 
 @pytest.fixture
-def harness(registered, monkeypatch, capsys, tmp_path):  # noqa: F811
+def harness(registered, monkeypatch, capsys, tmp_path):  # noqa: ARG001, F811
     """Run a command in this process, in an empty folder, with the doubles as engines."""
     monkeypatch.chdir(tmp_path)
 

@@ -8,11 +8,15 @@ from tests.workflows import doubles
 @pytest.fixture
 def registered(monkeypatch):
     """Have the cases and engines of ``doubles`` alone; ``bounce`` is the one that qualifies."""
-    monkeypatch.setattr(registry, "GROUPS", doubles.GROUPS)
-    monkeypatch.setattr(registry, "DEFAULT", ("bounce",))
-    for module in ("harness.cases.registry", "harness.workflows.session"):
-        monkeypatch.setattr(f"{module}.QUALIFYING", ("bounce",))
-    monkeypatch.setattr("harness.workflows.lists.DEFAULT_CASES", ("bounce",))
-    monkeypatch.setattr(engines, "ENGINES", doubles.ENGINES)
-    monkeypatch.setattr("harness.workflows.lists.ENGINES", doubles.ENGINES)
+    register(monkeypatch)
     return doubles
+
+
+def register(patch):
+    patch.setattr(registry, "GROUPS", doubles.GROUPS)
+    patch.setattr(registry, "DEFAULT", ("bounce",))
+    for module in ("harness.cases.registry", "harness.workflows.session"):
+        patch.setattr(f"{module}.QUALIFYING", ("bounce",))
+    patch.setattr("harness.workflows.lists.DEFAULT_CASES", ("bounce",))
+    patch.setattr(engines, "ENGINES", doubles.ENGINES)
+    patch.setattr("harness.workflows.lists.ENGINES", doubles.ENGINES)

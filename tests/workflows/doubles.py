@@ -1,6 +1,8 @@
 """A small case, and engines that are the reference with planted faults, in place of real ones."""
 
+import time
 from dataclasses import replace
+from pathlib import Path
 
 from pydantic import Field
 
@@ -35,8 +37,8 @@ class BounceCase(Case[Bounce]):
 
     name, group, summary = "bounce", "balls", "A ball hits a wall head on."
     parameters = Bounce
-    presets = {"usual": Bounce(), "stiff": Bounce(stiffness=1e7)}  # noqa: RUF012
-    sources = {"stiff": "nobody 2020"}  # noqa: RUF012
+    presets = {"usual": Bounce(), "stiff": Bounce(stiffness=1e7)}
+    sources = {"stiff": "nobody 2020"}
     solvers = ("exact",)
     qualifies = True
     quantities = (
@@ -206,3 +208,39 @@ ENGINES = {
     "refusing": f"{HERE}:Refusing",
 }
 assert issubclass(Good, Engine)
+
+
+class Search(Parameters):
+    """Options of a search."""
+
+    method: str = Field("slow", description="[-] of the search")
+
+
+class Slow(Good):
+    """Takes its time."""
+
+    name, seconds = "slow", 0.1
+
+    def run(self, jobs):
+        time.sleep(self.seconds * len(jobs))
+        return super().run(jobs)
+
+
+class Second(BounceCase):
+    """A case of another package."""
+
+    name, qualifies = "bounce2", False
+
+
+BOUNCE2 = Second()
+
+
+class Sleeping(Good):
+    """Sleeps once it runs, and leaves a file as a sign."""
+
+    name = "sleeping"
+
+    def run(self, jobs):
+        Path("asleep").touch()
+        time.sleep(60)
+        return super().run(jobs)

@@ -1,0 +1,67 @@
+"""Lists of cases, engines and scripts."""
+
+import pytest
+
+from harness.errors import RequestError
+from harness.workflows import cases, engines, inputs, outdated_inputs
+from harness.workflows.lists import input_texts
+from tests.workflows import doubles
+
+pytestmark = pytest.mark.usefixtures("registered")
+
+
+def test_a_case_is_listed_with_units_engines_and_solvers():
+    (first, _) = cases()
+    record = first.to_json()
+    assert record["quantities"] == {"restitution": "1", "time_s": "s"}
+    assert record["derived"] == {"softest": "N/m"}
+    assert record["parameters"]["stiffness"] == {
+        "default": 1e5, "unit": "N/m", "description": "normal stiffness",
+    }  # fmt: skip
+    assert {"good", "refusing"} <= set(record["engines"])
+    assert record["solvers"] == ("exact",)
+    assert record["by_default"]
+
+
+def test_one_case_in_full_has_what_is_allowed_presets_and_refusals():
+    (case,) = cases("bounce")
+    record = case.to_json()
+    assert record["parameters"]["steps"]["allowed"].startswith("greater than or equal to 10")
+    assert record["preset_details"]["stiff"] == {
+        "source": "nobody 2020",
+        "values": {"stiffness": 1e7},
+    }
+    assert record["refused_by"] == {
+        "missing": "missing: no program", "refusing": "it has no springs",
+    }  # fmt: skip
+    assert record["meanings"]["restitution"] == "speed after over speed before"
+
+
+def test_an_unknown_case_is_refused_with_those_that_are_known():
+    with pytest.raises(RequestError, match="case 'bunce' is not known: must be one of bounce"):
+        cases("bunce")
+
+
+def test_an_engine_that_is_missing_says_how_to_get_it():
+    statuses = {status.engine: status for status in engines()}
+    assert statuses["good"].to_json()["engine_version"] == "1"
+    assert not statuses["missing"].available
+    assert statuses["missing"].reason == "missing: no program; to get it: make good"
+
+
+def test_scripts_are_written_and_compared(tmp_path, monkeypatch):
+    texts = {"a.in": "run 1\n", "b.in": "run 2\n"}
+    monkeypatch.setattr(doubles.Usual, "inputs", classmethod(lambda *_: texts))
+    monkeypatch.setattr(doubles.Good, "inputs", classmethod(lambda *_: {}))
+    folder = tmp_path / "inputs"
+    assert [path.name for path in inputs(folder)] == ["a.in", "b.in"]
+    assert outdated_inputs(folder) == {}
+    (folder / "a.in").write_text("run 3\n")
+    (folder / "b.in").unlink()
+    assert set(outdated_inputs(folder)) == {"a.in", "b.in"}
+    with pytest.raises(RequestError, match="holds something already"):
+        inputs(folder, "lammps")
+    with pytest.raises(RequestError, match="'good': runs without scripts: must be one of lammps"):
+        input_texts("good")
+    with pytest.raises(RequestError, match="no such folder"):
+        outdated_inputs(tmp_path / "nowhere")

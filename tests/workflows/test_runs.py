@@ -1,0 +1,146 @@
+"""One run of a case: parameters from text, references, limits, and the parts on request."""
+
+import math
+
+import pytest
+
+from harness.engines.registry import open_engine
+from harness.errors import CombinationError, EngineCrashError, RequestError, Unsupported
+from harness.workflows import run
+from harness.workflows.limits import refined
+from harness.workflows.settings import parameters_of, split_settings
+from tests.workflows import doubles
+
+pytestmark = pytest.mark.usefixtures("registered")
+
+
+def ran(engine="good", settings=None, **more):
+    return run("bounce", settings, engine, open_engine=open_engine, **more)
+
+
+def test_the_reference_is_the_value_at_equal_steps():
+    found = ran().quantities["restitution"]
+    assert found.reference_kind == "equal steps"
+    assert found.difference == 0.0
+    assert abs(ran("off", {"stiffness": 1e5}).quantities["restitution"].difference) > 1e-8
+
+
+def test_the_closed_form_is_the_limit_where_there_is_one():
+    found = ran().quantities["time_s"]
+    assert found.limit == doubles.scene_of(doubles.Bounce()).duration
+    assert found.step_error == found.reference - found.limit
+
+
+def test_the_limit_of_small_steps_is_what_finer_runs_tend_to():
+    coarse = ran(settings={"steps": 50, "restitution": 1.0}).quantities["restitution"]
+    fine = ran(settings={"steps": 100_000, "restitution": 1.0}).quantities["restitution"]
+    assert coarse.limit == pytest.approx(1.0, abs=1e-5)  # an elastic ball leaves as fast
+    assert abs(coarse.step_error) > 100 * abs(fine.value - coarse.limit)
+
+
+def test_a_refined_scene_is_sampled_at_the_same_times():
+    scene = doubles.scene_of(doubles.Bounce()).replace(every=10)
+    finer = refined(scene, 4)
+    assert finer.duration == pytest.approx(scene.duration, rel=1e-15)
+    assert finer.step * finer.every == pytest.approx(scene.step * scene.every, rel=1e-15)
+
+
+def test_a_case_that_the_reference_cannot_run_has_its_closed_form(monkeypatch):
+    def refuse(*_):
+        raise Unsupported("not one of its scenes")
+
+    monkeypatch.setattr(doubles.BounceCase, "reference", refuse)
+    quantities = ran().quantities
+    assert quantities["time_s"].reference_kind == "closed form"
+    assert quantities["restitution"].reference_kind == "none"
+    assert math.isnan(quantities["restitution"].reference)
+
+
+def test_a_solver_is_held_against_the_closed_form():
+    found = ran("exact")
+    assert found.engine == "exact"
+    assert found.engine_version.startswith("dem-harness")
+    assert found.quantities["time_s"].reference_kind == "closed form"
+
+
+def test_a_search_has_its_uncertainty_and_leaves_what_it_varies_out():
+    found = ran(quantities="softest")
+    assert found.quantities["softest"].value == 1e4
+    assert "stiffness" not in found.parameters
+    with pytest.raises(RequestError, match=r"--set stiffness=3.*softest varies it"):
+        ran(settings={"stiffness": 3}, quantities="softest")
+    with pytest.raises(RequestError, match="a search is another run"):
+        ran(quantities="softest,time_s")
+
+
+def test_the_keys_of_a_run():
+    record = ran().to_json()
+    assert set(record) == {"case", "engine", "engine_version", "parameters", "quantities"}
+    assert set(record["quantities"]["restitution"]) == {
+        "value", "unit", "reference", "reference_kind", "difference", "limit", "step_error",
+    }  # fmt: skip
+
+
+def test_profile_script_and_film_come_on_request():
+    found = ran(profile=True, script=True, film_frames=10)
+    assert len(found.profile["time_s"]) == 201
+    assert found.script == "run 200\n"
+    assert found.discs.x.shape == (201, 1)
+    with pytest.raises(RequestError, match="--script: 'exact' is a solver"):
+        ran("exact", script=True)
+
+
+def test_a_run_that_dies_and_an_engine_that_refuses():
+    with pytest.raises(EngineCrashError, match="SIGSEGV"):
+        ran("dying")
+    with pytest.raises(RequestError, match=r"--engine 'refusing': cannot run.*no springs"):
+        ran("refusing")
+
+
+def test_the_expected_time_of_a_run_is_asked_for():
+    seconds = []
+    ran(settings={"steps": 1000}, check_duration=seconds.append)
+    assert seconds == [pytest.approx(1000 * 0.05e-6)]
+
+
+@pytest.mark.parametrize(
+    ("settings", "words"),
+    [
+        ({"stiffness": "-1"}, "--set stiffness = '-1' N/m: must be greater than 0"),
+        ({"stiffness": "soft"}, "--set stiffness = 'soft' N/m: must be a valid number"),
+        ({"steps": "1.5"}, "--set steps = '1.5'"),
+        ({"color": "red"}, "--set color: no such parameter.*stiffness, restitution"),
+        ({"preset": "nix"}, "--set preset=nix.*usual, stiff"),
+        ({"law.normal": "foo"}, "--set law.normal = 'foo': must be 'hooke', 'hertz'"),
+        ({"steps.many": "3"}, "steps has no parts"),
+        ({"law": "1", "law.normal": "hertz"}, "law is set as a whole already"),
+        ({"method": "x"}, "no such parameter"),
+    ],
+)
+def test_a_wrong_setting_names_value_unit_and_what_is_allowed(settings, words):
+    with pytest.raises(RequestError, match=words):
+        ran(settings=settings)
+
+
+def test_a_preset_is_changed_by_settings():
+    parameters = parameters_of(doubles.CASE, {"preset": "stiff", "steps": "20"})
+    assert (parameters.stiffness, parameters.steps) == (1e7, 20)
+
+
+def test_a_nested_parameter_is_changed_by_its_part():
+    assert parameters_of(doubles.CASE, {"law.normal_stiffness": "3e3"}).law.normal_stiffness == 3e3
+    assert parameters_of(doubles.CASE, {"law.friction": "none"}).law.friction is None
+
+
+def test_options_of_a_search_go_with_a_search(monkeypatch):
+    monkeypatch.setattr(doubles.BounceCase, "search_options", doubles.Search)
+    texts, options = split_settings(doubles.CASE, {"method": "fast", "steps": "20"}, ["softest"])
+    assert texts == {"steps": "20"}
+    assert options["method"] == "fast"
+    with pytest.raises(RequestError, match="--set method: goes with --quantity softest only"):
+        split_settings(doubles.CASE, {"method": "fast"}, ["time_s"])
+
+
+def test_values_that_are_not_allowed_together():
+    with pytest.raises(CombinationError):
+        parameters_of(doubles.CASE, {"law.tangential": "linear_nohistory"})

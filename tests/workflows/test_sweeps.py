@@ -1,0 +1,207 @@
+"""Sweeps: every combination a row, the cache as memory, and folders that one process holds."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from harness.engines.registry import open_engine
+from harness.errors import EngineMissingError, RequestError
+from harness.store.cache import CachedEngine
+from harness.store.entries import Entries
+from harness.workflows import sweep
+from harness.workflows.points import read_points
+from harness.workflows.sweep_plan import SweepRequest, plan, request_in, values_of
+from harness.workflows.sweeps import held_sweep
+from tests.workflows import doubles
+
+pytestmark = pytest.mark.usefixtures("registered")
+
+
+def swept(over, engines="good", **more):
+    return sweep("bounce", over, engines=engines, **{"open_engine": open_engine, **more})
+
+
+@pytest.mark.parametrize(
+    ("text", "values"),
+    [
+        ("1,2,5", ["1", "2", "5"]),
+        ("9:11:5", ["9", "9.5", "10", "10.5", "11"]),
+        ("1e5:1e7:log3", ["100000", "1000000", "10000000"]),
+        ("1,0.1:0.3:3,1", ["1", "0.1", "0.2", "0.3"]),
+    ],
+)
+def test_the_values_of_a_text(text, values):
+    assert values_of("angle", text) == values
+
+
+@pytest.mark.parametrize("text", ["1,", "1:2", "1:2:x", "a:2:3", "0:1:log3", "1:2:1", "1:inf:3"])
+def test_bad_values_are_refused_with_the_option(text):
+    with pytest.raises(RequestError, match=f"--over angle={text}"):
+        values_of("angle", text)
+
+
+def test_requested_and_measured_never_share_a_column():
+    frame = swept({"restitution": "0.2,0.8"}).to_frame()
+    assert frame["restitution"].tolist() == [0.2, 0.8]
+    assert frame["measured_restitution"].to_numpy() == pytest.approx([0.2, 0.8], abs=5e-3)
+
+
+def test_each_combination_in_each_engine_is_a_row():
+    frame = swept({"restitution": "0.2,0.8", "steps": [100, 200]}, "good,exact").to_frame()
+    assert len(frame) == 8
+    assert set(frame["status"]) == {"done"}
+    assert frame["engine"].tolist() == 4 * ["good"] + 4 * ["exact"]
+
+
+def test_a_failed_run_is_a_row_and_so_is_one_that_is_refused():
+    frame = swept({"steps": "100,200"}, "good,dying,refusing").to_frame().set_index("engine")
+    assert set(frame.loc["dying", "status"]) == {"failed"}
+    assert set(frame.loc["dying", "reason"]) == {"signal SIGSEGV"}
+    assert set(frame.loc["refusing", "status"]) == {"not tested"}
+    assert set(frame.loc["good", "status"]) == {"done"}
+
+
+def test_values_that_the_case_refuses_together_are_a_row():
+    result = swept({"law.tangential": "none,linear_nohistory"})
+    assert [row["status"] for row in result.rows] == ["done", "refused"]
+    assert "needs a damping" in result.rows[1]["reason"]
+
+
+def test_a_search_is_a_row_with_its_uncertainty():
+    (row,) = swept({"restitution": 0.5}, quantities="softest").rows
+    assert row["softest"] == 1e4
+    assert "uncertainty_softest" in row
+    assert "stiffness" not in row
+
+
+def test_an_engine_of_all_may_be_missing_and_a_named_one_not():
+    result = swept({"steps": "100"}, "all")
+    assert result.missing == {"missing": "missing: no program"}
+    with pytest.raises(EngineMissingError):
+        swept({"steps": "100"}, "missing")
+
+
+def test_a_run_that_is_kept_is_not_made_again(tmp_path, monkeypatch):
+    entries = Entries(tmp_path)
+
+    def cached(name):
+        return CachedEngine(open_engine(name), entries)
+
+    monkeypatch.setattr(doubles.Good, "ran", 0)
+    swept({"steps": "100,200"}, open_engine=cached)
+    swept({"steps": "100,200,300"}, open_engine=cached)
+    assert doubles.Good.ran == 3
+
+
+def test_two_grids_share_a_point():
+    grids = ({"steps": "100,200"}, {"steps": "200,300"})
+    chosen = plan(SweepRequest("bounce", grids, {}))
+    assert [point.swept["steps"] for point in chosen.points] == ["100", "200", "300"]
+
+
+def test_the_table_of_a_sweep_that_runs_has_pending_rows():
+    from harness.workflows.sweeps import Runner, run_plan
+
+    seen = []
+    chosen = plan(SweepRequest("bounce", ({"steps": "100,200"},), {}, "good"))
+    run_plan(chosen, Runner(open_engine),
+             partial_table=lambda rows: seen.append([row["status"] for row in rows()]))  # fmt: skip
+    assert seen == [["done", "pending"], ["done", "done"]]
+
+
+@pytest.mark.parametrize(
+    ("request_", "words"),
+    [
+        ({"grids": ()}, "--over: must be given"),
+        ({"grids": ({"steps": "a"},)}, "--over steps=a: steps = 'a'"),
+        ({"grids": ({"colour": "1"},)}, "--over colour=1: colour: no such parameter"),
+        ({"grids": ({"steps": "20"},), "fixed": {"steps": "30"}}, "--over steps: is set by --set"),
+        ({"grids": ({"steps": "20"},), "engines": "gut"}, "--engines 'gut'.*exact"),
+        ({"grids": ({"steps": "20"},), "quantity": "mass"}, "--quantity 'mass'.*restitution"),
+        ({"grids": ({"steps": "1:100000:100000", "restitution": "0.1,0.2"},)}, "200000 runs"),
+    ],
+)
+def test_a_wrong_sweep_is_refused(request_, words):
+    request_ = {"case": "bounce", "fixed": {}, **request_}
+    with pytest.raises(RequestError, match=words):
+        plan(SweepRequest(**request_))
+
+
+def test_a_file_has_tables_of_grids(tmp_path):
+    file = tmp_path / "sweep.toml"
+    file.write_text('case = "bounce"\nquantity = ["time_s"]\n[set]\nrestitution = 0.5\n'
+                    '[[over]]\nsteps = [10, 20]\n[[over]]\nlaw.clipped = true\n')  # fmt: skip
+    request = request_in(file)
+    assert request.grids == ({"steps": "10,20"}, {"law.clipped": "True"})
+    assert (request.fixed, request.quantity) == ({"restitution": "0.5"}, "time_s")
+    assert len(plan(request).points) == 3
+
+
+def test_committed_sweeps_can_be_read(inputs):
+    for file in (inputs / "sweeps").glob("*.toml"):
+        assert request_in(file).over
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("case = 3", "case: must be given"),
+        ("colour = 'red'\ncase = 'bounce'", "'colour' is not known: must be one of case"),
+        ("case = 'bounce'\nover = 3", "over: must be a table"),
+        ("case = ", "is not TOML"),
+        ("a = " + "[" * 2000, "nested too deep|is not TOML"),
+    ],
+)
+def test_a_file_that_is_not_sound_is_named(tmp_path, text, words):
+    file = tmp_path / "bad.toml"
+    file.write_text(text)
+    with pytest.raises(RequestError, match=f"bad.toml: .*({words})"):
+        request_in(file)
+
+
+def test_a_folder_belongs_to_one_sweep_at_a_time(tmp_path):
+    request, mine = SweepRequest("bounce", ({"steps": "10"},), {}), tmp_path / "mine"
+
+    def check_refused(folder, chosen, words):
+        with pytest.raises(RequestError, match=words), held_sweep(folder, chosen):
+            pass
+
+    with held_sweep(mine, request):
+        check_refused(mine, request, "another sweep runs in it")
+    assert json.loads((mine / "sweep.json").read_text())["case"] == "bounce"
+    check_refused(mine, SweepRequest("bounce", ({"steps": "11"},), {}), "has another sweep")
+    (tmp_path / "letter.txt").touch()
+    check_refused(tmp_path, request, "holds files of no sweep")
+
+
+def test_the_figure_shows_the_first_quantity_and_the_users_points(tmp_path):
+    file = tmp_path / "measured.csv"
+    file.write_text("restitution,measured_restitution,uncertainty_restitution\n0.5,0.52,0.01\n")
+    points = read_points(file, "restitution", "measured_restitution", "uncertainty_restitution")
+    result = swept({"restitution": "0.2,0.8", "steps": "100,200"})
+    (axes,) = result.figure(points).axes
+    labels = axes.get_legend_handles_labels()[1]
+    assert "measured.csv" in labels
+    assert sum("steps" in label for label in labels) == 2
+    assert swept({"steps": "100"}, "dying").figure() is None
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        (b"a,b\n1,2\n", "has no column 'x', but a, b"),
+        (b"x,y\n1,two\n", "row 2: y = 'two': must be a number"),
+        (b"x,y\n", "has no rows"),
+        (b"x,y\n1,\xff\n", "row 2: is not UTF-8"),
+        (b"", "is no CSV table"),
+        (b"x,y,e\n1,2,-1\n", "e must not be negative"),
+    ],
+)
+def test_bad_points_are_refused_with_file_and_row(tmp_path, content, words):
+    file = tmp_path / "points.csv"
+    file.write_bytes(content)
+    with pytest.raises(RequestError, match=f"--reference .*points.csv.*{words}"):
+        read_points(file, "x", "y", "e")
+    with pytest.raises(RequestError, match="No such file"):
+        read_points(Path("nowhere.csv"), "x", "y")

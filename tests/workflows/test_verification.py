@@ -1,0 +1,213 @@
+"""Verify: engines alike, whatever fails is a row, and the exit status says which."""
+
+import pytest
+
+from harness.cases.base import Check
+from harness.engines.registry import open_engine
+from harness.errors import RequestError
+from harness.results.rows import KEY, Tolerance, Verdict
+from harness.workflows import verify
+from tests.workflows import doubles
+
+pytestmark = pytest.mark.usefixtures("registered")
+
+
+def verified(engines="good", level="quick", **more):
+    return verify(level, engines=engines, open_engine=open_engine, **more)
+
+
+def verdicts(run, **where):
+    rows = run.rows
+    for column, value in where.items():
+        rows = rows[rows[column] == value]
+    return dict(zip(zip(*(rows[name] for name in KEY), strict=True), rows["verdict"], strict=True))
+
+
+@pytest.fixture(scope="module")
+def of_all():
+    """A verification of every double at level default."""
+    with pytest.MonkeyPatch.context() as patch:
+        from tests.workflows.conftest import register
+
+        register(patch)
+        return verified("good,off,dying,missing,refusing", "default")
+
+
+def test_an_engine_at_equal_steps_passes_and_one_that_is_off_by_1e_6_fails(of_all):
+    assert set(verdicts(of_all, engine="good").values()) == {"pass"}
+    assert set(verdicts(of_all, engine="off", case="bounce").values()) == {"fail"}
+
+
+def test_the_solvers_of_this_package_are_a_bench_of_their_own(of_all):
+    assert list(verdicts(of_all, engine="harness").values()) == ["pass"]
+
+
+def test_an_engine_that_is_missing_dies_or_refuses_leaves_rows(of_all):
+    rows = of_all.rows.set_index("engine")
+    assert rows.loc["missing", ["verdict", "note"]].tolist() == [
+        "not tested",
+        "missing: no program",
+    ]
+    dying = rows.loc["dying"]
+    assert set(dying["verdict"]) == {"fail"}
+    assert set(dying["failure"]) == {"engine error"}
+    assert set(dying["log"]) == {"last words"}
+    refusing = rows.loc["refusing"]
+    assert set(refusing["verdict"]) == {"not tested"}
+    assert set(refusing["note"]) == {"it has no springs"}
+
+
+def test_a_version_that_the_engine_was_not_tried_with_is_a_finding(of_all):
+    (row,) = of_all.rows[of_all.rows["case"] == "engine"].to_dict("records")
+    assert (row["engine"], row["setup"], row["verdict"]) == ("off", "version", "finding")
+
+
+def test_what_ran_has_a_script(of_all):
+    assert of_all.scripts["good/bounce/200 steps"] == "run 200\n"
+
+
+@pytest.mark.parametrize(
+    ("engines", "status"),
+    [("good", 0), ("off", 1), ("dying", 3), ("good,missing", 3), ("refusing", 0), ("all", 3)],
+)
+def test_the_status_of_engines(engines, status):
+    assert verified(engines).status == status
+
+
+def test_a_named_case_that_tests_nothing_is_status_3():
+    assert verified("refusing", cases="bounce").status == 3
+
+
+def test_an_engine_of_all_may_be_missing(monkeypatch):
+    monkeypatch.setattr(
+        "harness.engines.registry.ENGINES",
+        {name: doubles.ENGINES[name] for name in ("good", "missing")},
+    )
+    run = verified("all")
+    assert run.status == 0
+    assert "missing" not in run.meta.engines
+    assert verdicts(run, engine="missing")
+
+
+def test_each_level_has_the_checks_of_the_shorter_ones():
+    setups = [set(verified(level=level).rows["setup"]) for level in ("quick", "default", "full")]
+    assert setups[0] < setups[1] < setups[2]
+
+
+def test_engines_are_held_against_one_another():
+    compared = verdicts(verified("good,lammps"), check="good")
+    assert list(compared.values()) == ["pass"]
+
+
+def test_a_job_is_run_once_for_checks_and_comparisons(monkeypatch):
+    monkeypatch.setattr(doubles.Good, "ran", 0)
+    verified("good", "default")
+    assert doubles.Good.ran == 2
+
+
+class Other(doubles.BounceCase):
+    name, qualifies = "other", False
+
+
+OTHER = Other()
+
+
+@pytest.fixture
+def other(registered, monkeypatch):
+    """Register a second case, which does not qualify."""
+    groups = {**registered.GROUPS, "second": {"other": f"{__name__}:OTHER"}}
+    monkeypatch.setattr("harness.cases.registry.GROUPS", groups)
+
+
+@pytest.mark.usefixtures("other")
+def test_an_engine_that_does_not_qualify_is_tested_no_further():
+    rows = verified("off", cases="other").rows
+    (row,) = rows[(rows["case"] == "other") & (rows["engine"] == "off")].to_dict("records")
+    assert row["verdict"] == "not tested"
+    assert row["note"].startswith("not qualified: bounce (200 steps), off: restitution")
+    assert Verdict.FAIL in set(rows[rows["case"] == "bounce"]["verdict"])  # the reason is shown
+
+
+@pytest.mark.usefixtures("other")
+def test_a_qualification_that_holds_and_was_not_requested_leaves_no_rows():
+    assert set(verified("good", cases="other").rows["case"]) == {"other"}
+
+
+@pytest.mark.parametrize(
+    ("only", "setups"),
+    [("bounce/400 steps", {"400 steps"}), ("*restitution", {"200 steps", "400 steps"})],
+)
+def test_a_pattern_chooses_rows(only, setups):
+    assert set(verified(level="default", only=only).rows["setup"]) == setups
+
+
+@pytest.mark.parametrize(
+    ("request_", "words"),
+    [
+        ({"only": "bounce/401*"}, "--only 'bounce/401.*near it: .*bounce/400"),
+        ({"level": "long"}, "level = 'long'.*quick, default, full"),
+        ({"cases": "bunce"}, "--cases 'bunce'.*balls, others.*bounce, wrong"),
+        ({"engines": "gut"}, "--engines 'gut'.*all, or one or more of lammps, good"),
+        ({"engines": ","}, "--engines ',': names no engine"),
+        ({"cases": ","}, "--cases ',': names no case"),
+    ],
+)
+def test_a_wrong_request_names_option_value_and_what_is_allowed(request_, words):
+    level = request_.pop("level", "default")
+    with pytest.raises(RequestError, match=words):
+        verified(level=level, **request_)
+
+
+@pytest.mark.parametrize(
+    ("mode", "found"),
+    [("none", "returned None"), ("raise", "raised ZeroDivisionError"), ("type", "returned a int")],
+)
+def test_a_case_that_raises_or_returns_a_wrong_type_is_one_row(monkeypatch, mode, found):
+    monkeypatch.setattr(doubles.Wrong, "mode", mode)
+    rows = verified(cases="wrong").rows
+    (row,) = rows[(rows["case"] == "wrong") & (rows["engine"] == "good")].to_dict("records")
+    assert (row["verdict"], row["failure"]) == ("fail", "harness error")
+    for part in ("package 'tests'", "case 'wrong'", f"checks {found}", "must return a list of"):
+        assert part in row["note"]
+
+
+def test_two_checks_of_one_key_are_a_harness_error(monkeypatch):
+    def twice(_):
+        check = Check(setup="s", quantity="q", unit="1", measure=lambda _: 1.0, expected=1.0,
+                      tolerance=Tolerance(1.0))  # fmt: skip
+        return [check, check]
+
+    monkeypatch.setattr(doubles.BounceCase, "own_checks", twice)
+    rows = verified().rows
+    (row,) = rows[rows["engine"] == "harness"].to_dict("records")
+    assert (row["failure"], row["note"].partition(":")[0]) == ("harness error", "ValueError")
+
+
+def test_a_strict_run_fails_where_a_row_was_not_tested():
+    assert verified("good,refusing", strict=True).status == 1
+    assert verified("good,refusing").status == 0
+
+
+def test_a_report_is_a_whole_folder(tmp_path):
+    verified(output=tmp_path / "mine")
+    names = {path.name for path in (tmp_path / "mine").iterdir()}
+    assert {"report.html", "report.md", "rows.csv", "run.json", "junit.xml", "scripts"} <= names
+
+
+def test_the_expected_time_is_told_before_anything_runs(monkeypatch):
+    monkeypatch.setattr(doubles.Good, "ran", 0)
+
+    def refuse(seconds):
+        assert seconds == pytest.approx(200 * 0.05e-6)
+        raise RequestError("too long")
+
+    with pytest.raises(RequestError, match="too long"):
+        verified(check_duration=refuse)
+    assert doubles.Good.ran == 0
+
+
+def test_stages_and_parts_are_reported():
+    told = []
+    verified("good", progress=lambda *part: told.append(part))
+    assert ("good qualification", 1, 1) in told
+    assert ("harness", 1, 1) in told
