@@ -251,7 +251,8 @@ class Session:
 def qualification_checks(name: str, engine: Engine) -> list[Check]:
     """Return the quick checks of a case that an engine must pass before any other."""
     case = get_case(name)
-    return selected(name, checks_in(case, "checks", partial(case.checks, engine)), "quick")
+    checks = checks_in(case, "checks", partial(case.checks_up_to, engine, "quick"))
+    return selected(name, checks, "quick")
 
 
 def qualification(engine: Engine) -> str:
