@@ -26,7 +26,7 @@ _INCLINE = {
     "columns": "harness.cases.columns:CASE",
 }
 _CONTACTS = {
-    "drop": "harness.cases.drop:CASE",
+    "drop": "harness.cases.drop.case:CASE",
     **{
         name: f"harness.cases.contacts.{name.replace('-', '_')}:CASE"
         for name in (

@@ -1,0 +1,317 @@
+"""The drop: every engine's own fault turns the row that is made for it; closed forms; values."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from harness.cases.base import LEVELS
+from harness.cases.bench import Bench
+from harness.cases.checks import run_checks
+from harness.cases.drop.case import CASE, collision, contacts
+from harness.cases.drop.system import Drop, restitution, scene_of
+from harness.engines.output import SERIES
+from harness.engines.reference import Reference
+from harness.engines.registry import open_engine
+from harness.errors import EngineCrashError, EngineOutputError, RequestError, Unsupported
+from harness.model.contact import PLASTIC, Contact
+from harness.model.scene import Scene
+from harness.results.rows import Verdict
+from harness.solvers import reference
+
+FULL = Contact(restitution=0.5)
+
+
+def verify(engine):
+    return run_checks("drop", [*CASE.checks(engine)], Bench(engine))
+
+
+class Faulty(Reference):
+    """The reference with a fault: of the scene that it runs, or of the motion that it returns."""
+
+    name = "faulty"
+
+    def __init__(self, change_scene=lambda scene: scene, change_motion=lambda _, motion: motion):
+        super().__init__()
+        self.change_scene, self.change_motion = change_scene, change_motion
+
+    def motions(self, jobs):
+        changed = [replace(job, scene=self.change_scene(job.scene)) for job in jobs]
+        motions = super().motions(changed)
+        pairs = zip(jobs, motions, strict=True)
+        return [self.change_motion(job.scene, motion) for job, motion in pairs]
+
+
+@pytest.fixture(scope="module")
+def rows():
+    return verify(Reference())
+
+
+def test_the_reference_qualifies(rows):
+    assert {row.verdict for row in rows} == {Verdict.PASS}
+    assert len({row.key for row in rows}) == len(rows) == 26
+    assert {row.level for row in rows} == {LEVELS[0]}
+
+
+@pytest.mark.parametrize("integrator", ["mfix-euler", "mfix-adams-bashforth"])
+def test_the_reference_qualifies_by_other_schemes(integrator):
+    assert {row.verdict for row in verify(Reference(integrator))} == {Verdict.PASS}
+
+
+@pytest.mark.live
+def test_lammps_qualifies():
+    with open_engine("lammps") as engine:
+        assert {row.verdict for row in verify(engine)} == {Verdict.PASS}
+
+
+# ---- planted faults
+
+
+def law(**changes):
+    return lambda scene: scene.replace(law=scene.law.replace(**changes))
+
+
+def stiffer(factor):
+    def change(scene):
+        return law(normal_stiffness=factor * scene.law.normal_stiffness)(scene)
+
+    return change
+
+
+def other_mass(scene):
+    first, second = scene.bodies
+    motion = "held" if second.motion == "frozen" else "frozen"
+    return scene.replace(bodies=(first, second.replace(motion=motion)))
+
+
+def other_tail(scene):
+    weaker = min(scene.law.damping_coefficient, 0.99)  # an overdamped one would never end
+    return law(clipped=not scene.law.clipped, damping_coefficient=weaker)(scene)
+
+
+def late(scene, motion):
+    """Let the sphere be found 20 steps late: until then the grain flies on."""
+    if scene.every > 1:
+        return motion
+    shifted = np.concatenate([motion.velocity[:1].repeat(20, axis=0), motion.velocity[:-20]])
+    place = motion.position[:1] + np.cumsum(shifted, axis=0) * scene.step
+    return replace(motion, velocity=shifted, position=place)
+
+
+def dragged(scene, motion):
+    """Damp the motion along the tangent, as a dashpot on the whole relative velocity does."""
+    contact_time = math.pi * math.sqrt(1.0 / scene.law.normal_stiffness)
+    velocity = motion.velocity.copy()
+    velocity[:, :, 0] *= np.exp(-motion.time / contact_time)[:, None]
+    return replace(motion, velocity=velocity)
+
+
+def interchanged(_, motion):
+    return replace(motion, velocity=motion.velocity[:, :, [1, 0, 2]])
+
+
+def share_of(name, factor):
+    return lambda _, motion: replace(motion, **{name: factor * getattr(motion, name)})
+
+
+HEAD_ON, PATH = "head-on, e = 0.5, attractive, m_eff full", "path_difference"
+REST = "at rest under its weight"
+FAULTS = {  # fault: (engine, setup and quantity of a row that must turn)
+    "no dashpot": ({"change_scene": law(damping_coefficient=0.0)}, (HEAD_ON, "restitution")),
+    "m/2": ({"change_scene": other_mass}, (HEAD_ON, "restitution")),
+    "tail": ({"change_scene": other_tail}, (HEAD_ON, "restitution")),
+    "spring": ({"change_scene": stiffer(2.0)}, (REST, "static_overlap_ratio")),
+    "contact time": (
+        {"change_scene": stiffer(1.02)}, ("contact lasts its time", "contact_time_ratio"),
+    ),
+    "late contact": ({"change_motion": late}, ("contact found within two steps", "onset_steps")),
+    "tangential drag": (
+        {"change_motion": dragged}, ("oblique contact", "angular_momentum_ratio"),
+    ),
+    "speed off": ({"change_motion": share_of("velocity", 1.01)},
+                  ("energy of a free fall", "energy_ratio")),
+    "gravity": ({"change_scene": lambda s: s.replace(gravity=(0.0, 1.001 * s.gravity[1], 0.0))},
+                ("free fall", "fall_ratio")),
+    "columns interchanged": ({"change_motion": interchanged}, (HEAD_ON, PATH)),
+    "stiffness off by 1e-6": ({"change_scene": stiffer(1.0 + 1e-6)}, (HEAD_ON, PATH)),
+    "step off by 1e-6": (
+        {"change_scene": lambda s: s.replace(step=(1.0 + 1e-6) * s.step)}, ("free fall", PATH),
+    ),
+    "gravity off by 1e-6": (
+        {"change_scene": lambda s: s.replace(gravity=(0.0, (1.0 + 1e-6) * s.gravity[1], 0.0))},
+        (REST, PATH),
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_planted_fault_turns_its_row(fault):
+    engine, (setup, quantity) = FAULTS[fault]
+    turned = {(r.setup, r.quantity) for r in verify(Faulty(**engine)) if r.verdict is Verdict.FAIL}
+    assert (setup, quantity) in turned
+
+
+def lost(_, motion):
+    return replace(motion, time=motion.time[:-1], **{
+        name: getattr(motion, name)[:-1]
+        for name in ("position", "velocity", "angular_velocity", "force", "torque")
+    })  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    "change", [lost, lambda *_: EngineCrashError("it fell over"),
+               lambda _, motion: replace(motion, velocity=np.full_like(motion.velocity, np.nan))],
+)  # fmt: skip
+def test_spoiled_runs_fail_every_row(change):
+    rows = verify(Faulty(change_motion=change))
+    assert {row.verdict for row in rows} == {Verdict.FAIL}
+    assert len(rows) == 26
+
+
+def test_grain_that_flies_through_the_sphere_is_an_error():
+    def blind(_, motion):
+        still = motion.velocity[:1].repeat(len(motion), axis=0)
+        return replace(motion, velocity=still)
+
+    notes = [r.note for r in verify(Faulty(change_motion=blind)) if r.verdict is Verdict.FAIL]
+    assert any("never felt" in note for note in notes)
+
+
+def test_refused_contacts_are_not_tested():
+    class Clipped(Reference):
+        def rules(self, scene: Scene):
+            if not scene.law.clipped:
+                raise Unsupported("never attracts (clipped = True)")
+            return super().rules(scene)
+
+    rows = verify(Clipped())
+    refused = {row.setup for row in rows if row.verdict is Verdict.NOT_TESTED}
+    assert refused == {f"head-on, {one.name}" for one in contacts() if not one.clipped}
+    assert {row.verdict for row in rows} == {Verdict.PASS, Verdict.NOT_TESTED}
+    assert {row.note for row in rows if row.setup in refused} == {"never attracts (clipped = True)"}
+
+
+# ---- one run
+
+
+@pytest.fixture(scope="module")
+def measured():
+    bench = Bench(Reference())
+    return {n: CASE.measure(p, bench.output(CASE.job(p))) for n, p in CASE.presets.items()}
+
+
+VERSION_1 = {  # values of version 1 with LAMMPS, of round-off 1e-9 of the scale
+    "head-on": {"restitution": 0.499861222814022, "end_speed_m_per_s": 0.499861222814022,
+                "largest_sampled_overlap_m": 0.000741591887082005,
+                "end_overlap_m": -0.0026033501228},
+    "plastic": {"restitution": 0.00919818294125297, "end_speed_m_per_s": 0.00919818294125297,
+                "largest_sampled_overlap_m": 9.54383320069807e-05,
+                "end_overlap_m": -0.000612689374970055},
+    "static": {"largest_sampled_overlap_m": 0.00147004404082596, "end_overlap_m": 0.000981000000012,
+               "end_speed_m_per_s": 2.87807733725346e-12},
+    "fall": {"largest_sampled_overlap_m": -0.00942711469884006,
+             "end_overlap_m": -0.00942711469884006, "end_speed_m_per_s": 0.892210742821435},
+    "oblique": {"largest_sampled_overlap_m": 9.9999999999989e-05,
+                "end_overlap_m": -0.000550041863888406, "end_speed_m_per_s": 1.00224289179818,
+                "angular_momentum_ratio": 1.00000000000022},
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", VERSION_1)
+def test_values_of_the_presets(measured, name):
+    parameters = CASE.presets[name]
+    assert measured[name].keys() == VERSION_1[name].keys()
+    for quantity, value in VERSION_1[name].items():
+        size = CASE.quantity(quantity).size(parameters)
+        assert abs(measured[name][quantity] - value) < 1e-9 * size
+        exact = CASE.exact(parameters).get(quantity)
+        assert exact is None or abs(value - exact) < 2e-3 * size
+
+
+def test_no_scale_exceeds_three_times_the_largest_value(measured):
+    for quantity in CASE.quantities:
+        values = [
+            abs(found[quantity.name]) for found in measured.values() if quantity.name in found
+        ]
+        sizes = [quantity.size(CASE.presets[n]) for n, f in measured.items() if quantity.name in f]
+        assert max(sizes) <= 3.0 * max(values), quantity.name
+
+
+@pytest.mark.parametrize("contact", [*contacts()], ids=lambda contact: contact.name)
+def test_restitution_by_integration_of_the_law(contact):
+    """DOP853 up to where the force vanishes, or the overlap, in units of sqrt(m/k)."""
+    case = collision(contact).case
+    zeta = case.zeta
+
+    def pressed(_, state):
+        return state[0] + 2.0 * zeta * state[1]  # k x + eta v, positive in compression
+
+    def overlap(_, state):
+        return state[0]
+
+    event = pressed if contact.clipped else overlap
+    event.terminal, event.direction = True, -1
+    solution = solve_ivp(lambda _, s: (s[1], -s[0] - 2.0 * zeta * s[1]), (0.0, 1e3), (1e-12, 1.0),
+                         events=event, rtol=1e-12, atol=1e-15, method="DOP853")  # fmt: skip
+    assert -solution.y[1, -1] == pytest.approx(restitution(case), abs=1e-9)
+
+
+def test_effective_mass_is_that_of_the_dashpot():
+    """e = 0.5 with m/2 in the dashpot is 0.616 attractive, with the full mass clipped 0.550."""
+    half = Drop(contact=FULL.replace(effective_mass="half"), speed=1.0)
+    assert restitution(half) == pytest.approx(0.616146, abs=1e-6)
+    clipped = Drop(contact=FULL.replace(tail="clipped"), speed=1.0)
+    assert restitution(clipped) == pytest.approx(0.550283, abs=1e-6)
+    assert scene_of(half).bodies[1].motion == "held"
+    assert scene_of(clipped).bodies[1].motion == "frozen"
+
+
+def test_limit_of_small_steps_is_the_closed_form():
+    """The largest error over phases of the begin falls with the first order."""
+    errors = []
+    for steps in (500.0, 4000.0):
+        case = Drop(contact=PLASTIC, speed=1.0, steps_per_contact=steps, duration=6.0)
+        gaps = [case.replace(gap=(3.0 + phase) * case.step) for phase in np.arange(0.0, 1.0, 0.1)]
+        scenes = [scene_of(one).replace(every=one.steps) for one in gaps]
+        ends = [reference.run(scene).velocity[-1, 0, 1] for scene in scenes]
+        errors.append(np.abs(np.array(ends) - restitution(case)).max())
+    assert errors[1] < 3e-4
+    assert 5.0 < errors[0] / errors[1] < 12.0
+
+
+@pytest.mark.parametrize(
+    ("values", "line"),
+    [
+        ({"gap": -0.3}, "gap = -0.3"),
+        ({"diameter": 0.1, "gap": -0.03}, "must be greater than -0.025 m"),
+        ({"speed": 1e5}, "would press itself 100 diameters in"),
+        ({"speed": 1e-9}, "must be from 2.2e-10 to 0.5"),
+        ({"steps_per_contact": 0.0}, "steps_per_contact = 0.0"),
+        ({"density": 1e300}, "beyond floating point"),
+        ({"mass": 1.0}, "no such parameter"),
+    ],
+)
+def test_bad_parameters(values, line):
+    with pytest.raises(RequestError) as error:
+        Drop(**values)
+    assert line in str(error.value)
+
+
+def test_output_of_another_run_is_an_error():
+    case = CASE.presets["head-on"]
+    output = Bench(Reference()).output(CASE.job(case))
+    with pytest.raises(EngineOutputError, match="rows of a series"):
+        CASE.measure(case.replace(duration=2.0), output)
+    cut = {name: values for name, values in output.tables[SERIES].items() if name != "vy_m_per_s"}
+    with pytest.raises(EngineOutputError, match="vy_m_per_s"):
+        CASE.measure(case, replace(output, tables={SERIES: cut}))
+
+
+def test_section_has_the_collisions_that_were_run():
+    (section,) = CASE.sections({"reference": Bench(Reference())})
+    frame = section.tables[0].frame
+    assert np.abs(frame["measured"] - frame["expected"]).max() < 1e-3
+    assert len(frame) == 8
+    assert len(section.drawings[0].draw().axes[0].lines) == 16
