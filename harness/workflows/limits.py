@@ -16,8 +16,9 @@ from harness.observables.provenance import Provenance
 if TYPE_CHECKING:
     from harness.model.scene import Scene
 
+SOUGHT = 1e-9  # of a quantity's scale: error at which no finer run is made
 RESOLVED = 1e-6  # of a quantity's scale, or
-RESOLVED_SHARE = 0.1  # of the step's error: errors of a limit that counts as resolved
+RESOLVED_SHARE = 0.1  # of the step's error: largest error of a limit that is returned
 MOST_BODY_STEPS = 2_000_000  # steps times bodies of the finest run: a second in all
 
 
@@ -42,17 +43,19 @@ def limits_of(
         values = case.measure(parameters, output)
         return {name: values[name] for name in names if name in values}
 
-    allowed = {name: RESOLVED * case.quantity(name).size(parameters) for name in names}
+    scales = {name: case.quantity(name).size(parameters) for name in names}
     most = max(MOST_BODY_STEPS // len(scene.bodies), first)
     try:
-        found = reference.limit(quantities, allowed, first=first, most=most)
+        sought = {name: SOUGHT * scale for name, scale in scales.items()}
+        found = reference.limit(quantities, sought, first=first, most=most)
     except (EngineError, RequestError):  # a finer run overflows, or is another system
         return {}
     coarse = quantities(first)
     return {
         name: limit.value
         for name, limit in found.items()
-        if limit.error <= max(allowed[name], RESOLVED_SHARE * abs(limit.value - coarse[name]))
+        if limit.error
+        <= max(RESOLVED * scales[name], RESOLVED_SHARE * abs(limit.value - coarse[name]))
     }
 
 

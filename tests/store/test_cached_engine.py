@@ -1,235 +1,177 @@
+"""Kept runs: to the last bit, only what is missing is run, and every fact is in the key."""
+
+import io
+import zipfile
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
-from harness.cases.grain import COLUMNS
-from harness.cases.incline.angle import critical_angle
-from harness.cases.incline.runs import run_inclines
-from harness.cases.incline.system import Incline, InclineRun, Motion, case_of, job_of
-from harness.cases.tower.run import run_towers
-from harness.engines.contract import Engine, Output
-from harness.engines.lammps.engine import Lammps
-from harness.engines.traits import Traits
+from harness.engines.contract import Job, Template
+from harness.engines.output import SERIES, Output
+from harness.engines.scene_jobs import scene_job
 from harness.errors import EngineCrashError, RequestError
 from harness.observables.provenance import Provenance
-from harness.parameters.tower import Tower
-from harness.store.cache import CachedEngine
-from harness.store.entries import Entries
-from tests.engine_doubles import frictionless
+from harness.store import cache as cache_module
+from harness.store.cache import CachedEngine, pack_output, run_key, unpack_output
+from harness.store.entries import Entries, digest_of_tree
+from harness.store.verifications import keep_verification, kept_verification
+from tests.workflows import doubles
 
-WHO = {"engine": "synthetic", "files": ["1"]}
-
-
-class Synthetic(Engine):
-    """The theory's map as an engine that counts what it runs."""
-
-    name = "synthetic"
-    traits = Traits(install_hint="comes with the tests", versions=("1",), integrator="")
-
-    def __init__(self, incline, who=WHO):
-        self._incline = incline
-        self.who = who
-        self.script = "one"
-        self.ran = 0
-        self.broken = set()
-        self.stops_after = 10**9
-        self.closed = False
-
-    def identify(self):
-        return Provenance("synthetic", "1", ("A", "B"))
-
-    def fingerprint(self):
-        return self.who
-
-    def script_digest(self, job):  # noqa: ARG002
-        return self.script
-
-    def run(self, jobs):
-        results = []
-        for job in jobs:
-            if self.ran == self.stops_after:
-                raise KeyboardInterrupt
-            self.ran += 1
-            (run,) = self._incline.passage([case_of(job.values)])
-            broken = run.case.angle in self.broken
-            results.append(EngineCrashError("boom") if broken else self._output(run, job))
-        return results
-
-    def close(self):
-        self.closed = True
-
-    def _output(self, run, job):
-        results = {
-            "verdict": run.motion.value,
-            "margin_J": repr(run.margin_J),
-            "touching": "1",
-            "time_s": repr(100 * run.case.step),
-            "steps": "100",
-        }
-        if run.motion is Motion.MOVES_ON:
-            results["crest"] = f"1 {100 * run.case.step!r} {run.margin_J!r} 1"
-        table = {name: np.linspace(0.1, 0.3, 7) ** 0.5 for name in COLUMNS}
-        table["force"] = np.arange(14.0).reshape(7, 2) / 7.0
-        tables = {"series": table, "of all / things": table} if job.sampled else {}
-        return Output(tuple(results.items()), self.identify(), tables, "a log: ±\n", 0.1 + 0.2, "S")
-
-
-def inclines(engine, *angles):
-    """Run passages at some angles, 10.2 deg unless told otherwise."""
-    return run_inclines(engine, [Incline(angle=angle) for angle in angles or (10.2,)], "passage")
+JOBS = [scene_job(doubles.scene_of(doubles.Bounce(steps=steps))) for steps in (20, 30, 40)]
 
 
 @pytest.fixture
 def entries(tmp_path):
-    return Entries(tmp_path / "cache")
+    return Entries(tmp_path, tell=lambda _: None)
 
 
 @pytest.fixture
-def engine(synthetic):
-    return Synthetic(synthetic())
-
-
-def angles(results):
-    return [run.case.angle for run in results]
+def engine(monkeypatch):
+    monkeypatch.setattr(doubles.Good, "ran", 0)
+    return doubles.Good()
 
 
 def test_only_what_is_missing_is_run_and_the_order_is_kept(engine, entries):
     cached = CachedEngine(engine, entries)
-    first = inclines(cached, 9.0, 11.0)
-    again = inclines(cached, 11.0, 10.0, 9.0)
-    assert angles(again) == [11.0, 10.0, 9.0]
-    assert (again[0].margin_J, again[2].margin_J) == (first[1].margin_J, first[0].margin_J)
-    assert engine.ran == 3
-    assert (cached.ran, cached.read) == (3, 2)
+    cached.run(JOBS[1:2])
+    outputs = cached.run(JOBS)
+    assert [len(output.tables[SERIES]["step"]) for output in outputs] == [21, 31, 41]
+    assert (cached.ran, cached.read, doubles.Good.ran) == (3, 1, 3)
 
 
-JOB = job_of(Incline(), "passage")
+def test_a_kept_output_is_the_fresh_one_to_the_last_bit(engine, entries):
+    (fresh,) = CachedEngine(engine, entries).run(JOBS[:1])
+    (kept,) = CachedEngine(engine, entries).run(JOBS[:1])
+    assert kept.provenance == fresh.provenance
+    for name, column in fresh.tables[SERIES].items():
+        assert np.array_equal(kept.tables[SERIES][name], column, equal_nan=True)
+
+
+def test_errors_are_not_kept(entries):
+    cached = CachedEngine(doubles.Dying(), entries)
+    for _ in range(2):
+        (error,) = cached.run(JOBS[:1])
+        assert isinstance(error, EngineCrashError)
+    assert (cached.ran, cached.read) == (2, 0)
+
+
+def test_each_output_is_kept_as_soon_as_it_is_there(engine, entries):
+    outcomes = CachedEngine(engine, entries).outcomes(JOBS)
+    next(outcomes)
+    outcomes.close()  # as an interrupt does
+    again = CachedEngine(engine, entries)
+    again.run(JOBS)
+    assert again.read >= 1
+
+
+def test_fresh_reads_nothing_and_keeps_all_the_same(engine, entries):
+    CachedEngine(engine, entries).run(JOBS[:1])
+    fresh = CachedEngine(engine, entries, fresh=True)
+    fresh.run(JOBS[:2])
+    assert (fresh.ran, fresh.read) == (2, 0)
+    assert CachedEngine(engine, entries).run(JOBS[:2])
+
+
+def test_an_engine_without_a_fingerprint_is_not_kept(engine, entries, monkeypatch):
+    monkeypatch.setattr(doubles.Good, "fingerprint", lambda _: None)
+    cached = CachedEngine(engine, entries)
+    cached.run(JOBS[:1])
+    cached.run(JOBS[:1])
+    assert (cached.ran, cached.read) == (2, 0)
+
+
+def test_a_job_that_is_refused_is_refused_whatever_is_kept(entries):
+    with pytest.raises(RequestError, match="no springs"):
+        CachedEngine(doubles.Refusing(), entries).run(JOBS[:1])
+
+
+@pytest.mark.parametrize("payload", [b"", b"PK", b"{}"])
+def test_an_entry_that_is_no_run_is_dropped_and_run_again(engine, entries, payload):
+    entries.put(run_key(engine, JOBS[0], engine.fingerprint()), payload)
+    cached = CachedEngine(engine, entries)
+    cached.run(JOBS[:1])
+    assert (cached.ran, cached.read) == (1, 0)
+
+
+@given(st.floats(), st.text(), st.integers(-(2**31), 2**31))
+def test_any_number_and_text_comes_back(value, text, number):
+    table = {"a": np.array([value]), "b": np.array([[number, number]])}
+    output = Output((("name", text),), Provenance("x", text, ("A",)), {"t": table}, log=text)
+    back = unpack_output(pack_output(output))
+    assert back.results == output.results
+    assert back.provenance == output.provenance
+    assert np.array_equal(back.tables["t"]["a"], table["a"], equal_nan=True)
+    assert np.array_equal(back.tables["t"]["b"], table["b"])
+
+
+SCRIPTED = Job(Template("drop", {"": {"angle": 1.0}, "soft": {"angle": 2.0}}), {"speed": 1.0})
 
 
 @pytest.mark.parametrize(
     "other",
     [
-        replace(JOB, values={**JOB.values, "route": "steady"}),
-        replace(JOB, values={**JOB.values, "angle": 10.2000001}),
-        replace(JOB, sampled=True),
-        replace(JOB, variant="plastic"),
-        replace(JOB, template=replace(JOB.template, name="another")),
-        replace(JOB, template=replace(JOB.template, package="another")),
-        replace(JOB, template=replace(JOB.template, variants={"source": {"angle": 1.0}})),
+        replace(SCRIPTED, values={"speed": np.nextafter(1.0, 2.0)}),
+        replace(SCRIPTED, values={"speed": 1.0, "more": 1}),
+        replace(SCRIPTED, variant="soft"),
+        replace(SCRIPTED, sampled=True),
+        replace(SCRIPTED, template=Template("drop", {"": {"angle": 1.5}})),
+        replace(SCRIPTED, template=replace(SCRIPTED.template, package="lib")),
+        replace(SCRIPTED, scene=JOBS[0].scene),
+        replace(SCRIPTED, scene=JOBS[1].scene),
     ],
 )
-def test_another_job_is_another_run(engine, entries, other):
-    cached = CachedEngine(engine, entries)
-    cached.run([JOB])
-    cached.run([other])
-    assert engine.ran == 2
-    cached.run([JOB, other])
-    assert engine.ran == 2
+def test_another_job_has_another_key(engine, other):
+    assert run_key(engine, other, {}) != run_key(engine, SCRIPTED, {})
 
 
-@pytest.mark.parametrize(("fact", "value"), [("script", "two"), ("who", WHO | {"files": ["2"]})])
-def test_another_script_or_engine_is_another_run(engine, entries, fact, value):
-    cached = CachedEngine(engine, entries)
-    inclines(cached)
-    setattr(engine, fact, value)
-    inclines(cached)
-    assert engine.ran == 2
+@pytest.mark.parametrize("fact", ["machine", "versions", "source_digest"])
+def test_engine_platform_packages_and_source_are_in_the_key(engine, monkeypatch, fact):
+    before = run_key(engine, SCRIPTED, {"files": ["a"]})
+    assert run_key(engine, SCRIPTED, {"files": ["b"]}) != before
+    monkeypatch.setattr(cache_module, fact, lambda *_: "another")
+    assert run_key(engine, SCRIPTED, {"files": ["a"]}) != before
 
 
-def test_a_kept_output_is_the_fresh_one_to_the_last_bit(engine, entries):
-    job = replace(JOB, sampled=True)
-    (fresh,) = CachedEngine(engine, entries).run([job])
-    (kept,) = CachedEngine(engine, entries).run([job])
-    assert engine.ran == 1
-    assert kept.results == fresh.results
-    assert (kept.provenance, kept.log, kept.title) == (fresh.provenance, fresh.log, "S")
-    assert kept.seconds == fresh.seconds == 0.1 + 0.2
-    assert list(kept.tables) == list(fresh.tables)
-    for name, table in fresh.tables.items():
-        assert list(kept.tables[name]) == list(table)
-        for column, values in table.items():
-            assert kept.tables[name][column].dtype == values.dtype
-            np.testing.assert_array_equal(kept.tables[name][column], values)
+def test_a_script_is_in_the_key(engine, monkeypatch):
+    before = run_key(engine, SCRIPTED, {})
+    monkeypatch.setattr(doubles.Good, "script_digest", lambda *_: "edited")
+    assert run_key(engine, SCRIPTED, {}) != before
 
 
-def test_errors_are_not_kept(engine, entries):
-    cached = CachedEngine(engine, entries)
-    engine.broken = {10.0}
-    good, bad = inclines(cached, 9.0, 10.0)
-    assert isinstance(good, InclineRun)
-    assert isinstance(bad, EngineCrashError)
-    engine.broken = set()
-    results = inclines(cached, 9.0, 10.0)
-    assert all(isinstance(run, InclineRun) for run in results)
-    assert engine.ran == 3
+def test_the_digest_of_a_folder_sees_contents_and_names_and_no_byte_code(tmp_path):
+    (tmp_path / "a").write_text("1")
+    first = digest_of_tree(tmp_path)
+    (tmp_path / "__pycache__").mkdir()
+    (tmp_path / "__pycache__" / "a.pyc").write_text("x")
+    assert digest_of_tree(tmp_path) == first
+    (tmp_path / "a").rename(tmp_path / "b")
+    assert digest_of_tree(tmp_path) != first
 
 
-def test_fresh_reads_nothing_and_keeps_all_the_same(engine, entries):
-    inclines(CachedEngine(engine, entries))
-    inclines(CachedEngine(engine, entries, fresh=True))
-    assert engine.ran == 2
-    inclines(CachedEngine(engine, entries))
-    assert engine.ran == 2
+# ---- whole verifications
 
 
-def test_an_engine_that_cannot_be_told_is_not_remembered(engine, entries):
-    engine.who = None
-    cached = CachedEngine(engine, entries)
-    inclines(cached)
-    inclines(cached)
-    assert engine.ran == 2
-    assert list(entries.folder.glob("??/*")) == []
+def test_a_verification_comes_back_whole(entries, tmp_path):
+    report = tmp_path / "report"
+    (report / "figures").mkdir(parents=True)
+    (report / "rows.csv").write_text("case\n")
+    (report / "figures" / "a.svg").write_text("<svg/>")
+    keep_verification(entries, "ab" * 32, report, {"status": 1})
+    assert kept_verification(entries, "ab" * 32, tmp_path / "again") == {"status": 1}
+    assert (tmp_path / "again" / "figures" / "a.svg").read_text() == "<svg/>"
+    assert kept_verification(entries, "cd" * 32, tmp_path / "none") is None
 
 
-@pytest.mark.parametrize("payload", [b"", b"no archive", b"PK\x03\x04 and nothing"])
-def test_an_entry_that_is_no_run_is_dropped_and_run_again(engine, tmp_path, payload):
-    said = []
-    entries = Entries(tmp_path, tell=said.append)
-    cached = CachedEngine(engine, entries)
-    inclines(cached)
-    (path,) = tmp_path.glob("??/*")
-    entries.put(path.name, payload)
-    (run,) = inclines(cached)
-    assert isinstance(run, InclineRun)
-    assert engine.ran == 2
-    assert "not a run" in said[0]
-
-
-def test_a_job_that_is_refused_is_refused_whatever_is_kept(engine, entries):
-    cached = CachedEngine(engine, entries)
-    inclines(cached)
-    engine.traits = replace(engine.traits, frictionless=frictionless(tail="clipped"))
-    with pytest.raises(RequestError, match="takes tail = clipped, not attractive"):
-        inclines(cached)
-
-
-def test_a_search_that_was_interrupted_goes_on_where_it_stopped(engine, entries, synthetic):
-    case = Incline()
-    whole = Synthetic(synthetic())
-    expected = critical_angle(case, engine=whole)
-    engine.stops_after = 2
-    with pytest.raises(KeyboardInterrupt):
-        critical_angle(case, engine=CachedEngine(engine, entries))
-    resumed = Synthetic(synthetic())
-    found = critical_angle(case, engine=CachedEngine(resumed, Entries(entries.folder)))
-    assert resumed.ran == whole.ran - 2
-    assert found.value_deg == expected.value_deg
-    assert found.samples == expected.samples
-
-
-@pytest.mark.live
-@pytest.mark.usefixtures("lammps_here")
-def test_runs_of_lammps_come_back_to_the_last_bit_without_starting_it(entries):
-    cases = [Tower(height=2, law=law) for law in ("overlap", "deformable")]
-    made, kept = [], []
-    for runs in (made, kept):
-        with CachedEngine(Lammps(workers=1), entries) as engine:
-            runs += run_towers(engine, cases, 1.0)
-            runs += run_inclines(engine, [Incline(angle=10.5)], "passage")
-            counts = engine.ran, engine.read
-        assert counts == ((3, 0) if runs is made else (0, 3))
-    for fresh, back in zip(made[:2], kept[:2], strict=True):
-        np.testing.assert_array_equal(back.grain_force, fresh.grain_force)
-        assert back.provenance == fresh.provenance
-    assert kept[2].margin_J == made[2].margin_J
+@pytest.mark.parametrize("name", ["report/../../out", "report//out", "report/"])
+def test_a_name_that_leads_out_of_the_folder_is_dropped(entries, tmp_path, name):
+    stream = io.BytesIO()
+    with zipfile.ZipFile(stream, "w") as archive:
+        archive.writestr("record.json", "{}")
+        archive.writestr(name, "x")
+    entries.put("ab" * 32, stream.getvalue())
+    assert kept_verification(entries, "ab" * 32, tmp_path / "again") is None
+    assert not (tmp_path / "again").exists()
+    assert entries.get("ab" * 32) is None
