@@ -62,15 +62,23 @@ class Part:
 
 
 def report_files(
-    run: Run, sections: Sequence[Section], *, defects: Defects | None = None, png: bool = False
+    run: Run,
+    sections: Sequence[Section],
+    *,
+    defects: Defects | None = None,
+    png: bool = False,
+    title: str = TITLE,
+    headline: str = "",
 ) -> dict[str, str | bytes]:
     """Return the files of a report by their path: report.html, report.md and figures.
 
     ``defects`` are the known defects by name, as in inputs/known-defects.toml, for their causes.
-    With ``png`` figures are PNG, too. An error of a figure is text in its place.
+    With ``png`` figures are PNG, too. An error of a figure is text in its place. ``headline`` is
+    the first sentence, that of the run unless given.
     """
     parts = drawn_parts(sections, png=png)
     values = _values(run, parts, defects or {})
+    values |= {"title": title, "headline": headline or run.headline}
     files: dict[str, str | bytes] = {
         "report.html": html_page("report.html.j2", **values),
         "report.md": shortened(markdown_page("report.md.j2", **values), MARKDOWN_LIMIT),
@@ -137,7 +145,6 @@ def _values(run: Run, parts: Sequence[Part], defects: Defects) -> dict[str, Any]
     present = [str(verdict) for verdict in Verdict if verdict in verdicts]
     openings = [part for part in parts if part.section.opening]
     values: dict[str, Any] = {
-        "title": TITLE,
         "run": run,
         "who": _who(run),
         "outcome": _outcome(run, verdicts),
@@ -227,7 +234,7 @@ def _moves(run: Run) -> pd.DataFrame | None:
 
 
 def _matrices(rows: pd.DataFrame) -> list[tuple[str, str, pd.DataFrame]]:
-    if rows["engine"].nunique() < 2:
+    if rows["engine"].nunique() < 2 or rows["case"].nunique() < 2:
         return []
     tables = [
         ("Matrix", "Rows of each case by engine and verdict.", matrix(rows, "case", "engine"))

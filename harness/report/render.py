@@ -84,7 +84,7 @@ def document(text: str, link: Callable[[str], str] = str) -> Document:
     parser = MarkdownIt("commonmark", {"html": False}).enable("table")
     tokens = parser.parse(printable(text))
     headings, ids = [], Counter[str]()
-    for token, following in zip(tokens, [*tokens[1:], None], strict=True):
+    for token, following in zip(tokens, [*tokens[1:], None], strict=False):
         _follow_links(token.children or [], link)
         if token.type == "heading_open" and following is not None:
             words = "".join(child.content for child in following.children or ())

@@ -9,6 +9,7 @@ import pytest
 from markdown_it import MarkdownIt
 
 from harness.report.causes import causes, entries_of
+from harness.report.content import Section, Table
 from harness.report.matrix import divided_setups, matrix, worst_verdicts
 from harness.report.page import report_files, shortened
 from harness.results.rows import Kind, Row, Verdict, rows_of, table
@@ -128,9 +129,9 @@ def test_a_long_markdown_page_ends_between_blocks_with_a_sentence():
     assert shortened(text, 10**6) == text
 
 
-def test_a_run_without_changes_sections_or_scripts_has_a_page(run):
+def test_a_run_without_changes_text_or_scripts_has_a_page(run):
     bare = replace(run, rows=run.rows.iloc[:1], changes=None, scripts={}, logs={})
-    files = report_files(bare, [])
+    files = report_files(bare, [Section("Nothing", tables=(Table("Empty", run.rows.iloc[:0]),))])
     assert "All verdicts hold" in files["report.html"]
     assert set(files) == {"report.html", "report.md"}
 
