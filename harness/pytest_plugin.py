@@ -189,4 +189,4 @@ def _options(config: pytest.Config) -> tuple[Any, Any, Any]:
     except (CycloptsError, ValueError) as error:
         reason = usage_error(error) if isinstance(error, CycloptsError) else error
         raise pytest.UsageError(f"{OPTIONS} {text!r}: {reason}") from None
-    return chosen  # type: ignore[return-value]
+    return chosen

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 GAP = 2  # blanks between two columns
 WIDEST = 120  # columns of wrapped text
 MOST_ITEMS = 20  # of a list that a terminal shows; JSON has all
+FORMULA = tuple("=+-@")  # first characters of what a spreadsheet takes for a formula
 Writer = Callable[[Path], object]
 
 
@@ -134,8 +135,12 @@ def write_all(files: Mapping[tuple[str, Path], Writer]) -> None:
 
 
 def write_csv(frame: pd.DataFrame, path: Path) -> None:
-    """Write a table with all digits."""
-    frame.to_csv(path, index=False)
+    """Write a table with all digits; text that a spreadsheet would compute gets an apostrophe."""
+    texts = {
+        name: [f"'{v}" if isinstance(v, str) and v[:1] in FORMULA else v for v in frame[name]]
+        for name in frame.select_dtypes(exclude="number")
+    }
+    frame.assign(**texts).to_csv(path, index=False)
 
 
 @contextlib.contextmanager

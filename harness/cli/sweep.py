@@ -62,7 +62,7 @@ class SweepOptions:
     reports/runs/DATE-sweep]"""
     reference: Annotated[Path | None, Parameter(metavar="FILE.csv")] = None
     """Your measured points for the figure: a CSV table with the columns of rows.csv, the first
-    parameter of --over and the first quantity; `uncertainty_NAME` gives error bars."""
+    parameter of --over and the first quantity; its uncertainty gives error bars."""
     force: Force = False
 
 
@@ -188,7 +188,7 @@ def _points(choice: SweepOptions, chosen: SweepPlan) -> Points | None:
         return None
     name, column = next(iter(chosen.columns().items()))
     over = chosen.request.over[0]
-    return read_points(choice.reference, over, column, f"uncertainty_{name}")
+    return read_points(choice.reference, over, column, chosen.uncertainty_column(name))
 
 
 def _run(

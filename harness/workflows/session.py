@@ -131,7 +131,7 @@ class Session:
         texts: dict[str, str] = {}
         for (name, case), checks in {**self.planned, **self.qualifying}.items():
             for check in checks:
-                place = f"{name}/{case}/{check.setup}"
+                place = "/".join((name, case, check.setup.replace("/", "-")))
                 if check.jobs and place not in texts and name in self.benches:
                     texts[place] = _script(self.benches[name].engine, check.jobs[0])
         return {place: text for place, text in texts.items() if text}

@@ -33,7 +33,7 @@ def sweep_figure(plan: SweepPlan, frame: pd.DataFrame, points: Points | None) ->
     second = [over[1]] if len(over) > 1 and over[1] in done else []
     for place, (key, rows) in enumerate(done.groupby(["engine", *second], sort=False)):
         rows = rows.drop_duplicates(across).sort_values(across)
-        error = rows.get(f"uncertainty_{name}")
+        error = rows.get(plan.uncertainty_column(name))
         axes.errorbar(rows[across], rows[column], yerr=error, ls=":", ms=5, capsize=2,
                       marker=MARKERS[place % len(MARKERS)], label=_label(key, second))  # fmt: skip
     _draw_closed_form(axes, plan, name, across)

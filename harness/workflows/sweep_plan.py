@@ -106,8 +106,21 @@ class SweepPlan:
         Requested and measured values never share a column.
         """
         taken = {*ROW, *self.case.parameters.model_fields}
-        names = self.quantities or [q.name for q in self.case.quantities if not q.varies]
-        return {name: f"measured_{name}" if name in taken else name for name in names}
+        return {n: f"measured_{n}" if n in taken else n for n in self.measured}
+
+    @property
+    def measured(self) -> tuple[str, ...]:
+        """Return the measured quantities: the requested ones, and all of the same search."""
+        requested = [self.case.quantity(name) for name in self.quantities]
+        varies = requested[0].varies if requested else ()
+        others = () if requested and not varies else self.case.quantities
+        alike = [quantity.name for quantity in others if quantity.varies == varies]
+        return tuple(dict.fromkeys([*self.quantities, *alike]))
+
+    def uncertainty_column(self, name: str) -> str:
+        """Return the column of a quantity's uncertainty: a quantity of the case, or its own."""
+        shared = f"uncertainty_{self.case.quantity(name).unit}"
+        return shared if shared in self.measured else f"uncertainty_{name}"
 
 
 def values_of(name: str, text: str) -> list[str]:

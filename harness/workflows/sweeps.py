@@ -238,8 +238,9 @@ def row_of(chosen: SweepPlan, engine: str, place: int, ran: Ran | None) -> Row:
     for name, column in chosen.columns().items():
         value = ran.values.get(name) if ran else None
         row[column] = value.value if value else None
-        if chosen.case.quantity(name).varies:
-            row[f"uncertainty_{name}"] = value.uncertainty if value else None
+        uncertainty = chosen.uncertainty_column(name)
+        if chosen.case.quantity(name).varies and uncertainty not in chosen.measured:
+            row[uncertainty] = value.uncertainty if value else None
     status = REFUSED if point.refused else ran.status if ran else PENDING
     reason = point.refused or (str(ran.error) if ran and ran.error else "")
     seconds = ran.seconds if ran else None
@@ -320,7 +321,7 @@ def _searched(chosen: SweepPlan, engine: Engine, point: Point) -> Ran:
     def search() -> Mapping[str, Value | float]:
         if reason := engine.refuses(case.job(parameters)):
             raise RequestError(reason)
-        return case.search(chosen.quantities, parameters, Bench(engine), **point.options)
+        return case.search(chosen.measured, parameters, Bench(engine), **point.options)
 
     return _tried(search, version)
 

@@ -75,6 +75,24 @@ def test_a_search_is_a_row_with_its_uncertainty():
     assert "stiffness" not in row
 
 
+def test_a_search_measures_all_that_it_finds(monkeypatch):
+    more = (*doubles.BounceCase.quantities,
+            doubles.Quantity("uncertainty_N/m", "N/m", "of it", varies=("stiffness",)))  # fmt: skip
+    monkeypatch.setattr(doubles.BounceCase, "quantities", more)
+    chosen = plan(SweepRequest("bounce", ({"steps": "20"},), {}, "good", "softest"))
+    assert list(chosen.columns()) == ["softest", "uncertainty_N/m"]
+    assert chosen.uncertainty_column("softest") == "uncertainty_N/m"
+
+
+def test_text_that_a_spreadsheet_would_compute_is_text(tmp_path):
+    import pandas as pd
+
+    from harness.cli.output import write_csv
+
+    write_csv(pd.DataFrame({"reason": ["=1+1", "fine"], "value": [-1.0, 2.0]}), tmp_path / "a.csv")
+    assert (tmp_path / "a.csv").read_text() == "reason,value\n'=1+1,-1.0\nfine,2.0\n"
+
+
 def test_an_engine_of_all_may_be_missing_and_a_named_one_not():
     result = swept({"steps": "100"}, "all")
     assert result.missing == {"missing": "missing: no program"}
