@@ -330,6 +330,12 @@ def _handle(folder: Path) -> Iterator[int]:
         os.close(handle)
 
 
+def safe_path(name: str) -> str:
+    """Return a name as a relative path of plain characters, below any folder."""
+    parts = (re.sub(r"[^A-Za-z0-9._+=-]+", "-", part).lstrip(".") for part in name.split("/"))
+    return "/".join(part or "-" for part in parts)
+
+
 def check_folder(folder: Path) -> None:
     """Raise RequestError when a folder cannot take a report: it holds something, or is not ours."""
     if folder.is_dir() and any(folder.iterdir()):

@@ -12,6 +12,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
+from harness.files import safe_path
 from harness.report.causes import Defects, causes, entries_of
 from harness.report.content import Drawing, Section
 from harness.report.figures import Picture, draw_all, svg_uri
@@ -30,6 +31,7 @@ TITLE = "DEM verification"
 MARKDOWN_LIMIT = 60_000  # characters: a comment on a pull request holds 65,536
 LOG_TAIL = 3_000  # characters of the log of a failed run that the page shows
 FINDINGS = 20  # shown without unfolding
+MOST_FILES = 60  # scripts and logs that the page names
 EMBEDDED = 60_000  # characters of scripts and logs in the page; the others are links
 COLUMNS = ("verdict", "row", "kind", "engine", "value", "expected", "unit", "difference",
            "uncertainty", "tolerance", "used")  # fmt: skip
@@ -248,15 +250,14 @@ def _matrices(rows: pd.DataFrame) -> list[tuple[str, str, pd.DataFrame]]:
 
 def _script_files(run: Run) -> list[tuple[str, str, str]]:
     """Return name, address and text of scripts and logs; no text beyond what a page holds."""
-    files = []
-    left = EMBEDDED
-    for name, text in run.scripts.items():
-        log = run.logs.get(name, run.logs.get(f"{name}.log", ""))
-        named = [(name, f"scripts/{name}", text)]
-        named += [(f"log of {name}", f"logs/{name}.log", log[-LOG_TAIL:])] if log else []
-        for title, address, content in named:
-            left -= len(content)
-            files.append((title, address, content if left >= 0 else ""))
+    scripts = [(name, f"scripts/{safe_path(name)}", text) for name, text in run.scripts.items()]
+    logs = [(f"log: {n}", f"logs/{safe_path(n)}", t[-LOG_TAIL:]) for n, t in run.logs.items()]
+    left, files = EMBEDDED, []
+    for title, address, text in [*scripts[:MOST_FILES], *logs[:MOST_FILES]]:
+        left -= len(text)
+        files.append((title, address, text if left >= 0 else ""))
+    if len(scripts) > MOST_FILES:
+        files.append((f"all {len(scripts)} scripts", "scripts/", ""))
     return files
 
 

@@ -15,7 +15,6 @@ import hashlib
 import html
 import json
 import math
-import re
 from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, field, fields, replace
@@ -26,7 +25,7 @@ from typing import Any
 import pandas as pd
 
 from harness.errors import RequestError
-from harness.files import check_folder, whole_folder
+from harness.files import check_folder, safe_path, whole_folder
 from harness.results.compare import Scope, compare, counts, counts_of_changes, regressions
 from harness.results.rows import ENGINE_FAILURES, Kind, Verdict
 from harness.store.junit import junit
@@ -219,12 +218,6 @@ def json_records(frame: pd.DataFrame) -> list[dict[str, Any]]:
     """Return the lines of a table, JSON-ready: None for what is not finite."""
     records = frame.astype(object).to_dict("records")
     return [{str(name): _finite(value) for name, value in record.items()} for record in records]
-
-
-def safe_path(name: str) -> str:
-    """Return a name as a relative path of plain characters, below any folder."""
-    parts = (re.sub(r"[^A-Za-z0-9._+=-]+", "-", part).lstrip(".") for part in name.split("/"))
-    return "/".join(part or "-" for part in parts)
 
 
 def _read_meta(folder: Path) -> dict[str, Any]:

@@ -18,14 +18,14 @@ from urllib.parse import quote, unquote
 
 import harness
 from harness.errors import RequestError
-from harness.files import check_writable, whole_folder
+from harness.files import check_writable, safe_path, whole_folder
 from harness.observables.provenance import release_of
 from harness.report.causes import defect_releases, defect_sentence
 from harness.report.matrix import matrix, verdict_badges
 from harness.report.render import Badge, document, html_page
 from harness.results.rows import KEY, Verdict, table
 from harness.store.rows_csv import read_rows
-from harness.store.runs import Run, read_run, safe_path
+from harness.store.runs import Run, read_run
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -88,6 +88,15 @@ def test_links_lead_to_ids_of_the_page_or_files_of_the_run(page):
         )  # fmt: skip
 
 
+def test_scripts_are_linked_by_the_names_of_their_files_and_a_page_does_not_grow_with_them(run):
+    names = [f"toy/slope: a = {n}" for n in range(1000)]
+    many = replace(run, scripts=dict.fromkeys(names, "run 0\n" * 1000), logs={})
+    html = report_files(many, [])["report.html"]
+    assert 'href="scripts/toy/slope-a-=-0"' in html
+    assert "all 1000 scripts" in html
+    assert len(html) < 200_000
+
+
 def test_nothing_of_a_page_comes_from_an_address_and_text_stays_text(page, files):
     assert all(source.startswith("data:") for source in page.values("src"))
     assert [tag for tag, _ in page.tags].count("script") == 1
