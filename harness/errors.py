@@ -104,6 +104,10 @@ class EngineUndecidedError(EngineOutputError, kind="undecided"):
         super().__init__(message)
         self.values = values
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Return how to make it again: a worker of another process sends it."""
+        return type(self), (str(self), self.values), vars(self)
+
 
 class EngineLostAtomsError(EngineInputError, kind="lost atoms"):
     """The engine lost an atom: the run left its box."""

@@ -125,7 +125,7 @@ def executor_of(dask: str | None) -> Iterator[Executor | None]:
         return
     from harness.workflows.executors import dask_executor
 
-    with dask_executor(dask) as executor:
+    with dask_executor(dask, tell) as executor:
         yield executor
 
 

@@ -1,35 +1,65 @@
 """Jobs on other processes and machines: any ``concurrent.futures.Executor``, or a Dask cluster.
 
-An executor's processes open the engine once each, and keep it open. A worker that is lost costs
-the jobs it had; what is done is in the cache of the process that started the command.
+A worker opens an engine once and keeps it open. What is done is kept in the cache of the process
+that started the command; a worker that is lost costs the jobs it had.
 """
 
 from __future__ import annotations
 
+import asyncio
 import atexit
+import platform
+import shutil
+import subprocess
+import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import Executor, as_completed
+from concurrent.futures import (
+    BrokenExecutor,
+    CancelledError,
+    Executor,
+    Future,
+    ThreadPoolExecutor,
+    as_completed,
+)
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from harness.engines.contract import Engine, Job, Output
 from harness.engines.registry import open_engine
 from harness.errors import EngineCrashError, EngineError, HarnessError, RequestError
+from harness.store.cache import SOURCES, keeping
+from harness.store.entries import key_of, source_digest, versions
 
 if TYPE_CHECKING:
     from harness.observables.provenance import Provenance
 
-CHUNKS = 64  # pieces into which a batch is cut, for workers of any number and speed
-LARGEST_CHUNK = 32  # jobs that are lost with a worker, at most
+PIECES = 128  # into which a batch is cut, for workers of any number and speed
+LARGEST_PIECE = 32  # jobs that are lost with a worker, at most
 CONNECT_SECONDS = 10.0
-SLURM = "slurm"
+SUBMIT_SECONDS = 60.0  # for sbatch to check the job of a worker
+SLURM, SLURM_JOBS = "slurm", 8
+MOST_WORDS = 200  # characters of what a library reports
+LOST = "lost with its worker or the scheduler: the same command runs it again"
 Outcome = Output | EngineError
+Result = TypeVar("Result")
+
+
+@dataclass(frozen=True)
+class Opening:
+    """How a worker opens an engine; ``identity`` is what its installation must agree in."""
+
+    name: str
+    options: Mapping[str, Any]
+    identity: Mapping[str, Any]
 
 
 class ExecutorEngine(Engine):
-    """An engine whose jobs run in the processes of an executor.
+    """An engine whose jobs run in the workers of an executor.
 
-    ``local`` answers all that needs no run; ``name`` and ``options`` open the engine elsewhere.
+    ``local`` answers all that needs no run; ``name`` and ``options`` open the engine in a worker.
+    A worker whose programs, packages or source differ from the local ones runs nothing: its results
+    would be kept as those of other programs.
     """
 
     def __init__(
@@ -37,7 +67,7 @@ class ExecutorEngine(Engine):
     ) -> None:
         self.traits = local.traits
         self._local, self._executor = local, executor
-        self._opening = (name, dict(options))
+        self._opening = Opening(name, dict(options), identity(local))
 
     def __getattribute__(self, attribute: str) -> Any:
         """Return the attribute of the local engine, but for runs."""
@@ -55,82 +85,205 @@ class ExecutorEngine(Engine):
         return [outcomes[place] for place in range(len(jobs))]
 
     def outcomes(self, jobs: Sequence[Job]) -> Iterator[tuple[int, Outcome]]:
-        """Yield the place and the outcome of each job as soon as its chunk is done."""
+        """Yield the place and the outcome of each job as soon as its piece is done."""
         self._local.check(jobs)
-        size = max(1, min(LARGEST_CHUNK, len(jobs) // CHUNKS))
-        places = [range(first, min(first + size, len(jobs))) for first in range(0, len(jobs), size)]
-        futures = {
-            self._executor.submit(run_jobs, *self._opening, [jobs[i] for i in chunk]): chunk
-            for chunk in places
-        }
-        for future in as_completed(futures):
-            try:
-                found = future.result()
-            except Exception as error:  # an executor reports a lost worker in its own words
-                lost = EngineCrashError(f"its worker was lost: {' '.join(str(error).split())}")
-                found = [lost] * len(futures[future])
-            yield from zip(futures[future], found, strict=True)
+        size = max(1, min(LARGEST_PIECE, len(jobs) // PIECES))
+        pieces = [range(first, min(first + size, len(jobs))) for first in range(0, len(jobs), size)]
+        calls = [(self._opening, [jobs[place] for place in piece]) for piece in pieces]
+        for number, found in completed(self._executor, run_jobs, calls):
+            piece = pieces[number]
+            outcomes = [found] * len(piece) if isinstance(found, EngineError) else found
+            yield from zip(piece, outcomes, strict=True)
 
 
 _OWN = frozenset(
     ("identify", "run", "outcomes", "traits", "pace", "_local", "_executor", "_opening")
 )
-_OPEN: dict[str, Engine] = {}  # engines of a worker process, by what opens them
-
-
-def run_jobs(name: str, options: Mapping[str, Any], jobs: Sequence[Job]) -> list[Outcome]:
-    """Return the outcomes of jobs in an engine of this process, which stays open."""
-    key = repr((name, sorted(options.items(), key=str)))
-    if key not in _OPEN:
-        if not _OPEN:
-            atexit.register(_close)
-        try:
-            _OPEN[key] = open_engine(name, options=options)
-        except HarnessError as error:
-            return [EngineError(f"engine {name!r} on a worker: {error}")] * len(jobs)
-    return _OPEN[key].run(jobs)
-
-
-def _close() -> None:
-    while _OPEN:
-        _OPEN.popitem()[1].close()
 
 
 @contextmanager
-def dask_executor(cluster: str, workers: int = 8) -> Iterator[Executor]:
-    """Yield an executor of a Dask cluster: an address, or ``slurm`` for dask-jobqueue.
+def opened_on(
+    executor: Executor,
+    name: str,
+    *,
+    fresh: bool = False,
+    options: Mapping[str, Any] | None = None,
+) -> Iterator[Engine]:
+    """Yield an engine whose jobs run in an executor and are kept here; close it after use."""
+    with open_engine(name, options=options) as local:
+        yield keeping(ExecutorEngine(local, executor, name, options or {}), fresh=fresh)
 
-    ``workers`` is the number of jobs that SLURM is given at most; all else is in the user's
-    ``jobqueue.yaml``. Raise RequestError where Dask is not installed or nobody answers.
+
+def completed(
+    executor: Executor, function: Callable[..., Result], calls: Sequence[tuple[Any, ...]]
+) -> Iterator[tuple[int, Result | EngineError]]:
+    """Yield the number and the result of each call as soon as it is over, in any order.
+
+    The result of a call that was lost or raised is an EngineError. Calls that have not begun are
+    cancelled where the caller stops early.
     """
-    client_of = _slurm_client if cluster == SLURM else _client
-    client = client_of(cluster, workers)
+    futures: dict[Future[Result], int] = {}
     try:
-        yield client.get_executor(pure=False)
+        for number, arguments in enumerate(calls):
+            try:
+                futures[executor.submit(function, *arguments)] = number
+            except Exception as error:  # of an executor that is broken or closed
+                yield number, EngineCrashError(f"no worker took it: {_words(error)}")
+        for future in as_completed(futures):
+            yield futures.pop(future), _result(future)
     finally:
-        client.close()
+        for future in futures:
+            future.cancel()
 
 
-def _client(address: str, _: int) -> Any:
-    client = _imported("distributed", "Client")
+def identity(engine: Engine) -> dict[str, Any]:
+    """Return what decides the results of an engine here, by a word for each; no paths."""
+    found = dict(engine.fingerprint() or {"version": engine.identify().engine_version})
+    found.pop("program", None)  # the path
+    return {
+        "program of the engine": key_of(found),
+        "source of dem-harness": source_digest(*SOURCES),
+        **versions("numpy", "pandas"),
+    }
+
+
+_open_engines: dict[str, Engine] = {}  # of a worker process, by what opens them
+_opening_lock = threading.Lock()  # a worker may run jobs in several threads
+
+
+def run_jobs(opening: Opening, jobs: Sequence[Job]) -> list[Outcome]:
+    """Return the outcomes of jobs in an engine of this process, which stays open."""
     try:
-        return client(address, timeout=CONNECT_SECONDS, set_as_default=False)
-    except (OSError, ValueError) as error:
-        reason = " ".join(str(error).split()) or type(error).__name__
-        raise RequestError(
-            f"--dask {address}: no scheduler answers there ({reason}); must be the address of one, "
-            f"as tcp://head:8786, or {SLURM}"
-        ) from None
+        with _opening_lock:
+            engine = _opened(opening)
+        return engine.run(jobs)
+    except HarnessError as error:
+        where = f"engine {opening.name!r} on worker {platform.node()}"
+        return [EngineCrashError(f"{where}: {error}")] * len(jobs)
 
 
-def _slurm_client(_: str, workers: int) -> Any:
-    cluster_of = _imported("dask_jobqueue", "SLURMCluster")
+def _opened(opening: Opening) -> Engine:
+    key = repr(opening)
+    if key not in _open_engines:
+        engine = open_engine(opening.name, options=opening.options)
+        here = identity(engine)
+        if other := [name for name, value in opening.identity.items() if here[name] != value]:
+            engine.close()
+            raise RequestError(f"not the same here and where the command runs: {', '.join(other)}")
+        if not _open_engines:
+            atexit.register(_close)
+        _open_engines[key] = engine
+    return _open_engines[key]
+
+
+def _close() -> None:
+    while _open_engines:
+        _open_engines.popitem()[1].close()
+
+
+def _result(future: Future[Result]) -> Result | EngineError:
     try:
-        cluster = cluster_of()
-        cluster.adapt(minimum=0, maximum_jobs=workers)
+        return future.result()
+    except (CancelledError, BrokenExecutor):
+        return EngineCrashError(LOST)
+    except Exception as error:  # of Dask, of pickling, of an engine of another package
+        if type(error).__name__ in ("KilledWorker", "FutureCancelledError"):
+            return EngineCrashError(LOST)
+        return EngineCrashError(f"failed on its worker: {_words(error)}")
+
+
+# ---- Dask
+
+
+@contextmanager
+def dask_executor(cluster: str, note: Callable[[str], object] = lambda _: None) -> Iterator[Executor]:
+    """Yield an executor of a Dask cluster: an address, ``slurm``, or ``slurm:JOBS``.
+
+    SLURM is given at most 8 jobs, or so many; all else is in the user's ``jobqueue.yaml``.
+    ``note`` is called where no worker is there yet. Raise RequestError where Dask is not installed,
+    nobody answers, or SLURM refuses the job of a worker.
+    """
+    name, _, jobs = cluster.partition(":")
+    if name == SLURM:
+        with _slurm_cluster(_jobs(cluster, jobs)) as made, _client(made) as executor:
+            yield executor
+        return
+    workers = _workers_at(cluster)
+    if not workers:
+        note(f"--dask {cluster}: no worker is there yet; runs wait for one")
+    with _client(cluster) as executor:
+        yield executor
+
+
+@contextmanager
+def _client(cluster: Any) -> Iterator[Executor]:
+    with _imported("distributed", "Client")(
+        cluster, timeout=CONNECT_SECONDS, set_as_default=False
+    ) as client:
+        executor: Executor = client.get_executor(pure=False)
+        yield executor
+
+
+def _workers_at(address: str) -> int:
+    """Return the number of workers of a scheduler; raise RequestError where none answers."""
+    rpc = _imported("distributed", "rpc")
+
+    async def identify() -> Mapping[str, Any]:
+        async with rpc(address, timeout=CONNECT_SECONDS) as scheduler:
+            found: Mapping[str, Any] = await asyncio.wait_for(scheduler.identity(), CONNECT_SECONDS)
+            return found
+
+    try:
+        with ThreadPoolExecutor(1) as thread:  # a notebook's own thread has a loop that runs
+            found = thread.submit(asyncio.run, identify()).result()
+        if found["type"] == "Scheduler":
+            return len(found["workers"])
+        reason = f"a {str(found['type']).lower()} does"
+    except Exception as error:  # whatever an address that is none, or another program, leads to
+        reason = _words(error)
+    raise RequestError(
+        f"--dask {address}: no scheduler answers there ({reason}); must be the address of one, as "
+        f"tcp://head:8786, or {SLURM}"
+    )
+
+
+@contextmanager
+def _slurm_cluster(jobs: int) -> Iterator[Any]:
+    """Yield a cluster of SLURM jobs, which begin with the runs and end when nothing is left."""
+    make = _imported("dask_jobqueue", "SLURMCluster")
+    if shutil.which("sbatch") is None:
+        raise RequestError(f"--dask {SLURM}: there is no sbatch on the path")
+    try:
+        cluster = make()
     except (OSError, ValueError, RuntimeError) as error:
-        raise RequestError(f"--dask {SLURM}: {' '.join(str(error).split())}") from None
-    return _imported("distributed", "Client")(cluster, set_as_default=False)
+        raise RequestError(f"--dask {SLURM}: jobqueue.yaml: {_words(error)}") from None
+    with cluster:
+        _check_job(cluster.job_script())
+        cluster.adapt(minimum=0, maximum_jobs=jobs)
+        yield cluster
+
+
+def _check_job(script: str) -> None:
+    """Raise RequestError where sbatch refuses the job of a worker, which Dask would repeat."""
+    try:
+        test = subprocess.run(
+            ["sbatch", "--test-only"], input=script, capture_output=True, text=True,
+            timeout=SUBMIT_SECONDS, check=False,
+        )  # fmt: skip
+        refusal = test.stderr if test.returncode else ""
+    except (OSError, subprocess.TimeoutExpired) as error:
+        refusal = str(error)
+    if refusal:
+        words = " ".join(refusal.split())[:MOST_WORDS]
+        raise RequestError(f"--dask {SLURM}: sbatch refuses a job as in jobqueue.yaml: {words}")
+
+
+def _jobs(cluster: str, text: str) -> int:
+    if cluster == SLURM:
+        return SLURM_JOBS
+    if not (text.isascii() and text.isdigit() and 1 <= int(text) <= 10_000):
+        raise RequestError(f"--dask {cluster}: must be {SLURM}:JOBS, from 1 to 10000 jobs")
+    return int(text)
 
 
 def _imported(module: str, name: str) -> Callable[..., Any]:
@@ -142,3 +295,7 @@ def _imported(module: str, name: str) -> Callable[..., Any]:
         install = "pip install 'dem-harness[dask]'"
         raise RequestError(f"--dask: {error.name} is not installed: {install}") from None
     return found
+
+
+def _words(error: BaseException) -> str:
+    return (" ".join(str(error).split()) or type(error).__name__)[:MOST_WORDS]

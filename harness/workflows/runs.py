@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from concurrent.futures import Executor
 from contextlib import AbstractContextManager, suppress
 from dataclasses import dataclass, field
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from harness import __version__
@@ -20,6 +22,7 @@ from harness.errors import EngineError, HarnessError, RequestError, Unsupported
 from harness.model.base import Parameters
 from harness.report.notebook import Shown
 from harness.store.cache import EngineChoice, opened
+from harness.workflows.executors import opened_on
 from harness.workflows.limits import limits_of
 from harness.workflows.progress import Progress, silent
 from harness.workflows.settings import parameters_of, quantity_names, split_settings
@@ -134,6 +137,7 @@ def run(  # noqa: PLR0913 - the options of a user
     *,
     quantities: str | Iterable[str] = (),
     open_engine: OpenEngine = opened,
+    executor: Executor | None = None,
     profile: bool = False,
     script: bool = False,
     film_frames: int = 0,
@@ -146,8 +150,9 @@ def run(  # noqa: PLR0913 - the options of a user
     degrees, and ``preset`` for a known set. ``engine`` is an open engine, or the name of an engine
     or of a solver of the case. ``quantities`` are names of those to return; one that is searched
     for, such as ``critical_angle_deg``, takes several runs. ``profile``, ``script`` and
-    ``film_frames`` (a number of samples) request these parts of the result. ``check_duration`` is
-    called with the expected time on one core [s], and may raise.
+    ``film_frames`` (a number of samples) request these parts of the result. With an ``executor``
+    its workers run the engine of a name, in place of ``open_engine``. ``check_duration`` is called
+    with the expected time on one core [s], and may raise.
 
     Raise RequestError for a name or value that is not allowed, and for an engine that cannot run
     the case, with the reason; EngineError for a run that failed.
@@ -165,7 +170,8 @@ def run(  # noqa: PLR0913 - the options of a user
                 raise RequestError(f"{part}: {name!r} is a solver, an engine is needed")
             check_duration(run_seconds(chosen, parameters, None, names))
             return _solved(chosen, parameters, name, names)
-        with open_engine(name) as running:
+        opening = open_engine if executor is None else partial(opened_on, executor)
+        with opening(name) as running:
             return run(
                 case, settings, running, quantities=quantities, profile=profile, script=script,
                 film_frames=film_frames, check_duration=check_duration, progress=progress,

@@ -10,7 +10,7 @@ import fcntl
 import json
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from concurrent.futures import Executor, as_completed
+from concurrent.futures import Executor
 from dataclasses import asdict, dataclass, field, replace
 from functools import partial
 from pathlib import Path
@@ -34,6 +34,7 @@ from harness.files import check_writable, held_folder, lock_file
 from harness.model.base import Parameters
 from harness.report.notebook import Shown
 from harness.store.cache import opened
+from harness.workflows.executors import completed, opened_on
 from harness.workflows.progress import Progress, silent
 from harness.workflows.runs import OpenEngine, searched
 from harness.workflows.settings import PRESET, flat_values
@@ -46,6 +47,7 @@ if TYPE_CHECKING:
     from harness.workflows.points import Points
 
 CHUNK = 512  # runs whose jobs are in memory at a time
+SEARCHES = 64  # that wait for the runs of an executor at a time
 LOCK, REQUEST = ".lock", "sweep.json"
 DONE, FAILED, NOT_TESTED = "done", "failed", "not tested"
 UNDECIDED, REFUSED, PENDING = "undecided", "refused", "pending"
@@ -135,14 +137,14 @@ def sweep(
 
     ``over`` maps names of parameters, of nested ones with a dot, to sequences of values or to text
     such as ``1e5:1e7:log5``; ``fixed`` are values of all runs. ``engines`` are engines and solvers
-    of the case. Runs go to the processes of an ``executor`` if there is one. A run that fails is a
-    row. Raise RequestError for a name or value that is not allowed; EngineMissingError for an
-    engine that is not here.
+    of the case. With an ``executor`` its workers make the runs, in place of ``open_engine``. A run
+    that fails is a row. Raise RequestError for a name or value that is not allowed;
+    EngineMissingError for an engine that is not here.
     """
     texts = {name: as_text(values) for name, values in over.items()}
     same = {name: as_text(value) for name, value in (fixed or {}).items()}
     request = SweepRequest(case, (texts,), same, as_text(engines), as_text(quantities))
-    runner = Runner(open_engine, executor)
+    runner = Runner(open_engine if executor is None else partial(opened_on, executor), executor)
     return run_plan(plan(request), runner, progress=progress)
 
 
@@ -166,7 +168,8 @@ class Runner:
             if searched(chosen.case, chosen.quantities):
                 search = partial(_searched, chosen, running)
                 points = [chosen.points[place] for place in places]
-                for index, ran in parallel_each(search, points, cores()):
+                at_once = SEARCHES if self.executor else cores()
+                for index, ran in parallel_each(search, points, at_once):
                     yield places[index], ran
                 return
             for first in range(0, len(places), CHUNK):
@@ -181,9 +184,10 @@ class Runner:
             for place, parameters in points.items():
                 yield place, solved(name, parameters, solver)
             return
-        futures = {self.executor.submit(solved, name, p, solver): i for i, p in points.items()}
-        for future in as_completed(futures):
-            yield futures[future], future.result()
+        calls = [(name, parameters, solver) for parameters in points.values()]
+        for number, found in completed(self.executor, solved, calls):
+            ran = Ran(error=found) if isinstance(found, EngineError) else found
+            yield [*points][number], ran
 
 
 def solved(case: str, parameters: Parameters | None, solver: str) -> Ran:

@@ -10,8 +10,10 @@ from __future__ import annotations
 import platform
 import time
 from collections.abc import Callable, Iterable, Sequence
+from concurrent.futures import Executor
 from contextlib import ExitStack
 from datetime import UTC, datetime
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -39,6 +41,7 @@ from harness.results.rows import (
 from harness.store.accepted import accepted_folder, accepted_rows
 from harness.store.cache import opened
 from harness.store.runs import Meta, Run, write_run
+from harness.workflows.executors import opened_on
 from harness.workflows.progress import Progress, silent
 from harness.workflows.selection import selected_engines, words_in
 from harness.workflows.session import OpenEngine, Session
@@ -55,6 +58,7 @@ def verify(  # noqa: PLR0913 - the options of a user
     output: Path | None = None,
     png: bool = False,
     open_engine: OpenEngine = opened,
+    executor: Executor | None = None,
     check_duration: Callable[[float], None] = lambda _: None,
     progress: Progress = silent,
 ) -> Run:
@@ -64,7 +68,8 @@ def verify(  # noqa: PLR0913 - the options of a user
     here. ``only`` is a pattern of ``case/setup/quantity``, in all cases unless some are named.
     ``known_defects`` is a file of defects beside the committed ones; a ``strict`` run fails also
     where a row was not tested. ``output`` is a new folder for the report, with figures as PNG too
-    for ``png``. ``check_duration`` is called with the expected time on one core [s], and may raise.
+    for ``png``. With an ``executor`` its workers run the engines, in place of ``open_engine``.
+    ``check_duration`` is called with the expected time on one core [s], and may raise.
 
     An engine that is missing, dies or does not qualify, and a case that raises, are rows. Raise
     RequestError, before anything runs, for an unknown level, case, engine or pattern.
@@ -75,7 +80,8 @@ def verify(  # noqa: PLR0913 - the options of a user
     started, clock = datetime.now(UTC).isoformat(timespec="seconds"), time.monotonic()
     with ExitStack() as stack:
         session = Session(level, only or "*", chosen, load_defects(known_defects), progress)
-        session.open(names, open_engine, stack)
+        opening = open_engine if executor is None else partial(opened_on, executor)
+        session.open(names, opening, stack)
         session.plan()
         check_duration(session.seconds())
         session.run()
