@@ -144,8 +144,9 @@ class PartialTable:
                 (aside / self.file.name).replace(self.file)
         except OSError as error:
             raise cannot_write(f"table {self.file}", error) from None
-        now = time.monotonic()
-        self.due = now + max(self.pause, (now - started) / self.share)
+        now, is_first = time.monotonic(), not self.due
+        # the first table takes the time of imports
+        self.due = now + max(self.pause, 0.0 if is_first else (now - started) / self.share)
 
 
 def figure_writer(draw: Callable[[], Figure], suffix: str) -> Writer:

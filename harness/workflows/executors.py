@@ -12,6 +12,7 @@ import platform
 import shutil
 import subprocess
 import threading
+import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import (
     BrokenExecutor,
@@ -181,7 +182,7 @@ def _close() -> None:
         _open_engines.popitem()[1].close()
 
 
-def _result(future: Future[Result]) -> Result | EngineError:
+def _result(future: Future[Any]) -> Any:
     try:
         return future.result()
     except (CancelledError, BrokenExecutor):
@@ -196,7 +197,9 @@ def _result(future: Future[Result]) -> Result | EngineError:
 
 
 @contextmanager
-def dask_executor(cluster: str, note: Callable[[str], object] = lambda _: None) -> Iterator[Executor]:
+def dask_executor(
+    cluster: str, note: Callable[[str], object] = lambda _: None
+) -> Iterator[Executor]:
     """Yield an executor of a Dask cluster: an address, ``slurm``, or ``slurm:JOBS``.
 
     SLURM is given at most 8 jobs, or so many; all else is in the user's ``jobqueue.yaml``.
@@ -254,7 +257,9 @@ def _slurm_cluster(jobs: int) -> Iterator[Any]:
     if shutil.which("sbatch") is None:
         raise RequestError(f"--dask {SLURM}: there is no sbatch on the path")
     try:
-        cluster = make()
+        with warnings.catch_warnings():
+            warnings.filterwarnings("ignore", "Port .* is already in use")  # of the dashboard
+            cluster = make()
     except (OSError, ValueError, RuntimeError) as error:
         raise RequestError(f"--dask {SLURM}: jobqueue.yaml: {_words(error)}") from None
     with cluster:

@@ -5,13 +5,11 @@ import signal
 import subprocess
 import sys
 import time
-from pathlib import Path
 
 import pytest
 
 from harness.cli.app import COMMANDS
-
-PROJECT = Path(__file__).parents[2]
+from tests.workflows.doubles import start
 
 
 def test_the_help_lists_every_command(harness):
@@ -54,19 +52,6 @@ def test_what_is_no_command_is_refused_with_the_help(harness, words, parts):
     text = harness(*words, status=2).err
     for part in (*parts, "--help"):
         assert part in text
-
-
-def start(folder, *words, **streams):
-    """Start a command in a process of its own, which has the doubles."""
-    code = (
-        "import sys; from tests.workflows import doubles\nfrom harness.cases import registry\n"
-        "registry.GROUPS = doubles.GROUPS\n"
-        f"sys.argv = ['dem-harness', *{words!r}]\nfrom harness.cli import main\nmain()"
-    )
-    environment = {**os.environ, "PYTHONPATH": str(PROJECT)}
-    return subprocess.Popen(
-        [sys.executable, "-c", code], cwd=folder, env=environment, text=True, **streams
-    )
 
 
 @pytest.mark.parametrize(("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])

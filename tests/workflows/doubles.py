@@ -1,5 +1,8 @@
 """A small case, and engines that are the reference with planted faults, in place of real ones."""
 
+import os
+import subprocess
+import sys
 import time
 from dataclasses import replace
 from pathlib import Path
@@ -20,6 +23,7 @@ from harness.report.content import Discs, Section
 from harness.results.rows import Kind, Tolerance
 
 K, SPEED = 1e5, 1.0
+PROJECT = Path(__file__).parents[2]
 SAME = Tolerance(1e-12, reason="round-off")
 
 
@@ -244,3 +248,16 @@ class Sleeping(Good):
         Path("asleep").touch()
         time.sleep(60)
         return super().run(jobs)
+
+
+def start(folder, *words, **streams):
+    """Start a command in a process of its own, which has the doubles."""
+    code = (
+        "import sys; from tests.workflows import doubles\nfrom harness.cases import registry\n"
+        "registry.GROUPS = doubles.GROUPS\n"
+        f"sys.argv = ['dem-harness', *{words!r}]\nfrom harness.cli import main\nmain()"
+    )
+    environment = {**os.environ, "PYTHONPATH": str(PROJECT)}
+    return subprocess.Popen(
+        [sys.executable, "-c", code], cwd=folder, env=environment, text=True, **streams
+    )

@@ -1,155 +1,245 @@
-"""Jobs in other processes: any executor, and a Dask cluster of which a worker is lost."""
+"""Jobs in other processes: any executor, and a Dask cluster that loses workers and scheduler."""
 
+import inspect
 import os
-import signal
+import pickle
 import subprocess
 import sys
 import time
 from concurrent.futures import Executor, Future, ProcessPoolExecutor
 from multiprocessing import get_context
-from pathlib import Path
 
+import pandas as pd
 import pytest
 
+import harness.errors
 from harness.engines.registry import open_engine
-from harness.errors import EngineCrashError, RequestError
-from harness.store.cache import CachedEngine
-from harness.store.entries import Entries
-from harness.workflows import run, sweep
-from harness.workflows.executors import ExecutorEngine, dask_executor
-from tests.workflows import doubles
+from harness.errors import EngineCrashError, EngineError, RequestError
+from harness.workflows import executors, run, sweep, verify
+from harness.workflows.executors import completed, dask_executor
+from tests.workflows.doubles import PROJECT, Bounce, scene_job, scene_of, start
 
 GOOD, SLOW = (f"tests.workflows.doubles:{name}" for name in ("Good", "Slow"))
 pytestmark = pytest.mark.usefixtures("registered")
-PROJECT = Path(__file__).parents[2]
-
-
-def opener(executor, entries=None):
-    def opened(name):
-        engine = ExecutorEngine(open_engine(name), executor, name, {})
-        return engine if entries is None else CachedEngine(engine, entries)
-
-    return opened
+ERRORS = [kind for _, kind in inspect.getmembers(harness.errors, inspect.isclass)
+          if issubclass(kind, EngineError)]  # fmt: skip
 
 
 class InPlace(Executor):
     """Runs at once; ``lost`` futures raise as those of a lost worker do."""
 
     def __init__(self, lost=()):
-        self.lost, self.chunks = lost, []
+        self.lost, self.pieces = lost, []
 
     def submit(self, function, /, *args):
         future = Future()
-        self.chunks.append(args[-1])
-        if len(self.chunks) in self.lost:
+        self.pieces.append(args[-1])
+        if len(self.pieces) in self.lost:
             future.set_exception(RuntimeError("worker gone"))
         else:
             future.set_result(function(*args))
         return future
 
 
-def test_the_values_are_those_of_the_local_engine():
-    with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as executor:
-        there = run("bounce", {"steps": 100}, GOOD, open_engine=opener(executor))
-    here = run("bounce", {"steps": 100}, GOOD, open_engine=open_engine)
-    assert there.to_json() == here.to_json()
+def test_run_sweep_and_verify_in_processes_have_the_values_of_the_local_engine():
+    with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as pool:
+        there = run("bounce", {"steps": 100}, GOOD, executor=pool)
+        rows = sweep("bounce", {"steps": "100,120"}, engines=GOOD, executor=pool).rows
+        verified = verify("quick", engines=GOOD, executor=pool)
+    assert there.to_json() == run("bounce", {"steps": 100}, GOOD, open_engine=open_engine).to_json()
+    assert [row["status"] for row in rows] == ["done", "done"]
+    assert rows[0]["measured_restitution"] == there.quantities["restitution"].value
+    assert verified.status == 0
+    assert set(verified.rows["verdict"]) == {"pass"}
 
 
 def test_a_worker_that_is_lost_costs_its_runs_alone():
-    executor = InPlace(lost=(2,))
-    result = sweep("bounce", {"steps": "100:400:4"}, engines=GOOD, open_engine=opener(executor))
+    lost = InPlace(lost=(2,))
+    result = sweep("bounce", {"steps": "100:400:4"}, engines=GOOD, executor=lost)
     assert [row["status"] for row in result.rows] == ["done", "failed", "done", "done"]
-    assert result.rows[1]["reason"] == "its worker was lost: worker gone"
+    assert result.rows[1]["reason"] == "failed on its worker: worker gone"
+    again = InPlace()
+    assert sweep("bounce", {"steps": "100:400:4"}, engines=GOOD, executor=again).count("done") == 4
+    assert len(again.pieces) == 1  # the others were kept
 
 
-def test_many_jobs_go_in_chunks():
-    executor = InPlace()
-    sweep("bounce", {"steps": "10:1005:200"}, engines=GOOD, open_engine=opener(executor))
-    assert {len(chunk) for chunk in executor.chunks} <= {1, 2, 3}
+def test_a_solver_that_is_lost_is_a_row():
+    result = sweep("bounce", {"steps": "20,30"}, engines="exact", executor=InPlace(lost=(1,)))
+    assert [row["status"] for row in result.rows] == ["failed", "done"]
+
+
+def test_an_executor_that_was_shut_down_leaves_failed_rows():
+    pool = ProcessPoolExecutor(1)
+    pool.shutdown()
+    rows = sweep("bounce", {"steps": "20,30"}, engines=GOOD, executor=pool).rows
+    assert {row["status"] for row in rows} == {"failed"}
+    assert "no worker took it" in rows[0]["reason"]
+
+
+def test_many_jobs_go_in_pieces():
+    counted = InPlace()
+    sweep("bounce", {"steps": "100:499:400"}, engines=GOOD, executor=counted)
+    assert {len(piece) for piece in counted.pieces} == {3, 1}
 
 
 def test_a_job_that_dies_elsewhere_is_the_error_it_is_here():
-    name = "tests.workflows.doubles:Dying"
-    with pytest.raises(EngineCrashError, match="SIGSEGV"):
-        run("bounce", None, name, open_engine=opener(InPlace()))
+    with pytest.raises(EngineCrashError, match="SIGSEGV") as error:
+        run("bounce", None, "tests.workflows.doubles:Dying", executor=InPlace())
+    assert error.value.log == "last words"
+
+
+@pytest.mark.parametrize("kind", ERRORS)
+def test_an_error_of_an_engine_is_sent_whole(kind):
+    extra = [{"angle": 1.0}] if kind.__name__ == "EngineUndecidedError" else []
+    error = kind("what it reports", *extra).with_log("the log")
+    sent = pickle.loads(pickle.dumps(error))
+    assert (type(sent), str(sent), sent.log) == (kind, "what it reports", "the log")
+    assert not extra or sent.values == extra[0]
+
+
+def test_a_worker_with_other_programs_runs_nothing(monkeypatch):
+    here, there = {"program of the engine": "1", "numpy": "2.0"}, {"numpy": "1.26"}
+    answers = iter([here, {**here, **there}])
+    monkeypatch.setattr(executors, "identity", lambda _: next(answers))
+    monkeypatch.setattr(executors, "_open_engines", {})
+    (row,) = sweep("bounce", {"steps": "77"}, engines=GOOD, executor=InPlace()).rows
+    assert row["status"] == "failed"
+    assert "not the same here and where the command runs: numpy" in row["reason"]
+
+
+def test_calls_that_have_not_begun_are_cancelled():
+    with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as pool:
+        calls = completed(pool, time.sleep, [(0.01,)] * 200)
+        next(calls)
+        started = time.monotonic()
+        calls.close()
+    assert time.monotonic() - started < 1.0  # 2 s if all ran
 
 
 @pytest.mark.benchmark
 def test_the_overhead_of_a_run_is_below_10_ms():
-    values = {"steps": [str(steps) for steps in range(100, 600)]}
-    with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as executor:
-        sweep("bounce", {"steps": "50,60"}, engines=GOOD, open_engine=opener(executor))
-        started = time.monotonic()
-        sweep("bounce", values, engines=GOOD, open_engine=opener(executor))
-        assert (time.monotonic() - started) / 500 < 0.010
+    jobs = [scene_job(scene_of(Bounce(steps=steps))) for steps in range(10, 510)]
+    local = open_engine(GOOD)
+    with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as pool:
+        engine = executors.ExecutorEngine(local, pool, GOOD, {})
+        engine.run(jobs[:10])
+        times = []
+        for each in (local, engine):
+            started = time.perf_counter()
+            each.run(jobs)
+            times.append((time.perf_counter() - started) / len(jobs))
+    assert times[1] - times[0] < 0.010, times
 
 
 # ---- Dask
 
 
-@pytest.fixture(scope="module")
-def cluster(tmp_path_factory):
-    """Start a scheduler and two workers in processes of their own; return address and workers."""
-    pytest.importorskip("distributed", reason="the extra dask is not installed")
-    file = tmp_path_factory.mktemp("dask") / "scheduler.json"
-    environment = {**os.environ, "PYTHONPATH": str(PROJECT)}
+class Cluster:
+    """A scheduler and workers in processes of their own."""
 
-    def start(name, *options):
-        words = [sys.executable, "-m", f"distributed.cli.{name}", "--scheduler-file", str(file)]
+    def __init__(self, folder):
+        self.folder, self.file = folder, folder / "scheduler.json"
+        self.scheduler = self._start("scheduler", "--port", "0", "--host", "127.0.0.1")
+        options = ("--no-nanny", "--nthreads", "1", "--local-directory", str(folder))
+        self.workers = [self._start("worker", *options) for _ in range(2)]
+        from distributed import Client
+
+        with Client(scheduler_file=str(self.file), timeout=60, set_as_default=False) as client:
+            client.wait_for_workers(2, timeout=60)
+            self.address = client.scheduler.address
+
+    def _start(self, name, *options):
+        words = [sys.executable, "-m", f"distributed.cli.dask_{name}", "--no-dashboard"]
         return subprocess.Popen(
-            [*words, *options], env=environment, cwd=PROJECT, stderr=subprocess.DEVNULL
-        )
+            [*words, "--scheduler-file", str(self.file), *options],
+            env={**os.environ, "PYTHONPATH": str(PROJECT)},
+            cwd=PROJECT, stderr=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
+        )  # fmt: skip
 
-    started = [start("dask_scheduler", "--port", "0", "--no-dashboard", "--host", "127.0.0.1")]
-    worker = ("--no-nanny", "--no-dashboard", "--nthreads", "1", "--local-directory", file.parent)
-    started += [start("dask_worker", *map(str, worker)) for _ in range(2)]
-    from distributed import Client
+    def end(self):
+        for process in (self.scheduler, *self.workers):
+            process.kill()
+            process.wait()
 
-    with Client(scheduler_file=str(file), timeout=60, set_as_default=False) as client:
-        client.wait_for_workers(2, timeout=60)
-        address = client.scheduler.address
-    yield address, started[1:]
-    for process in started:
-        process.kill()
-        process.wait()
+
+@pytest.fixture
+def dask_here():
+    pytest.importorskip("distributed", reason="the extra dask is not installed")
+    pytest.importorskip("dask_jobqueue", reason="the extra dask is not installed")
+
+
+@pytest.fixture
+def cluster(dask_here, tmp_path):  # noqa: ARG001
+    started = Cluster(tmp_path)
+    yield started
+    started.end()
+
+
+def rows_done(file):
+    return (pd.read_csv(file)["status"] == "done").sum() if file.is_file() else 0
+
+
+def wait_for(condition, seconds=60):
+    deadline = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < deadline
+        time.sleep(0.05)
 
 
 @pytest.mark.slow
-def test_a_sweep_goes_on_where_a_worker_and_then_the_client_was_killed(cluster, tmp_path):
-    address, workers = cluster
-    entries, over = Entries(tmp_path), {"steps": "100:139:40"}
-    killed = False
+def test_a_sweep_goes_on_where_client_worker_and_scheduler_were_killed(cluster, tmp_path):
+    over, table = "100:199:100", tmp_path / "mine" / "rows.csv"
+    command = ("sweep", "bounce", "--over", f"steps={over}", "--engines", SLOW)
+    client = start(tmp_path, *command, "--output", "mine", "--dask", cluster.address)
+    try:
+        wait_for(lambda: rows_done(table) >= 5)
+    finally:
+        client.kill()
+        client.wait()
+    victims = {40: cluster.workers[0], 70: cluster.scheduler}
 
-    def kill_one(*_):
-        nonlocal killed
-        if not killed:
-            killed = True
-            workers[0].send_signal(signal.SIGKILL)
+    def kill(_, done, __):
+        if done in victims:
+            victims.pop(done).kill()
 
-    with dask_executor(address) as executor:
-        result = sweep("bounce", over, engines=SLOW, open_engine=opener(executor, entries),
-                       progress=lambda _, done, __: kill_one() if done == 5 else None)  # fmt: skip
-    assert killed
-    assert result.count("done") == 40  # the scheduler gave the runs of the dead to the other
-    with dask_executor(address) as executor:
-        started = time.monotonic()
-        again = sweep("bounce", over, engines=SLOW, open_engine=opener(executor, entries))
-    assert again.count("done") == 40
-    assert time.monotonic() - started < 40 * doubles.Slow.seconds  # kept, not run
+    counted = InPlace()
+    with dask_executor(cluster.address) as executor:
+        result = sweep("bounce", {"steps": over}, engines=SLOW, executor=executor, progress=kill)
+    assert not victims
+    assert 70 <= result.count("done") < 100  # the scheduler gave the dead worker's run to the other
+    assert {row["reason"] for row in result.rows} == {"", executors.LOST}
+    whole = sweep("bounce", {"steps": over}, engines=SLOW, executor=counted)
+    assert whole.count("done") == 100
+    assert sum(map(len, counted.pieces)) == 100 - result.count("done")
 
 
-def test_a_scheduler_that_is_not_there_is_named():
-    pytest.importorskip("distributed", reason="the extra dask is not installed")
-    with (
-        pytest.raises(
-            RequestError, match=r"--dask nowhere: no scheduler.*tcp://head:8786, or slurm"
-        ),
-        dask_executor("nowhere"),
-    ):
+@pytest.mark.usefixtures("dask_here")
+def test_a_scheduler_that_is_not_there_is_an_error_of_one_line(monkeypatch):
+    monkeypatch.setattr(executors, "CONNECT_SECONDS", 0.5)
+    for address in ("nowhere", "http://host", "tcp://127.0.0.1:1", "tcp://127.0.0.1:x", ""):
+        with pytest.raises(RequestError) as error, dask_executor(address):
+            pass
+        assert str(error.value).startswith(f"--dask {address}: no scheduler answers there (")
+        assert str(error.value).endswith("as tcp://head:8786, or slurm")
+        assert "\n" not in str(error.value)
+
+
+@pytest.mark.usefixtures("dask_here")
+@pytest.mark.parametrize(
+    ("cluster", "words"),
+    [
+        ("slurm", "there is no sbatch on the path"),
+        ("slurm:0", "must be slurm:JOBS, from 1 to 10000 jobs"),
+        ("slurm:many", "must be slurm:JOBS"),
+    ],
+)
+def test_slurm_that_is_not_here_is_refused(monkeypatch, cluster, words):
+    monkeypatch.setenv("PATH", "")
+    with pytest.raises(RequestError, match=words), dask_executor(cluster):
         pass
 
 
-def test_dask_that_is_not_installed_says_how_to_get_it(monkeypatch):
+def test_dask_that_is_not_installed_is_refused_with_the_remedy(monkeypatch):
     monkeypatch.setitem(sys.modules, "distributed", None)
     refused = pytest.raises(RequestError, match=r"pip install 'dem-harness\[dask\]'")
     with refused, dask_executor("tcp://127.0.0.1:1"):
