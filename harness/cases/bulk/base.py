@@ -39,6 +39,7 @@ from harness.results.rows import Kind, Tolerance
 B = TypeVar("B", bound=Bed)
 Seeds = Mapping[Level, int]
 
+AT_REST = 0.01  # kinetic energy of a bed at rest over that of its process
 SLOW = 3.0  # [us] of a step of ten particles: slower engines leave long setups to longer levels
 SECONDS_PER_STEP = 4e-6  # of a particle in the slowest code, for time limits
 PARTICLES = "particles"  # value of scripts: 1 writes all particles in place of the series
@@ -111,16 +112,20 @@ class BulkCase(Case[B]):
     curves: ClassVar[tuple[Curve, ...]]
     title: ClassVar[str]
     text: ClassVar[str]
+    gain: ClassVar[str]  # quantity: energy gained, of the worst seed
+    elastic: ClassVar[str] = ""  # quantity: energy of the bed's normal springs, over the same scale
+    rest: ClassVar[str]  # quantity: kinetic energy of the bed before it is disturbed
+    rest_reason: ClassVar[str]  # why it may be 1 %
 
     # ---- what a case adds
 
     @abstractmethod
-    def values(self, parameters: B) -> Mapping[str, Any]:
-        """Return the values of the script of a run."""
+    def elastic_bound(self, parameters: B, sample: Sample) -> float:
+        """Return a bound of :attr:`elastic` for engines that do not measure it."""
 
-    @abstractmethod
-    def own_checks_of(self, setup: Setup[B]) -> Iterable[Check]:
-        """Return the checks of an engine by itself; the worst seed decides."""
+    def more_checks(self, setup: Setup[B]) -> Iterable[Check]:
+        """Return the checks of an engine by itself beyond energy gained and bed at rest."""
+        return ()
 
     @abstractmethod
     def columns(self, parameters: B, output: Output) -> Mapping[str, Floats]:
@@ -144,7 +149,7 @@ class BulkCase(Case[B]):
     def job(self, parameters: B) -> Job:
         """Return the job of a run; raise RequestError for a bed that cannot be run."""
         seconds = SECONDS_PER_STEP * parameters.particle_steps
-        return Job(self.template, self.values(parameters), sampled=True, seconds=seconds)
+        return Job(self.template, parameters.values, sampled=True, seconds=seconds)
 
     def job_under(self, parameters: B, law: StatedLaw | None) -> Job:
         """Return the job of a run under the rules of a law, None for the engine's own."""
@@ -212,8 +217,33 @@ class BulkCase(Case[B]):
         """Return the checks of an engine by itself."""
         for setup in self.setups():
             jobs, level = [self.job(p) for p in setup.runs], setup.level_in(engine)
-            for check in self.own_checks_of(setup):
+            for check in (self._gain(setup), self._rest(setup), *self.more_checks(setup)):
                 yield replace(check, level=level, jobs=jobs)
+
+    def _rest(self, setup: Setup[B]) -> Check:
+        """Return the check that the bed is at rest, by its worst seed."""
+        tolerance = Tolerance(AT_REST, reason=self.rest_reason)
+        return self.check(setup, self.rest, lambda s: s.worst(self.rest), tolerance=tolerance)
+
+    def _gain(self, setup: Setup[B]) -> Check:
+        """Return the check that no seed gains more energy than the springs of its bed hold."""
+        p = setup.runs[0]
+
+        def held(sample: Sample) -> Floats:
+            springs = sample.values(self.elastic) * (1.0 + p.tangential_share)
+            bound = self.elastic_bound(p, sample)
+            return springs if np.isfinite(springs).all() else np.full(len(springs), bound)
+
+        def worst(sample: Sample) -> int:
+            return int(np.argmax(sample.values(self.gain) - held(sample)))
+
+        reason = f"energy of the bed's springs at rest, tangential ones {p.tangential_share:.2g} of"
+        return self.check(
+            setup,
+            self.gain,
+            lambda s: float(s.values(self.gain)[worst(s)]),
+            tolerance=lambda s: Tolerance(float(held(s)[worst(s)]), reason=f"{reason} it at most"),
+        )
 
     def check(
         self,
@@ -243,31 +273,6 @@ class BulkCase(Case[B]):
             first = sample.undecided[0]
             raise Unsupported(f"{len(setup.runs)} of {len(setup.runs)} runs have no value; {first}")
         return sample
-
-    def gain_check(
-        self, setup: Setup[B], quantity: str, share: float, bound: Measured, elastic: str = ""
-    ) -> Check:
-        """Return the check that no seed gains more energy than the springs of its bed hold.
-
-        ``elastic`` is the quantity of normal springs, of which tangential ones hold the ``share``
-        at most; ``bound`` [-] of a sample stands in where an engine does not measure it.
-        """
-
-        def held(sample: Sample) -> Floats:
-            measured = sample.values(elastic) * (1.0 + share) if elastic else np.array([math.nan])
-            gains = sample.values(quantity)
-            return measured if np.isfinite(measured).all() else np.full(len(gains), bound(sample))
-
-        def worst(sample: Sample) -> int:
-            return int(np.argmax(sample.values(quantity) - held(sample)))
-
-        reason = f"energy of the bed's springs at rest, tangential ones {share:.2g} of it at most"
-        return self.check(
-            setup,
-            quantity,
-            lambda sample: float(sample.values(quantity)[worst(sample)]),
-            tolerance=lambda sample: Tolerance(float(held(sample)[worst(sample)]), reason=reason),
-        )
 
     # ---- engines against one another
 

@@ -152,13 +152,34 @@ class Bed(Parameters):
 
     @property
     @abstractmethod
-    def longest_step(self) -> float:
-        """Return the longest step [s] by Rayleigh waves and by the shortest impact."""
+    def kinds(self) -> tuple[Sphere, ...]:
+        """Return the kinds of grains; of sizes that vary, the smallest."""
+
+    @property
+    @abstractmethod
+    def impact_speed(self) -> float:
+        """Return the largest speed of a grain at a wall [m/s]."""
+
+    @property
+    @abstractmethod
+    def frictions(self) -> tuple[float, ...]:
+        """Return the frictions of all pairs."""
 
     @property
     @abstractmethod
     def time(self) -> float:
         """Return the time for which the bed is disturbed [s]."""
+
+    @property
+    def longest_step(self) -> float:
+        """Return the longest step [s] by Rayleigh waves and by the shortest impact."""
+        steel, speed = self.steel_youngs_modulus, self.impact_speed
+        return min(min(k.rayleigh_step, k.impact_step(steel, speed)) for k in self.kinds)
+
+    @property
+    def tangential_share(self) -> float:
+        """Return the largest energy of tangential springs over that of normal ones."""
+        return tangential_share(max(self.frictions), self.poisson_ratio)
 
     @property
     def every(self) -> int:
@@ -183,6 +204,19 @@ class Bed(Parameters):
         """Return the expected steps times grains; half of those that leave are gone on average."""
         return self.grains * (self.settle_steps + self.steps * (0.5 if self.LEAVING else 1.0))
 
+    @property
+    def values(self) -> dict[str, Value]:
+        """Return the values of a script; raise RequestError for more grains than memory holds."""
+        memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+        if self.grains * GRAIN_BYTES > memory:
+            raise RequestError(
+                f"{self.grains} grains: would take {self.grains * GRAIN_BYTES / 1e9:.3g} GB of "
+                f"memory; must be at most {memory // GRAIN_BYTES} on this machine"
+            )
+        values: dict[str, Value] = {name: v for name, v in self if name not in self.DERIVED}
+        more = {"settle_steps": self.settle_steps, "steps": self.steps, "series_every": self.every}
+        return {**values, **more, "damping": "coeff_restitution"}
+
 
 class BedOfOneKind(Bed):
     """Grains of one kind."""
@@ -203,6 +237,16 @@ class BedOfOneKind(Bed):
         return Sphere(self.radius, self.density, self.youngs_modulus, self.poisson_ratio)
 
     @property
+    def kinds(self) -> tuple[Sphere, ...]:
+        """Return the kinds of grains."""
+        return (self.grain,)
+
+    @property
+    def frictions(self) -> tuple[float, ...]:
+        """Return the frictions of all pairs."""
+        return self.friction, self.steel_friction
+
+    @property
     def pitch(self) -> float:
         """Return the distance of the lattice's sites [m]."""
         return 2.0 * self.radius * self.spacing
@@ -212,18 +256,20 @@ class BedOfOneKind(Bed):
         """Return the time for which the bed is disturbed [s]."""
         return self.duration
 
-    def elastic_bound(self, column: float) -> float:
-        """Return a bound of the elastic energy of the bed at rest [J].
-
-        Each of six contacts of a grain, counted half, bears the weight [N] of a whole column of
-        grains, as only the lowest do.
-        """
-        return 3.0 * self.grains * self.grain.elastic_energy(column)
+    @property
+    @abstractmethod
+    def column(self) -> float:
+        """Return the largest number of grains above one another."""
 
     @property
-    def tangential_share(self) -> float:
-        """Return the largest energy of tangential springs over that of normal ones."""
-        return tangential_share(max(self.friction, self.steel_friction), self.poisson_ratio)
+    def largest_elastic_energy(self) -> float:
+        """Return a bound of the elastic energy of the bed at rest [J].
+
+        Each of six contacts of a grain, counted half, bears the weight of a whole column of grains,
+        as only the lowest do.
+        """
+        load = self.column * self.grain.mass * self.gravity
+        return 3.0 * self.grains * self.grain.elastic_energy(load)
 
 
 def tangential_share(friction: float, poisson_ratio: float) -> float:
@@ -234,16 +280,3 @@ def tangential_share(friction: float, poisson_ratio: float) -> float:
     """
     stiffness_ratio = (2.0 - poisson_ratio) / (2.0 * (1.0 - poisson_ratio))
     return 5.0 / 6.0 * friction**2 * stiffness_ratio
-
-
-def script_values(p: Bed) -> dict[str, Value]:
-    """Return the values of a script; raise RequestError for more grains than memory holds."""
-    memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
-    if p.grains * GRAIN_BYTES > memory:
-        raise RequestError(
-            f"{p.grains} grains: would take {p.grains * GRAIN_BYTES / 1e9:.3g} GB of memory; must "
-            f"be at most {memory // GRAIN_BYTES} on this machine"
-        )
-    values: dict[str, Value] = {name: value for name, value in p if name not in p.DERIVED}
-    more = {"settle_steps": p.settle_steps, "steps": p.steps, "series_every": p.every}
-    return {**values, **more, "damping": "coeff_restitution"}

@@ -15,7 +15,7 @@ import numpy as np
 from pydantic import Field
 
 from harness.cases.base import Check, Quantity
-from harness.cases.bulk.base import TIME, BulkCase, Seeds, Setup
+from harness.cases.bulk.base import TIME, BulkCase, Sample, Seeds, Setup
 from harness.cases.bulk.beds import (
     BedOfOneKind,
     Duration,
@@ -25,18 +25,17 @@ from harness.cases.bulk.beds import (
     Scatter,
     SettleTime,
     Spacing,
+    Sphere,
     SteelFriction,
     SteelModulus,
     StepSize,
     YoungsModulus,
-    script_values,
 )
 from harness.cases.bulk.law import ALLOWED, NEUTRAL
 from harness.cases.bulk.mixing import Floats
 from harness.cases.bulk.report import Curve, plane_section
 from harness.cases.bulk.series import check_grains, largest_gain
 from harness.engines.contract import Output, Template
-from harness.engines.contract import Value as ScriptValue
 from harness.engines.output import Table
 from harness.errors import EngineUndecidedError
 from harness.model.allowed import allowed_in
@@ -47,9 +46,6 @@ COLUMNS = ("time_s", "remaining", "astray", "kinetic_J", "potential_J", "count",
 # a heap at rest: in the last tenth of the time at most 0.5 % of its grains run off. Its mass is
 # proportional to the slope, which changes by as much, a tenth of the margin between codes
 LATE, FEW = 0.1, 0.005
-BED_AT_REST = Tolerance(
-    0.01, reason="a bed that moves adds 1 % to the energy of grains that fall by a diameter"
-)
 AT_REST = Tolerance(
     1e-3, reason="less than half a grain in five hundred has the energy of a fall by its diameter"
 )
@@ -117,17 +113,19 @@ class Heap(BedOfOneKind):
         return self.grains * mass * self.gravity
 
     @property
-    def longest_step(self) -> float:
-        """Return the longest step [s] by Rayleigh waves and by the impact of the highest grain."""
-        speed = math.sqrt(2.0 * self.gravity * self.layers * self.pitch)
-        smallest = replace(self.grain, radius=self.radius * (1.0 - 0.5 * self.dispersity))
-        impact = smallest.impact_step(self.steel_youngs_modulus, speed)
-        return min(smallest.rayleigh_step, impact)
+    def kinds(self) -> tuple[Sphere, ...]:
+        """Return the smallest grain."""
+        return (replace(self.grain, radius=self.radius * (1.0 - 0.5 * self.dispersity)),)
 
     @property
-    def largest_elastic_energy(self) -> float:
-        """Return a bound of the elastic energy of the bed at rest [J]."""
-        return self.elastic_bound(self.layers * self.grain.mass * self.gravity)
+    def impact_speed(self) -> float:
+        """Return the speed of the highest grain at the floor [m/s]."""
+        return math.sqrt(2.0 * self.gravity * self.layers * self.pitch)
+
+    @property
+    def column(self) -> float:
+        """Return the grains above one another."""
+        return float(self.layers)
 
 
 def columns_over_sill(p: Heap, columns: int) -> int:
@@ -184,7 +182,7 @@ class HeapCase(BulkCase[Heap]):
     summary = "Grains run off at both ends of a box: the angle of repose of the heap that remains."
     parameters = Heap
     template = Template(
-        "heap", {"": script_values(Heap())}, allowed=allowed_in(Heap) | ALLOWED, neutral=NEUTRAL
+        "heap", {"": Heap().values}, allowed=allowed_in(Heap) | ALLOWED, neutral=NEUTRAL
     )
     quantities = (
         Quantity("angle_deg", "deg", "angle of repose: mean of both slopes, each of a line through "
@@ -213,6 +211,8 @@ class HeapCase(BulkCase[Heap]):
         Curve("angle", "Angle of the slopes over time", "time_s",
               "time after the ends are taken away (s)", "angle_deg", "angle (deg)"),
     )  # fmt: skip
+    gain, rest = "heap_energy_rise_ratio", "filling_kinetic_ratio"
+    rest_reason = "a bed that moves adds 1 % to the energy of grains that fall by a diameter"
     title = "The angle of repose of a heap"
     text = (
         "Grains settle in a trough of glued grains; both ends are taken away, grains run off, and "
@@ -227,10 +227,6 @@ class HeapCase(BulkCase[Heap]):
         title = f"{self.title}: sliding alone"
         sliding = self.seeded("sliding alone, ", title, self.presets["sliding"], more)
         return (*super().setups(), *sliding)
-
-    def values(self, parameters: Heap) -> Mapping[str, ScriptValue]:
-        """Return the values of the script of a heap."""
-        return script_values(parameters)
 
     def measure(self, parameters: Heap, output: Output) -> Mapping[str, float]:
         """Return the angle, the share that remains, and energies.
@@ -293,25 +289,18 @@ class HeapCase(BulkCase[Heap]):
         middle, floor = p.width * p.radius, ([0.0, p.span], [0.0, 0.0])
         return plane_section(self.title, output, p.settle_steps, p.step_size, middle, [floor])
 
-    def own_checks_of(self, setup: Setup[Heap]) -> Iterable[Check]:
-        """Return energy gained and bed at rest, of the worst seed, and the heap of the median seed.
+    def elastic_bound(self, parameters: Heap, sample: Sample) -> float:
+        """Return the bound over the potential energy of the filling."""
+        p = parameters
+        return p.largest_elastic_energy / (p.weight * 0.5 * p.layers * p.pitch)
+
+    def more_checks(self, setup: Setup[Heap]) -> Iterable[Check]:
+        """Return whether the heap of the median seed is at rest.
 
         A grain that still rolls in a heap is no fault of a code, most heaps that do not rest are.
         """
-        p = setup.runs[0]
-        above = p.weight * 0.5 * p.layers * p.pitch
-        yield self.gain_check(
-            setup, "heap_energy_rise_ratio", p.tangential_share,
-            lambda _: p.largest_elastic_energy / above,
-        )  # fmt: skip
-        yield self.check(
-            setup, "filling_kinetic_ratio", lambda s: s.worst("filling_kinetic_ratio"),
-            tolerance=BED_AT_REST,
-        )  # fmt: skip
-        yield self.check(
-            setup, "heap_kinetic_ratio",
-            lambda s: float(np.median(s.values("heap_kinetic_ratio"))), tolerance=AT_REST,
-        )  # fmt: skip
+        name = "heap_kinetic_ratio"
+        yield self.check(setup, name, lambda s: float(np.median(s.values(name))), tolerance=AT_REST)
 
 
 CASE = HeapCase()

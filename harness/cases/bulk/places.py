@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import hashlib
 import lzma
+import re
 import tempfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -90,59 +91,40 @@ def read_grains(source: str, radii: tuple[tuple[str, float], ...], walls: Box | 
     file that cannot be read, a row that is cut short, another radius, a grain beyond a wall, and
     overlaps of more than a tenth of a radius.
     """
-    rows = _rows(source, walls.published)
-    _set_radii(source, rows, dict(radii))
+    try:
+        rows = _rows(_text(source, walls.published))
+    except (OSError, ValueError, lzma.LZMAError) as error:
+        raise RequestError(f"places {source}: cannot be read: {error}") from None
+    _check_radii(source, rows, dict(radii))
     rows[:, 1:] -= np.array(walls.corner)
-    _check_walls(source, rows, walls)
-    _check_overlaps(source, rows)
+    _check_gaps(source, rows, walls)
     rows.flags.writeable = False
     return rows
 
 
-def _rows(source: str, published: str) -> Floats:
+def _text(source: str, published: str) -> str:
     path = Path(source).expanduser()
     if source == PUBLISHED:
         path = Path(__file__).with_name(published)
-    try:
-        packed = path.read_bytes()
-        text = (lzma.decompress(packed) if path.suffix == ".xz" else packed).decode("utf-8")
-    except (OSError, lzma.LZMAError, UnicodeDecodeError) as error:
-        raise RequestError(f"places {source}: cannot be read: {error}") from None
+    packed = path.read_bytes()
+    return (lzma.decompress(packed) if path.suffix == ".xz" else packed).decode("utf-8")
+
+
+def _rows(text: str) -> Floats:
+    """Return the numbers below a head of words and a count; raise ValueError, naming the row."""
     lines = text.splitlines()
-    first = next((n for n, line in enumerate(lines) if _is_row(line)), len(lines))
-    head = [n for n, line in enumerate(lines[:first]) if _numbers(line) and not _is_count(line)]
-    wrong = head or [
-        n for n in range(first, len(lines)) if lines[n].strip() and not _is_row(lines[n])
-    ]
-    if wrong:
-        raise RequestError(
-            f"places {source}, line {wrong[0] + 1}: {lines[wrong[0]].strip()[:40]!r}: must be four "
-            "numbers, radius x y z"
-        )
-    if first == len(lines):
-        raise RequestError(f"places {source}: no line of four numbers, radius x y z")
-    return np.loadtxt(StringIO("\n".join(lines[first:])), ndmin=2)
+    while lines and (len(lines[0].split()) < 2 or re.search("[a-df-z]", lines[0].lower())):
+        lines = lines[1:]
+    if not lines:
+        raise ValueError("no row of four numbers, radius x y z")
+    rows = np.loadtxt(StringIO("\n".join(lines)), ndmin=2)
+    if rows.shape[1] != 4 or not np.isfinite(rows).all():
+        raise ValueError(f"a row of {rows.shape[1]} numbers: must be four finite ones")
+    return rows
 
 
-def _numbers(line: str) -> list[float]:
-    """Return the numbers of a line, none where a word is not a finite number."""
-    try:
-        row = [float(word) for word in line.split()]
-    except ValueError:
-        return []
-    return row if np.isfinite(row).all() else []
-
-
-def _is_row(line: str) -> bool:
-    return len(_numbers(line)) == 4
-
-
-def _is_count(line: str) -> bool:
-    return line.strip().isdecimal()
-
-
-def _set_radii(source: str, rows: Floats, radii: Mapping[str, float]) -> None:
-    """Replace radii that are allowed but for rounding; raise RequestError for another one."""
+def _check_radii(source: str, rows: Floats, radii: Mapping[str, float]) -> None:
+    """Set radii that are allowed but for rounding; raise RequestError for another one."""
     allowed = np.array([*radii.values()])
     same = np.isclose(rows[:, :1], allowed, rtol=1e-9, atol=0.0)
     wrong = np.flatnonzero(~same.any(axis=1))
@@ -155,29 +137,24 @@ def _set_radii(source: str, rows: Floats, radii: Mapping[str, float]) -> None:
     rows[:, 0] = allowed[same.argmax(axis=1)]
 
 
-def _check_walls(source: str, rows: Floats, walls: Box | Cylinder) -> None:
-    least = (1.0 - LARGEST_OVERLAP) * rows[:, 0]
+def _check_gaps(source: str, rows: Floats, walls: Box | Cylinder) -> None:
+    """Raise RequestError for a grain too near to a wall, and for the two that overlap most."""
+    radius, least = rows[:, 0], (1.0 - LARGEST_OVERLAP) * rows[:, 0]
     beyond = np.flatnonzero(walls.gap(rows[:, 1:]) < least)
     if len(beyond):
-        first = beyond[0]
-        x, y, z = rows[first, 1:]
+        place = ", ".join(f"{x:g}" for x in rows[beyond[0], 1:])
         raise RequestError(
-            f"places {source}: grain {first + 1} at ({x:g}, {y:g}, {z:g}) m: must be "
-            f"{least[first]:g} m from the walls of {walls}"
+            f"places {source}: grain {beyond[0] + 1} at ({place}) m: must be "
+            f"{least[beyond[0]]:g} m from the walls of {walls}"
         )
-
-
-def _check_overlaps(source: str, rows: Floats) -> None:
-    radius = rows[:, 0]
     i, j, overlap = touching(rows[:, 1:], radius)
     excess = overlap - LARGEST_OVERLAP * np.minimum(radius[i], radius[j])
-    if excess.size and excess.max() > 0.0:
+    if excess.max(initial=0.0) > 0.0:
         worst = int(excess.argmax())
-        first, second = i[worst], j[worst]
-        distance = radius[first] + radius[second] - overlap[worst]
+        distance = radius[i[worst]] + radius[j[worst]] - overlap[worst]
         raise RequestError(
-            f"places {source}: grains {first + 1} and {second + 1} are {distance:g} m apart: must "
-            f"be {distance + excess[worst]:g} m, an overlap of {LARGEST_OVERLAP:g} radius"
+            f"places {source}: grains {i[worst] + 1} and {j[worst] + 1} are {distance:g} m apart: "
+            f"must be {distance + excess[worst]:g} m, an overlap of {LARGEST_OVERLAP:g} radius"
         )
 
 

@@ -170,7 +170,7 @@ def test_the_drum_drags_grains_by_friction_alone(lammps):
     """A planted fault: without friction on the drum, it turns beneath a level bed."""
     jobs = [
         CASE.job(TINY),
-        Job(CASE.template, {**CASE.values(TINY), "steel_friction": 0.0}, "", True),
+        Job(CASE.template, {**TINY.values, "steel_friction": 0.0}, "", True),
     ]
     rough, smooth = (CASE.measure(TINY, one) for one in lammps.run(jobs))
     assert rough["surface_angle_deg"] > 15.0
@@ -204,7 +204,7 @@ def torque(kind, p, pair, steps, spin, overlap):
     )
     still = changed(kind, lambda text: replaced(text, *words))
     size = ((-0.1, 0.1),) * 3
-    values = {**CASE.values(p), "bed": "file", "places": str(write_grains(kinds, size))}
+    values = {**p.values, "bed": "file", "places": str(write_grains(kinds, size))}
     values |= dict.fromkeys(("large_friction", "small_friction", "mixed_friction"), 0.0)
     values |= {"settle_steps": steps, "steps": 1, "series_every": 1}
     (found,) = run(still, Job(CASE.template, values, sampled=True))

@@ -139,7 +139,7 @@ def torque(kind, p, steps, spin, overlap):
         ),
         ("variable height    equal xcm(grains,z)", "variable height equal c_torque"),
     )
-    values = {**CASE.values(p), "friction": 0.0, "scatter": 0.0, "dispersity": 0.0}
+    values = {**p.values, "friction": 0.0, "scatter": 0.0, "dispersity": 0.0}
     values |= {"settle_steps": steps, "steps": 1, "series_every": 1}
     still = changed(kind, lambda text: replaced(text, *words))
     (found,) = run(still, Job(CASE.template, values, sampled=True))

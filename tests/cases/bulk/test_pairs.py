@@ -8,7 +8,7 @@ import pytest
 from scipy.optimize import brentq
 
 from harness.cases.bulk.law import bulk_law, stated_law, with_tail
-from harness.cases.bulk.penetration import CASE, Penetration, values_of
+from harness.cases.bulk.penetration import CASE, Penetration
 from harness.engines.contract import Job
 from harness.engines.registry import engine_class
 from harness.model.law import Law
@@ -155,7 +155,7 @@ def job(pair, speed, along, steps=2000, **changes):
         "places": pair, "speed": speed, "offset": along, "gravity": 1e-12, "step_size": step,
         "steps": int(1.6 * steps), "series_every": 1,
     }  # fmt: skip
-    return Job(CASE.template, {**values_of(P), **told, **changes}, sampled=True)
+    return Job(CASE.template, {**P.values, **told, **changes}, sampled=True)
 
 
 def outputs(code, jobs, fault=("", "")):

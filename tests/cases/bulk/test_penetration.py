@@ -7,7 +7,7 @@ import pytest
 from scipy.optimize import brentq
 
 from harness.cases.bulk.beds import RAYLEIGH_SHARE, Sphere
-from harness.cases.bulk.penetration import CASE, Penetration, values_of
+from harness.cases.bulk.penetration import CASE, Penetration
 from harness.engines.contract import Job
 from harness.errors import EngineLostAtomsError, EngineOutputError
 from harness.results.rows import Verdict
@@ -133,7 +133,7 @@ def test_a_small_bed_in_lammps_is_the_same_between_planes_and_in_a_region(lammps
     """A block of planes or a region: round-off of places in the box, which the motion magnifies."""
     short = TINY.replace(settle_time=0.02, duration=0.005)
     jobs = [
-        Job(CASE.template, {**values_of(short), **changes}, sampled=True)
+        Job(CASE.template, {**short.values, **changes}, sampled=True)
         for changes in ({}, {"walls_as": "region"}, {"steel_friction": 0.5, "seed": 2})
     ]
     planes, region, other = lammps.run([*jobs])

@@ -11,7 +11,7 @@ import pytest
 from harness.cases.bulk.beds import PUBLISHED
 from harness.cases.bulk.drum import CASE as DRUM_CASE
 from harness.cases.bulk.drum import Drum
-from harness.cases.bulk.penetration import CASE, Penetration, values_of
+from harness.cases.bulk.penetration import CASE, Penetration
 from harness.cases.bulk.places import PUBLISHED_BOX, Box, Cylinder, read_grains
 from harness.engines.contract import Job
 from harness.engines.lammps.engine import Lammps
@@ -53,10 +53,12 @@ def test_places_are_those_of_the_file_seen_from_the_corner_packed_or_not(tmp_pat
 
 
 WRONG = {
-    "a row cut short": (HEAD + ROW.format(0.002) + "0.001 0.004\n", "line 3: '0.001 0.004': must"),
-    "the first row cut short": ("0.001 0.002\n" + ROW.format(0.006), "line 1: '0.001 0.002': must"),
-    "a word": (ROW.format(0.002) + "0.001 a 0 0\n", "line 2: '0.001 a 0 0': must be four numbers"),
-    "nothing": (HEAD, "no line of four numbers"),
+    "a row cut short": (HEAD + ROW.format(0.002) + "0.001 0.004\n", "changed from 4 to 2 at row 2"),
+    "the first row cut short": ("0.001 0.002\n" + ROW.format(0.006), "changed from 2 to 4 at row"),
+    "a word": (ROW.format(0.002) + "0.001 a 0 0\n", "could not convert string 'a' to float64"),
+    "no number": (ROW.format(0.002) + "0.001 nan 0 0\n", "must be four finite ones"),
+    "three columns": ("0.001 0 0\n", "a row of 3 numbers"),
+    "nothing": (HEAD, "no row of four numbers"),
     "another radius": ("0.002 0 0 0.002\n", "grain 1 has the radius 0.002 m: must be radius"),
     "beyond a wall": (ROW.format(0.002) + ROW.format(0.0095), "grain 2 at (0.0195, 0.01, 0.001)"),
     "below the floor": ("0.001 0 0 0.0005\n", "must be 0.0009 m from the walls of the box"),
@@ -108,7 +110,7 @@ def test_a_sphere_that_starts_in_the_bed_and_a_box_without_a_size_are_refused(tm
 def test_lammps_reads_the_places_and_drops_the_sphere_at_its_offset(tmp_path):
     p = bed(tmp_path / "bed.txt")
     with Lammps() as engine:
-        moved = Job(CASE.template, {**values_of(p), "offset": 2e-3}, sampled=True)
+        moved = Job(CASE.template, {**p.values, "offset": 2e-3}, sampled=True)
         found, aside = engine.run([CASE.job(p), moved])
         values = CASE.measure(p, found)
     # nine grains of one layer that touch: twelve pairs, and the floor is no grain
@@ -135,7 +137,7 @@ WRONG_DRUM = {
         "must be 0.0029 m, an overlap of 0.1",
     ),
     "a kind is not there": (LARGE.format(0), "no grain of small_radius = 0.001 m"),
-    "a row cut short": (LARGE.format(0) + "0.001 0.004\n", "line 2: '0.001 0.004': must be four"),
+    "a row cut short": (LARGE.format(0) + "0.001 0.004\n", "changed from 4 to 2 at row 2"),
 }
 
 

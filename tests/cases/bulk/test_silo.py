@@ -136,7 +136,7 @@ def test_a_small_silo_in_lammps_runs_empty_and_its_walls_bear_the_weight(lammps)
 def test_triangles_that_leave_a_hole_are_an_error_and_no_result():
     from harness.engines.liggghts.engine import Liggghts
 
-    holed = Job(CASE.template, {**CASE.values(TINY), "open_facets": 20}, sampled=True)
+    holed = Job(CASE.template, {**TINY.values, "open_facets": 20}, sampled=True)
     with Liggghts() as engine:
         good, bad = engine.run([CASE.job(TINY), holed])
     assert CASE.measure(TINY, good)["passed_ratio"] == 1.0
@@ -153,9 +153,7 @@ def test_walls_of_twice_the_triangles_let_as_many_grains_pass():
     trials, rates = [Silo(seed=seed) for seed in range(1, 7)], []
     with Liggghts() as engine:
         for facets in (60, 120):
-            jobs = [
-                Job(CASE.template, {**CASE.values(p), "facets": facets}, "", True) for p in trials
-            ]
+            jobs = [Job(CASE.template, {**p.values, "facets": facets}, "", True) for p in trials]
             pairs = zip(trials, engine.run(jobs), strict=True)
             rates.append([CASE.measure(p, found)["discharge_rate_per_s"] for p, found in pairs])
     ratio = ratio_of_means(*map(np.array, rates))
