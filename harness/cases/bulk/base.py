@@ -22,11 +22,12 @@ from harness.cases.bench import OWN, Bench
 from harness.cases.bulk.beds import Bed
 from harness.cases.bulk.law import StatedLaw, bulk_law, stated_law
 from harness.cases.bulk.mixing import Floats
-from harness.cases.bulk.report import Curve, bulk_section
+from harness.cases.bulk.report import Curve, Line, bulk_section, plane_section
 from harness.cases.bulk.statistics import (
     BY_CHANCE,
     EQUIVALENT,
     check_different,
+    mean_interval,
     ratio_of_means,
     same_shares,
 )
@@ -64,6 +65,12 @@ class Sample(NamedTuple):
     def mean(self, quantity: str) -> float:
         """Return the mean over the runs."""
         return float(self.values(quantity).mean())
+
+    def mean_value(self, quantity: str, note: str = "") -> Value:
+        """Return the mean with the half width of its 95 % interval, of few runs without one."""
+        low, high = mean_interval(self.values(quantity))
+        half = 0.0 if math.isnan(low) else 0.5 * (high - low)
+        return Value(self.mean(quantity), half, note)
 
     def worst(self, quantity: str) -> float:
         """Return the largest value over the runs; NaN where one is."""
@@ -132,8 +139,12 @@ class BulkCase(Case[B]):
         """Return the columns of :attr:`curves`, each (M,)."""
 
     @abstractmethod
-    def cut(self, parameters: B, output: Output) -> Discs:
-        """Return the plane section of a run whose series is that of all particles."""
+    def plane(self, parameters: B) -> tuple[float, Sequence[Line]]:
+        """Return the plane of a film: its y [m] and the walls in it."""
+
+    def film_radii(self, parameters: B) -> Floats | None:
+        """Return the radius of each particle (N,) [m]; None where the run of a film writes it."""
+        return None
 
     def setups(self) -> Sequence[Setup[B]]:
         """Return what is verified: the default from as many seeds as each level has."""
@@ -161,15 +172,16 @@ class BulkCase(Case[B]):
         job = self.job(parameters)
         every = max(1, int(job.values["steps"]) // (frames - 1))
         values = {**job.values, "series_every": every}
-        if PARTICLES in self.film_values:
+        if self.film_radii(parameters) is None:
             values[PARTICLES] = 1
         return replace(job, values=values)
 
-    film_values: ClassVar[tuple[str, ...]] = (PARTICLES,)
-
     def discs(self, parameters: B, output: Output) -> Discs:
         """Return the film of a cut through the middle."""
-        return self.cut(parameters, output)
+        p = parameters
+        y, lines = self.plane(p)
+        radii = self.film_radii(p)
+        return plane_section(self.title, output, p.settle_steps, p.step_size, y, lines, radii)
 
     def cost(self, parameters: B) -> float:
         """Return the steps of a run times its grains."""

@@ -14,15 +14,9 @@ import numpy as np
 from pydantic import Field
 
 from harness.cases.base import Quantity
+from harness.cases.bulk import beds
 from harness.cases.bulk.base import TIME, BulkCase, Sample, Setup
-from harness.cases.bulk.beds import (
-    PUBLISHED,
-    Bed,
-    RollingFriction,
-    Sphere,
-    SteelModulus,
-    StepSize,
-)
+from harness.cases.bulk.beds import PUBLISHED, Bed, Sphere
 from harness.cases.bulk.law import ALLOWED, NEUTRAL
 from harness.cases.bulk.mixing import (
     Contacts,
@@ -33,14 +27,13 @@ from harness.cases.bulk.mixing import (
     touching,
 )
 from harness.cases.bulk.places import Cylinder, read_grains, write_grains
-from harness.cases.bulk.report import Curve, plane_section
-from harness.cases.bulk.series import check_rows
+from harness.cases.bulk.report import Curve, Line
+from harness.cases.bulk.series import read_series
 from harness.engines.contract import Output, Template
 from harness.engines.contract import Value as ScriptValue
 from harness.engines.output import Table
 from harness.errors import EngineLostAtomsError, RequestError
 from harness.model.allowed import allowed_in
-from harness.report.content import Discs
 
 COLUMNS = ("step", "x_m", "y_m", "z_m")
 STEADY = 1.0 / 3.0  # share of the turn after which the surface is that of a turning drum
@@ -76,14 +69,14 @@ class Drum(Bed):
     small_friction: float = Field(0.3, ge=0.0, le=2.0, description="[-] between small grains")
     mixed_restitution: float = Field(0.45, gt=0.05, le=1.0, description="[-] of large on small")
     mixed_friction: float = Field(0.2, ge=0.0, le=2.0, description="[-] of large on small")
-    rolling_friction: RollingFriction = 0.0
-    steel_youngs_modulus: SteelModulus = 5.25e7
+    rolling_friction: beds.RollingFriction = 0.0
+    steel_youngs_modulus: beds.SteelModulus = 5.25e7
     drum_radius: float = Field(0.024, gt=0.0, le=10.0, description="[m] of the drum")
     drum_length: float = Field(0.02, gt=0.0, le=10.0, description="[m] of the drum")
     speed: float = Field(4.08, gt=0.0, le=1e3, description="[rad/s] of the drum")
     turn: float = Field(180.0, gt=0.0, le=1e6, description="[deg] by which the drum turns")
     cell: float = Field(8e-3, gt=0.0, description="[m] edge of the cells of the mixing index")
-    step_size: StepSize = 3.5e-5
+    step_size: beds.StepSize = 3.5e-5
 
     def _check_system(self) -> None:
         for kind in ("large", "small") if not self.places else ():
@@ -312,7 +305,6 @@ class DrumCase(BulkCase[Drum]):
     template = Template(
         "drum", {"": Drum().values}, allowed=allowed_in(Drum) | ALLOWED, neutral=NEUTRAL
     )
-    film_values = ()
     quantities = (
         Quantity("mixing_index", "1", "of Lacey, by number of small grains in square cells: 0 "
                  "apart, 1 at random; mean over the last sixth of the turn"),
@@ -406,9 +398,7 @@ class DrumCase(BulkCase[Drum]):
         """
         p = parameters
         known = {"large": p.large_grains, "small": p.small_grains}
-        output.check_numbers({**known, "steps": p.settle_steps + p.steps})
-        table = output.table(COLUMNS)
-        check_rows(table["step"] - p.settle_steps, p.steps, output.who)
+        table = read_series(p, output, COLUMNS, **known)
         check_walls(p, table, output.who)
         late, last = (turned(p, table) >= share * p.turn for share in (STEADY, 1.0 - LAST))
         index = mixing(p, table)
@@ -453,12 +443,14 @@ class DrumCase(BulkCase[Drum]):
             **quadrant_shares(p, table),
         }
 
-    def cut(self, parameters: Drum, output: Output) -> Discs:
+    def plane(self, parameters: Drum) -> tuple[float, Sequence[Line]]:
         """Return the drum halfway along its axis."""
-        p, angle = parameters, np.linspace(0.0, math.tau, 181)
-        circle = [(p.drum_radius * np.cos(angle), p.drum_radius * np.sin(angle))]
-        radii = p.of_each("radius")
-        return plane_section(self.title, output, p.settle_steps, p.step_size, 0.0, circle, radii)
+        angle, radius = np.linspace(0.0, math.tau, 181), parameters.drum_radius
+        return 0.0, [(radius * np.cos(angle), radius * np.sin(angle))]
+
+    def film_radii(self, parameters: Drum) -> Floats:
+        """Return the radius of each grain, which the series has not."""
+        return parameters.of_each("radius")
 
     def elastic_bound(self, parameters: Drum, sample: Sample) -> float:
         """Return no bound: the springs of a bed follow from its places in every code."""

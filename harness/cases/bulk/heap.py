@@ -15,31 +15,17 @@ import numpy as np
 from pydantic import Field
 
 from harness.cases.base import Check, Quantity
+from harness.cases.bulk import beds
 from harness.cases.bulk.base import TIME, BulkCase, Sample, Seeds, Setup
-from harness.cases.bulk.beds import (
-    BedOfOneKind,
-    Duration,
-    Friction,
-    Layers,
-    RollingFriction,
-    Scatter,
-    SettleTime,
-    Spacing,
-    Sphere,
-    SteelFriction,
-    SteelModulus,
-    StepSize,
-    YoungsModulus,
-)
+from harness.cases.bulk.beds import BedOfOneKind, Sphere
 from harness.cases.bulk.law import ALLOWED, NEUTRAL
 from harness.cases.bulk.mixing import Floats
-from harness.cases.bulk.report import Curve, plane_section
-from harness.cases.bulk.series import check_grains, largest_gain
+from harness.cases.bulk.report import Curve, Line
+from harness.cases.bulk.series import check_grains, energy_rise, read_series
 from harness.engines.contract import Output, Template
 from harness.engines.output import Table
 from harness.errors import EngineUndecidedError
 from harness.model.allowed import allowed_in
-from harness.report.content import Discs
 from harness.results.rows import Tolerance
 
 COLUMNS = ("time_s", "remaining", "astray", "kinetic_J", "potential_J", "count", "height_m")
@@ -60,21 +46,21 @@ class Heap(BedOfOneKind):
     length: int = Field(18, ge=8, le=1000, description="[-] of the trough, in diameters")
     width: int = Field(6, ge=2, le=1000, description="[-] of the trough, in diameters")
     sill: int = Field(2, ge=0, le=1000, description="[-] glued grains at its ends, one on another")
-    layers: Layers = 24
-    spacing: Spacing = 1.25
-    scatter: Scatter = 0.09
+    layers: beds.Layers = 24
+    spacing: beds.Spacing = 1.25
+    scatter: beds.Scatter = 0.09
     dispersity: float = Field(
         0.3, ge=0.0, le=1.0, description="[-] range of the diameters over their mean"
     )
     radius: float = Field(2e-3, gt=0.0, description="[m] of a grain: the mean")
-    youngs_modulus: YoungsModulus = 4e5
-    friction: Friction = 0.5
-    rolling_friction: RollingFriction = 0.1
-    steel_youngs_modulus: SteelModulus = 8.4e7
-    steel_friction: SteelFriction = 0.0
-    settle_time: SettleTime = 0.3
-    duration: Duration = 1.8
-    step_size: StepSize = 5e-5
+    youngs_modulus: beds.YoungsModulus = 4e5
+    friction: beds.Friction = 0.5
+    rolling_friction: beds.RollingFriction = 0.1
+    steel_youngs_modulus: beds.SteelModulus = 8.4e7
+    steel_friction: beds.SteelFriction = 0.0
+    settle_time: beds.SettleTime = 0.3
+    duration: beds.Duration = 1.8
+    step_size: beds.StepSize = 5e-5
 
     def _check_system(self) -> None:
         if self.grains == 0:
@@ -235,8 +221,7 @@ class HeapCase(BulkCase[Heap]):
         EngineUndecidedError for a heap that still moves.
         """
         p = parameters
-        output.check_numbers({"steps": p.settle_steps + p.steps})
-        table = output.table(COLUMNS)
+        table = read_series(p, output, COLUMNS)
         sides = "beyond a side or fell through the glued layer", "the ends were taken away"
         check_grains(p, output, table, *sides)
         check_decided(p, output.number("mean_height_m"), table)
@@ -254,14 +239,11 @@ class HeapCase(BulkCase[Heap]):
         }
 
     def _energies(self, p: Heap, output: Output, table: Table) -> dict[str, float]:
-        energy = np.concatenate(
-            [[output.number("released_J")], table["kinetic_J"] + table["potential_J"]]
-        )
         fall = 2.0 * p.radius * p.grain.mass * p.gravity
         above = p.weight * output.number("mean_height_m")
         remaining = max(table["remaining"][-1], 1.0)
         return {
-            "heap_energy_rise_ratio": largest_gain(energy) / above,
+            "heap_energy_rise_ratio": energy_rise(output, table) / above,
             "filling_kinetic_ratio": output.number("bed_kinetic_J") / (p.grains * fall),
             "heap_kinetic_ratio": table["kinetic_J"][-1] / (remaining * fall),
         }
@@ -283,11 +265,10 @@ class HeapCase(BulkCase[Heap]):
             "angle_deg": mean_angles(p, table),
         }
 
-    def cut(self, parameters: Heap, output: Output) -> Discs:
+    def plane(self, parameters: Heap) -> tuple[float, Sequence[Line]]:
         """Return the trough along its middle."""
         p = parameters
-        middle, floor = p.width * p.radius, ([0.0, p.span], [0.0, 0.0])
-        return plane_section(self.title, output, p.settle_steps, p.step_size, middle, [floor])
+        return p.width * p.radius, [((0.0, p.span), (0.0, 0.0))]
 
     def elastic_bound(self, parameters: Heap, sample: Sample) -> float:
         """Return the bound over the potential energy of the filling."""

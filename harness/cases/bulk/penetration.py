@@ -13,22 +13,14 @@ import numpy as np
 from pydantic import Field
 
 from harness.cases.base import Check, Level, Quantity, Value
+from harness.cases.bulk import beds
 from harness.cases.bulk.base import TIME, BulkCase, Sample, Setup
-from harness.cases.bulk.beds import (
-    PUBLISHED,
-    BedOfOneKind,
-    Duration,
-    SettleTime,
-    Sphere,
-    SteelModulus,
-    StepSize,
-    YoungsModulus,
-)
+from harness.cases.bulk.beds import PUBLISHED, BedOfOneKind, Sphere
 from harness.cases.bulk.law import ALLOWED
 from harness.cases.bulk.mixing import Floats
 from harness.cases.bulk.places import PUBLISHED_BOX, Box, read_grains, write_grains
-from harness.cases.bulk.report import Curve, plane_section
-from harness.cases.bulk.series import check_rows
+from harness.cases.bulk.report import Curve, Line
+from harness.cases.bulk.series import read_series
 from harness.engines.contract import Output, Template
 from harness.engines.contract import Value as ScriptValue
 from harness.engines.output import Table
@@ -39,7 +31,6 @@ from harness.errors import (
     Unsupported,
 )
 from harness.model.allowed import allowed_in
-from harness.report.content import Discs
 from harness.results.rows import Kind
 from harness.theory.bulk import GLASS_BEADS, friction_by_depth
 
@@ -67,16 +58,16 @@ class Penetration(BedOfOneKind):
     along: int = Field(12, ge=2, le=1000, description="[-] grains of the first lattice along x")
     across: int = Field(10, ge=2, le=1000, description="[-] the same along y")
     layers: int = Field(9, ge=1, le=1000, description="[-] the same along z")
-    youngs_modulus: YoungsModulus = 1e7
+    youngs_modulus: beds.YoungsModulus = 1e7
     steel_radius: float = Field(4e-3, gt=0.0, description="[m] of the sphere")
     steel_density: float = Field(7200.0, gt=0.0, description="[kg/m3] of the sphere")
-    steel_youngs_modulus: SteelModulus = 2.1e9
+    steel_youngs_modulus: beds.SteelModulus = 2.1e9
     start_height: float = Field(0.026, gt=0.0, description="[m] of the sphere above the floor")
     offset: float = Field(0.0, description="[m] of the sphere from the middle of the box along x")
     speed: float = Field(0.3, gt=0.0, le=100.0, description="[m/s] of the sphere, downward")
-    settle_time: SettleTime = 0.12
-    duration: Duration = 0.1
-    step_size: StepSize = 5e-6
+    settle_time: beds.SettleTime = 0.12
+    duration: beds.Duration = 0.1
+    step_size: beds.StepSize = 5e-6
 
     def _check_system(self) -> None:
         if self.places and not (self.length and self.width):
@@ -323,7 +314,7 @@ class PenetrationCase(BulkCase[Penetration]):
         Raise EngineLostAtomsError for a particle beyond a wall.
         """
         p = parameters
-        output.check_numbers({"grains": p.grains, "steps": p.settle_steps + p.steps})
+        table = read_series(p, output, COLUMNS, grains=p.grains)
         if output.number("outside") != 0.0:
             raise EngineLostAtomsError(
                 f"{output.who}: a particle passed a wall at step_size = {p.step_size:g} s, "
@@ -331,8 +322,6 @@ class PenetrationCase(BulkCase[Penetration]):
             )
         moving = output.number("bed_kinetic_J")
         released = moving + output.number("release_potential_J") + p.impact_energy
-        table = output.table(COLUMNS)
-        check_rows(table["time_s"], p.steps * p.step_size, output.who)
         heights = height_quantities(p, table, released)
         return {
             **heights,
@@ -387,13 +376,10 @@ class PenetrationCase(BulkCase[Penetration]):
             "deceleration_m_per_s2": np.gradient(v, t),
         }
 
-    def cut(self, parameters: Penetration, output: Output) -> Discs:
+    def plane(self, parameters: Penetration) -> tuple[float, Sequence[Line]]:
         """Return the box through the sphere."""
-        p = parameters
-        top = p.start_height + 2.0 * p.steel_radius
-        walls = [([0.0, 0.0, p.box.length, p.box.length], [top, 0.0, 0.0, top])]
-        middle = 0.5 * p.box.width
-        return plane_section(self.title, output, p.settle_steps, p.step_size, middle, walls)
+        box, top = parameters.box, parameters.start_height + 2.0 * parameters.steel_radius
+        return 0.5 * box.width, [((0.0, 0.0, box.length, box.length), (top, 0.0, 0.0, top))]
 
     def elastic_bound(self, parameters: Penetration, sample: Sample) -> float:
         """Return the bound over the kinetic energy of the sphere at its release."""
@@ -417,7 +403,7 @@ def known_depth(sample: Sample, p: Penetration) -> Value:
             f"the floor ends the fall: the sphere stops {1e3 * above_floor:.2g} mm above it, less "
             f"than a grain's diameter of {2e3 * p.radius:g} mm"
         )
-    return Value(sample.mean("friction_by_depth"))
+    return sample.mean_value("friction_by_depth")
 
 
 CASE = PenetrationCase()

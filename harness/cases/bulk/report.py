@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from harness.engines.contract import Output
 
 BANDS = 4  # colours of grains of one kind, by the height at which they begin
+Line = tuple[Sequence[float] | Floats, Sequence[float] | Floats]  # x and z of its points [m]
 MEANS = "Means over the runs, with intervals of 95 % (Student). Times are wall times of runs side "
 MEANS += "by side: no comparison of speeds."
 
@@ -138,7 +139,7 @@ def plane_section(
     began: int,
     step: float,
     y: float,
-    lines: Sequence[tuple[Sequence[float] | Floats, Sequence[float] | Floats]],
+    lines: Sequence[Line],
     radius: Floats | None = None,
 ) -> Discs:
     """Return the discs in which the plane at ``y`` [m] cuts all particles, from a step on.

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
-from harness.cases.bulk.beds import BedOfOneKind
+from harness.cases.bulk.beds import Bed, BedOfOneKind
 from harness.cases.bulk.mixing import Floats
 from harness.engines.output import Output, Table
 from harness.errors import EngineLostAtomsError, EngineOutputError
@@ -12,16 +14,27 @@ from harness.errors import EngineLostAtomsError, EngineOutputError
 LONGEST_GAP = 1.5  # [shortest interval between two rows] as some codes are a step late
 
 
-def check_rows(times: Floats, end: float, who: str) -> None:
-    """Raise EngineOutputError where rows are missing from ``times`` (M,), 0 to ``end``."""
+def read_series(p: Bed, output: Output, columns: Sequence[str], **known: int) -> Table:
+    """Return the series of a run; the first column is ``time_s`` or ``step``.
+
+    Raise EngineOutputError where rows are missing, and where ``known`` results or the number of
+    steps differ from those of the parameters.
+    """
+    output.check_numbers({**known, "steps": p.settle_steps + p.steps})
+    table = output.table(columns)
+    steps = columns[0] == "step"
+    times = table["step"] - p.settle_steps if steps else table["time_s"]
+    end = p.steps * (1.0 if steps else p.step_size)
     gaps = np.diff(times, prepend=min(0.0, times[0]), append=max(end, times[-1]))
     inner = gaps[1:-1]
     if not inner.size or gaps.max() > LONGEST_GAP * inner.min():
         place = int(gaps.argmax())
         start = times[place - 1] if place else 0.0
         raise EngineOutputError(
-            f"{who} left a series that lacks rows: none for {gaps[place]:.4g} after {start:.4g}"
+            f"{output.who} left a series that lacks rows: none for {gaps[place]:.4g} after "
+            f"{start:.4g}"
         )
+    return table
 
 
 def check_grains(
@@ -41,6 +54,12 @@ def check_grains(
         )
     if within > p.grains:
         raise EngineOutputError(f"{output.who} began with {within:.0f} grains of {p.grains}")
+
+
+def energy_rise(output: Output, table: Table) -> float:
+    """Return the largest rise [J] of kinetic and potential energy above what it was before."""
+    later = table["kinetic_J"] + table["potential_J"]
+    return largest_gain(np.concatenate([[output.number("released_J")], later]))
 
 
 def largest_gain(energy: Floats) -> float:

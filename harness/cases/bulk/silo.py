@@ -13,24 +13,17 @@ import numpy as np
 from pydantic import Field
 
 from harness.cases.base import Check, Quantity, Value
+from harness.cases.bulk import beds
 from harness.cases.bulk.base import TIME, BulkCase, Sample, Setup
-from harness.cases.bulk.beds import (
-    PUBLISHED,
-    BedOfOneKind,
-    Radius,
-    SteelModulus,
-    StepSize,
-    YoungsModulus,
-)
+from harness.cases.bulk.beds import PUBLISHED, BedOfOneKind
 from harness.cases.bulk.law import ALLOWED
 from harness.cases.bulk.mixing import Floats
-from harness.cases.bulk.report import Curve, plane_section
-from harness.cases.bulk.series import check_grains, check_rows, largest_gain
+from harness.cases.bulk.report import Curve, Line
+from harness.cases.bulk.series import check_grains, energy_rise, read_series
 from harness.engines.contract import Output, Template
 from harness.engines.output import Table
 from harness.errors import EngineUndecidedError
 from harness.model.allowed import allowed_in
-from harness.report.content import Discs
 from harness.results.rows import Kind
 from harness.theory.bulk import BEVERLOO_FACTOR, BEVERLOO_MARGIN, beverloo_scale, janssen_share
 
@@ -47,13 +40,13 @@ class Silo(BedOfOneKind):
     ROWS = 500
     LEAVING = True
 
-    radius: Radius = 2e-3
-    youngs_modulus: YoungsModulus = 1e6
-    steel_youngs_modulus: SteelModulus = 2.1e8
+    radius: beds.Radius = 2e-3
+    youngs_modulus: beds.YoungsModulus = 1e6
+    steel_youngs_modulus: beds.SteelModulus = 2.1e8
     silo_radius: float = Field(0.024, gt=0.0, le=10.0, description="[m] of the cylinder")
     orifice_radius: float = Field(0.012, gt=0.0, le=10.0, description="[m] of the orifice")
     cone_height: float = Field(0.012, gt=0.0, le=10.0, description="[m] from orifice to cylinder")
-    step_size: StepSize = 4e-5
+    step_size: beds.StepSize = 4e-5
 
     def _check_system(self) -> None:
         if self.orifice_radius >= self.silo_radius:
@@ -249,7 +242,9 @@ class SiloCase(BulkCase[Silo]):
         Raise EngineLostAtomsError for a grain beyond a wall, EngineUndecidedError for an arch.
         """
         p = parameters
-        table = self._table(p, output)
+        table = read_series(p, output, COLUMNS)
+        walls = "beyond the walls", "the opening", "they leave a hole, or "
+        check_grains(p, output, table, *walls)
         flow = discharge(p, table)
         surface = p.surface(output.number("mean_height_m"))
         solid = p.grains * p.grain.volume / p.volume(surface)
@@ -266,26 +261,15 @@ class SiloCase(BulkCase[Silo]):
             TIME.name: 1e6 * output.seconds / work,
         }
 
-    def _table(self, p: Silo, output: Output) -> Table:
-        output.check_numbers({"steps": p.settle_steps + p.steps})
-        table = output.table(COLUMNS)
-        check_rows(table["time_s"], p.steps * p.step_size, output.who)
-        walls = "beyond the walls", "the opening", "they leave a hole, or "
-        check_grains(p, output, table, *walls)
-        return table
-
     def _energies(self, p: Silo, output: Output, table: Table) -> dict[str, float]:
-        energy = np.concatenate(
-            [[output.number("released_J")], table["kinetic_J"] + table["potential_J"]]
-        )
         above = p.weight * output.number("mean_height_m")
-        elastic = (
-            {"elastic_ratio": output.number("elastic_J") / above} if output.has("elastic_J") else {}
-        )
+        elastic = {}
+        if output.has("elastic_J"):
+            elastic["elastic_ratio"] = output.number("elastic_J") / above
         steady = slice(*np.searchsorted(-table["remaining"], [-(1 - s) * p.grains for s in STEADY]))
         flowing = table["kinetic_J"][steady].mean()
         return {
-            "energy_rise_ratio": largest_gain(energy) / above,
+            "energy_rise_ratio": energy_rise(output, table) / above,
             **elastic,
             "bed_kinetic_ratio": output.number("bed_kinetic_J") / flowing,
         }
@@ -306,13 +290,12 @@ class SiloCase(BulkCase[Silo]):
         table = output.table(COLUMNS)
         return {name: table[name] for name in ("time_s", "remaining")}
 
-    def cut(self, parameters: Silo, output: Output) -> Discs:
+    def plane(self, parameters: Silo) -> tuple[float, Sequence[Line]]:
         """Return the silo through its axis."""
         p = parameters
         radii = (p.silo_radius, p.silo_radius, p.orifice_radius)
         heights = (p.layers * p.pitch, 0.0, -p.cone_height)
-        walls = [([side * radius for radius in radii], heights) for side in (-1.0, 1.0)]
-        return plane_section(self.title, output, p.settle_steps, p.step_size, 0.0, walls)
+        return 0.0, [([side * radius for radius in radii], heights) for side in (-1.0, 1.0)]
 
     def elastic_bound(self, parameters: Silo, sample: Sample) -> float:
         """Return the bound over the potential energy of the bed above the orifice."""
@@ -328,7 +311,7 @@ class SiloCase(BulkCase[Silo]):
         )  # fmt: skip
         wide = p.silo_radius / p.orifice_radius
         yield self.check(
-            setup, "beverloo_factor", lambda s: s.mean("beverloo_factor"), BEVERLOO_FACTOR,
+            setup, "beverloo_factor", lambda s: s.mean_value("beverloo_factor"), BEVERLOO_FACTOR,
             kind=Kind.FINDING, note=f"C of Beverloo's law with k = {BEVERLOO_MARGIN:g}; 0.55 to "
             "0.65 was measured in silos much wider than their orifice, this one is "
             f"{wide:.3g} times as wide",
@@ -342,7 +325,7 @@ class SiloCase(BulkCase[Silo]):
 
 def _shaft_load(sample: Sample) -> Value:
     note = f"all walls bear {sample.mean('walls_load_ratio'):.4g} of the weight"
-    return Value(sample.mean("shaft_load_ratio"), note=note)
+    return sample.mean_value("shaft_load_ratio", note)
 
 
 CASE = SiloCase()
