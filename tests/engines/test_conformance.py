@@ -9,8 +9,7 @@ from harness.engines.registry import ENGINES, engine_class
 from harness.errors import EngineMissingError, RequestError
 from harness.testing import engine_checks
 
-QUICK = ("reference", "lammps", "liggghts")
-"""Those whose suite takes seconds; the others start a program for each run."""
+QUICK = ("reference", "lammps", "liggghts")  # their suite takes seconds
 
 
 def _opened(name):
