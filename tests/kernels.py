@@ -5,39 +5,21 @@ In a new home they take more than a minute of a core, which each worker would sp
 
 import fcntl
 
-from harness.parameters.tower import Tower
 from harness.solvers import hard_sphere, reference
-from harness.solvers.chain import exact, rk4
-from harness.solvers.pair.integration import integrate
-from tests.solvers.pair.scenes import HERTZ, LINEAR, guided, impact
-from tests.solvers.reference.scenes import HOOKE, on_row, resting
-
-ROW = Tower(height=2, law="overlap")
-
-
-def _exact():
-    for law in ("overlap", "deformable"):
-        exact.run(ROW.replace(law=law), ROW.contact_time)
-
-
-def _contact():
-    for law in (LINEAR, HERTZ):
-        integrate(impact(law))
-        integrate(guided(law, (100, (1.0, 0.0, 0.0), (0.0, 0.0, 0.0))))
-
-
-def _stepped():
-    for law in ("overlap", "deformable"):
-        rk4.run(ROW.replace(law=law), ROW.contact_time)
-    hard_sphere.critical_angle(0.1)
+from tests.solvers.reference.scenes import HERTZ, HOOKE, on_row, resting
 
 
 def _reference():
     reference.run(resting(HOOKE, 1e-3, 10))
-    reference.run(on_row(steps=10))
+    reference.run(resting(HERTZ, 1e-3, 10))
 
 
-SETS = {"exact": _exact, "contact": _contact, "stepped": _stepped, "reference": _reference}
+def _plane():
+    reference.run(on_row(steps=10, friction=0.1))
+    hard_sphere.critical_angle(0.1)
+
+
+SETS = {"reference": _reference, "plane": _plane}
 
 
 def compile_by_turns(folder, worker):

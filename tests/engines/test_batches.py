@@ -4,7 +4,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from harness.cases.drop.system import TEMPLATE
 from harness.engines.contract import collect, finished, run_in_turn
+from harness.engines.lammps.engine import Lammps
 from harness.engines.output import Output, results_in
 from harness.engines.process import Ended
 from harness.errors import (
@@ -14,7 +16,6 @@ from harness.errors import (
     EngineTimeoutError,
 )
 from harness.observables.provenance import Provenance
-from harness.workflows.engine_status import generated_inputs
 
 DONE = "RESULT verdict = finished\n"
 WELL = Ended("", 0, 1.0, timed_out=False)
@@ -110,5 +111,4 @@ def test_an_output_that_cannot_be_read_costs_only_itself():
 
 def test_an_echo_of_the_last_line_is_no_end():
     assert finished("x\n" + DONE)
-    for script in [*generated_inputs("lammps").values(), *generated_inputs("liggghts").values()]:
-        assert not finished(script)
+    assert not finished(Lammps.script(TEMPLATE).text)

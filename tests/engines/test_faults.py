@@ -8,7 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from harness.cases.drop.case import TEMPLATE, Drop, DropRun, job_of, run_drops
+from harness.cases.drop.case import CASE
+from harness.cases.drop.system import TEMPLATE, Drop
+from harness.engines.output import Output
 from harness.engines.process import Limits
 from harness.engines.registry import engine_class, open_engine
 from harness.errors import (
@@ -22,20 +24,23 @@ from harness.errors import (
     EngineTimeoutError,
     RequestError,
 )
-from harness.parameters.law import PLASTIC
+from harness.model.contact import PLASTIC
 
 PLAYER = Path(__file__).parent / "player.py"
 LANGUAGE = ("lammps", "liggghts")
 PYTHON = ("yade", "kratos")
 CODES = (*LANGUAGE, *PYTHON)
-FIRST = ("lammps", "yade")
-"""One code with LAMMPS's language and one with a script of scenes: the others share their code."""
+FIRST = ("lammps",)  # whose script of the drop is run; scenes are in test_scene_batches
 
 GIGABYTE = 1024**3
 GOOD, BAD = (
     Drop(contact=PLASTIC, speed=1.0, sideways=v, steps_per_contact=100.0, duration=2.0, every=100)
     for v in (0.5, 13.0)
 )
+
+
+def run_drops(engine, cases):
+    return engine.run([CASE.job(case) for case in cases])
 
 
 @pytest.fixture
@@ -66,11 +71,7 @@ FAULTS = [
     ("not a number", {}, EngineNaNError, "not a number"),
     ("half a series", {}, EngineOutputError, "cut in its last row"),
     ("half a row", {}, EngineOutputError, "incomplete series"),
-    ("no series", {}, EngineOutputError, "series"),
 ]
-IN_EVERY_CODE = [fault for fault in FAULTS if fault[0] in ("SIGSEGV", "exit 0", "half a series")]
-"""Read from the exit, the log and the series: what a code could have in a way of its own."""
-
 OWN = {
     "lammps": [
         ("echo, then SIGSEGV", {}, EngineCrashError, "signal SIGSEGV"),
@@ -80,19 +81,8 @@ OWN = {
         ("echo, then exit 0", {}, EngineOutputError, "without a result"),
         ("echo, then half a log", {}, EngineOutputError, "without a result"),
     ],
-    "kratos": [
-        ("say half the search tolerance", {}, EngineCrashError, "half the search tolerance"),
-        ("say a velocity is not a number", {}, EngineNaNError, "a velocity is not a number"),
-        (
-            "say RuntimeError: Error: Variable YOUNG_MODULUS should be presented.",
-            {},
-            EngineInputError,
-            "YOUNG_MODULUS should be presented",
-        ),
-    ],
-    "yade": [("raise", {}, EngineCrashError, "no such particle")],
 }
-for code in LANGUAGE:
+for code in FIRST:
     OWN[code] = [
         *OWN.get(code, ()),
         ("refuse", {}, EngineInputError, "Illegal model type"),
@@ -102,11 +92,7 @@ for code in LANGUAGE:
 
 @pytest.mark.parametrize(
     ("code", "mode", "limits", "error", "words"),
-    [
-        (code, *fault)
-        for code in CODES
-        for fault in (*(FAULTS if code in FIRST else IN_EVERY_CODE), *OWN[code])
-    ],
+    [(code, *fault) for code in FIRST for fault in (*FAULTS, *OWN[code])],
 )
 def test_a_run_that_fails_is_named_and_costs_only_itself(play, code, mode, limits, error, words):
     engine = play(code, mode, **limits)
@@ -122,13 +108,13 @@ def test_a_run_that_fails_is_named_and_costs_only_itself(play, code, mode, limit
     assert digest.endswith(engine.script(TEMPLATE).sha256)
     assert rest
     for passed in (first, last):
-        assert isinstance(passed, DropRun)
-        assert passed.path.x_m.tolist() == [0.5, 0.5, 0.5]
+        assert isinstance(passed, Output)
+        assert passed.tables["series"]["x_m"].tolist() == [0.5, 0.5, 0.5]
 
 
 @pytest.mark.parametrize(
     ("code", "mode", "words"),
-    [(code, "late exit 139", "signal SIGSEGV") for code in CODES]
+    [(code, "late exit 139", "signal SIGSEGV") for code in FIRST]
     + [(code, "late SIGKILL", "signal SIGKILL") for code in FIRST],
 )
 def test_a_process_that_fails_after_its_last_result_takes_its_runs_with_it(play, code, mode, words):
@@ -139,17 +125,17 @@ def test_a_process_that_fails_after_its_last_result_takes_its_runs_with_it(play,
         assert "RESULT verdict" in failed.log
 
 
-@pytest.mark.parametrize("code", CODES)
+@pytest.mark.parametrize("code", FIRST)
 def test_runs_are_shared_out_and_come_back_in_order(play, code):
     engine = play(code, "SIGSEGV", workers=2)
     speeds = [0.25, 13.0, 0.5, 0.75, 13.0]
     cases = [GOOD.replace(sideways=speed) for speed in speeds]
     for speed, outcome in zip(speeds, run_drops(engine, cases), strict=True):
-        assert isinstance(outcome, EngineCrashError if speed == 13.0 else DropRun)
-        assert speed == 13.0 or outcome.path.x_m[0] == speed
+        assert isinstance(outcome, EngineCrashError if speed == 13.0 else Output)
+        assert speed == 13.0 or outcome.tables["series"]["x_m"][0] == speed
 
 
-@pytest.mark.parametrize("code", CODES)
+@pytest.mark.parametrize("code", FIRST)
 def test_a_hang_ends_at_the_limit_and_leaves_no_process(play, tmp_path, code):
     start = time.monotonic()
     (error,) = run_drops(play(code, "hang", seconds=0.3), [BAD])
@@ -159,13 +145,13 @@ def test_a_hang_ends_at_the_limit_and_leaves_no_process(play, tmp_path, code):
     assert not any(str(tmp_path).encode() in command for command in commands)
 
 
-@pytest.mark.parametrize("code", CODES)
+@pytest.mark.parametrize("code", FIRST)
 def test_a_closed_engine_runs_nothing_and_leaves_no_folder(play, tmp_path, monkeypatch, code):
     folder = tmp_path / "temporary"
     folder.mkdir()
     monkeypatch.setattr("tempfile.tempdir", str(folder))
     engine = play(code, "")
-    assert isinstance(run_drops(engine, [GOOD])[0], DropRun)
+    assert isinstance(run_drops(engine, [GOOD])[0], Output)
     assert list(folder.iterdir()) == []
     engine.close()
     (error,) = run_drops(engine, [GOOD])
@@ -174,7 +160,7 @@ def test_a_closed_engine_runs_nothing_and_leaves_no_folder(play, tmp_path, monke
     assert list(folder.iterdir()) == []
 
 
-@pytest.mark.parametrize("code", CODES)
+@pytest.mark.parametrize("code", FIRST)
 def test_provenance_and_log_say_what_ran(play, tmp_path, code):
     engine = play(code, "version 8.7")
     (run,) = run_drops(engine, [GOOD])
@@ -184,7 +170,7 @@ def test_provenance_and_log_say_what_ran(play, tmp_path, code):
     assert (who.script, who.script_sha256) == (script.name, script.sha256)
     assert who.integrator == engine.traits.integrator
     log = engine.logs()[script.name]
-    assert log.splitlines()[0] == f"# {engine.command_line(engine.task(job_of(GOOD)))}"
+    assert log.splitlines()[0] == f"# {engine.command_line(engine.task(CASE.job(GOOD)))}"
     assert who.script_sha256 in log
     assert log.rstrip().endswith("RESULT verdict = finished")
     assert engine.fingerprint() is None  # a wrapper hides what it runs

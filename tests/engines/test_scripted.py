@@ -11,7 +11,7 @@ from harness.engines.contract import Job, Template
 from harness.engines.output import Output
 from harness.engines.process import Limits
 from harness.engines.programs import ScriptedEngine, fresh_folder
-from harness.engines.traits import CLIPPED_ALONE, Traits
+from harness.engines.traits import Traits
 from harness.errors import EngineError, EngineOutputError, RequestError
 from harness.files import PREFIX
 from harness.observables.provenance import Provenance
@@ -52,6 +52,7 @@ BALL = Template(
     "ball",
     {"": {"size": 1.0, "mode": "well", "tail": "clipped"}, "big": {"size": 9.5, "mode": "well"}},
     notes={"big": "a big one"},
+    neutral={"tail": "clipped"},
 )
 
 
@@ -63,7 +64,6 @@ class Toy(ScriptedEngine):
         "pip install toy",
         ("3",),
         "velocity-verlet",
-        frictionless=CLIPPED_ALONE,
         title="Toy",
     )
     switches: ClassVar = {"record": "yes", "everyone": "yes"}
@@ -142,9 +142,7 @@ def test_logs_are_headed_by_the_command_and_the_script(toy):
     [
         ({"colour": "red"}, ""),
         ({"tail": "clipped"}, ""),
-        ({"tail": "attractive"}, "takes tail = clipped, not attractive"),
-        ({"law": "overlap"}, ""),
-        ({"law": "deformable"}, "takes law = overlap, not deformable"),
+        ({"tail": "attractive"}, "no variable 'tail' (tail = 'attractive')"),
         ({"weight": 2.0}, r"its script ball.py has no variable 'weight' (weight = 2.0)"),
         ({"effective_mass": "full"}, "no variable 'effective_mass'"),
     ],
@@ -183,7 +181,7 @@ def test_templates_of_another_package_lie_there_by_the_name_of_the_engine(tmp_pa
     assert Toy.script(BALL).text.startswith("# ball.py")
     missing = Template("ball", BALL.variants, package="no_such_package")
     with pytest.raises(RequestError, match="package 'no_such_package' cannot be imported"):
-        Toy.states(missing)
+        Toy.has_template(missing)
 
 
 def test_a_template_of_the_same_name_with_other_defaults_is_rendered_anew():

@@ -4,7 +4,7 @@ import sys
 
 import pytest
 
-from harness.cases.incline.system import Incline, job_of
+from harness.cases.drop.case import CASE
 from harness.engines.lammps.engine import Lammps
 from harness.engines.programs import program_words
 from harness.engines.scripts import Task
@@ -73,16 +73,16 @@ def test_words_after_the_program_are_its_arguments_and_a_file_is_taken_whole(scr
 
 @pytest.mark.live
 def test_arguments_reach_every_run_and_stand_where_it_came_from(lmp):
-    job = job_of(Incline(angle=10.2), "passage")
+    job = CASE.job(CASE.default)
     with Lammps(lmp=f"{lmp} -sf omp", workers=1) as engine, Lammps(lmp=lmp, workers=1) as plain:
         outputs = [one.run([job])[0] for one in (engine, plain)]
         assert engine.identify().how == "executable, -sf omp"
         assert engine.identify().executable == lmp
         with engine.on_ranks(1) as on_ranks:
             assert on_ranks.arguments == ["-sf", "omp"]
-    there, here = (output.number("margin_J") for output in outputs)
+    there, here = (output.tables["series"]["vy_m_per_s"] for output in outputs)
     assert there == pytest.approx(here, rel=1e-9)
-    assert outputs[0].log.startswith("# lmp -sf omp -in incline-")
+    assert outputs[0].log.startswith("# lmp -sf omp -in drop.in")
 
 
 @pytest.mark.live

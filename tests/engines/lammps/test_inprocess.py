@@ -7,7 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from harness.cases.incline.system import TEMPLATE, Incline, values_of
+from harness.cases.drop.case import CASE
+from harness.cases.drop.system import TEMPLATE, values_of
 from harness.engines.lammps.engine import Lammps
 from harness.engines.lammps.language import names_in
 from harness.engines.lammps.workers import FinishedRun, InProcess, Order
@@ -23,24 +24,22 @@ from harness.errors import (
 
 pytestmark = [pytest.mark.live, pytest.mark.usefixtures("lammps_here")]
 
-SCRIPT = Lammps.script(TEMPLATE, "source")
+SCRIPT = Lammps.script(TEMPLATE)
 
 
 def order(script, variables=()):
     """Return a run of a script, without the variables of the run before."""
-    return Order(script, dict(variables), sorted(names_in(script.text) | {"angle"}), False)
+    return Order(script, dict(variables), sorted(names_in(script.text) | {"gravity"}), False)
 
 
-def incline(case, route):
-    """Return a run of an incline."""
-    values = {name: Lammps.literal(value) for name, value in values_of(case, route).items()}
-    return order(SCRIPT, values)
+def drop(**changes):
+    """Return a run of a drop."""
+    values = {**values_of(CASE.default), "series_every": 1000, **changes}
+    return order(SCRIPT, {name: Lammps.literal(value) for name, value in values.items()})
 
 
-GOOD = incline(Incline(), "passage")
-ENDLESS = incline(
-    Incline(angle=14.0, wells=10_000, time_limit=1e6, steps_per_contact=1e4), "steady"
-)
+GOOD = drop()
+ENDLESS = drop(steps=2_000_000_000, series_every=1_000_000_000)
 
 
 @pytest.fixture(scope="module")
@@ -114,14 +113,14 @@ def test_lost_atom_and_refused_input_are_told_apart(shared, lost_atom):
 
 def test_runs_do_not_see_the_variables_of_earlier_ones(runner):
     one = runner()
-    plain, steep, again = one.run([GOOD, order(GOOD.script, {"angle": "12"}), GOOD])
+    plain, steep, again = one.run([GOOD, order(GOOD.script, {"stiffness": "4e6"}), GOOD])
     result = [
         [line for line in out.log.splitlines() if line.startswith("RESULT")]
         for out in (plain, steep, again)
     ]
     assert result[0] == result[2]
-    assert "RESULT angle_deg = 12" in result[1]
-    assert "RESULT route = steady" in result[1]
+    assert result[1] != result[0]
+    assert len(result[1]) == len(result[0])
 
 
 def test_provenance_names_release_packages_and_library(shared):
