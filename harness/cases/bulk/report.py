@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     from harness.cases.bulk.base import Sample, Setup
     from harness.engines.contract import Output
 
-BANDS = 4  # colours of grains of one kind, by the height at which they begin
 Line = tuple[Sequence[float] | Floats, Sequence[float] | Floats]  # x and z of its points [m]
 MEANS = "Means over the runs, with intervals of 95 % (Student). Times are wall times of runs side "
 MEANS += "by side: no comparison of speeds."
@@ -145,7 +144,7 @@ def plane_section(
     """Return the discs in which the plane at ``y`` [m] cuts all particles, from a step on.
 
     ``lines`` are walls, each x and z of its points [m]; ``radius`` (N,) [m] unless the output has
-    it. Colours are bands of first height, then the larger sizes.
+    it. Colours are heights at the start of the film.
     """
     table = output.table(("step", "x_m", "y_m", "z_m"))
     time = (table["step"] - began) * step
@@ -153,23 +152,18 @@ def plane_section(
     x, off, z = (table[f"{axis}_m"][kept] for axis in "xyz")
     sizes = table["radius_m"][0] if radius is None else radius
     cut = np.sqrt(np.maximum(sizes**2 - (off - y) ** 2, 0.0))
-    kinds = np.broadcast_to(kinds_of(z[0], sizes), x.shape)
+    height = np.broadcast_to(z[0], x.shape)
     pieces = [
         [[xs[i], zs[i]], [xs[i + 1], zs[i + 1]]] for xs, zs in lines for i in range(len(xs) - 1)
     ]
     walls = np.array(pieces, dtype=float).reshape(-1, 2, 2)
-    return Discs(title, time[kept], x, z, cut, lines=walls, value=kinds, value_label="first height")
-
-
-def kinds_of(heights: Floats, radius: Floats) -> Floats:
-    """Return the colour of each particle (N,): bands of first height [m], then larger sizes.
-
-    Sizes that vary from grain to grain are one kind.
-    """
-    sizes = np.unique(radius)
-    sizes = sizes if len(sizes) < BANDS else radius.max(keepdims=True)
-    smallest = radius <= sizes[0]
-    edges = np.quantile(heights[smallest], np.linspace(0.0, 1.0, BANDS + 1)[1:-1])
-    bands = np.searchsorted(edges, heights)
-    larger = BANDS - 1 + np.searchsorted(sizes, radius)
-    return np.asarray(np.where(smallest, bands, larger), dtype=float)
+    return Discs(
+        title,
+        time[kept],
+        x,
+        z,
+        cut,
+        lines=walls,
+        value=height,
+        value_label="height at the start (m)",
+    )

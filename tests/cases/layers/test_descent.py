@@ -2,8 +2,10 @@
 
 import math
 import subprocess
+from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from harness.cases.bench import Bench
@@ -19,7 +21,14 @@ from harness.errors import (
     RequestError,
 )
 from harness.results.rows import Verdict
+from harness.workflows.sweep_plan import plan, request_in
 
+COLUMNS = [
+    *("contact.restitution", "contact.damping_ratio", "contact.tail", "layers", "length_d"),
+    *("width_d", "filled_d", "base", "roughness_d", "polydispersity", "seed"),
+    *("stiffness_over_weight", "steps_per_contact", "first_angle_deg", "lowest_angle_deg"),
+    *("flow_time", "rate_deg", "rise_deg", "arrest_speed", "arrest_ratio", "time_limit"),
+]
 TINY = Layers(
     layers=1, length=6, width=3, stiffness_over_weight=100.0, rate=1.0, flow_time=10.0, rise=0.2
 )
@@ -207,3 +216,21 @@ def test_single_grain_alone_has_closed_forms():
     assert CASE.exact(CASE.presets["layers"]) == {}
     bouncing = CASE.presets["single"].replace(contact={"restitution": 0.5})
     assert CASE.exact(bouncing) == {"start_angle_deg": 30.0}
+
+
+def test_the_committed_sweep_runs_the_descents_of_the_report():
+    root = Path(__file__).parents[3]
+    chosen = plan(request_in(root / "inputs" / "sweeps" / "layers.toml"))
+    planned = {
+        tuple(_column(point.parameters, name) for name in COLUMNS) for point in chosen.points
+    }
+    runs = pd.read_csv(root / "reports" / "layers" / "runs.csv")[COLUMNS].fillna(0.0)
+    assert len(chosen.points) == len(planned) == 263
+    assert planned == set(runs.itertuples(index=False, name=None))
+
+
+def _column(p, name):
+    """Return a parameter by the name of its column in the committed runs."""
+    if "." in name:
+        return getattr(p.contact, name.partition(".")[2]) or 0.0
+    return getattr(p, name) if hasattr(p, name) else getattr(p, name.rpartition("_")[0])
