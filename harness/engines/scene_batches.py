@@ -111,10 +111,23 @@ class SceneProgram:
         return error.with_log(ended.said)
 
 
-def write_scenes(folder: Path, rows: Sequence[tuple[Scene, Mapping[str, Any]]]) -> None:
+Rows = Sequence[tuple[Scene, Mapping[str, Any]]]  # scenes, each with its words in a code
+
+
+def write_scenes(folder: Path, rows: Rows) -> None:
     """Write a JSON list of scenes, each with the numbers that a code has for it (``code``)."""
+    (folder / SCENES).write_text(_scenes_text(rows), encoding="utf-8")
+
+
+def script_with(script: Path, rows: Rows) -> str:
+    """Return a script that runs a file of scenes, with scenes in it in place of the file."""
+    text, empty = script.read_text(encoding="utf-8"), 'SCENES = ""'
+    return text.replace(empty, f"SCENES = r'''{_scenes_text(rows)}'''", 1)
+
+
+def _scenes_text(rows: Rows) -> str:
     scenes = [{**scene.model_dump(mode="json"), "code": dict(words)} for scene, words in rows]
-    (folder / SCENES).write_text(json.dumps(scenes), encoding="utf-8")
+    return json.dumps(scenes)
 
 
 def read_motion(title: str, folder: Path, place: int, scene: Scene) -> Motion | None:

@@ -158,6 +158,13 @@ class Kratos(ScriptedEngine):
             limits=self.limits,
         )  # fmt: skip
 
+    def script_text(self, job: Job) -> str:
+        """Return the plain script of a job: of its template, else of its scene."""
+        if job.scene is None or self.has_template(job.template):
+            task = self.task(job)
+            return f"# {self.command_line(task)}\n{task.script.text}"
+        return scenes.script(self.scene_of(job))
+
     def ask_version(self) -> Provenance:
         """Return Kratos's version; raise EngineMissingError where this Python has none."""
         _, ended = self.ask([self.program, "-c", HELLO])

@@ -17,6 +17,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
+SCENES = ""  # in place of the file, in a script of its own
 AXES = "XYZ"
 FIRST_WALL = 1_000_000  # number of its material; those of spheres count from 1
 PARTS = ("SpheresPart", "ContactPart", "RigidFacePart", "DEMInletPart", "ClusterPart")
@@ -277,16 +278,16 @@ def write(path: Path, samples: dict[str, list[Any]]) -> None:
     part.rename(path)
 
 
-def main(file: str) -> None:
-    """Run the scenes of a file."""
+def main(text: str) -> None:
+    """Run scenes in JSON."""
     import KratosMultiphysics as core
     import KratosMultiphysics.DEMApplication as dem
 
     core.ParallelUtilities.SetNumThreads(1)  # of a few spheres more threads only wait
     core.Logger.GetDefaultOutput().SetSeverity(core.Logger.Severity.WARNING)
-    for place, scene in enumerate(json.loads(Path(file).read_text(encoding="utf-8"))):
+    for place, scene in enumerate(json.loads(text)):
         write(Path(f"{place}.json"), Simulation(core, dem, scene).run())
 
 
 if __name__ == "__main__":
-    main(sys.argv[1])
+    main(SCENES or Path(sys.argv[1]).read_text(encoding="utf-8"))

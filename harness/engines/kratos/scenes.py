@@ -30,6 +30,7 @@ from harness.engines.scene_batches import (
     nearest_body,
     read_motion,
     room,
+    script_with,
     write_scenes,
 )
 from harness.errors import (
@@ -106,6 +107,14 @@ def _error(ended: Ended) -> EngineError | None:
         if refusal:
             return EngineInputError(f"Kratos refused its input: {refusal[1].strip()[:160]}")
     return ended.error("Kratos")
+
+
+def script(scene: Scene) -> str:
+    """Return a script of one scene, to be run by hand; raise Unsupported for what it cannot state.
+
+    It is the same as runs many scenes, with the scene in it, and writes its samples to ``0.json``.
+    """
+    return script_with(SCRIPT, [(scene, words(scene))])
 
 
 # ---- a law in Kratos's words

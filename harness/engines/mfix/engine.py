@@ -121,6 +121,13 @@ class Mfix(ProgramEngine):
         self._systems(scene)
         return rules(scene, self._scheme)
 
+    def script_text(self, job: Job) -> str:
+        """Return the inputs of a job, one after the other: of its longest run."""
+        if job.scene is None:
+            return ""
+        texts = input_texts(self._systems(self.scene_of(job))[-1])
+        return "\n".join(f"# {name}\n{text}" for name, text in texts.items())
+
     def run(self, jobs: Sequence[Job]) -> list[Output | EngineError]:
         """Run the scenes of jobs, a process for each, and return their outputs in order."""
         self.check(jobs)

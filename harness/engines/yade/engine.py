@@ -104,6 +104,13 @@ class Yade(ScriptedEngine):
             limits=self.limits,
         )  # fmt: skip
 
+    def script_text(self, job: Job) -> str:
+        """Return the plain script of a job: of its template, else of its scene."""
+        if job.scene is None or self.has_template(job.template):
+            task = self.task(job)
+            return f"# {self.command_line(task)}\n{task.script.text}"
+        return scenes.script(self.scene_of(job))
+
     def ask_version(self) -> Provenance:
         """Return the version that the program names."""
         output, _ = self.ask([self.program, "--version"])

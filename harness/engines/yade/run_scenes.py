@@ -17,6 +17,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
+SCENES = ""  # in place of the file, in a script of its own
 PARTS = ("position", "velocity", "angular_velocity", "force", "torque")
 LAWS = {
     "ViscElPhys": (
@@ -213,6 +214,7 @@ if __name__ == "__main__":
 
     # Yade makes a folder below /tmp at its start and does not remove it
     Path(module.O.tmpFilename()).parent.rmdir()
-    for place, one in enumerate(json.loads(Path(sys.argv[1]).read_text(encoding="utf-8"))):
+    text = SCENES or Path(sys.argv[1]).read_text(encoding="utf-8")
+    for place, one in enumerate(json.loads(text)):
         simulation = Simulation(module, one)  # the name that PyRunner's command calls
         write(Path(f"{place}.json"), simulation.run())

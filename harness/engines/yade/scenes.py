@@ -29,6 +29,7 @@ from harness.engines.scene_batches import (
     nearest_body,
     partners,
     read_motion,
+    script_with,
     write_scenes,
 )
 from harness.errors import Unsupported
@@ -96,6 +97,14 @@ def _environment(folder: Path) -> Mapping[str, str]:
     """Return an environment of Yade's own Python; without a HOME it does not start."""
     kept = {name: text for name, text in os.environ.items() if not name.startswith(FOREIGN)}
     return {**kept, "HOME": str(folder)}
+
+
+def script(scene: Scene) -> str:
+    """Return a script of one scene, to be run by hand; raise Unsupported for what it cannot state.
+
+    It is the same as runs many scenes, with the scene in it, and writes its samples to ``0.json``.
+    """
+    return script_with(SCRIPT, [(scene, words(scene))])
 
 
 # ---- a law in Yade's words
