@@ -20,7 +20,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from harness.errors import RequestError
-from harness.theory.incline_friction import flight_angle, kept_speed
+from harness.theory.incline_friction import flight_angle, kept_speed, size_ratio
 
 ANGLE_TOLERANCE = 1e-12  # [rad]
 MOST_ROUNDS = 60  # of three wells each, until motion is steady
@@ -83,6 +83,11 @@ def largest_half_angle(grain: Grain) -> float:
         return passage_margin(takeoff - phi, grain, phi)
 
     return math.degrees(_root(margin, takeoff / 2.0, takeoff))
+
+
+def smallest_size_ratio(grain: Grain) -> float:
+    """Return the least size R/r of a grain that stays on the row at its critical angle."""
+    return size_ratio(largest_half_angle(grain))
 
 
 def integrated_no_flight_bound(half_angle_deg: float, grain: Grain) -> float | None:

@@ -1,1 +1,1 @@
-"""The frictionless incline: a grain slides over a row of fixed spheres."""
+"""The incline: a grain moves over a row of fixed spheres; the smallest angle of steady motion."""

@@ -1,65 +1,93 @@
-"""The frictionless incline: one grain on a row of fixed, touching spheres.
+"""A grain on a tilted row of fixed, touching spheres: parameters, energies, starts and jobs.
 
-Parameters; the two routes of a grain (where it starts, where it ends, by what energy it is judged);
-the values that scripts take, and the same system as a scene. The LAMMPS script judges a run in its
-own language; for the other engines it is judged here, by the path of the grain. Nothing here is a
-force: it is how a motion is measured.
+A run takes one of two *routes*:
+
+``passage``  The grain starts 10 deg behind the first crest with the energy of a grain at rest on
+             that crest, passes one well, and its energy before the next crest is measured.
+``steady``   It starts in a well, fast enough to leave it, and passes many wells (as in the source).
+
+A run is judged by its *margin*: the mechanical energy, without spin, above that of a grain at rest
+on the crest ahead.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
-from dataclasses import astuple, dataclass, field
-from enum import StrEnum
-from typing import Any, Literal, NamedTuple, TypeVar, get_args
+from collections.abc import Sequence
+from functools import cache
+from typing import Any, Literal, Self, get_args
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
-from harness.cases.grain import Grain, path_in
 from harness.engines.contract import Job, Template, Value
-from harness.engines.output import Table
-from harness.errors import RequestError
-from harness.observables.provenance import Provenance
-from harness.observables.reference import Trajectory
-from harness.parameters.allowed import COUNT, Allowed, allowed_in
-from harness.parameters.law import (
+from harness.engines.scene_jobs import SCENE
+from harness.model.allowed import COUNT, Allowed, allowed_in
+from harness.model.base import Parameters
+from harness.model.contact import (
     CLIPPED,
     PLASTIC,
     SOURCE,
-    contact_allowed,
-    contact_of,
+    Contact,
+    NamedContact,
     contact_values,
 )
-from harness.parameters.plane_scene import Stage
-from harness.parameters.scene import ContactScene
+from harness.model.law import Law
+from harness.model.scene import LOOK, Body, Scene, Stage
+from harness.theory.incline_coulomb import CREST, LARGEST_FRICTION, Grain, State, over_arc
+from harness.theory.incline_coulomb import smallest_size_ratio as smallest_ratio
+from harness.theory.incline_friction import INERTIA, Shape
+
+Route = Literal["passage", "steady"]
+
+UNIT_MASS_DENSITY = 6.0 / math.pi  # [kg/m3] a sphere of 1 m has 1 kg, as in the source
+START_BEHIND_CREST = math.radians(10.0)  # of a passage, which also ends at most as far before one
+SPEED_AFTER_SHOCK = 0.35  # [sqrt(g a)] near the critical angle of equal spheres
+SETTLING_TIMES = 8.0  # of the contact's slowest rate, until it has settled after a shock
+START_SPEED = 0.48 / math.sqrt(2.0 - math.sqrt(3.0))  # over the one that reaches a crest, untilted
+MOST_SCENE_SPHERES = 9  # a longer periodic row is the same system
 
 
-class Incline(Grain):
+class Incline(Parameters):
     """One run of a grain over the row, in SI units.
 
-    The row is periodic; the grain is a sphere as large as the fixed ones.
+    The row is periodic. The grain has the density of the row, and its size unless given.
     """
 
+    # fmt: off
+    contact: NamedContact = Field(SOURCE, description="[-] dissipation of the contact")
+    stiffness: float = Field(1e6, gt=0.0, description="[N/m] normal stiffness")
+    steps_per_contact: float = Field(
+        50.0, gt=0.0, le=1e5, description="[-] steps per contact time pi sqrt(m/k)")
+    diameter: float = Field(1.0, gt=0.0, description="[m] diameter of all spheres")
+    density: float = Field(UNIT_MASS_DENSITY, gt=0.0, description="[kg/m3] density of the grain")
+    gravity: float = Field(9.81, gt=0.0, description="[m/s2] acceleration of gravity")
     angle: float = Field(10.2, ge=0.0, le=30.0, description="[deg] tilt of the row")
     spheres: int = Field(9, ge=4, le=100_000, description="[-] fixed spheres in the periodic row")
     wells: int = Field(10, ge=1, le=10_000, description="[-] wells to pass in the steady route")
     phase: float = Field(
-        0.0, ge=0.0, le=1.0, description="[-] fraction of a step by which the start is shifted"
-    )
+        0.0, ge=0.0, le=1.0, description="[-] fraction of a step by which the start is shifted")
     time_limit: float = Field(
-        400.0, gt=0.0, description="[-] longest motion, in units of sqrt(diameter / gravity)"
-    )
+        400.0, gt=0.0, description="[-] longest motion, in units of sqrt(diameter / gravity)")
+    friction: float = Field(0.0, ge=0.0, le=1e9, description="[-] Coulomb's mu of the contact")
+    grain_diameter: float | None = Field(
+        None, gt=0.0, description="[m] diameter of the grain, that of the row unless given")
+    shape: Shape = Field(
+        "sphere", description="[-] sphere or disc: moment of inertia 2/5 or 1/2 m R^2")
+    tangential_stiffness: float | None = Field(
+        None, gt=0.0, le=10.0, description="[-] over the normal one; 2/7 unless given, disc 1/3")
+    tangential_damping: float | None = Field(
+        None, ge=0.0, le=10.0, description="[-] over the normal one; 2/7 unless given, disc 1/3")
+    # fmt: on
 
     @model_validator(mode="after")
-    def _is_sound(self) -> Incline:
+    def _check(self) -> Self:
         if not 1e-99 < self.diameter * self.density ** (1 / 3) < 1e99:
             raise ValueError(
                 f"diameter = {self.diameter:g} m with density = {self.density:g} kg/m3 gives a "
                 "mass that is beyond floating point: must be from about 1e-297 to 1e297 kg"
             )
+        self._check_size()
         if self.static_overlap > 0.01:
             raise ValueError(
                 f"stiffness = {self.stiffness:g} N/m is too soft: the grain's weight would press "
@@ -73,391 +101,322 @@ class Incline(Grain):
             )
         return self
 
+    def _check_size(self) -> None:
+        if self.is_plain:
+            return
+        most = self.spheres * self.diameter / 2.0
+        if self.grain > most:
+            raise ValueError(
+                f"grain_diameter = {self.grain:g} m: must be at most {most:g} m, half of a row of "
+                f"{self.spheres} spheres"
+            )
+        least = smallest_size_ratio(self.friction, self.shape) * self.diameter
+        if self.grain < least:
+            raise ValueError(
+                f"grain_diameter = {self.grain:g} m: must be at least {least * (1 + 1e-6):.6g} m "
+                f"at friction {self.friction:g}, a smaller grain leaves the row below its critical "
+                "angle"
+            )
+
     @property
-    def particles(self) -> int:
-        """Return how many particles a run has, the grain among them."""
-        return self.spheres + 1
+    def is_plain(self) -> bool:
+        """Return whether the grain is as large as the row's spheres and has no friction."""
+        return self.friction == 0.0 and self.grain == self.diameter
+
+    @property
+    def grain(self) -> float:
+        """Return the diameter of the grain [m]."""
+        return self.diameter if self.grain_diameter is None else self.grain_diameter
+
+    @property
+    def arm(self) -> float:
+        """Return the distance [m] of the grain's centre from a sphere that it touches."""
+        return 0.5 * (self.grain + self.diameter)
+
+    @property
+    def half_angle(self) -> float:
+        """Return the half angle of a well [rad], 30 deg for a grain of the row's size."""
+        return math.asin(0.5 * self.diameter / self.arm)
+
+    @property
+    def inertia(self) -> float:
+        """Return beta [-] of the moment of inertia beta m R^2."""
+        return INERTIA[self.shape]
+
+    @property
+    def mass(self) -> float:
+        """Return the grain's mass [kg]."""
+        return self.density * math.pi / 6.0 * self.grain**3
+
+    @property
+    def contact_time(self) -> float:
+        """Return pi sqrt(m / k) [s], the undamped contact time in which steps are counted."""
+        return math.pi * math.sqrt(self.mass / self.stiffness)
+
+    @property
+    def step(self) -> float:
+        """Return the time step [s]."""
+        return self.contact_time / self.steps_per_contact
+
+    @property
+    def unit_of_time(self) -> float:
+        """Return sqrt(d / g) [s]."""
+        return math.sqrt(self.diameter / self.gravity)
 
     @property
     def weight_energy(self) -> float:
-        """Return m g d [J], the unit of energy of this system."""
+        """Return m g d [J], the unit of energy."""
         return self.mass * self.gravity * self.diameter
 
     @property
     def static_overlap(self) -> float:
-        """Return m g / (k d) [-], the relative overlap under the grain's weight."""
+        """Return m g / (k d) [-], the overlap under the weight in diameters of the row."""
         return self.mass * self.gravity / (self.stiffness * self.diameter)
 
     @property
     def fewest_steps_per_contact(self) -> float:
         """Return the bound below which velocity Verlet is unstable in the well.
 
-        In the well the two contacts stand 60 deg apart, so motion normal to the
-        row feels 3/2 of one contact's spring and dashpot. LAMMPS damps with the
-        half-step velocity: v+ = v (1 - 3 zeta a) - 3/2 a^2 x / dt, x+ = x + dt v+,
-        a = omega dt. Jury's criterion on trace and determinant then asks for
-        a < 2 (sqrt(zeta^2 + 2/3) - zeta), and a = pi / steps per contact.
+        Normal to the row the grain has F = 2 cos(phi)^2 times the spring and dashpot of one
+        contact. With damping by the velocity of the half step v+ = v (1 - 2 F zeta a) -
+        F a^2 x / dt, x+ = x + dt v+, where a = omega dt = pi / steps per contact. Jury's criterion
+        is a < 2 (sqrt(zeta^2 + 1/F) - zeta). With friction F is at most 2, times the ratio of
+        tangential to normal rates where that exceeds 1.
         """
-        zeta = self.contact.zeta_against_full_mass
-        return math.pi / (2.0 * (math.sqrt(zeta * zeta + 2.0 / 3.0) - zeta))
+        zeta, phi = self.contact.zeta_against_full_mass, self.half_angle
+        factor = 2.0 * max(math.cos(phi) ** 2, math.sin(phi) ** 2)
+        if self.friction > 0.0:
+            share = self.inertia / (1.0 + self.inertia)
+            factor = 2.0 * max(1.0, *(ratio / share for ratio in self._tangential_ratios))
+        return math.pi / (2.0 * (math.sqrt(zeta * zeta + 1.0 / factor) - zeta))
+
+    @property
+    def _tangential_ratios(self) -> tuple[float, float]:
+        share = self.inertia / (1.0 + self.inertia)
+        given = (self.tangential_stiffness, self.tangential_damping)
+        stiffness, damping = (share if ratio is None else ratio for ratio in given)
+        return stiffness, damping
+
+    @property
+    def law(self) -> Law:
+        """Return the law of the contact of grain and row."""
+        law = self.contact.law(self.stiffness)
+        if self.friction == 0.0:
+            return law
+        stiffness, damping = self._tangential_ratios
+        return law.replace(
+            tangential="linear_history",
+            tangential_stiffness=stiffness * self.stiffness,
+            tangential_damping=damping,
+            friction=self.friction,
+        )
 
 
-Number = TypeVar("Number", float, NDArray[np.float64])
-
-STEADY_SPEED = 0.48
-"""[sqrt(g d)] first speed of the steady route."""
-
-BEHIND_CREST = math.radians(10.0)
-"""Where the passage route starts, behind the crest, and the latest place before one to end."""
-
-SETTLED = 8.0
-"""Times of the contact's slowest rate, at 0.35 sqrt(g d), for it to settle after a shock."""
-
-SPEED_AFTER_SHOCK = 0.35
-"""[sqrt(g d)] along the sphere ahead."""
+@cache
+def smallest_size_ratio(friction: float, shape: Shape) -> float:
+    """Return the least diameter of a grain over that of the row with which it stays on the row."""
+    return smallest_ratio(Grain(min(friction, LARGEST_FRICTION), INERTIA[shape]))
 
 
-@dataclass(frozen=True)
-class Start:
-    """Position [m] and velocity [m/s] of the grain; x from the centre of a fixed sphere."""
-
-    x_m: float
-    y_m: float
-    vx_m_per_s: float
-    vy_m_per_s: float
-
-    def state(self) -> tuple[float, float, float, float]:
-        """Return (x, y, vx, vy); raise RequestError when one is not finite."""
-        values = tuple(float(value) for value in astuple(self))
-        if not all(math.isfinite(value) for value in values):
-            raise RequestError(f"start = {values}: must be finite numbers, in m and m/s")
-        x, y, vx, vy = values
-        return x, y, vx, vy
+# ---- energies
 
 
-def start_of(case: Incline, route: str) -> Start:
-    """Return the start of a route, ``passage`` or ``steady``."""
-    return start_behind_crest(case) if route == "passage" else start_in_well(case)
-
-
-def start_in_well(case: Incline, speed: float | None = None) -> Start:
-    """Return a start touching both spheres of a well, along the tangent of the one ahead.
-
-    ``speed`` [m/s] is 0.48 sqrt(g d) unless given.
-    """
-    if speed is None:
-        speed = STEADY_SPEED * math.sqrt(case.gravity * case.diameter)
-    return Start(
-        0.5 * case.diameter, math.sqrt(0.75) * case.diameter, speed * math.sqrt(0.75), 0.5 * speed
-    )
-
-
-def start_behind_crest(case: Incline) -> Start:
-    """Return the start of the passage route: just the energy of the crest, in balance.
-
-    The overlap at an angle phi from the crest bears m g (3 cos phi - 2), the weight
-    less the centrifugal force; the rate of phi follows from
-    the energy. The case's phase shifts phi by a fraction of a step's way.
-    """
-    weight, d = case.mass * case.gravity, case.diameter
-    rate = math.sqrt(2.0 * case.gravity * (1.0 - math.cos(BEHIND_CREST)) / d)
-    phi = BEHIND_CREST + case.phase * rate * case.step
-    force = weight * (3.0 * math.cos(phi) - 2.0)
-    overlap = force / case.stiffness
-    slope = 3.0 * weight * math.sin(phi) / case.stiffness
-    r = d - overlap
-    spring = 0.5 * case.stiffness * overlap**2
-    kinetic = crest_energy(case) - weight * r * math.cos(phi) - spring
-    omega = math.sqrt(2.0 * kinetic / case.mass / (r * r + slope * slope))
-    beta = phi - math.radians(case.angle)
-    return Start(
-        r * math.sin(beta),
-        r * math.cos(beta),
-        omega * (r * math.cos(beta) + slope * math.sin(beta)),
-        omega * (slope * math.cos(beta) - r * math.sin(beta)),
-    )
+def crest_radius(case: Incline) -> float:
+    """Return the distance [m] of a grain at rest on a crest from the sphere below it."""
+    return case.arm - case.mass * case.gravity / case.stiffness
 
 
 def crest_energy(case: Incline) -> float:
-    """Return the energy [J] of a grain at rest on the first sphere's crest, pressed in."""
+    """Return the energy [J] of a grain at rest on the first crest, pressed in."""
     weight = case.mass * case.gravity
-    return weight * _crest_radius(case) + 0.5 * weight**2 / case.stiffness
+    return weight * crest_radius(case) + 0.5 * weight**2 / case.stiffness
 
 
-def overlaps(case: Incline, x: Number, y: Number) -> tuple[Number, Number]:
+def overlaps(case: Incline, x: Any, y: Any) -> tuple[Any, Any]:
     """Return the overlaps [m] with the spheres behind and ahead; negative is a gap."""
-    d = case.diameter
-    behind = d * np.floor(x / d)
-    return d - np.hypot(x - behind, y), d - np.hypot(x - behind - d, y)
+    behind = case.diameter * np.floor(x / case.diameter)
+    return case.arm - np.hypot(x - behind, y), case.arm - np.hypot(x - behind - case.diameter, y)
 
 
-def energy(case: Incline, x: Number, y: Number, vx: Number, vy: Number) -> Number:
-    """Return the mechanical energy [J]: motion, height over the first sphere, springs."""
-    tilt = math.radians(case.angle)
+def margin(case: Incline, well: int, state: Sequence[Any]) -> Any:
+    """Return the energy [m g d] above that of a grain at rest on the crest after ``well`` wells.
+
+    ``state`` is x, y [m], vx, vy [m/s], numbers or arrays of one shape.
+    """
+    x, y, vx, vy = state
+    tilt, weight = math.radians(case.angle), case.mass * case.gravity
     height = y * math.cos(tilt) - x * math.sin(tilt)
     behind, ahead = (np.maximum(overlap, 0.0) for overlap in overlaps(case, x, y))
     springs = 0.5 * case.stiffness * (behind**2 + ahead**2)
-    motion = 0.5 * case.mass * (vx * vx + vy * vy)
-    total: Number = motion + case.mass * case.gravity * height + springs
-    return total
+    total = 0.5 * case.mass * (vx * vx + vy * vy) + weight * height + springs
+    fall = weight * well * case.diameter * math.sin(tilt)
+    return (total - crest_energy(case) + fall) / case.weight_energy
 
 
-def margin(case: Incline, well: int, x: Number, y: Number, vx: Number, vy: Number) -> Number:
-    """Return the energy [J] above that of a grain at rest on the crest after ``well`` wells."""
-    return energy(case, x, y, vx, vy) - crest_energy(case) + margin_offset(case, well)
+# ---- where a run starts and ends
 
 
-def margin_offset(case: Incline, well: int) -> float:
-    """Return the energy [J] by which the crest after ``well`` wells lies below the first one."""
-    return case.mass * case.gravity * well * case.diameter * math.sin(math.radians(case.angle))
+def start_of(case: Incline, route: Route) -> tuple[float, float, float, float, float]:
+    """Return x, y [m], vx, vy [m/s] and the spin along z [rad/s] at the start of a route."""
+    return _start_behind_crest(case) if route == "passage" else _start_in_well(case)
 
 
-def end_of(case: Incline, route: str, well: int) -> float:
-    """Return the x [m] whose passage ends a well: a crest, or where a passage has settled."""
-    return settled_place(case) if route == "passage" else crest_place(case, well)
+def _start_in_well(case: Incline) -> tuple[float, float, float, float, float]:
+    """Start touching both spheres, along the tangent of the one ahead, rolling with friction."""
+    sine = 0.5 * case.diameter / case.arm
+    height = math.sqrt(case.arm**2 - 0.25 * case.diameter**2)
+    cosine = height / case.arm
+    speed = START_SPEED * math.sqrt(2.0 * case.gravity * (case.arm - height))
+    spin = 2.0 * speed / case.grain if case.friction else 0.0
+    return 0.5 * case.diameter, height, speed * cosine, speed * sine, -spin
 
 
-def crest_place(case: Incline, well: int) -> float:
-    """Return the x [m] of the crest after ``well`` wells."""
-    tilt = math.radians(case.angle)
-    return well * case.diameter - _crest_radius(case) * math.sin(tilt)
+def _start_behind_crest(case: Incline) -> tuple[float, float, float, float, float]:
+    """Start at an angle phi behind the crest, with the speeds of a rigid grain there.
 
-
-def settled_place(case: Incline) -> float:
-    """Return the x [m] past the first well where the contact has settled: the passage's end.
-
-    The energy left over the crest is the same there as on it, and the slow way
-    to the crest need not be walked.
+    The overlap balances the normal force N = m g cos(phi) - m v^2 / a; speeds follow from the
+    energy of a grain at rest on the crest. Without friction N = m g (3 cos(phi) - 2).
     """
+    weight, a = case.mass * case.gravity, case.arm
+    rate = math.sqrt(2.0 * case.gravity * (1.0 - math.cos(START_BEHIND_CREST)) / a)
+    phi = START_BEHIND_CREST + case.phase * rate * case.step
+    rigid, beta = _rigid_start(case, phi), case.inertia if case.friction else 0.0
+    rim = rigid.rim / rigid.speed
+    overlap = weight * rigid.normal_force / case.stiffness
+    slope = _normal_slope(case, phi) * weight / case.stiffness
+    lost = 1.0 - math.cos(phi) - 0.5 * (rigid.speed**2 + beta * rigid.rim**2)
+    r = a - overlap
+    spring = 0.5 * case.stiffness * overlap**2
+    kinetic = crest_energy(case) - weight * r * math.cos(phi) - spring - weight * a * lost
+    omega = math.sqrt(2.0 * kinetic / case.mass / (r * r * (1.0 + beta * rim * rim) + slope**2))
+    tilted = phi - math.radians(case.angle)
+    sine, cosine = math.sin(tilted), math.cos(tilted)
+    return (
+        r * sine,
+        r * cosine,
+        omega * (r * cosine + slope * sine),
+        omega * (slope * cosine - r * sine),
+        -2.0 * r * omega * rim / case.grain,
+    )
+
+
+def _rigid_start(case: Incline, phi: float) -> State:
+    """Return a rigid grain at an angle phi [rad] past a crest that it left from rest."""
+    if case.friction == 0.0:
+        return State(phi, math.sqrt(2.0 * (1.0 - math.cos(phi))), 0.0)
+    return over_arc(CREST, phi, Grain(min(case.friction, LARGEST_FRICTION), case.inertia))
+
+
+def _normal_slope(case: Incline, phi: float) -> float:
+    """Return -dN/dphi [m g]."""
+    if case.friction == 0.0:
+        return 3.0 * math.sin(phi)
+    low, high = (_rigid_start(case, phi + by).normal_force for by in (-1e-5, 1e-5))
+    return (low - high) / 2e-5
+
+
+def end_of(case: Incline, route: Route, well: int) -> float:
+    """Return the x [m] that ends a well: the crest, or before it where a passage has settled."""
     tilt = math.radians(case.angle)
-    return case.diameter - _crest_radius(case) * math.sin(tilt + settled_before(case))
+    before = settled_before(case) if route == "passage" else 0.0
+    return well * case.diameter - crest_radius(case) * math.sin(tilt + before)
 
 
 def settled_before(case: Incline) -> float:
-    """Return how far before the crest [rad] the contact has settled after a shock.
+    """Return how far before the crest [rad] a contact has settled after a shock, 10 deg at most.
 
-    The slowest rate is that of x'' + 2 zeta omega x' + omega^2 x. The hops of contacts near
-    critical damping are over by then.
+    From there on the energy is conserved, and the slow way to the crest is left out. The slowest
+    rate is that of x'' + 2 zeta omega x' + omega^2 x = 0. With friction a grain may slide: a
+    passage then ends on the crest.
     """
-    d, zeta = case.diameter, case.contact.zeta_against_full_mass
-    omega = math.sqrt(case.stiffness / case.mass)
+    if case.friction > 0.0:
+        return 0.0
+    zeta, omega = case.contact.zeta_against_full_mass, math.sqrt(case.stiffness / case.mass)
     slowest = zeta + math.sqrt(zeta * zeta - 1.0) if zeta >= 1.0 else 1.0 / (zeta + 1e-9)
-    swept = SETTLED * slowest / omega * SPEED_AFTER_SHOCK * math.sqrt(case.gravity / d)
-    return min(max(math.pi / 6.0 - math.radians(case.angle) - swept, 0.0), BEHIND_CREST)
+    speed = SPEED_AFTER_SHOCK * math.sqrt(case.gravity / case.arm) * case.half_angle * 6.0 / math.pi
+    swept = SETTLING_TIMES * slowest / omega * speed
+    left = case.half_angle - math.radians(case.angle) - swept
+    return min(max(left, 0.0), START_BEHIND_CREST)
 
 
-def _crest_radius(case: Incline) -> float:
-    """Return the distance [m] of the grain from the sphere on whose crest it rests."""
-    return case.diameter * (1.0 - case.static_overlap)
+# ---- jobs
 
 
-class Motion(StrEnum):
-    """The outcome of a run. Cut off by time is undecided, never trapped."""
-
-    MOVES_ON = "moves_on"
-    TRAPPED = "trapped"
-    UNDECIDED = "undecided"
-
-
-@dataclass(frozen=True)
-class Crests:
-    """The crests that the grain passed, one entry each.
-
-    ``time_s`` [s]; ``margin_J`` [J], the mechanical energy above that of a
-    grain at rest on the crest; both of shape (crests,).
-    """
-
-    time_s: NDArray[np.float64]
-    margin_J: NDArray[np.float64]
-
-
-@dataclass(frozen=True)
-class InclineRun:
-    """One run of the grain over the row.
-
-    ``margin_J`` [J] is the mechanical energy at the end above that of a grain
-    at rest on the crest ahead (in the passage route: the one to pass);
-    ``touching`` tells whether the grain was in contact then.
-    """
-
-    case: Incline
-    motion: Motion
-    margin_J: float
-    touching: bool
-    crests: Crests
-    time_s: float
-    steps: int
-    seconds: float
-    provenance: Provenance
-    trajectory: Trajectory | None = field(default=None, repr=False)
-    ranks: int | None = None
-
-    @property
-    def path(self) -> Trajectory:
-        """Return the trajectory; raise ValueError for a run that kept none."""
-        if self.trajectory is None:
-            raise ValueError("this run kept no trajectory")
-        return self.trajectory
-
-    @property
-    def margin(self) -> float:
-        """Return the margin in units of m g d."""
-        return self.margin_J / self.case.weight_energy
-
-    @property
-    def quantities(self) -> dict[str, float]:
-        """Return what the case declares to measure, by name."""
-        return {
-            "margin_over_mgd": self.margin,
-            "moves_on": float(self.motion is Motion.MOVES_ON),
-            "touching": float(self.touching),
-            "time_s": self.time_s,
-            "steps": float(self.steps),
-        }
-
-
-class Judgement(NamedTuple):
-    """The outcome of a path, decided at its sample ``row``; margin [J], time [s]."""
-
-    motion: Motion
-    margin_J: float
-    touching: bool
-    crests: Crests
-    time_s: float
-    row: int
-
-
-class Looks(NamedTuple):
-    """How the samples of a path are judged: (rows,) of the margin [J] over the crest after a well.
-
-    ``end`` is the x [m] that ends a well; ``touching`` tells of a row whether the grain touches.
-    """
-
-    margin: Callable[[int], NDArray[np.float64]]
-    end: Callable[[int], float]
-    touching: Callable[[int], bool]
-    allowed: float = 0.0
-    """[J] margin up to which a grain that moves back is trapped."""
-
-
-def judge(case: Incline, route: str, path: Trajectory) -> Judgement:
-    """Return the outcome of a path, judged at its samples as LAMMPS's script judges."""
-    state = (path.x_m, path.y_m, path.vx_m_per_s, path.vy_m_per_s)
-
-    def touching(row: int) -> bool:
-        return bool(max(overlaps(case, float(path.x_m[row]), float(path.y_m[row]))) > 0.0)
-
-    looks = Looks(
-        lambda well: margin(case, well, *state),
-        lambda well: end_of(case, route, well),
-        touching,
-    )
-    return judge_by(looks, case, route, path)
-
-
-def judge_by(looks: Looks, case: Incline, route: str, path: Trajectory) -> Judgement:
-    """Return the outcome of a path by looks at its samples.
-
-    A sample past the end of a well counts as its crest; one that moves back with
-    less energy than the crest ahead asks for is trapped for good. The path may end as soon
-    as that is decided.
-    """
-    t = path.time_s
-    wells = 1 if route == "passage" else case.wells
-    passed: list[tuple[float, float]] = []
-    motion, row, well = Motion.MOVES_ON, 0, 0
-    while motion is Motion.MOVES_ON and well < wells:
-        well += 1
-        margins = looks.margin(well)
-        beyond = path.x_m > looks.end(well)
-        back = (path.vx_m_per_s < 0.0) & (margins < looks.allowed)
-        decided = np.flatnonzero((beyond | back)[row:])
-        if decided.size == 0:
-            motion, row = Motion.UNDECIDED, t.size - 1
-        else:
-            row += int(decided[0])
-            short = route == "passage" and margins[row] < 0.0
-            motion = Motion.MOVES_ON if beyond[row] and not short else Motion.TRAPPED
-        if motion is Motion.MOVES_ON:
-            passed.append((float(t[row]), float(margins[row])))
-    crests = np.array(passed).reshape(-1, 2)
-    return Judgement(
-        motion,
-        float(margins[row]),
-        looks.touching(row),
-        Crests(time_s=crests[:, 0], margin_J=crests[:, 1]),
-        float(t[row]),
-        row,
+def scene_of(case: Incline, route: Route, every: int | None = None) -> Scene:
+    """Return a run as a scene, whose first body is the grain, with a stage for each well."""
+    tilt, weight = math.radians(case.angle), case.mass * case.gravity
+    fall = weight * case.diameter * math.sin(tilt)
+    wells = range(1, wells_of(case, route) + 1)
+    floor = weight * crest_radius(case)  # a Stage's energy has no springs
+    return Scene(
+        bodies=_bodies(case, route),
+        law=case.law,
+        gravity=(case.gravity * math.sin(tilt), -case.gravity * math.cos(tilt), 0.0),
+        period=(min(case.spheres, MOST_SCENE_SPHERES) * case.diameter, None, None),
+        step=case.step,
+        steps=math.ceil(case.time_limit * case.unit_of_time / case.step),
+        every=every or LOOK,
+        stages=tuple(
+            Stage(place=end_of(case, route, well), floor=floor - well * fall) for well in wells
+        ),
     )
 
 
-Route = Literal["passage", "steady"]
+def _bodies(case: Incline, route: Route) -> tuple[Body, ...]:
+    x, y, vx, vy, spin = start_of(case, route)
+    row_mass = case.density * math.pi / 6.0 * case.diameter**3
+    held: Any = "frozen" if case.contact.effective_mass == "full" else "held"
+    grain = _body(case, case.grain, case.mass).replace(
+        position=(x, y, 0.0), velocity=(vx, vy, 0.0), angular_velocity=(0.0, 0.0, spin)
+    )
+    fixed = _body(case, case.diameter, row_mass).replace(motion=held)
+    count = min(case.spheres, MOST_SCENE_SPHERES)
+    row = [fixed.replace(position=(j * case.diameter, 0.0, 0.0)) for j in range(count)]
+    return (grain, *row)
 
-NAME = "incline"
-"""Name of the case, and of its template."""
 
-NOTES = {
-    "plastic": "overdamped and clipped: no tail, no rebound; the one to extrapolate.",
-    "source": "e = 1e-20 with the attractive tail, as Harper, Dufek and Breard ran it.",
-    "clipped": "critical damping, tail clipped; it rebounds with e = exp(-2) = 0.135.",
-}
+def _body(case: Incline, diameter: float, mass: float) -> Body:
+    radius = 0.5 * diameter
+    inertia = case.inertia * mass * radius**2 if case.shape == "disc" else None
+    return Body(radius=radius, mass=mass, inertia=inertia)
+
+
+def wells_of(case: Incline, route: Route) -> int:
+    """Return how many wells a run passes."""
+    return 1 if route == "passage" else case.wells
 
 
 def values_of(case: Incline, route: Route, every: int | None = None) -> dict[str, Value]:
-    """Return a script's values for a run; with ``every``, samples every so many steps."""
-    sampled: dict[str, Value] = {} if every is None else {"series_every": every}
+    """Return the values of a script for a run without friction over spheres of its size."""
     names = ("angle", "stiffness", "steps_per_contact", "gravity", "diameter", "density", "wells")
+    sampled: dict[str, Value] = {} if every is None else {"series_every": every}
     return {
         "route": route,
-        **case.values(*names, "time_limit"),
+        **{name: getattr(case, name) for name in (*names, "time_limit")},
         **contact_values(case.contact),
-        **case.values("spheres", "phase"),
+        **{name: getattr(case, name) for name in ("spheres", "phase")},
         **sampled,
     }
 
 
-def case_of(values: Mapping[str, Any]) -> Incline:
-    """Return the parameters that values state, the inverse of :func:`values_of`."""
-    same = set(Incline.model_fields) - {"contact"}
-    return Incline(
-        contact=contact_of(values), **{name: values[name] for name in same if name in values}
-    )
-
-
-def scene_of(values: Mapping[str, Any]) -> ContactScene:
-    """Return the grain, particle 1, and the row as arrays, with a stage for each well."""
-    case, route = case_of(values), values["route"]
-    d, tilt = case.diameter, math.radians(case.angle)
-    wells = 1 if route == "passage" else case.wells
-    return case.scene(
-        start_of(case, route).state(),
-        np.column_stack([np.arange(case.spheres) * d, np.zeros(case.spheres)]),
-        gravity=(case.gravity * math.sin(tilt), -case.gravity * math.cos(tilt)),
-        steps=math.ceil(case.time_limit * math.sqrt(d / case.gravity) / case.step),
-        every=values.get("series_every"),
-        period=case.spheres * d,
-        stages=tuple(
-            Stage(end_of(case, route, well), crest_energy(case) - margin_offset(case, well))
-            for well in range(1, wells + 1)
-        ),
-        decided=_decided(case, route),
-    )
-
-
 _RANGES = allowed_in(Incline)
-
+_SCRIPTED = values_of(Incline(), "steady")
 TEMPLATE = Template(
-    name=NAME,
+    name="incline",
     variants={
         contact.name: values_of(Incline(contact=contact, steps_per_contact=steps), "steady")
         for contact, steps in ((PLASTIC, 100.0), (SOURCE, 50.0), (CLIPPED, 50.0))
     },
-    notes=NOTES,
-    scene=scene_of,
+    notes={
+        "plastic": "overdamped and clipped: no tail, no rebound; the one to extrapolate.",
+        "source": "e = 1e-20 with the attractive tail, as Harper, Dufek and Breard ran it.",
+        "clipped": "critical damping, tail clipped; it rebounds with e = exp(-2) = 0.135.",
+    },
     allowed={
-        "angle": _RANGES["angle"],  # what is changed the most is checked first
-        **_RANGES,
-        **contact_allowed(),
+        # the angle is changed the most, and is checked first
+        **{name: _RANGES[name] for name in ("angle", *_RANGES) if name in _SCRIPTED},
+        "damping": Allowed(words=("restitution", "ratio")),
+        **allowed_in(Contact),
         "route": Allowed(words=get_args(Route)),
         # at 10 sqrt(g d) the softest contact is pressed in by a diameter, v sqrt(m / k)
         "speed": Allowed(bounds={"exclusiveMinimum": 0, "maximum": 10}, unit="sqrt(g d)"),
@@ -468,12 +427,13 @@ TEMPLATE = Template(
 
 
 def job_of(case: Incline, route: Route, every: int | None = None) -> Job:
-    """Return the job of a run: in the script of its contact, a custom one in the main script."""
-    has_variant = case.contact.name in TEMPLATE.variants
-    variant = case.contact.name if has_variant else TEMPLATE.main
-    return Job(TEMPLATE, values_of(case, route, every), variant, sampled=every is not None)
+    """Return the job of a run: in the script of its contact, a custom one in the main script.
 
-
-def _decided(case: Incline, route: Route) -> Callable[[Table], bool]:
-    """Return a function that tests whether a path so far decides the outcome."""
-    return lambda table: judge(case, route, path_in(table)).motion is not Motion.UNDECIDED
+    ``every`` is the number of steps between samples of the path, which scripts else do not write.
+    With friction, or another size, all engines run the scene.
+    """
+    scene, sampled = scene_of(case, route, every), every is not None
+    if not case.is_plain:
+        return Job(SCENE, {}, sampled=sampled, scene=scene)
+    variant = case.contact.name if case.contact.name in TEMPLATE.variants else TEMPLATE.main
+    return Job(TEMPLATE, values_of(case, route, every), variant, sampled=sampled, scene=scene)

@@ -1,0 +1,339 @@
+"""The search for a critical angle: the root of a margin by passage, or the change of a fate.
+
+*Passage.* A grain that came over the last crest at rest has the margin M(angle) over the next one.
+The map of the energy from crest to crest increases, so motion persists where M >= 0. The critical
+angle is the root of M, which is smooth and almost linear: a secant needs few runs.
+
+*Steady motion.* The source's definition: the smallest angle that keeps moving. The excess of energy
+shrinks by the shock from well to well, so W wells resolve it to shock^W. Where in a step a contact
+begins changes its shock a little. So fates may alternate in the angle: angles are scanned before
+they are bisected, and each change of fate is refined. At coarse steps fates mix over an interval
+(0.007 deg at 4.8 steps per contact, k = 1e5 N/m, 100 wells): there more wells are passed, and the
+angles around each change are probed.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass, field, replace
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from scipy.optimize import brentq, root_scalar
+
+from harness.cases.incline.closed_form import check_passage, refuse_passage
+from harness.cases.incline.runs import Fate, Run
+from harness.cases.incline.system import Incline, Route
+from harness.engines.contract import Output
+from harness.errors import EngineOutputError
+from harness.report.notebook import Shown
+from harness.report.text import power, value_text
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from harness.report.style import Figure
+
+Measure = Callable[[Sequence[Any]], Sequence[Run]]
+"""Runs cases of one route and returns their runs in order."""
+
+TOLERANCES_DEG: dict[Route, float] = {"passage": 1e-3, "steady": 5e-3}
+PHASES = 8  # starts within a step, over which a passage is averaged
+FIRST_ANGLES = (1.0 / 3.0, 0.35)  # of the half angle of the well: 10 and 10.5 deg
+MOST_SECANTS = 12  # a smooth margin takes three
+WINDOW = (0.98 / 3.0, 1.08 / 3.0)  # of the half angle of the well: 9.8 to 10.8 deg
+SCAN, FINE_SCAN = 6, 8  # angles of the first scan, parts of an interval that is scanned again
+MOST_UNDECIDED = 2  # between a trapped and a moving angle
+COARSE, COARSE_WELLS = 20.0, 100  # steps per contact below which fates mix, and wells to pass there
+REACH_DEG, SPACING_DEG = 0.01, 5e-4  # around a change of fate that is probed, between probes
+MOST_RUNS = 600  # after which no more probes are made
+TIME_PER_WELL = 40.0  # [sqrt(d/g)] least time limit of steady motion
+
+
+def passing(case: Any, wells: int | None = None) -> Any:
+    """Return a case with the wells to pass in steady motion, and the time for them."""
+    if wells is None:
+        wells = max(case.wells, COARSE_WELLS if case.steps_per_contact < COARSE else 0)
+    return case.replace(wells=wells, time_limit=max(case.time_limit, TIME_PER_WELL * wells))
+
+
+def search(
+    measure: Measure,
+    case: Incline,
+    method: Route,
+    tolerance_deg: float | None = None,
+    phases: int = PHASES,
+) -> CriticalAngle:
+    """Return the critical angle [deg] of a case by a function that runs cases of the route."""
+    tolerance = TOLERANCES_DEG[method] if tolerance_deg is None else tolerance_deg
+    if method == "steady":
+        return by_steady_motion(measure, case, tolerance)
+    check_passage(case)
+    return by_passage(measure, case, tolerance, phases)
+
+
+# ---- by passage
+
+
+def by_passage(
+    measure: Measure, case: Incline, tolerance_deg: float = 1e-3, phases: int = PHASES
+) -> CriticalAngle:
+    """Return the root of the margin, averaged over starts within a step.
+
+    The root is found at phase 0; then runs with the start shifted by fractions of a step show how
+    much it depends on where in a step a contact begins. Raise EngineOutputError without a root
+    between 0 and 30 deg, RequestError for a grain in flight, whose margin is not defined.
+    """
+    first_angles = _share_of_well(case, FIRST_ANGLES)
+    runs = list(measure([case.replace(angle=angle) for angle in first_angles]))
+    first = dict(zip(first_angles, (run.margin for run in runs), strict=True))
+    if len(set(first.values())) == 1:
+        raise EngineOutputError("the energy margin has no root: it is the same at every angle")
+
+    def margin(angle: float) -> float:
+        if angle in first:
+            return first[angle]
+        if not 0.0 <= angle <= 30.0:
+            raise EngineOutputError(f"no critical angle between 0 and 30 deg (search at {angle:g})")
+        runs.extend(measure([case.replace(angle=float(angle))]))
+        return runs[-1].margin
+
+    xtol, (x0, x1) = tolerance_deg / 4.0, first_angles
+    solution = root_scalar(margin, method="secant", x0=x0, x1=x1, xtol=xtol, maxiter=MOST_SECANTS)
+    root = float(solution.root) if solution.converged else _bracketed(margin, runs, xtol)
+    slope = _slope(runs)
+    cases = [case.replace(angle=root, phase=phase / phases) for phase in range(phases)]
+    shifted = list(measure(cases))
+    if not all(run.touching for run in shifted):
+        refuse_passage(case, "here the grain was in flight at the crest")
+    angles = root - np.array([run.margin for run in shifted]) / slope
+    # the last correction is by a slope good to a few per cent: a tenth of it is uncertain
+    root_error = 0.1 * abs(float(angles.mean()) - root)
+    half_range = float(np.ptp(angles)) / 2.0
+    return _result(
+        [*runs, *shifted],
+        case,
+        "passage",
+        value=float(angles.mean()),
+        uncertainty=half_range + root_error,
+        # the angle is a sawtooth of the phase: the mean of P is off by its half range over P
+        mean_error=half_range / phases + root_error,
+    )
+
+
+def _share_of_well(case: Incline, shares: tuple[float, float]) -> tuple[float, float]:
+    degrees = round(math.degrees(case.half_angle), 12)
+    low, high = (round(share * degrees, 12) for share in shares)
+    return low, high
+
+
+def _bracketed(margin: Callable[[float], float], runs: Sequence[Run], xtol: float) -> float:
+    """Return the root between two angles that were run: the margin of a soft contact may jump."""
+    ordered = sorted(runs, key=lambda run: run.case.angle)
+    for low, high in pairwise(ordered):
+        if low.margin < 0.0 <= high.margin:
+            return float(brentq(margin, low.case.angle, high.case.angle, xtol=xtol))
+    raise EngineOutputError("the energy margin changes sign at no angle that was run")
+
+
+def _slope(runs: Sequence[Run]) -> float:
+    """Return dM/dangle [1/deg] from the two outermost angles: jitter matters least there."""
+    ordered = sorted(runs, key=lambda run: run.case.angle)
+    low, high = ordered[0], ordered[-1]
+    return (high.margin - low.margin) / (high.case.angle - low.case.angle)
+
+
+def _result(runs: Sequence[Run], case: Incline, method: Route, **more: Any) -> CriticalAngle:
+    samples = [Sample(run.case.angle, run.case.phase, str(run.fate), run.margin) for run in runs]
+    return CriticalAngle(
+        method=method,
+        case=case,
+        output=replace(runs[-1].output, tables={}, log=""),
+        runs=tuple(samples),
+        steps=sum(run.steps for run in runs),
+        **more,
+    )
+
+
+# ---- by steady motion
+
+
+def by_steady_motion(
+    measure: Measure,
+    case: Incline,
+    tolerance_deg: float = 5e-3,
+    window: tuple[float, float] | None = None,
+) -> CriticalAngle:
+    """Return the middle of the lowest interval from a trapped to a moving angle.
+
+    The uncertainty is half of it, and reaches up to the highest trapped angle. Undecided runs
+    belong to neither side: they widen the interval. Raise EngineOutputError where no moving angle
+    lies above a trapped one.
+    """
+    runs, parts = _scan(measure, case, window or _share_of_well(case, WINDOW)), FINE_SCAN
+    while angles := _inside_changes(runs, 2.0 * tolerance_deg, parts) or _probes(runs, case):
+        fresh = measure([case.replace(angle=angle) for angle in angles])
+        runs = sorted([*runs, *fresh], key=lambda run: run.case.angle)
+        parts = 2
+    rising = [(a, b) for a, b in _changes(runs) if b.fate is Fate.MOVES_ON]
+    if not rising:
+        raise EngineOutputError("no angle from 0 to 30 deg kept moving above a trapped one")
+    value = (rising[0][0].case.angle + rising[0][1].case.angle) / 2.0
+    trapped = max(run.case.angle for run in runs if run.fate is Fate.TRAPPED)
+    monotone = trapped < min(run.case.angle for run in runs if run.fate is Fate.MOVES_ON)
+    undecided = sum(run.fate is Fate.UNDECIDED for run in runs)
+    notes = [f"not monotone: trapped again up to {trapped:.5g} deg"] * (not monotone)
+    notes += [f"{undecided} angles undecided within the time limit"] * (undecided > 0)
+    error = max(rising[0][1].case.angle, rising[-1][1].case.angle) - value
+    return _result(
+        runs, case, "steady", value=value, uncertainty=error, mean_error=error,
+        monotone=monotone, note="; ".join(notes),
+    )  # fmt: skip
+
+
+def _scan(measure: Measure, case: Incline, window: tuple[float, float]) -> list[Run]:
+    """Run the angles of the window, widened until the fate changes in it."""
+    low, high = window
+    runs = list(measure([case.replace(angle=float(a)) for a in np.linspace(low, high, SCAN)]))
+    while runs[0].fate is not Fate.TRAPPED and low > 0.0:
+        low = max(0.0, low - (high - low))
+        runs.insert(0, measure([case.replace(angle=low)])[0])
+    while runs[-1].fate is not Fate.MOVES_ON and high < 30.0:
+        high = min(30.0, high + (high - low))
+        runs.append(measure([case.replace(angle=high)])[0])
+    if not any(run.fate is Fate.TRAPPED for run in runs):
+        raise EngineOutputError("no angle from 0 to 30 deg was trapped")
+    if not any(run.fate is Fate.MOVES_ON for run in runs):
+        raise EngineOutputError("no angle from 0 to 30 deg kept moving")
+    return runs
+
+
+def _changes(runs: Sequence[Run]) -> list[tuple[Run, Run]]:
+    """Return the pairs of decided neighbours whose fates differ."""
+    decided = [run for run in runs if run.fate is not Fate.UNDECIDED]
+    return [(low, high) for low, high in pairwise(decided) if low.fate is not high.fate]
+
+
+def _inside_changes(runs: Sequence[Run], width: float, parts: int) -> list[float]:
+    """Return the angles that cut every change of fate wider than ``width`` into parts."""
+    angles: list[float] = []
+    for low, high in _changes(runs):
+        ends = [r.case.angle for r in runs if low.case.angle <= r.case.angle <= high.case.angle]
+        if ends[-1] - ends[0] <= width or len(ends) > MOST_UNDECIDED + 2:
+            continue
+        widest = int(np.argmax(np.diff(ends)))
+        angles += np.linspace(ends[widest], ends[widest + 1], parts + 1)[1:-1].tolist()
+    return angles
+
+
+def _probes(runs: Sequence[Run], case: Incline) -> list[float]:
+    """Return angles that leave no wide gap around a change of fate that may not be the only one."""
+    changes = _changes(runs)
+    if (len(changes) < 2 and case.steps_per_contact >= COARSE) or len(runs) >= MOST_RUNS:
+        return []
+    reached = [(a.case.angle - REACH_DEG, b.case.angle + REACH_DEG) for a, b in changes]
+    angles: list[float] = []
+    for low, high in pairwise(run.case.angle for run in runs):
+        near = [(max(low, start), min(high, end)) for start, end in reached]
+        start = min((start for start, end in near if end > start), default=high)
+        end = max((end for start, end in near if end > start), default=low)
+        if end - start > SPACING_DEG * (1.0 + 1e-9):
+            angles += np.linspace(start, end, math.ceil((end - start) / SPACING_DEG) + 1).tolist()
+    return sorted(set(angles) - {run.case.angle for run in runs})
+
+
+# ---- the result
+
+
+@dataclass(frozen=True)
+class Sample:
+    """One run of a search; margin in m g d."""
+
+    angle_deg: float
+    phase: float
+    motion: str
+    margin: float
+
+
+@dataclass(frozen=True, repr=False)
+class CriticalAngle(Shown):
+    """A critical angle [deg] at one stiffness and step.
+
+    ``uncertainty`` [deg] is the range of a single start, and of the search. ``mean_error`` [deg] is
+    the error of the value as a mean over starts within a step. Neither contains the error of a
+    finite stiffness or step. ``monotone`` is False where an angle above a moving one was trapped.
+    """
+
+    value: float
+    uncertainty: float
+    mean_error: float
+    method: Route
+    case: Incline
+    output: Output = field(repr=False)  # of the last run
+    runs: tuple[Sample, ...] = ()
+    monotone: bool = True
+    note: str = ""
+    steps: int = 0
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the result, JSON-ready, SI units and degrees in the keys."""
+        case = self.case
+        friction = {} if case.is_plain else {
+            "friction": case.friction, "grain_diameter_m": case.grain, "shape": case.shape,
+        }  # fmt: skip
+        return {
+            "critical_angle_deg": self.value,
+            "uncertainty_deg": self.uncertainty,
+            "method": self.method,
+            "stiffness_N_per_m": case.stiffness,
+            "steps_per_contact": case.steps_per_contact,
+            "contact": case.contact.name,
+            "restitution": case.contact.restitution,
+            "damping_ratio": case.contact.zeta,
+            "tail": case.contact.tail,
+            "effective_mass": case.contact.effective_mass,
+            "diameter_m": case.diameter,
+            "density_kg_per_m3": case.density,
+            "gravity_m_per_s2": case.gravity,
+            **friction,
+            **({"wells": case.wells} if self.method == "steady" else {}),
+            "monotone": self.monotone,
+            "note": self.note,
+            "runs": len(self.runs),
+            "steps": self.steps,
+            **asdict(self.output.provenance),
+        }
+
+    def to_frame(self) -> pd.DataFrame:
+        """Return the runs behind the value as a table, sorted by angle."""
+        import pandas as pd
+
+        return pd.DataFrame([asdict(run) for run in self.runs]).sort_values("angle_deg")
+
+    def summary(self) -> dict[str, str]:
+        """Return the angle, the case and who measured it."""
+        case = self.case
+        return {
+            "critical angle": value_text(self.value, self.uncertainty, "deg"),
+            "case": f"incline, {case.contact.name} contact, k = {power(case.stiffness)} N/m, "
+            f"{case.steps_per_contact:g} steps per contact time{friction_text(case)}",
+            "method": f"{self.method}, {len(self.runs)} runs",
+            "engine": self.output.provenance.label,
+            **({"note": self.note} if self.note else {}),
+        }
+
+    def draw(self) -> Figure:
+        """Draw the energy left over the next crest, or the fate, of each run."""
+        from harness.cases.incline.figures import runs_of_an_angle
+
+        return runs_of_an_angle(self)
+
+
+def friction_text(case: Incline) -> str:
+    """Return friction, size and shape of a grain in words, empty for a plain one."""
+    words = [f", friction {case.friction:g}"] if case.friction else []
+    words += [f", grain of {case.grain / case.diameter:g} d"] if case.grain != case.diameter else []
+    words += [", disc"] if case.friction and case.shape == "disc" else []
+    return "".join(words)
