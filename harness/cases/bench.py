@@ -52,6 +52,13 @@ class Memo:
         """Return the value of a key that was claimed. Raise what its computation raised."""
         return self._futures[key].result()
 
+    def known(self, key: Hashable) -> Any:
+        """Return the value of a key, None for one that was not computed, or raised an error."""
+        future = self._futures.get(key)
+        if future is None or not future.done() or future.exception() is not None:
+            return None
+        return future.result()
+
     def __call__(self, key: Hashable, make: Callable[[], Result]) -> Result:
         """Return the value of a key, computed by the first caller."""
         if (future := self.claim(key)) is not None:
@@ -92,6 +99,11 @@ class Bench:
         """Return ``make(*args, **options)``, computed by the first caller of these arguments."""
         key = (make, args, tuple(sorted(options.items())))
         return self._memo(key, lambda: make(*args, **options))
+
+    def known(self, make: Callable[..., Result], *args: Any, **options: Any) -> Result | None:
+        """Return what :meth:`once` has computed of these arguments, None where it has not."""
+        found: Result | None = self._memo.known((make, args, tuple(sorted(options.items()))))
+        return found
 
     # ---- runs of the engine
 

@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from harness import __version__
 from harness.cases.bench import Bench
 from harness.cases.incline.runs import Run, read
-from harness.cases.incline.search import PHASES, CriticalAngle, Measure, passing, search
+from harness.cases.incline.search import PHASES, CriticalAngle, Measure, prepared, search
 from harness.cases.incline.system import Incline, Route, job_of, scene_of
 from harness.engines.contract import Output
 from harness.engines.process import cores, parallel_map
@@ -41,7 +41,7 @@ def critical_angle(
     unless given; ``fresh`` runs again what was kept. Raise EngineError for a run that failed,
     RequestError for a contact that rebounds too much for a passage.
     """
-    case = passing(case or Incline(), wells) if method == "steady" else case or Incline()
+    case = prepared(case or Incline(), method, wells)
     with opened(engine, fresh=fresh) as running:
         measure = _counted(engine_measure(Bench(running), method), method, progress)
         return search(measure, case, method, tolerance_deg, phases)
@@ -62,9 +62,8 @@ def critical_angles(
         count, total = itertools.count(1), len(cases)
 
         def angle_of(case: Incline) -> CriticalAngle | EngineError:
-            case = passing(case) if method == "steady" else case
             try:
-                return search(measure, case, method, phases=phases)
+                return search(measure, prepared(case, method), method, phases=phases)
             except EngineError as error:
                 return error
             finally:
@@ -100,11 +99,20 @@ def angle_on(
     return bench.once(_angle_on, bench, case, method, tolerance_deg)
 
 
+def known_angle(bench: Bench, case: Incline) -> CriticalAngle | None:
+    """Return :func:`angle_on` by passage where it was measured, None where it was not."""
+    return bench.known(_angle_on, bench, case, "passage", None)
+
+
+def known_reference(bench: Bench, case: Incline) -> CriticalAngle | None:
+    """Return :func:`reference_angle` by passage where it was measured, None where it was not."""
+    return bench.known(_reference_angle, bench, case, "passage")
+
+
 def _angle_on(
     bench: Bench, case: Incline, method: Route, tolerance_deg: float | None
 ) -> CriticalAngle:
-    case = passing(case) if method == "steady" else case
-    return search(engine_measure(bench, method), case, method, tolerance_deg)
+    return search(engine_measure(bench, method), prepared(case, method), method, tolerance_deg)
 
 
 def reference_angle(bench: Bench, case: Incline, method: Route = "passage") -> CriticalAngle:
@@ -113,8 +121,7 @@ def reference_angle(bench: Bench, case: Incline, method: Route = "passage") -> C
 
 
 def _reference_angle(bench: Bench, case: Incline, method: Route) -> CriticalAngle:
-    case = passing(case) if method == "steady" else case
-    return search(reference_measure(bench, method), case, method)
+    return search(reference_measure(bench, method), prepared(case, method), method)
 
 
 def engine_measure(bench: Bench, route: Route) -> Measure:

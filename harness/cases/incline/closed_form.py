@@ -365,19 +365,26 @@ def rebound(contact: Contact) -> float:
     return law(contact.zeta_against_full_mass)
 
 
-def expected_angle(case: Incline) -> tuple[float, str]:
-    """Return the critical angle [deg] of rigid grains for a case, NaN for none, and its model.
-
-    Of a contact that rebounds it is that of rigid spheres by events, without friction and size.
-    """
-    half, e = math.degrees(case.half_angle), rebound(case.contact)
-    if not case.is_plain:
-        return angle_with_friction(case.friction, case.shape, half)
-    if e <= NO_REBOUND:
+def rigid_angle(case: Incline) -> tuple[float, str]:
+    """Return the critical angle [deg] of rigid grains without rebound, and its model."""
+    if case.is_plain:
         return incline.critical_angle(), FRICTIONLESS
-    if e > hard_sphere.MOST_RESTITUTION:
-        return math.nan, "none: the grain flies over the crest"
-    return hard_sphere.critical_angle(e), "rigid spheres by events"
+    return angle_with_friction(case.friction, case.shape, math.degrees(case.half_angle))
+
+
+def shocks_slide(case: Incline) -> bool:
+    """Return whether the friction of a case is too small for the shock of a rolling grain."""
+    half = math.degrees(case.half_angle)
+    return 0.0 < case.friction < incline_friction.sticking_friction(half, case.inertia)
+
+
+def expected_angle(case: Incline) -> float | None:
+    """Return the critical angle [deg] of rigid grains with the rebound of a case, if known."""
+    e = rebound(case.contact)
+    if e <= NO_REBOUND or (e <= ONE_SHOCK and not case.is_plain):
+        return rigid_angle(case)[0]
+    known = case.is_plain and e <= hard_sphere.MOST_RESTITUTION
+    return hard_sphere.critical_angle(e) if known else None
 
 
 def angles_beside(contact: Contact) -> dict[str, float | str]:

@@ -30,6 +30,7 @@ from harness.engines.contract import Output
 from harness.errors import EngineOutputError
 from harness.report.notebook import Shown
 from harness.report.text import power, value_text
+from harness.theory.incline_friction import kept_speed
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -49,14 +50,37 @@ MOST_UNDECIDED = 2  # between a trapped and a moving angle
 COARSE, COARSE_WELLS = 20.0, 100  # steps per contact below which fates mix, and wells to pass there
 REACH_DEG, SPACING_DEG = 0.01, 5e-4  # around a change of fate that is probed, between probes
 MOST_RUNS = 600  # after which no more probes are made
+WELLS = 10  # of a plain grain; their number grows as 1 + SPIN_WELLS / friction
+SPIN_WELLS = 0.1
 TIME_PER_WELL = 40.0  # [sqrt(d/g)] least time limit of steady motion
 
 
-def passing(case: Any, wells: int | None = None) -> Any:
-    """Return a case with the wells to pass in steady motion, and the time for them."""
+def prepared(case: Incline, method: Route, wells: int | None = None) -> Incline:
+    """Return a case for a method: of steady motion with the wells to pass, and the time for it."""
+    if method == "passage":
+        return case
     if wells is None:
         wells = max(case.wells, COARSE_WELLS if case.steps_per_contact < COARSE else 0)
+        wells = max(wells, 0 if case.is_plain else _wells_to_steady_motion(case))
     return case.replace(wells=wells, time_limit=max(case.time_limit, TIME_PER_WELL * wells))
+
+
+def _wells_to_steady_motion(case: Incline) -> int:
+    """Return the wells that shrink an excess of energy as ten do of a plain grain, by 4^-10.
+
+    Each leaves the share s^2. Little friction takes some 1 / mu wells to change a spin.
+    """
+    s = kept_speed(math.degrees(case.half_angle), case.inertia if case.friction else 0.0)
+    spin = 1.0 + SPIN_WELLS / case.friction if case.friction else 1.0
+    return math.ceil(spin * WELLS * math.log(4.0) / -math.log(max(s * s, 1e-3)))
+
+
+def first_cases(case: Incline, method: Route) -> list[Incline]:
+    """Return the cases that a search runs first, at once."""
+    case = prepared(case, method)
+    shares, count = (WINDOW, SCAN) if method == "steady" else (FIRST_ANGLES, 2)
+    angles = np.linspace(*_share_of_well(case, shares), count)
+    return [case.replace(angle=float(angle)) for angle in angles]
 
 
 def search(
@@ -86,9 +110,8 @@ def by_passage(
     much it depends on where in a step a contact begins. Raise EngineOutputError without a root
     between 0 and 30 deg, RequestError for a grain in flight, whose margin is not defined.
     """
-    first_angles = _share_of_well(case, FIRST_ANGLES)
-    runs = list(measure([case.replace(angle=angle) for angle in first_angles]))
-    first = dict(zip(first_angles, (run.margin for run in runs), strict=True))
+    runs = list(measure(first_cases(case, "passage")))
+    first = {run.case.angle: run.margin for run in runs}
     if len(set(first.values())) == 1:
         raise EngineOutputError("the energy margin has no root: it is the same at every angle")
 
@@ -100,7 +123,7 @@ def by_passage(
         runs.extend(measure([case.replace(angle=float(angle))]))
         return runs[-1].margin
 
-    xtol, (x0, x1) = tolerance_deg / 4.0, first_angles
+    xtol, (x0, x1) = tolerance_deg / 4.0, first
     solution = root_scalar(margin, method="secant", x0=x0, x1=x1, xtol=xtol, maxiter=MOST_SECANTS)
     root = float(solution.root) if solution.converged else _bracketed(margin, runs, xtol)
     slope = _slope(runs)
@@ -164,7 +187,6 @@ def by_steady_motion(
     measure: Measure,
     case: Incline,
     tolerance_deg: float = 5e-3,
-    window: tuple[float, float] | None = None,
 ) -> CriticalAngle:
     """Return the middle of the lowest interval from a trapped to a moving angle.
 
@@ -172,7 +194,7 @@ def by_steady_motion(
     belong to neither side: they widen the interval. Raise EngineOutputError where no moving angle
     lies above a trapped one.
     """
-    runs, parts = _scan(measure, case, window or _share_of_well(case, WINDOW)), FINE_SCAN
+    runs, parts = _scan(measure, case), FINE_SCAN
     while angles := _inside_changes(runs, 2.0 * tolerance_deg, parts) or _probes(runs, case):
         fresh = measure([case.replace(angle=angle) for angle in angles])
         runs = sorted([*runs, *fresh], key=lambda run: run.case.angle)
@@ -193,10 +215,10 @@ def by_steady_motion(
     )  # fmt: skip
 
 
-def _scan(measure: Measure, case: Incline, window: tuple[float, float]) -> list[Run]:
+def _scan(measure: Measure, case: Incline) -> list[Run]:
     """Run the angles of the window, widened until the fate changes in it."""
-    low, high = window
-    runs = list(measure([case.replace(angle=float(a)) for a in np.linspace(low, high, SCAN)]))
+    low, high = _share_of_well(case, WINDOW)
+    runs = list(measure(first_cases(case, "steady")))
     while runs[0].fate is not Fate.TRAPPED and low > 0.0:
         low = max(0.0, low - (high - low))
         runs.insert(0, measure([case.replace(angle=low)])[0])

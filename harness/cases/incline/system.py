@@ -21,7 +21,6 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from harness.engines.contract import Job, Template, Value
-from harness.engines.scene_jobs import SCENE
 from harness.model.allowed import COUNT, Allowed, allowed_in
 from harness.model.base import Parameters
 from harness.model.contact import (
@@ -33,18 +32,20 @@ from harness.model.contact import (
     contact_values,
 )
 from harness.model.law import Law
-from harness.model.scene import LOOK, Body, Scene, Stage
-from harness.theory.incline_coulomb import CREST, LARGEST_FRICTION, Grain, State, over_arc
+from harness.model.scene import Body, Scene, Stage
+from harness.theory.incline_coulomb import LARGEST_FRICTION, Grain
 from harness.theory.incline_coulomb import smallest_size_ratio as smallest_ratio
 from harness.theory.incline_friction import INERTIA, Shape
 
 Route = Literal["passage", "steady"]
 
 UNIT_MASS_DENSITY = 6.0 / math.pi  # [kg/m3] a sphere of 1 m has 1 kg, as in the source
-START_BEHIND_CREST = math.radians(10.0)  # of a passage, which also ends at most as far before one
+START_BEHIND_CREST = 10.0  # [deg] of a passage, which also ends at most as far before one
+START_WITH_LITTLE_FRICTION = 1.0  # [deg] likewise: a grain rolls there with mu > 0.005
+ROLLS_AT_START = 0.1  # friction with which a grain rolls at START_BEHIND_CREST, 0.06 is the least
 SPEED_AFTER_SHOCK = 0.35  # [sqrt(g a)] near the critical angle of equal spheres
 SETTLING_TIMES = 8.0  # of the contact's slowest rate, until it has settled after a shock
-START_SPEED = 0.48 / math.sqrt(2.0 - math.sqrt(3.0))  # over the one that reaches a crest, untilted
+START_SPEED = 0.48  # [sqrt(g d)] of steady motion
 MOST_SCENE_SPHERES = 9  # a longer periodic row is the same system
 
 
@@ -187,11 +188,12 @@ class Incline(Parameters):
         factor = 2.0 * max(math.cos(phi) ** 2, math.sin(phi) ** 2)
         if self.friction > 0.0:
             share = self.inertia / (1.0 + self.inertia)
-            factor = 2.0 * max(1.0, *(ratio / share for ratio in self._tangential_ratios))
+            factor = 2.0 * max(1.0, *(ratio / share for ratio in self.tangential_ratios))
         return math.pi / (2.0 * (math.sqrt(zeta * zeta + 1.0 / factor) - zeta))
 
     @property
-    def _tangential_ratios(self) -> tuple[float, float]:
+    def tangential_ratios(self) -> tuple[float, float]:
+        """Return tangential over normal stiffness and damping, beta / (1 + beta) unless given."""
         share = self.inertia / (1.0 + self.inertia)
         given = (self.tangential_stiffness, self.tangential_damping)
         stiffness, damping = (share if ratio is None else ratio for ratio in given)
@@ -203,7 +205,7 @@ class Incline(Parameters):
         law = self.contact.law(self.stiffness)
         if self.friction == 0.0:
             return law
-        stiffness, damping = self._tangential_ratios
+        stiffness, damping = self.tangential_ratios
         return law.replace(
             tangential="linear_history",
             tangential_stiffness=stiffness * self.stiffness,
@@ -263,32 +265,27 @@ def start_of(case: Incline, route: Route) -> tuple[float, float, float, float, f
 
 def _start_in_well(case: Incline) -> tuple[float, float, float, float, float]:
     """Start touching both spheres, along the tangent of the one ahead, rolling with friction."""
-    sine = 0.5 * case.diameter / case.arm
     height = math.sqrt(case.arm**2 - 0.25 * case.diameter**2)
-    cosine = height / case.arm
-    speed = START_SPEED * math.sqrt(2.0 * case.gravity * (case.arm - height))
-    spin = 2.0 * speed / case.grain if case.friction else 0.0
-    return 0.5 * case.diameter, height, speed * cosine, speed * sine, -spin
+    speed = START_SPEED * math.sqrt(case.gravity * case.diameter)
+    vx, vy = speed * height / case.arm, speed * 0.5 * case.diameter / case.arm
+    return 0.5 * case.diameter, height, vx, vy, _rolling_spin(case, speed)
 
 
 def _start_behind_crest(case: Incline) -> tuple[float, float, float, float, float]:
-    """Start at an angle phi behind the crest, with the speeds of a rigid grain there.
+    """Start at an angle phi behind the crest with the energy of a grain at rest on it.
 
-    The overlap balances the normal force N = m g cos(phi) - m v^2 / a; speeds follow from the
-    energy of a grain at rest on the crest. Without friction N = m g (3 cos(phi) - 2).
+    A grain with friction rolls, v^2 = 2 g a (1 - cos(phi)) / (1 + beta); without, beta = 0. The
+    overlap balances the normal force, N = m g ((3 + beta) cos(phi) - 2) / (1 + beta).
     """
-    weight, a = case.mass * case.gravity, case.arm
-    rate = math.sqrt(2.0 * case.gravity * (1.0 - math.cos(START_BEHIND_CREST)) / a)
-    phi = START_BEHIND_CREST + case.phase * rate * case.step
-    rigid, beta = _rigid_start(case, phi), case.inertia if case.friction else 0.0
-    rim = rigid.rim / rigid.speed
-    overlap = weight * rigid.normal_force / case.stiffness
-    slope = _normal_slope(case, phi) * weight / case.stiffness
-    lost = 1.0 - math.cos(phi) - 0.5 * (rigid.speed**2 + beta * rigid.rim**2)
-    r = a - overlap
-    spring = 0.5 * case.stiffness * overlap**2
-    kinetic = crest_energy(case) - weight * r * math.cos(phi) - spring - weight * a * lost
-    omega = math.sqrt(2.0 * kinetic / case.mass / (r * r * (1.0 + beta * rim * rim) + slope**2))
+    weight, a, beta = case.mass * case.gravity, case.arm, case.inertia if case.friction else 0.0
+    behind = math.radians(start_degrees(case))
+    rate = math.sqrt(2.0 * case.gravity * (1.0 - math.cos(behind)) / a / (1.0 + beta))
+    phi = behind + case.phase * rate * case.step
+    overlap = weight * ((3.0 + beta) * math.cos(phi) - 2.0) / (1.0 + beta) / case.stiffness
+    r, spring = a - overlap, 0.5 * case.stiffness * overlap**2
+    slope = (3.0 + beta) * weight * math.sin(phi) / (1.0 + beta) / case.stiffness  # dr/dphi
+    kinetic = crest_energy(case) - weight * r * math.cos(phi) - spring
+    omega = math.sqrt(2.0 * kinetic / case.mass / ((1.0 + beta) * r * r + slope * slope))
     tilted = phi - math.radians(case.angle)
     sine, cosine = math.sin(tilted), math.cos(tilted)
     return (
@@ -296,23 +293,18 @@ def _start_behind_crest(case: Incline) -> tuple[float, float, float, float, floa
         r * cosine,
         omega * (r * cosine + slope * sine),
         omega * (slope * cosine - r * sine),
-        -2.0 * r * omega * rim / case.grain,
+        _rolling_spin(case, omega * r),
     )
 
 
-def _rigid_start(case: Incline, phi: float) -> State:
-    """Return a rigid grain at an angle phi [rad] past a crest that it left from rest."""
-    if case.friction == 0.0:
-        return State(phi, math.sqrt(2.0 * (1.0 - math.cos(phi))), 0.0)
-    return over_arc(CREST, phi, Grain(min(case.friction, LARGEST_FRICTION), case.inertia))
+def start_degrees(case: Incline) -> float:
+    """Return how far behind the crest [deg] a passage starts: a grain with friction rolls there."""
+    little = 0.0 < case.friction < ROLLS_AT_START
+    return START_WITH_LITTLE_FRICTION if little else START_BEHIND_CREST
 
 
-def _normal_slope(case: Incline, phi: float) -> float:
-    """Return -dN/dphi [m g]."""
-    if case.friction == 0.0:
-        return 3.0 * math.sin(phi)
-    low, high = (_rigid_start(case, phi + by).normal_force for by in (-1e-5, 1e-5))
-    return (low - high) / 2e-5
+def _rolling_spin(case: Incline, speed: float) -> float:
+    return -2.0 * speed / case.grain if case.friction else 0.0
 
 
 def end_of(case: Incline, route: Route, well: int) -> float:
@@ -336,26 +328,30 @@ def settled_before(case: Incline) -> float:
     speed = SPEED_AFTER_SHOCK * math.sqrt(case.gravity / case.arm) * case.half_angle * 6.0 / math.pi
     swept = SETTLING_TIMES * slowest / omega * speed
     left = case.half_angle - math.radians(case.angle) - swept
-    return min(max(left, 0.0), START_BEHIND_CREST)
+    return min(max(left, 0.0), math.radians(START_BEHIND_CREST))
 
 
 # ---- jobs
 
 
 def scene_of(case: Incline, route: Route, every: int | None = None) -> Scene:
-    """Return a run as a scene, whose first body is the grain, with a stage for each well."""
+    """Return a run as a scene, whose first body is the grain, with a stage for each well.
+
+    Without ``every`` the start is the only sample: the ends of stages are enough to judge a run.
+    """
     tilt, weight = math.radians(case.angle), case.mass * case.gravity
     fall = weight * case.diameter * math.sin(tilt)
     wells = range(1, wells_of(case, route) + 1)
     floor = weight * crest_radius(case)  # a Stage's energy has no springs
+    steps = math.ceil(case.time_limit * case.unit_of_time / case.step)
     return Scene(
         bodies=_bodies(case, route),
         law=case.law,
         gravity=(case.gravity * math.sin(tilt), -case.gravity * math.cos(tilt), 0.0),
         period=(min(case.spheres, MOST_SCENE_SPHERES) * case.diameter, None, None),
         step=case.step,
-        steps=math.ceil(case.time_limit * case.unit_of_time / case.step),
-        every=every or LOOK,
+        steps=steps,
+        every=every or steps,
         stages=tuple(
             Stage(place=end_of(case, route, well), floor=floor - well * fall) for well in wells
         ),
@@ -387,14 +383,19 @@ def wells_of(case: Incline, route: Route) -> int:
 
 
 def values_of(case: Incline, route: Route, every: int | None = None) -> dict[str, Value]:
-    """Return the values of a script for a run without friction over spheres of its size."""
-    names = ("angle", "stiffness", "steps_per_contact", "gravity", "diameter", "density", "wells")
+    """Return the values of a script for a run, sampled every so many steps."""
+    own = ("angle", "stiffness", "steps_per_contact", "gravity", "diameter", "density", "wells",
+           "time_limit", "spheres", "phase", "friction", "shape")  # fmt: skip
+    stiffness, damping = case.tangential_ratios
     sampled: dict[str, Value] = {} if every is None else {"series_every": every}
     return {
         "route": route,
-        **{name: getattr(case, name) for name in (*names, "time_limit")},
+        **{name: getattr(case, name) for name in own},
+        "grain_diameter": case.grain_diameter or 0.0,
+        "tangential_stiffness": stiffness,
+        "tangential_damping": damping,
+        "start": start_degrees(case),
         **contact_values(case.contact),
-        **{name: getattr(case, name) for name in ("spheres", "phase")},
         **sampled,
     }
 
@@ -415,6 +416,7 @@ TEMPLATE = Template(
     allowed={
         # the angle is changed the most, and is checked first
         **{name: _RANGES[name] for name in ("angle", *_RANGES) if name in _SCRIPTED},
+        "grain_diameter": Allowed(bounds={"minimum": 0}, unit="m"),  # 0: that of the row
         "damping": Allowed(words=("restitution", "ratio")),
         **allowed_in(Contact),
         "route": Allowed(words=get_args(Route)),
@@ -429,11 +431,8 @@ TEMPLATE = Template(
 def job_of(case: Incline, route: Route, every: int | None = None) -> Job:
     """Return the job of a run: in the script of its contact, a custom one in the main script.
 
-    ``every`` is the number of steps between samples of the path, which scripts else do not write.
-    With friction, or another size, all engines run the scene.
+    ``every`` is the number of steps between samples of the path, which are else not written.
     """
-    scene, sampled = scene_of(case, route, every), every is not None
-    if not case.is_plain:
-        return Job(SCENE, {}, sampled=sampled, scene=scene)
     variant = case.contact.name if case.contact.name in TEMPLATE.variants else TEMPLATE.main
-    return Job(TEMPLATE, values_of(case, route, every), variant, sampled=sampled, scene=scene)
+    values, scene = values_of(case, route, every), scene_of(case, route, every)
+    return Job(TEMPLATE, values, variant, sampled=every is not None, scene=scene)

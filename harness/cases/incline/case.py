@@ -1,0 +1,187 @@
+"""The case ``incline``: one passage, its closed form, and the critical angle as a search."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from pydantic import Field
+
+from harness.cases.base import Case, Check, Quantity, Value
+from harness.cases.bench import OWN, Bench
+from harness.cases.incline import angle, checks
+from harness.cases.incline.closed_form import ONE_SHOCK, expected_angle, rebound
+from harness.cases.incline.runs import path_in, read
+from harness.cases.incline.search import PHASES, prepared, search
+from harness.cases.incline.system import Incline, Route, job_of, scene_of
+from harness.engines.contract import Engine, Job, Output
+from harness.errors import RequestError
+from harness.model.base import Parameters
+from harness.model.contact import CONTACTS, PLASTIC, SOURCE
+from harness.report.content import Discs
+from harness.theory import incline_friction
+
+if TYPE_CHECKING:
+    from harness.model.scene import Scene
+    from harness.report.content import Section
+
+HARD_SPHERE = "hard-sphere"
+ANGLE = ("critical_angle_deg", "uncertainty_deg", "monotone", "runs")  # of one search
+FILM_SECONDS = 15.0  # [sqrt(d/g)] of a film
+
+
+class Search(Parameters):
+    """How a critical angle is searched for."""
+
+    # fmt: off
+    method: Route = Field(
+        "passage", description="[-] root of the energy over one well, or smallest moving angle")
+    tolerance: float | None = Field(
+        None, ge=1e-9, le=1.0,
+        description="[deg] resolution of the search; none: 0.001 by passage, 0.005 by steady")
+    starts: int = Field(
+        PHASES, ge=1, le=1000, description="[-] starts within a step, a passage is their mean")
+    # fmt: on
+
+
+class InclineCase(Case[Incline]):
+    """A grain on a tilted row of fixed spheres: the critical angle, with and without friction."""
+
+    name = "incline"
+    group = "incline"
+    summary = "A grain on a tilted row of fixed spheres: the critical angle of steady motion."
+    parameters = Incline
+    search_options = Search
+    quantities = (
+        Quantity("margin_over_mgd", "1", "energy left after one well, less that of a grain at rest "
+                 "on the next crest, in m g d", 0.05),
+        Quantity("moves_on", "1", "1 where the grain passes the well, 0 where it is trapped"),
+        Quantity("touching", "1", "1 where the grain is in contact at the end"),
+        Quantity("time_s", "s", "duration of the motion", lambda p: p.unit_of_time),
+        Quantity("steps", "1", "time steps that were taken", lambda p: p.unit_of_time / p.step),
+        Quantity("critical_angle_deg", "deg", "smallest angle at which the grain keeps moving",
+                 10.0, varies=("angle", "phase")),
+        Quantity("uncertainty_deg", "deg", "of the critical angle: range of single runs, and of "
+                 "the search", 1e-3, varies=("angle", "phase")),
+        Quantity("monotone", "1", "1 where no angle above a moving one was trapped, 0 where one "
+                 "was", varies=("angle", "phase")),
+        Quantity("runs", "1", "runs behind the critical angle", 10.0, varies=("angle", "phase")),
+    )  # fmt: skip
+    presets = {  # noqa: RUF012 - as the base declares it
+        name: Incline(contact=contact, steps_per_contact=100.0 if contact is PLASTIC else 50.0)
+        for name, contact in CONTACTS.items()
+    }
+    sources = {SOURCE.name: "the source paper, arXiv 2409.13633"}  # noqa: RUF012
+    solvers = (HARD_SPHERE,)
+
+    def job(self, parameters: Incline) -> Job:
+        """Return the job of one passage."""
+        return job_of(parameters, "passage")
+
+    def measure(self, parameters: Incline, output: Output) -> Mapping[str, float]:
+        """Return the outcome of one passage."""
+        return read(parameters, "passage", output).quantities
+
+    def scene(self, parameters: Incline) -> Scene:
+        """Return one passage as a scene."""
+        return scene_of(parameters, "passage")
+
+    def exact(self, parameters: Incline) -> Mapping[str, float]:
+        """Return the margin and the critical angle of rigid grains, of contacts that allow it.
+
+        The margin has a closed form without friction, s^2 (C + dE) - C in m g (R + r).
+        """
+        found, e = {}, rebound(parameters.contact)
+        if e <= ONE_SHOCK and parameters.friction == 0.0:
+            phi, tilt = parameters.half_angle, math.radians(parameters.angle)
+            s = incline_friction.kept_speed(math.degrees(phi), 0.0)
+            left = s * s * (1.0 - math.cos(phi + tilt)) - 1.0 + math.cos(phi - tilt)
+            found["margin_over_mgd"] = left * parameters.arm / parameters.diameter
+        if (value := expected_angle(parameters)) is not None:
+            found["critical_angle_deg"] = value
+        return found
+
+    def solve(self, parameters: Incline, solver: str) -> Mapping[str, float]:
+        """Follow the grain over rigid spheres from event to event, without friction."""
+        if solver not in self.solvers:
+            return super().solve(parameters, solver)
+        if not parameters.is_plain:
+            raise RequestError("hard-sphere: takes no friction, and a grain of the row's size")
+        from harness.solvers import hard_sphere
+
+        e = rebound(parameters.contact)
+        fate, energy, _, slid, _ = hard_sphere.passage(parameters.angle, e)
+        return {
+            "margin_over_mgd": energy,
+            "moves_on": float(fate == hard_sphere.MOVES_ON),
+            "touching": float(slid),
+            "critical_angle_deg": hard_sphere.critical_angle(e),
+        }
+
+    def search(
+        self, names: Sequence[str], parameters: Incline, bench: Bench, **options: Any
+    ) -> Mapping[str, Value]:
+        """Search for the critical angle; ``options`` are those of :class:`Search`.
+
+        Raise RequestError for a contact that the method cannot measure.
+        """
+        wanted = Search(**options)
+        case = prepared(parameters, wanted.method)
+        measure = angle.engine_measure(bench, wanted.method)
+        try:
+            found = search(measure, case, wanted.method, wanted.tolerance, wanted.starts)
+        except RequestError as error:
+            text = str(error).replace("use method 'steady'", "use --set method=steady")
+            raise RequestError(text.replace("method = 'passage'", "--set method=passage")) from None
+        values = (found.value, found.uncertainty, float(found.monotone), float(len(found.runs)))
+        errors = (found.uncertainty, 0.0, 0.0, 0.0)
+        pairs = zip(ANGLE, map(Value, values, errors), strict=True)
+        return {name: value for name, value in pairs if name in names}
+
+    # ---- verification and report
+
+    def checks(self, engine: Engine) -> Iterable[Check]:
+        """Return the checks of an engine, of all levels."""
+        return checks.checks()
+
+    def sections(self, benches: Mapping[str, Bench]) -> Sequence[Section]:
+        """Return the sections of a report: angles, their extrapolation, friction, a path."""
+        from harness.cases.incline.sections import sections
+
+        return sections({name: bench for name, bench in benches.items() if name != OWN})
+
+    def film_job(self, parameters: Incline, frames: int) -> Job:
+        """Return the job of steady motion, with so many samples."""
+        limit = min(parameters.time_limit, FILM_SECONDS)
+        steps = limit * parameters.unit_of_time / parameters.step
+        every = max(1, round(steps / max(1, frames - 1)))
+        return job_of(parameters.replace(time_limit=limit), "steady", every)
+
+    def discs(self, parameters: Incline, output: Output) -> Discs:
+        """Return the grain over the row, tilted as it is, with its speed [m/s]."""
+        path = path_in(output)
+        tilt, d = math.radians(parameters.angle), parameters.diameter
+        x, y = (path[name] for name in ("x_m", "y_m"))
+        places = np.arange(math.floor(float(x.min()) / d), math.ceil(float(x.max()) / d) + 2) * d
+
+        def tilted(along: Any, above: Any) -> tuple[Any, Any]:
+            sine, cosine = math.sin(tilt), math.cos(tilt)
+            return along * cosine + above * sine, above * cosine - along * sine
+
+        row = np.column_stack([*tilted(places, 0.0 * places), np.full(len(places), 0.5 * d)])
+        grain_x, grain_y = tilted(x, y)
+        return Discs(
+            f"The grain over the bumps at {parameters.angle:g} deg",
+            path["time_s"],
+            grain_x[:, None],
+            grain_y[:, None],
+            np.array([0.5 * parameters.grain]),
+            fixed=row,
+            value=np.hypot(path["vx_m_per_s"], path["vy_m_per_s"])[:, None],
+            value_label="speed (m/s)",
+        )
+
+
+CASE = InclineCase()
