@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import minimize_scalar
-from scipy.stats import linregress, t
+from scipy.special import stdtrit
 
 from harness.errors import RequestError
 
@@ -78,9 +78,11 @@ def slope_order(h: ArrayLike, error: ArrayLike) -> tuple[float, tuple[float, flo
     ``h`` and ``error`` (positive) have the shape (points,), at least three.
     """
     x, z = np.log(np.asarray(h, dtype=float)), np.log(np.asarray(error, dtype=float))
-    line = linregress(x, z)
-    width = float(t.ppf(0.5 + CONFIDENCE / 2.0, len(x) - 2) * line.stderr)
-    return float(line.slope), (float(line.slope) - width, float(line.slope) + width)
+    slope, offset = np.polyfit(x, z, 1)
+    scatter = float(np.sum((z - slope * x - offset) ** 2)) / (len(x) - 2)
+    error_of_slope = np.sqrt(scatter / np.sum((x - x.mean()) ** 2))
+    width = float(stdtrit(len(x) - 2, 0.5 + CONFIDENCE / 2.0) * error_of_slope)
+    return float(slope), (float(slope) - width, float(slope) + width)
 
 
 def _fit(h: Floats, y: Floats, errors: Floats, powers: Floats) -> tuple[Floats, float]:

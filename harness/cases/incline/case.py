@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from pydantic import Field
 
-from harness.cases.base import Case, Check, Quantity, Value
+from harness.cases.base import Case, Check, Level, Quantity, Value
 from harness.cases.bench import OWN, Bench
 from harness.cases.incline import angle, checks
 from harness.cases.incline.closed_form import ONE_SHOCK, expected_angle, rebound
@@ -145,6 +145,10 @@ class InclineCase(Case[Incline]):
     def checks(self, engine: Engine) -> Iterable[Check]:
         """Return the checks of an engine, of all levels."""
         return checks.checks()
+
+    def checks_up_to(self, engine: Engine, level: Level) -> Iterable[Check]:
+        """Return the checks of an engine up to a level; those of longer ones are not made."""
+        return checks.checks(level)
 
     def sections(self, benches: Mapping[str, Bench]) -> Sequence[Section]:
         """Return the sections of a report: angles, their extrapolation, friction, a path."""

@@ -16,7 +16,6 @@ from harness.cases.incline.system import SPEED_AFTER_SHOCK, Incline, settled_bef
 from harness.errors import RequestError
 from harness.model.contact import Contact
 from harness.report.notebook import Shown
-from harness.solvers import hard_sphere
 from harness.theory import incline, incline_friction
 from harness.theory.chain import (
     SHOCK_WITHOUT_REBOUND,
@@ -231,6 +230,8 @@ def _frictionless(
 ) -> Theory:
     rebounds: dict[str, Any] = {}
     if restitution is not None:
+        from harness.solvers import hard_sphere  # compiled
+
         reading = reading or "kept"
         shock = shock_from_restitution(restitution, reading)
         flies = restitution > hard_sphere.MOST_RESTITUTION
@@ -383,6 +384,8 @@ def expected_angle(case: Incline) -> float | None:
     e = rebound(case.contact)
     if e <= NO_REBOUND or (e <= ONE_SHOCK and not case.is_plain):
         return rigid_angle(case)[0]
+    from harness.solvers import hard_sphere
+
     known = case.is_plain and e <= hard_sphere.MOST_RESTITUTION
     return hard_sphere.critical_angle(e) if known else None
 
@@ -451,6 +454,8 @@ def most_restitution(case: Incline) -> float:
     The hops of rigid spheres end a contact time before the passage is judged: those of a spring end
     up to half a contact time later or earlier (in the reference at k d / m g of 1e4 to 1e6).
     """
+    from harness.solvers import hard_sphere
+
     upright = case.replace(angle=incline.critical_angle())
     contact_way = SPEED_AFTER_SHOCK * case.contact_time * math.sqrt(case.gravity / case.diameter)
     judged = math.degrees(settled_before(upright) + contact_way)

@@ -1,0 +1,117 @@
+"""Stand-ins: the reference with a fault in its scenes or outputs, and the energy map."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from harness.cases.incline.runs import Fate, Run
+from harness.engines.contract import Output
+from harness.engines.reference import Reference
+from harness.errors import EngineCrashError, EngineError
+from harness.observables.provenance import Provenance
+from harness.theory.incline import passage_margin
+
+MAP = Output((), Provenance("map", "1"))
+
+
+class StandIn(Reference):
+    """The reference under another name, which changes scenes before or outputs after a run."""
+
+    name = "stand-in"
+
+    def __init__(self, change_scene=None, change_output=None):
+        super().__init__()
+        self.traits = replace(self.traits, title="Stand-in")
+        self._change_scene = change_scene or (lambda scene: scene)
+        self._change_output = change_output or (lambda output: output)
+
+    def motions(self, jobs):
+        return super().motions([replace(job, scene=self._change_scene(job.scene)) for job in jobs])
+
+    def run(self, jobs):
+        return [
+            output if isinstance(output, EngineError) else self._change_output(output)
+            for output in super().run(jobs)
+        ]
+
+
+class Crashing(Reference):
+    """Dies in every run, with a log."""
+
+    name = "crashing"
+
+    def run(self, jobs):
+        return [EngineCrashError("signal SIGSEGV").with_log("last words") for _ in jobs]
+
+
+class EnergyMap:
+    """Measures cases by the energy map of the theory, with jitter, or by a fate of the angle."""
+
+    def __init__(self, shock=0.25, shift=None, fate=None, margin=None, touching=True):
+        self.shock, self.shift, self.fate = shock, shift or (lambda _: 0.0), fate
+        self.margin, self.touching, self.cases = margin, touching, []
+
+    def __call__(self, cases):
+        self.cases += cases
+        return [self._run(case) for case in cases]
+
+    def _run(self, case):
+        angle = case.angle + self.shift(case)
+        left = self.margin(angle) if self.margin else passage_margin(angle, self.shock)
+        fate = Fate.MOVES_ON if left >= 0.0 else Fate.TRAPPED
+        none = np.empty(0)
+        return Run(
+            case, self.fate(case.angle) if self.fate else fate, left, self.touching, 1.0, 10,
+            none, none, MAP,
+        )  # fmt: skip
+
+
+# ---- faults of a scene
+
+
+def scaled(name, factor=1.0 + 1e-7):
+    """Return a fault: a number of the scene off by a factor."""
+    return lambda scene: scene.replace(**{name: getattr(scene, name) * factor})
+
+
+def grain(name, factor=1.0 + 1e-7):
+    """Return a fault: a number of the grain off by a factor."""
+
+    def change(scene):
+        first, *row = scene.bodies
+        value = first.moment_of_inertia if name == "inertia" else getattr(first, name)
+        return scene.replace(bodies=(first.replace(**{name: value * factor}), *row))
+
+    return change
+
+
+def diameters(factor=1.0 + 1e-7):
+    """Return a fault: all radii off by a factor."""
+    return lambda scene: scene.replace(
+        bodies=tuple(body.replace(radius=body.radius * factor) for body in scene.bodies)
+    )
+
+
+def law(name, factor=1.0 + 1e-7):
+    """Return a fault: a coefficient of the law off by a factor, or another word."""
+
+    def change(scene):
+        value = getattr(scene.law, name)
+        if value is None:
+            return scene
+        changed = factor if isinstance(factor, (str, bool)) else value * factor
+        return scene.replace(law=scene.law.replace(**{name: changed}))
+
+    return change
+
+
+def turned(by=1e-7):
+    """Return a fault: the tilt off by a relative error."""
+
+    def change(scene):
+        along, down, _ = scene.gravity
+        g, tilt = math.hypot(along, down), math.atan2(along, -down) * (1.0 + by)
+        return scene.replace(gravity=(g * math.sin(tilt), -g * math.cos(tilt), 0.0))
+
+    return change

@@ -1,0 +1,270 @@
+"""The checks of the incline: an honest engine holds, and each planted fault turns its row."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from harness.cases.bench import Bench
+from harness.cases.checks import run_checks, selected
+from harness.cases.incline.case import CASE
+from harness.cases.incline.checks import LARGE, PLASTIC_CASE, ROLLING, same_angle
+from harness.engines.reference import Reference
+from harness.model.scene import Scene
+from harness.report.figures import draw
+from harness.results.rows import Failure, Kind, Verdict
+from tests.cases.incline.doubles import (
+    Crashing,
+    StandIn,
+    diameters,
+    grain,
+    law,
+    scaled,
+    turned,
+)
+
+PATH = "*/largest difference of the path"
+SHOCK = "*/largest error of the energy after each shock"
+CRESTS = "*/largest error of the energy at 5 crests"
+
+
+QUICK = [*CASE.checks_up_to(Reference(), "quick")]
+
+
+def rows_of(engine, only="*"):
+    return run_checks("incline", selected("incline", QUICK, "quick", only), Bench(engine))
+
+
+def verdicts(rows):
+    return {row.verdict for row in rows}
+
+
+@pytest.fixture(scope="module")
+def honest():
+    bench = Bench(StandIn())
+    return run_checks("incline", QUICK, bench), bench
+
+
+def test_an_honest_engine_holds_in_every_row(honest):
+    rows, _ = honest
+    assert verdicts(rows) == {Verdict.PASS, Verdict.FINDING, Verdict.NOT_TESTED}
+    assert {check.level for check in QUICK} == {"quick"}
+    (untested,) = [row for row in rows if row.verdict is Verdict.NOT_TESTED]
+    assert "no other way" in untested.note
+    assert {row.kind for row in rows} == {Kind.ANALYTIC, Kind.CROSS_CODE, Kind.FINDING}
+    assert len({row.key for row in rows}) == len(rows) <= 25
+
+
+def test_the_limit_is_the_closed_form_within_its_uncertainty(honest):
+    (limit,) = [r for r in honest[0] if "infinity" in r.setup and r.unit == "deg"]
+    assert abs(limit.difference) < limit.uncertainty < limit.tolerance
+
+
+def test_sections_show_what_was_run_and_run_nothing(honest):
+    _, bench = honest
+    before = len(bench._runs._futures)
+    sections = CASE.sections({"stand-in": bench, "harness": Bench(None)})
+    assert len(bench._runs._futures) == before
+    assert sections[0].opening is not None
+    frame = sections[1].tables[0].frame
+    assert set(frame["contact"].str.partition(",")[0]) == {
+        "plastic", "source", "clipped", "clipped source",
+    }  # fmt: skip
+    assert frame["less reference (deg)"].dropna().abs().max() < 1e-12
+    pictures = [draw(drawing) for section in sections for drawing in section.drawings]
+    assert [picture.error for picture in pictures] == [""] * len(pictures)
+    assert len(pictures) == 2
+
+
+def test_the_friction_curve_is_drawn_from_its_rows():
+    engine = StandIn()
+    bench = Bench(engine)
+    checks = selected("incline", CASE.checks(engine), "default", "*50 steps, friction*")
+    rows = run_checks("incline", checks, bench)
+    assert verdicts(rows) == {Verdict.PASS, Verdict.FINDING}
+    assert len(rows) == 8
+    sections = {section.title: section for section in CASE.sections({"stand-in": bench})}
+    assert draw(sections["Friction"].drawings[0]).error == ""
+
+
+# ---- planted faults: the fault, and the rows of which one must turn
+
+
+def column(name, change):
+    """Return a fault of a table that an engine writes."""
+
+    def changed(output):
+        tables = {
+            key: {**table, name: change(np.array(table[name]))}
+            for key, table in output.tables.items()
+        }
+        return replace(output, tables=tables)
+
+    return changed
+
+
+def swapped(output):
+    """Write vx for vy."""
+    tables = {
+        key: {**table, "vx_m_per_s": table["vy_m_per_s"], "vy_m_per_s": table["vx_m_per_s"]}
+        for key, table in output.tables.items()
+    }
+    return replace(output, tables=tables)
+
+
+def without(rows):
+    """Leave out samples of the path."""
+
+    def changed(output):
+        series = output.tables.get("series")
+        if series is None:
+            return output
+        kept = np.delete(np.arange(len(series["time_s"])), rows)
+        return replace(
+            output,
+            tables={**output.tables, "series": {n: column[kept] for n, column in series.items()}},
+        )
+
+    return changed
+
+
+def nan(values):
+    values[len(values) // 2] = np.nan
+    return values
+
+
+def slack(scene: Scene) -> Scene:
+    """Keep the tail that the law clips, and clip the one that it keeps."""
+    return scene.replace(law=scene.law.replace(clipped=not scene.law.clipped))
+
+
+SCENE_FAULTS = {
+    "angle": (turned(), PATH),
+    "gravity": (lambda s: s.replace(gravity=tuple((1 + 1e-7) * g for g in s.gravity)), PATH),
+    "stiffness": (law("normal_stiffness"), PATH),
+    "damping": (law("damping_coefficient"), PATH),
+    "diameter": (diameters(), PATH),
+    "step": (scaled("step"), PATH),
+    "mass": (grain("mass"), PATH),
+    "tail": (slack, PATH),
+    "inertia": (grain("inertia", 1 + 1e-6), "*friction*" + PATH[1:]),
+    "friction": (law("friction", 1 + 1e-6), "*friction*" + PATH[1:]),
+    "tangential stiffness": (law("tangential_stiffness", 1 + 1e-6), "*friction*" + PATH[1:]),
+    "tangential damping": (law("tangential_damping", 1 + 1e-6), "*friction*" + PATH[1:]),
+    "no friction": (lambda s: s.replace(law=PLASTIC_CASE.law), "*friction*/critical_angle_deg"),
+    "angle by 1e-4 deg": (turned(1e-5), "*/critical_angle_deg"),
+    "slope by 1e-3": (turned(1e-3), "*infinity/critical_angle_deg"),
+    "slope by 1e-4": (turned(1e-4), CRESTS),
+    "slope by 1 %": (turned(-1e-2), SHOCK),
+}
+OUTPUT_FAULTS = {
+    "velocities swapped": (swapped, PATH),
+    "place by 1e-9": (column("x_m", lambda x: (1 + 1e-9) * x), PATH),
+    "clock": (column("time_s", lambda t: (1 + 1e-6) * t), PATH),
+    "NaN": (column("vy_m_per_s", nan), PATH),
+    "last sample": (without([-1]), PATH),
+    "one sample": (without([40]), PATH),
+    "first samples": (without(range(30)), PATH),
+}
+
+
+@pytest.mark.parametrize("fault", SCENE_FAULTS)
+def test_a_fault_in_what_is_run_turns_a_row(fault):
+    change, only = SCENE_FAULTS[fault]
+    assert Verdict.FAIL in verdicts(rows_of(StandIn(change), only))
+
+
+@pytest.mark.parametrize("fault", OUTPUT_FAULTS)
+def test_a_fault_in_what_is_written_turns_a_row(fault):
+    change, only = OUTPUT_FAULTS[fault]
+    rows = rows_of(StandIn(change_output=change), only)
+    assert verdicts(rows) == {Verdict.FAIL}
+
+
+def test_an_engine_in_another_scheme_than_it_declares_is_off_its_reference():
+    class Other(StandIn):
+        def rules(self, scene):
+            return super().rules(scene).replace(scheme="mfix_euler")
+
+    engine = Other()
+    engine._motion = Reference()._motion
+    rows = rows_of(engine, "plastic contact, k = 1e6 N/m, 100 steps/critical_angle_deg")
+    assert Verdict.FAIL in verdicts(rows)
+
+
+# ---- engines that refuse or die
+
+
+def test_an_engine_that_dies_leaves_failed_rows_with_its_log():
+    rows = rows_of(Crashing())
+    died = [row for row in rows if row.failure is Failure.ENGINE]
+    assert len(died) == len(rows)
+    assert {row.log for row in died} == {"last words"}
+
+
+def test_what_an_engine_refuses_is_not_tested_with_the_reason():
+    class Refusing(StandIn):
+        def refuses(self, job):
+            return "" if job.scene.law.clipped else "it has no tail"
+
+    rows = {(row.setup, row.check): row for row in rows_of(Refusing())}
+    source = rows["source contact, k = 1e6 N/m, 50 steps", "reference"]
+    assert (source.verdict, source.note) == (Verdict.NOT_TESTED, "it has no tail")
+    assert rows["plastic contact, k = 1e6 N/m, 100 steps", "reference"].verdict is Verdict.PASS
+
+
+def test_a_second_way_to_run_the_engine_is_held_against_the_first():
+    class Both(StandIn):
+        def twin(self):
+            return StandIn(scaled("step"))
+
+    (row,) = rows_of(Both(), "*in-process*/margin_over_mgd")
+    assert row.verdict is Verdict.FAIL
+
+
+# ---- LAMMPS
+
+
+@pytest.mark.live
+@pytest.mark.parametrize(
+    ("changes", "only"),
+    [
+        ({}, PATH),
+        ({}, CRESTS),
+        ({"angle": 1 + 1e-7}, PATH),
+        ({"stiffness": 1 + 1e-7}, PATH),
+        ({"gravity": 1 + 1e-7}, PATH),
+        ({"diameter": 1 + 1e-7}, PATH),
+        ({"steps_per_contact": 1 + 1e-7}, PATH),
+        ({"friction": 1 + 1e-6}, "*friction 0.1*" + PATH[1:]),
+    ],
+    ids=str,
+)
+def test_lammps_is_the_reference_and_a_fault_in_its_values_turns_a_row(
+    lammps_here,  # noqa: ARG001
+    changes,
+    only,
+):
+    from harness.engines.registry import engine_class
+
+    class Changed(engine_class("lammps")):
+        def task(self, job):
+            values = {
+                n: v * changes.get(n, 1) if n in changes else v for n, v in job.values.items()
+            }
+            return super().task(replace(job, values=values))
+
+    with Changed() as engine:
+        rows = rows_of(engine, only)
+    assert verdicts(rows) == {Verdict.FAIL if changes else Verdict.PASS}
+
+
+@pytest.mark.live
+@pytest.mark.parametrize("case", [ROLLING, LARGE, ROLLING.replace(shape="disc")], ids=str)
+def test_lammps_rolls_as_the_reference_does(lammps_here, case):  # noqa: ARG001
+    from harness.engines.registry import open_engine
+
+    with open_engine("lammps") as engine:
+        (row,) = run_checks("incline", [same_angle(case, "quick")], Bench(engine))
+    assert row.verdict is Verdict.PASS
+    assert abs(row.difference) < 1e-9
