@@ -25,7 +25,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from harness import __version__
 from harness.engines.border import engine_label
-from harness.engines.contract import Engine, Job, Template, Value, Values
+from harness.engines.contract import SCENE_NAME, Engine, Job, Template, Value, Values
 from harness.errors import EngineError, HarnessError, RequestError
 from harness.model.scene import LOOK
 from harness.parameters.allowed import Allowed
@@ -180,6 +180,8 @@ class ScriptSource(Engine):
     @classmethod
     def has_template(cls, template: Template) -> bool:
         """Return whether there is a script of this name, or one was rendered."""
+        if template.name == SCENE_NAME:
+            return False
         key = (cls, template.package, template.name)
         with _LOCK:
             if any(rendered[:3] == key for rendered in _RENDERED):
