@@ -66,9 +66,6 @@ class Rules(Parameters):
     rescaled_from: Literal["last_radius", "displacement"] = Field(
         "last_radius", description="[-] mindlin_rescale: q a / a_last, or q sqrt(d / (d + n dx)) "
         "with the displacement dx of the step (Kratos, previous_indentation); h")
-    forgets_setup: bool = Field(
-        False, description="[-] the first force of a run stores no spring, yet its torques are "
-        "M + k R* h w (LIGGGHTS, epsd*); h")
     looks_set_up: bool = Field(
         True, description="[-] velocity_verlet: forces are set up anew where a look ends a stage, "
         "or finds a body that moves back (LAMMPS, LIGGGHTS, whose run ends there); h")
@@ -132,6 +129,11 @@ class Faults(Parameters):
     )
     springs_lost_in_setup: bool = Field(
         False, description="[-] a later setup forgets tangential springs (LAMMPS, old restarts)"
+    )
+    forgets_setup: bool = Field(
+        False,
+        description="[-] the first force of a run stores no spring, yet its torques are "
+        "M + k R* h w (LIGGGHTS, rolling_model_epsd*.h)",
     )
     wall_at_rest_in_setup: bool = Field(
         False, description="[-] setups take moving walls as at rest (LAMMPS, region walls)"

@@ -30,7 +30,7 @@ from harness.solvers.contacts import jkr_radius
 
 TOLERANCE = 1e-13  # relative, of a step of the integration
 LONGEST = 64.0  # times the guess that a contact may take: a strong dashpot draws it out
-FINE_STEPS = 4000  # of a contact, of the coarser of two runs of the reference
+FINE_STEPS = 5000  # of a contact, of the coarser of two runs of the reference
 LIMIT = Rules(mdr_wall_force="plain", mdr_growth="whole", mdr_growth_steps=1.0)
 
 

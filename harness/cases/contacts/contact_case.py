@@ -16,7 +16,7 @@ from typing import Any, ClassVar, TypeVar, cast
 
 import numpy as np
 
-from harness.cases.base import LEVELS, Case, Check, Level, Value
+from harness.cases.base import LEVELS, Case, Check, Level, Quantity, Value
 from harness.cases.bench import Bench
 from harness.cases.contacts.laws import PLAIN, SLOW_SYSTEMS, SYSTEMS, LawRow, Laws, Systems
 from harness.cases.contacts.parameters import ContactSystem
@@ -123,6 +123,10 @@ class ContactCase(Case[P]):
         """Return the names of the quantities that a run with these parameters has."""
         return [quantity.name for quantity in self.quantities]
 
+    def tolerance(self, parameters: P, quantity: Quantity[P]) -> Tolerance:
+        """Return the tolerance on the difference from the reference at equal steps."""
+        return Tolerance(absolute=ROUND_OFF * quantity.size(parameters), reason=REASON)
+
     def film_job(self, parameters: P, frames: int) -> Job:
         """Return the job of a run whose samples make a film of so many frames."""
         scene = self.scene(parameters)
@@ -224,7 +228,7 @@ class ContactCase(Case[P]):
                 unit=quantity.unit,
                 measure=partial(self._measured, p, variation, scene, name),
                 expected=partial(self._expected, p, scene, name),
-                tolerance=Tolerance(absolute=ROUND_OFF * quantity.size(p), reason=REASON),
+                tolerance=self.tolerance(p, quantity),
                 **common,
             )
         if not variation and not refused and engine.rules(scene).changed:

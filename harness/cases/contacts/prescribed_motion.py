@@ -104,8 +104,9 @@ class PrescribedMotion(ContactSystem):
 
 
 def friction_scale(p: PrescribedMotion) -> float:
-    """Return Coulomb's limit, 1 at most: a larger ratio is not reached."""
-    return min(p.friction or 0.0, 1.0) or 1.0
+    """Return Coulomb's limit, 1 at most, or the ratio of a spring that sticks all the shear."""
+    stuck = p.tangential_slope(p.overlap) * p.shear / p.elastic_force(p.overlap)
+    return min(p.friction or 1.0, stuck or 1.0, 1.0)
 
 
 def rolling_scale(p: PrescribedMotion) -> float:

@@ -48,7 +48,6 @@ RULES = Rules(
     wall_spin="levered",
     spring_frame="projected",
     torsion_frame="room",
-    forgets_setup=True,
     wall_touches_at_zero=True,
 )
 

@@ -1,1 +1,0 @@
-"""Contacts with friction, integrated from their laws: adaptive, events located, no time step."""
