@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, ClassVar
 
 from pydantic import Field
 
 from harness.cases.base import Quantity
+from harness.cases.contacts import partial_slip
 from harness.cases.contacts.contact_case import ContactCase
 from harness.cases.contacts.impact import impact_scene, relative_velocity
 from harness.cases.contacts.laws import (
@@ -26,7 +28,10 @@ from harness.model.motion import Motion
 from harness.model.scene import Scene
 
 if TYPE_CHECKING:
-    pass
+    from harness.cases.base import Check, Level
+    from harness.cases.bench import Bench
+    from harness.engines.contract import Engine
+    from harness.report.content import Section
 
 LEAST_ANGLE = 1e-6  # [deg]: ratios of velocities are known to 1e-16 over its sine, 1e-8
 
@@ -89,6 +94,25 @@ class ObliqueCase(ContactCase[Oblique]):
     two_materials_law = "mindlin"
     varied = tuple({**FRICTION, **MDR_FRICTION})
     varied_by_default = ("mindlin_rescale/force", "old hooke/history")
+
+    def checks_up_to(self, engine: Engine, level: Level) -> Iterator[Check]:
+        """Yield the checks of trials, and those that are drawn with the curve of partial slip."""
+        yield from super().checks_up_to(engine, level)
+        if level != "quick":
+            yield from partial_slip.checks(self, engine)
+
+    def own_checks(self) -> Iterator[Check]:
+        """Yield the distance of each of Mindlin's laws from partial slip, as findings."""
+        yield from partial_slip.own_checks(self)
+
+    def sections(self, benches: Mapping[str, Bench]) -> Sequence[Section]:
+        """Return the overview of all contact cases, and the case with the curve of partial slip."""
+        from harness.cases.contacts import report
+
+        drawing = partial_slip.drawing(self, benches)
+        (section,) = super().sections(benches)
+        drawings = () if drawing is None else (drawing,)
+        return [report.overview(benches), replace(section, drawings=drawings)]
 
     def build(self, parameters: Oblique) -> Scene:
         """Return the impact; samples before and after it."""

@@ -1,64 +1,124 @@
-"""The pages of the contact cases: the matrix of laws and systems, codes, conventions, defects.
+"""The pages of the contact cases: matrices of laws and systems, codes, conventions, known defects.
 
-Only what a verification has run is shown: nothing runs for a report, but the reference.
+Only runs of a verification are shown: nothing runs for a report, but the reference.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, Any, NamedTuple
+from collections.abc import Iterable, Iterator, Mapping
+from typing import Any, NamedTuple
 
 import pandas as pd
 
 from harness.cases.bench import OWN, Bench
+from harness.cases.contacts.contact_case import ROUND_OFF, ContactCase, Trial
 from harness.errors import EngineError
+from harness.model.conventions import Rules
 from harness.report.content import Section, Table
+from harness.store.defects import known_defects
 
-if TYPE_CHECKING:
-    from harness.cases.contacts.contact_case import ContactCase, Trial
+Codes = Mapping[str, Bench]
 
 
 class Difference(NamedTuple):
-    """A trial in an engine: the number of quantities, and the largest difference [scale]."""
+    """A trial in an engine: differences of its quantities from the reference [scale], by name."""
 
+    case: ContactCase[Any]
     trial: Trial
-    quantities: int
-    worst: float
+    of: Mapping[str, float]
+
+    @property
+    def worst(self) -> float:
+        """Return the largest difference [scale]."""
+        return max(self.of.values(), default=0.0)
 
 
-def case_section(case: ContactCase[Any], benches: Mapping[str, Bench]) -> Section:
-    """Return the matrix of a case for each engine that has run its checks."""
-    tables = [
-        Table(
-            f"{case.name}: {bench.engine.title}",
-            matrix(differences(case, bench)),
-            "Largest difference from the reference at equal steps, in parts of the scale of a "
-            "quantity. An empty cell was not run, or the code states no such contact.",
-        )
+def case_section(case: ContactCase[Any], benches: Codes) -> Section:
+    """Return the matrix of a case for each code that has run its checks."""
+    tables = []
+    for code, bench in codes(benches).items():
+        if not (frame := matrix(differences(case, bench))).empty:
+            caption = (
+                "Largest difference from the reference at equal steps, in parts of the scale of a "
+                "quantity. An empty cell was not run, or the code states no such contact."
+            )
+            tables.append(Table(f"{case.name}: {code}", frame, caption))
+    return Section(f"Contact: {case.name}", f"{case.summary} {case.formula}", tuple(tables))
+
+
+def overview(benches: Codes) -> Section:
+    """Return codes by laws, the conventions in which codes differ, and known defects."""
+    found = {
+        code: [row for case in contact_cases() for row in differences(case, bench)]
+        for code, bench in codes(benches).items()
+    }
+    text = (
+        "A code runs a scene once. The reference, a program written from the literature, takes the "
+        "same steps by the conventions that the code declares, so that what differs is round-off "
+        f"or a fault: a row passes within {ROUND_OFF:g} of the scale of its quantity."
+    )
+    return Section(
+        "DEM codes at equal steps",
+        text,
+        (
+            Table("Codes by laws", codes_by_laws(found), "Rows within the tolerance, and the worst "
+                  "of them in parts of its scale; rows beyond are known defects or failures."),
+            Table("Conventions", conventions(benches, found), "Where codes follow one law and "
+                  "differ: the value of a convention, its formula, and the most that it moves a "
+                  "quantity of the trials run, by the reference under both; h: of first order in "
+                  "the step, h^2 of second order."),
+            Table("Known defects", defects(benches), "Each is a switch of the reference that "
+                  "reproduces the run, or is named with the reason why it has none."),
+        ),
+    )  # fmt: skip
+
+
+def codes(benches: Codes) -> dict[str, Bench]:
+    """Return the benches of engines by their titles with versions."""
+    return {
+        f"{bench.engine.title} {bench.engine.identify().engine_version}".strip(): bench
         for name, bench in benches.items()
         if name != OWN
-    ]
-    shown = tuple(table for table in tables if not table.frame.empty)
-    return Section(f"Contact: {case.name}", f"{case.summary} {case.formula}", shown)
+    }
+
+
+def contact_cases() -> Iterator[ContactCase[Any]]:
+    """Yield the contact cases of this package."""
+    from harness.cases.registry import GROUPS, get_case
+
+    for name, home in GROUPS["contacts"].items():
+        if home.startswith(__package__ or ""):
+            case = get_case(name)
+            assert isinstance(case, ContactCase)
+            yield case
 
 
 def differences(case: ContactCase[Any], bench: Bench) -> list[Difference]:
-    """Return the trials of a case that an engine has run, without those that failed."""
-    return [found for trial in case.trials() if (found := _difference(case, trial, bench))]
+    """Return the trials of a case that a code has run to their ends."""
+    found = []
+    for trial in case.trials():
+        if trial.level in bench_levels(case, bench):
+            job = case.job(trial.parameters)
+            try:
+                if bench.has_run([job]):
+                    rows = case.differences(trial.parameters, bench)
+                    found.append(Difference(case, trial, rows))
+            except EngineError:
+                continue
+    return found
 
 
-def _difference(case: ContactCase[Any], trial: Trial, bench: Bench) -> Difference | None:
-    job = case.job(trial.parameters)
-    if not bench.has_run([job]):
-        return None
-    try:
-        found = case.differences(trial.parameters, bench)
-    except EngineError:
-        return None
-    return Difference(trial, len(found), max(found.values(), default=0.0))
+def bench_levels(case: ContactCase[Any], bench: Bench) -> set[str]:
+    """Return the levels whose trials were run: no scene of others is made for a report."""
+    levels = set()
+    for level in ("quick", "default"):
+        trials = [trial for trial in case.trials() if trial.level == level]
+        if any(bench.has_run([case.job(trial.parameters)]) for trial in trials[:3]):
+            levels.add(level)
+    return levels
 
 
-def matrix(rows: list[Difference]) -> pd.DataFrame:
+def matrix(rows: Iterable[Difference]) -> pd.DataFrame:
     """Return the largest difference by law and system."""
     cells = [(row.trial.law, row.trial.system, f"{row.worst:.1e}") for row in rows]
     frame = pd.DataFrame(cells, columns=["law", "system", "difference"])
@@ -67,15 +127,72 @@ def matrix(rows: list[Difference]) -> pd.DataFrame:
     table = frame.pivot_table(
         index="law", columns="system", values="difference", aggfunc="first", sort=False
     )
-    return table.fillna("").reset_index()
+    return table.fillna("").reset_index().rename_axis(columns=None)
 
 
-def all_differences(bench: Bench) -> Iterator[tuple[ContactCase[Any], Difference]]:
-    """Yield the trials of all contact cases that an engine has run."""
-    from harness.cases.contacts.contact_case import ContactCase
-    from harness.cases.registry import GROUPS, get_case
+def codes_by_laws(found: Mapping[str, list[Difference]]) -> pd.DataFrame:
+    """Return rows within the tolerance, the worst of them, and rows beyond, by law and code."""
+    cells: dict[str, dict[str, list[float]]] = {}
+    for code, rows in found.items():
+        for row in rows:
+            for law in (row.trial.law, "all laws"):
+                cells.setdefault(law, {}).setdefault(code, []).extend(row.of.values())
+    laws = [law for law in cells if law != "all laws"]
+    table = [
+        {"law": law, **{code: _cell(cells[law].get(code, [])) for code in found}}
+        for law in (*laws, *(["all laws"] if laws else []))
+    ]
+    return pd.DataFrame(table, columns=["law", *found])
 
-    for name in GROUPS["contacts"]:
-        case = get_case(name)
-        if isinstance(case, ContactCase):
-            yield from ((case, row) for row in differences(case, bench))
+
+def _cell(values: list[float]) -> str:
+    within = [value for value in values if value <= ROUND_OFF]
+    beyond = len(values) - len(within)
+    texts = [f"{len(within)} rows, {max(within):.0e}"] if within else []
+    return "; ".join([*texts, *([f"{beyond} beyond"] if beyond else [])])
+
+
+def conventions(benches: Codes, found: Mapping[str, list[Difference]]) -> pd.DataFrame:
+    """Return each convention of a code that is not the default, and the most that it moves."""
+    table = []
+    for code, bench in codes(benches).items():
+        worst: dict[tuple[str, str], tuple[float, str]] = {}
+        for row in found[code]:
+            if row.trial.level != "quick":
+                continue
+            for field, word, size, name in _effects(row, bench):
+                if size >= worst.get((field, word), (-1.0, ""))[0]:
+                    worst[field, word] = (size, f"{row.case.name}, {row.trial.setup}: {name}")
+        for (field, word), (size, where) in worst.items():
+            formula = (Rules.model_fields[field].description or "").removeprefix("[-] ")
+            moved = f"{size:.0e}" if size else "none of these"
+            table.append((field, code, word, formula, moved, where if size else ""))
+    columns = ["convention", "code", "value", "formula", "moves [scale]", "most"]
+    return pd.DataFrame(sorted(table), columns=columns)
+
+
+def _effects(row: Difference, bench: Bench) -> Iterator[tuple[str, str, float, str]]:
+    p, scene = row.trial.parameters, row.case.scene(row.trial.parameters)
+    rules = bench.rules(scene)
+    for field, value in rules.changed.items():
+        plain = rules.replace(**{field: Rules.model_fields[field].default})
+        size, name = bench.once(row.case.moved, p, scene, rules, plain)
+        yield field, str(value), size, name
+
+
+def defects(benches: Codes) -> pd.DataFrame:
+    """Return the known defects of the codes, with cause, releases and script."""
+    names = {bench.name for name, bench in benches.items() if name != OWN}
+    rows = [
+        (d.engine, d.name, d.kind, _releases(d.since, d.until), d.cause, d.effect, d.upstream,
+         d.script)
+        for d in known_defects()
+        if d.engine in names
+    ]  # fmt: skip
+    columns = ["code", "name", "kind", "releases", "cause", "effect", "upstream", "script"]
+    return pd.DataFrame(rows, columns=columns)
+
+
+def _releases(since: str, until: str) -> str:
+    parts = ([f"from {since}"] if since else []) + ([f"to {until}"] if until else [])
+    return " ".join(parts) or "all"

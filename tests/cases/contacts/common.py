@@ -1,0 +1,63 @@
+"""The contact cases, the limit of small steps of their quantities, and a stand-in for an engine."""
+
+from importlib import import_module
+
+from harness.cases.bench import Bench
+from harness.cases.checks import run_checks, selected
+from harness.engines.reference import Reference
+from harness.errors import EngineError
+from harness.model.conventions import Rules
+from harness.solvers import reference
+
+NAMES = (
+    "bounce", "collision", "curved-wall", "drag", "head-on", "heat", "incline-rest",
+    "incline-roll", "lj-units", "moving-wall", "oblique", "prescribed-motion", "pull-off",
+    "rolling-resistance", "slip-to-roll", "spin", "stacked", "twist",
+)  # fmt: skip
+STEPS = 800  # of a contact, of the coarser run of a limit
+
+
+def case_named(name):
+    return import_module(f"harness.cases.contacts.{name.replace('-', '_')}").CASE
+
+
+CASES = [case_named(name) for name in NAMES]
+
+
+def limits(case, parameters, rules=None, steps=STEPS):
+    """Return 2 y(h/2) - y(h) of each quantity, with h a so many-th of a contact."""
+    coarse, fine = (
+        case.observe(p, reference.run(case.scene(p), rules or Rules()))
+        for p in (parameters.replace(steps_per_contact=n) for n in (steps, 2 * steps))
+    )
+    return {name: 2.0 * fine[name] - coarse[name] for name in coarse}
+
+
+class StandIn(Reference):
+    """The reference with a change of each scene or motion, or other rules, for an engine."""
+
+    name = "stand-in"
+
+    def __init__(self, scenes=lambda s: s, motions=lambda m: m, declared=None, followed=None):
+        super().__init__(workers=1)
+        self.scenes, self.change = scenes, motions
+        self.declared, self.followed = declared or Rules(), followed or declared or Rules()
+
+    def rules(self, scene):
+        return self.declared
+
+    def motions(self, jobs):
+        found = []
+        for job in jobs:
+            try:
+                motion = reference.run(self.scenes(self.scene_of(job)), self.followed)
+                found.append(self.change(motion))
+            except EngineError as error:
+                found.append(error)
+        return found
+
+
+def rows_of(case, engine, level="quick", only="*"):
+    """Return the rows of the checks of a case in an engine."""
+    checks = selected(case.name, case.checks_up_to(engine, level), level, only)
+    return run_checks(case.name, checks, Bench(engine))

@@ -1,0 +1,215 @@
+"""Checks of the contact cases: one row of each, and a table of planted faults that turn rows."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from harness.cases.contacts.contact_case import MOVED, STEPS
+from harness.engines.lammps.engine import Lammps
+from harness.errors import EngineLostAtomsError, EngineOutputError, Unsupported
+from harness.model.conventions import Rules
+from harness.results.rows import Failure, Kind, Verdict
+from tests.cases.contacts.common import CASES, StandIn, case_named, rows_of
+
+
+@pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
+def test_the_reference_itself_passes_and_each_trial_of_quick_has_rows(case):
+    trials = [trial for trial in case.trials() if trial.level == "quick"]
+    assert {trial.parameters.steps_per_contact for trial in trials} == {STEPS}
+    rows = rows_of(case, StandIn())
+    assert {row.verdict for row in rows} == {Verdict.PASS}
+    assert {row.kind for row in rows} == {Kind.CROSS_CODE}
+    assert all(row.difference == 0.0 and row.reason for row in rows)
+    assert {row.setup for row in rows} == {trial.setup for trial in trials}
+    for trial in trials:
+        names = [row.quantity for row in rows if row.setup == trial.setup]
+        assert names == list(case.names(trial.parameters))
+
+
+@pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
+def test_what_a_level_runs_a_longer_one_runs_as_well_and_every_key_is_one_row(case):
+    levels = {}
+    for level in ("quick", "default", "full"):
+        checks = list(case.checks_up_to(StandIn(), level))
+        levels[level] = {(check.setup, check.quantity, check.check) for check in checks}
+        assert len(levels[level]) == len(checks)
+    assert levels["quick"] <= levels["default"] <= levels["full"]
+    laws = {trial.law for trial in case.trials()}
+    assert laws == set(case.laws)
+
+
+@pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
+def test_scales_are_sizes_that_quantities_have(case):
+    """No scale exceeds three times the largest value of its case, but of what must be zero."""
+    largest = {}
+    for check in case.checks_up_to(StandIn(), "default"):
+        if check.kind is not Kind.CROSS_CODE or check.check or "partial slip" in check.setup:
+            continue
+        largest.setdefault(check.quantity, [])
+    for trial in case.trials():
+        p = trial.parameters
+        for name, value in case.reference(p, _own_bench()).items():
+            share = abs(value) / case.quantity(name).size(p)
+            largest[name].append(share)
+    zero = {"momentum_change_ratio", "heat_change_ratio", "surface_momentum_ratio"}
+    for name, shares in largest.items():
+        assert name in zero or max(shares) >= 1.0 / 3.0, name
+
+
+def _own_bench():
+    from harness.cases.bench import Bench
+
+    return Bench(None)
+
+
+# ---- planted faults
+
+
+def lost(motion):
+    parts = ("time", "position", "velocity", "angular_velocity", "force", "torque")
+    return replace(motion, **{name: getattr(motion, name)[:-1] for name in parts})
+
+
+def not_a_number(motion):
+    velocity = motion.velocity.copy()
+    velocity[-1, 0, 2] = np.nan
+    return replace(motion, velocity=velocity)
+
+
+def swapped(motion):
+    return replace(motion, velocity=np.roll(motion.velocity, 1, axis=2))
+
+
+def shifted(motion):
+    return replace(motion, velocity=np.roll(motion.velocity, 1, axis=0))
+
+
+def flown_by(motion):
+    """Return a motion without a contact."""
+    still = np.zeros_like(motion.force)
+    return replace(motion, force=still, velocity=np.tile(motion.velocity[0], (len(motion), 1, 1)))
+
+
+def longer_step(scene):
+    return scene.replace(step=scene.step * (1.0 + 1e-6))
+
+
+def heavier(scene):
+    first, *rest = scene.bodies
+    return scene.replace(bodies=(first.replace(mass=first.mass * (1.0 + 1e-6)), *rest))
+
+
+def steeper(scene):
+    first, *rest = scene.bodies
+    x, y, z = first.velocity
+    return scene.replace(bodies=(first.replace(velocity=(x * (1.0 + 1e-6), y, z)), *rest))
+
+
+FAULTS = {  # fault: case, law, the engine with it, the class of its failure
+    "a sample lost": ("oblique", StandIn(motions=lost), Failure.ENGINE),
+    "a NaN": ("oblique", StandIn(motions=not_a_number), Failure.NOT_A_NUMBER),
+    "columns swapped": ("oblique", StandIn(motions=swapped), Failure.OUT_OF_TOLERANCE),
+    "samples shifted": ("slip-to-roll", StandIn(motions=shifted), Failure.OUT_OF_TOLERANCE),
+    "no contact": ("pull-off", StandIn(motions=flown_by), Failure.ENGINE),
+    "a longer step": ("head-on", StandIn(scenes=longer_step), Failure.OUT_OF_TOLERANCE),
+    "a heavier body": ("stacked", StandIn(scenes=heavier), Failure.OUT_OF_TOLERANCE),
+    "another angle": ("oblique", StandIn(scenes=steeper), Failure.OUT_OF_TOLERANCE),
+    "another lever": (
+        "spin", StandIn(followed=Rules(wall_lever="height")), Failure.OUT_OF_TOLERANCE,
+    ),
+    "another scheme": (
+        "drag", StandIn(followed=Rules(scheme="mfix_euler")), Failure.OUT_OF_TOLERANCE,
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_a_planted_fault_turns_a_row(fault):
+    name, engine, failure = FAULTS[fault]
+    rows = rows_of(case_named(name), engine)
+    failures = {row.failure for row in rows if row.verdict is Verdict.FAIL}
+    assert failure in failures
+    assert Failure.HARNESS not in failures
+
+
+def test_a_run_that_dies_is_a_failure_and_others_go_on():
+    case, engine = case_named("head-on"), StandIn()
+    first = next(case.trials()).setup
+    engine.motions = lambda jobs: [
+        EngineLostAtomsError("lost one") if place == 0 else motion
+        for place, motion in enumerate(StandIn.motions(engine, jobs))
+    ]
+    for row in rows_of(case, engine):
+        assert row.verdict is (Verdict.FAIL if row.setup == first else Verdict.PASS)
+
+
+def test_a_scene_that_an_engine_refuses_is_one_row_with_the_reason():
+    class Refuses(StandIn):
+        def rules(self, scene):
+            raise Unsupported("its walls mix no materials")
+
+    rows = rows_of(case_named("oblique"), Refuses())
+    assert {row.verdict for row in rows} == {Verdict.NOT_TESTED}
+    assert {row.note for row in rows} == {"its walls mix no materials"}
+    assert len(rows) == len({row.setup for row in rows})
+
+
+def test_conventions_of_an_engine_are_findings_that_name_what_they_move():
+    engine = StandIn(declared=Rules(wall_lever="height"))
+    rows = rows_of(case_named("slip-to-roll"), engine)
+    moved = [row for row in rows if row.quantity == MOVED]
+    assert {row.verdict for row in rows} == {Verdict.PASS, Verdict.FINDING}
+    assert {row.verdict for row in moved} == {Verdict.FINDING}
+    assert max(row.value for row in moved) > 1e-4
+    assert all("wall_lever = height" in row.note for row in moved)
+
+
+def test_a_closed_form_stands_next_to_the_row_with_the_error_of_the_step():
+    rows = rows_of(case_named("drag"), StandIn())
+    assert all("error of the step" in row.note for row in rows)
+
+
+# ---- LAMMPS
+
+
+@pytest.fixture(scope="module")
+def lammps():
+    with Lammps(workers=1) as engine:
+        yield engine
+
+
+@pytest.mark.live
+@pytest.mark.usefixtures("lammps_here")
+@pytest.mark.parametrize("name", ["drag", "heat", "moving-wall", "curved-wall", "lj-units"])
+def test_cases_without_known_defects_hold_in_lammps(lammps, name):
+    rows = rows_of(case_named(name), lammps, "default", only="*")
+    failing = {row.setup for row in rows if row.verdict is Verdict.FAIL}
+    assert failing <= {f"mindlin, jkr, {system}" for system in case_named(name).systems}
+
+
+@pytest.mark.live
+@pytest.mark.usefixtures("lammps_here")
+def test_variations_of_lammps_hold_and_a_list_thinner_than_the_neck_is_among_them(lammps):
+    case = case_named("head-on")
+    rows = rows_of(case, lammps, "default", only="head-on/jkr, two spheres/*")
+    assert {"thin skin", "newton on", "restarted", ""} <= {row.check for row in rows}
+    assert {row.verdict for row in rows if row.check != "restarted"} == {Verdict.PASS}
+
+
+@pytest.mark.live
+@pytest.mark.usefixtures("lammps_here")
+def test_in_units_lj_no_bit_of_a_ratio_is_another(lammps):
+    case, si = case_named("lj-units"), case_named("oblique")
+    for trial in case.trials():
+        there, here = lammps.run([case.job(trial.parameters), si.job(trial.parameters)])
+        found = case.measure(trial.parameters, there)
+        assert found == si.measure(trial.parameters, here), trial.law
+
+
+def test_an_output_of_another_shape_is_an_error_of_the_engine():
+    case = case_named("drag")
+    p = next(case.trials()).parameters
+    (output,) = StandIn(motions=lost).run([case.job(p)])
+    with pytest.raises(EngineOutputError):
+        case.measure(p, output)
