@@ -40,7 +40,9 @@ ROUND_OFF = 1e-9  # of the scale of a quantity
 REASON = "both take the same steps: what differs is round-off, or a fault"
 QUICK_VARIATION = "defaults"  # of an engine, at level quick
 VARIED_SYSTEM = "two spheres"  # of variations below level full
+MOTION = "motion"  # quantity of the rows on all samples of a run
 MOVED = "moved_by_conventions"  # quantity of the findings on an engine's conventions
+SAMPLES = 50  # at least, of a run that is held against the reference
 
 
 @dataclass(frozen=True)
@@ -96,6 +98,10 @@ class ContactCase(Case[P]):
         """Return the scene of a run, made once."""
         return _scene(self, parameters)
 
+    def sampled_scene(self, parameters: P) -> Scene:
+        """Return the scene with :data:`SAMPLES` or more, which changes no quantity."""
+        return _sampled_scene(self, parameters)
+
     @abstractmethod
     def observe(self, parameters: P, motion: Motion) -> Mapping[str, float]:
         """Return the quantities of a motion."""
@@ -103,6 +109,10 @@ class ContactCase(Case[P]):
     def job(self, parameters: P) -> Job:
         """Return the job of one run."""
         return self._job(self.scene(parameters))
+
+    def check_job(self, parameters: P) -> Job:
+        """Return the job of the run that the checks of a trial hold against the reference."""
+        return self._job(self.sampled_scene(parameters))
 
     def _job(self, scene: Scene, variation: str = "") -> Job:
         values = {"units": "" if self.units == "si" else self.units, "variation": variation}
@@ -183,10 +193,9 @@ class ContactCase(Case[P]):
     def checks_up_to(self, engine: Engine, level: Level) -> Iterator[Check]:
         """Yield the checks of an engine of a level and shorter ones; no scene of others is made."""
         for trial in self.trials():
-            if not _runs_at(trial.level, level):
-                continue
-            scene = self.scene(trial.parameters)
-            yield from self._checks(engine, trial, "", scene, trial.level)
+            if _runs_at(trial.level, level):
+                scene = self.sampled_scene(trial.parameters)
+                yield from self._checks(engine, trial, "", scene, trial.level)
         for trial in self.trials():
             if _runs_at(self._variation_level(trial, QUICK_VARIATION), level):
                 yield from self._varied_checks(engine, trial, level)
@@ -201,7 +210,7 @@ class ContactCase(Case[P]):
         return "full" if in_quick or trial.law in (*self.varied, *self.varied_by_default) else None
 
     def _varied_checks(self, engine: Engine, trial: Trial, level: Level) -> Iterator[Check]:
-        scene = self.scene(trial.parameters)
+        scene = self.sampled_scene(trial.parameters)
         if engine.refuses(self._job(scene)):
             return
         for name, varied in engine.variations(scene):
@@ -213,7 +222,7 @@ class ContactCase(Case[P]):
         self, engine: Engine, trial: Trial, variation: str, scene: Scene, level: Level
     ) -> Iterator[Check]:
         """Yield a check of each quantity; the first alone where the engine refuses the scene."""
-        p, job = trial.parameters, self._job(self.scene(trial.parameters), variation)
+        p, job = trial.parameters, self._job(self.sampled_scene(trial.parameters), variation)
         common: dict[str, Any] = {
             "setup": trial.setup,
             "check": variation,
@@ -231,10 +240,24 @@ class ContactCase(Case[P]):
                 tolerance=self.tolerance(p, quantity),
                 **common,
             )
-        if not variation and not refused and engine.rules(scene).changed:
-            measure = partial(self._moved, p, scene)
+        if refused:
+            return
+        yield Check(
+            quantity=MOTION,
+            unit="1",
+            measure=partial(self._motion, p, variation, scene),
+            expected=0.0,
+            tolerance=Tolerance(absolute=ROUND_OFF, reason=REASON),
+            **common,
+        )
+        if not variation and engine.rules(scene).changed:
             yield Check(
-                quantity=MOVED, unit="1", measure=measure, expected=0.0, kind=Kind.FINDING, **common
+                quantity=MOVED,
+                unit="1",
+                measure=partial(self._moved, p, scene),
+                expected=0.0,
+                kind=Kind.FINDING,
+                **common,
             )
 
     def _measured(self, p: P, variation: str, scene: Scene, name: str, bench: Bench) -> Value:
@@ -247,8 +270,14 @@ class ContactCase(Case[P]):
         return Value(value, note=note)
 
     def _values(self, bench: Bench, p: P, variation: str) -> Mapping[str, float]:
-        job = self._job(self.scene(p), variation)
-        return self._observe(p, motion_in(bench.output(job), bench.engine.scene_of(job)))
+        return self._observe(p, self._run(bench, p, variation))
+
+    def _run(self, bench: Bench, p: P, variation: str) -> Motion:
+        job = self._job(self.sampled_scene(p), variation)
+        return motion_in(bench.output(job), bench.engine.scene_of(job))
+
+    def _motion(self, p: P, variation: str, scene: Scene, bench: Bench) -> float:
+        return motion_difference(scene, self._run(bench, p, variation), bench.reference(scene))
 
     def _expected(self, p: P, scene: Scene, name: str, bench: Bench) -> float:
         return bench.once(self._reference_values, bench, p, scene)[name]
@@ -258,7 +287,7 @@ class ContactCase(Case[P]):
 
     def differences(self, p: P, bench: Bench) -> dict[str, float]:
         """Return the difference of each quantity from the reference, in parts of its scale."""
-        scene, found = self.scene(p), bench.once(self._values, bench, p, "")
+        scene, found = self.sampled_scene(p), bench.once(self._values, bench, p, "")
         return {
             name: abs(found[name] - self._expected(p, scene, name, bench))
             / self.quantity(name).size(p)
@@ -304,6 +333,46 @@ def _parameters(case: ContactCase[P], law: str, system: str) -> P:
 @lru_cache(maxsize=4096)
 def _scene(case: ContactCase[P], parameters: P) -> Scene:
     return case.build(parameters)
+
+
+@lru_cache(maxsize=4096)
+def _sampled_scene(case: ContactCase[P], parameters: P) -> Scene:
+    scene = case.scene(parameters)
+    if scene.segments or scene.steps // scene.every >= SAMPLES:
+        return scene
+    every = max(scene.steps // SAMPLES, 1)
+    while scene.every % every:
+        every -= 1
+    return scene.replace(every=every)
+
+
+def motion_difference(scene: Scene, one: Motion, other: Motion) -> float:
+    """Return the largest difference of two motions of a scene [-], over all samples.
+
+    Positions are over the longest way or the overlap at rest, velocities and r times angular
+    velocities over the largest of both or the gain of gravity in a contact time, forces over the
+    largest force, and torques over r times that, r the smallest radius. Forces on bodies that are
+    not free may be unknown.
+    """
+    r = min(body.radius for body in scene.bodies)
+    known = [bool(scene.segments) or body.motion == "free" for body in scene.bodies]
+    gravity, time = math.hypot(*scene.gravity), scene.step * STEPS
+    way = np.abs(other.position - other.position[0]).max()
+    length = max(way, gravity * (time / math.pi) ** 2) or r
+    rim = r * np.abs(other.angular_velocity).max()
+    speed = max(np.abs(other.velocity).max(), rim, gravity * time) or 1.0
+    force = np.abs(other.force[:, known]).max() or 1.0
+    differences = [
+        np.abs(one.position - other.position).max() / length,
+        np.abs(one.velocity - other.velocity).max() / speed,
+        np.abs(one.angular_velocity - other.angular_velocity).max() * r / speed,
+        np.abs(one.force - other.force)[:, known].max() / force,
+        np.abs(one.torque - other.torque)[:, known].max() / force / r,
+    ]
+    if one.temperature is not None and other.temperature is not None:
+        warmed = np.ptp(other.temperature) or 1.0
+        differences.append(np.abs(one.temperature - other.temperature).max() / warmed)
+    return float(max(differences))
 
 
 @lru_cache(maxsize=4096)

@@ -42,21 +42,23 @@ def impact_scene(
     n = p.steps_per_contact * (FINER if p.lags else 1)
     overlap = p.elastic_overlap(-velocity[2])
     guess = 0.25 * overlap / -velocity[2] / p.steps_per_contact
+    bodies = p.bodies(0.0, velocity, spin, other_spin)
+    check_steps(p, bodies, guess, overlap)
     touching = Scene(
-        bodies=p.bodies(0.0, velocity, spin, other_spin),
+        bodies=bodies,
         walls=p.walls,
         law=p.stated_law,
         gravity=gravity,
         step=1e-6 * guess,
         steps=1,
     )
-    check_steps(p, touching.replace(step=guess), overlap)
     lasts = contact_time(touching)
     step = _step_in_phase(lasts / n, yield_time(touching), n)
     every = max(1, n // SAMPLES) if sampled else 1
     steps = every * math.ceil(DURATION * (float(n) if step == lasts / n else lasts / step) / every)
+    check_steps(p, bodies, step, overlap)
     scene = touching.replace(step=step, steps=steps, every=every if sampled else steps)
-    return before(check_steps(p, scene, overlap), 0.5 * step)
+    return before(scene, 0.5 * step)
 
 
 def _step_in_phase(step: float, until: float, n: int) -> float:

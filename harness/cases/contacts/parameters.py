@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Callable, Iterator
-from functools import cached_property
+from collections.abc import Callable, Iterable, Iterator
+from functools import lru_cache
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, model_validator
@@ -18,7 +18,7 @@ from pydantic import Field, model_validator
 from harness.errors import RequestError
 from harness.model.base import ZERO, Vector
 from harness.model.law import SUBMODELS, Law, damping_ratio
-from harness.model.scene import Body, Scene, Wall, sphere
+from harness.model.scene import Body, Wall, sphere
 from harness.theory import contact
 
 Partner = Literal["wall", "sphere", "frozen"]
@@ -67,9 +67,11 @@ class ContactSystem(Law):
     @model_validator(mode="before")
     @classmethod
     def _set_bulk_share(cls, data: Any) -> Any:
-        if isinstance(data, dict) and data.get("bulk_response") and data.get("bulk_share") is None:
-            return {**data, "bulk_share": 1.0}
-        return data
+        if not isinstance(data, dict) or not data.get("bulk_response"):
+            return data
+        if (normal := data.get("normal")) != "mdr":
+            raise ValueError(f"bulk_response = True: normal = {normal!r} has none (mdr does)")
+        return data if data.get("bulk_share") is not None else {**data, "bulk_share": 1.0}
 
     @model_validator(mode="after")
     def _check_system(self) -> Self:
@@ -85,8 +87,6 @@ class ContactSystem(Law):
             )
         if self.normal == "mdr":
             self._check_mdr()
-        elif self.bulk_response:
-            raise ValueError(f"bulk_response = True: normal = {self.normal!r} has none (mdr does)")
         self._check_interface()
         self.check()
         return self
@@ -141,12 +141,10 @@ class ContactSystem(Law):
             changes.setdefault("bulk_share", None)
         return super().replace(**changes)
 
-    @cached_property
+    @property
     def stated_law(self) -> Law:
         """Return the law that an engine gets: two stated materials as the one of both."""
-        given = {name: getattr(self, name) for name in Law.model_fields}
-        law = Law(**{name: value for name, value in given.items() if value is not None})
-        return law.one_material if self.materials_as == "stated" else law
+        return _stated_law(self)
 
     # ---- bodies
 
@@ -273,6 +271,13 @@ class ContactSystem(Law):
         return square * self.tangential_slope(overlap), square * eta
 
 
+@lru_cache(maxsize=4096)
+def _stated_law(p: ContactSystem) -> Law:
+    given = {name: getattr(p, name) for name in Law.model_fields}
+    law = Law(**{name: value for name, value in given.items() if value is not None})
+    return law.one_material if p.materials_as == "stated" else law
+
+
 # ---- bounds
 
 
@@ -379,13 +384,13 @@ def _damped_share(p: ContactSystem) -> float:
     return contact.largest_overlap(ratio if p.clipped else min(ratio, STRONGEST))
 
 
-def check_steps(p: ContactSystem, scene: Scene, overlap: float) -> Scene:
-    """Return a scene; raise RequestError for a part of its law that its step does not resolve.
+def check_steps(p: ContactSystem, bodies: Iterable[Body], step: float, overlap: float) -> None:
+    """Raise RequestError for a part of the law that a step [s] does not resolve.
 
     Dashpots are those at an ``overlap`` [m].
     """
-    for name, rate, power in _rates(p, scene, overlap):
-        value, coarse = getattr(p, name), rate * scene.step / COARSEST
+    for name, rate, power in _rates(p, bodies, overlap):
+        value, coarse = getattr(p, name), rate * step / COARSEST
         if value is not None and coarse > 1.0:
             most = f"must be at most {value / coarse**power:.4g}, or " if power else ""
             n = p.steps_per_contact
@@ -393,12 +398,13 @@ def check_steps(p: ContactSystem, scene: Scene, overlap: float) -> Scene:
                 f"{name} = {value!r}: {most}needs steps_per_contact of at least "
                 f"{math.ceil(n * coarse)}, not {n}: a step must resolve it"
             )
-    return scene
 
 
-def _rates(p: ContactSystem, scene: Scene, overlap: float) -> Iterator[tuple[str, float, float]]:
+def _rates(
+    p: ContactSystem, bodies: Iterable[Body], overlap: float
+) -> Iterator[tuple[str, float, float]]:
     """Yield each coefficient with its rate [1/s], and the power of the rate that it goes with."""
-    turning = sum(1.0 / b.moment_of_inertia for b in scene.bodies if b.motion == "free")
+    turning = sum(1.0 / body.moment_of_inertia for body in bodies if body.motion == "free")
     rolling = p.effective_radius**2 * turning
     slip = 3.5 / p.effective_mass
     eta = p.eta(overlap)

@@ -98,7 +98,7 @@ def differences(case: ContactCase[Any], bench: Bench) -> list[Difference]:
     found = []
     for trial in case.trials():
         if trial.level in bench_levels(case, bench):
-            job = case.job(trial.parameters)
+            job = case.check_job(trial.parameters)
             try:
                 if bench.has_run([job]):
                     rows = case.differences(trial.parameters, bench)
@@ -113,7 +113,7 @@ def bench_levels(case: ContactCase[Any], bench: Bench) -> set[str]:
     levels = set()
     for level in ("quick", "default"):
         trials = [trial for trial in case.trials() if trial.level == level]
-        if any(bench.has_run([case.job(trial.parameters)]) for trial in trials[:3]):
+        if any(bench.has_run([case.check_job(trial.parameters)]) for trial in trials[:3]):
             levels.add(level)
     return levels
 

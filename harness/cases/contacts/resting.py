@@ -83,8 +83,10 @@ class RestingCase(ContactCase[R]):
         step = p.half_period / p.steps_per_contact
         count_steps(p.duration, p.seconds / step)
         every = max(1, round(p.seconds / step / SAMPLES))
-        scene = Scene(
-            bodies=p.bodies(-p.overlap_at_rest, *p.start),
+        bodies = p.bodies(-p.overlap_at_rest, *p.start)
+        check_steps(p, bodies, p.seconds / SAMPLES / every, p.overlap_at_rest)
+        return Scene(
+            bodies=bodies,
             walls=p.walls,
             law=p.stated_law,
             gravity=p.pull,
@@ -92,7 +94,6 @@ class RestingCase(ContactCase[R]):
             steps=SAMPLES * every,
             every=every,
         )
-        return check_steps(p, scene, p.overlap_at_rest)
 
 
 def rolling(p: Resting, motion: Motion) -> tuple[Floats, Floats]:

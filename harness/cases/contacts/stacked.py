@@ -136,19 +136,21 @@ class StackedCase(ContactCase[Stacked]):
         low = r - p.squeezed / 3.0 + p.offset * r
         high = top - upper + p.squeezed / 3.0 + p.upper_offset * upper
         steps = count_steps(p.duration, p.duration * p.steps_per_contact)
-        scene = Scene(
-            bodies=(
-                sphere(r, p.density, position=(0.0, 0.0, low)),
-                sphere(upper, p.upper_density or p.density, position=(0.0, 0.0, high)),
-            ),
+        step = math.pi / p.omega / p.steps_per_contact
+        bodies = (
+            sphere(r, p.density, position=(0.0, 0.0, low)),
+            sphere(upper, p.upper_density or p.density, position=(0.0, 0.0, high)),
+        )
+        check_steps(p, bodies, step, p.squeezed / 3.0)
+        return Scene(
+            bodies=bodies,
             walls=(Wall(), Wall(point=(0.0, 0.0, top), direction=(0.0, 0.0, -1.0))),
             law=p.stated_law,
             gravity=(0.0, 0.0, -p.gravity),
-            step=math.pi / p.omega / p.steps_per_contact,
+            step=step,
             steps=steps,
             every=steps,
         )
-        return check_steps(p, scene, p.squeezed / 3.0)
 
     def observe(self, parameters: Stacked, motion: Motion) -> Mapping[str, float]:
         """Return the rise of each sphere, and its velocity, at the end."""

@@ -43,7 +43,7 @@ class StandIn(Reference):
         self.scenes, self.change = scenes, motions
         self.declared, self.followed = declared or Rules(), followed or declared or Rules()
 
-    def rules(self, scene):
+    def rules(self, _):
         return self.declared
 
     def motions(self, jobs):

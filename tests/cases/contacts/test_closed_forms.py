@@ -1,0 +1,246 @@
+"""Closed forms of the contact cases, held against the limit of small steps of the reference."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+from harness.cases.bench import Bench
+from harness.cases.checks import run_checks
+from harness.cases.contacts import partial_slip
+from harness.cases.contacts.parameters import ContactSystem
+from harness.results.rows import Kind
+from harness.theory import contact
+from harness.theory.contact import partial_slip_rebound, stiffness_ratio, twisting_spin
+from tests.cases.contacts.common import CASES, case_named, limits
+
+EXACT = [
+    pytest.param(case, trial, id=f"{case.name}-{trial.setup}")
+    for case in CASES
+    for trial in case.trials()
+    if case.exact(trial.parameters)
+]
+
+
+@pytest.mark.parametrize(("case", "trial"), EXACT)
+def test_the_limit_of_the_reference_is_the_closed_form(case, trial):
+    found = limits(case, trial.parameters)
+    for name, value in case.exact(trial.parameters).items():
+        assert found[name] == pytest.approx(value, rel=2e-4, abs=2e-4), name
+
+
+# ---- overdamped and clipped
+
+
+@pytest.mark.parametrize(
+    ("ratio", "restitution"),
+    [(0.5, None), (0.999, None), (1.0, math.exp(-2.0)), (1.5, 0.075588), (5.0, None)],
+)
+def test_a_clipped_contact_ends_whatever_its_damping(ratio, restitution):
+    """e = exp(-2) at critical damping, exp(-(b/W) ln((b + W)/(b - W))) above: from x'' = 0."""
+    case = case_named("head-on")
+    law = {"damping": "damping_ratio", "damping_coefficient": ratio, "clipped": True}
+    p = case.default.replace(**law)
+    if ratio > 1.0:
+        b, w = ratio, math.sqrt(ratio**2 - 1.0)
+        expected = math.exp(-(b / w) * math.log((b + w) / (b - w)))
+        assert case.exact(p)["restitution"] == pytest.approx(expected, rel=1e-12)
+    if restitution is not None:
+        assert case.exact(p)["restitution"] == pytest.approx(restitution, rel=1e-5)
+    found = limits(case, p, steps=int(800 * max(1.0, ratio)))
+    for name, value in case.exact(p).items():
+        assert found[name] == pytest.approx(value, rel=1e-5), name
+
+
+def test_an_overdamped_contact_of_a_constant_dashpot_is_that_of_its_ratio():
+    case = case_named("head-on")
+    eta = 2.0 * 1.5 * math.sqrt(1e6 * case.default.mass)
+    law = {"damping": "velocity", "damping_coefficient": eta, "clipped": True}
+    assert case.exact(case.default.replace(**law))["restitution"] == pytest.approx(0.075588, 1e-5)
+
+
+# ---- friction, rolling, twisting
+
+ROLLS = {
+    "rolling": "sds", "rolling_stiffness": 1e3, "rolling_damping": 0.5, "rolling_friction": 0.05,
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("name", "changes", "exact"),
+    [
+        ("slip-to-roll", {}, set()),
+        ("incline-roll", {}, set()),
+        ("incline-roll", {"angle": 60.0}, {"acceleration_ratio"}),
+    ],
+)
+def test_rolling_resistance_takes_away_the_closed_forms_that_it_changes(name, changes, exact):
+    """The momentum about the floor falls by mu_r g / 2 of the time at most: it must be seen."""
+    case = case_named(name)
+    parameters = case.default.replace(**changes, **ROLLS)
+    integrated = limits(case, parameters)
+    assert set(case.exact(parameters)) == exact
+    for quantity, value in case.exact(case.default.replace(**changes)).items():
+        same = integrated[quantity] == pytest.approx(value, abs=1e-4)
+        assert same == (quantity in exact), quantity
+
+
+def of_dmt(p, overlap):
+    """Return force, pull-off force [N] and contact radius [m]."""
+    pull = 4.0 * math.pi * p.surface_energy * p.effective_radius
+    a = math.sqrt(p.effective_radius * overlap)
+    return 4.0 / 3.0 * p.moduli[0] * a * overlap - pull, pull, a
+
+
+def of_jkr(p, overlap):
+    """Return the same, whose radius is searched for between its fold and R*."""
+    modulus, radius, gamma = p.moduli[0], p.effective_radius, p.surface_energy
+
+    def excess(a):
+        return a * a / radius - 2.0 * math.sqrt(math.pi * gamma * a / modulus) - overlap
+
+    a = brentq(excess, (math.pi * gamma * radius**2 / (4.0 * modulus)) ** (1 / 3), radius)
+    pull = 3.0 * math.pi * gamma * radius
+    tension = 4.0 * math.sqrt(math.pi * gamma * modulus * a**3)
+    return 4.0 / 3.0 * modulus * a**3 / radius - tension, pull, a
+
+
+def trial_of(name, law, system):
+    trials = case_named(name).trials()
+    return next(t.parameters for t in trials if (t.law, t.system) == (law, system))
+
+
+@pytest.mark.parametrize(("law", "force_at"), [("mindlin, dmt", of_dmt), ("mindlin, jkr", of_jkr)])
+def test_attraction_loads_the_limit_of_friction_and_a_dashpot_does_not(law, force_at):
+    case, p = case_named("prescribed-motion"), trial_of("prescribed-motion", law, "wall")
+    elastic, pull, a = force_at(p, (1.0 - p.lift) * p.overlap)
+    # the dashpot pulls at a sphere that is lifted
+    force = elastic - p.damping_coefficient * p.mass * a * p.lift * p.overlap / p.duration
+    limit = p.friction * (elastic + 2.0 * pull)
+    assert 1.2 * p.friction * force < limit
+    assert limits(case, p)["lifted_ratio"] == pytest.approx(limit / force, rel=1e-6)
+
+
+def test_rolling_holds_its_torque_while_twisting_slides():
+    case = case_named("prescribed-motion")
+    p = trial_of(case.name, "rolling sds, twisting sds, linear_history", "wall")
+    # a twist far enough to slide, wherever the one back has left the spring
+    p = p.replace(twisting_friction=2e-5)
+    found = limits(case, p)
+    assert found["twisting_ratio"] == pytest.approx(-p.twisting_friction / p.radius)
+    # the dashpot of rolling rests, and so does that of the tangential spring, under its own limit
+    load = p.normal_stiffness * (1.0 - p.lift) * p.overlap
+    spun = p.radius * p.turn / p.duration
+    dashpots = p.rolling_damping + p.tangential_damping * p.damping_coefficient
+    rested = found["held_ratio"] - found["rolling_ratio"]
+    assert rested == pytest.approx(dashpots * spun / load, rel=1e-6)
+
+
+def test_a_twist_slips_stops_and_swings_back():
+    """With a dashpot as weak as that of an elastic swing: amplitude mu_t m g / sqrt(k I)."""
+    inertia, k, limit = 4e-7, 1.0, 1e-5
+    omega, largest = (k / inertia) ** 0.5, limit / (k * inertia) ** 0.5
+
+    def spin(time, start, c=0.0):
+        return twisting_spin(time, start, inertia, (k, c), limit)
+
+    assert spin(1.0 / omega, 0.5 * largest) == pytest.approx(0.5 * largest * np.cos(1.0))
+    stops = 1e2 * largest * inertia / limit
+    late = [spin(stops + t / omega, 1e2 * largest) for t in np.linspace(1.0, 21.0, 2001)]
+    assert (max(late), min(late)) == pytest.approx((largest, -largest), rel=1e-4)
+    assert spin(0.5 * stops, 1e2 * largest) == pytest.approx(50.0 * largest, rel=2e-2)
+    weak = 0.5 * (k * inertia) ** 0.5  # a quarter of critical damping: at rest after a few swings
+    assert abs(spin(stops + 100.0 / omega, 1e2 * largest, weak)) < 1e-9 * largest
+    with pytest.raises(ValueError, match="must be below critical damping"):
+        spin(1.0, 1.0, 3.0 * (k * inertia) ** 0.5)
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [{"twisting_damping": 2e-3}, {"normal": "jkr", "youngs_modulus": 1e8, "surface_energy": 0.01}],
+)
+def test_a_twist_without_a_closed_form_has_a_value_at_equal_steps(changes):
+    case = case_named("twist")
+    p = case.default.replace(**changes, steps_per_contact=200)
+    assert case.exact(p) == {}
+    assert all(math.isfinite(value) for value in case.reference(p, Bench(None)).values())
+
+
+def test_each_law_is_a_finding_and_is_the_curve_of_partial_slip_where_all_slides():
+    case, bench = case_named("oblique"), Bench(None)
+    rows = run_checks(case.name, list(case.own_checks()), bench)
+    assert [row.kind for row in rows] == [Kind.FINDING] * len(partial_slip.LAWS)
+    psi = partial_slip.INCIDENCES
+    expected = partial_slip_rebound(psi, partial_slip.POISSON)
+    # at its limit a slider recovers as the contact opens: a law of the total displacement slides
+    # to the end while the rebound is beyond -2/3, one of its increments while it is beyond -1
+    slides = 7.0 * stiffness_ratio(partial_slip.POISSON) - 2.0 / 3.0 < psi
+    for law, row in zip(partial_slip.LAWS, rows, strict=True):
+        difference = partial_slip.rebounds(case, law, bench, measured=False) - expected
+        assert difference[slides] == pytest.approx(0.0, abs=2e-4)
+        assert abs(row.difference) == pytest.approx(np.abs(difference).max())
+        assert np.abs(difference).max() < 0.5  # laws are no bounds, but stay within half of mu v
+
+
+@pytest.mark.parametrize("name", ["oblique", "spin"])
+def test_sliding_throughout_leaves_what_the_formula_says(name):
+    case = case_named(name)
+    fast = {"angle": 80.0} if name == "oblique" else {"spin": 2000.0}
+    # a dashpot would raise mu F_n from touch on, and the spring follows it
+    p = case.default.replace(friction=0.1, damping="none", **fast)
+    found = limits(case, p)
+    e = found["normal_restitution"]
+    if name == "oblique":
+        along, _, fall = p.velocity
+        lost = contact.sliding_impulse(0.1, e, -fall)
+        assert found["tangential_ratio"] == pytest.approx(1.0 - lost / along, rel=1e-5)
+        assert found["rim_speed_ratio"] == pytest.approx(2.5 * lost / along, rel=1e-5)
+        return
+    lost, rim = contact.sliding_impulse(0.1, e, p.speed), p.radius * p.spin
+    assert abs(found["gained_speed_ratio"]) == pytest.approx(lost / rim, rel=1e-5)
+    assert found["spin_ratio"] == pytest.approx(1.0 - 2.5 * lost / rim, rel=1e-5)
+
+
+# ---- bodies
+
+
+def test_two_spheres_share_mass_and_curvature():
+    base = ContactSystem(tangential="linear_history", friction=0.3)
+    pair = base.replace(partner="sphere", partner_radius=0.02)
+    m = pair.mass
+    assert pair.effective_mass == pytest.approx(m * 8 * m / (9 * m))
+    assert pair.effective_radius == pytest.approx(0.01 * 0.02 / 0.03)
+    frozen = base.replace(partner="frozen")
+    assert (frozen.effective_mass, frozen.effective_radius) == (base.mass, 0.005)
+
+
+@pytest.mark.parametrize("partner", ["wall", "sphere", "frozen"])
+def test_an_impact_touches_half_a_step_after_its_start(partner):
+    scene = case_named("oblique").scene(
+        case_named("oblique").default.replace(partner=partner, angle=30.0)
+    )
+    first = scene.bodies[0]
+    touch = [x + 0.5 * scene.step * v for x, v in zip(first.position, first.velocity, strict=True)]
+    assert touch == pytest.approx([0.0, 0.0, 0.01], abs=1e-15)
+    assert scene.steps == scene.every == 1100
+
+
+def test_an_impact_on_a_denser_sphere_of_another_material_is_that_of_hertz():
+    case, p = case_named("head-on"), trial_of("head-on", "hertz", "two materials, mixed")
+    m1, m2 = (body.mass for body in case.scene(p).bodies)
+    assert m2 == pytest.approx(2.0 * m1, rel=1e-12)
+    exact, found = case.exact(p), limits(case, p)
+    assert set(exact) == {quantity.name for quantity in case.quantities}
+    assert {name: found[name] for name in exact} == pytest.approx(exact, rel=1e-4)
+
+
+@pytest.mark.parametrize("changed", ["partner_density", "partner_radius", "partner_share"])
+def test_another_partner_moves_a_collision_and_another_frame_does_not(changed):
+    case = case_named("collision")
+    system = "size ratio 10" if changed == "partner_radius" else "unequal densities"
+    p = trial_of("collision", "linear_history", system)
+    other = p.replace(**{changed: 1.01 * getattr(p, changed)})
+    before, after = (limits(case, one)["tangential_ratio"] for one in (p, other))
+    assert (abs(after - before) < 1e-9) == (changed == "partner_share")
+    assert changed == "partner_share" or abs(after - before) > 1e-5
