@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 
+from harness.engines.scene_jobs import scene_job
 from harness.errors import Unsupported
 from harness.model.law import Law
 from harness.model.scene import Body, Scene, Stage
@@ -100,3 +101,23 @@ def test_plane_scenes_at_equal_steps(code):
     of_law = {name.rpartition(", ")[2] for name in offs}
     assert of_law == {*LAWS} - ({"attractive"} if code != "liggghts" else set())
     assert len(offs) == {"liggghts": 32, "yade": 23, "kratos": 23}[code]
+
+
+@pytest.mark.live
+@pytest.mark.parametrize("code", ["lammps"], indirect=True)
+def test_plane_scenes_without_stages_in_lammps(code):
+    """Dashpots by damping ratio have an eta for each effective mass of a tower."""
+    scenes = {
+        f"{name}, {of}": make(law)
+        for of, law in LAWS.items()
+        for name, make in SCENES.items()
+        if not name.startswith("row")
+    }
+    offs = {}
+    for (name, scene), motion in zip(
+        scenes.items(), code.motions([scene_job(one) for one in scenes.values()]), strict=True
+    ):
+        expected = reference.run(scene, code.rules(scene))
+        offs[name] = 0.01 * difference(moving(scene, motion), moving(scene, expected))
+    assert {name: off for name, off in offs.items() if not off < TOLERANCE} == {}
+    assert "stages" in code.refuses(scene_job(row(LAWS["plastic"])))

@@ -35,6 +35,7 @@ class Atoms:
         self.contacts = [
             (i, j) for i, j in every if (i, j) in named and (self.touching[i] or self.touching[j])
         ]
+        self.by_type = self.by_type or self._has_ratios_of_masses()
         self.types = self._types()
         numbers = {kind: body.type for kind, body in zip(self.types, self.bodies, strict=True)}
         self.pair_laws = {
@@ -47,6 +48,11 @@ class Atoms:
         if self.by_type or self.excluded or two_materials:
             return list(range(1, len(types) + 1))
         return [1 + sorted(set(types)).index(number) for number in types]
+
+    def _has_ratios_of_masses(self) -> bool:
+        """Return whether damping ratios are those of several effective masses, each its own eta."""
+        ratios = any(law.damping == "damping_ratio" for law in self.scene.all_laws)
+        return ratios and len({self._effective_mass(*pair) for pair in self.contacts}) > 1
 
     def type_pair(self, pair: Pair) -> Pair:
         """Return the types of a pair of bodies, the smaller one first."""
@@ -129,7 +135,7 @@ class Atoms:
                 raise Unsupported(
                     f"bodies of type {types[0]} touch, which has one of two materials"
                 )
-            yield f"pair_coeff {types[0]} {types[1]} {self._words(own, contacts or self.contacts)}"
+            yield f"pair_coeff {types[0]} {types[1]} {self._words(own, contacts or self.contacts[:1])}"
 
     def _materials(self) -> dict[int, Law]:
         """Return the law of one material of each type that is mixed with another."""

@@ -4,7 +4,6 @@ import pytest
 
 from harness.engines.lammps.scene_script import rules, script
 from harness.errors import Unsupported
-from harness.model.law import Law
 from harness.model.scene import Wall, sphere
 from tests.engines.lammps.scenes import (
     BOWL,
@@ -46,7 +45,6 @@ SHELL = sphere(R, 2500.0, inertia=0.6 * MASS * R**2)
 OSCILLATES = {"amplitude": (1e-5, 0.0, 1e-5), "frequency": 600.0}
 UNSUPPORTED = {
     "two materials of one type": three(MINDLIN.replace(**MIXED)),
-    "mean of damping ratios": three(Law.linear(1e5, 0.2, clipped=False)),
     "heat of gran/*": SYSTEMS["wall"](LAWS["gran/hooke"].replace(**HEATED)),
     "two laws of gran/*": three(LINEAR).replace(laws={(1, 1): LAWS["gran/hooke"]}),
     "shell": SYSTEMS["wall"](LINEAR).replace(bodies=(SHELL,)),
