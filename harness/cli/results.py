@@ -21,7 +21,8 @@ from harness.cli.output import (
 from harness.errors import RequestError
 
 if TYPE_CHECKING:
-    import pandas as pd
+    from harness.workflows.release_runs import ReleaseComparison
+    from harness.workflows.results import Acceptance, RunDiff
 
 MOST_ROWS = 40  # that a terminal shows; JSON has all
 COLUMNS = ("change", "case", "setup", "quantity", "engine", "check", "value_before", "value_after")
@@ -60,12 +61,7 @@ def diff(runs: list[str], /, *, output: Folder = None, json: Json = False) -> in
             aside.mkdir()
             found.changes.to_csv(aside / "changes.csv", index=False)
             found.trend().to_csv(aside / "values.csv")
-    if json:
-        print_json(found.to_json())
-        return int(found.status)
-    for name, text in found.summary().items():
-        print_wrapped(f"{name}: {text}")
-    _print_changes(found.changes)
+    _print(found, json)
     return int(found.status)
 
 
@@ -86,12 +82,7 @@ def accept(run: Path, /, *, folder: Folder = None, json: Json = False) -> int:
     from harness.workflows import accept as accept_run
 
     found = accept_run(run, folder)
-    if json:
-        print_json(found.to_json())
-        return 0
-    for name, text in found.summary().items():
-        print_wrapped(f"{name}: {text}")
-    _print_changes(found.to_frame())
+    _print(found, json)
     return 0
 
 
@@ -143,12 +134,7 @@ def releases(
             names, level=level, cases=cases, only=only, folder=place, fresh=kept.fresh,
             output=output, progress=progress,
         )  # fmt: skip
-    if json:
-        print_json(found.to_json())
-        return int(found.status)
-    for name, text in found.summary().items():
-        print_wrapped(f"{name}: {text}")
-    _print_changes(found.to_frame())
+    _print(found, json)
     return int(found.status)
 
 
@@ -359,20 +345,27 @@ def reproduce(*, output: Folder = None, check: bool = False, json: Json = False)
 
     committed = output or Path("reports/reproduction")
     with progress_bars("reproduce", quiet=json) as progress:
-        run, sections = recompute(progress=progress)
+        found: Any = recompute(progress=progress)
+    run, sections = found
     if check:
-        found = compare_runs(committed, run)
-        (print_json if json else print_record)(found.to_json())
-        return int(found.status)
+        changes = compare_runs(committed, run)
+        _print(changes, json)
+        return int(changes.status)
     with output_folder(output, "-reproduction") as folder:
         write_run(run, folder, report_files(run, sections))
     (print_json if json else print_record)({**run.to_json(), "folder": str(folder)})
     return 0
 
 
-def _print_changes(changes: pd.DataFrame) -> None:
-    columns = [name for name in COLUMNS if name in changes]
+def _print(found: RunDiff | Acceptance | ReleaseComparison, json: bool) -> None:
+    """Print summary and changed rows, or one JSON object."""
+    if json:
+        print_json(found.to_json())
+        return
+    for name, text in found.summary().items():
+        print_wrapped(f"{name}: {text}")
+    changes = found.to_frame()
     if len(changes):
-        print_frame(changes[columns].head(MOST_ROWS))
+        print_frame(changes[[name for name in COLUMNS if name in changes]].head(MOST_ROWS))
     if len(changes) > MOST_ROWS:
         print(f"... {len(changes) - MOST_ROWS} more: --json has all")
