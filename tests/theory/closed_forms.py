@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
-from harness.observables.tower import TowerRun
+from harness.cases.tower.runs import TowerRun
 from harness.theory import chain
 from harness.theory import contact as bounce
 from harness.theory import contact as cohesion

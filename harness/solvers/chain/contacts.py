@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from harness.errors import RequestError
-from harness.solvers.chain.setup import Chain, Flags, Floats, compiled, compliance
+from harness.solvers.chain.setup import Flags, Floats, compiled, compliance
 
 PATIENCE = 10  # passes without fewer wrong contacts before they are exchanged one by one
 MOST_PASSES = 1000  # one by one, for each contact
@@ -57,16 +57,18 @@ def forces_of_overlaps(overlap: Floats, diagonal: Floats, coupling: Floats) -> F
 
 @compiled
 def update_forces(
-    chain: Chain, overlap: Floats, closed: Flags, factor: Floats, force: Floats, tolerance: float
-) -> bool:
-    """Set ``force`` (n,) [N] under the chain's law; return whether a contact set was found.
+    overlap: Floats, diagonal: Floats, coupling: Floats,
+    closed: Flags, factor: Floats, force: Floats, tolerance: float,
+) -> bool:  # fmt: skip
+    """Set ``force`` (n,) [N]; return whether a contact set was found.
 
-    ``closed`` (n,) and its ``factor`` are those of the step before, and are brought up to date.
+    ``closed`` (n,) and its ``factor`` are those of the step before, and are brought up to date. A
+    negative ``tolerance`` stands for the overlap law, which needs none.
     """
-    if chain.deformable:
-        return solve(overlap, chain.diagonal, chain.coupling, closed, factor, force, tolerance)
+    if tolerance >= 0.0:
+        return solve(overlap, diagonal, coupling, closed, factor, force, tolerance)
     for i in range(overlap.size):
-        force[i] = max(overlap[i], 0.0) / chain.diagonal[i]
+        force[i] = max(overlap[i], 0.0) / diagonal[i]
     return True
 
 
@@ -120,21 +122,29 @@ def _exchange_wrong(
 
 
 @compiled
-def factorise(closed: Flags, diagonal: Floats, coupling: Floats, factor: Floats) -> int:
-    """Factorise A on the closed contacts (Thomas); return the longest run of them.
+def factorise(closed: Flags, diagonal: Floats, coupling: Floats, factor: Floats) -> None:
+    """Factorise A on the closed contacts (Thomas).
 
     ``factor`` (3, n) takes the inverse pivots, and the multipliers of the forward and the backward
     substitution; all are 0 where open.
     """
-    longest = run = 0
+    before = pivot = 0.0
     for i in range(closed.size):
-        run = run + 1 if closed[i] else 0
+        carried = before * pivot
+        pivot = 1.0 / (diagonal[i] - before * carried) if closed[i] else 0.0
+        factor[0, i] = pivot
+        factor[1, i] = carried if closed[i] else 0.0
+        before = coupling[i]
+        factor[2, i] = before * pivot
+
+
+@compiled
+def longest_run(closed: Flags) -> int:
+    """Return how many contacts are closed in a row at most."""
+    longest = run = 0
+    for flag in closed:
+        run = run + 1 if flag else 0
         longest = max(longest, run)
-        before = coupling[i - 1] if run > 1 else 0.0
-        carried = before * factor[0, i - 1] if run > 1 else 0.0
-        factor[0, i] = 1.0 / (diagonal[i] - before * carried) if run else 0.0
-        factor[1, i] = carried
-        factor[2, i] = coupling[i] * factor[0, i]
     return longest
 
 

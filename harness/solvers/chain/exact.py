@@ -12,6 +12,7 @@ without the fixed base falls.
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Callable
 from typing import NamedTuple
 
@@ -29,6 +30,7 @@ ORDER = 22
 REACH = 1.5  # of a Taylor series, in 1 / highest frequency: 1.5^23/23! = 4e-19
 HALVINGS = 52  # of an interval that may hold a root
 TURN_HALVINGS = 60
+SLICE_SECONDS = 0.3  # between two looks for an interrupt
 
 Progress = Callable[[int, int], None]
 
@@ -56,10 +58,10 @@ def run(
         )
     propagator = Propagator(chain, duration, samples)
     while propagator.time < duration:
-        propagator.advance()
+        shielded(propagator.advance)
         progress(propagator.sampled, samples)
-    time, motion = propagator.motion()
-    return sampled_motion(chain, time, motion, keep=profiles)
+    times, motion = propagator.motion()
+    return sampled_motion(chain, times, motion, keep=profiles)
 
 
 class Propagator:
@@ -76,6 +78,12 @@ class Propagator:
         self._parts: list[tuple[Floats, Floats, Floats, Floats]] = []
 
     def advance(self) -> None:
+        """Go from change to change, to the end or until an interrupt is looked for."""
+        started = time.monotonic()
+        while self.time < self._duration and time.monotonic() - started < SLICE_SECONDS:
+            self._advance()
+
+    def _advance(self) -> None:
         """Go to the next change of contacts, or to the end, and keep the samples on the way."""
         slack = SLACK * max(self._chain.length, float(np.abs(self.u).max()))
         self._settle(slack)
@@ -92,16 +100,16 @@ class Propagator:
     def motion(self) -> tuple[Floats, Profiles]:
         """Return the times (M,) [s] and the motion at the samples so far, and now."""
         self._append(np.array([self.time]), self.u[None], self.v[None])
-        time, *parts = (np.concatenate(part) for part in zip(*self._parts, strict=True))
-        return time, Profiles(*parts)
+        times, *parts = (np.concatenate(part) for part in zip(*self._parts, strict=True))
+        return times, Profiles(*parts)
 
     def _settle(self, slack: float) -> None:
         """Bring the contact set up to date; raise RequestError where rounding hides it."""
         chain, overlap = self._chain, self.u[:-1] - self.u[1:]
         factorise(self._closed, chain.diagonal, chain.coupling, self._factor)
         # stricter than what the search allows: the new set is not at its own edge
-        found = shielded(
-            solve, overlap, chain.diagonal, chain.coupling, self._closed, self._factor,
+        found = solve(
+            overlap, chain.diagonal, chain.coupling, self._closed, self._factor,
             np.empty_like(overlap), 0.25 * slack,
         )  # fmt: skip
         if not found or self._in_no_time > 4 * overlap.size + 16:
@@ -121,9 +129,7 @@ class Propagator:
             reach = left - local
             if modes.highest > 0:
                 reach = min(reach, REACH / modes.highest)
-            changed, root = shielded(
-                next_change, self._chain, self._closed, self._factor, x, w, reach, slack
-            )
+            changed, root = next_change(self._chain, self._closed, self._factor, x, w, reach, slack)
             until = local + reach * root
             before = w[0] - w[-1]
             x, w = (part[0] for part in modes.at(np.array([until])))
@@ -145,10 +151,10 @@ class Propagator:
         times = np.sort(np.concatenate(([0.0], numbers * spacing - self.time, turns)))
         self._append(self.time + times, *modes.at(times))
 
-    def _append(self, time: Floats, u: Floats, v: Floats) -> None:
-        force = np.empty((time.size, self._closed.size))
+    def _append(self, times: Floats, u: Floats, v: Floats) -> None:
+        force = np.empty((times.size, self._closed.size))
         _substitute_rows(u[:, :-1] - u[:, 1:], self._factor, force)
-        self._parts.append((time, u, v, force))
+        self._parts.append((times, u, v, force))
 
 
 @compiled
@@ -180,9 +186,9 @@ class Modes(NamedTuple):
         """Return the highest frequency [rad/s], 0 where nothing touches."""
         return float(self.frequency.max())
 
-    def at(self, time: Floats) -> tuple[Floats, Floats]:
+    def at(self, times: Floats) -> tuple[Floats, Floats]:
         """Return displacements and velocities (T, N) at times (T,) [s] after the change."""
-        t, swings = time[:, None], self.frequency > 0
+        t, swings = times[:, None], self.frequency > 0
         omega = np.where(swings, self.frequency, 1.0)
         rest = np.where(swings, self.pull / omega**2, 0.0)
         cosine, sine, away = np.cos(omega * t), np.sin(omega * t), self.place - rest
@@ -207,39 +213,33 @@ class Modes(NamedTuple):
 
 def find_modes(chain: Chain, closed: Flags, factor: Floats, u: Floats, v: Floats) -> Modes:
     """Return the modes of a contact set with its factors, in the state ``u`` and ``v`` (N,)."""
-    particles = u.size
-    shapes, (frequency, origin) = np.zeros((particles, particles)), np.zeros((2, particles))
-    ends = np.concatenate((np.flatnonzero(~closed), [particles - 1]))
-    begin = 0
-    for last in ends:
-        end, fixed = int(last) + 1, chain.mobility[last] == 0
-        mobile = end - begin - fixed
+    # particles alone fall: a mode each
+    shapes, (frequency, origin) = np.eye(u.size), np.zeros((2, u.size))
+    edges = np.flatnonzero(np.diff(np.concatenate(([False], closed, [False]))))
+    for begin, last in edges.reshape(-1, 2):
+        fixed = chain.mobility[last] == 0
         if fixed:
             # a run that holds on to a fixed base is measured from where the base is
-            origin[begin:end] = u[-1]
-        if mobile:
-            run_ = slice(begin, begin + mobile)
-            values, vectors = _run_modes(chain, factor, begin, mobile, not fixed)
-            frequency[run_], shapes[run_, run_] = values, vectors
-        begin = end
+            origin[begin : last + 1] = u[-1]
+        run_ = slice(begin, last + (not fixed))
+        frequency[run_], shapes[run_, run_] = _run_modes(chain, factor, begin, last, not fixed)
+    if chain.mobility[-1] == 0:
+        origin[-1] = u[-1]
     root = np.sqrt(chain.mass)
     place, rate, pull = (root * part @ shapes for part in (u - origin, v, chain.gravity))
     return Modes(shapes, frequency, place, rate, pull, origin, root)
 
 
 def _run_modes(
-    chain: Chain, factor: Floats, begin: int, mobile: int, free: bool
+    chain: Chain, factor: Floats, begin: int, last: int, free: bool
 ) -> tuple[Floats, Floats]:
-    """Return frequencies [rad/s] and shapes of the ``mobile`` particles of a run."""
+    """Return frequencies [rad/s] and shapes of the mobile particles of a run."""
+    contacts, mobile = last - begin, last - begin + free
     root = np.sqrt(chain.mass[begin : begin + mobile])
-    if free and mobile == 1:
-        return np.zeros(1), np.ones((1, 1))
-    contacts = mobile - free
     # a row for each particle: the overlaps of its unit displacement
     overlap = np.eye(mobile, contacts) - np.eye(mobile, contacts, -1)
     force = np.empty_like(overlap)
-    pivots = np.ascontiguousarray(factor[:, begin : begin + contacts])
-    _substitute_rows(overlap, pivots, force)
+    _substitute_rows(overlap, np.ascontiguousarray(factor[:, begin:last]), force)
     stiffness = force @ overlap.T / np.outer(root, root)
     values, vectors = np.linalg.eigh(0.5 * (stiffness + stiffness.T))
     if free:

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from harness.compiled import shielded
 from harness.errors import RequestError
-from harness.solvers.chain.contacts import factorise, update_forces
+from harness.solvers.chain.contacts import longest_run, update_forces
 from harness.solvers.chain.samples import (
     COLUMNS,
     ChainSamples,
@@ -100,7 +100,10 @@ class State(NamedTuple):
 
     u: Floats  # (N,) [m]
     v: Floats  # (N,) [m/s]
-    stages: Floats  # (4, N) [m/s2] accelerations
+    a: Floats  # (N,) [m/s2] accelerations of four stages
+    b: Floats
+    c: Floats
+    d: Floats
     overlap: Floats  # (n,) [m]
     force: Floats  # (n,) [N]
     closed: Flags  # (n,)
@@ -113,11 +116,10 @@ ROWS, CONTACTS, NEXT = range(3)  # rows written, contacts of the grain's chain, 
 
 def _state(chain: Chain) -> State:
     n = chain.diagonal.size
+    a, b, c, d = (np.zeros(n + 1) for _ in range(4))
+    u, v, (overlap, force) = chain.displacement.copy(), chain.velocity.copy(), np.zeros((2, n))
     closed, factor = np.zeros(n, np.bool_), np.zeros((3, n))
-    return State(
-        chain.displacement.copy(), chain.velocity.copy(), np.zeros((4, n + 1)),
-        np.zeros(n), np.zeros(n), closed, factor, np.array([0, -1, 0]),
-    )  # fmt: skip
+    return State(u, v, a, b, c, d, overlap, force, closed, factor, np.array([0, -1, 0]))
 
 
 class _Record:
@@ -150,6 +152,8 @@ def _stopped(touching: int, plan: Plan) -> RequestError:
 
 
 # ---- steps
+#
+# Kernels take arrays one by one: to take one out of a tuple costs as much as a short row.
 
 
 @compiled
@@ -161,81 +165,90 @@ def _advance(
 
     Where more contacts touch in a row than allowed, return how many; 1 where no set fits.
     """
-    counts = state.counts
+    u, v, a, b, c, d, overlap, force, closed, factor, counts = state
+    _, mobility, diagonal, coupling, gravity, _, _, length, deformable = chain
+    h, dense, half = plan.step, plan.dense, 0.5 * plan.step
+    tolerance = SLACK * length if deformable else -1.0
+    longest = plan.longest if deformable else overlap.size
     for count in range(counts[NEXT], last):
         counts[NEXT] = count
-        if plan.dense or count == 0:
-            failed = _accelerate(chain, state, plan, 0, 0.0, 0.0)
-            if failed:
-                return failed
-        touching, row = count_contacts(state.force), counts[ROWS]
-        changed = plan.dense and touching != counts[CONTACTS]
-        if changed or count % plan.every == 0 or count == plan.steps:
+        if dense or count == 0:
+            _set_overlaps(u, v, a, 0.0, 0.0, overlap)
+            if not update_forces(overlap, diagonal, coupling, closed, factor, force, tolerance):
+                return 1
+            _accelerate(force, mobility, gravity, a)
+        touching, row = count_contacts(force), counts[ROWS]
+        if (dense and touching != counts[CONTACTS]) or (
+            count % plan.every == 0 or count == plan.steps
+        ):
             if row == rows.shape[0]:
                 return 0
-            write_row(chain, count * plan.step, state.u, state.v, state.force, rows[row])
+            write_row(chain, count * h, u, v, force, rows[row])
             if places.shape[1]:
-                places[row], speeds[row], forces[row] = state.u, state.v, state.force
+                places[row], speeds[row], forces[row] = u, v, force
             counts[ROWS], counts[CONTACTS] = row + 1, touching
-        if count < plan.steps:
-            failed = _runge_kutta(chain, state, plan) if plan.dense else _verlet(chain, state, plan)
-            if failed:
-                return failed
+        if count == plan.steps:
+            break
+        if not dense:
+            _kick_and_drift(u, v, a, h)
+        for stage in range(3 if dense else 1):
+            before, now = (a, b) if stage == 0 else (a, c) if stage == 1 else (b, d)
+            shift = (h if stage == 2 else half) if dense else 0.0
+            lift = half * shift if stage else 0.0
+            _set_overlaps(u, v, before, shift, lift, overlap)
+            if not update_forces(overlap, diagonal, coupling, closed, factor, force, tolerance):
+                return 1
+            if longest < overlap.size:
+                touching = longest_run(closed)
+                if touching > longest:
+                    return touching
+            _accelerate(force, mobility, gravity, now if dense else a)
+        if dense:
+            _combine(u, v, a, b, c, d, h)
+        else:
+            _kick(v, a, h)
     counts[NEXT] = last
     return 0
 
 
 @compiled
-def _runge_kutta(chain: Chain, state: State, plan: Plan) -> int:
-    """Take a step from the accelerations at its start."""
-    u, v, (a, b, c, d), h = state.u, state.v, state.stages, plan.step
-    for stage in range(1, 4):
-        shift = h if stage == 3 else 0.5 * h
-        lift = 0.0 if stage == 1 else 0.5 * h * shift
-        failed = _accelerate(chain, state, plan, stage, shift, lift)
-        if failed:
-            return failed
+def _set_overlaps(
+    u: Floats, v: Floats, a: Floats, shift: float, lift: float, overlap: Floats
+) -> None:
+    """Set the overlaps (n,) [m] at ``u + shift v + lift a``."""
+    for i in range(overlap.size):
+        overlap[i] = (u[i] - u[i + 1]) + shift * (v[i] - v[i + 1]) + lift * (a[i] - a[i + 1])
+
+
+@compiled
+def _accelerate(force: Floats, mobility: Floats, gravity: Floats, a: Floats) -> None:
+    """Set the accelerations (N,) [m/s2] from the forces (n,) [N]."""
+    before = 0.0
+    for i in range(force.size):
+        a[i] = (before - force[i]) * mobility[i] + gravity[i]
+        before = force[i]
+    a[-1] = before * mobility[-1] + gravity[-1]
+
+
+@compiled
+def _combine(u: Floats, v: Floats, a: Floats, b: Floats, c: Floats, d: Floats, h: float) -> None:
+    """Take a step of Runge-Kutta from the accelerations of its four stages."""
     square, sixth = h * h / 6, h / 6
     for i in range(u.size):
         u[i] += h * v[i] + square * (a[i] + b[i] + c[i])
         v[i] += sixth * (a[i] + 2 * (b[i] + c[i]) + d[i])
-    return 0
 
 
 @compiled
-def _verlet(chain: Chain, state: State, plan: Plan) -> int:
-    """Kick by half a step, move, and kick by the new accelerations."""
-    u, v, a, h = state.u, state.v, state.stages[0], plan.step
+def _kick_and_drift(u: Floats, v: Floats, a: Floats, h: float) -> None:
+    """Kick by half a step, and move by a whole one."""
     for i in range(u.size):
         v[i] += 0.5 * h * a[i]
         u[i] += h * v[i]
-    failed = _accelerate(chain, state, plan, 0, 0.0, 0.0)
-    for i in range(u.size):
-        v[i] += 0.5 * h * a[i]
-    return failed
 
 
 @compiled
-def _accelerate(
-    chain: Chain, state: State, plan: Plan, stage: int, shift: float, lift: float
-) -> int:
-    """Set forces and accelerations of a stage, at ``u + shift v + lift a``, a two stages before.
-
-    Return what :func:`_advance` does.
-    """
-    u, v, a = state.u, state.v, state.stages[max(stage - 2, 0)]
-    overlap, force, n = state.overlap, state.force, state.overlap.size
-    for i in range(n):
-        overlap[i] = (u[i] - u[i + 1]) + shift * (v[i] - v[i + 1]) + lift * (a[i] - a[i + 1])
-    if not update_forces(chain, overlap, state.closed, state.factor, force, SLACK * chain.length):
-        return 1
-    if plan.longest < n and chain.deformable:
-        longest = factorise(state.closed, chain.diagonal, chain.coupling, state.factor)
-        if longest > plan.longest:
-            return longest
-    now, before = state.stages[stage], 0.0
-    for i in range(n):
-        now[i] = (before - force[i]) * chain.mobility[i] + chain.gravity[i]
-        before = force[i]
-    now[n] = before * chain.mobility[n] + chain.gravity[n]
-    return 0
+def _kick(v: Floats, a: Floats, h: float) -> None:
+    """Kick by half a step."""
+    for i in range(v.size):
+        v[i] += 0.5 * h * a[i]

@@ -1,0 +1,185 @@
+"""The contact set: by pivoting, by the sweeps of the source, and by trying all."""
+
+import itertools
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from harness.errors import RequestError
+from harness.solvers.chain import contacts, source
+from harness.solvers.chain.contacts import contact_forces, forces_of_overlaps
+from harness.solvers.chain.setup import compliance
+
+EPS = np.finfo(float).eps
+overlaps = st.integers(1, 30).flatmap(
+    lambda n: arrays(float, n, elements=st.floats(-0.3, 0.4, allow_subnormal=False))
+)
+
+
+def centres(overlap):
+    return np.concatenate(([0.0], np.cumsum(1 - np.asarray(overlap))))
+
+
+def matrix(diagonal, coupling):
+    return np.diag(diagonal) + np.diag(coupling[:-1], 1) + np.diag(coupling[:-1], -1)
+
+
+def rounding(x):
+    """Return a few eps of the positions times the norm of T^-1."""
+    return 4 * EPS * x[-1] / (2 * np.sin(np.pi / (2 * x.size)) ** 2)
+
+
+def by_enumeration(overlap, law):
+    """Try all contact sets: slow, and beyond doubt."""
+    n = overlap.size
+    for closed in itertools.product((False, True), repeat=n):
+        held, force = np.flatnonzero(closed), np.zeros(n)
+        if held.size:
+            force[held] = np.linalg.solve(law[np.ix_(held, held)], overlap[held])
+        if (force >= -1e-12).all() and (law @ force - overlap >= -1e-12).all():
+            return force
+    raise AssertionError("no contact set")
+
+
+def random_overlaps(rng, kind, n):
+    """Separated chains, dense ones, strongly unequal compressions, near contacts."""
+    if kind == 0:
+        return 0.1 * rng.uniform(-0.3, 1, n)
+    if kind == 1:
+        return 0.2 * rng.uniform(0.5, 1, n)
+    if kind == 2:
+        return 10 ** rng.uniform(-9, -0.5, n) * rng.choice([1, 1, -1], n)
+    return 0.1 + 1e-6 * rng.normal(size=n)
+
+
+def test_pivoting_and_the_sweeps_of_the_source_agree_on_two_thousand_configurations():
+    rng = np.random.default_rng(20240913)
+    worst = 0.0
+    for count in range(2_000):
+        x = centres(random_overlaps(rng, count % 4, int(rng.integers(1, 40))))
+        apart = np.abs(source.compressions(x, 1.0) - contact_forces(x, 1.0, 1.0)).max()
+        assert apart <= rounding(x)
+        worst = max(worst, apart)
+    assert worst > 0.0  # they do not share their arithmetic
+
+
+@settings(max_examples=100, deadline=None)
+@given(overlaps)
+def test_both_agree_on_awkward_configurations_which_fulfil_the_conditions(overlap):
+    x = centres(overlap)
+    force = contact_forces(x, 1.0, 1.0)
+    assert source.compressions(x, 1.0) == pytest.approx(force, abs=rounding(x))
+    gap = matrix(np.ones(overlap.size), np.full(overlap.size, 0.5)) @ force - overlap
+    assert force.min() >= 0.0
+    assert gap.min() >= -1e-13
+    assert np.abs(force * gap).max() < 1e-13
+    if overlap.max() > 1e-9:  # the closest pair touches
+        assert force[np.argmax(overlap)] > 0.0
+
+
+def test_merging_by_what_overlaps_now_would_be_wrong():
+    """After contact 3, contact 2 seems closed (0.6 > 1/2), then 1; but 1 and 3 push 2 open."""
+    d = np.array([0.9, 0.6, 1.0]) / 10
+    together = np.linalg.solve(matrix(np.ones(3), np.full(3, 0.5)), d)
+    assert together[1] < 0.0
+    for solver in (source.compressions, lambda x, d: contact_forces(x, d, 1.0)):
+        assert solver(centres(d), 1.0) == pytest.approx([0.09, 0, 0.1], abs=1e-15)
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.integers(0, 2**32 - 1), st.integers(1, 8))
+def test_against_enumeration_with_unequal_particles_from_any_warm_start(seed, n):
+    rng = np.random.default_rng(seed)
+    law = compliance(10 ** rng.uniform(-1, 1, n + 1), True)
+    d = rng.normal(size=n) * rng.choice([1, 0.1, 0.01], n)
+    expected = by_enumeration(d, matrix(*law))
+    assert forces_of_overlaps(d, *law) == pytest.approx(expected, abs=1e-9)
+    for _ in range(3):
+        closed, force, factor = rng.random(n) < 0.5, np.empty(n), np.empty((3, n))
+        contacts.factorise(closed, *law, factor)
+        assert contacts.solve(d, *law, closed, factor, force, 1e-14)
+        assert force == pytest.approx(expected, abs=1e-9)
+        assert (closed == (expected > 1e-12)).all()
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.integers(0, 2**32 - 1), st.integers(1, 25))
+def test_exchanging_one_by_one_finds_the_same_set(seed, n):
+    rng = np.random.default_rng(seed)
+    law, d = compliance(np.ones(n + 1), True), rng.normal(0.02, 0.1, n)
+    expected = forces_of_overlaps(d, *law)
+    closed, force, factor = np.zeros(n, bool), np.empty(n), np.zeros((3, n))
+    for _ in range(1000 * n):
+        contacts.substitute(d, factor, force)
+        wrong = contacts._exchange_wrong(d, *law, force, closed, 1e-15 * n, True)
+        if not wrong:
+            break
+        contacts.factorise(closed, *law, factor)
+    assert np.maximum(force, 0.0) == pytest.approx(expected, abs=1e-12)
+
+
+@pytest.mark.parametrize("n", [2, 3, 4, 5, 8])
+def test_the_boundary_formula(n):
+    c = np.random.default_rng(n).uniform(0.01, 0.1, n - 1)
+    half = 0.5 - np.convolve(c, [1, 1]) / 2
+    x = np.concatenate(([0], np.cumsum(half[1:] + half[:-1])))
+    assert source.first_boundary(x, 0.5) == pytest.approx(-half[0], abs=1e-14)
+    assert source.boundaries(x, 0.5)[1:] - x == pytest.approx(half, abs=1e-13)
+    assert source.partial_compressions(x, 0.5) == pytest.approx(c, abs=1e-13)
+
+
+def test_the_boundary_formula_as_printed_is_off():
+    """Its r0 term: -r0 for odd n, but + r0 for even n, where there must be none."""
+    x = np.array([0.0, 0.9, 1.8, 2.7])
+    i, n = np.arange(1, 5), 4
+    printed = (0.5 + np.sum((-1.0) ** (i + 1) * (2 * (n - i) + 1) * x)) / n
+    example = (-x[3] + 3 * x[2] - 5 * x[1] + 7 * x[0]) / 4
+    assert source.first_boundary(x, 0.5) == pytest.approx(example)
+    assert printed != pytest.approx(example)
+
+
+def test_the_overlap_law_and_unequal_pairs_in_closed_form():
+    d = np.random.default_rng(3).normal(size=30) * 0.1
+    force = contact_forces(centres(d), 1.0, 5.0, deformable=False)
+    assert force == pytest.approx(5 * np.maximum(d, 0.0), abs=1e-13)
+    pair = contact_forces([0.0, 1.4], [1.0, 2.0], [3.0, 6.0])
+    assert pair == pytest.approx([0.1 * 2 * 3 * 6 / 9])
+
+
+def test_a_hundred_thousand_contacts_at_once():
+    d = np.random.default_rng(5).normal(0.05, 0.1, 100_000)
+    force = forces_of_overlaps(d, *compliance(np.ones(d.size + 1), True))
+    gap = force - d
+    gap[1:] += 0.5 * force[:-1]
+    gap[:-1] += 0.5 * force[1:]
+    assert force.min() >= 0.0
+    assert gap.min() > -1e-12
+    assert np.abs(force * gap).max() < 1e-12
+
+
+@pytest.mark.parametrize("solver", [source.compressions, lambda x, d: contact_forces(x, d, 1.0)])
+@pytest.mark.parametrize(
+    ("positions", "diameter", "said"),
+    [
+        ([0.0], 1.0, "two particles"),
+        ([0.0, 1.0, 0.5], 1.0, r"positions\[2\] = 0.5"),
+        ([0.0, 0.3], 1.0, "0.3 m: must be at least 0.5"),
+        ([0.0, np.nan], 1.0, r"positions\[1\] = nan"),
+        ([0.0, 1.0], 0.0, r"diameter\[0\] = 0.0"),
+        ([[0.0, 1.0]], 1.0, "shape"),
+    ],
+)
+def test_bad_positions(solver, positions, diameter, said):
+    with pytest.raises(RequestError, match=said):
+        solver(positions, diameter)
+
+
+@pytest.mark.parametrize("stiffness", [0.0, np.nan, [1.0, 2.0, 3.0]])
+def test_bad_stiffness_and_overlaps(stiffness):
+    with pytest.raises(RequestError, match="stiffness"):
+        contact_forces([0.0, 1.0], 1.0, stiffness)
+    with pytest.raises(RequestError, match="overlaps"):
+        forces_of_overlaps(np.array([0.1, np.nan]), *compliance(np.ones(3), True))

@@ -1,0 +1,230 @@
+"""Chains in steps: orders, bounds of the step, long rows, samples."""
+
+import math
+
+import numpy as np
+import pytest
+
+from harness.errors import RequestError
+from harness.results.limits import slope_order
+from harness.solvers.chain import stepped
+from harness.solvers.chain.contacts import factorise, forces_of_overlaps
+from harness.solvers.chain.exact import find_modes
+from harness.solvers.chain.samples import COLUMNS
+from harness.solvers.chain.setup import highest_frequency
+from harness.theory import chain as theory
+from tests.solvers.chain.rows import LAWS, Tower, by_modes, by_steps, chain_of, drift
+
+
+@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize(("scheme", "order"), [("rk4", 4), ("velocity_verlet", 2)])
+def test_the_order_while_contacts_stay(law, scheme, order):
+    """A tower at rest under a grain that starts to press: no contact changes."""
+    case = Tower(height=5, law=law, start="preloaded", speed=0.005)
+    exact = by_modes(case, 0.4, samples=1)
+    assert len(exact.time) <= 4
+    counts = np.array([40, 60, 90, 135, 200, 300])
+    errors = []
+    for count in counts:
+        step = 0.4 * case.contact_time / count
+        run = stepped.run(chain_of(case), 0.4 * case.contact_time, step, samples=1, scheme=scheme)
+        errors.append(np.abs(run.final_velocity - exact.final_velocity).max())
+    slope, (low, high) = slope_order(1 / counts, errors)
+    assert abs(slope - order) < max(0.5 * (high - low), 0.1)
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_the_order_across_changes_of_contact(law):
+    """A kink of the force in a step costs two orders; its place in the step scatters it."""
+    case = Tower(height=3, law=law)
+    exact = by_modes(case, 3.0, samples=1)
+    counts = np.unique(np.geomspace(300, 10_000, 60).astype(int))
+    runs = [
+        stepped.run(chain_of(case), 3 * case.contact_time, 3 * case.contact_time / n, samples=10)
+        for n in counts
+    ]
+    errors = [np.abs(run.final_velocity - exact.final_velocity).max() for run in runs]
+    _, (low, high) = slope_order(1 / counts, errors)
+    assert 1.6 < low < high < 2.8
+    _, (low, high) = slope_order(1 / counts, [drift(run) for run in runs])
+    assert low < 2 < high
+    assert high - low < 0.6
+
+
+@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("height", [1, 3, 7, 20])
+def test_against_the_exact_propagator(law, height):
+    case = Tower(height=height, law=law)
+    run, exact = by_steps(case, 3.0), by_modes(case, 3.0)
+    assert run.final_velocity == pytest.approx(exact.final_velocity, abs=1e-5)
+    assert drift(run) < 1e-6
+    assert drift(exact) < 1e-11
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_free_chains_against_matrix_exponentials(law):
+    case = Tower(height=3, gravity=0.0, base="free", law=law)
+    expected = theory.final_velocities(4, law == "deformable")
+    assert by_steps(case, 20.0).final_velocity / 2 == pytest.approx(expected, abs=2e-6)
+
+
+# ---- the bound of the step: it holds, it is close, it is needed
+
+
+@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("base", ["fixed", "free"])
+@pytest.mark.parametrize("height", [1, 2, 5, 40])
+def test_the_bound_of_the_frequencies_holds_and_is_close(law, base, height):
+    rng = np.random.default_rng(height)
+    equal = Tower(height=height, law=law, base=base, gravity=0.0)
+    unequal = equal.replace(
+        mass=tuple(rng.uniform(0.5, 2, height + 1)),
+        stiffness=tuple(rng.uniform(5e5, 2e6, height + 1)),
+    )
+    for case in (equal, unequal):
+        chain, closed, factor = chain_of(case), np.ones(height, bool), np.zeros((3, height))
+        factorise(closed, chain.diagonal, chain.coupling, factor)
+        modes = find_modes(chain, closed, factor, chain.displacement, chain.velocity)
+        bound = highest_frequency(chain)
+        assert modes.highest <= bound * (1 + 1e-12)
+        if case is equal and height == 40:
+            assert modes.highest > 0.97 * bound
+
+
+@pytest.mark.parametrize("scheme", ["rk4", "velocity_verlet"])
+def test_a_step_is_stable_up_to_the_bound(scheme):
+    case = Tower(height=40, law="overlap", start="preloaded", speed=1e-6)
+    chain = chain_of(case)
+    bound = stepped.STABILITY[scheme] / highest_frequency(chain)
+    run = stepped.run(chain, 400 * bound, 0.99 * bound, samples=400, scheme=scheme)
+    assert run.energy.max() - run.energy[0] < 1e-11
+    with pytest.raises(RequestError, match=r"step = .*: must be less than"):
+        stepped.run(chain, 400 * bound, 1.03 * bound, samples=1, scheme=scheme)
+
+
+@pytest.mark.parametrize(
+    ("case", "longest", "said"),
+    [
+        (Tower(height=30), 1, "longest_chain = 1: 2 contacts touch"),
+        (Tower(height=9, start="preloaded"), 3, "longest_chain = 3"),
+        (Tower(height=9), 0, "longest_chain = 0"),
+    ],
+)
+def test_the_longest_chain_is_watched(case, longest, said):
+    with pytest.raises(RequestError, match=said):
+        by_steps(case, 1.0, longest=longest)
+
+
+@pytest.mark.parametrize(
+    ("duration", "step"), [(0.0, 1e-6), (math.inf, 1e-6), (1.0, 0.0), (1.0, -1.0), (1.0, 1e-14)]
+)
+def test_bad_durations_and_steps(duration, step):
+    with pytest.raises(RequestError, match="duration"):
+        stepped.run(chain_of(Tower()), duration, step, samples=1)
+
+
+# ---- long rows
+
+
+def stepped_plainly(chain, step, steps):
+    """Return displacements and velocities after RK4, each force from a cold start."""
+
+    def acceleration(u):
+        force = forces_of_overlaps(u[:-1] - u[1:], chain.diagonal, chain.coupling)
+        push = np.concatenate(([0.0], force))
+        return (push - np.concatenate((force, [0.0]))) * chain.mobility + chain.gravity
+
+    u, v = chain.displacement.copy(), chain.velocity.copy()
+    for _ in range(steps):
+        a = acceleration(u)
+        b = acceleration(u + step / 2 * v)
+        c = acceleration(u + step / 2 * v + step**2 / 4 * a)
+        d = acceleration(u + step * v + step**2 / 2 * b)
+        u = u + step * v + step**2 / 6 * (a + b + c)
+        v = v + step / 6 * (a + 2 * (b + c) + d)
+    return u, v
+
+
+@pytest.mark.parametrize("start", ["moving", "pressed", "clusters"])
+@pytest.mark.parametrize("equal", [True, False])
+def test_a_long_row_whose_contact_sets_are_kept_from_step_to_step(start, equal):
+    rng, particles = np.random.default_rng(7), 800
+    case = Tower(height=particles - 1, gravity=0.0)
+    if not equal:
+        case = case.replace(
+            mass=tuple(rng.uniform(0.5, 2, particles)),
+            stiffness=tuple(rng.uniform(5e5, 2e6, particles)),
+        )
+    chain = chain_of(case)
+    chain.velocity[:-1] = rng.normal(0, 1e-3 if start == "pressed" else 0.5, particles - 1)
+    if start == "pressed":
+        chain.displacement[:] = np.linspace(0.0, -1e-5 * particles, particles)
+    elif start == "clusters":
+        overlap = np.where(rng.random(particles - 1) < 0.02, -1e-5, 1e-5)
+        chain.displacement[:] = np.concatenate(([0.0], -np.cumsum(overlap)))
+    step, steps = 1e-6, 40
+    u, v = stepped_plainly(chain, step, steps)
+    run = stepped.run(chain, steps * step, step * (1 + 1e-9), samples=2)
+    scale = max(np.abs(u).max(), 1e-6)
+    assert run.final_displacement == pytest.approx(u, abs=1e-11 * scale)
+    assert run.final_velocity == pytest.approx(v, abs=1e-11 * max(np.abs(v).max(), scale / step))
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_a_million_particles(law):
+    """The shock is far from the base: the grain moves as on a short tower."""
+    options = {"samples": 1, "longest": 50, "steps_per_contact": 1000.0}
+    runs = [by_steps(Tower(height=n, law=law), 0.01, **options) for n in (40, 999_999)]
+    assert runs[0].final_velocity[:20] == pytest.approx(runs[1].final_velocity[:20], abs=1e-12)
+    # all but the shocked ones fall freely
+    assert np.ptp(runs[1].final_velocity[100:-100]) == 0.0
+
+
+# ---- samples
+
+
+def test_samples_are_kept_at_equal_distances_and_at_changes():
+    run = by_steps(Tower(height=3), 3.0, steps_per_contact=50_000.0, samples=30)
+    assert 31 < run.time.size < 60
+    assert run.time[-1] == pytest.approx(3 * Tower(height=3).contact_time)
+    assert (np.diff(run.time) > 0).all()
+    changes = np.flatnonzero(np.diff(run.contacts))
+    assert changes.size > 4
+    verlet = by_steps(Tower(height=3), 3.0, samples=30, scheme="velocity_verlet", profiles=True)
+    assert np.ptp(np.diff(verlet.time[:-1])) < 1e-15
+    assert verlet.profiles.forces.shape == (verlet.time.size, 3)
+
+
+@pytest.mark.parametrize("solver", [by_steps, by_modes])
+def test_profiles_are_the_columns(solver):
+    run = solver(Tower(height=3), 2.0, profiles=True)
+    u, v, force = run.profiles
+    assert np.array_equal(run.grain_displacement, u[:, 0])
+    assert np.array_equal(run.compression_rate, v[:, 0] - v[:, -1])
+    assert np.array_equal(run.base_force, force[:, -1])
+    kinetic = 0.5 * (v**2).sum(axis=1)
+    assert run.kinetic_energy == pytest.approx(kinetic, rel=1e-13)
+    assert run.elastic_energy == pytest.approx(0.5 * (force * -np.diff(u)).sum(axis=1), rel=1e-12)
+
+
+def test_a_run_in_slices_is_the_same_to_the_last_bit(monkeypatch):
+    whole, calls = by_steps(Tower(height=5), 1.0), []
+    monkeypatch.setattr(stepped, "SLICE", 1000)
+    cut = by_steps(Tower(height=5), 1.0, progress=lambda done, total: calls.append((done, total)))
+    assert len(calls) > 3
+    assert calls == sorted(calls)
+    assert calls[-1][0] == calls[-1][1]
+    for name in COLUMNS:
+        assert np.array_equal(getattr(whole, name), getattr(cut, name)), name
+
+
+@pytest.mark.parametrize("solver", [by_steps, by_modes])
+def test_an_interrupt_between_two_slices_ends_the_run(monkeypatch, solver):
+    monkeypatch.setattr(stepped, "SLICE", 1000)
+
+    def interrupted(done, total):
+        assert done <= total
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        solver(Tower(height=5), 1.0, progress=interrupted)
