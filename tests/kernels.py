@@ -5,8 +5,16 @@ In a new home they take more than a minute of a core, which each worker would sp
 
 import fcntl
 
+from harness.cases.tower.parameters import LAWS, Tower
+from harness.cases.tower.runs import solve
 from harness.solvers import hard_sphere, reference
 from tests.solvers.reference.scenes import HERTZ, HOOKE, on_row, resting
+
+
+def _chain():
+    for law in LAWS:
+        for solver in ("exact", "rk4"):
+            solve(Tower(height=2, law=law), solver)
 
 
 def _reference():
@@ -19,7 +27,7 @@ def _plane():
     hard_sphere.critical_angle(0.1)
 
 
-SETS = {"reference": _reference, "plane": _plane}
+SETS = {"chain": _chain, "reference": _reference, "plane": _plane}
 
 
 def compile_by_turns(folder, worker):

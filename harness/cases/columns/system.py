@@ -21,23 +21,12 @@ at rest on a crest they hold the same each time. That is why a passage goes on t
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from functools import partial
-from itertools import product
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple, Self
+from typing import Any, Literal, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
-from harness import __version__
-from harness.cases.base import Case, Check, Level, Quantity, Value
-from harness.cases.bench import OWN, Bench
-from harness.cases.incline.case import ANGLE, Search
-from harness.cases.incline.case import CASE as INCLINE
-from harness.cases.incline.runs import COLUMNS as PATH
-from harness.cases.incline.runs import Fate, Run, path_in, read
-from harness.cases.incline.search import CriticalAngle, Measure, prepared, search
 from harness.cases.incline.system import (
     START_BEHIND_CREST,
     START_SPEED,
@@ -46,61 +35,22 @@ from harness.cases.incline.system import (
     Route,
     wells_of,
 )
-from harness.cases.incline.system import (
-    TEMPLATE as INCLINE_TEMPLATE,
-)
-from harness.cases.incline.system import (
-    job_of as incline_job,
-)
-from harness.cases.incline.system import (
-    values_of as incline_values,
-)
-from harness.cases.tower.impulse import READINGS, source_angles
-from harness.cases.tower.parameters import LAWS, Law
-from harness.engines.contract import Engine, Job, Output, Template
-from harness.engines.process import cores, parallel_map
-from harness.engines.scene_tables import STAGES
-from harness.errors import EngineError, EngineOutputError, Unsupported
+from harness.cases.incline.system import TEMPLATE as INCLINE_TEMPLATE
+from harness.cases.incline.system import values_of as incline_values
+from harness.cases.tower.parameters import Law
+from harness.engines.contract import Job, Template
 from harness.model.allowed import allowed_in
 from harness.model.base import Parameters
-from harness.model.contact import CONTACTS, PLASTIC, SOURCE, NamedContact
+from harness.model.contact import PLASTIC, NamedContact
 from harness.model.law import Law as ContactLaw
-from harness.model.motion import STAGE_COLUMNS
 from harness.model.scene import Body, Scene, Stage
-from harness.observables.provenance import Provenance
-from harness.report.content import Section
-from harness.results.limits import Limit, limit
-from harness.results.rows import Kind, Tolerance
-from harness.theory.incline import critical_angle as rigid_angle
-
-if TYPE_CHECKING:
-    from harness.theory.chain import Reading
 
 Floats = NDArray[np.float64]
 Inside = Literal["damped", "elastic"]
-INSIDE: tuple[Inside, ...] = ("damped", "elastic")
 MOST_SUNK = 0.1  # [d] of a column under its own weight: more is another geometry
-PATH_EVERY, LEAST_PATH = 50, 100  # steps between samples of a path, samples that are compared
-HEIGHTS: dict[int, Level] = {2: "quick", 4: "default", 8: "full"}
-LADDER = (100.0, 200.0, 400.0)  # steps per contact time
-STIFFNESSES = tuple(10.0 ** (5.0 + 0.5 * i) for i in range(5))  # [N/m]
-STIFFNESS_EXPONENTS = (0.5, 1.0, 1.5)
-
-CHAIN = Provenance("harness", __version__, how="compiled")
 OF_FRICTION = (
     "friction", "grain_diameter", "shape", "tangential_stiffness", "tangential_damping",
 )  # fmt: skip
-
-SAME_PATH = Tolerance(
-    absolute=1e-11, reason="columns of one particle are the incline's row: round-off of 1e4 steps"
-)
-SAME_STEPS = Tolerance(
-    absolute=1e-8,
-    reason="the same steps: round-off, which the rattling of elastic columns magnifies",
-)
-RIGID = Tolerance(
-    absolute=3e-4, reason="step to zero, then stiffness to infinity: as of the incline's own ladder"
-)
 
 
 class Columns(Parameters):
@@ -381,271 +331,3 @@ def _bodies(case: Columns, route: Route) -> tuple[Body, ...]:
             place = (i * case.diameter, -float(deep), 0.0)
             bodies.append(held.replace(position=place, motion=last))
     return tuple(bodies)
-
-
-def read_run(case: Columns, route: Route, output: Output, every: int | None = None) -> Run:
-    """Return the run in an output: judged by LAMMPS's script, else by the ends of its stages."""
-    plain = case.incline
-    if output.results:
-        return read(plain, route, output, every)
-    table = output.table(("step", *PATH), name=STAGES)
-    x, y, vx, vy = (table[name][1:] for name in PATH[1:])
-    if not x.size:
-        raise EngineOutputError(f"{output.who} left no end of a stage")
-    number = np.arange(1, x.size + 1)
-    height = y * math.cos(case.tilt) - x * math.sin(case.tilt)
-    energy = 0.5 * plain.mass * (vx * vx + vy * vy) + case.weight * height - crest_energy(case)
-    margins = energy / plain.weight_energy + number * math.sin(case.tilt)
-    beyond = x > np.array([crest_place(case, int(well)) for well in number])
-    fate = Fate.MOVES_ON if beyond.all() and x.size == wells_of(plain, route) else Fate.TRAPPED
-    if not beyond[-1] and not vx[-1] < 0.0:
-        fate = Fate.UNDECIDED
-    if route == "passage" and fate is Fate.MOVES_ON and margins[-1] < 0.0:
-        fate = Fate.TRAPPED
-    passed = int(np.count_nonzero(beyond))
-    # over a top as it rests without a grain: one that touches presses it further down
-    apart = math.hypot(x[-1] - x.size * case.diameter, y[-1] + float(sinking(case)[0]))
-    return Run(
-        plain, fate, float(margins[-1]), apart < case.diameter, float(table["time_s"][-1]),
-        int(table["step"][-1]), table["time_s"][1 : passed + 1], margins[:passed], output,
-    )  # fmt: skip
-
-
-def measure_in(bench: Bench, case: Columns, route: Route) -> Measure:
-    """Return a function that runs inclines as columns, in an engine or in the reference.
-
-    Raise Unsupported for a run that the engine refuses, the first EngineError of a run.
-    """
-
-    def measure(cases: Sequence[Incline]) -> list[Run]:
-        own = [case.replace(**_varied(plain)) for plain in cases]
-        if bench.name == OWN:
-            return parallel_map(partial(_referenced, bench, route=route), own, cores())
-        jobs = [job_of(one, route) for one in own]
-        if reason := next(filter(None, map(bench.refusal, jobs)), ""):
-            raise Unsupported(reason)
-        runs = []
-        for one, outcome in zip(own, bench.outcomes(jobs), strict=True):
-            if isinstance(outcome, EngineError):
-                raise outcome
-            runs.append(read_run(one, route, outcome))
-        return runs
-
-    return measure
-
-
-def _varied(plain: Incline) -> dict[str, Any]:
-    return {name: getattr(plain, name) for name in ("angle", "phase", "wells", "time_limit")}
-
-
-def _referenced(bench: Bench, case: Columns, route: Route = "passage") -> Run:
-    """Return a run at equal steps: by the reference, under the deformable law by the chain's."""
-    scene = scene_of(case, route)
-    if not case.deformable:
-        return read_run(case, route, bench.reference_output(scene))
-    from harness.solvers.chain import columns
-
-    stages = dict(zip(STAGE_COLUMNS, columns.run(scene, case.n).T, strict=True))
-    return read_run(case, route, Output((), CHAIN, {STAGES: stages}, title="the chain solver"))
-
-
-def critical_angle(case: Columns, bench: Bench, **options: Any) -> CriticalAngle:
-    """Return the critical angle [deg] of a case; ``options`` are those of the incline's search."""
-    wanted = Search(**options)
-    measure = measure_in(bench, case, wanted.method)
-    plain = prepared(case.incline, wanted.method)
-    return search(measure, plain, wanted.method, wanted.tolerance, wanted.starts)
-
-
-# ---- checks
-
-
-def engine_checks() -> Iterator[Check]:
-    """Yield the path over one particle, and margins over three at equal steps."""
-    yield _one_particle()
-    for law, inside in product(LAWS, INSIDE):
-        # soft and with the source's contact: an external force costs a millisecond a step
-        case = Columns(
-            n=3, law=law, inside=inside, contact=SOURCE, steps_per_contact=50.0, stiffness=2e3,
-            angle=10.6,
-        )  # fmt: skip
-        yield Check(
-            setup=f"{law} law, {inside}, n = {case.n}, k = 2e3 N/m",
-            quantity="margin_over_mgd",
-            unit="1",
-            check="equal steps",
-            measure=partial(_margin, case),
-            expected=partial(_reference_margin, case),
-            tolerance=SAME_STEPS,
-            jobs=[job_of(case)],
-        )
-
-
-def _margin(case: Columns, bench: Bench) -> float:
-    return read_run(case, "passage", bench.output(job_of(case))).margin
-
-
-def _reference_margin(case: Columns, bench: Bench) -> float:
-    return _referenced(bench, case).margin
-
-
-def _one_particle() -> Check:
-    """Return the check of the path over columns of one particle against that on the incline."""
-    case = Columns(n=1, stiffness=1e5, angle=10.6, wells=3)
-    jobs = [
-        job_of(case, "steady", PATH_EVERY),
-        incline_job(case.incline, "steady", PATH_EVERY),
-    ]
-
-    def distance(bench: Bench) -> float:
-        paths = [path_in(bench.output(job)) for job in jobs]
-        rows = min(len(path["x_m"]) for path in paths)
-        if rows < LEAST_PATH:
-            raise EngineOutputError(f"paths of {rows} samples: {LEAST_PATH} are needed")
-        x, y = (paths[0][name][:rows] - paths[1][name][:rows] for name in ("x_m", "y_m"))
-        return float(np.hypot(x, y).max())
-
-    return Check(
-        setup="n = 1, three wells",
-        quantity="path_difference_m",
-        unit="m",
-        measure=distance,
-        expected=0.0,
-        tolerance=SAME_PATH,
-        jobs=jobs,
-        note="largest distance from the path over the incline's row",
-    )
-
-
-def solver_checks() -> Iterator[Check]:
-    """Yield the limit of stiff columns, and angles over columns beside the source's."""
-    for law in LAWS:
-        yield _stiff_limit(law)
-        for height, level in HEIGHTS.items():
-            for reading in READINGS:
-                yield _source_finding(law, height, level, reading)
-
-
-def _stiff_limit(law: Law) -> Check:
-    """Return the check of the critical angle, step to zero and then stiffness to infinity."""
-
-    def value(bench: Bench) -> Value:
-        limits = [bench.once(step_limit, bench, law, k) for k in STIFFNESSES]
-        errors = [one.uncertainty for one in limits]
-        inverse = [1.0 / k for k in STIFFNESSES]
-        found = limit(inverse, [one.value for one in limits], errors, STIFFNESS_EXPONENTS)
-        return Value(found.value, found.uncertainty)
-
-    return Check(
-        setup=f"{law} law, damped, n = 4, stiff limit",
-        quantity="critical_angle_deg",
-        unit="deg",
-        measure=value,
-        expected=rigid_angle(),
-        tolerance=RIGID,
-        kind=Kind.ANALYTIC,
-        level="full",
-    )
-
-
-def step_limit(bench: Bench, law: Law, stiffness: float) -> Limit:
-    """Return the critical angle [deg] over four damped particles, with the step to zero."""
-    cases = [Columns(law=law, stiffness=stiffness, steps_per_contact=steps) for steps in LADDER]
-    angles = parallel_map(partial(critical_angle, bench=bench), cases, cores())
-    steps = [case.incline.step for case in cases]
-    errors = [angle.mean_error for angle in angles]
-    return limit(steps, [angle.value for angle in angles], errors)
-
-
-def _source_finding(law: Law, height: int, level: Level, reading: Reading) -> Check:
-    """Return the angle over damped columns beside the source's for as many contacts."""
-    case = Columns(n=height, law=law, stiffness=1e5, steps_per_contact=200.0)
-
-    def angle(bench: Bench) -> Value:
-        found = bench.once(critical_angle, case, bench, starts=4)
-        return Value(found.value, found.uncertainty)
-
-    return Check(
-        setup=f"{law} law, damped, n = {height}, k = 1e5 N/m",
-        quantity="critical_angle_deg",
-        unit="deg",
-        check=f"source, velocity {reading}",
-        measure=angle,
-        expected=lambda _: source_angles(height, law)[reading],
-        kind=Kind.FINDING,
-        level=level,
-        note=f"{rigid_angle():.4f} deg over one fixed sphere",
-    )
-
-
-# ---- the case
-
-
-class ColumnsCase(Case[Columns]):
-    """The incline's grain on columns of n particles, the last one fixed: critical angle."""
-
-    name = "columns"
-    group = "incline"
-    summary = "The incline's grain on columns of n particles, the last one fixed: critical angle."
-    parameters = Columns
-    quantities: Sequence[Quantity[Any]] = INCLINE.quantities
-    search_options = Search
-    presets = {  # noqa: RUF012 - as the base declares it
-        "plastic": Columns(),
-        **{
-            f"{contact.name}, {law}": Columns(contact=contact, law=law)
-            for law in ("overlap", "deformable")
-            for contact in CONTACTS.values()
-            if (contact.name, law) != ("plastic", "overlap")
-        },
-    }
-
-    def job(self, parameters: Columns) -> Job:
-        """Return the job of one passage."""
-        return job_of(parameters)
-
-    def measure(self, parameters: Columns, output: Output) -> Mapping[str, float]:
-        """Return the outcome of one passage."""
-        return read_run(parameters, "passage", output).quantities
-
-    def exact(self, parameters: Columns) -> Mapping[str, float]:
-        """Return the values of rigid spheres; none for columns that rebound."""
-        rebounds = parameters.n > 1 and parameters.inside == "elastic"
-        return {} if rebounds else INCLINE.exact(parameters.incline)
-
-    def search(
-        self, names: Sequence[str], parameters: Columns, bench: Bench, **options: Any
-    ) -> Mapping[str, Value]:
-        """Search for the critical angle; ``options`` as of the incline's."""
-        found = critical_angle(parameters, bench, **options)
-        values = (
-            Value(found.value, found.uncertainty),
-            Value(found.uncertainty),
-            Value(float(found.monotone)),
-            Value(float(len(found.runs))),
-        )
-        return {name: v for name, v in zip(ANGLE, values, strict=True) if name in names}
-
-    def checks(self, engine: Engine) -> Iterable[Check]:
-        """Return the path over one particle, and margins at equal steps."""
-        return engine_checks()
-
-    def own_checks(self) -> Iterable[Check]:
-        """Return critical angles in the reference beside those of the source."""
-        return solver_checks()
-
-    def sections(self, benches: Mapping[str, Bench]) -> Sequence[Section]:
-        """Return what to expect of columns."""
-        return [Section("Columns: the grain on particles that give way", EXPECTED)]
-
-
-EXPECTED = """\
-The source explains the lower angle of thick layers by deformation: of the impulse on a grain that
-falls on a column of n particles, a part alpha(n) is left, and with it the shock. Here the column is
-taken literally: each sphere of the row is the top of a column, whose particles move along it and
-whose last one is fixed. All impulses on the grain during a shock are normal to the sphere ahead, so
-the half of its velocity along that sphere survives, as on fixed ones. Columns that damp as the
-grain's contact does give nothing back and leave 10.2078 deg at every n; elastic ones give a part
-back, the grain hops, and the angle can only be higher, as with restitution."""
-
-CASE = ColumnsCase()

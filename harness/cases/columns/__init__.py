@@ -1,0 +1,1 @@
+"""Columns: the incline's grain over columns of particles that give way."""

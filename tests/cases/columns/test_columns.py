@@ -1,0 +1,227 @@
+"""Columns: at rest, under both laws, in two programs, and as the incline for one particle."""
+
+import math
+
+import numpy as np
+import pytest
+
+from harness.cases.bench import Bench
+from harness.cases.checks import run_checks, selected
+from harness.cases.columns.case import CASE
+from harness.cases.columns.runs import critical_angle, read_run, run_at_equal_steps
+from harness.cases.columns.system import (
+    Columns,
+    crest_energy,
+    job_of,
+    loaded,
+    scene_of,
+    sinking,
+    start_load,
+    start_of,
+)
+from harness.cases.incline import system as incline
+from harness.cases.incline.runs import Fate
+from harness.cases.tower.parameters import LAWS
+from harness.engines.contract import Engine
+from harness.engines.lammps.engine import Lammps
+from harness.engines.output import Output
+from harness.engines.scene_tables import motion_tables
+from harness.engines.traits import Traits
+from harness.errors import EngineOutputError, RequestError
+from harness.model.conventions import Rules
+from harness.observables.provenance import Provenance
+from harness.results.rows import Verdict
+from harness.solvers import reference
+from harness.solvers.chain import columns as chain_columns
+from harness.theory.incline import critical_angle as rigid_angle
+
+SOFT = Columns(n=5, stiffness=1e5)
+OWN = Bench(None)
+
+
+@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("n", [1, 2, 5])
+def test_columns_start_at_rest(law, n):
+    case = SOFT.replace(law=law, n=n)
+    scene = scene_of(case, "steady")
+    overlap = case.diameter + np.diff([body.position[1] for body in scene.bodies[1 : n + 1]])
+    weight = np.arange(1, n) * case.weight * math.cos(case.tilt) / case.stiffness
+    press = np.concatenate([[0.0], weight])
+    law_matrix = np.eye(n)
+    if law == "deformable":
+        law_matrix += 0.5 * (np.eye(n, k=1) + np.eye(n, k=-1))
+    assert (law_matrix @ press)[1:] == pytest.approx(overlap, abs=1e-15)
+
+
+@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("n", [1, 2, 3, 9])
+def test_the_energy_of_a_load_is_its_work(law, n):
+    case = SOFT.replace(law=law, n=n)
+    force, beta = start_load(case)
+    whole = loaded(case, force, beta)
+    assert sinking(case, force, beta)[0] - sinking(case)[0] == pytest.approx(whole.sunk, abs=1e-16)
+    parts = np.linspace(0.0, force, 21)
+    at = [loaded(case, f, beta) for f in parts]
+    way = np.diff([p.overlap for p in at]) + np.cos(beta) * np.diff([p.sunk for p in at])
+    work = float(np.sum(0.5 * (parts[1:] + parts[:-1]) * way))
+    assert whole.energy == pytest.approx(work, rel=1e-9)
+
+
+def test_the_deformable_column_at_rest_in_closed_form():
+    case = SOFT.replace(law="deformable", angle=0.0)
+    pressed, n = case.weight / case.stiffness, case.n
+    own = [2 * i for i in range(1, n - 1)] + [(3 * (n - 1) - 1) / 2]
+    depth = [sum(own[j:]) * pressed for j in range(n)]
+    assert sinking(case) == pytest.approx(depth, abs=1e-17)
+
+
+@pytest.mark.parametrize("route", ["passage", "steady"])
+@pytest.mark.parametrize("law", LAWS)
+def test_one_particle_starts_as_the_incline(route, law):
+    case = SOFT.replace(n=1, law=law, phase=0.3)
+    plain = case.incline
+    expected = incline.start_of(plain, route)[:4]
+    assert start_of(case, route) == pytest.approx(expected, rel=1e-12, abs=1e-15)
+    springs = 0.5 * case.weight**2 / case.stiffness
+    assert crest_energy(case) == pytest.approx(incline.crest_energy(plain) - springs, rel=1e-14)
+
+
+@pytest.mark.parametrize("inside", ["damped", "elastic"])
+def test_both_laws_are_one_for_columns_of_one_and_differ_above(inside):
+    """The chain's program and the reference share no code: of one particle they are equal."""
+    for n, equal in ((1, True), (2, False)):
+        case = Columns(n=n, stiffness=1e4, angle=10.6, inside=inside)
+        stages = chain_columns.run(scene_of(case), n)
+        found = reference.run(scene_of(case)).stages
+        assert bool(np.abs(stages - found).max() < 1e-11) is equal
+
+
+def test_damped_columns_hardly_lower_the_angle_and_elastic_ones_raise_it():
+    for law in LAWS:
+        case = SOFT.replace(law=law)
+        damped = critical_angle(case, OWN, starts=2)
+        assert rigid_angle() - 0.06 < damped.value < rigid_angle()
+        elastic = case.replace(inside="elastic", angle=rigid_angle())
+        assert run_at_equal_steps(OWN, elastic).fate is Fate.TRAPPED
+
+
+def test_findings_beside_the_source():
+    rows = run_checks("columns", selected("columns", CASE.own_checks(), "quick"), OWN)
+    assert {row.verdict for row in rows} == {Verdict.FINDING}
+    assert len(rows) == 4
+    assert all(abs(row.value - 10.196) < 2e-3 for row in rows)
+
+
+# ---- an engine
+
+
+class Standin(Engine):
+    """Runs scenes by the reference; ``change`` plants a fault in them."""
+
+    name = "standin"
+    traits = Traits(install_hint="comes with the tests", versions=("1",))
+
+    def __init__(self, change=lambda scene: scene):
+        self.change = change
+
+    def identify(self):
+        return Provenance("standin", "1")
+
+    def rules(self, scene):  # noqa: ARG002
+        return Rules()
+
+    def run(self, jobs):
+        scenes = [self.change(job.scene) for job in jobs]
+        tables = [motion_tables(reference.run(s), s, sampled=j.sampled)
+                  for s, j in zip(scenes, jobs, strict=True)]  # fmt: skip
+        return [Output((), self.identify(), table) for table in tables]
+
+
+def rows_of(engine):
+    return run_checks("columns", list(CASE.checks(engine)), Bench(engine))
+
+
+def test_a_right_engine_passes_and_lacks_the_deformable_law():
+    rows = rows_of(Standin())
+    verdicts = {row.setup: row.verdict for row in rows}
+    assert {v for s, v in verdicts.items() if "deformable" in s} == {Verdict.NOT_TESTED}
+    assert {v for s, v in verdicts.items() if "deformable" not in s} == {Verdict.PASS}
+
+
+def inner(scene, **changes):
+    """Change the law within columns."""
+    (row,) = scene.laws
+    return scene.replace(laws={row.types: row.law.replace(**changes)})
+
+
+FAULTS = {
+    "stiffness off by 1e-6": lambda s: s.replace(law=s.law.replace(normal_stiffness=2000.002)),
+    "dashpot off by 1e-6": lambda s: s.replace(
+        law=s.law.replace(damping_coefficient=s.law.damping_coefficient * (1 + 1e-6))
+    ),
+    "no dashpots within": lambda s: inner(s, damping="none"),
+    "softer within": lambda s: inner(s, normal_stiffness=2000.002),
+    "gravity off by 1e-6": lambda s: s.replace(
+        gravity=(s.gravity[0] * (1 + 1e-6), s.gravity[1], 0.0)
+    ),
+    "step off by 1e-6": lambda s: s.replace(step=s.step * (1 + 1e-6)),
+    "columns that move sideways": lambda s: s.replace(
+        bodies=tuple(body.replace(axes=(True, True, False)) for body in s.bodies)
+    ),
+}
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_planted_faults(fault):
+    engine = Standin(lambda scene: FAULTS[fault](scene) if scene.laws else scene)
+    rows = [
+        row for row in rows_of(engine) if row.setup == "overlap law, damped, n = 3, k = 2e3 N/m"
+    ]
+    assert [row.verdict for row in rows] == [Verdict.FAIL]
+
+
+def test_a_path_off_the_inclines_is_seen():
+    engine = Standin(lambda s: s.replace(step=s.step * (1 + 1e-9)) if s.laws else s)
+    row = rows_of(engine)[0]
+    assert (row.quantity, row.verdict) == ("path_difference_m", Verdict.FAIL)
+
+
+def test_an_output_without_an_end_is_refused():
+    output = Bench(Standin()).output(job_of(SOFT))
+    stages = {name: column[:1] for name, column in output.tables["stages"].items()}
+    with pytest.raises(EngineOutputError, match="no end"):
+        read_run(SOFT, "passage", Output((), output.provenance, {"stages": stages}))
+
+
+def test_the_quantities_of_a_run_and_the_search():
+    bench = Bench(Standin())
+    measured = CASE.measure(SOFT, bench.output(CASE.job(SOFT)))
+    assert set(measured) < {quantity.name for quantity in CASE.quantities}
+    assert CASE.reference(SOFT, bench) == pytest.approx(measured)
+    assert CASE.exact(SOFT)["critical_angle_deg"] == pytest.approx(10.2078, abs=1e-4)
+    assert CASE.exact(SOFT.replace(inside="elastic")) == {}
+    found = CASE.search(["critical_angle_deg"], SOFT, bench, starts=2)
+    assert found["critical_angle_deg"].value == pytest.approx(10.18, abs=0.03)
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"n": 0}, r"n = 0"),
+        ({"n": 40, "stiffness": 1e4}, r"too soft for columns of n = 40.* must be at least"),
+        ({"stiffness": 100.0}, r"too soft"),
+        ({"steps_per_contact": 62.0}, r"steps_per_contact = 62 is unstable"),
+        ({"law": "wet"}, r"law = 'wet'"),
+    ],
+)
+def test_bad_parameters(changes, said):
+    with pytest.raises(RequestError, match=said):
+        SOFT.replace(**changes)
+
+
+@pytest.mark.live
+def test_lammps_is_the_incline_for_one_particle_and_equal_in_steps_above():
+    with Lammps(workers=1) as engine:
+        rows = rows_of(engine)
+    assert {row.verdict for row in rows} == {Verdict.PASS}, rows
+    assert len(rows) == 5
