@@ -1,18 +1,23 @@
-"""The engines of another package go through the suite, as its own tests would have it."""
+"""The engine of another package goes through the suite, as its own tests would have it."""
 
 import sys
 from contextlib import contextmanager
 from pathlib import Path
 
+import numpy as np
 import pytest
 
-from harness.cases.contact.verification import verify_trials
-from harness.cases.registry import get_case
-from harness.cases.verification import Study
-from harness.comparison.verdicts import Verdict
-from harness.testing import check_engine, engine_checks
+from harness.cases.bench import Bench
+from harness.cases.checks import run_checks
+from harness.cases.drop.case import CASE
+from harness.engines.scene_jobs import scene_job
+from harness.results.rows import Verdict
+from harness.solvers import reference
+from harness.testing import engine_checks
+from tests.engines.test_plane_scenes import LAWS, drop, row, tower
 
 HERE = Path(__file__).parent
+README = HERE.parents[1] / "harness" / "engines" / "README.md"
 
 
 @contextmanager
@@ -32,45 +37,35 @@ def small_dem():
     return SmallDem()
 
 
-def small_contacts():
-    """Open the one that takes contacts with friction, too."""
-    with importable():
-        from small_dem.contacts import SmallContacts
-    return SmallContacts()
-
-
-def test_small_dem():
-    (reason,) = check_engine(small_dem).values()
-    assert reason == "oblique: it has no template 'contact-scene'"
-
-
-@pytest.mark.parametrize("check", engine_checks(small_contacts))
-def test_small_contacts(check):
+@pytest.mark.parametrize("check", engine_checks(small_dem))
+def test_small_dem(check):
     check()
 
 
-def verdicts(engine, name):
-    """Return the verdicts of the trials of a case that an engine states."""
-    case = get_case(name)
-    trials = [t for t in case.trials("default") if not engine.refuses(case.job(t.parameters))]
-    return {check.verdict for check in verify_trials(case, engine, Study("quick"), trials).checks}
+def test_it_qualifies():
+    with small_dem() as engine:
+        rows = run_checks("drop", [*CASE.checks(engine)], Bench(engine))
+    assert {row.verdict for row in rows} == {Verdict.PASS}
 
 
-@pytest.mark.parametrize("name", ["oblique", "spin", "slip-to-roll"])
-def test_its_contacts_hold(name):
-    with small_contacts() as engine:
-        assert verdicts(engine, name) == {Verdict.PASS}
+ROWS = [
+    row(LAWS["plastic"]),
+    row(LAWS["attractive"], 8.0, motion="held"),
+    row(LAWS["clipped"]).replace(steps=7777),
+    drop(LAWS["clipped"], "held", 9.81),
+]
 
 
-@pytest.mark.parametrize("value", ["friction", "tangential_damping", "tangential_stiffness"])
-def test_an_error_of_a_millionth_in_its_friction_fails(value, monkeypatch):
-    with small_contacts() as engine:
-        module = sys.modules[type(engine).__module__]
-        right = module.plane_load
+@pytest.mark.parametrize("scene", ROWS)
+def test_its_motion_is_that_of_the_reference(scene):
+    with small_dem() as engine:
+        (motion,), rules = engine.motions([scene_job(scene)]), engine.rules(scene)
+        assert "lets all spheres touch" in engine.refuses(scene_job(tower(LAWS["elastic"])))
+    expected = reference.run(scene, rules)
+    assert np.abs(motion.position - expected.position).max() < 1e-12
+    assert scene.stages == () or np.abs(motion.stages - expected.stages).max() < 1e-12
 
-        def wrong(law, *rest):
-            changed = {value: (1.0 + 1e-6) * getattr(law, value)}
-            return right(law.replace(**changed), *rest)
 
-        monkeypatch.setattr(module, "plane_load", wrong)
-        assert Verdict.FAIL in verdicts(engine, "oblique")
+def test_the_readme_has_the_example_as_it_is():
+    text = (HERE / "small_dem" / "small_dem" / "engine.py").read_text(encoding="utf-8")
+    assert f"```python\n{text}```" in README.read_text(encoding="utf-8")

@@ -135,7 +135,8 @@ class Atoms:
                 raise Unsupported(
                     f"bodies of type {types[0]} touch, which has one of two materials"
                 )
-            yield f"pair_coeff {types[0]} {types[1]} {self._words(own, contacts or self.contacts[:1])}"
+            words = self._words(own, contacts or self.contacts[:1])
+            yield f"pair_coeff {types[0]} {types[1]} {words}"
 
     def _materials(self) -> dict[int, Law]:
         """Return the law of one material of each type that is mixed with another."""

@@ -14,12 +14,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from harness.engines.contract import Job
-from harness.engines.mfix.frames import decided, motion, read_frames
+from harness.engines.mfix.frames import motion, read_frames
 from harness.engines.mfix.scenes import Scheme, System, rules, system_of
 from harness.engines.output import Output
 from harness.engines.process import Ended, Limits, first_words, parallel_map, way_of_death
 from harness.engines.programs import ProgramEngine, fresh_folder
 from harness.engines.scripts import renderer
+from harness.engines.stages import decided
 from harness.engines.traits import Traits
 from harness.errors import (
     EngineError,

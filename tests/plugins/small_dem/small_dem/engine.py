@@ -1,95 +1,119 @@
-"""Velocity Verlet, linear spring and dashpot, in the plane: a small DEM."""
-
-import time
+"""Velocity Verlet, linear spring and dashpot, spheres without friction: a small DEM."""
 
 import numba
 import numpy as np
 
-from harness.engines.contract import Engine, Output
+from harness.engines.contract import Engine
+from harness.engines.stages import decided, stages_of
 from harness.engines.traits import Traits
-from harness.errors import EngineNaNError
+from harness.errors import EngineNaNError, Unsupported
+from harness.model.conventions import Rules
+from harness.model.motion import Motion
+from harness.model.scene import LOOK
 from harness.observables.provenance import Provenance
 
 
 @numba.njit(cache=True)
-def forces(x, v, mass, diameter, fixed, gravity, k, zeta, half, clipped, period):
-    """Return the force (N, 2) on each particle: gravity and the contacts of all pairs."""
-    f = mass.reshape(-1, 1) * gravity
+def forces(x, v, radius, fixed, k, eta, clipped, period):
+    """Return the contact force (N, 3) on each sphere; ``eta`` (N, N) are dashpots [kg/s]."""
+    f = np.zeros_like(x)
     for i in range(len(x)):
         for j in range(i):
-            dx, dy = x[i, 0] - x[j, 0], x[i, 1] - x[j, 1]
+            apart = x[i] - x[j]
             if period > 0.0:
-                dx -= period * np.round(dx / period)
-            distance = np.hypot(dx, dy)
-            overlap = 0.5 * (diameter[i] + diameter[j]) - distance
-            if overlap <= 0.0 or (fixed[i] and fixed[j]):
+                apart[0] -= period * np.floor(apart[0] / period + 0.5)
+            distance = np.sqrt((apart * apart).sum())
+            overlap = radius[i] + radius[j] - distance
+            if overlap <= 1e-15 * (radius[i] + radius[j]) or (fixed[i] and fixed[j]):
                 continue
-            nx, ny = dx / distance, dy / distance
-            m = mass[i] * mass[j] / (mass[i] + mass[j])
-            if (fixed[i] or fixed[j]) and not half:
-                m = mass[j] if fixed[i] else mass[i]
-            parting = (v[i, 0] - v[j, 0]) * nx + (v[i, 1] - v[j, 1]) * ny
-            push = k * overlap - 2.0 * zeta * np.sqrt(k * m) * parting
+            normal = apart / distance
+            push = k * overlap - eta[i, j] * ((v[i] - v[j]) * normal).sum()
             push = max(push, 0.0) if clipped else push
-            for p, sign in ((i, 1.0), (j, -1.0)):
-                f[p, 0], f[p, 1] = f[p, 0] + sign * push * nx, f[p, 1] + sign * push * ny
+            f[i] += push * normal
+            f[j] -= push * normal
     return f
 
 
 @numba.njit(cache=True)
-def advance(steps, h, x, v, f, mass, fixed, law):
+def advance(steps, h, x, v, f, mobility, g, law):
     """Take steps in place; the dashpot feels the velocity of half a step ago, as in LAMMPS."""
-    mobile = np.where(fixed, 0.0, 0.5 * h / mass).reshape(-1, 1)
     for _ in range(steps):
-        v += mobile * f
+        v += 0.5 * h * (mobility * f + g)
         x += h * v
         f[:] = forces(x, v, *law)
-        v += mobile * f
+        v += 0.5 * h * (mobility * f + g)
 
 
 class SmallDem(Engine):
-    """The small DEM: it takes any scene of spheres with linear springs."""
+    """The small DEM: it takes scenes of spheres with linear springs."""
 
     name = "small-dem"
-    traits = Traits(install_hint="pip install small-dem", versions=("1.0",),
-                    integrator="velocity-verlet")  # fmt: skip
+    traits = Traits(install_hint="pip install small-dem", versions=("1.0",))
 
     def identify(self):
         """Return name and version."""
         return Provenance(self.name, "1.0", how="compiled", integrator="velocity-verlet")
 
+    def rules(self, scene):
+        """Return the conventions of a scene; raise Unsupported for what it cannot state."""
+        law = scene.law
+        words = {law.tangential, law.rolling, law.twisting, law.heat}
+        if scene.walls or scene.laws or scene.segments or scene.setups or scene.drag:
+            raise Unsupported("it moves spheres by one law, without walls")
+        if scene.pairs is not None or any(not all(body.axes) for body in scene.bodies):
+            raise Unsupported("it lets all spheres touch, and move along all axes")
+        if law.normal != "hooke" or words != {"none"} or scene.period[1:] != (None, None):
+            raise Unsupported("it has linear springs and dashpots, and a period along x")
+        return Rules(least_overlap=1e-15, looks_set_up=False)
+
     def run(self, jobs):
-        """Run the scene of each job."""
+        """Run the scenes of jobs."""
         self.check(jobs)
-        outputs = []
-        for job in jobs:
-            try:
-                outputs.append(self.simulate(job.template.scene(job.values)))
-            except EngineNaNError as error:
-                outputs.append(error)
-        return outputs
+        return self.run_scene_jobs(jobs)
 
-    def simulate(self, s):
-        """Return the motion of a scene, a sample every so many steps."""
-        started, every, samples, looks = time.perf_counter(), s.every or 50, [], 1
-        x, v = s.position.copy(), s.velocity.copy()
-        law = (s.mass, s.diameter, s.fixed, np.array(s.gravity), s.stiffness, s.damping_ratio,
-               s.effective_mass == "half", s.tail == "clipped", s.period or 0.0)  # fmt: skip
-        f = forces(x, v, *law)
-        for step in range(0, s.steps + every, every):
-            samples.append((step, x.copy(), v.copy(), f.copy()))
-            table = self.table(samples, s.step) if len(samples) >= looks else {}
-            looks *= 2 if table else 1
-            if step >= s.steps or (table and s.decided and s.decided(table)):
+    def motions(self, jobs):
+        """Return the motion of each scene, or the error in its place."""
+        return [simulate(self.scene_of(job)) for job in jobs]
+
+
+def simulate(scene):
+    """Return the motion of a scene, or the error of its run."""
+    x, v = (np.array([getattr(body, name) for body in scene.bodies], dtype=float)
+            for name in ("position", "velocity"))  # fmt: skip
+    free = np.array([body.motion == "free" for body in scene.bodies])
+    mobility = np.array([[moves / b.mass] for moves, b in zip(free, scene.bodies, strict=True)])
+    g, radius = free[:, None] * np.array(scene.gravity), [body.radius for body in scene.bodies]
+    law = (np.array(radius), ~free, scene.law.normal_stiffness, dashpots(scene),
+           scene.law.clipped, scene.period[0] or 0.0)  # fmt: skip
+    f = forces(x, v, *law)
+    every = np.gcd(scene.every, LOOK) if scene.stages else scene.every
+    path, stages, checked = [(0, x.copy(), v.copy(), f.copy())], None, 1
+    for step in [*range(every, scene.steps, every), scene.steps]:
+        advance(step - path[-1][0], scene.step, x, v, f, mobility, g, law)
+        path.append((step, x.copy(), v.copy(), f.copy()))
+        if scene.stages and (len(path) >= 2 * checked or step == scene.steps):
+            checked = len(path)  # ever later: what is past its end is cut below
+            stages = stages_in(scene, path)
+            if decided(scene, stages):
                 break
-            advance(every, s.step, x, v, f, s.mass, s.fixed, law)
-        if not np.isfinite(x).all():
-            raise EngineNaNError("small-dem: a position is not a number")
-        series = {"series": self.table(samples, s.step)}
-        return Output((), self.identify(), series, seconds=time.perf_counter() - started)
+    last = scene.steps if stages is None else stages[-1, 0]
+    path = [row for row in path if row[0] % scene.every == 0 and row[0] <= last]
+    step, x, v, f = (np.array(column, dtype=float) for column in zip(*path, strict=True))
+    if not np.isfinite(np.stack([x, v, f])).all():
+        return EngineNaNError("small-dem: a value is not a number")
+    still = np.zeros_like(x)
+    return Motion(step * scene.step, x, v, still, f, still, None, stages)
 
-    def table(self, samples, h):
-        """Return the samples as columns."""
-        step, x, v, f = (np.array(column, dtype=float) for column in zip(*samples, strict=True))
-        return {"step": step, "time_s": step * h, "x_m": x[..., 0], "y_m": x[..., 1],
-                "vx_m_per_s": v[..., 0], "vy_m_per_s": v[..., 1], "fx_N": f[..., 0]}  # fmt: skip
+
+def stages_in(scene, path):
+    """Return the stages of the first body so far."""
+    step, x, v, _ = (np.array(column) for column in zip(*path, strict=True))
+    return stages_of(scene, step, x[:, 0, :2], v[:, 0, :2])
+
+
+def dashpots(scene):
+    """Return eta [kg/s] of each pair: frozen masses are infinite, held ones their own."""
+    inverse = np.array([(b.motion != "frozen") / b.mass for b in scene.bodies])
+    sums = inverse[:, None] + inverse[None, :]
+    masses = np.divide(1.0, sums, out=np.ones_like(sums), where=sums > 0.0)
+    return np.array([[scene.law.dashpot(m, 1.0, 0.0) for m in row] for row in masses])
