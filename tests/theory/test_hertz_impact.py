@@ -6,8 +6,8 @@ import pytest
 from scipy.integrate import quad
 from scipy.optimize import brentq
 
+from harness.model.scene import sphere
 from harness.theory import contact
-from tests.solvers.pair.scenes import sphere_mass
 from tests.theory import closed_forms
 
 
@@ -23,7 +23,7 @@ def test_the_benchmarks_of_chung_and_ooi(material, sizes, speed, expected):
     young, poisson, density = material
     radius, radius_share, mass_share = sizes
     modulus = young / (2.0 * (1.0 - poisson**2))
-    mass = mass_share * sphere_mass(radius, density)
+    mass = mass_share * sphere(radius, density).mass
     k = contact.stiffness(modulus, radius_share * radius)
     force, overlap, time = expected
     assert contact.largest_force(mass, k, speed) == pytest.approx(force, rel=5e-4)

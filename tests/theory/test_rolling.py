@@ -2,49 +2,40 @@
 
 import math
 
-import numpy as np
 import pytest
 
-from harness.parameters.scene import Body, ContactScene
-from harness.solvers.pair.integration import integrate
 from harness.theory import contact
-from tests.solvers.pair.scenes import FLOOR, LINEAR, MASS, RADIUS, STILL
 from tests.theory import closed_forms
+from tests.theory.sliding import MASS, RADIUS, G, Sphere
 
-G = 9.81
-STIFF = LINEAR.replace(friction=0.3)
+STIFFNESS, FRICTION = 1e6, 0.3
+ALONG = 2.0 / 7.0 * STIFFNESS
+ETA = 2.0 * contact.damping_ratio(0.5) * math.sqrt(STIFFNESS * MASS)
 
 
-def on_the_floor(law, velocity=STILL, omega=STILL, *, time, angle=0.0):
-    """Return the motion of a sphere that rests on the floor in the balance of its weight."""
-    gravity = (G * math.sin(angle), 0.0, -G * math.cos(angle))
-    height = RADIUS + MASS * gravity[2] / law.normal_stiffness
-    ball = Body(RADIUS, MASS, (0.0, 0.0, height), velocity, omega)
-    scene = ContactScene(
-        (ball,), (FLOOR,), law, step=time / 100, steps=100, every=50, gravity=gravity
-    )
-    return integrate(scene)
+def friction_under(load, share=0.5):
+    """Return the tangential spring, its dashpot, and Coulomb's limit."""
+    return ALONG, share * ETA, FRICTION * load
 
 
 def test_a_sphere_that_slides_begins_to_roll():
-    expected = closed_forms.slip_to_roll(0.1, 0.3, G)
-    path = on_the_floor(STIFF, (0.1, 0.0, 0.0), time=2.0 * expected.time)
+    expected = closed_forms.slip_to_roll(0.1, FRICTION, G)
+    sphere = Sphere(friction_under(MASS * G, 1.0))
+    ((_, speed, *_),) = sphere.run([2.0 * expected.time], (0.1, 0.0))
     # the spring takes over when the force that it gains, k_t u, is what the dashpot loses, eta u'
-    eta = 2.0 * contact.damping_ratio(0.5) * math.sqrt(STIFF.normal_stiffness * MASS)
-    early = eta / STIFF.tangential_stiffness
-    assert path.of_kind("sticks")[0].time == pytest.approx(expected.time - early, rel=1e-9)
-    assert path.velocities[-1, 0, 0] == pytest.approx(expected.speed, rel=1e-6)
+    sticks = next(time for time, _, sign in sphere.changes if sign == 0)
+    assert sticks == pytest.approx(expected.time - ETA / ALONG, rel=1e-9)
+    assert speed == pytest.approx(expected.speed, rel=1e-6)
 
 
 @pytest.mark.parametrize(("angle", "rolls"), [(0.5, True), (1.0, False)])
 def test_down_an_incline(angle, rolls):
-    expected = contact.down_an_incline(angle, 0.3, G)
+    expected = contact.down_an_incline(angle, FRICTION, G)
     assert expected.rolls == rolls
-    path = on_the_floor(STIFF, time=1e-2, angle=angle)
-    (_, halfway, end) = path.velocities[:, 0, 0]
-    turned = np.diff(path.omegas[1:, 0, 1])[0] * RADIUS
-    assert end - halfway == pytest.approx(expected.acceleration * 5e-3, rel=1e-6)
-    assert turned == pytest.approx(expected.turning * 5e-3, rel=1e-6)
+    sphere = Sphere(friction_under(MASS * G * math.cos(angle)), pull=G * math.sin(angle))
+    halfway, end = sphere.run((5e-3, 1e-2))
+    assert (end - halfway)[1] == pytest.approx(expected.acceleration * 5e-3, rel=1e-6)
+    assert (end - halfway)[2] == pytest.approx(expected.turning * 5e-3, rel=1e-6)
 
 
 def test_at_the_limit_rolling_and_sliding_are_one():
@@ -55,35 +46,27 @@ def test_at_the_limit_rolling_and_sliding_are_one():
 
 
 def test_rolling_resistance_slows_a_rolling_sphere():
-    law = STIFF.replace(
-        rolling="sds", rolling_stiffness=1e6, rolling_damping=0.0, rolling_friction=0.05
-    )
-    path = on_the_floor(law, (0.5, 0.0, 0.0), (0.0, 0.5 / RADIUS, 0.0), time=0.02)
-    slowed = -np.diff(path.omegas[1:, 0, 1])[0] / 0.01
+    load = MASS * G
+    sphere = Sphere(friction_under(load), (1e6, 0.0, 0.05 * load))
+    halfway, end = sphere.run((0.01, 0.02), (0.5, 0.5))
     expected = closed_forms.rolling_deceleration(0.05, RADIUS, G)
     # Newton: m r alpha = -f_x, I alpha = r f_x - mu_r r m g
     balance = 0.05 * MASS * G * RADIUS / (0.4 * MASS * RADIUS**2 + MASS * RADIUS**2)
     assert expected == pytest.approx(balance, rel=1e-14)
-    assert slowed == pytest.approx(expected, rel=1e-6)
-
-
-ROLLS = STIFF.replace(
-    rolling="sds", rolling_stiffness=1e5, rolling_damping=10.0, rolling_friction=0.05
-)
+    assert -(end - halfway)[2] / RADIUS / 0.01 == pytest.approx(expected, rel=1e-6)
 
 
 @pytest.mark.parametrize("angle", [0.0175, 0.07])
 def test_rolling_resistance_holds_a_sphere_on_an_incline_or_slows_it_down(angle):
-    end = 2e-2
-    path = on_the_floor(ROLLS, time=end, angle=angle)
-    load, damping = MASS * G * math.cos(angle), contact.damping_ratio(0.5)
-    eta = 2.0 * damping * math.sqrt(STIFF.normal_stiffness * MASS) * STIFF.tangential_damping
-    told = ((STIFF.tangential_stiffness, eta), (1e5, 10.0), (0.3 * load, 0.05 * load))
-    states = contact.on_an_incline((0.5 * end, end), G * math.sin(angle), MASS, *told)
-    for i, (x, u, _, rim) in enumerate(states, 1):
-        assert path.positions[i, 0, 0] == pytest.approx(x, rel=1e-9)
-        assert path.velocities[i, 0, 0] == pytest.approx(u, rel=1e-7, abs=1e-12)
-        assert RADIUS * path.omegas[i, 0, 1] == pytest.approx(rim, rel=1e-7, abs=1e-12)
+    times, load, pull = (1e-2, 2e-2), MASS * G * math.cos(angle), G * math.sin(angle)
+    friction, rolling = friction_under(load), (1e5, 10.0, 0.05 * load)
+    found = Sphere(friction, rolling, pull=pull).run(times)
+    limits = (friction[2], rolling[2])
+    states = contact.on_an_incline(times, pull, MASS, friction[:2], rolling[:2], limits)
+    for (x, u, _, rim), state in zip(states, found, strict=True):
+        assert state[0] == pytest.approx(x, rel=1e-9)
+        assert state[1] == pytest.approx(u, rel=1e-7, abs=1e-12)
+        assert state[2] == pytest.approx(rim, rel=1e-7, abs=1e-12)
 
 
 def test_a_sphere_on_an_incline_ends_where_the_springs_hold_it_or_rolls_at_a_constant_rate():
@@ -99,11 +82,12 @@ def test_a_sphere_on_an_incline_ends_where_the_springs_hold_it_or_rolls_at_a_con
 
 
 def test_twisting_resistance_slows_a_sphere_that_turns_on_its_spot():
-    law = STIFF.replace(
-        twisting="sds", twisting_stiffness=100.0, twisting_damping=0.0, twisting_friction=1e-3
+    limit, inertia = 1e-3 * MASS * G, 0.4 * MASS * RADIUS**2
+    # turning about the normal is rolling of a rim of one metre, with the inertia of the sphere
+    sphere = Sphere(
+        (0.0, 0.0, 0.0), (100.0 * 0.4 * MASS / inertia, 0.0, limit * 0.4 * MASS / inertia)
     )
-    path = on_the_floor(law, omega=(0.0, 0.0, 50.0), time=0.01)
-    slowed = -np.diff(path.omegas[1:, 0, 2])[0] / 0.005
+    halfway, end = sphere.run((0.005, 0.01), (0.0, 50.0))
     expected = contact.twisting_deceleration(1e-3, RADIUS, G)
-    assert expected == pytest.approx(1e-3 * MASS * G / (0.4 * MASS * RADIUS**2), rel=1e-14)
-    assert slowed == pytest.approx(expected, rel=1e-9)
+    assert expected == pytest.approx(limit / inertia, rel=1e-14)
+    assert (halfway - end)[2] / 0.005 == pytest.approx(expected, rel=1e-9)
