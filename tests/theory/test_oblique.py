@@ -31,7 +31,7 @@ def normal_motion(law, limit=None):
     return solve_ivp(
         lambda _, y: [y[1], -press(law, y[0])[0], press(law, y[0])[0]], (0.0, limit or 10.0),
         [0.0, 1.0, 0.0], "DOP853", rtol=1e-12, atol=1e-15, events=leaves, first_step=1e-9,
-        max_step=0.01,
+        max_step=min(0.01, (limit or 10.0) / 1000.0),
     )  # fmt: skip
 
 
@@ -58,20 +58,29 @@ def stuck(k, damping, x_t, *, clipped):
     """Return the velocity at the contact after over before, where friction holds all.
 
     k_t = k and eta_t = x_t times the normal dashpot 2 ``damping``, of a linear contact of m = 1.
+    Where the normal force passes zero its limit does, and cuts the spring back to nothing.
     """
 
-    def ends(t, y):
-        pressed = y[0] + 2.0 * damping * y[1] if clipped else y[0]
-        return pressed if t else 1.0
+    def rates(_, y):
+        return [
+            y[1], -y[0] - 2.0 * damping * y[1],
+            y[3], -3.5 * (k * y[2] + 2.0 * x_t * damping * y[3]),
+        ]  # fmt: skip
 
-    ends.terminal, ends.direction = True, -1.0
-    found = solve_ivp(
-        lambda _, y: [y[1], -y[0] - 2.0 * damping * y[1], y[3],
-                      -3.5 * (k * y[2] + x_t * 2.0 * damping * y[3])],
-        (0.0, 20.0), [0.0, 1.0, 0.0, 1.0], "DOP853", rtol=1e-12, atol=1e-14, events=ends,
-        first_step=1e-6,
-    )  # fmt: skip
-    return found.y[3, -1]
+    def vanishes(t, y):
+        return y[0] + 2.0 * damping * y[1] if t else 1.0
+
+    def leaves(t, y):
+        return y[0] if t else 1.0
+
+    y, ends = [0.0, 1.0, 0.0, 1.0], (vanishes,) if clipped else (vanishes, leaves)
+    for end in ends:
+        end.terminal, end.direction = True, -1.0
+        y = solve_ivp(
+            rates, (0.0, 20.0), y, "DOP853", rtol=1e-12, atol=1e-14, events=end, first_step=1e-9
+        ).y[:, -1]
+        y[2] = 0.0
+    return y[3]
 
 
 def test_the_impulse_of_sliding_is_that_of_momentum_balance():
