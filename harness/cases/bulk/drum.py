@@ -26,7 +26,7 @@ from harness.cases.bulk.mixing import (
     surface_angle,
     touching,
 )
-from harness.cases.bulk.places import Cylinder, read_grains, write_grains
+from harness.cases.bulk.places import Cylinder, Radii, read_grains, write_bed
 from harness.cases.bulk.report import Curve, Line
 from harness.cases.bulk.series import read_series
 from harness.engines.contract import Output, Template
@@ -134,13 +134,18 @@ class Drum(Bed):
 
         Raise RequestError for a bad file, or one without a kind.
         """
-        radii = (("large_radius", self.large_radius), ("small_radius", self.small_radius))
-        rows = read_grains(self.places, radii, Cylinder(self.drum_radius, self.drum_length))
+        rows = read_grains(*self._file)
         large = rows[:, 0] == self.large_radius
-        for (name, radius), number in zip(radii, (large.sum(), (~large).sum()), strict=True):
+        numbers = large.sum(), (~large).sum()
+        for (name, radius), number in zip(self._file[1], numbers, strict=True):
             if number == 0:
                 raise RequestError(f"places {self.places}: no grain of {name} = {radius:g} m")
         return rows[large, 1:], rows[~large, 1:]
+
+    @property
+    def _file(self) -> tuple[str, Radii, Cylinder]:
+        radii = (("large_radius", self.large_radius), ("small_radius", self.small_radius))
+        return self.places, radii, Cylinder(self.drum_radius, self.drum_length)
 
     @property
     def grains(self) -> int:
@@ -200,8 +205,7 @@ class Drum(Bed):
             sizes, room = (self.drum_radius, 0.5 * self.drum_length), 4.0 * self.large_radius
             rim, half = (size + room for size in sizes)
             ends = (-rim, rim), (-half, half), (-rim, rim)
-            path = write_grains(list(zip(self.bed, self.kinds, strict=True)), ends)
-            more = {"bed": "file", "places": str(path)}
+            more = {"bed": "file", "places": str(write_bed(*self._file, self.kinds, ends))}
         return {**super().values, **more}
 
 

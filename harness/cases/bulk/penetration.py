@@ -18,7 +18,7 @@ from harness.cases.bulk.base import TIME, BulkCase, Sample, Setup
 from harness.cases.bulk.beds import PUBLISHED, BedOfOneKind, Sphere
 from harness.cases.bulk.law import ALLOWED
 from harness.cases.bulk.mixing import Floats
-from harness.cases.bulk.places import PUBLISHED_BOX, Box, read_grains, write_grains
+from harness.cases.bulk.places import PUBLISHED_BOX, Box, Radii, read_grains, write_bed
 from harness.cases.bulk.report import Curve, Line
 from harness.cases.bulk.series import read_series
 from harness.engines.contract import Output, Template
@@ -110,7 +110,11 @@ class Penetration(BedOfOneKind):
     @property
     def bed(self) -> Floats:
         """Return the places of a file (N, 3) [m]; raise RequestError for a bad one."""
-        return read_grains(self.places, (("radius", self.radius),), self.box)[:, 1:]
+        return read_grains(self.places, self._radii, self.box)[:, 1:]
+
+    @property
+    def _radii(self) -> Radii:
+        return (("radius", self.radius),)
 
     @property
     def bed_top(self) -> float:
@@ -169,7 +173,8 @@ class Penetration(BedOfOneKind):
                 self.bed_top + 2.0 * (self.start_height + self.steel_radius),
             )
             ends = (-rim, box.length + rim), (-rim, box.width + rim), (-rim, top)
-            more = {"bed": "file", "places": str(write_grains([(self.bed, self.grain)], ends))}
+            path = write_bed(self.places, self._radii, box, (self.grain,), ends)
+            more = {"bed": "file", "places": str(path)}
         return {**super().values, **more, "length": box.length, "width": box.width}
 
 

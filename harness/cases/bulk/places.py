@@ -27,6 +27,7 @@ from harness.errors import RequestError
 from harness.files import cache_place, make_private
 
 LARGEST_OVERLAP = 0.1  # [radii] of two grains, or of a grain and a wall, at the start
+Radii = tuple[tuple[str, float], ...]  # allowed radii [m] by the names of their parameters
 Ends = tuple[tuple[float, float], tuple[float, float], tuple[float, float]]
 
 
@@ -83,7 +84,7 @@ PUBLISHED_BOX = Box(0.098, 0.06, (0.0, 0.0), -0.0902431)  # by the triangles of 
 
 
 @lru_cache(maxsize=4)
-def read_grains(source: str, radii: tuple[tuple[str, float], ...], walls: Box | Cylinder) -> Floats:
+def read_grains(source: str, radii: Radii, walls: Box | Cylinder) -> Floats:
     """Return radius, x, y, z [m] of each grain, (N, 4), from the origin of the case.
 
     ``source`` is "published" or the path of a text file, perhaps packed as ``.xz``; ``radii`` [m]
@@ -158,6 +159,21 @@ def _check_gaps(source: str, rows: Floats, walls: Box | Cylinder) -> None:
         )
 
 
+def write_bed(
+    source: str, radii: Radii, walls: Box | Cylinder, kinds: tuple[Sphere, ...], ends: Ends
+) -> Path:
+    """Write the grains of a file as :func:`write_grains` does, kinds by their radius."""
+    return _in_cache(_bed_text(source, radii, walls, kinds, ends))
+
+
+@lru_cache(maxsize=4)  # a setup asks for it with each run
+def _bed_text(
+    source: str, radii: Radii, walls: Box | Cylinder, kinds: tuple[Sphere, ...], ends: Ends
+) -> str:
+    rows = read_grains(source, radii, walls)
+    return _data_text([(rows[rows[:, 0] == kind.radius, 1:], kind) for kind in kinds], ends)
+
+
 def write_grains(kinds: Sequence[tuple[Floats, Sphere]], ends: Ends) -> Path:
     """Write places (N, 3) [m] of each kind as a data file of ``atom_style sphere``.
 
@@ -165,6 +181,10 @@ def write_grains(kinds: Sequence[tuple[Floats, Sphere]], ends: Ends) -> Path:
     types. Return its path: it lies in the cache, named after its content, so that a job that names
     it states it.
     """
+    return _in_cache(_data_text(kinds, ends))
+
+
+def _data_text(kinds: Sequence[tuple[Floats, Sphere]], ends: Ends) -> str:
     count = sum(len(places) for places, _ in kinds)
     head = [f"{count} grains", "", f"{count} atoms", "3 atom types", ""]
     head += [f"{a:.17g} {b:.17g} {n}lo {n}hi" for n, (a, b) in zip("xyz", ends, strict=True)]
@@ -175,7 +195,7 @@ def write_grains(kinds: Sequence[tuple[Floats, Sphere]], ends: Ends) -> Path:
         for x, y, z in places.tolist()
     ]
     rows = [f"{number} {grain}" for number, grain in enumerate(grains, 1)]
-    return _in_cache("\n".join([*head, "", "Atoms", "", *rows, ""]))
+    return "\n".join([*head, "", "Atoms", "", *rows, ""])
 
 
 def _in_cache(text: str) -> Path:

@@ -1,4 +1,4 @@
-"""Pairs of the bulk scripts of Yade, Kratos, and LAMMPS under each of their rules, at equal steps."""
+"""Pairs of the bulk scripts, and of LAMMPS under the rules of others, at equal steps."""
 
 import math
 from dataclasses import replace
