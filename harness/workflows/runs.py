@@ -15,7 +15,7 @@ from harness.cases.base import Case, Value
 from harness.cases.bench import Bench
 from harness.cases.registry import get_case
 from harness.engines.contract import Engine, Output
-from harness.engines.cost import PARTICLES, engine_seconds
+from harness.engines.cost import PARTICLES, job_seconds
 from harness.engines.registry import DEFAULT, engine_class, engine_names
 from harness.engines.traits import Traits
 from harness.errors import EngineError, HarnessError, RequestError, Unsupported
@@ -242,8 +242,8 @@ def run_seconds(
     job = case.job(parameters)
     if job.seconds:
         return runs * job.seconds
-    if job.scene is not None:
-        return runs * engine_seconds(job.scene.steps, len(job.scene.bodies), traits)
+    if type(case).cost is Case.cost:
+        return runs * job_seconds(job, traits)
     return runs * case.cost(parameters) / PARTICLES * traits.microseconds_per_step * 1e-6
 
 

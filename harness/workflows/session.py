@@ -21,7 +21,7 @@ from harness.cases.registry import (
     get_case,
 )
 from harness.engines.contract import Engine, Job
-from harness.engines.cost import engine_seconds
+from harness.engines.cost import job_seconds
 from harness.engines.process import parallel_each
 from harness.errors import (
     EngineError,
@@ -111,7 +111,8 @@ class Session:
         for key, checks in [item for part in planned for item in part.items()]:
             if key[0] != OWN:
                 jobs = {job_key(job): job for check in checks for job in check.jobs}.values()
-                total += sum(job_seconds(job, self.benches[key[0]].engine) for job in jobs)
+                traits = self.benches[key[0]].engine.traits
+                total += sum(job.seconds or job_seconds(job, traits) for job in jobs)
         return total
 
     def run(self) -> None:
@@ -307,10 +308,3 @@ def nothing_matches(only: str, paths: Iterable[str]) -> RequestError:
     near = ", ".join(repr(parts[name]) for name in sorted(found, key=len)[:5])
     text = f"--only {only!r}: matches no case/setup/quantity of this level"
     return RequestError(text + (f"; near it: {near}" if near else ""))
-
-
-def job_seconds(job: Job, engine: Engine) -> float:
-    """Return the expected time of a job on one core [s], 0 where nothing is known of it."""
-    if job.seconds or job.scene is None:
-        return job.seconds
-    return engine_seconds(job.scene.steps, len(job.scene.bodies), engine.traits)
