@@ -14,7 +14,7 @@ import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Generic, TypeVar
 
 import numpy as np
 
@@ -40,25 +40,30 @@ PARTS = ("position", "velocity", "angular_velocity", "force", "torque")
 SCENES = "scenes.json"
 
 
+Item = TypeVar("Item")  # a scene, or a scene with options
+
+
 @dataclass(frozen=True, kw_only=True)
-class SceneProgram:
+class SceneProgram(Generic[Item]):
     """A code that runs the scenes of a folder, in order, in one process.
 
     ``write`` writes the files of scenes into a folder and returns the command; ``read`` returns
     the motion of a scene by its place, None where the process did not get so far, and raises
     EngineError for a bad one; ``error`` returns the error of the scene that ended a process, and
     None where it ended well. ``log`` is the end of the name of a scene's own log, if it has one.
+    With ``ends_well`` a process that fails after its last scene takes that one with it.
     """
 
     title: str
-    write: Callable[[Path, Sequence[Scene]], Sequence[str]]
-    read: Callable[[Path, int, Scene], Motion | None]
+    write: Callable[[Path, Sequence[Item]], Sequence[str]]
+    read: Callable[[Path, int, Item], Motion | None]
     error: Callable[[Ended], EngineError | None]
     log: str = ""
-    environment: Callable[[Path], Mapping[str, str]] = lambda folder: os.environ  # noqa: ARG005
+    environment: Callable[[Path], Mapping[str, str] | None] = lambda folder: os.environ  # noqa: ARG005
+    ends_well: bool = False
 
     def motions(
-        self, scenes: Sequence[Scene], workers: int | None = None, limits: Limits | None = None
+        self, scenes: Sequence[Item], workers: int | None = None, limits: Limits | None = None
     ) -> list[Outcome]:
         """Return the motion of each scene, or the error of its run, in order.
 
@@ -76,11 +81,14 @@ class SceneProgram:
             return done
 
         shares = dealt(len(scenes), hands) if scenes else []
-        outcomes = dict(row for rows in parallel_map(run_share, shares, hands) for row in rows)
+        try:
+            outcomes = dict(row for rows in parallel_map(run_share, shares, hands) for row in rows)
+        finally:
+            processes.close()
         return [outcomes[k] for k in range(len(scenes))]
 
     def _process(
-        self, scenes: Sequence[Scene], processes: Processes, limits: Limits
+        self, scenes: Sequence[Item], processes: Processes, limits: Limits
     ) -> list[Outcome]:
         """Return the outcomes of the scenes that one process got to, at least of the first."""
         with held_folder(Path(tempfile.gettempdir())) as folder:
@@ -90,24 +98,29 @@ class SceneProgram:
                 seconds=limits.seconds,
                 memory=limits.memory,
                 environment=self.environment(folder),
-                progress=lambda: len(list(folder.iterdir())),
+                progress=lambda: sum(len(files) for _, _, files in os.walk(folder)),
             )
+            died = self.ends_well and ended.code != 0 and not ended.timed_out
             outcomes: list[Outcome] = []
             for place, scene in enumerate(scenes):
                 try:
                     motion = self.read(folder, place, scene)
                 except EngineError as error:
-                    outcomes.append(error.with_log(ended.said))
+                    log = self._log(folder, place)
+                    outcomes.append(error.with_log(log or ended.said))
                     continue
-                if motion is None:
-                    return [*outcomes, self._failure(ended, folder / f"{place}{self.log}")]
+                if motion is None or (died and place == len(scenes) - 1):
+                    return [*outcomes, self._failure(ended, self._log(folder, place))]
                 outcomes.append(motion)
             return outcomes
 
-    def _failure(self, ended: Ended, log: Path) -> EngineError:
-        if self.log and log.exists():
-            ended = replace(ended, said=ended.said + last_text(log))
-        error = self.error(ended) or EngineOutputError(f"{self.title} left no samples")
+    def _log(self, folder: Path, place: int) -> str:
+        log = folder / f"{place}{self.log}"
+        return last_text(log) if self.log and log.exists() else ""
+
+    def _failure(self, ended: Ended, log: str) -> EngineError:
+        ended = replace(ended, said=ended.said + log)
+        error = self.error(ended) or EngineOutputError(f"{self.title} ended without a result")
         return error.with_log(ended.said)
 
 

