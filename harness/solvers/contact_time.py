@@ -2,7 +2,7 @@
 
 The motion along the normal, m* x'' = -F(x, x') with the overlap x, is integrated by an adaptive
 Runge-Kutta method of order 8 (Hairer, Norsett and Wanner, 1993). Two spheres that meet at an angle
-turn about one another, which draws the contact out by a share of some (u t / r)^2: that share is
+turn about one another, which ends the contact earlier, by a share of some u^2 t / (4 r v): that is
 the difference of two runs of the reference, in the limit of small steps. So is the duration of a
 contact that yields, whose law has a memory of its own.
 

@@ -1,0 +1,109 @@
+"""The pages of the contact cases: what stands in matrices, codes by laws, conventions, defects."""
+
+import pytest
+
+from harness.cases.bench import OWN, Bench
+from harness.cases.checks import run_checks, selected
+from harness.cases.contacts import partial_slip, report
+from harness.model.conventions import Rules
+from tests.cases.contacts.common import StandIn, case_named, limits
+
+
+def slower(motion):
+    """Return a motion with velocities off by 1e-3: a code that is wrong everywhere."""
+    motion.velocity[1:] *= 1.0 - 1e-3
+    return motion
+
+
+def ran(engine, case, level="quick"):
+    """Return a bench in which an engine has run the checks of a case."""
+    bench = Bench(engine)
+    checks = selected(case.name, case.checks_up_to(engine, level), level)
+    run_checks(case.name, checks, bench)
+    return bench
+
+
+@pytest.fixture(scope="module")
+def benches():
+    case = case_named("slip-to-roll")
+    right, wrong = StandIn(declared=Rules(wall_lever="height")), StandIn(motions=slower)
+    right.traits = wrong.traits
+    return {"right": ran(right, case), "wrong": ran(wrong, case), OWN: Bench(None)}
+
+
+def test_a_matrix_has_the_laws_that_were_run_and_how_far_each_is_from_the_reference(benches):
+    case = case_named("slip-to-roll")
+    section = report.case_section(case, {"right": benches["right"]})
+    (table,) = section.tables
+    quick = [trial.law for trial in case.trials() if trial.level == "quick"]
+    assert list(table.frame["law"]) == quick
+    assert all(float(cell) <= 1e-9 for cell in table.frame["wall"])
+    assert not report.case_section(case_named("drag"), {"right": benches["right"]}).tables
+
+
+def test_codes_by_laws_count_rows_within_and_beyond_the_tolerance(benches):
+    found = {
+        name: report.differences(case_named("slip-to-roll"), bench)
+        for name, bench in benches.items()
+        if name != OWN
+    }
+    table = report.codes_by_laws(found).set_index("law")
+    total = sum(len(row.of) for row in found["right"])
+    assert table.loc["all laws", "right"].startswith(f"{total} rows, ")
+    assert table.loc["all laws", "wrong"].endswith("beyond")
+
+
+def test_a_convention_stands_with_its_formula_and_what_it_moves(benches):
+    right = {"right": benches["right"]}
+    case = case_named("slip-to-roll")
+    code = next(iter(report.codes(right)))
+    table = report.conventions(right, {code: report.differences(case, benches["right"])})
+    assert list(table["convention"]) == ["wall_lever"]
+    assert float(table["moves [scale]"][0]) > 1e-4
+    assert table["formula"][0]
+
+
+def test_defects_of_the_codes_alone_stand_with_cause_and_script():
+    class Named(StandIn):
+        name = "lammps"
+
+    table = report.defects({"lammps": Bench(Named()), OWN: Bench(None)})
+    assert set(table["code"]) == {"lammps"}
+    assert (table["cause"].str.len() > 20).all()
+    assert report.defects({OWN: Bench(None)}).empty
+
+
+def test_the_curve_of_partial_slip_is_drawn_with_the_codes_that_ran_it():
+    case, engine = case_named("oblique"), StandIn()
+    bench = Bench(engine)
+    assert partial_slip.drawing(case, {"stand-in": bench}) is None
+    (check,) = partial_slip.checks(case, engine)
+    (row,) = run_checks(case.name, [check], bench)
+    assert row.difference == 0.0
+    drawing = partial_slip.drawing(case, {"stand-in": bench, OWN: Bench(None)})
+    labels = drawing.draw().axes[0].get_legend_handles_labels()[1]
+    assert len(labels) == 1 + len(partial_slip.LAWS) + 1
+
+
+def test_a_film_shows_the_bodies_and_the_floor():
+    case, engine = case_named("bounce"), StandIn()
+    job = case.film_job(case.default, 40)
+    (output,) = engine.run([job])
+    discs = case.discs(case.default, output)
+    assert discs.x.shape == discs.y.shape == (len(discs.time), 1)
+    assert len(discs.time) >= 40
+    assert discs.lines.shape == (1, 2, 2)
+    assert discs.y.min() > 0.9 * discs.radius[0]
+
+
+def test_cost_is_steps_times_bodies():
+    case = case_named("oblique")
+    assert case.cost(case.default) == case.scene(case.default).steps
+
+
+@pytest.mark.parametrize("name", ["head-on", "oblique", "spin", "bounce", "stacked"])
+def test_presets_of_the_literature_have_finite_limits(name):
+    case = case_named(name)
+    for preset in case.sources:
+        found = limits(case, case.presets[preset], steps=200)
+        assert all(abs(value) < 1e9 for value in found.values()), preset
