@@ -74,6 +74,24 @@ def test_setups_are_the_same(monkeypatch):
     assert difference(fast, reference.run(scene.replace(setups=()))) > 1e-6
 
 
+def test_columns_are_the_same(monkeypatch):
+    """A grain over columns of three whose spheres move along y alone, neighbours by index."""
+    row = on_row(1e5, ratio=0.3, clipped=False, steps=3000, every=50)
+    grain, *tops = row.bodies
+    below = [
+        top.replace(position=(top.position[0], -1.0 * depth, 0.0), axes=(False, True, False),
+                    motion="frozen" if depth == 2 else "free")
+        for top in tops for depth in range(3)
+    ]  # fmt: skip
+    pairs = [(0, 1 + 3 * c) for c in range(10)]
+    pairs += [(1 + 3 * c + j, 2 + 3 * c + j) for c in range(10) for j in range(2)]
+    scene = row.replace(bodies=(grain, *below), pairs=tuple(pairs))
+    fast, slow = both(monkeypatch, scene, Rules(least_overlap=1e-15))
+    assert difference(fast, slow) < 1e-10
+    assert np.ptp(fast.position[:, 1:, 0], axis=0).max() == 0.0
+    assert np.ptp(fast.position[:, 1:, 1], axis=0).max() > 1e-5
+
+
 @pytest.mark.parametrize(
     "change",
     [{"walls": (Wall(),)}, {"drag": 0.1}, {"gravity": (0.0, 0.0, -G)},
