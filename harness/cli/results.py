@@ -337,23 +337,28 @@ def reproduce(*, output: Folder = None, check: bool = False, json: Json = False)
     check
         Write nothing; exit status 1 where a status, or a number beyond round-off, has changed.
     """
-    from harness.report.page import report_files
+    from harness.reproduction.run import (
+        headline,
+        statuses,
+        write_reproduction,
+    )
     from harness.reproduction.run import reproduce as recompute
-    from harness.store.runs import write_run
     from harness.workflows import diff as compare_runs
     from harness.workflows.progress import progress_bars
 
     committed = output or Path("reports/reproduction")
     with progress_bars("reproduce", quiet=json) as progress:
-        found: Any = recompute(progress=progress)
-    run, sections = found
+        run = recompute(progress=progress)
     if check:
         changes = compare_runs(committed, run)
         _print(changes, json)
         return int(changes.status)
     with output_folder(output, "-reproduction") as folder:
-        write_run(run, folder, report_files(run, sections))
-    (print_json if json else print_record)({**run.to_json(), "folder": str(folder)})
+        write_reproduction(run, folder)
+    if json:
+        print_json({**run.to_json(), "statements": statuses(run), "folder": str(folder)})
+    else:
+        print_record({"statements": headline(run), "report": str(folder / "report.html")})
     return 0
 
 

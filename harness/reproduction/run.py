@@ -1,298 +1,157 @@
-"""Recompute the source, its ledger and figures, with tables of findings beyond it."""
+"""Recompute the source: its statements as a run of rows, and the report of them."""
 
 from __future__ import annotations
 
-import math
 import platform
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
-from functools import cache, partial
-from typing import TYPE_CHECKING, Any, NamedTuple
+import time
+from collections import Counter
+from collections.abc import Callable, Sequence
+from datetime import UTC, datetime
+from pathlib import Path
 
 import pandas as pd
-from matplotlib import figure as mpl_figure
 
 from harness import __version__
-from harness.cases.incline.angle import CriticalAngle, critical_angle
-from harness.cases.incline.system import Incline
-from harness.cases.tower import figures as impulse
-from harness.cases.tower.figures import velocity_and_deformation
-from harness.cases.tower.impulse import impulse_angles
-from harness.engines.contract import Engine
-from harness.engines.reference import Reference
-from harness.observables.provenance import Provenance
-from harness.observables.reference import PEYNEAU_ROUX, Trajectory
-from harness.observables.tower import WINDOWS
-from harness.parameters.law import Contact
-from harness.parameters.tower import Tower
-from harness.reproduction import figure_data, schematics
-from harness.reproduction import figures as drawn
-from harness.reproduction.claims import ClaimStatus, Ledger, Statement
-from harness.reproduction.figure_data import (
-    error_against_stiffness,
-    structure_window,
-    two_and_three_particles,
-    velocity_series,
-    window_selection,
-)
-from harness.reproduction.ledger import in_order, statements
-from harness.reproduction.mfix import (
-    ADAMS_BASHFORTH,
-    EULER,
-    STIFFNESSES,
-    angle_in_scheme,
-    case_at,
-    scheme_paths,
-)
-from harness.reproduction.schematics import collapse, force_and_contacts, separated
-from harness.shown import Result
+from harness.cases.bench import OWN, Bench
+from harness.report.content import Section, Table
+from harness.report.page import report_files
+from harness.report.render import Badge
+from harness.reproduction import appendix, background, methods, results, simulations
+from harness.reproduction.figures import drawings
+from harness.reproduction.statements import CASE, CORRECTED, REGISTRY, Statement
+from harness.results.rows import Verdict, table
 from harness.store.cache import EngineChoice, opened
-from harness.theory.chain import shock_from_restitution
-from harness.theory.incline import critical_angle as closed_form
-from harness.workflows.progress import Progress, silent
+from harness.store.runs import Meta, Run, write_run
 
-if TYPE_CHECKING:
-    from harness.shown.figure import Figure
+TITLE = "Harper, Dufek and Breard (arXiv:2409.13633), recomputed"
+REPRODUCED, WITH_CORRECTION, NOT_REPRODUCED, UNTESTED = (
+    "reproduced",
+    "reproduced with a correction",
+    "not reproduced",
+    "not tested",
+)
+LOOKS = {  # verdicts whose colours the statuses have on a page
+    REPRODUCED: "pass",
+    WITH_CORRECTION: "not tested",
+    NOT_REPRODUCED: "fail",
+    UNTESTED: "recorded",
+}
+STATUSES = tuple(LOOKS)
+INTRODUCTION = """\
+Each statement of the source that can be recomputed is a row: the printed value is expected, the
+value comes by an independent route. A statement that does not hold is a finding; where a correction
+makes it hold, a second row shows that. Nothing here is typed in."""
 
-SOLVER = "exact"
-"""What made the tables over height."""
+# each module registers its statements; in the order of the source
+PARTS = [part.__name__ for part in (background, simulations, methods, results, appendix)]
+STATEMENTS = dict(
+    sorted(REGISTRY.items(), key=lambda item: PARTS.index(item[1].measure.__module__))
+)
 
-
-Compute = Callable[[], tuple[Any, Statement]]
-"""Return what a figure is drawn from, empty where there is nothing, and its statement."""
-
-Draw = Callable[[Any], mpl_figure.Figure]
-
-
-class SourceFigure(NamedTuple):
-    """A figure of the source: its statement, and how to draw it; None where it cannot be."""
-
-    statement: Statement
-    draw: Callable[[], mpl_figure.Figure] | None
-
-
-def source_figures(
-    engine: Engine | None,
-    progress: Progress = silent,
-    *,
-    paths: Mapping[tuple[int, float], Trajectory] | None = None,
-) -> tuple[SourceFigure, ...]:
-    """Recompute the source's figures, in their order.
-
-    ``engine`` runs the incline; without it, or if it fails, that figure cannot be
-    tested and keeps those in MFiX's scheme: ``paths`` by (steps per contact time, angle [deg]),
-    computed if not given. ``reference`` are measured angles of the user's, for what the source
-    compares with others.
-    """
-    runs = cache(lambda: impulse_angles(solver=SOLVER, laws=(Tower().law,)))
-    paths = scheme_paths() if paths is None else paths
-    # of each what it is drawn from with its statement, and how it is drawn from that
-    figures: tuple[tuple[Compute, Draw], ...] = (
-        (lambda: (True, figure_data.thin_layers()),
-         lambda _: drawn.thin_layers(PEYNEAU_ROUX)),
-        (schematics.quartier, drawn.quartier_system),
-        (schematics.force_diagrams, drawn.force_diagrams),
-        (lambda: velocity_series(engine, paths), drawn.velocity_series),
-        (schematics.layers, drawn.layers),
-        (two_and_three_particles, velocity_and_deformation),
-        (error_against_stiffness, drawn.error_against_stiffness),
-        (force_and_contacts, drawn.of_all_heights),
-        (collapse, drawn.collapse),
-        (lambda: (True, figure_data.impulse_ratio(runs())),
-         lambda _: impulse.ratio_against_height(runs(), SOLVER)),
-        (lambda: (True, figure_data.critical_angles(runs())),
-         lambda _: impulse.critical_angle_against_height(
-            runs(), solver=SOLVER, published=PEYNEAU_ROUX)),
-        (figure_data.energy_scaling,
-         lambda data: impulse.energy_scaling(data, PEYNEAU_ROUX)),
-        (separated, drawn.separation),
-        (structure_window, lambda data: drawn.structure_window(data, PEYNEAU_ROUX)),
-        (window_selection, drawn.window_selection),
-    )  # fmt: skip
-    recomputed = []
-    for done, (compute, draw) in enumerate(figures, 1):
-        data, statement = compute()
-        nothing = isinstance(data, tuple) and not data  # no runs
-        drawing = None if nothing else partial(draw, data)
-        recomputed.append(SourceFigure(statement, drawing))
-        progress("figures of the source", done, len(figures))
-    return tuple(recomputed)
-
-
-@dataclass(frozen=True, repr=False)
-class Reproduction(Result):
-    """All that a reproduction found; the same code and engine give the same."""
-
-    ledger: Ledger
-    figures: tuple[SourceFigure, ...]
-    findings: FindingTables
-    provenance: Provenance
-    platform: str
-    harness_version: str
-
-    def to_frame(self) -> pd.DataFrame:
-        """Return the ledger as a table, a row for each statement."""
-        return self.ledger.to_frame()
-
-    def summary(self) -> dict[str, str]:
-        """Return how many statements have each status, and who ran what it took."""
-        counts = {str(status): str(self.ledger.count(status)) for status in ClaimStatus}
-        return {**counts, "engine": self.provenance.label}
-
-    def draw(self) -> Figure:
-        """Draw how many statements have each status."""
-        from harness.shown.figure import Figure, label
-
-        figure = Figure(figsize=(7.0, 2.6), layout="constrained")
-        axes = figure.add_subplot()
-        axes.barh([*map(str, ClaimStatus)], [self.ledger.count(status) for status in ClaimStatus])
-        axes.invert_yaxis()
-        label(axes, "statements of the source", "status")
-        return figure
+Progress = Callable[[str, int, int], None]
 
 
 def reproduce(
-    *,
-    engine: EngineChoice = None,
-    fresh: bool = False,
-    progress: Progress = silent,
-) -> Reproduction:
-    """Recompute every equation, number and figure of the source and return what was found.
+    *, engine: EngineChoice = None, fresh: bool = False, progress: Progress = lambda *_: None
+) -> Run:
+    """Recompute all statements of the source and return their rows.
 
-    ``engine`` is an open one, or a name; LAMMPS in-process unless given, its runs kept.
-    ``reference`` are measured angles [deg] against height, for what the source compares with
-    others. Raise EngineError when the engine fails: a reproduction with holes is none. Write the
-    report with :func:`harness.reproduction.page.write`.
+    ``engine`` runs the incline: an open one, or a name, LAMMPS unless given, whose runs are kept;
+    ``fresh`` runs again what was kept. Raise EngineError for an engine that cannot be opened.
     """
-    if isinstance(engine, str | None):
-        with opened(engine, fresh=fresh) as running:
-            return reproduce(engine=running, progress=progress)
-    figures = source_figures(engine, progress)
-    rows = statements(engine=engine, progress=progress)
-    return Reproduction(
-        ledger=Ledger(tuple(in_order([*rows, *(figure.statement for figure in figures)]))),
-        figures=figures,
-        findings=findings(engine, progress),
-        provenance=engine.identify(),
+    with opened(engine, fresh=fresh) as running:
+        return recomputed(Bench(running), progress)
+
+
+def recomputed(bench: Bench | None, progress: Progress = lambda *_: None) -> Run:
+    """Return the rows of all statements; without a bench those of an engine are not tested."""
+    started, clock = datetime.now(UTC).isoformat(timespec="seconds"), time.monotonic()
+    rows = []
+    for done, one in enumerate(STATEMENTS.values(), 1):
+        rows += one.rows(bench)
+        progress("statements of the source", done, len(STATEMENTS))
+    engines = {row.engine: row.version for row in rows if row.engine != OWN}
+    meta = Meta(
+        level="default",
+        cases=(CASE,),
+        engines=engines | {OWN: __version__},
+        started=started,
+        seconds=time.monotonic() - clock,
         platform=f"{platform.system()} {platform.machine()}",
         harness_version=__version__,
     )
+    return Run(table(rows), meta)
 
 
-FACTORS = (50, 100, 200, 500, 1000, 2000, 5000)
-RESTITUTIONS = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6)
-IN_THE_ENGINE = (0.1, 0.5)
-STEPS_PER_CONTACT = 100.0
-TOLERANCE_DEG = 5e-3
-STIFFNESS, SPEED = 1e6, 2.0
-"""[N/m], [m/s]: the run of the source's figures of force and contacts."""
+def write_reproduction(run: Run, folder: Path, *, png: bool = False) -> None:
+    """Write rows, pages and figures into a new folder. Raise RequestError as ``write_run`` does."""
+    pages = report_files(run, sections(run), png=png, title=TITLE, headline=headline(run))
+    write_run(run, folder, pages)
 
 
-@dataclass(frozen=True)
-class FindingTables:
-    """Tables behind the page of findings; angles in deg.
+def statuses(run: Run) -> dict[str, str]:
+    """Return the status of each statement by its key."""
+    verdicts = run.rows.set_index(["quantity", "check"])["verdict"].to_dict()
 
-    ``restitution`` (a row for each e): the angle of both readings of the shock,
-    and what the reference DEM and the engine measure; ``heights`` (height, law,
-    window): impulse ratio and angle of both readings; ``mfix`` (stiffness, step
-    factor, scheme): critical angle of our integrator in MFiX's scheme; ``limits``
-    (stiffness): the angle of the same contact without a step.
-    """
+    def status(key: str) -> str:
+        if verdicts[key, ""] == Verdict.PASS:
+            return REPRODUCED
+        if verdicts[key, ""] in (Verdict.NOT_TESTED, Verdict.FAIL):
+            return UNTESTED
+        right = verdicts.get((key, CORRECTED)) == Verdict.PASS
+        return WITH_CORRECTION if right else NOT_REPRODUCED
 
-    restitution: pd.DataFrame
-    heights: pd.DataFrame
-    mfix: pd.DataFrame
-    limits: pd.DataFrame
-    closed_form_deg: float
-
-    def at_height(self, height: int, law: str, window: str = "turnaround") -> pd.Series:
-        """Return the row of a tower; raise IndexError if it was not run."""
-        frame = self.heights
-        selected = (frame["height"] == height) & (frame["law"] == law) & (frame["window"] == window)
-        return frame[selected].iloc[0]
+    return {key: status(key) for key in STATEMENTS}
 
 
-def findings(engine: Engine, progress: Progress = silent) -> FindingTables:
-    """Return the tables; the first compares ``engine`` with the reference DEM."""
-    frames: list[pd.DataFrame] = []
-    tables = (lambda: restitution_table(engine), _heights, mfix_table, angles_without_step)
-    for done, table in enumerate(tables):
-        progress("findings", done, len(tables))
-        frames.append(table())
-    progress("findings", len(tables), len(tables))
-    restitution, heights, mfix, limits = frames
-    return FindingTables(restitution, heights, mfix, limits, closed_form())
+def headline(run: Run) -> str:
+    """Return how many statements have each status."""
+    numbers = Counter(statuses(run).values())
+    return ", ".join(f"{numbers[status]} {status}" for status in STATUSES if numbers[status])
 
 
-def restitution_table(engine: Engine) -> pd.DataFrame:
-    """Return a row for each restitution: both readings, the reference DEM, the engine (some).
-
-    Measured by steady motion: a grain that rebounds may fly over the crest, where
-    a passage means nothing. Angles and uncertainties in deg, NaN where not measured.
-    """
-
-    def measured(restitution: float, by: Engine) -> CriticalAngle:
-        contact = Contact(name="rebound", restitution=restitution, damping_ratio=None)
-        case = Incline(contact=contact, stiffness=STIFFNESS, steps_per_contact=STEPS_PER_CONTACT)
-        return critical_angle(case, method="steady", tolerance_deg=TOLERANCE_DEG, engine=by)
-
-    with Reference() as reference:
-        rows = [
-            {
-                "restitution": e,
-                "kept_deg": closed_form(shock_from_restitution(e, "kept")),
-                "lost_deg": closed_form(shock_from_restitution(e, "lost")),
-                **_columns("reference", measured(e, reference)),
-                **_columns("engine", measured(e, engine) if e in IN_THE_ENGINE else None),
-                "steps_per_contact": STEPS_PER_CONTACT,
-            }
-            for e in RESTITUTIONS
-        ]
-    return pd.DataFrame(rows)
+def sections(run: Run) -> list[Section]:
+    """Return the ledger of statements, the errata with their evidence, and the figures."""
+    found = statuses(run)
+    numbers = Counter(found.values())
+    counted = pd.DataFrame([{status: numbers[status] for status in STATUSES}])
+    printed = run.rows[run.rows["check"] == ""].set_index("quantity")
+    errata = [one for key, one in STATEMENTS.items() if one.correction and found[key] != REPRODUCED]
+    return [
+        Section("Statements", INTRODUCTION, (
+            Table("Status of the statements", counted),
+            Table("Ledger", _ledger(list(STATEMENTS.values()), found, printed)),
+        )),
+        Section("Errata", "What has to be changed for a statement to hold.", (
+            Table("Corrections", pd.DataFrame([_erratum(one, found, printed) for one in errata])),
+        )),
+        Section("Figures", drawings=drawings()),
+    ]  # fmt: skip
 
 
-def _heights() -> pd.DataFrame:
-    return impulse_angles(
-        stiffnesses=(STIFFNESS,), speeds=(SPEED,), windows=WINDOWS, solver="exact"
+def _ledger(
+    statements: Sequence[Statement], found: dict[str, str], printed: pd.DataFrame
+) -> pd.DataFrame:
+    return pd.DataFrame(
+        {
+            "where": one.where,
+            "the source states": one.says,
+            "status": Badge(found[one.key], LOOKS[found[one.key]]),
+            "recomputed": printed.loc[one.key, "value"],
+            "printed": printed.loc[one.key, "expected"],
+            "unit": "" if one.unit == "1" else one.unit,
+            "note": printed.loc[one.key, "note"],
+        }
+        for one in statements
     )
 
 
-def mfix_table() -> pd.DataFrame:
-    """Return the critical angle of MFiX's contact over stiffness and ``DTSOLID_FACTOR``.
-
-    Columns for each integrator: value and uncertainty in deg, NaN where its step is unstable.
-    """
-    rows = [
-        {
-            "stiffness_N_per_m": k,
-            "factor": factor,
-            **_columns("euler", angle_in_scheme(k, factor, EULER)),
-            **_columns("adams_bashforth", angle_in_scheme(k, factor, ADAMS_BASHFORTH)),
-        }
-        for k in STIFFNESSES
-        for factor in FACTORS
-    ]
-    return pd.DataFrame(rows)
-
-
-def angles_without_step() -> pd.DataFrame:
-    """Return the critical angle of the same contact by the adaptive integrator, for each k."""
-    with Reference("adaptive") as engine:
-        # no step: where in one a contact begins does not matter
-        rows = [
-            {
-                "stiffness_N_per_m": k,
-                "critical_angle_deg": critical_angle(
-                    case_at(10.2, k, 50), phases=1, engine=engine
-                ).value_deg,
-            }
-            for k in STIFFNESSES
-        ]
-    return pd.DataFrame(rows)
-
-
-def _columns(name: str, angle: CriticalAngle | None) -> dict[str, float]:
+def _erratum(one: Statement, found: dict[str, str], printed: pd.DataFrame) -> dict[str, object]:
+    row = printed.loc[one.key]
     return {
-        f"{name}_deg": angle.value_deg if angle else math.nan,
-        f"{name}_uncertainty_deg": angle.uncertainty_deg if angle else math.nan,
+        "where": one.where,
+        "the source states": one.says,
+        "correction": one.correction,
+        "evidence": f"{row['value']:.7g} recomputed, {row['expected']:.7g} as printed",
+        "status": found[one.key],
     }

@@ -1,0 +1,209 @@
+"""Samples that statements are tried at: random chains and rows, one damped contact, tower runs.
+
+Random numbers have a fixed seed. Towers are the source's (1 kg, 1 m, 9.81 m/s2), run by the exact
+propagator, which has no step: a row judges the model, not an integrator.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cache
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.integrate import solve_ivp
+
+from harness.cases.tower.impulse import SPEEDS, STIFFNESSES, ImpulseRow, impulse_table
+from harness.cases.tower.parameters import Law, Tower
+from harness.cases.tower.runs import TowerRun, solve
+from harness.cases.tower.windows import grain_alone
+from harness.solvers.chain import source
+from harness.solvers.chain.contacts import contact_forces
+
+Floats = NDArray[np.float64]
+
+RADIUS = 0.5  # [m] of all particles here
+SEED = 2409_13633
+SAMPLES = 2000  # of a run; changes of contact are exact
+MEDIAN = (1e6, 2.0)  # [N/m], [m/s] of the runs that the source describes most
+
+
+def generator() -> np.random.Generator:
+    """Return a generator that gives the same numbers in every run."""
+    return np.random.default_rng(SEED)
+
+
+@dataclass(frozen=True)
+class TouchingChain:
+    """Particles of diameter 1 m, all touching, with the boundaries they were built from."""
+
+    compressions: Floats  # (n-1,) [m] partial, all positive
+    centres: Floats  # (n,) [m]
+    boundaries: Floats  # (n+1,) [m]
+
+    @property
+    def deformations(self) -> Floats:
+        """Return how much each diameter is shortened (n,) [m]."""
+        return np.asarray(1.0 - np.diff(self.boundaries))
+
+
+@cache
+def touching_chains(count: int = 200, particles: tuple[int, ...] = ()) -> tuple[TouchingChain, ...]:
+    """Return chains of 2 to 9 particles, or of one of the given numbers.
+
+    They are laid out from a random first boundary: each particle is as wide as its two partial
+    compressions leave it, and its centre is its middle.
+    """
+    random, chains = generator(), []
+    for _ in range(count):
+        n = int(random.choice(particles or range(2, 10)))
+        compressions = random.uniform(0.001, 0.1, n - 1)
+        widths = 1.0 - np.convolve(compressions, [1, 1])
+        edges = random.uniform(-1, 1) + np.concatenate(([0.0], np.cumsum(widths)))
+        chains.append(TouchingChain(compressions, 0.5 * (edges[1:] + edges[:-1]), edges))
+    return tuple(chains)
+
+
+@dataclass(frozen=True, eq=False)
+class ParticleRow:
+    """Particles of diameter 1 m in a row, with the compressions of the one solution."""
+
+    centres: Floats  # (N,) [m]
+    compressions: Floats  # (N-1,) [m] 0 where open
+
+    @property
+    def deformations(self) -> Floats:
+        """Return how much each diameter is shortened (N,) [m]."""
+        return np.convolve(self.compressions, [1, 1])
+
+    @property
+    def distances(self) -> Floats:
+        """Return the distances of neighbouring centres (N-1,) [m]."""
+        return np.diff(self.centres)
+
+
+@cache
+def rows(count: int = 500, closest: tuple[float, float] = (0.9, 1.1)) -> tuple[ParticleRow, ...]:
+    """Return rows of 3 to 9 particles, neighbours between ``closest`` [m] apart."""
+    random, made = generator(), []
+    for _ in range(count):
+        distances = random.uniform(*closest, int(random.integers(2, 9)))
+        centres = np.concatenate(([0.0], np.cumsum(distances)))
+        made.append(ParticleRow(centres, contact_forces(centres, 1.0, 1.0)))
+    return tuple(made)
+
+
+def sweep_difference() -> float:
+    """Return the largest difference between sweeps and complementarity over all rows [m]."""
+    return max(
+        float(np.abs(source.compressions(row.centres, 2 * RADIUS) - row.compressions).max())
+        for row in rows()
+    )
+
+
+class OpenPair(NamedTuple):
+    """Two neighbours that do not touch: distance, deformations, distance of each to its other."""
+
+    distance: float  # [m]
+    deformations: tuple[float, float]  # [m]
+    beyond: tuple[float, float]  # [m] infinite at an end
+
+
+@cache
+def open_pairs() -> tuple[OpenPair, ...]:
+    """Return every pair of neighbours of the rows that is not in contact."""
+    pairs = []
+    for row in rows():
+        distances = np.concatenate(([np.inf], row.distances, [np.inf]))
+        for i in np.flatnonzero(row.compressions == 0):
+            deformations = float(row.deformations[i]), float(row.deformations[i + 1])
+            beyond = float(distances[i]), float(distances[i + 2])
+            pairs.append(OpenPair(float(row.distances[i]), deformations, beyond))
+    return tuple(pairs)
+
+
+class ContactEnd(NamedTuple):
+    """The end of a contact that began at speed 1: time [s] and restitution [1]."""
+
+    time: float
+    restitution: float
+
+
+def damped_contact(
+    stiffness: float, mass: float, damping: float, *, clipped: bool = False
+) -> ContactEnd:
+    """Integrate m x'' + gamma x' + k x = 0 from touching at 1 m/s until the overlap is gone.
+
+    A ``clipped`` contact ends where its force does. Errors below 1e-10 of both numbers.
+    """
+
+    def end(_: float, state: Any) -> float:
+        return float(stiffness * state[0] + damping * state[1] if clipped else state[0])
+
+    end.terminal, end.direction = True, -1  # type: ignore[attr-defined]
+    period = (mass / stiffness) ** 0.5
+    solution = solve_ivp(
+        lambda _, s: [s[1], -(stiffness * s[0] + damping * s[1]) / mass],
+        (0.0, 100 * period),
+        [1e-13 * period, 1.0],
+        events=end,
+        rtol=1e-11,
+        atol=1e-14 * period,
+    )
+    return ContactEnd(float(solution.t[-1]), -float(solution.y[1, -1]))
+
+
+# ---- towers
+
+
+@cache
+def run(case: Tower, duration: float = 3.0) -> TowerRun:
+    """Return a tower run for ``duration`` [t0], with profiles."""
+    return solve(case, "exact", duration=duration, samples=SAMPLES, profiles=True)
+
+
+@cache
+def free_collision(particles: int, law: Law = "deformable") -> TowerRun:
+    """Return a grain that runs into free particles, no gravity, until all have parted."""
+    case = Tower(height=particles - 1, base="free", gravity=0.0, law=law)
+    return run(case, 1.0 + 0.5 * particles)
+
+
+@cache
+def impulses(law: Law = "deformable") -> tuple[ImpulseRow, ...]:
+    """Return the source's six runs over all heights, turnaround window."""
+    return tuple(impulse_table(laws=(law,), solver="exact"))
+
+
+def ratios(law: Law = "deformable") -> dict[tuple[float, float], dict[int, float]]:
+    """Return alpha by (stiffness, speed) and height."""
+    by_run: dict[tuple[float, float], dict[int, float]] = {
+        (k, v): {} for k in STIFFNESSES for v in SPEEDS
+    }
+    for row in impulses(law):
+        by_run[row.stiffness, row.speed][row.height] = row.ratio
+    return by_run
+
+
+@cache
+def heights_with_structure_window(law: Law) -> tuple[int, ...]:
+    """Return the heights from 1 to 8 that have a structure window, 1e6 N/m and 2 m/s."""
+    table = impulse_table(
+        laws=(law,),
+        windows=("structure",),
+        heights=range(1, 9),
+        stiffnesses=MEDIAN[:1],
+        speeds=MEDIAN[1:],
+    )
+    return tuple(row.height for row in table if math.isfinite(row.window_s))
+
+
+def contact_intervals(tower_run: TowerRun) -> list[tuple[float, float]]:
+    """Return from when to when the grain touches anything [t0], cut by the end of the run."""
+    first, last = float(tower_run.time_over_t0[0]), float(tower_run.time_over_t0[-1])
+    alone = [*grain_alone(tower_run), (last, last)]
+    begins = [first, *(end for _, end in alone)]
+    ends = [begin for begin, _ in alone]
+    return [pair for pair in zip(begins, ends, strict=False) if pair[0] < pair[1]]

@@ -1,0 +1,209 @@
+"""Statements of the source: what becomes of a printed value, and the numbers of the ledger."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from harness.errors import EngineError
+from harness.reproduction import run as reproduction
+from harness.reproduction.run import (
+    NOT_REPRODUCED,
+    REPRODUCED,
+    UNTESTED,
+    WITH_CORRECTION,
+    recomputed,
+    sections,
+    statuses,
+    write_reproduction,
+)
+from harness.reproduction.samples import damped_contact, open_pairs, rows, touching_chains
+from harness.reproduction.statements import REGISTRY, Outcome, Statement, holds
+from harness.store.runs import read_run
+from harness.theory.contact import damping_ratio
+from harness.workflows import diff
+
+# read in the paper: errors that a correction mends, and statements that do not hold
+ERRATA = {
+    "eq-2", "eq-3-index", "divergence", "eq-6", "eq-7", "eq-9", "eq-10", "orders-of-magnitude",
+    "eq-12", "eq-13-direction", "eq-15", "no-solution", "least-deformed", "closest-pair", "eq-16",
+    "u-n-particles", "eq-u-2", "eq-18", "eq-a2", "eq-four-inserted", "odd-coefficients", "eq-a8",
+    "eq-a10", "eq-a11", "structure-window", "impulses-decrease", "series", "clipped-restitution",
+    "preload", "tall-alpha", "mfix-order",
+}  # fmt: skip
+FAILING = {
+    "restitution", "t-c", "eq-13-reference", "eq-13", "error-falls", "softer", "plateau",
+    "tall-limit", "energy-agrees", "differences", "odd-chains", "within-bound", "half-period",
+    "maximum-of-what", "joined-boundaries",
+}  # fmt: skip
+SLOW = {"mfix-angle", "mfix-validation"}  # searches in MFiX's scheme
+IN_AN_ENGINE = {key for key, one in REGISTRY.items() if one.engine}
+
+
+@pytest.fixture(scope="module")
+def run():
+    """Return the rows of all statements but the slow ones, without an engine."""
+    fast = {key: one for key, one in reproduction.STATEMENTS.items() if key not in SLOW}
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(reproduction, "STATEMENTS", fast)
+        yield recomputed(None)
+
+
+def verdicts(outcome, **fields):
+    one = Statement("x", "eq. (0)", "x = 1", lambda: outcome, **fields)
+    return [str(row.verdict) for row in one.rows()]
+
+
+# ---- rows of a statement
+
+
+def test_a_value_within_its_tolerance_is_reproduced():
+    assert verdicts(Outcome(1.0 + 1e-13, 1.0)) == ["pass"]
+
+
+def test_an_error_of_print_is_a_finding_with_a_row_of_its_correction():
+    one = Statement("x", "eq. (0)", "x = 1", lambda: Outcome(2.0, 1.0, 2.0), correction="x = 2")
+    printed, right = one.rows()
+    assert (printed.verdict, printed.value, printed.expected) == ("finding", 2.0, 1.0)
+    assert (right.verdict, right.check, right.note) == ("pass", "corrected", "x = 2")
+
+
+def test_a_correction_that_fails_is_a_failure_and_one_that_is_not_needed_is_left_out():
+    assert verdicts(Outcome(2.0, 1.0, 3.0)) == ["finding", "fail"]
+    assert verdicts(Outcome(1.0, 1.0, 3.0)) == ["pass"]
+
+
+def test_of_samples_the_row_has_the_one_that_differs_most():
+    outcome = Outcome([1.0, 2.0, 3.0], [1.0, 2.5, 3.1], [1.0, 2.0, 3.0])
+    printed, right = Statement("x", "eq. (0)", "x", lambda: outcome).rows()
+    assert (printed.value, printed.expected) == (2.0, 2.5)
+    assert right.verdict == "pass"
+
+
+@pytest.mark.parametrize("value", [math.nan, [1.0, math.nan]])
+def test_nan_is_never_reproduced(value):
+    assert verdicts(Outcome(value, np.ones_like(value), np.ones_like(value))) == ["finding", "fail"]
+
+
+def test_a_condition_is_true_or_a_finding():
+    assert verdicts(holds(True)) == ["pass"]
+    assert verdicts(holds(False)) == ["finding"]
+    assert verdicts(holds(False, corrected=True)) == ["finding", "pass"]
+    assert verdicts(holds(False, corrected=False)) == ["finding", "fail"]
+
+
+def test_without_an_engine_a_simulation_is_not_tested_and_one_that_dies_fails():
+    one = Statement("x", "there", "x = 1", lambda _: Outcome(1.0, 1.0), engine=True)
+    assert [row.verdict for row in one.rows()] == ["not tested"]
+
+    class Dead:
+        name = "dead"
+        engine = type("E", (), {"identify": lambda _: type("P", (), {"engine_version": "1"})})()
+
+    def dies(_):
+        raise EngineError("lost atoms")
+
+    (row,) = replace(one, measure=dies).rows(Dead())
+    assert (row.verdict, row.engine, row.version) == ("fail", "dead", "1")
+
+
+# ---- samples
+
+
+def test_chains_are_symmetric_and_rows_solve_their_complementarity_problem():
+    for chain in touching_chains():
+        middles = (chain.boundaries[:-1] + chain.boundaries[1:]) / 2
+        np.testing.assert_allclose(chain.centres, middles)
+        assert abs((-1.0) ** np.arange(chain.deformations.size) @ chain.deformations) < 1e-12
+    for row in rows():
+        c = row.compressions
+        gap = row.distances - 1.0 + c + 0.5 * np.append(0.0, c[:-1]) + 0.5 * np.append(c[1:], 0.0)
+        assert gap.min() > -1e-12
+        assert abs(gap @ c) < 1e-12
+    assert all(pair.distance > 0.9 for pair in open_pairs())
+
+
+def test_a_damped_contact_has_the_restitution_of_its_damping_ratio():
+    for e in (0.2, 0.9):
+        end = damped_contact(100.0, 2.0, 2 * damping_ratio(e) * math.sqrt(200.0))
+        assert end.restitution == pytest.approx(e, abs=1e-9)
+    assert damped_contact(100.0, 2.0, 0.0).time == pytest.approx(math.pi * math.sqrt(0.02))
+
+
+# ---- the ledger
+
+
+def test_every_statement_has_a_row_with_a_place_and_a_reason(run):
+    assert set(run.rows["quantity"]) == set(REGISTRY) - SLOW
+    assert (run.rows["setup"] != "").all()
+    assert (run.rows[run.rows["verdict"] != "not tested"]["reason"] != "").all()
+
+
+def test_errata_hold_with_their_correction_and_nothing_else_is_wrong(run):
+    found = statuses(run)
+    assert {key for key, status in found.items() if status == WITH_CORRECTION} == ERRATA
+    assert {key for key, status in found.items() if status == NOT_REPRODUCED} == FAILING
+    assert {key for key, status in found.items() if status == UNTESTED} == IN_AN_ENGINE
+    assert found["eq-1"] == REPRODUCED
+    assert run.status == 0
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [
+        ("critical-angle", 10.207819),  # 2 atan(tan(15 deg) / 3)
+        ("eq-6", 10.207819),
+        ("t-c", 0.02921573),
+        ("eq-12", 0.3114729),
+        ("glass-bead", 44899.88),
+        ("joins", 0.4236072),
+        ("halved", 0.5263517),
+        ("eq-18", 20.0),
+        ("eq-a2", 8.466019),
+        ("unit-of-time", 0.003151403),
+        ("energy-agrees", 4.739842),
+    ],
+)
+def test_values_of_the_ledger_are_those_of_version_1(run, key, value):
+    row = run.rows[(run.rows["quantity"] == key) & (run.rows["check"] == "")].iloc[0]
+    assert row["value"] == pytest.approx(value, rel=1e-6)
+
+
+@pytest.mark.slow
+def test_angles_in_the_scheme_of_mfix_are_those_of_version_1_from_its_start(monkeypatch):
+    from harness.cases.incline import system
+    from harness.reproduction.simulations import COARSE, STIFFNESSES, mfix_angle
+
+    monkeypatch.setattr(system, "START_SPEED", 1.5 / math.sqrt(9.81))  # 1.5 m/s in a well
+    found = [mfix_angle.__wrapped__(stiffness, COARSE).value for stiffness in STIFFNESSES]
+    np.testing.assert_allclose(found, [10.1685546875, 10.1966796875, 10.2041015625], atol=1e-9)
+
+
+@pytest.mark.slow
+def test_in_the_scheme_of_mfix_a_finer_step_is_further_from_the_closed_form():
+    assert [row.verdict for row in REGISTRY["mfix-angle"].rows()] == ["pass"]
+    assert [row.verdict for row in REGISTRY["mfix-validation"].rows()] == ["finding"]
+
+
+def test_a_stored_reproduction_has_its_pages_and_compares_with_itself(run, tmp_path, monkeypatch):
+    parts = [replace(part, drawings=()) for part in sections(run)]
+    monkeypatch.setattr(reproduction, "sections", lambda _: parts)
+    write_reproduction(run, tmp_path / "out")
+    page = (tmp_path / "out" / "report.html").read_text()
+    assert "reproduced with a correction" in page
+    assert "the second term is shock^(n-2)" in page
+    assert len(read_run(tmp_path / "out").rows) == len(run.rows)
+    assert diff(tmp_path / "out", run).status == 0
+    moved = run.rows.copy()
+    moved.loc[moved["quantity"] == "t-n", "value"] *= 1.1
+    assert diff(tmp_path / "out", replace(run, rows=moved)).status == 1
+
+
+def test_every_figure_is_drawn():
+    from harness.report.figures import draw_all
+    from harness.reproduction.figures import drawings
+
+    drawn = draw_all(drawings())
+    assert [picture.error for picture in drawn] == [""] * len(drawn)
+    assert 10 <= len(drawn) <= 12
