@@ -352,7 +352,7 @@ def reproduce(*, output: Folder = None, check: bool = False, json: Json = False)
     if check:
         changes = compare_runs(committed, run)
         _print(changes, json)
-        return int(changes.status)
+        return int(not changes.changes.empty)
     with output_folder(output, "-reproduction") as folder:
         write_reproduction(run, folder)
     if json:

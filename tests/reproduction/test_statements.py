@@ -194,10 +194,11 @@ def test_a_stored_reproduction_has_its_pages_and_compares_with_itself(run, tmp_p
     assert "reproduced with a correction" in page
     assert "the second term is shock^(n-2)" in page
     assert len(read_run(tmp_path / "out").rows) == len(run.rows)
-    assert diff(tmp_path / "out", run).status == 0
+    assert diff(tmp_path / "out", run).changes.empty
     moved = run.rows.copy()
     moved.loc[moved["quantity"] == "t-n", "value"] *= 1.1
-    assert diff(tmp_path / "out", replace(run, rows=moved)).status == 1
+    changes = diff(tmp_path / "out", replace(run, rows=moved)).changes
+    assert changes["quantity"].tolist() == ["t-n"]
 
 
 def test_every_figure_is_drawn():
