@@ -1,16 +1,14 @@
 """Speed of the chain solvers; run with ``pytest -m benchmark -s tests/benchmarks``."""
 
-from __future__ import annotations
-
 import time
 
 import numpy as np
 import pytest
 
 from harness.cases.tower.impulse import impulse_table
-from harness.parameters.tower import Tower
-from harness.solvers.chain import rk4
-from harness.solvers.chain.motion import Plan, assemble, blank_record
+from harness.cases.tower.parameters import Tower
+from harness.cases.tower.runs import chain_of
+from harness.solvers.chain import stepped
 
 pytestmark = pytest.mark.benchmark
 
@@ -20,39 +18,31 @@ GROWS_WITH_THE_ROW = 10.0
 PARTICLE_STEPS = 4_000_000
 
 
-def rk4_seconds(particles, law, steps):
-    """Return the seconds of one run of the RK4 kernel, compiled.
-
-    Of processor time: whatever else the machine does takes turns with it.
-    """
-    chain = assemble(Tower(height=particles - 1, law=law))
-    record = blank_record(3, particles, False)
+def seconds(particles, law, steps):
+    """Return the seconds of processor time of one run, compiled."""
+    chain = chain_of(Tower(height=particles - 1, law=law))
     begin = time.process_time()
-    _, rows = rk4.integrate(chain, record, Plan(STEP, steps, steps, particles))
-    spent = time.process_time() - begin
-    assert rows > 0
-    return spent
+    longest = 50 if law == "deformable" else None
+    stepped.run(chain, steps * STEP, STEP * (1 + 1e-9), samples=1, longest=longest)
+    return time.process_time() - begin
 
 
-def rk4_step(particles, law):
+def step_cost(particles, law):
     """Return the seconds per particle of one more step: those of a long run less a short one's."""
     steps = max(20, PARTICLE_STEPS // particles)
-    less = rk4_seconds(particles, law, 5)
-    return (rk4_seconds(particles, law, 5 + steps) - less) / steps / particles
+    less = seconds(particles, law, 5)
+    return (seconds(particles, law, 5 + steps) - less) / steps / particles
 
 
 @pytest.mark.parametrize("law", ["overlap", "deformable"])
 def test_cost_of_a_particle_is_flat(law):
     """Print what one more step costs a particle over the length of the row.
 
-    Starting up is not in it, as it is not in that of LAMMPS. The ratio to N = 1000 is that of
-    the machine's caches and memory: 1.0 to 1.5 for the overlap law, which takes few operations
-    a particle, and below 1 for the deformable one, where blocks of a long row fall freely.
-    Asserted is what no machine changes: a cost that grew with the row, as that of a search
-    through all particles, would be a thousand times as large at the end.
+    The ratio to N = 1000 is that of the machine's caches and memory. Asserted is what no machine
+    changes: a cost that grew with the row would be a thousand times as large at the end.
     """
     sizes = (1_000, 10_000, 100_000, 1_000_000)
-    turns = [[rk4_step(n, law) for n in sizes] for _ in range(TURNS + 1)]
+    turns = [[step_cost(n, law) for n in sizes] for _ in range(TURNS + 1)]
     costs = np.array(turns[1:])
     ratios = np.median(costs / costs[:, :1], axis=0)
     for n, cost, ratio in zip(sizes, costs.min(axis=0), ratios, strict=True):

@@ -21,6 +21,7 @@ at rest on a crest they hold the same each time. That is why a passage goes on t
 from __future__ import annotations
 
 import math
+from itertools import product
 from typing import Any, Literal, NamedTuple, Self
 
 import numpy as np
@@ -40,7 +41,7 @@ from harness.cases.incline.system import values_of as incline_values
 from harness.cases.tower.parameters import Law
 from harness.engines.contract import Job, Template
 from harness.model.allowed import allowed_in
-from harness.model.base import Parameters
+from harness.model.base import ZERO, Parameters
 from harness.model.contact import PLASTIC, NamedContact
 from harness.model.law import Law as ContactLaw
 from harness.model.scene import Body, Scene, Stage
@@ -278,7 +279,7 @@ def scene_of(case: Columns, route: Route = "passage", every: int | None = None) 
 
     Its laws are those of the overlap law; under the deformable law the columns rest elsewhere.
     """
-    d, plain, n = case.diameter, case.incline, case.n
+    d, plain = case.diameter, case.incline
     fall = case.weight * d * math.sin(case.tilt)
     floor = crest_energy(case) + allowed_margin(case)
     steps = math.ceil(case.time_limit * plain.unit_of_time / plain.step)
@@ -289,11 +290,11 @@ def scene_of(case: Columns, route: Route = "passage", every: int | None = None) 
         damping_coefficient=eta,
         clipped=case.contact.clipped,
     )
-    inside = law if case.inside == "damped" else law.replace(damping="none")
+    elastic = {(1, 1): law.replace(damping="none")} if case.inside == "elastic" else {}
     return Scene(
         bodies=_bodies(case, route),
         law=law,
-        laws={(1, 1): inside},
+        laws=elastic,
         gravity=(case.gravity * math.sin(case.tilt), -case.gravity * math.cos(case.tilt), 0.0),
         period=(case.spheres * d, None, None),
         step=plain.step,
@@ -303,12 +304,14 @@ def scene_of(case: Columns, route: Route = "passage", every: int | None = None) 
             Stage(place=crest_place(case, well), floor=floor - well * fall)
             for well in range(1, wells_of(plain, route) + 1)
         ),
-        pairs=tuple(
-            (0 if j == 0 else i * n + j, i * n + j + 1)
-            for i in range(case.spheres)
-            for j in range(n)
-        ),
+        pairs=_neighbours(case) if case.n > 1 else None,
     )
+
+
+def _neighbours(case: Columns) -> tuple[tuple[int, int], ...]:
+    """Return the grain with each top, and the neighbours within a column."""
+    places = product(range(case.spheres), range(case.n))
+    return tuple((i * case.n + j if j else 0, i * case.n + j + 1) for i, j in places)
 
 
 def _bodies(case: Columns, route: Route) -> tuple[Body, ...]:
@@ -320,14 +323,15 @@ def _bodies(case: Columns, route: Route) -> tuple[Body, ...]:
         position=(x, y, 0.0),
         velocity=(vx, vy, 0.0),
     )
-    held = grain.replace(type=1, velocity=(0.0, 0.0, 0.0), axes=(False, True, False))
+    held = grain.replace(type=1, velocity=ZERO)
     depth = case.diameter * np.arange(case.n) + sinking(case)
     first = case.diameter * np.arange(case.n) + sinking(case, *start_load(case))
     bodies = [grain]
     for i in range(case.spheres):
         below = first if i == 0 and route == "passage" else depth
         for j, deep in enumerate(below):
-            last: Any = "frozen" if j == case.n - 1 else "free"
-            place = (i * case.diameter, -float(deep), 0.0)
-            bodies.append(held.replace(position=place, motion=last))
+            body = held.replace(position=(i * case.diameter, -float(deep), 0.0))
+            last = j == case.n - 1
+            guided = body.replace(axes=(False, True, False))
+            bodies.append(body.replace(motion="frozen") if last else guided)
     return tuple(bodies)

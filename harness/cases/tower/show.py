@@ -238,7 +238,7 @@ def force_figure(law: Law, benches: Mapping[str, Bench]) -> Figure:
 def _engine_run(bench: Bench, law: Law, height: int) -> TowerRun | None:
     """Return the run that the checks made, None where there is none."""
     one = setup(law, height)
-    if bench.name == OWN or bench.refusal(one.job):
+    if bench.name == OWN or not bench.has_run([one.job]):
         return None
     try:
         return one.run(bench)

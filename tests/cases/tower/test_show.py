@@ -1,6 +1,7 @@
 """Sections and figures of the tower."""
 
 from harness.cases.bench import OWN, Bench
+from harness.cases.checks import run_checks, selected
 from harness.cases.tower.case import CASE
 from harness.cases.tower.impulse import impulse_angles
 from harness.cases.tower.show import angle_figure
@@ -10,6 +11,9 @@ from tests.cases.tower.standin import SceneEngine, Standin
 
 def test_sections_draw_what_benches_have():
     benches = {"standin": Bench(Standin()), "scenes": Bench(SceneEngine()), OWN: Bench(None)}
+    for name in ("standin", "scenes"):
+        checks = selected("tower", CASE.checks(benches[name].engine), "quick")
+        run_checks("tower", checks, benches[name])
     sections = CASE.sections(benches)
     pictures = [draw(drawing) for section in sections for drawing in section.drawings]
     assert [picture.error for picture in pictures] == [""] * len(pictures)
