@@ -9,9 +9,9 @@ import pytest
 
 from harness.engines.lammps.engine import Lammps
 from harness.engines.output import Output
+from harness.engines.provenance import Provenance
 from harness.errors import Unsupported
 from harness.model.conventions import Rules
-from harness.observables.provenance import Provenance
 from harness.testing import CHECKS, EngineCheckError, check_engine, engine_checks
 from tests.engine_doubles import Clipping, Crashing, Twin
 

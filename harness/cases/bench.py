@@ -11,10 +11,10 @@ from concurrent.futures import Future
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from harness.engines.contract import Engine, Job, Output
+from harness.engines.provenance import Provenance
 from harness.engines.scene_jobs import scene_job
 from harness.engines.scene_tables import motion_in, motion_tables
 from harness.errors import EngineError
-from harness.observables.provenance import Provenance
 
 if TYPE_CHECKING:
     from harness.model.conventions import Rules

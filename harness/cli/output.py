@@ -140,7 +140,7 @@ def write_csv(frame: pd.DataFrame, path: Path) -> None:
         name: [f"'{v}" if isinstance(v, str) and v[:1] in FORMULA else v for v in frame[name]]
         for name in frame.select_dtypes(exclude="number")
     }
-    frame.assign(**texts).to_csv(path, index=False)
+    frame.assign(**{str(name): column for name, column in texts.items()}).to_csv(path, index=False)
 
 
 @contextlib.contextmanager

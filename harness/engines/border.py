@@ -15,8 +15,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from harness.engines.output import SERIES, Output
+from harness.engines.provenance import Provenance
 from harness.errors import FULL, EngineError, EngineNaNError, EngineOutputError, HarnessError
-from harness.observables.provenance import Provenance
 
 if TYPE_CHECKING:
     from harness.engines.contract import Engine, Job

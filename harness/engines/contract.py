@@ -36,6 +36,7 @@ from harness.engines.border import EXPECTED, checked_call, checked_run
 from harness.engines.cost import Pace
 from harness.engines.output import Output
 from harness.engines.process import Ended, cores, last_words, parallel_each
+from harness.engines.provenance import Provenance
 from harness.engines.traits import Traits
 from harness.errors import (
     EngineCrashError,
@@ -46,13 +47,12 @@ from harness.errors import (
     RequestError,
     Unsupported,
 )
-from harness.observables.provenance import Provenance
 
 if TYPE_CHECKING:
+    from harness.model.allowed import Allowed
     from harness.model.conventions import Rules
     from harness.model.motion import Motion
     from harness.model.scene import Scene
-    from harness.parameters.allowed import Allowed
 
 
 Item = TypeVar("Item")

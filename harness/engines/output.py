@@ -14,8 +14,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, TypeAlias
 
+from harness.engines.provenance import Provenance
 from harness.errors import EngineNaNError, EngineOutputError
-from harness.observables.provenance import Provenance
 
 if TYPE_CHECKING:
     import numpy as np

@@ -57,6 +57,7 @@ from harness.engines.process import (
     signal_of,
     text_of,
 )
+from harness.engines.provenance import Provenance
 from harness.engines.scripts import ScriptSource, Task
 from harness.errors import (
     EngineCrashError,
@@ -66,7 +67,6 @@ from harness.errors import (
     RequestError,
 )
 from harness.files import held_folder
-from harness.observables.provenance import Provenance
 
 LOADER_SECONDS = 10.0
 """That a dynamic loader takes at most to name libraries."""

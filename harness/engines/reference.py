@@ -15,9 +15,9 @@ from harness import __version__
 from harness.engines.contract import Engine, Job
 from harness.engines.output import Output
 from harness.engines.process import cores, parallel_map
+from harness.engines.provenance import Provenance
 from harness.engines.traits import Traits
 from harness.errors import EngineError, EngineTimeoutError, RequestError
-from harness.observables.provenance import Provenance
 
 if TYPE_CHECKING:
     from harness.model.conventions import Rules

@@ -27,8 +27,8 @@ from harness import __version__
 from harness.engines.border import engine_label
 from harness.engines.contract import SCENE_NAME, Engine, Job, Template, Value, Values
 from harness.errors import EngineError, HarnessError, RequestError
+from harness.model.allowed import Allowed
 from harness.model.scene import LOOK
-from harness.parameters.allowed import Allowed
 
 if TYPE_CHECKING:
     from jinja2 import Environment

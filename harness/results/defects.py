@@ -15,12 +15,12 @@ from typing import Any, Literal, Self
 
 from pydantic import Field, model_validator
 
+from harness.engines.provenance import release_of
 from harness.model.base import Parameters
 from harness.model.conventions import Faults, Rules
 from harness.model.law import Law
 from harness.model.motion import Motion
 from harness.model.scene import Scene
-from harness.observables.provenance import release_of
 from harness.results.defect_fits import FITS
 from harness.results.defect_switches import check_switch, switched_motion
 from harness.results.rows import Row

@@ -15,8 +15,8 @@ from pathlib import Path
 import pandas as pd
 
 import harness
+from harness.engines.provenance import release_of
 from harness.errors import RequestError, cannot_write
-from harness.observables.provenance import release_of
 from harness.results.rows import COLUMNS, ENGINE_FAILURES, KEY, Verdict, table
 from harness.store.rows_csv import read_rows, rows_text
 from harness.store.runs import ROWS, Run

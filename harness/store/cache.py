@@ -23,10 +23,10 @@ from numpy.typing import NDArray
 from harness.engines import process
 from harness.engines.contract import Engine, Job
 from harness.engines.output import Output
+from harness.engines.provenance import Provenance
 from harness.engines.registry import DEFAULT, open_engine
 from harness.errors import EngineError
 from harness.files import KERNELS, cache_place
-from harness.observables.provenance import Provenance
 from harness.store.entries import (
     ASIDE,
     PRUNING,

@@ -33,7 +33,7 @@ from harness.store.cache import SOURCES, keeping
 from harness.store.entries import key_of, source_digest, versions
 
 if TYPE_CHECKING:
-    from harness.observables.provenance import Provenance
+    from harness.engines.provenance import Provenance
 
 PIECES = 128  # into which a batch is cut, for workers of any number and speed
 LARGEST_PIECE = 32  # jobs that are lost with a worker, at most

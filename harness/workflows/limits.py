@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 from harness.cases.base import Case
 from harness.cases.bench import Bench
 from harness.engines.output import Output
+from harness.engines.provenance import Provenance
 from harness.engines.scene_tables import motion_tables
 from harness.errors import EngineError, RequestError
 from harness.model.base import Parameters
-from harness.observables.provenance import Provenance
 
 if TYPE_CHECKING:
     from harness.model.scene import Scene

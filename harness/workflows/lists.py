@@ -12,11 +12,11 @@ from harness.cases.base import Case
 from harness.cases.registry import DEFAULT as DEFAULT_CASES
 from harness.cases.registry import get_case, homes, usable_cases
 from harness.engines.contract import Template
+from harness.engines.provenance import Provenance
 from harness.engines.registry import DEFAULT, ENGINES, engine_class, engine_names, open_engine
 from harness.engines.traits import Traits
 from harness.errors import EngineError, RequestError, cannot_write
 from harness.files import check_folder, held_folder, whole_folder
-from harness.observables.provenance import Provenance
 from harness.workflows.progress import Progress, silent
 from harness.workflows.runs import takes_job
 from harness.workflows.settings import ParameterInfo, parameter_infos

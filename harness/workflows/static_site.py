@@ -17,9 +17,9 @@ from typing import TYPE_CHECKING, Any
 from urllib.parse import quote, unquote
 
 import harness
+from harness.engines.provenance import release_of
 from harness.errors import RequestError
 from harness.files import check_writable, safe_path, whole_folder
-from harness.observables.provenance import release_of
 from harness.report.causes import defect_releases, defect_sentence
 from harness.report.matrix import matrix, verdict_badges
 from harness.report.render import Badge, document, html_page

@@ -8,12 +8,12 @@ import resource
 import time
 
 import pytest
+from harness.workflows.sweep_run import Runner
 
 from harness.engines.registry import open_engine
 from harness.store.cache import CachedEngine
 from harness.store.entries import Entries
 from harness.workflows import sweep
-from harness.workflows.sweep_run import Runner
 
 pytestmark = [pytest.mark.benchmark, pytest.mark.live]
 

@@ -10,12 +10,12 @@ from harness.cases.bench import Bench
 from harness.cases.checks import run_checks
 from harness.cases.defects import explained, known_defects
 from harness.engines.output import SERIES, Output
+from harness.engines.provenance import Provenance
 from harness.engines.registry import open_engine
 from harness.engines.scene_jobs import scene_job
 from harness.engines.scene_tables import motion_table
 from harness.errors import EngineCrashError
 from harness.model.conventions import Faults, Rules
-from harness.observables.provenance import Provenance
 from harness.results.defects import KnownDefect
 from harness.results.rows import Failure, Kind, Tolerance, Verdict
 from harness.solvers import reference

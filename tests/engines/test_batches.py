@@ -9,13 +9,13 @@ from harness.engines.contract import collect, finished, run_in_turn
 from harness.engines.lammps.engine import Lammps
 from harness.engines.output import Output, results_in
 from harness.engines.process import Ended
+from harness.engines.provenance import Provenance
 from harness.errors import (
     EngineCrashError,
     EngineNaNError,
     EngineOutputError,
     EngineTimeoutError,
 )
-from harness.observables.provenance import Provenance
 
 DONE = "RESULT verdict = finished\n"
 WELL = Ended("", 0, 1.0, timed_out=False)

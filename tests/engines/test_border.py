@@ -5,9 +5,9 @@ import pytest
 
 from harness.cases.drop.case import CASE
 from harness.engines.contract import Engine, Output
+from harness.engines.provenance import Provenance
 from harness.engines.traits import Traits
 from harness.errors import EngineError, EngineNaNError, EngineOutputError, RequestError
-from harness.observables.provenance import Provenance
 
 TRAITS = Traits(install_hint="", versions=("1",), integrator="velocity-verlet")
 WHO = Provenance("plugin", "1")

@@ -3,8 +3,8 @@
 import pytest
 
 from harness.engines.output import Output
+from harness.engines.provenance import Provenance
 from harness.errors import EngineNaNError, EngineOutputError
-from harness.observables.provenance import Provenance
 
 WHO = Provenance("it", "1")
 

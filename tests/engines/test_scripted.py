@@ -11,10 +11,10 @@ from harness.engines.contract import Job, Template
 from harness.engines.output import Output
 from harness.engines.process import Limits
 from harness.engines.programs import ScriptedEngine, fresh_folder
+from harness.engines.provenance import Provenance
 from harness.engines.traits import Traits
 from harness.errors import EngineError, EngineOutputError, RequestError
 from harness.files import PREFIX
-from harness.observables.provenance import Provenance
 
 SCRIPT = """# {{ name }}, made by dem-harness {{ version }}: {{ variant }} {{ note }}
 import os, signal, sys, time

@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 
 from harness.engines.contract import Job, Template
 from harness.engines.output import SERIES, Output
+from harness.engines.provenance import Provenance
 from harness.engines.scene_jobs import scene_job
 from harness.errors import EngineCrashError, RequestError
-from harness.observables.provenance import Provenance
 from harness.store import cache as cache_module
 from harness.store.cache import CachedEngine, pack_output, run_key, unpack_output
 from harness.store.entries import Entries, digest_of_tree

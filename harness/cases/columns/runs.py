@@ -26,10 +26,10 @@ from harness.cases.incline.search import CriticalAngle, Measure, prepared, searc
 from harness.cases.incline.system import Incline, Route, wells_of
 from harness.engines.contract import Output
 from harness.engines.process import cores, parallel_map
+from harness.engines.provenance import Provenance
 from harness.engines.scene_tables import STAGES
 from harness.errors import EngineError, EngineOutputError, Unsupported
 from harness.model.motion import STAGE_COLUMNS
-from harness.observables.provenance import Provenance
 
 CHAIN = Provenance("harness", __version__, how="compiled")
 

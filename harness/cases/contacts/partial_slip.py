@@ -72,7 +72,7 @@ def own_checks(case: ContactCase[Any]) -> Iterator[Check]:
             quantity=QUANTITY,
             unit="1",
             measure=partial(_farthest, case, law),
-            expected=lambda bench, law=law: bench.once(_expected_at, case, law, bench),
+            expected=partial(_expected_at, case, law),
             kind=Kind.FINDING,
             level="default",
         )

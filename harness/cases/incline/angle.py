@@ -13,9 +13,9 @@ from harness.cases.incline.search import PHASES, CriticalAngle, Measure, prepare
 from harness.cases.incline.system import Incline, Route, job_of, scene_of
 from harness.engines.contract import Output
 from harness.engines.process import cores, parallel_map
+from harness.engines.provenance import Provenance
 from harness.engines.scene_tables import motion_tables
 from harness.errors import EngineError, Unsupported
-from harness.observables.provenance import Provenance
 from harness.store.cache import EngineChoice, opened
 
 Progress = Callable[[str, int, int], None]  # stage, done, expected

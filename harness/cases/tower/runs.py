@@ -13,11 +13,11 @@ from harness.cases.bench import Bench
 from harness.cases.tower.parameters import PROPERTIES, SEARCH, Tower, TowerParameters
 from harness.engines.contract import Engine, Job, Output, Template, Value
 from harness.engines.output import SERIES
+from harness.engines.provenance import Provenance
 from harness.errors import EngineError, EngineOutputError, RequestError
 from harness.model.allowed import COUNT, Allowed, allowed_in
 from harness.model.law import Law
 from harness.model.scene import Body, Scene
-from harness.observables.provenance import Provenance
 from harness.solvers.chain.samples import COLUMNS, ChainSamples, Profiles, sampled_motion
 from harness.solvers.chain.setup import (
     Chain,

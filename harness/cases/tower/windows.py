@@ -7,6 +7,7 @@ touch.
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from typing import Any, Literal
 
 import numpy as np
@@ -275,5 +276,5 @@ def summary(
         "energy_drift": energy_drift(run),
         "contacts": [list(change) for change in contact_changes(run)],
         "final_velocity_m_per_s": [float(value) for value in run.final_velocity],
-        **(run.provenance.to_json() if run.provenance else {}),
+        **(asdict(run.provenance) if run.provenance else {}),
     }

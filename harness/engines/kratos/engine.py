@@ -24,6 +24,7 @@ from harness.engines.programs import (
     program_files,
     tree_files,
 )
+from harness.engines.provenance import Provenance
 from harness.engines.scripts import Task
 from harness.engines.traits import Traits
 from harness.errors import (
@@ -33,11 +34,10 @@ from harness.errors import (
     EngineNaNError,
     Unsupported,
 )
+from harness.model.allowed import Allowed
 from harness.model.conventions import Rules
 from harness.model.motion import Motion
 from harness.model.scene import Scene
-from harness.observables.provenance import Provenance
-from harness.parameters.allowed import Allowed
 
 Scheme = Literal["Velocity_Verlet", "Symplectic_Euler"]
 """Kratos's names of its integrators."""

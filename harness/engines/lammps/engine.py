@@ -27,11 +27,11 @@ from harness.engines.lammps.workers import DEFORMABLE, SLEEPING, InProcess, Orde
 from harness.engines.output import Output
 from harness.engines.process import Ended, Limits, cores, first_words, way_of_death
 from harness.engines.programs import find_program, launcher_of, launcher_words, program_words
+from harness.engines.provenance import Provenance, release_of
 from harness.engines.scripts import Task
 from harness.engines.traits import Traits
 from harness.errors import EngineError, EngineMissingError, RequestError
 from harness.files import processes_with_room
-from harness.observables.provenance import Provenance, release_of
 
 if TYPE_CHECKING:
     from harness.engines.lammps.scene_script import Variation

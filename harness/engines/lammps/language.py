@@ -33,7 +33,7 @@ from harness.errors import (
     EngineNaNError,
     EngineOutputError,
 )
-from harness.parameters.allowed import COUNT, Allowed
+from harness.model.allowed import COUNT, Allowed
 
 _ERROR = re.compile(r"^ERROR(?: on proc \d+)?:.*", re.MULTILINE)
 """LAMMPS's own: an echo of a script's ``print 'ERROR: ...'`` does not begin with it."""

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from harness.engines.provenance import release_of
 from harness.errors import Unsupported
 from harness.model.law import Law
-from harness.observables.provenance import release_of
 
 FIRST_RELEASES = {
     "linear_history_classic": "2 Aug 2023",

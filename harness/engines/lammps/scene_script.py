@@ -9,10 +9,10 @@ from typing import Literal
 
 from harness.engines.lammps.law_words import MIXES_SUBMODELS, check_release
 from harness.engines.lammps.scene_atoms import Atoms, group_line
+from harness.engines.provenance import release_of
 from harness.model.base import Vector
 from harness.model.conventions import Rules
 from harness.model.scene import ALL_AXES, Body, Scene, Segment
-from harness.observables.provenance import release_of
 
 SAMPLES, RESTART = "motion.dump", "motion.restart"
 MOST_BINS = 8  # from the middle of the box on

@@ -29,6 +29,7 @@ from harness.engines.contract import each_alone, finished
 from harness.engines.lammps.language import check_log, error_from_text, file_of, version_in
 from harness.engines.process import Ended, Limits, environment_in, first_words, last_text, text_of
 from harness.engines.programs import fresh_folder
+from harness.engines.provenance import Provenance
 from harness.engines.scripts import Script
 from harness.errors import (
     EngineCrashError,
@@ -39,7 +40,6 @@ from harness.errors import (
 )
 from harness.files import PREFIX as TEMPORARY
 from harness.files import end_with, record_segments
-from harness.observables.provenance import Provenance
 
 DEFORMABLE = "deformable"
 """The law that LAMMPS lacks, and calls back for: :mod:`harness.engines.lammps.deformable`."""

@@ -15,13 +15,13 @@ from harness.engines.contract import Job
 from harness.engines.lammps.language import LammpsLanguage
 from harness.engines.liggghts import scenes
 from harness.engines.process import first_words
+from harness.engines.provenance import Provenance
 from harness.engines.scripts import Task
 from harness.engines.traits import Traits
 from harness.errors import EngineError, EngineMissingError
 from harness.model.conventions import Rules
 from harness.model.motion import Motion
 from harness.model.scene import Scene
-from harness.observables.provenance import Provenance
 
 MODEL = "hooke/stiffness"
 """The one normal model whose spring and dashpot can be stated."""

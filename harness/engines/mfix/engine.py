@@ -19,6 +19,7 @@ from harness.engines.mfix.scenes import Scheme, System, rules, system_of
 from harness.engines.output import Output
 from harness.engines.process import Ended, Limits, first_words, parallel_map, way_of_death
 from harness.engines.programs import ProgramEngine, fresh_folder
+from harness.engines.provenance import Provenance
 from harness.engines.scripts import renderer
 from harness.engines.stages import decided
 from harness.engines.traits import Traits
@@ -30,7 +31,6 @@ from harness.errors import (
     EngineOutputError,
     Unsupported,
 )
-from harness.observables.provenance import Provenance
 
 if TYPE_CHECKING:
     from harness.model.conventions import Rules

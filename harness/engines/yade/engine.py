@@ -21,6 +21,7 @@ from harness.engines.programs import (
     tree_files,
     with_libraries,
 )
+from harness.engines.provenance import Provenance
 from harness.engines.scripts import Task
 from harness.engines.traits import Traits
 from harness.engines.yade import scenes
@@ -28,7 +29,6 @@ from harness.errors import EngineError, EngineMissingError
 from harness.model.conventions import Rules
 from harness.model.motion import Motion
 from harness.model.scene import Scene
-from harness.observables.provenance import Provenance
 
 FOREIGN = ("PYTHON", "OMPI_", "PMI_", "PMIX_", "DISPLAY", "XDG_CONFIG_HOME")
 """Variables that Yade must not inherit: it has a Python of its own, and would take itself for

@@ -25,11 +25,11 @@ from harness.cases.tower.parameters import LAWS
 from harness.engines.contract import Engine
 from harness.engines.lammps.engine import Lammps
 from harness.engines.output import Output
+from harness.engines.provenance import Provenance
 from harness.engines.scene_tables import motion_tables
 from harness.engines.traits import Traits
 from harness.errors import EngineOutputError, RequestError
 from harness.model.conventions import Rules
-from harness.observables.provenance import Provenance
 from harness.results.rows import Verdict
 from harness.solvers import reference
 from harness.solvers.chain import columns as chain_columns

@@ -7,9 +7,9 @@ import numpy as np
 
 from harness.cases.incline.runs import Fate, Run
 from harness.engines.contract import Output
+from harness.engines.provenance import Provenance
 from harness.engines.reference import Reference
 from harness.errors import EngineCrashError, EngineError
-from harness.observables.provenance import Provenance
 from harness.theory.incline import passage_margin
 
 MAP = Output((), Provenance("map", "1"))

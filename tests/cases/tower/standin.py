@@ -6,10 +6,10 @@ from harness.cases.tower.parameters import Tower
 from harness.cases.tower.runs import solve, timing_of
 from harness.engines.contract import Engine
 from harness.engines.output import SERIES, Output
+from harness.engines.provenance import Provenance
 from harness.engines.scene_tables import motion_table
 from harness.engines.traits import Traits
 from harness.model.conventions import Rules
-from harness.observables.provenance import Provenance
 from harness.solvers import reference
 
 

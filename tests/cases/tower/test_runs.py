@@ -21,8 +21,8 @@ from harness.cases.tower.runs import (
     values_of,
 )
 from harness.engines.output import SERIES, Output
+from harness.engines.provenance import Provenance
 from harness.errors import EngineOutputError, RequestError
-from harness.observables.provenance import Provenance
 from tests.cases.tower.standin import SceneEngine, Standin
 
 # of `run tower --engine rk4` in version 1

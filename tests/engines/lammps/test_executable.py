@@ -7,12 +7,12 @@ import pytest
 from harness.cases.drop.case import CASE
 from harness.engines.lammps.engine import Lammps
 from harness.engines.programs import program_words
+from harness.engines.provenance import Provenance
 from harness.engines.scripts import Task
 from harness.errors import (
     EngineMissingError,
     RequestError,
 )
-from harness.observables.provenance import Provenance
 
 GREETING = "Large-scale Atomic/Molecular Massively Parallel Simulator - {}\n"
 

@@ -3,15 +3,15 @@
 import math
 
 import numpy as np
-from pydantic import Field
-
 from harness.cases.contract import Case, Plan, Reference
 from harness.comparison.verdicts import Tolerance
-from harness.engines.contract import Job, Template
-from harness.observables.provenance import Observable
 from harness.parameters.base import Parameters
 from harness.parameters.law import Contact
 from harness.parameters.scene import in_plane, spheres
+from pydantic import Field
+
+from harness.engines.contract import Job, Template
+from harness.engines.provenance import Observable
 
 STEP = Tolerance("", 0.0, 2e-3, "a step of pi/2000 of the contact's phase, at its begin and end")
 

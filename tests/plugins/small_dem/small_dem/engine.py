@@ -4,13 +4,13 @@ import numba
 import numpy as np
 
 from harness.engines.contract import Engine
+from harness.engines.provenance import Provenance
 from harness.engines.stages import decided, stages_of
 from harness.engines.traits import Traits
 from harness.errors import EngineNaNError, Unsupported
 from harness.model.conventions import Rules
 from harness.model.motion import Motion
 from harness.model.scene import LOOK
-from harness.observables.provenance import Provenance
 
 
 @numba.njit(cache=True)

@@ -1,11 +1,9 @@
-"""Observables with name, unit and shape, and provenance: the code, its release, how it was run."""
+"""The provenance of a result: the code, its release, and how it was run."""
 
 from __future__ import annotations
 
 import re
 from dataclasses import dataclass, field
-
-from harness.shown import Record
 
 _MONTHS = ("Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep", "Oct", "Nov", "Dec")
 _DATE = re.compile(rf"(\d{{1,2}}) ?({'|'.join(_MONTHS)}) ?(20\d\d)")
@@ -28,29 +26,7 @@ def release_of(version: str) -> tuple[int, ...]:
 
 
 @dataclass(frozen=True)
-class Observable:
-    """A quantity that theory, solvers and engines can all be asked for.
-
-    ``shape`` is in words: "time", "time, particle", "particle" or "" for one number.
-    """
-
-    name: str
-    unit: str
-    shape: str
-    meaning: str
-
-
-def numbers(**meanings: str) -> tuple[Observable, ...]:
-    """Return quantities of one number each, declared as ``name="[unit] meaning"``; [-] is 1."""
-    declared = {name: text.removeprefix("[").partition("] ") for name, text in meanings.items()}
-    return tuple(
-        Observable(name, "1" if unit == "-" else unit, "", meaning)
-        for name, (unit, _, meaning) in declared.items()
-    )
-
-
-@dataclass(frozen=True)
-class Provenance(Record):
+class Provenance:
     """Identify the engine behind a result.
 
     ``how`` is ``in-process``, ``executable`` or the launcher that started it, with the arguments

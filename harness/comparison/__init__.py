@@ -1,1 +1,0 @@
-"""Compare results: tolerances, verdicts, convergence. No files, no processes."""

@@ -1,1 +1,0 @@
-"""What is run: frozen, validated, SI."""
