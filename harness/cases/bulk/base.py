@@ -290,49 +290,40 @@ class BulkCase(Case[B]):
 
     def comparisons(self, engines: Sequence[Engine]) -> Iterable[tuple[Engine, Check]]:
         """Return the comparisons of every two engines in every setup that both can run."""
-        for first, second in combinations(engines, 2):
-            for setup in self.setups():
-                job = self.job(setup.runs[0])
-                if not (first.refuses(job) or second.refuses(job)):
-                    yield from self._compare(setup, first, second)
+        for setup in self.setups():
+            p = setup.runs[0]
+            able = [engine for engine in engines if not engine.refuses(self.job(p))]
+            laws = {engine.name: stated_law(engine, self.law(p)) for engine in able}
+            for first, second in combinations(able, 2):
+                level = setup.level_in(first, second)
+                for engine, check in self._compare(setup, first, second, laws):
+                    yield engine, replace(check, level=level)
 
     def _compare(
-        self, setup: Setup[B], first: Engine, second: Engine
+        self, setup: Setup[B], first: Engine, second: Engine, laws: Mapping[str, StatedLaw]
     ) -> Iterator[tuple[Engine, Check]]:
-        law = self.law(setup.runs[0])
-        laws = [stated_law(engine, law) for engine in (first, second)]
-        level = setup.level_in(first, second)
-        sides = [Side(engine.name, engine.title) for engine in (first, second)]
-        kind = Kind.CROSS_CODE if laws[0] == laws[1] else Kind.FINDING
-        note = "" if kind is Kind.CROSS_CODE else _both(sides, laws)
-        for check in self._ratios(setup, sides[0], sides[1], f"over {second.title}", kind, note):
-            yield first, replace(check, level=level)
-        if laws[0].rules != laws[1].rules:
-            for runner, place in self._runners(setup, (first, second), laws):
-                for check in self._under(setup, sides[1 - place], sides[place], laws[place]):
-                    yield runner, replace(check, level=level)
-
-    def _runners(
-        self, setup: Setup[B], engines: tuple[Engine, Engine], laws: Sequence[StatedLaw]
-    ) -> Iterator[tuple[Engine, int]]:
-        """Yield engines that can state the law of the other, with the place of the other.
-
-        The first one where none can: its refusal is the reason in the row.
-        """
-        p = setup.runs[0]
-        able = [
-            (engines[1 - place], place)
-            for place in (1, 0)
-            if not engines[1 - place].refuses(self.job_under(p, laws[place]))
-        ]
-        yield from able or [(engines[0], 1)]
+        """Yield the comparisons of two engines, each under its own law and under one law."""
+        one, other = laws[first.name], laws[second.name]
+        sides = Side(first.name, first.title), Side(second.name, second.title)
+        kind = Kind.CROSS_CODE if one == other else Kind.FINDING
+        note = "" if one == other else f"{first.title}: {one.text}; {second.title}: {other.text}"
+        for check in self._ratios(setup, *sides, f"over {second.title}", kind, note):
+            yield first, check
+        if one.rules == other.rules:
+            return
+        for runner, place, law in ((first, 1, other), (second, 0, one)):
+            if not runner.refuses(self.job_under(setup.runs[0], law)):
+                for check in self._under(setup, sides[1 - place], sides[place], law):
+                    yield runner, check
 
     def _under(self, setup: Setup[B], runner: Side, other: Side, law: StatedLaw) -> Iterator[Check]:
         """Yield the comparisons of an engine under the law of another: with it, and with itself."""
         ruled, rules = runner._replace(law=law), f"the rules of {other.title}"
         kind = Kind.FINDING if law.lacks else Kind.CROSS_CODE
-        name = f"under {rules}, over {other.title}"
-        yield from self._ratios(setup, ruled, other, name, kind, law.lacks)
+        note = f"{other.title} {law.lacks}" if law.lacks else ""
+        yield from self._ratios(
+            setup, ruled, other, f"under {rules}, over {other.title}", kind, note
+        )
         effect = "effect of the rules in one code; its sign is not predicted"
         yield from self._ratios(setup, ruled, runner, rules, Kind.FINDING, effect)
 
@@ -417,8 +408,3 @@ class BulkCase(Case[B]):
 def seeds_of(parameters: B, count: int) -> tuple[B, ...]:
     """Return the parameters of runs from seeds 1 to a number."""
     return tuple(parameters.replace(seed=seed) for seed in range(1, count + 1))
-
-
-def _both(sides: Sequence[Side], laws: Sequence[StatedLaw]) -> str:
-    texts = (f"{side.title}: {law.text}" for side, law in zip(sides, laws, strict=True))
-    return "; ".join(texts)

@@ -26,7 +26,7 @@ from harness.cases.layers.packing import (
 )
 from harness.engines.contract import Engine, Job, Template
 from harness.engines.output import Output
-from harness.errors import EngineOutputError, EngineUndecidedError
+from harness.errors import EngineOutputError, EngineUndecidedError, Unsupported
 from harness.model.contact import PLASTIC
 from harness.report.content import Drawing, Section
 from harness.results.rows import Kind, Tolerance
@@ -219,10 +219,16 @@ class LayersCase(Case[Layers]):
 
     def _angle(self, setup: str, name: str, p: Layers, tolerance: Tolerance, level: Level) -> Check:
         job = self.job(p)
+
+        def measured(bench: Bench) -> float:
+            try:
+                return self.measure(p, bench.output(job))[name]
+            except EngineUndecidedError as error:
+                raise Unsupported(str(error)) from None
+
         return Check(
             setup=setup, quantity=name, unit="deg", kind=Kind.ANALYTIC, level=level, jobs=[job],
-            measure=lambda bench: self.measure(p, bench.output(job))[name],
-            expected=self.exact(p)[name], tolerance=tolerance,
+            measure=measured, expected=self.exact(p)[name], tolerance=tolerance,
         )  # fmt: skip
 
     def sections(self, benches: Mapping[str, Bench]) -> Sequence[Section]:
