@@ -40,6 +40,7 @@ LARGEST_PIECE = 32  # jobs that are lost with a worker, at most
 CONNECT_SECONDS = 10.0
 SUBMIT_SECONDS = 60.0  # for sbatch to check the job of a worker
 SLURM, SLURM_JOBS = "slurm", 8
+IDLE_SECONDS = 60  # until a job of SLURM without runs is ended: another one may have to queue
 MOST_WORDS = 200  # characters of what a library reports
 LOST = "lost with its worker or the scheduler: the same command runs it again"
 Outcome = Output | EngineError
@@ -264,7 +265,7 @@ def _slurm_cluster(jobs: int) -> Iterator[Any]:
         raise RequestError(f"--dask {SLURM}: jobqueue.yaml: {_words(error)}") from None
     with cluster:
         _check_job(cluster.job_script())
-        cluster.adapt(minimum=0, maximum_jobs=jobs)
+        cluster.adapt(minimum=0, maximum_jobs=jobs, wait_count=IDLE_SECONDS, interval="1s")
         yield cluster
 
 
