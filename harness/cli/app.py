@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
-from cyclopts import App, CycloptsError, Group, Parameter, Token
+from cyclopts import App, CycloptsError, Group, Parameter, Token, UnusedCliTokensError
 
 from harness import __version__
 from harness.errors import RequestError
@@ -52,6 +52,8 @@ def usage_error(error: CycloptsError) -> str:
     error.verbose = False
     cause = error.__cause__
     message = str(cause) if isinstance(cause, RequestError) else " ".join(str(error).split())
+    if isinstance(error, UnusedCliTokensError) and error.unused_tokens:
+        message = f"{error.unused_tokens[0]!r}: is more than the command takes"
     command = " ".join(["dem-harness", *(error.command_chain or ())])
     return f"{message}\nsee {command} --help"
 
@@ -94,8 +96,8 @@ class DaskOptions:
     """A cluster."""
 
     dask: Annotated[str | None, Parameter(metavar="ADDRESS|slurm")] = None
-    """Run in the workers of a Dask cluster, at its scheduler's address, or in SLURM with the
-    settings of your jobqueue.yaml (needs dem-harness[dask])."""
+    """Run in the workers of a Dask cluster, at its scheduler's address; or in SLURM with the
+    settings of your jobqueue.yaml, slurm:JOBS in so many jobs (8). Needs dem-harness[dask]."""
 
 
 HELP = (

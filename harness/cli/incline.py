@@ -12,13 +12,12 @@ from cyclopts import Group, Parameter
 from harness.cli.app import (
     ENGINE,
     CacheOptions,
-    DaskOptions,
     Force,
     Json,
     MaybeWhole,
     ProgramOptions,
 )
-from harness.cli.engines import Opener, answer, duration_check, executor_of
+from harness.cli.engines import Opener, answer, duration_check
 from harness.cli.output import print_json, print_record, print_wrapped
 from harness.errors import RequestError
 
@@ -137,7 +136,6 @@ def critical_angle(
     system: SystemOptions = SystemOptions(),
     programs: ProgramOptions = ProgramOptions(),
     kept: CacheOptions = CacheOptions(),
-    cluster: DaskOptions = DaskOptions(),
     *,
     json: Json = False,
 ) -> int:
@@ -169,10 +167,7 @@ def critical_angle(
     duration_check(choice.force, work)(
         seconds * (EXTRAPOLATION_ANGLES if choice.extrapolate else 1)
     )
-    with (
-        progress_bars("critical-angle", quiet=json) as progress,
-        executor_of(cluster.dask) as opener.executor,
-    ):
+    with progress_bars("critical-angle", quiet=json) as progress:
         record = choice.measure(case, opener, progress=progress)
     record = {**angles_beside(case.contact), **record, **opener.qualification, **opener.runs()}
     return answer(record, choice.engine, json, _print)

@@ -55,7 +55,6 @@ def cases(name: str | None = None, /, *, json: Json = False) -> int:
 
 def engines(
     programs: ProgramOptions = ProgramOptions(),
-    kept: CacheOptions = CacheOptions(),
     *,
     json: Json = False,
 ) -> int:
@@ -69,7 +68,7 @@ def engines(
     from harness.workflows import engines as list_engines
     from harness.workflows.progress import progress_bars
 
-    Opener(programs, kept).check(engine_names())
+    Opener(programs, CacheOptions()).check(engine_names())
     with progress_bars("engines", quiet=json) as progress:
         statuses = list_engines(
             programs=named_values(programs.program or (), "--program"),

@@ -103,13 +103,14 @@ def check_target(path: Path | None, option: str, suffixes: tuple[str, ...] = ())
     if suffixes and path.suffix.lower() not in suffixes:
         raise RequestError(f"{option} {path}: must end in {', '.join(suffixes)}")
     try:
-        if path.exists() and not path.is_file():
-            kind = "a folder" if path.is_dir() else "a device, which a new file would replace"
-            raise RequestError(f"{option} {path}: is {kind}")
-        if not path.parent.is_dir():
-            raise RequestError(f"{option} {path}: there is no folder {path.parent}")
+        taken, has_parent = path.exists() and not path.is_file(), path.parent.is_dir()
+        kind = "a folder" if path.is_dir() else "a device, which a new file would replace"
     except (OSError, ValueError) as error:
         raise RequestError(f"{option} {path!s:.200}: {error}") from None
+    if taken:
+        raise RequestError(f"{option} {path}: is {kind}")
+    if not has_parent:
+        raise RequestError(f"{option} {path}: there is no folder {path.parent}")
 
 
 def write_all(files: Mapping[tuple[str, Path], Writer]) -> None:

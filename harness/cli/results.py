@@ -298,6 +298,8 @@ def cache(
     if case is not None:
         get_case(case)
     folder = cache_place(kept).path
+    if kept is not None and not kept.is_dir() and kept.exists():
+        raise RequestError(f"--cache {kept}: is a file; name a folder")
     oldest = time.time() - 86400.0 * (older_than or 0.0)
     found = [
         entry

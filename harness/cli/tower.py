@@ -15,14 +15,13 @@ from cyclopts import Parameter
 from harness.cli.app import (
     ENGINE,
     CacheOptions,
-    DaskOptions,
     File,
     Force,
     Json,
     ProgramOptions,
     Whole,
 )
-from harness.cli.engines import Opener, answer, duration_check, executor_of
+from harness.cli.engines import Opener, answer, duration_check
 from harness.cli.output import check_target, print_frame, print_record, write_all, write_csv
 from harness.cli.sweep import figure_writer
 from harness.errors import RequestError
@@ -30,6 +29,7 @@ from harness.errors import RequestError
 if TYPE_CHECKING:
     from harness.cli.output import Writer
     from harness.engines.contract import Engine
+    from harness.engines.traits import Traits
     from harness.workflows.progress import Progress
 
 OWN = ("rk4", "exact")  # solvers of this package; --help must not wait for numba
@@ -52,25 +52,28 @@ class SolverOptions:
         """Return the solver of this package, None for an engine."""
         return self.solver if self.solver in OWN else None
 
-    @contextmanager
-    def open(self, opener: Opener, dask: str | None, progress: Progress) -> Iterator[Engine | None]:
-        """Yield the engine, None for a solver. Raise RequestError for an unknown name."""
+    def traits(self) -> Traits | None:
+        """Return those of the engine, None for a solver; RequestError for an unknown name."""
         from harness.engines.registry import engine_class
 
-        opener.option = "--solver"
-        opener.check({self.solver} - set(OWN))
         if self.own:
-            yield None
-            return
+            return None
         try:
-            engine_class(self.solver)
+            return engine_class(self.solver).traits
         except RequestError as error:
             text = str(error).replace("--engine", "--solver", 1)
             raise RequestError(f"{text}; or a solver of this package: {', '.join(OWN)}") from None
-        with (
-            executor_of(dask) as opener.executor,
-            opener.qualified(self.solver, progress=progress) as engine,
-        ):
+
+    @contextmanager
+    def open(self, opener: Opener, progress: Progress) -> Iterator[Engine | None]:
+        """Yield the engine, None for a solver; raise RequestError likewise."""
+        traits = self.traits()
+        opener.option = "--solver"
+        opener.check({self.solver} - set(OWN))
+        if traits is None:
+            yield None
+            return
+        with opener.qualified(self.solver, progress=progress) as engine:
             yield engine
 
 
@@ -109,7 +112,6 @@ def tower(
     solver: SolverOptions = SolverOptions(),
     programs: ProgramOptions = ProgramOptions(),
     kept: CacheOptions = CacheOptions(),
-    cluster: DaskOptions = DaskOptions(),
     *,
     json: Json = False,
 ) -> int:
@@ -138,7 +140,7 @@ def tower(
     opener = Opener(programs, kept)
     with (
         progress_bars("tower", quiet=json) as progress,
-        solver.open(opener, cluster.dask, progress) as engine,
+        solver.open(opener, progress) as engine,
     ):
         options: dict[str, Any] = {"solver": solver.own, "engine": engine, "progress": progress}
         found = run_tower(
@@ -211,7 +213,6 @@ def impulse(
     solver: SolverOptions = SolverOptions(),
     programs: ProgramOptions = ProgramOptions(),
     kept: CacheOptions = CacheOptions(),
-    cluster: DaskOptions = DaskOptions(),
     *,
     json: Json = False,
 ) -> int:
@@ -239,7 +240,7 @@ def impulse(
     opener = Opener(programs, kept)
     with (
         progress_bars("impulse", quiet=json) as progress,
-        solver.open(opener, cluster.dask, progress) as engine,
+        solver.open(opener, progress) as engine,
     ):
         options: dict[str, Any] = {"solver": solver.own, "engine": engine, "progress": progress}
         frame = tabulate(case=case, reading=choice.reading, **options, **over)
@@ -265,13 +266,11 @@ def impulse(
 def _check_duration(choice: TowerOptions, case: Any, solver: SolverOptions) -> None:
     """Print the expected time of a long run; refuse one too long unless it is forced."""
     from harness.cases.registry import get_case
-    from harness.engines.registry import engine_class
     from harness.workflows.runs import run_seconds
 
-    chosen = get_case("tower")
+    chosen, traits = get_case("tower"), solver.traits()
     timing = {"duration": max(choice.duration, 3.0), "steps_per_contact": choice.steps_per_contact}
     parameters = chosen.parameters(**{**dict(case), **timing})
-    traits = None if solver.own else engine_class(solver.solver).traits
     work = f"the tower (--height {choice.height} --duration {choice.duration:g})"
     duration_check(choice.force, work)(run_seconds(chosen, parameters, traits))
 

@@ -227,6 +227,8 @@ def _print(record: Record, folder: Path, *, verbose: bool) -> None:
             if row["failure"] == "engine error":
                 tell(f"{row_name(row)}: {row['note']}")
                 break
+        else:
+            tell(record["headline"])
 
 
 def _print_rows(rows: Sequence[Record], most: int) -> None:

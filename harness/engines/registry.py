@@ -126,9 +126,10 @@ def chosen_options(
     taken = {key: hint for key, hint in _hints(kind).items() if key not in ("self", "return")}
     for key, value in values.items():
         if key not in taken:
-            spelled = SPELLED.get(key, "--program" if key == "program" else f"option {key!r}")
+            spelled = "--program" if key == "program" else SPELLED.get(key)
+            option = f"{spelled} {value!r}" if spelled else f"--engine-option {name}.{key}={value}"
             allowed = ", ".join(sorted(taken)) or "none"
-            raise RequestError(f"{spelled} {value!r}: engine {name!r} takes the options: {allowed}")
+            raise RequestError(f"{option}: engine {name!r} takes the options: {allowed}")
     return {key: _read(f"{name}.{key}", value, taken[key]) for key, value in values.items()}
 
 

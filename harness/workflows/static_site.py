@@ -285,7 +285,7 @@ def _reports(root: Path, pages: Mapping[str, str]) -> Iterator[tuple[Badge, str]
 
 
 def _check_output(folder: Path) -> None:
-    if folder.is_file():
+    if folder.exists() and not folder.is_dir():
         raise RequestError(f"--output {folder}: is a file; name a folder")
     if folder.is_dir() and any(folder.iterdir()) and not (folder / LIST).is_file():
         raise RequestError(f"--output {folder}: has other files; name a new folder or a site")

@@ -8,8 +8,8 @@ from tests.workflows.conftest import registered  # noqa: F401
 
 
 @pytest.fixture
-def harness(registered, monkeypatch, capsys, tmp_path):  # noqa: ARG001, F811
-    """Run a command in this process, in an empty folder, with the doubles as engines."""
+def command(monkeypatch, capsys, tmp_path):
+    """Run a command in this process, in an empty folder."""
     monkeypatch.chdir(tmp_path)
 
     def run(*words, status=0):
@@ -22,6 +22,12 @@ def harness(registered, monkeypatch, capsys, tmp_path):  # noqa: ARG001, F811
         return said
 
     return run
+
+
+@pytest.fixture
+def harness(registered, command):  # noqa: ARG001, F811
+    """Run a command likewise, with the doubles as cases and engines."""
+    return command
 
 
 @pytest.fixture

@@ -97,7 +97,10 @@ def test_an_error_of_json_is_an_object_too(harness):
         (["--program", "good"], ["--program 'good'", "NAME=VALUE"]),
         (["--program", "good=x"], ["--program good=x", "goes with --engines good only"]),
         (["--engines", "good", "--lmp", "x"], ["--lmp 'x'", "goes with --engines lammps only"]),
-        (["--engine-option", "lammps.colour=red"], ["option 'colour'", "takes the options"]),
+        (
+            ["--engine-option", "lammps.colour=red"],
+            ["--engine-option lammps.colour=red", "takes the options"],
+        ),
         (["--engine-option", "colour"], ["--engine-option 'colour'", "NAME=VALUE"]),
         (["--mpirun", "'"], ['--mpirun "\'"', "quotation"]),
         (["--colour", "red"], ["--colour", "see dem-harness verify --help"]),
