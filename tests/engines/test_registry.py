@@ -102,7 +102,7 @@ def test_program_that_is_missing_is_a_wrong_request(options, message):
             {"options": {"launcher": "x", "walls": "3"}},
             r"--mpirun 'x': engine 'liggghts'",
         ),
-        ("lammps", {"options": {"colour": "red"}}, "--engine-option lammps.colour=red: engine 'lammps' takes"),
+        ("lammps", {"options": {"colour": "red"}}, "--engine-option lammps.colour=red: engine"),
         ("lammps", {"options": {"workers": "two"}}, "lammps.workers=two: must be a whole number"),
         ("lammps", {"options": {"limits": "soon"}}, "lammps.limits=soon: must be a number"),
         ("lammps", {"options": {"workers": "-1"}}, "workers = -1: must be at least 1"),
