@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 from itertools import product
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from harness.cases.base import Case, Check, Level, Value
+from harness.cases.base import Case, Check, Level, Quantity, Value
 from harness.cases.bench import Bench
 from harness.cases.columns.runs import critical_angle, read_run, run_at_equal_steps
 from harness.cases.columns.system import Columns, Inside, job_of
 from harness.cases.incline.case import ANGLE, Search
 from harness.cases.incline.case import CASE as INCLINE
 from harness.cases.incline.runs import path_in
+from harness.cases.incline.system import Incline
 from harness.cases.incline.system import job_of as incline_job
 from harness.cases.tower.impulse import READINGS, source_angles
 from harness.cases.tower.parameters import LAWS, Law
@@ -49,6 +51,10 @@ SAME_STEPS: dict[Inside, Tolerance] = {
 }
 
 
+def _incline_size(quantity: Quantity[Incline], parameters: Columns) -> float:
+    return quantity.size(parameters.incline)
+
+
 class ColumnsCase(Case[Columns]):
     """The incline's grain on columns of n particles, the last one fixed: critical angle."""
 
@@ -56,7 +62,9 @@ class ColumnsCase(Case[Columns]):
     group = "incline"
     summary = "The incline's grain on columns of n particles, the last one fixed: critical angle."
     parameters = Columns
-    quantities = INCLINE.quantities
+    quantities = tuple(
+        replace(quantity, scale=partial(_incline_size, quantity)) for quantity in INCLINE.quantities
+    )
     search_options = Search
     presets = {  # noqa: RUF012 - as the base declares it
         "plastic": Columns(),

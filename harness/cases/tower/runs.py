@@ -312,8 +312,8 @@ TEMPLATE = Template(
         }
     },
     allowed={
-        "tail": Allowed(words=("attractive", "clipped")),
         "restitution": Allowed(bounds={"minimum": 0, "maximum": 1}),
+        "tail": Allowed(words=("attractive", "clipped")),
         **allowed_in(TowerParameters),
         "steps_per_contact": Allowed(bounds={"exclusiveMinimum": math.pi}),
         "duration": Allowed(bounds={"exclusiveMinimum": 0}, unit="t0"),
