@@ -31,6 +31,8 @@ Temperature = Annotated[float, Field(ge=0.0, le=1e9)]
 class Heat(ContactSystem):
     """Bodies of two temperatures, held in contact; SI units. A contact time is that of cooling."""
 
+    conducts: ClassVar[bool] = True
+
     # fmt: off
     overlap: float = Field(1e-5, gt=0.0, description="[m] to which the sphere is pressed in")
     heat: Literal["radius", "area"] = Field(

@@ -11,7 +11,7 @@ import math
 import sys
 from collections.abc import Callable, Iterable, Iterator
 from functools import lru_cache
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
@@ -45,6 +45,8 @@ OVERLAP_RANGE = "the overlap must be above the round-off of coordinates and belo
 
 class ContactSystem(Law):
     """A sphere, its partner, their law, and the resolution of the contact; in SI units."""
+
+    conducts: ClassVar[bool] = False  # takes a law with heat
 
     # fmt: off
     bulk_response: bool = Field(
@@ -80,6 +82,8 @@ class ContactSystem(Law):
                 raise ValueError(
                     f"{name} = {value!r}: partner = 'wall' has none (partner = sphere, frozen does)"
                 )
+        if self.heat != "none" and not self.conducts:
+            raise ValueError(f"heat = {self.heat!r}: must be none in this case")
         if self.materials_as == "mixed" and not self.two_materials:
             raise ValueError(
                 "materials_as = 'mixed': needs two materials (partner_youngs_modulus or "

@@ -68,7 +68,7 @@ def own_checks(case: ContactCase[Any]) -> Iterator[Check]:
     """Yield a finding for each law: its rebound where it is farthest from partial slip."""
     for law in LAWS:
         yield Check(
-            setup=f"{law}, partial slip",
+            setup=f"{law}, wall, partial slip",
             quantity=QUANTITY,
             unit="1",
             measure=partial(_farthest, case, law),
@@ -84,7 +84,7 @@ def checks(case: ContactCase[Any], engine: Engine) -> Iterator[Check]:
         needed = jobs(case, law)
         if not any(engine.refuses(job) for job in needed):
             yield Check(
-                setup=f"{law}, partial slip",
+                setup=f"{law}, wall, partial slip",
                 quantity=DIFFERENCE,
                 unit="1",
                 measure=partial(_difference, case, law),

@@ -11,10 +11,16 @@ from typing import Any, NamedTuple
 import pandas as pd
 
 from harness.cases.bench import OWN, Bench
-from harness.cases.contacts.contact_case import ROUND_OFF, ContactCase, Trial
+from harness.cases.contacts.contact_case import (
+    ROUND_OFF,
+    ContactCase,
+    Trial,
+    motion_difference,
+)
 from harness.errors import EngineError
 from harness.model.conventions import Rules
 from harness.report.content import Section, Table
+from harness.solvers import reference
 from harness.store.defects import known_defects
 
 Codes = Mapping[str, Bench]
@@ -65,7 +71,7 @@ def overview(benches: Codes) -> Section:
                   "of them in parts of its scale; rows beyond are known defects or failures."),
             Table("Conventions", conventions(benches, found), "Where codes follow one law and "
                   "differ: the value of a convention, its formula, and the most that it moves a "
-                  "quantity of the trials run, by the reference under both; h: of first order in "
+                  "run, in parts of its motion, by the reference under both; h: of first order in "
                   "the step, h^2 of second order."),
             Table("Known defects", defects(benches), "Each is a switch of the reference that "
                   "reproduces the run, or is named with the reason why it has none."),
@@ -158,26 +164,25 @@ def conventions(benches: Codes, found: Mapping[str, list[Difference]]) -> pd.Dat
     for code, bench in codes(benches).items():
         worst: dict[tuple[str, str], tuple[float, str]] = {}
         for row in found[code]:
-            if row.trial.level != "quick":
-                continue
-            for field, word, size, name in _effects(row, bench):
+            for field, word, size in _effects(row, bench):
                 if size >= worst.get((field, word), (-1.0, ""))[0]:
-                    worst[field, word] = (size, f"{row.case.name}, {row.trial.setup}: {name}")
+                    worst[field, word] = (size, f"{row.case.name}, {row.trial.setup}")
         for (field, word), (size, where) in worst.items():
             formula = (Rules.model_fields[field].description or "").removeprefix("[-] ")
-            moved = f"{size:.0e}" if size else "none of these"
+            moved = f"{size:.0e}" if size else "nothing here"
             table.append((field, code, word, formula, moved, where if size else ""))
-    columns = ["convention", "code", "value", "formula", "moves [scale]", "most"]
+    columns = ["convention", "code", "value", "formula", "moves", "most"]
     return pd.DataFrame(sorted(table), columns=columns)
 
 
-def _effects(row: Difference, bench: Bench) -> Iterator[tuple[str, str, float, str]]:
-    p, scene = row.trial.parameters, row.case.scene(row.trial.parameters)
-    rules = bench.rules(scene)
+def _effects(row: Difference, bench: Bench) -> Iterator[tuple[str, str, float]]:
+    """Yield conventions with their values and how far they move a run, in parts of its motion."""
+    scene = row.case.sampled_scene(row.trial.parameters)
+    rules, motion = bench.rules(scene), bench.reference(scene)
     for field, value in rules.changed.items():
         plain = rules.replace(**{field: Rules.model_fields[field].default})
-        size, name = bench.once(row.case.moved, p, scene, rules, plain)
-        yield field, str(value), size, name
+        other = bench.once(reference.run, scene, plain)
+        yield field, str(value), motion_difference(scene, other, motion)
 
 
 def defects(benches: Codes) -> pd.DataFrame:

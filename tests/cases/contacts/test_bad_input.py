@@ -37,6 +37,7 @@ REFUSED = [
     ("head-on", {**MDR, "yield_stress": 1e7, "partner": "sphere", "partner_radius": 0.02},
      "partner_radius = 0.02: normal = mdr with yield"),
     ("head-on", {"bulk_response": True}, "bulk_response = True"),
+    ("head-on", {"heat": "radius", "conductance": 1.0}, "heat = 'radius': must be none"),
     ("head-on", STRONG, "damping_coefficient = 100000.0: must be between 0 and .* clipped"),
     ("head-on", {"partner": "sphere", "partner_radius": 1e-9}, "partner_radius = 1e-09 m"),
     ("oblique", {"angle": 1e-300}, "angle = 1e-300 deg: must be between 1e-06 and 90"),
