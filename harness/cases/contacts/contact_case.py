@@ -87,6 +87,7 @@ class ContactCase(Case[P]):
     def __init__(self) -> None:
         kind = cast("type[P]", self.parameters)
         self.presets, type(self).sources = presets_of(self.name, kind, self.usual)
+        self.listed: dict[str, Level] = {}  # the level of the last list of checks, by engine
 
     # ---- one run
 
@@ -192,12 +193,13 @@ class ContactCase(Case[P]):
 
     def checks_up_to(self, engine: Engine, level: Level) -> Iterator[Check]:
         """Yield the checks of an engine of a level and shorter ones; no scene of others is made."""
+        self.listed[engine.name] = level
         for trial in self.trials():
-            if _runs_at(trial.level, level):
+            if runs_at(trial.level, level):
                 scene = self.sampled_scene(trial.parameters)
                 yield from self._checks(engine, trial, "", scene, trial.level)
         for trial in self.trials():
-            if _runs_at(self._variation_level(trial, QUICK_VARIATION), level):
+            if runs_at(self._variation_level(trial, QUICK_VARIATION), level):
                 yield from self._varied_checks(engine, trial, level)
 
     def _variation_level(self, trial: Trial, variation: str) -> Level | None:
@@ -215,7 +217,7 @@ class ContactCase(Case[P]):
             return
         for name, varied in engine.variations(scene):
             shortest = self._variation_level(trial, name)
-            if shortest is not None and _runs_at(shortest, level):
+            if shortest is not None and runs_at(shortest, level):
                 yield from self._checks(engine, trial, name, varied, shortest)
 
     def _checks(
@@ -321,7 +323,8 @@ class ContactCase(Case[P]):
         return [case_section(self, benches)]
 
 
-def _runs_at(shortest: Level | None, level: Level) -> bool:
+def runs_at(shortest: Level | None, level: Level) -> bool:
+    """Return whether a level runs what a shorter one does, nothing for None."""
     return shortest is not None and LEVELS.index(shortest) <= LEVELS.index(level)
 
 

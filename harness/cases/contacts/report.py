@@ -16,6 +16,7 @@ from harness.cases.contacts.contact_case import (
     ContactCase,
     Trial,
     motion_difference,
+    runs_at,
 )
 from harness.errors import EngineError
 from harness.model.conventions import Rules
@@ -101,27 +102,16 @@ def contact_cases() -> Iterator[ContactCase[Any]]:
 
 def differences(case: ContactCase[Any], bench: Bench) -> list[Difference]:
     """Return the trials of a case that a code has run to their ends."""
-    found = []
+    found, level = list[Difference](), case.listed.get(bench.name)
     for trial in case.trials():
-        if trial.level in bench_levels(case, bench):
-            job = case.check_job(trial.parameters)
-            try:
-                if bench.has_run([job]):
-                    rows = case.differences(trial.parameters, bench)
-                    found.append(Difference(case, trial, rows))
-            except EngineError:
-                continue
+        if level is None or not runs_at(trial.level, level):
+            continue  # no scene of others is made for a report
+        try:
+            if bench.has_run([case.check_job(trial.parameters)]):
+                found.append(Difference(case, trial, case.differences(trial.parameters, bench)))
+        except EngineError:
+            continue
     return found
-
-
-def bench_levels(case: ContactCase[Any], bench: Bench) -> set[str]:
-    """Return the levels whose trials were run: no scene of others is made for a report."""
-    levels = set()
-    for level in ("quick", "default"):
-        trials = [trial for trial in case.trials() if trial.level == level]
-        if any(bench.has_run([case.check_job(trial.parameters)]) for trial in trials[:3]):
-            levels.add(level)
-    return levels
 
 
 def matrix(rows: Iterable[Difference]) -> pd.DataFrame:
