@@ -1,4 +1,4 @@
-"""Two spheres that both move meet at an angle: of other densities, and a small one on a large one.
+"""Two spheres that both move collide at an angle: of other densities, a small one on a large one.
 
 What is judged is relative: it must be the same whatever moves. Codes that add the slip of half a
 step to a spring in the plane of a whole one were seen to trap small spheres among large ones (Vyas
@@ -48,7 +48,7 @@ class CollisionCase(ContactCase[Collision]):
     """Relative velocities, spin and momentum of two moving spheres."""
 
     name = "collision"
-    summary = "Two moving spheres meet at an angle, of other densities and sizes."
+    summary = "Two moving spheres collide at an angle, of other densities and sizes."
     formula = (
         "As an oblique impact, whatever moves, with m* and R* of both spheres. Where it slides "
         "throughout, vx'/vx = 1 - mu (1 + e) vn/vx of the relative velocity. The momentum of both "

@@ -1,4 +1,4 @@
-"""A sphere meets a wall or another sphere head-on: normal force and damping alone."""
+"""A sphere hits a wall or another sphere head-on: normal force and damping alone."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class HeadOnCase(ContactCase[HeadOn]):
     """Restitution, contact time and peaks of a head-on impact."""
 
     name = "head-on"
-    summary = "A sphere meets a wall or a sphere head-on: restitution, contact time, peaks."
+    summary = "A sphere hits a wall or a sphere head-on: restitution, contact time, peaks."
     formula = (
         "Linear spring: e = exp(-pi zeta / sqrt(1 - zeta^2)), contact time pi / (omega sqrt(1 - "
         "zeta^2)); Hertz: largest overlap (15 m* v^2 / (16 E* sqrt(R*)))^(2/5); constant "

@@ -1,4 +1,4 @@
-"""A sphere meets a wall or another sphere at an angle: friction over a whole contact."""
+"""A sphere hits a wall or another sphere at an angle: friction over a whole contact."""
 
 from __future__ import annotations
 
@@ -81,7 +81,7 @@ class ObliqueCase(ContactCase[Oblique]):
     """Velocity ratios and spin after an impact at an angle."""
 
     name = "oblique"
-    summary = "A sphere meets a wall or a sphere at an angle: velocity ratios and spin."
+    summary = "A sphere hits a wall or a sphere at an angle: velocity ratios and spin."
     formula = (
         "Integrated under the code's conventions. Where it slides throughout and the normal force "
         "never pulls, vx'/vx = 1 - mu (1 + e) vn/vx, r omega' = 5/2 mu (1 + e) vn on a wall."

@@ -96,7 +96,7 @@ class ContactSystem(Law):
         return self
 
     def _check_mdr(self) -> None:
-        """Refuse what has no definition in the papers beside the branches of mdr."""
+        """Refuse what the papers do not define together with the branches of mdr."""
         one_size = self.lags or self.surface_energy or self.damping == "mdr"
         if one_size and self.second_radius != self.radius:
             raise ValueError(
@@ -105,7 +105,7 @@ class ContactSystem(Law):
             )
         if self.bulk_share and self.damping == "mdr":
             raise ValueError(
-                "damping = 'mdr': must be none or velocity beside bulk_response = True, which "
+                "damping = 'mdr': must be none or velocity with bulk_response = True, which "
                 "leaves nothing to the elastic contact"
             )
         parts = [part for part in SUBMODELS if part not in ("normal", "heat")]
@@ -115,10 +115,10 @@ class ContactSystem(Law):
         if self.lags and turning:
             raise ValueError(f"{turning[0]}: must be none: a sphere that yields has no lever")
         if self.surface_energy and (others or self.lags):
-            beside = others[0] if others else "a yield_stress or bulk_response"
+            other = others[0] if others else "a yield_stress or bulk_response"
             raise ValueError(
                 f"surface_energy = {self.surface_energy!r}: normal = mdr is stated with it alone, "
-                f"not beside {beside}"
+                f"not with {other}"
             )
         if self.lags and not 0.0 <= (self.poisson_ratio or 0.0) < 0.5:
             raise ValueError(

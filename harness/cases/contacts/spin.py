@@ -1,4 +1,4 @@
-"""A spinning sphere meets a wall or another sphere along the normal: friction from spin alone."""
+"""A spinning sphere hits a wall or another sphere along the normal: friction from spin alone."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class SpinCase(ContactCase[Spin]):
     """Spin left and velocity gained in a normal impact."""
 
     name = "spin"
-    summary = "A spinning sphere meets a wall or a sphere: spin left, velocity gained."
+    summary = "A spinning sphere hits a wall or a sphere: spin left, velocity gained."
     formula = (
         "Integrated under the code's conventions. Where it slides throughout and the normal force "
         "never pulls, vx' = -mu (1 + e) vn against the surface's motion, omega' = omega - 5/2 mu "
