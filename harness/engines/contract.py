@@ -226,7 +226,8 @@ class Job:
     between samples. ``variant`` chooses the defaults of the script that is rendered: values win
     over them. ``seconds`` [s] is what a long run is expected to take: it has more time than others.
     ``scene`` is the same system as spheres and walls, for engines without a script of the template,
-    and all there is of a job of the template :data:`harness.engines.scene_jobs.SCENE`.
+    and all there is of a job of the template :data:`harness.engines.scene_jobs.SCENE`. ``steps`` is
+    how many a run is expected to take whose scene has stages: its own are the most.
     """
 
     template: Template
@@ -235,6 +236,7 @@ class Job:
     sampled: bool = False
     seconds: float = 0.0
     scene: Scene | None = None
+    steps: float = 0.0
 
 
 class Engine(ABC):

@@ -37,7 +37,7 @@ def job_seconds(job: Job, rules: Traits) -> float:
     """Return the expected time of a job's scene [s]; 0 for a job without a scene."""
     if job.scene is None:
         return 0.0
-    return engine_seconds(job.scene.steps, len(job.scene.bodies), rules)
+    return engine_seconds(job.steps or job.scene.steps, len(job.scene.bodies), rules)
 
 
 def check_duration(seconds: float, work: str, instead: str = "") -> None:

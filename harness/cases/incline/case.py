@@ -15,7 +15,7 @@ from harness.cases.incline import angle, checks
 from harness.cases.incline.closed_form import ONE_SHOCK, expected_angle, rebound
 from harness.cases.incline.runs import path_in, read
 from harness.cases.incline.search import PHASES, prepared, search
-from harness.cases.incline.system import Incline, Route, job_of, scene_of
+from harness.cases.incline.system import Incline, Route, expected_steps, job_of, scene_of
 from harness.engines.contract import Engine, Job, Output
 from harness.errors import RequestError
 from harness.model.base import Parameters
@@ -102,6 +102,10 @@ class InclineCase(Case[Incline]):
         if (value := expected_angle(parameters)) is not None:
             found["critical_angle_deg"] = value
         return found
+
+    def cost(self, parameters: Incline) -> float:
+        """Return the steps of a passage times the bodies, for an estimate of its time."""
+        return expected_steps(parameters, "passage") * (parameters.spheres + 1)
 
     def solve(self, parameters: Incline, solver: str) -> Mapping[str, float]:
         """Follow the grain over rigid spheres from event to event, without friction."""

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -38,6 +39,7 @@ Ladders = tuple[tuple[Level, Ladder, float], ...]  # shortest level, ladder, tol
 
 COMPARED = Tolerance(reason="compared, not judged")
 EVERY = 10  # steps between the samples of a path
+PASSAGE_RUNS, STEADY_RUNS = 12, 16  # of a search
 PATH_ANGLE = 10.2  # [deg] just below the critical angle: the margin is small, and shows a change
 
 PLASTIC_CASE = Incline(contact=PLASTIC, steps_per_contact=100.0)
@@ -293,7 +295,10 @@ def _angle(bench: Bench, case: Incline) -> float:
 
 
 def _first_jobs(case: Incline, route: Route = "passage") -> tuple[Job, ...]:
-    return tuple(job_of(one, route) for one in first_cases(case, route))
+    """Return the first jobs of a search, with the steps that the search is expected to take."""
+    jobs = [job_of(one, route) for one in first_cases(case, route)]
+    runs = (STEADY_RUNS if route == "steady" else PASSAGE_RUNS) / len(jobs)
+    return tuple(replace(job, steps=runs * job.steps) for job in jobs)
 
 
 def _scales() -> Iterator[Check]:

@@ -46,6 +46,7 @@ ROLLS_AT_START = 0.1  # friction with which a grain rolls at START_BEHIND_CREST,
 SPEED_AFTER_SHOCK = 0.35  # [sqrt(g a)] near the critical angle of equal spheres
 SETTLING_TIMES = 8.0  # of the contact's slowest rate, until it has settled after a shock
 START_SPEED = 0.48  # [sqrt(g d)] of steady motion
+PASSAGE, ROLLING_PASSAGE, WELL = 2.1, 8.0, 4.5  # [sqrt(d/g)] of a passage, of each well of a run
 MOST_SCENE_SPHERES = 9  # a longer periodic row is the same system
 
 
@@ -434,5 +435,18 @@ def job_of(case: Incline, route: Route, every: int | None = None) -> Job:
     ``every`` is the number of steps between samples of the path, which are else not written.
     """
     variant = case.contact.name if case.contact.name in TEMPLATE.variants else TEMPLATE.main
-    values, scene = values_of(case, route, every), scene_of(case, route, every)
-    return Job(TEMPLATE, values, variant, sampled=every is not None, scene=scene)
+    return Job(
+        TEMPLATE,
+        values_of(case, route, every),
+        variant,
+        sampled=every is not None,
+        scene=scene_of(case, route, every),
+        steps=expected_steps(case, route),
+    )
+
+
+def expected_steps(case: Incline, route: Route) -> float:
+    """Return how many steps a run takes near the critical angle."""
+    passage = ROLLING_PASSAGE if case.friction else PASSAGE
+    longest = passage if route == "passage" else WELL * case.wells
+    return min(longest, case.time_limit) * case.unit_of_time / case.step
