@@ -29,7 +29,6 @@ if TYPE_CHECKING:
 
 HARD_SPHERE = "hard-sphere"
 ANGLE = ("critical_angle_deg", "uncertainty_deg", "monotone", "runs")  # of one search
-FILM_SECONDS = 15.0  # [sqrt(d/g)] of a film
 
 
 class Search(Parameters):
@@ -162,10 +161,8 @@ class InclineCase(Case[Incline]):
 
     def film_job(self, parameters: Incline, frames: int) -> Job:
         """Return the job of steady motion, with so many samples."""
-        limit = min(parameters.time_limit, FILM_SECONDS)
-        steps = limit * parameters.unit_of_time / parameters.step
-        every = max(1, round(steps / max(1, frames - 1)))
-        return job_of(parameters.replace(time_limit=limit), "steady", every)
+        steps = expected_steps(parameters, "steady")
+        return job_of(parameters, "steady", max(1, round(steps / max(1, frames - 1))))
 
     def discs(self, parameters: Incline, output: Output) -> Discs:
         """Return the grain over the row, tilted as it is, with its speed [m/s]."""

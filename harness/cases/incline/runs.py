@@ -187,9 +187,9 @@ def _fate(
 ) -> tuple[Fate, int, Floats, list[int]]:
     """Return the fate, the row that decides it, margins, and the rows of the crests passed.
 
-    Margins are those at each crest, and at the end unless that is a crest. A grain that rolls over
-    a crest has 1 + beta times the energy of its velocity. With friction so much is in its margin,
-    which keeps its slope in the angle where it changes its sign.
+    Margins are those at each crest, and at the end unless that is a crest. With friction they have
+    1 + beta times the energy of the velocity, as of a grain that rolls. One that slides over the
+    crest has no other root, and its margin keeps its slope there.
     """
     x, _, vx, vy = state
     rolling = case.inertia * case.mass / case.weight_energy if case.friction else 0.0

@@ -46,7 +46,7 @@ ROLLS_AT_START = 0.1  # friction with which a grain rolls at START_BEHIND_CREST,
 SPEED_AFTER_SHOCK = 0.35  # [sqrt(g a)] near the critical angle of equal spheres
 SETTLING_TIMES = 8.0  # of the contact's slowest rate, until it has settled after a shock
 START_SPEED = 0.48  # [sqrt(g d)] of steady motion
-PASSAGE, ROLLING_PASSAGE, WELL = 2.1, 8.0, 4.5  # [sqrt(d/g)] of a passage, of each well of a run
+PASSAGE, SLIDING_PASSAGE, WELL = 2.1, 8.0, 4.5  # [sqrt(d/g)] of a passage, of each well of a run
 MOST_SCENE_SPHERES = 9  # a longer periodic row is the same system
 
 
@@ -319,10 +319,10 @@ def settled_before(case: Incline) -> float:
     """Return how far before the crest [rad] a contact has settled after a shock, 10 deg at most.
 
     From there on the energy is conserved, and the slow way to the crest is left out. The slowest
-    rate is that of x'' + 2 zeta omega x' + omega^2 x = 0. With friction a grain may slide: a
-    passage then ends on the crest.
+    rate is that of x'' + 2 zeta omega x' + omega^2 x = 0. A passage of a grain that may slide ends
+    on the crest.
     """
-    if case.friction > 0.0:
+    if may_slide(case):
         return 0.0
     zeta, omega = case.contact.zeta_against_full_mass, math.sqrt(case.stiffness / case.mass)
     slowest = zeta + math.sqrt(zeta * zeta - 1.0) if zeta >= 1.0 else 1.0 / (zeta + 1e-9)
@@ -330,6 +330,17 @@ def settled_before(case: Incline) -> float:
     swept = SETTLING_TIMES * slowest / omega * speed
     left = case.half_angle - math.radians(case.angle) - swept
     return min(max(left, 0.0), math.radians(START_BEHIND_CREST))
+
+
+def may_slide(case: Incline) -> bool:
+    """Return whether friction may dissipate energy on an arc.
+
+    A grain that rolls from rest on a crest needs the most friction at the end of the arc, at the
+    angle psi = phi + tilt: beta sin(psi) / ((3 + beta) cos(psi) - 2).
+    """
+    psi, beta = case.half_angle + math.radians(case.angle), case.inertia
+    normal = (3.0 + beta) * math.cos(psi) - 2.0
+    return case.friction > 0.0 and case.friction * normal < beta * math.sin(psi)
 
 
 # ---- jobs
@@ -447,6 +458,6 @@ def job_of(case: Incline, route: Route, every: int | None = None) -> Job:
 
 def expected_steps(case: Incline, route: Route) -> float:
     """Return how many steps a run takes near the critical angle."""
-    passage = ROLLING_PASSAGE if case.friction else PASSAGE
+    passage = SLIDING_PASSAGE if may_slide(case) else PASSAGE
     longest = passage if route == "passage" else WELL * case.wells
     return min(longest, case.time_limit) * case.unit_of_time / case.step

@@ -1,0 +1,162 @@
+"""The function ``theory``, expected angles, and contacts that a passage cannot measure."""
+
+import itertools
+import math
+
+import pytest
+
+from harness.cases.incline.angle import critical_angle
+from harness.cases.incline.closed_form import (
+    FRICTIONLESS,
+    INTEGRATED,
+    ROLLING,
+    angles_beside,
+    check_passage,
+    expected_angle,
+    most_restitution,
+    rebound,
+    theory,
+)
+from harness.cases.incline.system import Incline
+from harness.engines.reference import Reference
+from harness.errors import RequestError
+from harness.model.contact import CLIPPED, SOURCE, Contact
+from harness.solvers.hard_sphere import critical_angle as by_events
+
+HALF = Contact(restitution=0.5)
+
+
+def test_keys_and_values_of_version_1():
+    assert theory().to_json() == {
+        "critical_angle_deg": pytest.approx(10.207818722034197, abs=1e-12),
+        "shock": 0.25,
+        "reading": None,
+        "static_angle_deg": 30.0,
+        "no_flight_bound_deg": pytest.approx(15.295344301404732, abs=1e-12),
+        "well_depth": pytest.approx(0.05907301480239402),
+        "gain_per_crest": pytest.approx(0.17721904440718214),
+        "steady_energy": pytest.approx(0.05907301480239405),
+        "restitution": None,
+        "one_shock_kept_deg": None,
+        "one_shock_lost_deg": None,
+        "event_driven_deg": None,
+        "caveat": None,
+    }
+
+
+def test_a_restitution_has_both_readings_and_rigid_spheres():
+    found = theory(restitution=0.5)
+    assert found.one_shock_kept_deg < 10.2078 < found.one_shock_lost_deg
+    assert found.event_driven_deg == by_events(0.5)
+    assert found.caveat
+    assert theory(restitution=0.8).event_driven_deg is None
+    assert theory(restitution=0.0).caveat is None
+
+
+@pytest.mark.parametrize(
+    ("options", "angle", "model"),
+    [
+        ({"friction": 0.0}, 10.207819, FRICTIONLESS),
+        ({"friction": 0.5}, 6.667404, ROLLING),
+        ({"friction": 0.5, "shape": "disc"}, 6.135075, ROLLING),
+        ({"grain_diameter": 2.0}, 2.457224, FRICTIONLESS),
+        ({"friction": 0.016}, 10.686941, INTEGRATED),
+        ({"friction": 0.1}, 7.653064, INTEGRATED),
+    ],
+)
+def test_friction_and_sizes(options, angle, model):
+    found = theory(**options)
+    assert found.critical_angle_deg == pytest.approx(angle, abs=1e-6)
+    assert found.model == model
+    assert found.plot().axes
+    assert len(found.to_frame()) == 1
+
+
+def test_bounds_of_friction():
+    found = theory(friction=0.5)
+    assert found.sticking_friction == pytest.approx(0.16496, abs=1e-5)
+    assert found.rolling_friction == pytest.approx(0.32848, abs=1e-5)
+    assert theory(friction=0.5, shape="disc").rolling_friction == pytest.approx(0.35666, abs=1e-5)
+    assert found.shock == pytest.approx(81 / 196)
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"shock": 0.1, "restitution": 0.5}, "give one of them only"),
+        ({"reading": "kept"}, "only with --restitution or --impulse-ratio"),
+        ({"shock": 1.5}, "shock = 1.5"),
+        ({"friction": 0.5, "shock": 0.1}, "give one of them only"),
+        ({"shape": "disc"}, "only with --friction"),
+        ({"diameter": 2.0}, "only with --grain-diameter"),
+        ({"friction": -1.0}, "friction = -1.0"),
+        ({"friction": 0.5, "shape": "cube"}, "shape = 'cube'"),
+        ({"grain_diameter": 0.5}, r"must be at least 0.8\d+ m at friction 0"),
+        ({"grain_diameter": 101.0}, "at most 100 m"),
+    ],
+)
+def test_options_that_are_refused(options, words):
+    with pytest.raises(RequestError, match=words):
+        theory(**options)
+
+
+def test_the_rebound_is_that_of_the_law_and_decides_what_is_expected():
+    assert rebound(SOURCE) == pytest.approx(1e-20, rel=1e-9)
+    assert rebound(CLIPPED) == pytest.approx(math.exp(-2.0))
+    assert rebound(HALF.replace(effective_mass="half")) > 0.6
+    assert expected_angle(Incline()) == theory().critical_angle_deg
+    assert expected_angle(Incline(contact=HALF)) == by_events(rebound(HALF))
+    assert expected_angle(Incline(contact=Contact(restitution=0.8))) is None
+    assert expected_angle(Incline(contact=HALF, friction=0.5)) is None
+    assert set(angles_beside(SOURCE)) == {"closed_form_deg"}
+    assert set(angles_beside(HALF)) == {"closed_form_kept_deg", "closed_form_lost_deg", "theory"}
+
+
+@pytest.mark.parametrize(
+    ("contact", "steps", "stiffness"),
+    [
+        (Contact(restitution=0.35), 50.0, 1e6),
+        (Contact(restitution=0.25, tail="clipped"), 50.0, 1e6),
+        (Contact(restitution=0.325), 20.0, 1e7),
+        (Contact(restitution=0.335), 100.0, 1e7),
+    ],
+)
+def test_a_contact_whose_hops_last_to_where_a_passage_is_judged_is_refused(
+    contact, steps, stiffness
+):
+    case = Incline(contact=contact, steps_per_contact=steps, stiffness=stiffness)
+    with pytest.raises(RequestError, match=r"restitution 0.3[23]\d* at most at stiffness 1e"):
+        check_passage(case)
+
+
+@pytest.mark.parametrize("tail", ["attractive", "clipped"])
+@pytest.mark.parametrize("stiffness", [1e5, 1e7])
+def test_a_contact_that_is_not_refused_slides_where_it_is_judged(tail, stiffness):
+    def is_allowed(case):
+        try:
+            check_passage(case)
+        except RequestError:
+            return False
+        return True
+
+    for steps in (15.0, 50.0):
+        cases = (
+            Incline(
+                contact=Contact(damping_ratio=0.3 + 0.002 * n, tail=tail),
+                steps_per_contact=steps,
+                stiffness=stiffness,
+            )
+            for n in itertools.count()
+        )
+        case = next(filter(is_allowed, cases))  # rebounds the most
+        with Reference() as engine:
+            assert critical_angle(case, engine=engine).value > theory().critical_angle_deg
+
+
+def test_a_soft_contact_is_judged_later_and_may_rebound_more():
+    soft = Incline(contact=Contact(restitution=0.39), stiffness=1e4)
+    assert most_restitution(soft) == pytest.approx(0.4)
+    with Reference() as engine:
+        found = critical_angle(soft, engine=engine)
+        steady = critical_angle(soft, method="steady", engine=engine)
+    assert found.value == pytest.approx(steady.value, abs=steady.uncertainty + 0.01)

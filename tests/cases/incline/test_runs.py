@@ -1,0 +1,135 @@
+"""The outcome of a run: by its script, by its path, and outputs that are no result."""
+
+import numpy as np
+import pytest
+
+from harness.cases.bench import Bench
+from harness.cases.incline.case import CASE
+from harness.cases.incline.runs import COLUMNS, Fate, path_in, read
+from harness.cases.incline.system import Incline, job_of
+from harness.engines.output import Output
+from harness.engines.reference import Reference
+from harness.errors import EngineOutputError, RequestError
+from harness.observables.provenance import Provenance
+from harness.theory.incline import passage_margin
+
+WHO = Provenance("engine", "1")
+
+
+def printed(case, **changes):
+    """Return the output of a script that passed one crest, with changes to its results."""
+    results = {
+        "steps": "100", "time_s": repr(100 * case.step), "margin_J": "0.5", "touching": "1",
+        "verdict": "moves_on", **changes,
+    }  # fmt: skip
+    crests = results.pop("crests", [f"1 {results['time_s']} 0.5 1"])
+    return Output((*(("crest", row) for row in crests), *results.items()), WHO)
+
+
+def test_a_script_that_judges_is_read():
+    case = Incline()
+    run = read(case, "passage", printed(case))
+    assert (run.fate, run.steps, run.touching) == (Fate.MOVES_ON, 100, True)
+    assert run.margin == 0.5 / case.weight_energy
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"route": "steady"}, "another route"),
+        ({"angle_deg": "10.3"}, "says that it ran with angle_deg = 10.3"),
+        ({"verdict": "flew"}, "incomplete result"),
+        ({"touching": "yes"}, "incomplete result"),
+        ({"steps": "200"}, "took 200 steps .* and printed"),
+        ({"crests": []}, "moves_on after 0 crests of 1"),
+        ({"verdict": "trapped"}, "trapped after 1 crests of 1"),
+        ({"crests": ["2 0.001 0.5 1"]}, "after 1 crests"),
+        ({"crests": ["1 9.0 0.5 1"]}, "passed a crest after the end"),
+        ({"crests": ["1 0.001 0.5"]}, "incomplete result"),
+        ({"crests": ["1 0.001 0.5 1"]}, "another time or energy than at its last crest"),
+        ({"margin_J": "1.0"}, "another time or energy than at its last crest"),
+    ],
+)
+def test_a_result_that_contradicts_itself_is_no_result(changes, words):
+    case = Incline()
+    with pytest.raises(EngineOutputError, match=words):
+        read(case, "passage", printed(case, **changes))
+
+
+def test_every_well_must_have_its_crest():
+    case = Incline(wells=3)
+    rows = [f"{n} {25 * (n + 1) * case.step!r} 0.5 1" for n in (1, 2, 3)]
+    assert len(read(case, "steady", printed(case, crests=rows)).crest_times_s) == 3
+    for broken in (rows[:2], [rows[0], rows[2]], [rows[1], rows[0], rows[2]]):
+        with pytest.raises(EngineOutputError, match="crests of 3"):
+            read(case, "steady", printed(case, crests=broken))
+
+
+def path(case, rows):
+    """Return the output of a path with samples (x, y, vx, vy) every 50 steps."""
+    times = 50 * case.step * np.arange(len(rows))
+    columns = [times, *np.array(rows, dtype=float).T]
+    return Output((), WHO, {"series": dict(zip(COLUMNS, columns, strict=True))})
+
+
+def test_a_path_is_judged_by_its_margin():
+    case = Incline(wells=2)
+    over, back = (1.0, 1.0, 1.0, 0.0), (0.5, 0.9, -0.1, 0.0)
+    run = read(case, "steady", path(case, [(0.5, 0.9, 1.0, 0.0), over, (2.0, 1.0, 1.0, 0.0)]))
+    assert (run.fate, run.steps, len(run.crest_times_s)) == (Fate.MOVES_ON, 100, 2)
+    trapped = read(case, "steady", path(case, [(0.5, 0.9, 1.0, 0.0), back, over]))
+    assert (trapped.fate, trapped.steps, len(trapped.crest_times_s)) == (Fate.TRAPPED, 50, 0)
+    assert trapped.margin < 0.0
+
+
+def test_a_path_that_ends_undecided_before_the_time_limit_is_no_result():
+    case = Incline()
+    rows = [(0.5, 0.9, 0.1, 0.0)] * 3
+    with pytest.raises(EngineOutputError, match=r"ends at .* undecided, before the time limit"):
+        read(case, "steady", path(case, rows))
+    limit = 100 * case.step / case.unit_of_time
+    short = case.replace(time_limit=limit)
+    assert read(short, "steady", path(short, rows)).fate is Fate.UNDECIDED
+
+
+@pytest.mark.parametrize("preset", CASE.presets)
+def test_one_passage_has_the_margin_of_the_closed_form_within_its_bias(preset):
+    case = CASE.presets[preset]
+    with Reference() as engine:
+        found = CASE.measure(case, Bench(engine).output(CASE.job(case)))
+    expected = CASE.exact(case)["margin_over_mgd"]
+    assert expected == pytest.approx(passage_margin(case.angle, 0.25), abs=1e-12)
+    # the slope is 0.0087 per degree: the bias of the angle is 0.01 deg at most
+    assert found["margin_over_mgd"] == pytest.approx(expected, abs=2e-4)
+    assert found["moves_on"] == float(found["margin_over_mgd"] >= 0.0)
+    assert found["steps"] * case.step == pytest.approx(found["time_s"])
+    assert set(found) == {q.name for q in CASE.quantities if not q.varies}
+
+
+def test_a_film_shows_the_grain_over_the_row():
+    case = CASE.presets["plastic"].replace(angle=10.6, wells=2)
+    with Reference() as engine:
+        output = Bench(engine).output(CASE.film_job(case, 40))
+    discs = CASE.discs(case, output)
+    assert discs.x.shape == discs.y.shape == discs.value.shape
+    assert 10 < len(discs.time) <= 41
+    gaps = np.hypot(discs.x - discs.fixed[:, 0], discs.y - discs.fixed[:, 1]).min(axis=1)
+    assert np.abs(gaps - 1.0).max() < 1e-3
+    assert set(path_in(output)) == {"step", *COLUMNS}
+
+
+def test_rigid_spheres_are_a_solver_without_friction():
+    case = CASE.presets["plastic"]
+    found = CASE.solve(case, "hard-sphere")
+    assert found["margin_over_mgd"] == pytest.approx(CASE.exact(case)["margin_over_mgd"], abs=1e-4)
+    assert found["critical_angle_deg"] == pytest.approx(10.2078, abs=1e-3)
+    with pytest.raises(RequestError, match="hard-sphere"):
+        CASE.solve(case.replace(friction=0.1), "hard-sphere")
+    with pytest.raises(RequestError):
+        CASE.solve(case, "soft-sphere")
+
+
+def test_runs_of_engines_are_jobs_of_the_bench():
+    with Reference() as engine:
+        bench, job = Bench(engine), job_of(Incline(), "passage")
+        assert bench.output(job) is bench.output(job)

@@ -1,0 +1,298 @@
+"""The search for a critical angle, on the energy map of the theory, and in engines."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from harness.cases.bench import Bench
+from harness.cases.incline.angle import critical_angle, critical_angles
+from harness.cases.incline.case import CASE
+from harness.cases.incline.closed_form import rigid_angle
+from harness.cases.incline.extrapolation import Ladder, extrapolate, extrapolated_critical_angle
+from harness.cases.incline.runs import Fate
+from harness.cases.incline.search import by_passage, by_steady_motion, prepared
+from harness.cases.incline.system import Incline
+from harness.engines.reference import Reference
+from harness.errors import EngineCrashError, EngineOutputError, RequestError
+from harness.model.contact import PLASTIC, SOURCE, Contact
+from harness.solvers.hard_sphere import critical_angle as by_events
+from harness.theory.incline import critical_angle as closed_form
+from tests.cases.incline.doubles import Crashing, EnergyMap, StandIn
+
+COARSE = Incline(steps_per_contact=10.0)
+MOVES, TRAPPED = Fate.MOVES_ON, Fate.TRAPPED
+
+
+def sawtooth(height_deg, at=0.0):
+    """Return a shift [deg] that jumps once a step as the start moves through it."""
+    return lambda case: height_deg * ((case.phase + at + 37.3 * case.angle) % 1.0 - 0.5)
+
+
+def bands(*changes, first=TRAPPED, other=MOVES):
+    """Return a fate that changes at each of some angles."""
+    return lambda angle: (first, other)[sum(angle >= change for change in changes) % 2]
+
+
+# ---- by passage
+
+
+@given(st.floats(0.1, 0.5))
+def test_the_root_of_the_map_is_the_closed_form(shock):
+    found = by_passage(EnergyMap(shock), Incline())
+    assert found.value == pytest.approx(closed_form(shock), abs=1e-4)
+    assert found.method == "passage"
+
+
+@given(st.floats(1e-5, 0.02), st.floats(0.0, 1.0))
+def test_the_uncertainty_contains_the_truth_under_jitter(height, at):
+    measure = EnergyMap(shift=sawtooth(height, at))
+    found = by_passage(measure, Incline(), tolerance_deg=max(1e-3, height))
+    assert abs(found.value - closed_form()) <= found.uncertainty + 1e-6
+    assert found.uncertainty <= height
+
+
+def test_jitter_is_averaged_over_the_phases():
+    found = by_passage(EnergyMap(shift=sawtooth(0.004)), Incline())
+    assert found.value == pytest.approx(closed_form(), abs=0.004 / 16 + 1e-5)
+
+
+def test_the_result_depends_neither_on_the_angle_nor_on_units_of_the_case():
+    small = Incline(angle=25.0, diameter=0.003, density=2500.0, stiffness=1e4, gravity=1.62)
+    values = [by_passage(EnergyMap(), case).value for case in (Incline(), small)]
+    assert values[0] == pytest.approx(values[1], abs=1e-12)
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+@pytest.mark.parametrize("slope", [1e-3, 0.0])
+def test_no_root_is_an_error(sign, slope):
+    measure = EnergyMap(margin=lambda angle: sign + slope * angle)
+    with pytest.raises(EngineOutputError, match=r"no critical angle between 0 and 30|no root"):
+        by_passage(measure, Incline())
+
+
+def test_a_margin_that_jumps_is_bracketed_where_a_secant_runs_off():
+    jumps = EnergyMap(shift=lambda case: 0.03 * (1.0 - 2.0 * (20.0 * case.angle % 1.0)))
+    found = by_passage(jumps, Incline())
+    assert found.value == pytest.approx(closed_form(), abs=0.05)
+    assert len(found.runs) > 12 + 8
+
+
+def test_a_grain_in_flight_is_refused_with_the_other_method_named():
+    with pytest.raises(RequestError, match=r"'passage' needs .* in flight .*use method 'steady'"):
+        by_passage(EnergyMap(touching=False), Incline())
+
+
+# ---- by steady motion
+
+
+@given(st.floats(0.05, 29.95))
+def test_any_angle_is_found_from_the_usual_window(truth):
+    measure = EnergyMap(fate=bands(truth))
+    found = by_steady_motion(measure, Incline())
+    assert abs(found.value - truth) <= found.uncertainty <= 5e-3
+    assert found.monotone
+    assert found.note == ""
+    assert len(measure.cases) == len(found.runs) <= 60
+    assert all(0.0 <= case.angle <= 30.0 for case in measure.cases)
+
+
+def test_a_moving_band_below_a_trapped_one_widens_the_uncertainty():
+    found = by_steady_motion(EnergyMap(fate=bands(10.05, 10.3, 10.5)), Incline())
+    assert found.value == pytest.approx(10.05, abs=5e-3)
+    assert not found.monotone
+    assert found.note.startswith("not monotone: trapped again up to 10.")
+    assert 10.5 <= found.value + found.uncertainty <= 10.51
+
+
+def test_an_undecided_band_is_in_the_uncertainty_and_never_trapped():
+    def fate(angle):
+        return TRAPPED if angle < 10.15 else Fate.UNDECIDED if angle < 10.25 else MOVES
+
+    measure = EnergyMap(fate=fate)
+    found = by_steady_motion(measure, Incline())
+    assert found.value - found.uncertainty <= 10.15
+    assert 10.25 <= found.value + found.uncertainty < 10.45
+    assert "undecided within the time limit" in found.note
+    assert len(measure.cases) <= 30
+
+
+@pytest.mark.parametrize(
+    ("fate", "words"),
+    [
+        (lambda _: MOVES, "no angle from 0 to 30 deg was trapped"),
+        (lambda _: TRAPPED, "no angle from 0 to 30 deg kept moving"),
+        (lambda _: Fate.UNDECIDED, "no angle from 0 to 30 deg was trapped"),
+        (bands(10.2, first=MOVES, other=TRAPPED), "trapped|kept moving"),
+    ],
+)
+def test_fates_without_a_rise_are_an_error(fate, words):
+    with pytest.raises(EngineOutputError, match=words):
+        by_steady_motion(EnergyMap(fate=fate), Incline())
+
+
+def test_probes_at_coarse_steps_find_bands_that_the_scan_missed():
+    fate = bands(10.152, 10.154, 10.159, 10.161, 10.165)
+    assert by_steady_motion(EnergyMap(fate=fate), Incline(), 1e-3).monotone
+    measure = EnergyMap(fate=fate)
+    found = by_steady_motion(measure, COARSE, 1e-3)
+    assert not found.monotone
+    assert found.value == pytest.approx(10.152, abs=5e-4)
+    assert 10.165 <= found.value + found.uncertainty <= 10.166
+    assert len(measure.cases) <= 100
+
+
+def test_fates_without_order_come_to_an_end():
+    measure = EnergyMap(fate=lambda a: MOVES if a * 1e4 % 1.7 > 0.8 and a > 3.0 else TRAPPED)
+    assert not by_steady_motion(measure, COARSE).monotone
+    assert len(measure.cases) <= 2000
+
+
+def test_wells_to_pass_grow_with_coarse_steps_with_what_a_shock_leaves_and_with_a_slow_spin():
+    assert prepared(Incline(), "steady").wells == 10
+    assert prepared(COARSE, "steady").wells == 100
+    assert prepared(COARSE, "steady", 7).wells == 7
+    assert prepared(Incline(grain_diameter=2.0), "steady").wells == 28  # 0.605^28 = 4^-10
+    slight, strong = (
+        prepared(Incline(contact=PLASTIC, steps_per_contact=100.0, friction=mu), "steady").wells
+        for mu in (0.016, 1.0)
+    )
+    assert 100 < slight < 130
+    assert 15 <= strong <= 18
+
+
+# ---- extrapolation
+
+
+def test_the_limit_of_a_known_ladder():
+    def angle(k, n):
+        case = Incline(contact=PLASTIC, stiffness=k, steps_per_contact=n)
+        bias = -400.0 / k - 300.0 / k**1.5 - 0.1 / n
+        return replace(by_passage(EnergyMap(), case, phases=1), value=10.2 + bias, mean_error=1e-6)
+
+    found = extrapolate([angle(k, n) for k in (1e5, 3e5, 1e6, 1e7) for n in (50.0, 100.0, 200.0)])
+    assert found.value == pytest.approx(10.2, abs=2e-5)
+    assert list(found.at_stiffness) == [1e5, 3e5, 1e6, 1e7]
+    assert len(found.to_frame()) == 12
+    assert found.to_json()["stiffness_N_per_m"] is None
+    assert found.plot().axes
+
+
+@pytest.mark.parametrize("values", [{"factors": (1.0, 2.0, 3.0)}, {"steps_per_contact": (50.0,)}])
+def test_a_ladder_that_is_too_short_is_refused(values):
+    with pytest.raises(RequestError, match="needs"):
+        Ladder(**values)
+
+
+# ---- in engines
+
+
+@pytest.mark.parametrize(
+    ("contact", "value", "uncertainty", "runs"),
+    [
+        (SOURCE, 10.205311688960, 0.000906024153, 11),
+        (SOURCE.replace(tail="clipped"), 10.216761077694, 0.001244103007, 13),
+    ],
+)
+def test_values_of_version_1(contact, value, uncertainty, runs):
+    with Reference() as engine:
+        found = critical_angle(Incline(contact=contact), engine=engine)
+        steady = critical_angle(method="steady", engine=engine)
+    assert found.value == pytest.approx(value, abs=1e-9)
+    assert found.uncertainty == pytest.approx(uncertainty, abs=1e-9)
+    assert len(found.runs) == len(found.to_frame()) == runs
+    assert (steady.value, steady.uncertainty) == (10.203125, pytest.approx(0.003125))
+    assert steady.to_json()["wells"] == 10
+    assert found.plot().axes
+    assert steady.plot().axes
+    assert "10.2" in repr(found)
+
+
+@pytest.mark.live
+def test_lammps_has_the_values_of_version_1(lammps_here):  # noqa: ARG001
+    from harness.engines.registry import open_engine
+
+    with open_engine("lammps") as engine:
+        found = critical_angle(engine=engine)
+        steady = critical_angle(method="steady", engine=engine)
+    assert found.value == 10.205311688960117
+    assert found.uncertainty == pytest.approx(0.0009060241534095681, abs=1e-12)
+    assert (steady.value, steady.uncertainty) == (10.203125, pytest.approx(0.003125))
+    assert found.to_json()["engine"] == "lammps"
+
+
+def test_friction_by_both_methods():
+    base = Incline(contact=PLASTIC, steps_per_contact=100.0, friction=0.5)
+    with Reference() as engine:
+        for case in (base, base.replace(shape="disc"), base.replace(friction=0.1)):
+            passage = critical_angle(case, engine=engine)
+            steady = critical_angle(case, method="steady", engine=engine)
+            expected, _ = rigid_angle(case)
+            assert passage.value == pytest.approx(expected, abs=3e-3)
+            assert steady.value == pytest.approx(passage.value, abs=steady.uncertainty + 1e-3)
+        assert passage.to_json()["friction"] == 0.1
+
+
+@pytest.mark.parametrize(("friction", "sticks"), [(0.5, False), (0.65, True)])
+def test_equal_dashpots_stick_only_from_the_tangent_of_the_half_angle_on(friction, sticks):
+    case = Incline(
+        contact=PLASTIC, steps_per_contact=200.0, stiffness=1e7, friction=friction,
+        tangential_damping=1.0,
+    )  # fmt: skip
+    with Reference() as engine:
+        found = critical_angle(case, engine=engine)
+    assert (abs(found.value - rigid_angle(case)[0]) < 1e-3) is sticks
+
+
+def test_angles_side_by_side_have_errors_in_place():
+    cases = [Incline(stiffness=k) for k in (1e5, 1e6)]
+    with Crashing() as engine:
+        angles = critical_angles(cases, engine)
+    assert [type(angle) for angle in angles] == [EngineCrashError] * 2
+    with Reference() as engine, pytest.raises(RequestError, match="needs four different"):
+        extrapolated_critical_angle(engine=engine, ladder=Ladder(factors=(1.0, 2.0)))
+
+
+@pytest.mark.parametrize("measure", [critical_angle, extrapolated_critical_angle])
+def test_a_rebounding_contact_is_refused_before_any_run(measure):
+    class Counting(StandIn):
+        def run(self, jobs):  # noqa: ARG002
+            raise AssertionError("it was run")
+
+    case = Incline(contact=Contact(restitution=0.5))
+    with pytest.raises(RequestError, match=r"use method 'steady'; at e = 0.5 .* 6.25\d deg .* 15"):
+        measure(case, engine=Counting())
+
+
+def test_the_search_of_the_case():
+    case = CASE.presets["plastic"].replace(stiffness=1e4)
+    with Reference() as engine:
+        bench = Bench(engine)
+        found = CASE.search(["critical_angle_deg", "runs"], case, bench, starts=2)
+        steady = CASE.search(
+            ["critical_angle_deg"], case.replace(wells=3), bench, method="steady", tolerance=0.1
+        )
+        with pytest.raises(RequestError, match="use --set method=steady"):
+            CASE.search(["runs"], Incline(contact=Contact(restitution=0.5)), bench)
+    assert set(found) == {"critical_angle_deg", "runs"}
+    assert found["critical_angle_deg"].uncertainty > 0.0
+    assert steady["critical_angle_deg"].uncertainty <= 0.1
+    with pytest.raises(RequestError, match="method"):
+        CASE.search_options(method="guess")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("e", [0.1, 0.3])
+def test_rigid_spheres_by_events_are_the_limit_of_rebounding_contacts(e):
+    """The second route of both: neither reading of one shock is near."""
+    contact, steps = Contact(restitution=e), (100.0, 200.0, 400.0)
+    cases = [
+        Incline(contact=contact, stiffness=k, steps_per_contact=n)
+        for k in np.geomspace(1e6, 1e9, 4)
+        for n in steps
+    ]
+    with Reference() as engine:
+        found = extrapolate(critical_angles(cases, engine))
+    assert found.value == pytest.approx(by_events(e), abs=0.01)
