@@ -3,7 +3,7 @@
 Bulk is chaotic: motions of one seed part between codes, so that means over seeds are compared. Two
 codes are equivalent where the 90 % interval of the ratio of their means lies within 5 % of one.
 Where codes state the contact law by different rules, a ratio of their means is a finding; a code
-whose scripts take the rules as values also runs under those of the other, and is held against it.
+whose scripts take the rules as values also runs under those of the other, and is compared with it.
 """
 
 from __future__ import annotations
@@ -81,8 +81,8 @@ class Sample(NamedTuple):
 class Setup(Generic[B]):
     """Runs of a system that are judged together.
 
-    ``title`` is that of its section, ``compared`` are the quantities that engines are held against
-    one another in. Slow engines run it at level ``slow`` and above.
+    ``title`` is that of its section, ``compared`` are the quantities that engines are
+    compared in. Slow engines run it at level ``slow`` and above.
     """
 
     name: str
@@ -148,7 +148,7 @@ class BulkCase(Case[B]):
 
     def setups(self) -> Sequence[Setup[B]]:
         """Return what is verified: the default from as many seeds as each level has."""
-        return self.seeded("", self.title, self.default)
+        return self.seed_setups("", self.title, self.default)
 
     def law(self, parameters: B) -> Law:
         """Return the contact law of two grains, by the coefficients that matter for its rules."""
@@ -194,7 +194,7 @@ class BulkCase(Case[B]):
         columns = self.columns(parameters, output)
         return {name: columns[name].tolist() for name in names}
 
-    def seeded(
+    def seed_setups(
         self, prefix: str, title: str, parameters: B, seeds: Seeds | None = None
     ) -> tuple[Setup[B], ...]:
         """Return a setup for each level, with its number of seeds."""
@@ -241,20 +241,21 @@ class BulkCase(Case[B]):
         """Return the check that no seed gains more energy than the springs of its bed hold."""
         p = setup.runs[0]
 
-        def held(sample: Sample) -> Floats:
+        def spring_energy(sample: Sample) -> Floats:
             springs = sample.values(self.elastic) * (1.0 + p.tangential_share)
             bound = self.elastic_bound(p, sample)
             return springs if np.isfinite(springs).all() else np.full(len(springs), bound)
 
         def worst(sample: Sample) -> int:
-            return int(np.argmax(sample.values(self.gain) - held(sample)))
+            return int(np.argmax(sample.values(self.gain) - spring_energy(sample)))
 
-        reason = f"energy of the bed's springs at rest, tangential ones {p.tangential_share:.2g} of"
+        share = f"tangential ones at most {p.tangential_share:.2g} times the normal ones"
+        reason = f"energy of the bed's springs at rest, {share}"
         return self.check(
             setup,
             self.gain,
             lambda s: float(s.values(self.gain)[worst(s)]),
-            tolerance=lambda s: Tolerance(float(held(s)[worst(s)]), reason=f"{reason} it at most"),
+            tolerance=lambda s: Tolerance(float(spring_energy(s)[worst(s)]), reason=reason),
         )
 
     def check(

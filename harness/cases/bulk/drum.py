@@ -22,9 +22,9 @@ from harness.cases.bulk.mixing import (
     Contacts,
     Floats,
     cells_of,
+    find_contacts,
     lacey_index,
     surface_angle,
-    touching,
 )
 from harness.cases.bulk.places import Cylinder, Radii, read_grains, write_bed
 from harness.cases.bulk.report import Curve, Line
@@ -217,15 +217,17 @@ def elastic_energy(p: Drum, places: Floats, contacts: Contacts) -> float:
     """
     radii, young = p.of_each("radius"), p.of_each("youngs_modulus")
 
-    def held(overlap: Floats, moduli: tuple[Floats, Floats | float], radius: Floats) -> float:
+    def spring_energy(
+        overlap: Floats, moduli: tuple[Floats, Floats | float], radius: Floats
+    ) -> float:
         compliance = (1.0 - p.poisson_ratio**2) * (1.0 / moduli[0] + 1.0 / moduli[1])
         return float((np.sqrt(radius) * np.maximum(overlap, 0.0) ** 2.5 / compliance).sum())
 
     i, j, overlap = contacts
-    total = held(overlap, (young[i], young[j]), 1.0 / (1.0 / radii[i] + 1.0 / radii[j]))
+    total = spring_energy(overlap, (young[i], young[j]), 1.0 / (1.0 / radii[i] + 1.0 / radii[j]))
     x, y, z = places.T
     for reach in (p.drum_radius - np.hypot(x, z), 0.5 * p.drum_length - np.abs(y)):
-        total += held(radii - reach, (young, p.steel_youngs_modulus), radii)
+        total += spring_energy(radii - reach, (young, p.steel_youngs_modulus), radii)
     return 8.0 / 15.0 * total
 
 
@@ -250,7 +252,7 @@ def energy_and_work(p: Drum, table: Table) -> tuple[Floats, Floats]:
     return kinetic + p.gravity * z @ masses, p.speed * (momentum - weight)
 
 
-def turned(p: Drum, table: Table) -> Floats:
+def turn_angle(p: Drum, table: Table) -> Floats:
     """Return the angle by which the drum has turned [deg], (M,)."""
     steps = table["step"] - p.settle_steps
     return np.asarray(np.degrees(p.speed * p.step_size * steps))
@@ -295,7 +297,7 @@ def check_walls(p: Drum, table: Table, who: str) -> None:
     if beyond.any():
         frame = int(np.flatnonzero(beyond.any(axis=1))[0])
         raise EngineLostAtomsError(
-            f"{who}: a grain is beyond the walls after {turned(p, table)[frame]:.4g} deg: they "
+            f"{who}: a grain is beyond the walls after {turn_angle(p, table)[frame]:.4g} deg: they "
             f"leave a hole, or step_size = {p.step_size:g} s is too long"
         )
 
@@ -311,7 +313,7 @@ class DrumCase(BulkCase[Drum]):
     )
     quantities = (
         Quantity("mixing_index", "1", "of Lacey, by number of small grains in square cells: 0 "
-                 "apart, 1 at random; mean over the last sixth of the turn"),
+                 "unmixed, 1 at random; mean over the last sixth of the turn"),
         Quantity("first_mixing_index", "1", "the same before the drum turns: cells hold both kinds "
                  "where they meet", 0.3),
         Quantity("surface_angle_deg", "deg", "dynamic angle of repose: of a line through the "
@@ -404,7 +406,7 @@ class DrumCase(BulkCase[Drum]):
         known = {"large": p.large_grains, "small": p.small_grains}
         table = read_series(p, output, COLUMNS, **known)
         check_walls(p, table, output.who)
-        late, last = (turned(p, table) >= share * p.turn for share in (STEADY, 1.0 - LAST))
+        late, last = (turn_angle(p, table) >= share * p.turn for share in (STEADY, 1.0 - LAST))
         index = mixing(p, table)
         kinetic = 0.5 * p.of_each("mass").sum() * (p.speed * p.drum_radius) ** 2
         return {
@@ -421,9 +423,9 @@ class DrumCase(BulkCase[Drum]):
         """Return the state of the bed before the drum turns, and energies over its work."""
         radii, mass = p.of_each("radius"), p.of_each("mass").sum()
         first, end = (np.column_stack([table[n][row] for n in COLUMNS[1:]]) for row in (0, -1))
-        contacts = touching(first, radii)
+        contacts = find_contacts(first, radii)
         elastic = elastic_energy(p, first, contacts)
-        stored = elastic_energy(p, end, touching(end, radii)) - elastic
+        stored = elastic_energy(p, end, find_contacts(end, radii)) - elastic
         energy, done = energy_and_work(p, table)
         lost = done - (energy - energy[0])
         size = abs(done[-1])  # the work is negative of grains that rise against the drum
@@ -441,7 +443,7 @@ class DrumCase(BulkCase[Drum]):
         """Return mixing index, angle [deg] and shares in quadrants over the turn [deg]."""
         p, table = parameters, output.table(COLUMNS)
         return {
-            "turned_deg": turned(p, table),
+            "turned_deg": turn_angle(p, table),
             "mixing_index": mixing(p, table),
             "surface_angle_deg": surface_angles(p, table),
             **quadrant_shares(p, table),

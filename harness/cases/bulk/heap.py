@@ -211,7 +211,7 @@ class HeapCase(BulkCase[Heap]):
         """Return heaps with resistance to rolling, and beyond level quick without."""
         more: Seeds = {level: count for level, count in self.seeds.items() if level != "quick"}
         title = f"{self.title}: sliding alone"
-        sliding = self.seeded("sliding alone, ", title, self.presets["sliding"], more)
+        sliding = self.seed_setups("sliding alone, ", title, self.presets["sliding"], more)
         return (*super().setups(), *sliding)
 
     def measure(self, parameters: Heap, output: Output) -> Mapping[str, float]:

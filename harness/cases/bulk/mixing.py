@@ -21,11 +21,11 @@ class Contacts(NamedTuple):
 
 
 def lacey_index(cells: Indices, chosen: NDArray[np.bool_]) -> float:
-    """Return Lacey's mixing index [-]: 0 for kinds that are apart, 1 for a random mixture.
+    """Return Lacey's mixing index [-]: 0 for unmixed kinds, 1 for a random mixture.
 
     ``cells`` (N,) is the number of the cell of each grain, ``chosen`` (N,) whether it is of one
     kind. With n_i grains in a cell, p_i of them chosen, and p of all, the variance is
-    S = sum n_i (p_i - p)^2 / N: p (1 - p) for kinds that are apart, and p (1 - p) (K - 1)/(N - 1)
+    S = sum n_i (p_i - p)^2 / N: p (1 - p) for unmixed kinds, and p (1 - p) (K - 1)/(N - 1)
     in K cells of a random mixture. The index is the share of the way from the one to the other:
     Lacey, J. Appl. Chem. 4, 257 (1954), for cells of any content. NaN where all grains are of one
     kind, or each is in a cell of its own.
@@ -34,12 +34,12 @@ def lacey_index(cells: Indices, chosen: NDArray[np.bool_]) -> float:
     content = np.bincount(place).astype(np.float64)
     share = np.bincount(place, weights=chosen) / content
     total, p = len(cells), float(np.mean(chosen))
-    apart = p * (1.0 - p)
-    at_random = apart * (len(content) - 1) / (total - 1)
-    if apart == 0.0 or len(content) == total:
+    unmixed = p * (1.0 - p)
+    at_random = unmixed * (len(content) - 1) / (total - 1)
+    if unmixed == 0.0 or len(content) == total:
         return math.nan
     variance = float((content * (share - p) ** 2).sum() / total)
-    return (apart - variance) / (apart - at_random)
+    return (unmixed - variance) / (unmixed - at_random)
 
 
 def cells_of(x: Floats, z: Floats, edge: float) -> Indices:
@@ -48,7 +48,7 @@ def cells_of(x: Floats, z: Floats, edge: float) -> Indices:
     return np.asarray(column * 100_003 + row)
 
 
-def touching(places: Floats, radius: Floats) -> Contacts:
+def find_contacts(places: Floats, radius: Floats) -> Contacts:
     """Return the pairs that touch, each once, of grains at places (N, 3) with radii (N,) [m]."""
     from scipy.spatial import KDTree  # slow to load
 

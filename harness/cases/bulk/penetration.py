@@ -35,7 +35,7 @@ from harness.results.rows import Kind
 from harness.theory.bulk import GLASS_BEADS, friction_by_depth
 
 COLUMNS = ("time_s", "z_m", "vz_m_per_s", "kinetic_J", "potential_J")
-# [m] of the sphere over the published bed from its middle: two diameters of a grain apart
+# [m] of the sphere over the published bed from its middle, in steps of two diameters of a grain
 OFFSETS = (0.0, 4e-3, -4e-3, 8e-3, -8e-3, 12e-3, -12e-3, 16e-3)
 TURNED = 0.04  # [s] in which the sphere turns back in the published bed, after some 30 ms
 FINAL = 0.1  # share of the time after the release over which the final height is averaged

@@ -1,7 +1,7 @@
 """Beds whose places come from a file: read, checked, written as LAMMPS and LIGGGHTS read them.
 
 A row is radius, x, y, z [m], as in the public drivers of MercuryDPM. Lines at the top that are not
-four numbers are a head. The published beds of Dosta and others (2024) lie beside this module: from
+four numbers are a head. The published beds of Dosta and others (2024) lie in this folder: from
 MercuryDPM's drivers ``Drivers/Papers/OSBenchmark``, that of the penetration without its last line,
 the steel sphere (BSD-3-Clause, MercuryDPM developers team).
 """
@@ -22,7 +22,7 @@ from typing import ClassVar
 import numpy as np
 
 from harness.cases.bulk.beds import PUBLISHED, Sphere
-from harness.cases.bulk.mixing import Floats, touching
+from harness.cases.bulk.mixing import Floats, find_contacts
 from harness.errors import RequestError
 from harness.files import cache_place, make_private
 
@@ -148,7 +148,7 @@ def _check_gaps(source: str, rows: Floats, walls: Box | Cylinder) -> None:
             f"places {source}: grain {beyond[0] + 1} at ({place}) m: must be "
             f"{least[beyond[0]]:g} m from the walls of {walls}"
         )
-    i, j, overlap = touching(rows[:, 1:], radius)
+    i, j, overlap = find_contacts(rows[:, 1:], radius)
     excess = overlap - LARGEST_OVERLAP * np.minimum(radius[i], radius[j])
     if excess.max(initial=0.0) > 0.0:
         worst = int(excess.argmax())

@@ -149,7 +149,7 @@ def _check_empty(p: Silo, t: Floats, remaining: Floats, gone: float) -> None:
     raise EngineUndecidedError(f"undecided: {why}", {})
 
 
-def arching(sample: Sample) -> Value:
+def arching_share(sample: Sample) -> Value:
     """Return the share of runs without a rate, with its 95 % interval (Wilson)."""
     from scipy.stats import binomtest
 
@@ -232,7 +232,7 @@ class SiloCase(BulkCase[Silo]):
             setup
             for name, p in self.presets.items()
             if name != "small"
-            for setup in self.seeded(f"{name}, ", f"{self.title}: {name}", p, {"full": 4})
+            for setup in self.seed_setups(f"{name}, ", f"{self.title}: {name}", p, {"full": 4})
         ]
         return (*super().setups(), *published)
 
@@ -307,7 +307,7 @@ class SiloCase(BulkCase[Silo]):
         p = setup.runs[0]
         yield Check(
             setup=setup.name, quantity="arching", unit="1", kind=Kind.FINDING, expected=0.0,
-            measure=lambda bench: arching(self.sample(bench, setup)),
+            measure=lambda bench: arching_share(self.sample(bench, setup)),
         )  # fmt: skip
         wide = p.silo_radius / p.orifice_radius
         yield self.check(

@@ -29,7 +29,9 @@ EQUIVALENT = Tolerance(
     whole_interval=True,
 )
 CHANCE = 0.01  # share of cases in which equal codes fail Fisher's test
-BY_CHANCE = Tolerance(1.0 - CHANCE, reason="chance alone gives shares as far apart in 1 % of cases")
+BY_CHANCE = Tolerance(
+    1.0 - CHANCE, reason="chance alone gives such a difference of shares in 1 % of cases"
+)
 CLOCKS = frozenset({"microseconds_per_particle_step"})  # differ between runs that are the same
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from harness.cases.bulk.drum import CASE, COLUMNS, Drum, elastic_energy, energy_and_work
-from harness.cases.bulk.mixing import touching
+from harness.cases.bulk.mixing import find_contacts
 from harness.cases.bulk.places import write_grains
 from harness.engines.contract import Job
 from harness.engines.lammps.engine import Lammps
@@ -122,7 +122,7 @@ def test_pairs_that_touch_and_what_they_hold_are_those_of_all_pairs():
             overlap = max(0.0, radii[i] - reach)
             modulus = 1 / (0.96 * (1 / young[i] + 1 / p.steel_youngs_modulus))
             held += 8 / 15 * modulus * math.sqrt(radii[i]) * overlap**2.5
-    contacts = touching(places, radii)
+    contacts = find_contacts(places, radii)
     found = zip(contacts.i, contacts.j, strict=True)
     assert {tuple(sorted(pair)) for pair in found} == set(pairs)
     assert elastic_energy(p, places, contacts) == pytest.approx(held, rel=1e-12)
