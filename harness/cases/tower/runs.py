@@ -18,7 +18,7 @@ from harness.errors import EngineError, EngineOutputError, RequestError
 from harness.model.allowed import COUNT, Allowed, allowed_in
 from harness.model.law import Law
 from harness.model.scene import Body, Scene
-from harness.solvers.chain.samples import COLUMNS, ChainSamples, Profiles, sampled_motion
+from harness.solvers.chain.series import COLUMNS, ChainSamples, Profiles
 from harness.solvers.chain.setup import (
     Chain,
     Floats,
@@ -382,6 +382,8 @@ def read(case: Tower, timing: Timing, output: Output) -> TowerRun:
         raise EngineOutputError(f"{output.who}: no contact of the tower ever presses")
     motion = Profiles(x - case.each("diameter")[0] * np.arange(count), v, force)
     time = np.asarray(table["step"] * timing.step)
+    from harness.solvers.chain.samples import sampled_motion
+
     samples = sampled_motion(chain_of(case), time, motion, step=timing.step)
     run = TowerRun(
         **vars(samples), tower=case, solver=output.provenance.engine, provenance=output.provenance

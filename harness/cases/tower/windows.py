@@ -8,16 +8,18 @@ touch.
 from __future__ import annotations
 
 from dataclasses import asdict
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
-from scipy.interpolate import CubicHermiteSpline
 from scipy.optimize import brentq
 
 from harness.cases.tower.parameters import SEARCH
 from harness.cases.tower.runs import TowerRun
 from harness.errors import RequestError
 from harness.solvers.chain.setup import Floats
+
+if TYPE_CHECKING:
+    from scipy.interpolate import CubicHermiteSpline
 
 Window = Literal["turnaround", "structure", "first-contact"]
 WINDOWS: tuple[Window, ...] = ("turnaround", "structure", "first-contact")
@@ -148,7 +150,7 @@ def _falls_through_zero(run: TowerRun, i: int) -> float:
     if run.tower.base != "fixed":
         base = run.base_force[pair] / run.tower.each("mass")[-1] + run.tower.gravity
         acceleration = acceleration - base
-    cubic = CubicHermiteSpline(run.time[pair], rate, acceleration)
+    cubic = _cubic(run.time[pair], rate, acceleration)
     return float(brentq(lambda t: float(cubic(t)), low, high, xtol=1e-300, rtol=1e-15))
 
 
@@ -175,7 +177,13 @@ def grain_velocity_at(run: TowerRun, time: float) -> float:
     if run.time[i + 1] == run.time[i]:
         return float(run.grain_velocity[i])
     rates = grain_acceleration(run)[pair]
-    return float(CubicHermiteSpline(run.time[pair], run.grain_velocity[pair], rates)(time))
+    return float(_cubic(run.time[pair], run.grain_velocity[pair], rates)(time))
+
+
+def _cubic(time: Floats, value: Floats, rate: Floats) -> CubicHermiteSpline[np.float64]:
+    from scipy.interpolate import CubicHermiteSpline  # takes a while to import
+
+    return CubicHermiteSpline(time, value, rate)
 
 
 def impulse_until(run: TowerRun, time: float) -> float:

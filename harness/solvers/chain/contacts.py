@@ -17,7 +17,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from harness.errors import RequestError
-from harness.solvers.chain.setup import Flags, Floats, compiled, compliance
+from harness.solvers.chain.kernels import compiled
+from harness.solvers.chain.setup import Flags, Floats, compliance
 
 PATIENCE = 10  # passes without fewer wrong contacts before they are exchanged one by one
 MOST_PASSES = 1000  # one by one, for each contact

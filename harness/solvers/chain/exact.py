@@ -21,8 +21,10 @@ import numpy as np
 from harness.compiled import shielded
 from harness.errors import RequestError
 from harness.solvers.chain.contacts import factorise, solve, substitute
-from harness.solvers.chain.samples import ChainSamples, Profiles, sampled_motion
-from harness.solvers.chain.setup import Chain, Flags, Floats, compiled
+from harness.solvers.chain.kernels import compiled
+from harness.solvers.chain.samples import sampled_motion
+from harness.solvers.chain.series import ChainSamples, Profiles
+from harness.solvers.chain.setup import Chain, Flags, Floats
 
 MOST_PARTICLES = 5000  # the modes take 8 bytes for each pair of particles
 SLACK = 1e-13  # a contact changes this far below 0 [scale of displacements], above rounding

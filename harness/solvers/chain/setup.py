@@ -8,19 +8,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from harness.compiled import Function, jit
-
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
-
-
-def compiled(function: Function) -> Function:
-    """Compile ``function`` at its first call, keeping its Python type.
-
-    IEEE arithmetic, but for the fusing of a product and a sum. Nothing is reordered: equal
-    particles in equal states stay equal to the last bit. Python's lock is released.
-    """
-    return jit(function, error_model="numpy", fastmath={"contract"}, nogil=True)
 
 
 class Chain(NamedTuple):

@@ -19,15 +19,10 @@ from numpy.typing import NDArray
 from harness.compiled import shielded
 from harness.errors import RequestError
 from harness.solvers.chain.contacts import longest_run, update_forces
-from harness.solvers.chain.samples import (
-    COLUMNS,
-    ChainSamples,
-    Profiles,
-    count_contacts,
-    samples_of_rows,
-    write_row,
-)
-from harness.solvers.chain.setup import Chain, Flags, Floats, compiled, highest_frequency
+from harness.solvers.chain.kernels import compiled
+from harness.solvers.chain.samples import count_contacts, write_row
+from harness.solvers.chain.series import COLUMNS, ChainSamples, Profiles, samples_of_rows
+from harness.solvers.chain.setup import Chain, Flags, Floats, highest_frequency
 
 Scheme = Literal["rk4", "velocity_verlet"]
 STABILITY: dict[Scheme, float] = {"rk4": 2.0 * math.sqrt(2.0), "velocity_verlet": 2.0}  # h omega

@@ -10,7 +10,7 @@ from harness.results.limits import slope_order
 from harness.solvers.chain import stepped
 from harness.solvers.chain.contacts import factorise, forces_of_overlaps
 from harness.solvers.chain.exact import find_modes
-from harness.solvers.chain.samples import COLUMNS
+from harness.solvers.chain.series import COLUMNS
 from harness.solvers.chain.setup import highest_frequency
 from harness.theory import chain as theory
 from tests.solvers.chain.rows import LAWS, Tower, by_modes, by_steps, chain_of, drift
