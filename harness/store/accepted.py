@@ -78,8 +78,8 @@ def accept(run: Run, folder: Path) -> list[Path]:
 
 
 def folder_name(version: str) -> str:
-    """Return the name of a version's folder: its plain characters."""
-    return re.sub(r"[^\w.+-]+", " ", version).strip(" .") or "unknown"
+    """Return the name of a version's folder: its plain characters, with hyphens between words."""
+    return re.sub(r"[^\w.+]+", "-", version).strip("-.") or "unknown"
 
 
 def _is_checkout(folder: Path) -> bool:
@@ -88,10 +88,14 @@ def _is_checkout(folder: Path) -> bool:
 
 def _newest_or_same(folder: Path, version: str) -> pd.DataFrame:
     same = folder / folder_name(version) / ROWS
-    files = sorted(folder.glob(f"*/{ROWS}"), key=lambda file: release_of(file.parent.name))
+    files = sorted(folder.glob(f"*/{ROWS}"), key=_release)
     if same.is_file():
         return read_rows(same)
     return read_rows(files[-1]) if files else table(())
+
+
+def _release(file: Path) -> tuple[int, ...]:
+    return release_of(file.parent.name.replace("-", " "))
 
 
 def _merged(before: pd.DataFrame, rows: pd.DataFrame, run: Run) -> pd.DataFrame:
