@@ -107,7 +107,7 @@ class ColumnsCase(Case[Columns]):
         return engine_checks()
 
     def own_checks(self) -> Iterable[Check]:
-        """Return critical angles in the reference beside those of the source."""
+        """Return critical angles in the reference, compared with those of the source."""
         return solver_checks()
 
     def sections(self, benches: Mapping[str, Bench]) -> Sequence[Section]:
@@ -176,7 +176,7 @@ def _one_particle() -> Check:
 
 
 def solver_checks() -> Iterator[Check]:
-    """Yield angles over columns beside the source's, and the limit of stiff ones."""
+    """Yield angles over columns against the source's, and the limit of stiff ones."""
     yield _stiff_limit()
     for law in LAWS:
         for height, level in HEIGHTS.items():
@@ -219,7 +219,7 @@ def step_limit(bench: Bench, stiffness: float) -> Limit:
 
 
 def _source_finding(law: Law, height: int, level: Level, reading: Reading) -> Check:
-    """Return the angle over damped columns beside the source's for as many contacts."""
+    """Return the angle over damped columns against the source's for as many contacts."""
     case = Columns(n=height, law=law, stiffness=1e5, steps_per_contact=200.0)
 
     def angle(bench: Bench) -> Value:

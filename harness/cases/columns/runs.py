@@ -54,10 +54,10 @@ def read_run(case: Columns, route: Route, output: Output, every: int | None = No
     if route == "passage" and fate is Fate.MOVES_ON and margins[-1] < 0.0:
         fate = Fate.TRAPPED
     passed = int(np.count_nonzero(beyond))
-    # over a top as it rests without a grain: one that touches presses it further down
-    apart = math.hypot(x[-1] - x.size * case.diameter, y[-1] + float(sinking(case)[0]))
+    # of a top that rests without a grain: a grain in contact presses it further down
+    distance = math.hypot(x[-1] - x.size * case.diameter, y[-1] + float(sinking(case)[0]))
     return Run(
-        plain, fate, float(margins[-1]), apart < case.diameter, float(table["time_s"][-1]),
+        plain, fate, float(margins[-1]), distance < case.diameter, float(table["time_s"][-1]),
         int(table["step"][-1]), table["time_s"][1 : passed + 1], margins[:passed], output,
     )  # fmt: skip
 

@@ -323,14 +323,14 @@ def _bodies(case: Columns, route: Route) -> tuple[Body, ...]:
         position=(x, y, 0.0),
         velocity=(vx, vy, 0.0),
     )
-    held = grain.replace(type=1, velocity=ZERO)
+    particle = grain.replace(type=1, velocity=ZERO)
     depth = case.diameter * np.arange(case.n) + sinking(case)
     first = case.diameter * np.arange(case.n) + sinking(case, *start_load(case))
     bodies = [grain]
     for i in range(case.spheres):
         below = first if i == 0 and route == "passage" else depth
         for j, deep in enumerate(below):
-            body = held.replace(position=(i * case.diameter, -float(deep), 0.0))
+            body = particle.replace(position=(i * case.diameter, -float(deep), 0.0))
             last = j == case.n - 1
             guided = body.replace(axes=(False, True, False))
             bodies.append(body.replace(motion="frozen") if last else guided)

@@ -54,9 +54,9 @@ ORDER_HEIGHT = 2
 FINE_SAMPLES = 60_000  # of the exact force, between which a straight line is off by 1e-8
 TALL = Tower(height=40, law="overlap", gravity=0.0)
 TALL_SAMPLES = 6000
-APART = (2, 10, 19)  # heights at which the laws are held against each other
+LAW_HEIGHTS = (2, 10, 19)  # at which both laws are compared
 
-VERLET = "velocity-verlet"  # scheme of second order; others are held to the reference's
+VERLET = "velocity-verlet"  # scheme of second order; of others the reference's is expected
 SAME_TIME = 1e-12  # [-] of a run: differences of times that round-off makes
 EQUAL_STEPS = 1e-9
 FORCE: dict[Law, Tolerance] = {
@@ -369,7 +369,7 @@ def _first_contact_ratio(run: TowerRun) -> float:
 
 
 def solver_checks() -> Iterator[Check]:
-    """Yield RK4 against the exact propagator, the latter on a tall tower, and the laws apart."""
+    """Yield RK4 against the exact propagator, that on a tall tower, and both laws compared."""
     for law in LAWS:
         for height in HEIGHTS:
             yield from _rk4_checks(setup(law, height))
@@ -383,7 +383,7 @@ def solver_checks() -> Iterator[Check]:
         tolerance=NO_STEP,
         kind=Kind.ANALYTIC,
     )
-    for height in APART:
+    for height in LAW_HEIGHTS:
         yield _force_finding(height)
         for reading in READINGS:
             yield _angle_finding(height, reading)

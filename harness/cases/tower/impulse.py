@@ -113,7 +113,7 @@ def impulse_angles(
     """Return alpha(n) [1] and theta_c(n) [deg], a row for each combination.
 
     Arguments are those of :func:`impulse_table`; RK4 is the solver unless another, or an engine, is
-    given. ``critical_angle_deg`` is that of ``reading``, with both readings beside it. Window,
+    given. ``critical_angle_deg`` is that of ``reading``; both readings have columns too. Window,
     impulse, ratio and angles are NaN where the window does not exist.
     """
     import pandas as pd

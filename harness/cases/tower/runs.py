@@ -106,7 +106,7 @@ def tower(
 
     ``steps_per_contact`` counts steps in pi sqrt(m/k), for solvers with a step. ``samples`` is how
     many to keep, about 1000 per t0 if not given; with ``profiles`` all particles are kept. Raise
-    RequestError for parameters out of range, and for a solver named beside an engine of another
+    RequestError for parameters out of range, and for a solver together with an engine of another
     name; EngineError for a run that failed.
     """
     check_duration(duration)
@@ -397,7 +397,7 @@ def read(case: Tower, timing: Timing, output: Output) -> TowerRun:
 def _contact_forces(case: Tower, force: Floats, weight: float, x: Floats) -> Floats:
     """Return the contact forces (M, n) [N] from those on the particles (M, N), grain first.
 
-    Particle i has its weight [N], is pushed on by contact i - 1 and held by contact i.
+    Particle i has its weight [N], is pushed on by contact i - 1 and stopped by contact i.
     """
     contact = np.cumsum(weight - force[:, :-1], axis=1)
     smallest = ROUNDING * case.each("stiffness")[0] * float(np.abs(x).max())

@@ -36,7 +36,7 @@ answer rests on the impulse alone, and on how its formula is read."""
 
 ENGINES = """\
 A tower has no dissipation, so that every engine with a linear spring runs the same physics. Each is
-held against the exact propagator, and at equal steps against an independent program. Under the
+compared with the exact propagator, and at equal steps against an independent program. Under the
 overlap law, which DEM codes use, every contact presses with its own overlap. Under the deformable
 law of the source a particle pressed on both sides gives way on both: a contact behind a compressed
 one opens or closes at another time. They are the same law for one contact only."""

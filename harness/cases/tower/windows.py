@@ -53,7 +53,7 @@ def turnaround(run: TowerRun) -> float:
 
     The source's choice (its second appendix, on picking a time scale); the window is twice as
     long. Under strong gravity a tall tower may still sink at 3 t0, which is then the answer. Of
-    peaks that no sampling tells apart, as those of a grain that bounces on a rigid base, the first
+    peaks that no sampling resolves, as those of a grain that bounces on a rigid base, the first
     counts. It is where the rate falls through zero next to the highest sample. Raise RequestError
     for a run that ends before.
     """
@@ -73,10 +73,10 @@ def turnaround(run: TowerRun) -> float:
 
 
 def structure_end(run: TowerRun, least: int | None = None) -> float:
-    """Return when the grain's chain, having held all n contacts, is down to one or none [s].
+    """Return when the grain's chain, after all n contacts were closed, is down to one or none [s].
 
     The first such time after t0; the source uses it for two to seven particles. The chain may pass
-    other lengths on its way down. With ``least``, a chain that held so many contacts will do.
+    other lengths on its way down. With ``least``, a chain of so many contacts is enough.
     Between samples of a solver with a step, the force of the contact that opens is drawn on to 0,
     for which the run needs profiles.
     """
@@ -91,8 +91,8 @@ def structure_end(run: TowerRun, least: int | None = None) -> float:
             if full and run.time[i] >= after:
                 return _force_vanishes(run, i - 1, int(run.contacts[i]))
             full = False
-    held = "all" if least is None else f"{enough}"
-    raise _too_short(run, f"the grain's chain has not swung from {held} contacts to one")
+    closed = "all" if least is None else f"{enough}"
+    raise _too_short(run, f"the grain's chain has not swung from {closed} contacts to one")
 
 
 def first_contact_end(run: TowerRun) -> float:

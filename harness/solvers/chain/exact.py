@@ -223,8 +223,10 @@ def find_modes(chain: Chain, closed: Flags, factor: Floats, u: Floats, v: Floats
         if fixed:
             # a run that holds on to a fixed base is measured from where the base is
             origin[begin : last + 1] = u[-1]
-        run_ = slice(begin, last + (not fixed))
-        frequency[run_], shapes[run_, run_] = _run_modes(chain, factor, begin, last, not fixed)
+        touching = slice(begin, last + (not fixed))
+        frequency[touching], shapes[touching, touching] = _run_modes(
+            chain, factor, begin, last, not fixed
+        )
     if chain.mobility[-1] == 0:
         origin[-1] = u[-1]
     root = np.sqrt(chain.mass)

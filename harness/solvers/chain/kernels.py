@@ -1,4 +1,4 @@
-"""Compile the kernels of chains; apart from arrays and results, which need no compiler."""
+"""Compile the kernels of chains; arrays and results, elsewhere, need no compiler."""
 
 from __future__ import annotations
 

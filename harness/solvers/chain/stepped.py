@@ -3,7 +3,7 @@
 Forces depend on positions alone, so the four stages of Runge-Kutta reduce to four evaluations of
 the force at ``u + c v + b a``, with a the acceleration of the stage before. The order is 4 while
 contacts stay; a step in which one changes has a kink of the force in it, and a lower order.
-Velocity Verlet takes the steps of DEM codes, for runs that are held against theirs step by step.
+Velocity Verlet takes the steps of DEM codes, for runs that are compared with theirs step by step.
 The cost of a step is linear in the number of particles.
 """
 
