@@ -1,13 +1,17 @@
 """Jobs in other processes: any executor, and a Dask cluster that loses workers and scheduler."""
 
+import contextlib
 import inspect
 import os
 import pickle
+import re
+import signal
 import subprocess
 import sys
 import time
 from concurrent.futures import Executor, Future, ProcessPoolExecutor
 from multiprocessing import get_context
+from pathlib import Path
 
 import pandas as pd
 import pytest
@@ -15,6 +19,8 @@ import pytest
 import harness.errors
 from harness.engines.registry import open_engine
 from harness.errors import EngineCrashError, EngineError, RequestError
+from harness.files import cache_place
+from harness.store.cache import contents
 from harness.workflows import executors, run, sweep, verify
 from harness.workflows.executors import completed, dask_executor
 from tests.workflows.doubles import PROJECT, Bounce, scene_job, scene_of, start
@@ -179,6 +185,10 @@ def rows_done(file):
     return (pd.read_csv(file)["status"] == "done").sum() if file.is_file() else 0
 
 
+def kept_runs():
+    return sum(entry.sort == "run" for entry in contents(cache_place().path))
+
+
 def wait_for(condition, seconds=60):
     deadline = time.monotonic() + seconds
     while not condition():
@@ -188,11 +198,11 @@ def wait_for(condition, seconds=60):
 
 @pytest.mark.slow
 def test_a_sweep_goes_on_where_client_worker_and_scheduler_were_killed(cluster, tmp_path):
-    over, table = "100:199:100", tmp_path / "mine" / "rows.csv"
+    over, before = "100:199:100", kept_runs()
     command = ("sweep", "bounce", "--over", f"steps={over}", "--engines", SLOW)
     client = start(tmp_path, *command, "--output", "mine", "--dask", cluster.address)
     try:
-        wait_for(lambda: rows_done(table) >= 5)
+        wait_for(lambda: kept_runs() - before >= 5)
     finally:
         client.kill()
         client.wait()
@@ -211,6 +221,44 @@ def test_a_sweep_goes_on_where_client_worker_and_scheduler_were_killed(cluster, 
     whole = sweep("bounce", {"steps": over}, engines=SLOW, executor=counted)
     assert whole.count("done") == 100
     assert sum(map(len, counted.pieces)) == 100 - result.count("done")
+
+
+STUBS = {
+    "srun": 'exec "$@"',
+    "sbatch": 'case "$*" in *--test-only*) exit 0;; esac\n'
+    'bash "$1" > worker.log 2>&1 < /dev/null & echo "Submitted batch job $!"',
+    "scancel": 'kill "$@"',
+}
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("dask_here")
+@pytest.mark.parametrize("place", [0, 1])
+def test_the_scripts_of_slurm_run_where_its_commands_do(tmp_path, place):
+    page = (PROJECT / "harness" / "workflows" / "README.md").read_text("utf-8")
+    scripts = re.findall(r"^```bash\n(#!.*?)^```", page, re.M | re.S)
+    settings = re.search(r"^```yaml\n(jobqueue.*?)^```", page, re.M | re.S)[1]
+    for name, text in STUBS.items():
+        (tmp_path / name).write_text(f"#!/bin/sh\n{text}\n")
+        (tmp_path / name).chmod(0o755)
+    (tmp_path / "jobqueue.yaml").write_text(settings.replace("16", "1"))
+    (tmp_path / "script.sh").write_text(scripts[place])
+    path = f"{tmp_path}:{Path(sys.executable).parent}:{os.environ['PATH']}"
+    environment = {**os.environ, "PATH": path, "SLURM_JOB_ID": str(os.getpid()),
+                   "DASK_CONFIG": str(tmp_path), "PYTHONPATH": str(PROJECT)}  # fmt: skip
+    words = ("sweep", "tower", "--over", "height=1,2", "--engines", "reference", "--output", "mine")
+    started = subprocess.Popen(
+        ["bash", "script.sh", *words], cwd=tmp_path, env=environment, text=True,
+        stdout=subprocess.PIPE, stderr=subprocess.STDOUT, start_new_session=True,
+    )  # fmt: skip
+    try:
+        wait_for(lambda: started.poll() is not None)
+    finally:
+        with contextlib.suppress(ProcessLookupError):  # scheduler and workers end with a job
+            os.killpg(started.pid, signal.SIGKILL)
+    assert started.returncode == 0, started.stdout.read()
+    started.stdout.close()
+    assert rows_done(tmp_path / "mine" / "rows.csv") == 2
 
 
 @pytest.mark.usefixtures("dask_here")
