@@ -124,8 +124,9 @@ class Run:
         if not parts:
             judged = not self.rows["verdict"].isin(UNJUDGED).all()
             parts = ["All verdicts hold" if judged else "Nothing was judged"]
-        others = {"known defects": Verdict.KNOWN_DEFECT, "not tested": Verdict.NOT_TESTED}
-        parts += [f"{number[word]} {name}" for name, word in others.items() if number[word]]
+        defects, untested = number[Verdict.KNOWN_DEFECT], number[Verdict.NOT_TESTED]
+        parts += [f"{defects} known defect{'s' * (defects > 1)}"] if defects else []
+        parts += [f"{untested} not tested"] if untested else []
         return "; ".join(parts)
 
     def against(self, accepted: pd.DataFrame) -> Run:
