@@ -231,6 +231,13 @@ STUBS = {
 }
 
 
+def group_lives(group):
+    with contextlib.suppress(ProcessLookupError):
+        os.killpg(group, 0)
+        return True
+    return False
+
+
 @pytest.mark.slow
 @pytest.mark.usefixtures("dask_here")
 @pytest.mark.parametrize("place", [0, 1])
@@ -253,8 +260,9 @@ def test_the_scripts_of_slurm_run_where_its_commands_do(tmp_path, place):
     )  # fmt: skip
     try:
         wait_for(lambda: started.poll() is not None)
+        wait_for(lambda: not group_lives(started.pid))  # scheduler and workers have ended too
     finally:
-        with contextlib.suppress(ProcessLookupError):  # scheduler and workers end with a job
+        if group_lives(started.pid):
             os.killpg(started.pid, signal.SIGKILL)
     assert started.returncode == 0, started.stdout.read()
     started.stdout.close()
