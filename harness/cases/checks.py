@@ -45,13 +45,16 @@ Explain = Callable[[Bench, Sequence[Check], Sequence[Row]], list[Row]]
 
 def selected(case: str, checks: Iterable[Check], level: Level, only: str = "*") -> list[Check]:
     """Return the checks of a level whose ``case/setup/quantity`` matches a pattern."""
-    longest = LEVELS.index(level)
     return [
         check
         for check in checks
-        if LEVELS.index(check.level) <= longest
-        and matches(f"{case}/{check.setup}/{check.quantity}", only)
+        if runs_at(check.level, level) and matches(f"{case}/{check.setup}/{check.quantity}", only)
     ]
+
+
+def runs_at(shortest: Level | None, level: Level) -> bool:
+    """Return whether a level runs what a shorter one does, nothing for None."""
+    return shortest is not None and LEVELS.index(shortest) <= LEVELS.index(level)
 
 
 def run_checks(

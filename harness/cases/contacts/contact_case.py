@@ -16,11 +16,14 @@ from typing import Any, ClassVar, TypeVar, cast
 
 import numpy as np
 
-from harness.cases.base import LEVELS, Case, Check, Level, Quantity, Value
+from harness.cases.base import Case, Check, Level, Quantity, Value
 from harness.cases.bench import Bench
+from harness.cases.checks import runs_at
+from harness.cases.contacts.differences import STEPS, motion_difference
 from harness.cases.contacts.laws import PLAIN, SLOW_SYSTEMS, SYSTEMS, LawRow, Laws, Systems
 from harness.cases.contacts.parameters import ContactSystem
 from harness.cases.contacts.presets import presets_of
+from harness.cases.equal_steps import REASON, ROUND_OFF
 from harness.engines.contract import Engine, Job, Output
 from harness.engines.output import SERIES
 from harness.engines.scene_jobs import scene_job
@@ -35,9 +38,6 @@ from harness.solvers import reference
 
 P = TypeVar("P", bound=ContactSystem)
 
-STEPS = 50  # of a contact, in checks
-ROUND_OFF = 1e-9  # of the scale of a quantity
-REASON = "both take the same steps: what differs is round-off, or a fault"
 QUICK_VARIATION = "defaults"  # of an engine, at level quick
 VARIED_SYSTEM = "two spheres"  # of variations below level full
 MOTION = "motion"  # quantity of the rows on all samples of a run
@@ -323,11 +323,6 @@ class ContactCase(Case[P]):
         return [case_section(self, benches)]
 
 
-def runs_at(shortest: Level | None, level: Level) -> bool:
-    """Return whether a level runs what a shorter one does, nothing for None."""
-    return shortest is not None and LEVELS.index(shortest) <= LEVELS.index(level)
-
-
 def _parameters(case: ContactCase[P], law: str, system: str) -> P:
     changes = {**PLAIN, **case.laws[law].law, **case.systems[system]}
     return case.default.replace(**changes, steps_per_contact=STEPS)
@@ -347,35 +342,6 @@ def _sampled_scene(case: ContactCase[P], parameters: P) -> Scene:
     while scene.every % every:
         every -= 1
     return scene.replace(every=every)
-
-
-def motion_difference(scene: Scene, one: Motion, other: Motion) -> float:
-    """Return the largest difference of two motions of a scene [-], over all samples.
-
-    Positions are over the longest way or the overlap at rest, velocities and r times angular
-    velocities over the largest of both or the gain of gravity in a contact time, forces over the
-    largest force, and torques over r times that, r the smallest radius. Forces on bodies that are
-    not free may be unknown.
-    """
-    r = min(body.radius for body in scene.bodies)
-    known = [bool(scene.segments) or body.motion == "free" for body in scene.bodies]
-    gravity, time = math.hypot(*scene.gravity), scene.step * STEPS
-    way = np.abs(other.position - other.position[0]).max()
-    length = max(way, gravity * (time / math.pi) ** 2) or r
-    rim = r * np.abs(other.angular_velocity).max()
-    speed = max(np.abs(other.velocity).max(), rim, gravity * time) or 1.0
-    force = np.abs(other.force[:, known]).max() or 1.0
-    differences = [
-        np.abs(one.position - other.position).max() / length,
-        np.abs(one.velocity - other.velocity).max() / speed,
-        np.abs(one.angular_velocity - other.angular_velocity).max() * r / speed,
-        np.abs(one.force - other.force)[:, known].max() / force,
-        np.abs(one.torque - other.torque)[:, known].max() / force / r,
-    ]
-    if one.temperature is not None and other.temperature is not None:
-        warmed = np.ptp(other.temperature) or 1.0
-        differences.append(np.abs(one.temperature - other.temperature).max() / warmed)
-    return float(max(differences))
 
 
 @lru_cache(maxsize=4096)

@@ -16,8 +16,9 @@ import numpy as np
 
 from harness.cases.base import Check, Value
 from harness.cases.bench import OWN, Bench
-from harness.cases.contacts.contact_case import REASON, ROUND_OFF, ContactCase
+from harness.cases.contacts.contact_case import ContactCase
 from harness.cases.contacts.laws import HERTZ
+from harness.cases.equal_steps import REASON, ROUND_OFF
 from harness.engines.scene_jobs import scene_job
 from harness.errors import EngineError
 from harness.model.motion import Floats

@@ -10,7 +10,7 @@ import numpy as np
 from pydantic import Field
 
 from harness.cases.base import Quantity
-from harness.cases.contacts.contact_case import ROUND_OFF, ContactCase
+from harness.cases.contacts.contact_case import ContactCase
 from harness.cases.contacts.impact import overlap_and_rate
 from harness.cases.contacts.laws import COHESIVE, MDR_ADHESION, SYSTEMS, pick
 from harness.cases.contacts.parameters import (
@@ -21,6 +21,7 @@ from harness.cases.contacts.parameters import (
     check_words,
     overlap_range,
 )
+from harness.cases.equal_steps import ROUND_OFF
 from harness.model.base import ZERO
 from harness.model.motion import Motion
 from harness.model.scene import Scene, Segment

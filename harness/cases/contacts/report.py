@@ -6,23 +6,22 @@ Only runs of a verification are shown: nothing runs for a report, but the refere
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
 import pandas as pd
 
 from harness.cases.bench import OWN, Bench
-from harness.cases.contacts.contact_case import (
-    ROUND_OFF,
-    ContactCase,
-    Trial,
-    motion_difference,
-    runs_at,
-)
+from harness.cases.checks import runs_at
+from harness.cases.contacts.differences import motion_difference
+from harness.cases.equal_steps import ROUND_OFF
 from harness.errors import EngineError
 from harness.model.conventions import Rules
 from harness.report.content import Section, Table
 from harness.solvers import reference
 from harness.store.defects import known_defects
+
+if TYPE_CHECKING:
+    from harness.cases.contacts.contact_case import ContactCase, Trial
 
 Codes = Mapping[str, Bench]
 
@@ -95,9 +94,7 @@ def contact_cases() -> Iterator[ContactCase[Any]]:
 
     for name, home in GROUPS["contacts"].items():
         if home.startswith(__package__ or ""):
-            case = get_case(name)
-            assert isinstance(case, ContactCase)
-            yield case
+            yield cast("ContactCase[Any]", get_case(name))
 
 
 def differences(case: ContactCase[Any], bench: Bench) -> list[Difference]:

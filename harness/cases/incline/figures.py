@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -11,9 +12,7 @@ from matplotlib.patches import Circle
 from matplotlib.ticker import MaxNLocator
 
 from harness.cases.incline.closed_form import angle_or_nan, rigid_angle
-from harness.cases.incline.extrapolation import ExtrapolatedAngle
 from harness.cases.incline.runs import Fate, Run
-from harness.cases.incline.search import CriticalAngle
 from harness.report.style import (
     BLACK,
     BLUE,
@@ -31,6 +30,10 @@ from harness.report.style import (
 )
 from harness.theory import incline_friction
 from harness.theory.incline_friction import INERTIA, Shape
+
+if TYPE_CHECKING:
+    from harness.cases.incline.extrapolation import ExtrapolatedAngle
+    from harness.cases.incline.search import CriticalAngle
 
 ANGLE = axis("critical angle", "deg")
 FATES = {Fate.MOVES_ON: "moves on", Fate.TRAPPED: "trapped", Fate.UNDECIDED: "undecided"}

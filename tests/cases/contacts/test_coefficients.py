@@ -4,7 +4,8 @@ from fnmatch import fnmatchcase
 
 import pytest
 
-from harness.cases.contacts.contact_case import ROUND_OFF, motion_difference
+from harness.cases.contacts.differences import motion_difference
+from harness.cases.equal_steps import ROUND_OFF
 from harness.errors import EngineError, RequestError
 from harness.model.law import COEFFICIENTS
 from harness.solvers import reference

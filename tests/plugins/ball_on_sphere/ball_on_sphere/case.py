@@ -1,128 +1,88 @@
-"""A ball that bounces on a fixed sphere: rebound and contact time against the closed form."""
+"""A ball that bounces on a fixed sphere: rebound and contact time."""
 
 import math
 
-import numpy as np
-from harness.cases.contract import Case, Plan, Reference
-from harness.comparison.verdicts import Tolerance
-from harness.parameters.base import Parameters
-from harness.parameters.law import Contact
-from harness.parameters.scene import in_plane, spheres
 from pydantic import Field
 
-from harness.engines.contract import Job, Template
-from harness.engines.provenance import Observable
-
-STEP = Tolerance("", 0.0, 2e-3, "a step of pi/2000 of the contact's phase, at its begin and end")
+from harness.cases.base import Case, Check, Quantity
+from harness.cases.equal_steps import equal_steps_checks
+from harness.engines.scene_jobs import scene_job
+from harness.engines.scene_tables import motion_in
+from harness.model.base import Parameters
+from harness.model.law import Law, damping_ratio
+from harness.model.scene import Body, Scene
+from harness.results.rows import Kind, Tolerance
 
 
 class Ball(Parameters):
-    """A ball above a fixed sphere of its size; no gravity."""
+    """A ball above a fixed sphere of its size, without gravity."""
 
-    stiffness: float = Field(1e6, gt=0.0, description="[N/m] normal stiffness")
-    mass: float = Field(1.0, gt=0.0, description="[kg] of the ball")
-    diameter: float = Field(1.0, gt=0.0, description="[m] of ball and sphere")
-    speed: float = Field(1.0, gt=0.0, description="[m/s] of the impact")
-    restitution: float = Field(0.7, gt=0.0, le=1.0, description="[-] nominal restitution")
-    steps_per_contact: float = Field(2000.0, gt=20.0, le=1e5, description="[-] per pi sqrt(m/k)")
-
-    @property
-    def zeta(self):
-        """Return the damping ratio of the restitution."""
-        return -math.log(self.restitution) / math.hypot(math.pi, math.log(self.restitution))
+    stiffness: float = Field(1e6, gt=0.0, le=1e12, description="[N/m] normal stiffness")
+    mass: float = Field(1.0, gt=0.0, le=1e6, description="[kg] of the ball")
+    diameter: float = Field(1.0, gt=0.0, le=100.0, description="[m] of ball and sphere")
+    speed: float = Field(1.0, gt=0.0, le=100.0, description="[m/s] of the impact")
+    restitution: float = Field(0.7, ge=1e-3, le=1.0, description="[-] speed after over before")
+    steps_per_contact: float = Field(50.0, ge=20.0, le=1e5, description="[-] per pi sqrt(m/k)")
 
     @property
     def contact_time(self):
-        """Return pi / (omega sqrt(1 - zeta^2)) [s], until the overlap is zero again."""
-        return math.pi * math.sqrt(self.mass / self.stiffness / (1.0 - self.zeta**2))
+        """Return pi / (omega sqrt(1 - zeta^2)) [s], from touch to zero overlap."""
+        zeta = damping_ratio(self.restitution)
+        return math.pi * math.sqrt(self.mass / self.stiffness / (1.0 - zeta**2))
 
     @property
     def gap(self):
-        """Return the flight before and after [m]: a tenth of a contact."""
+        """Return the flight before the contact [m]: a tenth of a contact."""
         return 0.1 * self.speed * self.contact_time
 
-    @property
-    def step(self):
-        """Return the step [s]."""
-        return math.pi * math.sqrt(self.mass / self.stiffness) / self.steps_per_contact
 
-    @property
-    def steps(self):
-        """Return the number of steps: both flights, and the contact."""
-        return math.ceil((1.1 + 0.1 / self.restitution) * self.contact_time / self.step)
-
-
-def values_of(p):
-    """Return what scripts are told."""
-    return {"stiffness": p.stiffness, "mass": p.mass, "diameter": p.diameter, "speed": p.speed,
-            "zeta": p.zeta, "gap": p.gap, "step": p.step, "steps": p.steps}  # fmt: skip
-
-
-def scene_of(values):
-    """Return ball and sphere as arrays."""
-    d = values["diameter"]
-    bodies = spheres(
-        position=[[0.0, d + values["gap"]], [0.0, 0.0]],
-        velocity=[[0.0, -values["speed"]], [0.0, 0.0]],
-        mass=[values["mass"]] * 2,
-        diameter=[d, d],
-        fixed=[False, True],
-    )
-    return in_plane(
-        bodies,
-        Contact(damping_ratio=values["zeta"]),
-        values["stiffness"],
-        gravity=(0.0, 0.0),
-        step=values["step"],
-        steps=values["steps"],
-        every=values["steps"],
-    )
-
-
-class BallOnSphere(Case):
+class BallOnSphere(Case[Ball]):
     """One head-on bounce."""
 
     name, group = "ball-on-sphere", "examples"
-    summary = "A ball bounces on a fixed sphere: rebound and contact time in closed form."
+    summary = "a ball bounces on a fixed sphere: rebound and contact time in closed form"
     parameters = Ball
     quantities = (
-        Observable("rebound", "1", "", "speed after over speed before the contact"),
-        Observable("contact_time_s", "s", "", "from touch to zero overlap"),
+        Quantity("rebound", "1", "speed after over speed before the contact"),
+        Quantity("contact_time_s", "s", "from touch to zero overlap", lambda p: p.contact_time),
     )
-    template = Template("ball-on-sphere", {"": values_of(Ball())}, package="ball_on_sphere",
-                        scene=scene_of)  # fmt: skip
+    presets = {f"e = {e:g}": Ball(restitution=e) for e in (0.7, 0.3, 1.0)}  # noqa: RUF012
 
     def job(self, parameters):
-        """Return the job of a bounce."""
-        return Job(self.template, values_of(parameters), sampled=False)
+        """Return the job of a bounce, sampled at its start and end."""
+        p, step = parameters, math.pi / parameters.steps_per_contact
+        step *= math.sqrt(p.mass / p.stiffness)
+        steps = math.ceil((1.1 + 0.1 / p.restitution) * p.contact_time / step)
+        ball = Body(radius=0.5 * p.diameter, mass=p.mass, velocity=(0.0, 0.0, -p.speed),
+                    position=(0.0, 0.0, p.diameter + p.gap))  # fmt: skip
+        sphere = Body(radius=0.5 * p.diameter, mass=p.mass, motion="frozen")
+        law = Law.linear(p.stiffness, damping_ratio(p.restitution), clipped=False)
+        return scene_job(Scene(bodies=(ball, sphere), law=law, step=step, steps=steps, every=steps))
 
-    def read(self, parameters, output, traits):
-        """Return rebound and contact time from the state at the end."""
-        if output.has("vy_m_per_s"):
-            t, y, v = (output.number(name) for name in ("time_s", "y_m", "vy_m_per_s"))
-        else:
-            table = output.table(("time_s", "y_m", "vy_m_per_s"))
-            t, y, v = (float(np.reshape(table[name][-1], -1)[0]) for name in
-                       ("time_s", "y_m", "vy_m_per_s"))  # fmt: skip
-        leaves = t - (y - parameters.diameter) / v
-        return {
-            "rebound": v / parameters.speed,
-            "contact_time_s": leaves - parameters.gap / parameters.speed,
-        }
+    def measure(self, parameters, output):
+        """Return rebound and contact time from the state at the end, which flies freely."""
+        motion = motion_in(output, self.scene(parameters))
+        height = motion.position[-1, 0, 2] - parameters.diameter
+        speed = motion.velocity[-1, 0, 2]
+        flight = parameters.gap / parameters.speed + height / speed
+        return {"rebound": float(speed) / parameters.speed,
+                "contact_time_s": float(motion.time[-1] - flight)}  # fmt: skip
 
-    def references(self, parameters, traits):
+    def exact(self, parameters):
         """Return the damped oscillator's closed forms."""
-        return {
-            "rebound": Reference(parameters.restitution, "closed form"),
-            "contact_time_s": Reference(parameters.contact_time, "closed form"),
-        }
+        return {"rebound": parameters.restitution, "contact_time_s": parameters.contact_time}
 
-    def plans(self, level, traits):
-        """Return bounces at three restitutions."""
-        return [
-            Plan(f"e = {e:g}", Ball(restitution=e), {"rebound": STEP, "contact_time_s": STEP})
-            for e in (0.3, 0.7, 1.0)
-        ]
+    def checks(self, engine):
+        """Yield both quantities at equal steps, and the rebound of short steps in closed form."""
+        yield from equal_steps_checks(self, engine, self.presets)
+        p = Ball(steps_per_contact=2000.0)
+        width = math.pi / p.steps_per_contact * (1.0 + 2.0 * damping_ratio(p.restitution))
+        yield Check(
+            setup="e = 0.7, 2000 steps", quantity="rebound", unit="1", kind=Kind.ANALYTIC,
+            measure=lambda bench: self.measure(p, bench.output(self.job(p)))["rebound"],
+            expected=p.restitution, jobs=(self.job(p),),
+            tolerance=Tolerance(width, reason="omega h (1 + 2 zeta): a step of spring and dashpot"),
+        )  # fmt: skip
 
 
 CASE = BallOnSphere()
