@@ -13,7 +13,6 @@ import pytest
 
 from harness.engines.process import cores
 from harness.files import cache_place
-from tests.command_server import CommandServer
 
 INPUTS = Path(__file__).parent.parent / "inputs"
 RECORDED = Path(__file__).parent / "engines" / "lammps" / "recorded"
@@ -94,14 +93,6 @@ def home(_homes, monkeypatch):
     folder.mkdir()
     monkeypatch.setenv("DEM_HARNESS_HOME", str(folder))
     return folder
-
-
-@pytest.fixture(scope="session")
-def commands(_nothing_in_the_home_of_the_user, _ctrl_c_is_heard):
-    """Run command lines without importing everything anew for each, see ``CommandServer``."""
-    server = CommandServer()
-    yield server
-    server.close()
 
 
 @pytest.fixture
