@@ -7,7 +7,8 @@ angle is the root of M, which is smooth and almost linear: a secant needs few ru
 *Steady motion.* The source's definition: the smallest angle that keeps moving. The excess of energy
 shrinks by the shock from well to well, so W wells resolve it to shock^W. Where in a step a contact
 begins changes its shock a little. So fates may alternate in the angle: angles are scanned before
-they are bisected, and each change of fate is refined. At coarse steps fates mix over an interval
+they are bisected, and each change of fate is refined. They are bisected at once where a contact is
+so stiff that fates alternate over 1e-3 deg at most. At coarse steps fates mix over an interval
 (0.007 deg at 4.8 steps per contact, k = 1e5 N/m, 100 wells): there more wells are passed, and the
 angles around each change are probed.
 """
@@ -47,6 +48,7 @@ MOST_SECANTS = 12  # a smooth margin takes three
 WINDOW = (0.98 / 3.0, 1.08 / 3.0)  # of the half angle of the well: 9.8 to 10.8 deg
 SCAN, FINE_SCAN = 6, 8  # angles of the first scan, parts of an interval that is scanned again
 MOST_UNDECIDED = 2  # between a trapped and a moving angle
+STIFF_OVERLAP = 1.1e-5  # m g / (k d) up to which fates are taken to change once
 COARSE, COARSE_WELLS = 20.0, 100  # steps per contact below which fates mix, and wells to pass there
 REACH_DEG, SPACING_DEG = 0.01, 5e-4  # around a change of fate that is probed, between probes
 MOST_RUNS = 600  # after which no more probes are made
@@ -77,10 +79,12 @@ def _wells_to_steady_motion(case: Incline) -> int:
 
 def first_cases(case: Incline, method: Route) -> list[Incline]:
     """Return the cases that a search runs first, at once."""
-    case = prepared(case, method)
-    shares, count = (WINDOW, SCAN) if method == "steady" else (FIRST_ANGLES, 2)
-    angles = np.linspace(*_share_of_well(case, shares), count)
-    return [case.replace(angle=float(angle)) for angle in angles]
+    if method == "passage":
+        return [case.replace(angle=angle) for angle in _share_of_well(case, FIRST_ANGLES)]
+    case, angles = prepared(case, method), _scanned_angles(case)
+    if _is_monotone(case):
+        case, angles = _with_half_the_wells(case), [angles[0], angles[-1]]
+    return [case.replace(angle=angle) for angle in angles]
 
 
 def search(
@@ -194,11 +198,8 @@ def by_steady_motion(
     belong to neither side: they widen the interval. Raise EngineOutputError where no moving angle
     lies above a trapped one.
     """
-    runs, parts = _scan(measure, case), FINE_SCAN
-    while angles := _inside_changes(runs, 2.0 * tolerance_deg, parts) or _probes(runs, case):
-        fresh = measure([case.replace(angle=angle) for angle in angles])
-        runs = sorted([*runs, *fresh], key=lambda run: run.case.angle)
-        parts = 2
+    runs = _bisected(measure, case, tolerance_deg) if _is_monotone(case) else []
+    runs = runs or _scanned(measure, case, tolerance_deg)
     rising = [(a, b) for a, b in _changes(runs) if b.fate is Fate.MOVES_ON]
     if not rising:
         raise EngineOutputError("no angle from 0 to 30 deg kept moving above a trapped one")
@@ -215,10 +216,58 @@ def by_steady_motion(
     )  # fmt: skip
 
 
+def _is_monotone(case: Incline) -> bool:
+    """Return whether fates alternate over 1e-3 deg at most: with a stiff contact, at fine steps."""
+    return case.static_overlap <= STIFF_OVERLAP and case.steps_per_contact >= COARSE
+
+
+def _with_half_the_wells(case: Incline) -> Incline:
+    return case.replace(wells=math.ceil(case.wells / 2))
+
+
+def _scanned_angles(case: Incline) -> list[float]:
+    return [float(angle) for angle in np.linspace(*_share_of_well(case, WINDOW), SCAN)]
+
+
+def _bisected(measure: Measure, case: Incline, tolerance_deg: float) -> list[Run]:
+    """Return the runs of a bisection on the angles of the scan, none where one surprises.
+
+    Runs pass half of the wells, which leaves 4^-5 of the excess: a trapped grain stays trapped. The
+    moving angle of the last interval passes all of them.
+    """
+    few, angles = _with_half_the_wells(case), _scanned_angles(case)
+    found = {run.case.angle: run for run in measure(first_cases(case, "steady"))}
+    if [run.fate for run in found.values()] != [Fate.TRAPPED, Fate.MOVES_ON]:
+        return []
+    while True:
+        low = max(angle for angle, run in found.items() if run.fate is Fate.TRAPPED)
+        high = min(angle for angle, run in found.items() if run.fate is Fate.MOVES_ON)
+        if low > high or len({run.fate for run in found.values()}) > 2:
+            return []
+        inside, after = [angle for angle in angles if low < angle < high], few
+        angle = inside[(len(inside) - 1) // 2] if inside else 0.5 * (low + high)
+        if not inside and high - low <= 2.0 * tolerance_deg:
+            if found[high].case.wells == case.wells:
+                return [found[angle] for angle in sorted(found)]
+            angle, after = high, case
+        (found[angle],) = measure([after.replace(angle=angle)])
+
+
+def _scanned(measure: Measure, case: Incline, tolerance_deg: float) -> list[Run]:
+    """Return the runs of a scan, of the intervals in which the fate changes, and of probes."""
+    runs, parts = _scan(measure, case), FINE_SCAN
+    while angles := _inside_changes(runs, 2.0 * tolerance_deg, parts) or _probes(runs, case):
+        fresh = measure([case.replace(angle=angle) for angle in angles])
+        runs = sorted([*runs, *fresh], key=lambda run: run.case.angle)
+        parts = 2
+    return runs
+
+
 def _scan(measure: Measure, case: Incline) -> list[Run]:
     """Run the angles of the window, widened until the fate changes in it."""
-    low, high = _share_of_well(case, WINDOW)
-    runs = list(measure(first_cases(case, "steady")))
+    angles = _scanned_angles(case)
+    low, high = angles[0], angles[-1]
+    runs = list(measure([case.replace(angle=angle) for angle in angles]))
     while runs[0].fate is not Fate.TRAPPED and low > 0.0:
         low = max(0.0, low - (high - low))
         runs.insert(0, measure([case.replace(angle=low)])[0])

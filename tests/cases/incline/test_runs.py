@@ -8,9 +8,9 @@ from harness.cases.incline.case import CASE
 from harness.cases.incline.runs import COLUMNS, Fate, path_in, read
 from harness.cases.incline.system import Incline, job_of
 from harness.engines.output import Output
+from harness.engines.provenance import Provenance
 from harness.engines.reference import Reference
 from harness.errors import EngineOutputError, RequestError
-from harness.observables.provenance import Provenance
 from harness.theory.incline import passage_margin
 
 WHO = Provenance("engine", "1")

@@ -22,7 +22,7 @@ from harness.solvers.hard_sphere import critical_angle as by_events
 from harness.theory.incline import critical_angle as closed_form
 from tests.cases.incline.doubles import Crashing, EnergyMap, StandIn
 
-COARSE = Incline(steps_per_contact=10.0)
+COARSE, SOFT = Incline(steps_per_contact=10.0), Incline(stiffness=1e5)
 MOVES, TRAPPED = Fate.MOVES_ON, Fate.TRAPPED
 
 
@@ -91,7 +91,7 @@ def test_a_grain_in_flight_is_refused_with_the_other_method_named():
 @given(st.floats(0.05, 29.95))
 def test_any_angle_is_found_from_the_usual_window(truth):
     measure = EnergyMap(fate=bands(truth))
-    found = by_steady_motion(measure, Incline())
+    found = by_steady_motion(measure, SOFT)
     assert abs(found.value - truth) <= found.uncertainty <= 5e-3
     assert found.monotone
     assert found.note == ""
@@ -99,8 +99,20 @@ def test_any_angle_is_found_from_the_usual_window(truth):
     assert all(0.0 <= case.angle <= 30.0 for case in measure.cases)
 
 
+@given(st.floats(0.05, 29.95))
+def test_a_stiff_contact_takes_few_runs_and_leaves_the_same_interval(truth):
+    stiff, soft = (EnergyMap(fate=bands(truth)) for _ in range(2))
+    found, scanned = by_steady_motion(stiff, Incline()), by_steady_motion(soft, SOFT)
+    assert found.value == pytest.approx(scanned.value, abs=1e-9)
+    assert found.uncertainty == pytest.approx(scanned.uncertainty, abs=1e-9)
+    if 9.8 < truth <= 10.8:
+        assert len(stiff.cases) <= 11
+        moving = [run for run in stiff.cases if run.wells == 10]
+        assert [case.angle for case in moving][-1] == pytest.approx(found.value + found.uncertainty)
+
+
 def test_a_moving_band_below_a_trapped_one_widens_the_uncertainty():
-    found = by_steady_motion(EnergyMap(fate=bands(10.05, 10.3, 10.5)), Incline())
+    found = by_steady_motion(EnergyMap(fate=bands(10.05, 10.3, 10.5)), SOFT)
     assert found.value == pytest.approx(10.05, abs=5e-3)
     assert not found.monotone
     assert found.note.startswith("not monotone: trapped again up to 10.")
@@ -112,7 +124,7 @@ def test_an_undecided_band_is_in_the_uncertainty_and_never_trapped():
         return TRAPPED if angle < 10.15 else Fate.UNDECIDED if angle < 10.25 else MOVES
 
     measure = EnergyMap(fate=fate)
-    found = by_steady_motion(measure, Incline())
+    found = by_steady_motion(measure, SOFT)
     assert found.value - found.uncertainty <= 10.15
     assert 10.25 <= found.value + found.uncertainty < 10.45
     assert "undecided within the time limit" in found.note
@@ -130,12 +142,12 @@ def test_an_undecided_band_is_in_the_uncertainty_and_never_trapped():
 )
 def test_fates_without_a_rise_are_an_error(fate, words):
     with pytest.raises(EngineOutputError, match=words):
-        by_steady_motion(EnergyMap(fate=fate), Incline())
+        by_steady_motion(EnergyMap(fate=fate), SOFT)
 
 
 def test_probes_at_coarse_steps_find_bands_that_the_scan_missed():
     fate = bands(10.152, 10.154, 10.159, 10.161, 10.165)
-    assert by_steady_motion(EnergyMap(fate=fate), Incline(), 1e-3).monotone
+    assert by_steady_motion(EnergyMap(fate=fate), SOFT, 1e-3).monotone
     measure = EnergyMap(fate=fate)
     found = by_steady_motion(measure, COARSE, 1e-3)
     assert not found.monotone

@@ -1,0 +1,64 @@
+"""The cost of a critical angle against a naive bisection in the same run, as CPU time.
+
+Run with ``pytest -m benchmark -s tests/benchmarks``. The naive way takes one ``lmp`` process for
+each angle, and the source's 45 s of motion in each. CPU time is that of all processes started.
+"""
+
+import resource
+import subprocess
+
+import pytest
+
+from harness.cases.incline.angle import critical_angle
+from harness.cases.incline.system import TEMPLATE, Incline, job_of
+from harness.engines.registry import engine_class, open_engine
+
+pytestmark = [pytest.mark.benchmark, pytest.mark.live]
+
+CASE = Incline()
+BRACKET = (9.8, 10.8)
+SOURCE_SECONDS = 45.0
+
+
+def _cpu(function):
+    """Return a value and the CPU time [s] of the processes that were started for it."""
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    value = function()
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return value, after.ru_utime - before.ru_utime + after.ru_stime - before.ru_stime
+
+
+def _searched(method, tolerance):
+    with open_engine("lammps") as engine:
+        return critical_angle(CASE, method=method, tolerance_deg=tolerance, engine=engine).value
+
+
+def _bisected(lmp, folder, tolerance):
+    """Bisect with a fixed number of steps for each angle; trapped is at rest in a well."""
+    lammps, steps = engine_class("lammps"), round(SOURCE_SECONDS / CASE.step)
+    head, _ = lammps.script(TEMPLATE, "source").text.split("# ---- well after well")
+    tail = f'run {steps}\nprint "RESULT x = $(v_X)"\nprint "RESULT vx = $(v_VX)"\n'
+    (folder / "naive.in").write_text(head + tail)
+    low, high = BRACKET
+    while (high - low) / 2 > tolerance:
+        angle = (low + high) / 2
+        values = {**job_of(CASE, "steady").values, "angle": angle}
+        words = [w for n, v in values.items() for w in ("-var", n, lammps.literal(v))]
+        subprocess.run([lmp, "-in", "naive.in", "-screen", "none", *words], cwd=folder, check=True)
+        lines = (folder / "log.lammps").read_text().splitlines()
+        x, vx = (float(line.split("=")[1]) for line in lines if line.startswith("RESULT x")
+                 or line.startswith("RESULT vx"))  # fmt: skip
+        in_a_well = abs(vx) < 1e-3 and abs(x % 1.0 - 0.5) < 0.01
+        low, high = (angle, high) if in_a_well else (low, angle)
+    return (low + high) / 2
+
+
+@pytest.mark.parametrize(
+    ("method", "tolerance", "most"), [("passage", 1e-3, 0.1), ("steady", 5e-3, 0.5)]
+)
+def test_a_critical_angle_costs_a_part_of_a_naive_bisection(tmp_path, lmp, method, tolerance, most):
+    searched, cpu = _cpu(lambda: _searched(method, tolerance))
+    naive, naive_cpu = _cpu(lambda: _bisected(lmp, tmp_path, tolerance))
+    print(f"\n{method} to {tolerance:g} deg: {searched:.4f} deg in {cpu:.2f} s of CPU")
+    print(f"naive bisection: {naive:.4f} deg in {naive_cpu:.2f} s, ratio {cpu / naive_cpu:.2f}")
+    assert cpu < most * naive_cpu
