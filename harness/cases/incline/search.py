@@ -48,6 +48,7 @@ MOST_SECANTS = 12  # a smooth margin takes three
 WINDOW = (0.98 / 3.0, 1.08 / 3.0)  # of the half angle of the well: 9.8 to 10.8 deg
 SCAN, FINE_SCAN = 6, 8  # angles of the first scan, parts of an interval that is scanned again
 MOST_UNDECIDED = 2  # between a trapped and a moving angle
+HARDLY_A_MARGIN = 2e-4  # [m g d] 4^-5 of the excess at the start
 STIFF_OVERLAP = 1.1e-5  # m g / (k d) up to which fates are taken to change once
 COARSE, COARSE_WELLS = 20.0, 100  # steps per contact below which fates mix, and wells to pass there
 REACH_DEG, SPACING_DEG = 0.01, 5e-4  # around a change of fate that is probed, between probes
@@ -232,8 +233,8 @@ def _scanned_angles(case: Incline) -> list[float]:
 def _bisected(measure: Measure, case: Incline, tolerance_deg: float) -> list[Run]:
     """Return the runs of a bisection on the angles of the scan, none where one surprises.
 
-    Runs pass half of the wells, which leaves 4^-5 of the excess: a trapped grain stays trapped. The
-    moving angle of the last interval passes all of them.
+    Runs pass half of the wells, which leaves 4^-5 of the excess: a trapped grain stays trapped. One
+    that moves on with hardly a margin passes all of them, and so does the last that moves on.
     """
     few, angles = _with_half_the_wells(case), _scanned_angles(case)
     found = {run.case.angle: run for run in measure(first_cases(case, "steady"))}
@@ -250,7 +251,10 @@ def _bisected(measure: Measure, case: Incline, tolerance_deg: float) -> list[Run
             if found[high].case.wells == case.wells:
                 return [found[angle] for angle in sorted(found)]
             angle, after = high, case
-        (found[angle],) = measure([after.replace(angle=angle)])
+        (run,) = measure([after.replace(angle=angle)])
+        if run.fate is Fate.MOVES_ON and run.margin < HARDLY_A_MARGIN and after is few:
+            (run,) = measure([case.replace(angle=angle)])
+        found[angle] = run
 
 
 def _scanned(measure: Measure, case: Incline, tolerance_deg: float) -> list[Run]:
