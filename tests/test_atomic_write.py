@@ -18,14 +18,6 @@ def test_the_folder_is_there_at_the_end_of_the_block(tmp_path):
     assert [path.name for path in target.parent.iterdir()] == ["run"]
 
 
-def test_an_empty_folder_is_replaced(tmp_path):
-    (tmp_path / "run").mkdir()
-    with whole_folder(tmp_path / "run") as aside:
-        aside.mkdir()
-        (aside / "results").write_text("1")
-    assert (tmp_path / "run" / "results").is_file()
-
-
 @pytest.mark.parametrize("stop", [KeyboardInterrupt, OSError])
 def test_nothing_is_left_of_a_block_that_fails(tmp_path, stop):
     def fill():
@@ -70,15 +62,6 @@ def test_an_older_folder_is_replaced_as_a_whole(tmp_path, monkeypatch, exchanges
         (aside / "of-the-second").touch()
         assert (tmp_path / "run" / "of-the-first").exists()
     assert [path.name for path in (tmp_path / "run").iterdir()] == ["of-the-second"]
-    assert [path.name for path in tmp_path.iterdir()] == ["run"]
-
-
-def test_an_older_folder_is_not_lost_where_the_new_one_cannot_take_its_place(tmp_path):
-    (tmp_path / "run").mkdir()
-    (tmp_path / "run" / "kept").touch()
-    with pytest.raises(FileNotFoundError), whole_folder(tmp_path / "run", replace=True):
-        pass  # nothing was made to take its place
-    assert (tmp_path / "run" / "kept").is_file()
     assert [path.name for path in tmp_path.iterdir()] == ["run"]
 
 

@@ -7,11 +7,8 @@ import pickle
 import shutil
 import subprocess
 import sys
-import time
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-import numba
 import pytest
 
 from harness.compiled import jit
@@ -67,14 +64,6 @@ def test_a_full_disk_costs_a_line_and_no_run(monkeypatch, capsys, tmp_path):
     assert "kernels are compiled anew" in said
 
 
-def test_a_kernel_that_can_be_kept_nowhere_runs(monkeypatch):
-    def nowhere(*_, **__):
-        raise RuntimeError("cannot cache function 'twice': no locator available")
-
-    monkeypatch.setattr("numba.core.dispatcher.FunctionCache", nowhere)
-    assert jit(lambda x: 2.0 * x)(2.0) == 4.0
-
-
 CALLER = """
 from harness.compiled import jit
 from part import part
@@ -107,27 +96,6 @@ def test_a_kernel_is_compiled_again_when_one_that_it_calls_has_changed(tmp_path)
         )
         said.append(float(run.stdout))
     assert said == [2.5, 3.5]
-
-
-def test_threads_that_import_kernels_side_by_side_are_each_told_their_folder(monkeypatch):
-    before, told = numba.config.CACHE_DIR, []
-
-    def kernel():
-        return 1.0
-
-    def slow(**_):
-        first = numba.config.CACHE_DIR
-        time.sleep(0.05)
-        told.append((first, numba.config.CACHE_DIR))
-        return lambda function: function
-
-    monkeypatch.setattr(numba, "njit", slow)
-    with ThreadPoolExecutor(4) as pool:
-        list(pool.map(jit, [kernel] * 4))
-    assert len(told) == 4
-    assert all(first == last != before for first, last in told)
-    after = numba.config.CACHE_DIR
-    assert after == before
 
 
 class Runs:

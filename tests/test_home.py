@@ -21,24 +21,6 @@ def test_the_option_wins_over_the_variable(monkeypatch):
     assert cache_place().named_by == VARIABLE
 
 
-@pytest.mark.parametrize(
-    ("values", "cache"),
-    [
-        ({}, "/home/me/.cache"),
-        ({"XDG_CACHE_HOME": "/c"}, "/c"),
-        ({"XDG_CACHE_HOME": "relative"}, "/home/me/.cache"),
-    ],
-)
-def test_the_default_is_that_of_the_xdg_specification(monkeypatch, values, cache):
-    for name in (VARIABLE, "XDG_CACHE_HOME"):
-        monkeypatch.delenv(name, raising=False)
-    monkeypatch.setenv("HOME", "/home/me")
-    for name, value in values.items():
-        monkeypatch.setenv(name, value)
-    assert cache_place().path == Path(cache) / "dem-harness"
-    assert not cache_place().named_by
-
-
 def test_a_refused_place_names_what_named_it():
     refused = cache_place(Path("/mine")).refused("Read-only file system")
     assert str(refused) == "--cache /mine: cannot be used (Read-only file system)"

@@ -8,7 +8,6 @@ from collections import namedtuple
 import pytest
 
 from harness import files
-from harness.engines.lammps.engine import Lammps
 from harness.engines.process import Processes
 from harness.errors import EngineMemoryError
 from harness.files import SHARED
@@ -75,10 +74,3 @@ def test_one_that_dies_for_want_of_shared_memory_is_told_what_helps(tmp_path, mo
     assert f"{SHARED} holds 64 MB, 1 MB of it free" in str(error)
     assert "fewer workers" in str(error)
     assert "--shm-size" in str(error)
-
-
-@pytest.mark.parametrize(("free", "workers"), [(64 * 1024**2, 10), (0, 1), (1024**4, 70)])
-def test_no_more_workers_than_shared_memory_has_room_for(monkeypatch, free, workers):
-    monkeypatch.setattr(shutil, "disk_usage", lambda _: USAGE(free, 0, free))
-    with Lammps(workers=70) as engine:
-        assert engine.workers == workers

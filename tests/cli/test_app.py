@@ -19,14 +19,6 @@ def test_the_help_lists_every_command(harness):
     assert "130 interrupted" in " ".join(text.split())
 
 
-@pytest.mark.parametrize("name", [n for n in COMMANDS if n != "reproduce"])
-def test_every_command_has_a_help_with_an_example(harness, name):
-    text = harness(name, "--help").out
-    assert f"Usage: dem-harness {name}" in text
-    assert "For example:" in text
-    assert "--json" in text
-
-
 def test_help_imports_nothing_heavy():
     code = (
         "import sys; sys.argv = ['dem-harness', '--help']\n"
@@ -37,11 +29,6 @@ def test_help_imports_nothing_heavy():
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stderr.strip() == "[]"
-
-
-def test_no_command_is_the_help_and_status_2(harness):
-    assert "Usage" in harness(status=2).out
-    assert "dem-harness" in harness("--version").out
 
 
 @pytest.mark.parametrize(
@@ -85,13 +72,6 @@ def test_cases_and_engines_are_objects_of_lists(answer):
     engines = {e["engine"]: e for e in answer("engines")["engines"]}
     assert engines["good"]["available"]
     assert "make good" in engines["missing"]["reason"]
-
-
-def test_a_case_is_printed_with_its_tables(harness):
-    text = harness("cases", "bounce").out
-    for part in ("parameters, by --set", "greater than 0", "presets, by --set", "nobody 2020",
-                 "quantities of several runs", "it has no springs"):  # fmt: skip
-        assert part in text
 
 
 def test_diff_and_accept_of_runs(answer, harness, tmp_path):

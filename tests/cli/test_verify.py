@@ -1,7 +1,5 @@
 """``verify``: what is printed and written, kept verifications, and exit status."""
 
-import json
-
 import pytest
 
 from tests.workflows import doubles
@@ -50,12 +48,6 @@ def test_the_same_verification_is_kept_whole(answer, monkeypatch, tmp_path):
         assert not answer("verify", "--engines", "good", *other)["cached"]
 
 
-def test_runs_that_are_kept_are_not_made_again(answer):
-    answer("verify", "--quick", "--engines", "good")
-    record = answer("verify", "--engines", "good")
-    assert (record["engine_runs"], record["engine_runs_from_cache"]) == (1, 1)
-
-
 def test_a_verification_of_an_engine_that_died_is_not_kept(answer):
     for _ in range(2):
         assert not answer("verify", "--engines", "dying", status=3)["cached"]
@@ -76,14 +68,6 @@ def test_a_run_is_refused_that_takes_more_than_ten_minutes(harness, monkeypatch)
     assert "33.3 minutes on one core, 10 minutes are the limit" in text
     assert "--force" in text
     harness("verify", "--quick", "--engines", "good", "--force")
-
-
-def test_an_error_of_json_is_an_object_too(harness):
-    said = harness("verify", "--cases", "nix", "--json", status=2)
-    assert json.loads(said.out) == {
-        "error": said.err.strip().removeprefix("dem-harness: "),
-        "status": 2,
-    }
 
 
 @pytest.mark.parametrize(

@@ -9,9 +9,9 @@ import pytest
 
 from harness.report import style, text
 from harness.report.content import Drawing
-from harness.report.figures import draw, draw_all, tolerance_figure
-from harness.report.style import MARKERS, axis, house_style, label, legend_below, panels
-from harness.report.text import decimals, value_text
+from harness.report.figures import draw, draw_all
+from harness.report.style import MARKERS, axis, label, legend_below, panels
+from harness.report.text import value_text
 
 
 def convergence(shift=0.0):
@@ -49,13 +49,6 @@ def test_a_value_is_written_to_the_first_digit_of_its_uncertainty(value, uncerta
     assert value_text(value, uncertainty, unit) == shown
 
 
-def test_decimals_reach_the_first_digit_of_an_uncertainty():
-    for exponent in range(-12, 3):
-        uncertainty = 3.0 * 10.0**exponent
-        rounded = round(uncertainty, decimals(uncertainty))
-        assert rounded == pytest.approx(uncertainty)
-
-
 def test_a_figure_is_the_same_file_each_time_and_one_valid_svg_without_outside_addresses():
     first, second = draw(drawing()), draw(drawing())
     assert first.svg == second.svg
@@ -67,19 +60,6 @@ def test_a_figure_is_the_same_file_each_time_and_one_valid_svg_without_outside_a
     assert first.size == pytest.approx((2 * 4.2 * 72, 3.0 * 72))
     plain = first.svg.replace("http://www.w3.org/", "")
     assert "http" not in plain
-
-
-def test_digits_that_are_cut_move_no_point_by_a_hundredth():
-    from harness.report.figures import _saved, compact
-
-    with house_style():
-        figure = convergence()
-        whole = _saved(figure, "svg", {"Date": None}).decode()
-    places = [
-        [float(use.get("x")) for use in ElementTree.fromstring(svg).iter() if use.get("x")]
-        for svg in (whole, compact(whole))
-    ]
-    np.testing.assert_allclose(*places, atol=0.01)
 
 
 def test_a_figure_that_cannot_be_drawn_leaves_the_others():
@@ -96,10 +76,3 @@ def test_a_figure_that_cannot_be_drawn_leaves_the_others():
 def test_forked_processes_draw_what_one_process_draws():
     drawings = [drawing(str(n), lambda n=n: convergence(n)) for n in range(3)]
     assert [one.svg for one in draw_all(drawings)] == [draw(one).svg for one in drawings]
-
-
-def test_differences_over_tolerances_are_drawn_for_each_group():
-    axes = tolerance_figure({"drop": [0.5, -2.0, math.nan], "incline": []}).axes[0]
-    drawn = sorted(axes.lines[0].get_xdata())
-    assert drawn == [0.5, 2.0]
-    assert [tick.get_text() for tick in axes.get_yticklabels()] == ["drop (2)", "incline (0)"]

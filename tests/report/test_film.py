@@ -9,7 +9,7 @@ from PIL import Image
 
 from harness.errors import RequestError
 from harness.report.content import Discs
-from harness.report.film import MOST_FRAMES, DiscFilm, check_film, film_samples, limits, write_film
+from harness.report.film import MOST_FRAMES, DiscFilm, check_film, film_samples, write_film
 
 TIME = np.linspace(0.0, 0.02, 40)
 FALL = Discs(
@@ -28,14 +28,6 @@ def test_samples_are_nearest_to_equal_times_and_none_is_invented():
     assert film_samples(time, 3).tolist() == [0, 2, 4]
     assert film_samples(time, 100).tolist() == [0, 2, 3, 4]
     assert film_samples(time[:1], 100).tolist() == [0]
-
-
-def test_limits_hold_all_discs_and_walls_of_the_film():
-    (left, right), (bottom, top) = limits(FALL)
-    assert left < -0.02
-    assert right > 0.05
-    assert bottom < -0.01
-    assert top > 0.055
 
 
 def test_discs_stand_where_the_sample_has_them():

@@ -11,7 +11,7 @@ from markdown_it import MarkdownIt
 from harness.report.causes import causes, entries_of
 from harness.report.content import Section, Table
 from harness.report.matrix import divided_setups, matrix, worst_verdicts
-from harness.report.page import report_files, shortened
+from harness.report.page import report_files
 from harness.results.rows import Kind, Row, Verdict, rows_of, table
 from tests.report.conftest import DEFECTS, HOSTILE
 
@@ -74,20 +74,6 @@ def test_a_known_defect_has_its_cause_and_releases_and_untested_rows_their_reaso
         assert "its walls mix no materials" in text
 
 
-def test_changes_against_the_accepted_run_have_the_values_before_and_after(page):
-    assert "Against the accepted run: 1 moved" in page.text
-    assert "5.10345" in page.text
-
-
-def test_links_lead_to_ids_of_the_page_or_files_of_the_run(page):
-    ids = page.values("id")
-    assert len(ids) == len(set(ids))
-    for address in page.values("href"):
-        assert address == "data:," or address.startswith(("scripts/", "logs/")) or (
-            address.removeprefix("#") in ids
-        )  # fmt: skip
-
-
 def test_scripts_are_linked_by_the_names_of_their_files_and_a_page_does_not_grow_with_them(run):
     names = [f"toy/slope: a = {n}" for n in range(1000)]
     many = replace(run, scripts=dict.fromkeys(names, "run 0\n" * 1000), logs={})
@@ -117,25 +103,10 @@ def test_figures_are_files_with_names_of_their_own_and_a_broken_one_is_named(fil
     assert "![The angle again](figures/angle-2.svg)" in files["report.md"]
 
 
-def test_without_scripts_rows_show_and_filters_do_not(page, files):
-    forms = [attributes for tag, attributes in page.tags if tag == "form"]
-    assert all("hidden" in form or form.get("method") == "dialog" for form in forms)
-    before = files["report.html"].split("<script>")[0]
-    assert before.count('<tr id="row-') == 9
-
-
 def test_the_first_screen_has_the_answer_the_verdicts_and_what_is_not_tested(page, run):
     top = page.text[: page.text.index("Causes", 300)]
     for text in (run.headline, "10.20690 ± 0.00004 deg", "So θ_c = 10.2 deg.", "2 not tested"):
         assert text in top
-
-
-def test_a_long_markdown_page_ends_between_blocks_with_a_sentence():
-    text = "\n\n".join(f"paragraph {n} " + "x" * 50 for n in range(100))
-    short = shortened(text, 1000)
-    assert len(short) <= 1000
-    assert short.endswith("The rest is in report.html.\n")
-    assert shortened(text, 10**6) == text
 
 
 def test_a_run_without_changes_text_or_scripts_has_a_page(run):
@@ -180,11 +151,6 @@ def test_a_matrix_counts_verdicts_and_names_the_gravest(run):
     assert worst.loc[("slope", "wall"), "toy"] == "known defect"
     assert worst.loc[("slope", "hangs"), "toy"] == ""
     assert ("slope", "plastic, 50 steps") not in divided_setups(run.rows).index
-
-
-def test_a_case_may_add_columns_of_its_own(run):
-    rows = run.rows.assign(law="hertz", system=["wall", *["pair"] * 8])
-    assert list(matrix(rows, "law", "system").columns) == ["pair", "wall"]
 
 
 def test_an_empty_table_is_shown(run):

@@ -109,14 +109,6 @@ def test_every_link_of_every_page_leads_to_a_file_and_an_id_of_the_site(built):
                 assert parts.fragment in Links(target.read_text()).ids
 
 
-def test_no_page_takes_anything_from_another_host(built):
-    for address in built.pages:
-        text = (built.folder / address).read_text()
-        assert not [source for source in Links(text).sources if "://" in source]
-        assert "<script" not in text
-        assert '<link rel="stylesheet"' not in text
-
-
 def test_links_without_a_file_are_named_and_files_that_are_linked_are_copied(built):
     assert built.unlinked == [("README.md", "none.md"), ("docs/case.md", "../../outside.md")]
     assert (built.folder / "docs/data.csv").read_text() == "a\n"
@@ -141,12 +133,6 @@ def test_known_defects_have_cause_releases_script_and_the_rows_that_show_them(bu
     assert "run &lt;0&gt;" in page
     assert '<td class="n">1</td>' in page
     assert (built.folder / "reports/defects/no-friction/in.toy").is_file()
-
-
-def test_raw_html_is_text_and_verdicts_have_their_colours(built):
-    page = (built.folder / "docs/case.html").read_text()
-    assert "&lt;b&gt;drop" in page
-    assert '<span class="badge known-defect">known defect</span>' in page
 
 
 def test_runs_join_the_site_with_their_reports(project, tmp_path):

@@ -75,14 +75,6 @@ def test_fresh_reads_nothing_and_keeps_all_the_same(engine, entries):
     assert CachedEngine(engine, entries).run(JOBS[:2])
 
 
-def test_an_engine_without_a_fingerprint_is_not_kept(engine, entries, monkeypatch):
-    monkeypatch.setattr(doubles.Good, "fingerprint", lambda _: None)
-    cached = CachedEngine(engine, entries)
-    cached.run(JOBS[:1])
-    cached.run(JOBS[:1])
-    assert (cached.ran, cached.read) == (2, 0)
-
-
 def test_a_job_that_is_refused_is_refused_whatever_is_kept(entries):
     with pytest.raises(RequestError, match="no springs"):
         CachedEngine(doubles.Refusing(), entries).run(JOBS[:1])

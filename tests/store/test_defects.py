@@ -49,11 +49,6 @@ def test_damage_is_named(tmp_path, text, words):
     assert str(file) in str(error.value)
 
 
-def test_a_file_that_is_missing_is_named(tmp_path):
-    with pytest.raises(RequestError, match=r"mine\.toml: cannot be read: No such file"):
-        known_defects(tmp_path / "mine.toml")
-
-
 def test_further_defects_stand_beside_the_committed_ones(tmp_path):
     file = tmp_path / "mine.toml"
     file.write_text(ENTRY.replace("NAME", "weak"))

@@ -69,14 +69,6 @@ def test_a_damaged_entry_is_dropped_with_a_note_and_never_used(entries, said, da
     assert entries.get(KEY) == b"computed again"
 
 
-def test_the_entry_of_another_key_is_not_used(entries, said):
-    entries.put(OTHER, b"result of another run")
-    path_of(entries, KEY).parent.mkdir(exist_ok=True)
-    path_of(entries, OTHER).rename(path_of(entries, KEY))
-    assert entries.get(KEY) is None
-    assert "another key" in said[0]
-
-
 @given(st.binary(max_size=200), st.integers(0), st.integers(0, 7))
 def test_no_single_flipped_bit_goes_unseen(tmp_path_factory, payload, where, bit):
     entries = Entries(tmp_path_factory.mktemp("cache"), tell=lambda _: None)

@@ -188,12 +188,6 @@ def test_a_strict_run_fails_where_a_row_was_not_tested():
     assert verified("good,refusing").status == 0
 
 
-def test_a_report_is_a_whole_folder(tmp_path):
-    verified(output=tmp_path / "mine")
-    names = {path.name for path in (tmp_path / "mine").iterdir()}
-    assert {"report.html", "report.md", "rows.csv", "run.json", "junit.xml", "scripts"} <= names
-
-
 def test_the_expected_time_is_told_before_anything_runs(monkeypatch):
     monkeypatch.setattr(doubles.Good, "ran", 0)
 
@@ -204,10 +198,3 @@ def test_the_expected_time_is_told_before_anything_runs(monkeypatch):
     with pytest.raises(RequestError, match="too long"):
         verified(check_duration=refuse)
     assert doubles.Good.ran == 0
-
-
-def test_stages_and_parts_are_reported():
-    told = []
-    verified("good", progress=lambda *part: told.append(part))
-    assert ("good qualification", 1, 1) in told
-    assert ("harness", 1, 1) in told

@@ -30,11 +30,6 @@ HEAD = "radius x y z\n"
 ROW = "0.001 {:g} 0 0.001\n"
 
 
-@pytest.fixture(autouse=True)
-def own_cache(monkeypatch, tmp_path):
-    monkeypatch.setenv("DEM_HARNESS_HOME", str(tmp_path / "home"))
-
-
 def test_the_published_bed_has_25000_grains_that_touch_floor_and_walls():
     places = read_places(PUBLISHED, 1e-3, PUBLISHED_BOX)
     assert places.shape == (25000, 3)

@@ -92,7 +92,6 @@ def without_contact(scene):
 
 
 FREE_FALL = without_contact(struck_floor(HOOKE))
-FRICTIONLESS_PAIR = struck_pair(HOOKE).replace(law=HOOKE)
 LED = without_contact(
     guided(
         HOOKE,
