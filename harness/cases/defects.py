@@ -17,7 +17,7 @@ from harness.cases.base import Check
 from harness.cases.bench import Bench
 from harness.cases.checks import Explain, row_in
 from harness.engines.contract import Job
-from harness.engines.process import cores, parallel_map
+from harness.engines.jobs import cores, parallel_map
 from harness.engines.scene_tables import motion_in
 from harness.errors import EngineError, Unsupported
 from harness.model.motion import Motion

@@ -24,26 +24,22 @@ qualifies on one fixed sphere before its results are used.
 
 from __future__ import annotations
 
-import re
 import time
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 from harness.engines.border import EXPECTED, checked_call, checked_run
 from harness.engines.cost import Pace
+from harness.engines.jobs import cores, each_alone, in_batches
 from harness.engines.output import Output
-from harness.engines.process import Ended, cores, last_words, parallel_each
 from harness.engines.provenance import Provenance
 from harness.engines.traits import Traits
 from harness.errors import (
-    EngineCrashError,
     EngineError,
     EngineMissingError,
-    EngineOutputError,
-    EngineTimeoutError,
     RequestError,
     Unsupported,
 )
@@ -55,133 +51,7 @@ if TYPE_CHECKING:
     from harness.model.scene import Scene
 
 
-Item = TypeVar("Item")
-Result = TypeVar("Result")
 Outcome = Output | EngineError
-
-BATCH_SECONDS = 10.0
-"""A batch that takes less is followed by one of twice the runs: starting a process costs a second
-at most, and so much is repeated after kill -9."""
-
-_FINISHED = re.compile(r"^RESULT verdict = ", re.MULTILINE)
-
-
-def finished(log: str) -> bool:
-    """Return whether a log has the line that a script prints last, not only echoes it."""
-    return _FINISHED.search(log) is not None
-
-
-def scripts_and_scenes(
-    jobs: Sequence[Job],
-    has_script: Callable[[Job], bool],
-    run_scripts: Callable[[Sequence[Job]], list[Outcome]],
-    run_scenes: Callable[[Sequence[Job]], list[Outcome]],
-) -> list[Outcome]:
-    """Return the outcomes of jobs, in order: those with a script run together, then the scenes."""
-    outcomes: dict[int, Outcome] = {}
-    for scripted, run in ((False, run_scenes), (True, run_scripts)):
-        places = [place for place, job in enumerate(jobs) if has_script(job) is scripted]
-        if places:
-            outcomes.update(zip(places, run([jobs[place] for place in places]), strict=True))
-    return [outcomes[place] for place in range(len(jobs))]
-
-
-def in_batches(
-    items: Sequence[Item], run: Callable[[Sequence[Item]], list[Outcome]], size: int = 0
-) -> Iterator[tuple[int, Outcome]]:
-    """Yield the place and the outcome of each item, run in batches that grow with their speed.
-
-    The first has ``size`` items, twice the number of cores unless given.
-    """
-    first, size = 0, size or 2 * cores()
-    while first < len(items):
-        clock = time.monotonic()
-        batch = run(items[first : first + size])
-        if time.monotonic() - clock < BATCH_SECONDS:
-            size *= 2
-        yield from enumerate(batch, first)
-        first += len(batch)
-
-
-def each_alone(
-    items: Sequence[Item], run: Callable[[Item], Result | EngineError], workers: int, title: str
-) -> Iterator[tuple[int, Result | EngineError]]:
-    """Yield the place and the outcome of each item as it is over, run side by side.
-
-    After two in a row for each worker that hang, the rest is not tried.
-    """
-    most, hung = 2 * workers, 0
-
-    def outcome_of(item: Item) -> Result | EngineError:
-        nonlocal hung
-        if hung >= most:
-            return EngineTimeoutError(f"{title}: not run after {most} in a row that hung")
-        outcome = run(item)
-        hung = hung + 1 if isinstance(outcome, EngineTimeoutError) else 0
-        return outcome
-
-    yield from parallel_each(outcome_of, items, min(workers, len(items)))
-
-
-def run_in_turn(
-    items: Sequence[Item], run_batch: Callable[[Sequence[Item]], list[Outcome]]
-) -> list[Outcome]:
-    """Return the outcome of each item, in order, from as many batches as needed.
-
-    ``run_batch`` may return fewer outcomes than items, where its process ends early, but at least
-    one: it is called again with the rest. After two batches in a row that hang at their first
-    item the rest are not run: each would take the time limit.
-    """
-    done: list[Outcome] = []
-    hung = False
-    while len(done) < len(items):
-        batch = run_batch(items[len(done) :])
-        done += batch
-        hangs = isinstance(batch[-1], EngineTimeoutError)
-        if hangs and hung and len(batch) == 1:
-            message = f"{batch[-1]}; not run after two that hung"
-            done += [EngineTimeoutError(message) for _ in items[len(done) :]]
-        hung = hangs
-    return done
-
-
-def collect(
-    logs: Iterable[str],
-    read: Callable[[int], Output],
-    error_of: Callable[[str], EngineError | None],
-    ended: Ended,
-    title: str,
-) -> list[Outcome]:
-    """Return the outputs of finished runs of a process, and an error for the one that failed.
-
-    ``read`` returns the output of a run, ``error_of`` the error by the end of the process and the
-    log of the run it was at (empty: of none). A run ended cleanly where the next one began, or
-    where the process ended well: where it failed after all runs had finished, none of them counts.
-    A log that raises EngineOutputError ends the list with it.
-    """
-    done: list[Outcome] = []
-    finished_logs: list[str] = []
-    try:
-        for log in logs:
-            if not finished(log):
-                error = error_of(log) or EngineOutputError(
-                    f"{title} ended without a result{last_words(ended.said)}"
-                )
-                texts = dict.fromkeys(filter(None, (log, ended.said)))
-                return [*done, error.with_log("\n".join(texts))]
-            finished_logs.append(log)
-            try:
-                done.append(read(len(done)))
-            except EngineError as error:
-                done.append(error.with_log(log))
-    except EngineOutputError as error:
-        return [*done, error]
-    death = error_of("")
-    if death is None:
-        return done
-    late = f"{death}, after its results were written"
-    return [EngineCrashError(late).with_log(log) for log in finished_logs]
-
 
 SCENE_NAME = "contact-scene"
 SCENES_AT_ONCE = 500  # a process runs many in the time that it takes to start
@@ -294,7 +164,7 @@ class Engine(ABC):
         if self.ready:
             found = each_alone(rest, lambda job: self.run([job])[0], self.workers, self.title)
         else:
-            found = in_batches(rest, self.run)
+            found = in_batches(rest, self.run, 2 * cores())
         for place, outcome in found:
             yield others[place], outcome
 

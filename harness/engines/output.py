@@ -41,6 +41,11 @@ SHOWN = 80
 _RESULT = re.compile(r"^RESULT (\w+) = (.*)$", re.MULTILINE)
 
 
+def finished(log: str) -> bool:
+    """Return whether a log has the line that a script prints last, not only echoes it."""
+    return any(name == "verdict" for name, _ in results_in(log))
+
+
 def results_in(text: str) -> tuple[tuple[str, str], ...]:
     """Return the pairs of name and value of all lines ``RESULT name = value``, in order."""
     return tuple(_RESULT.findall(text))

@@ -1,4 +1,4 @@
-"""Processes of engines: run under limits, side by side, in environments of their own.
+"""Processes of engines: run under limits, in environments of their own.
 
 An environment of a release lies in the cache folder, made once, dropped when that is too full. It
 is a folder with a file :data:`COMPLETE`, written last, whose time is that of the last use.
@@ -12,20 +12,17 @@ import errno
 import fcntl
 import math
 import os
-import queue
 import re
 import resource
 import shutil
 import signal
 import subprocess
-import sys
+import tempfile
 import threading
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TypeVar
 
 from harness.errors import (
     EngineCrashError,
@@ -39,6 +36,7 @@ from harness.files import (
     MARK,
     advice,
     cache_place,
+    held_folder,
     lock_file,
     make_private,
     record_segments,
@@ -185,6 +183,18 @@ class Processes:
                 self._live.discard(guard.pid)
 
 
+def progress_in(folder: Path) -> int:
+    """Return a number that changes as a process of a folder gets on: files and output."""
+    output = folder / "said"
+    written = output.stat().st_size if output.exists() else 0
+    return written + sum(len(files) for _, _, files in os.walk(folder))
+
+
+def fresh_folder() -> contextlib.AbstractContextManager[Path]:
+    """Return a temporary folder, removed when its context ends, or by a run after kill -9."""
+    return held_folder(Path(tempfile.gettempdir()))
+
+
 def environment_in(folder: Path, environment: Mapping[str, str] | None = None) -> Mapping[str, str]:
     """Return the environment of a process of a folder: marked with it, one thread a core.
 
@@ -314,64 +324,6 @@ def _kill(group: int) -> None:
     """End a process group: a program, the ranks of a launcher, what outlived it."""
     with contextlib.suppress(ProcessLookupError, PermissionError):
         os.killpg(group, signal.SIGKILL)
-
-
-Item = TypeVar("Item")
-Result = TypeVar("Result")
-
-
-CANCEL_SECONDS = 0.5
-"""Between two looks for a signal, which a thread that begins to wait may miss."""
-
-
-def cores() -> int:
-    """Return the number of cores this process may use."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
-
-
-def parallel_map(
-    function: Callable[[Item], Result], items: Iterable[Item], threads: int
-) -> list[Result]:
-    """Return ``function`` of each item, in order; on the first exception, start no more."""
-    results = dict(parallel_each(function, items, threads))
-    return [results[place] for place in range(len(results))]
-
-
-def parallel_each(
-    function: Callable[[Item], Result], items: Iterable[Item], threads: int
-) -> Iterator[tuple[int, Result]]:
-    """Yield the place and ``function`` of each item as it is done; no more after an exception.
-
-    An interrupt, or a caller that leaves, does not wait for what runs: closing the engine ends
-    that.
-    """
-    pool, done = ThreadPoolExecutor(max(1, threads)), queue.SimpleQueue[Future[Result]]()
-    try:
-        places = {pool.submit(function, item): place for place, item in enumerate(items)}
-        for future in places:
-            future.add_done_callback(done.put)
-        for _ in places:
-            over = _next(done)
-            yield places[over], over.result()
-    finally:
-        interrupted = isinstance(sys.exception(), (KeyboardInterrupt, GeneratorExit))
-        pool.shutdown(wait=not interrupted, cancel_futures=True)
-
-
-def _next(done: queue.SimpleQueue[Future[Result]]) -> Future[Result]:
-    while True:
-        try:
-            return done.get(timeout=CANCEL_SECONDS)
-        except queue.Empty:
-            continue
-
-
-def dealt(count: int, hands: int) -> list[range]:
-    """Return the indices 0 to ``count`` - 1, dealt out over as many hands at most."""
-    hands = max(1, min(hands, count))
-    return [range(first, count, hands) for first in range(hands)]
 
 
 FOLDER = "releases"

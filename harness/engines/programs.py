@@ -21,7 +21,7 @@ of job i of a batch to ``<i>.txt`` when the job is over, and its series to ``<i>
   ``environment``;
 - of the runs: ``shares``, ``error_of``, ``log_of``, ``ranks_in``, ``read_job``, ``table``,
   ``command_line``;
-  ``run_batch`` and ``execute`` for another way to run.
+  ``execute`` for another way to run.
 """
 
 from __future__ import annotations
@@ -31,30 +31,26 @@ import json
 import os
 import shlex
 import shutil
-import signal
 import subprocess
 import sys
-import tempfile
 from abc import abstractmethod
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager, suppress
+from contextlib import suppress
 from dataclasses import replace
 from functools import cache, cached_property
-from itertools import chain
 from pathlib import Path
 from typing import Any, ClassVar
 
-from harness.engines.contract import Engine, Job, collect, run_in_turn, scripts_and_scenes
-from harness.engines.output import SERIES, Output, Table, read_csv, read_dump, results_in
+from harness.engines.contract import Engine, Job
+from harness.engines.jobs import Batches, cores, dealt
+from harness.engines.output import SERIES, Output, Table, finished, read_csv, read_dump, results_in
 from harness.engines.process import (
     Ended,
     Limits,
     Processes,
-    cores,
-    dealt,
     first_text,
-    parallel_map,
-    signal_of,
+    fresh_folder,
+    progress_in,
     text_of,
 )
 from harness.engines.provenance import Provenance
@@ -66,7 +62,6 @@ from harness.errors import (
     EngineNaNError,
     RequestError,
 )
-from harness.files import held_folder
 
 LOADER_SECONDS = 10.0
 """That a dynamic loader takes at most to name libraries."""
@@ -280,18 +275,8 @@ class ProgramEngine(Engine):
             seconds=seconds,
             memory=self.limits.memory,
             environment=self.environment(folder),
-            progress=lambda: self.progress(folder),
+            progress=lambda: progress_in(folder),
         )
-
-    def progress(self, folder: Path) -> int:
-        """Return a number that changes as a process gets on: of its files, and its output."""
-        output = folder / "said"
-        return len(list(folder.iterdir())) + (output.stat().st_size if output.exists() else 0)
-
-
-def fresh_folder() -> AbstractContextManager[Path]:
-    """Return a temporary folder, removed when its context ends, or by a run after kill -9."""
-    return held_folder(Path(tempfile.gettempdir()))
 
 
 def find_program(option: str, name: str) -> str:
@@ -397,6 +382,16 @@ class ScriptedEngine(ScriptSource, ProgramEngine):
         """Return the command line's words for a task: NAME=VALUE, lists without spaces."""
         return " ".join(f"{name}={str(v).replace(' ', '')}" for name, v in task.values.items())
 
+    def ranks_in(self, log: str) -> int:  # noqa: ARG002
+        """Return the number of MPI ranks in a log."""
+        return 1
+
+    def table(self, series: str) -> Table:
+        """Return the columns of a series: of a dump, or of a CSV."""
+        if series.startswith("ITEM:"):
+            return read_dump(series, self.title)
+        return read_csv(series, self.title)
+
     def error_of(self, ended: Ended, log: str) -> EngineError | None:  # noqa: ARG002
         """Return the error by the end of a process, or None where it ended well.
 
@@ -408,52 +403,34 @@ class ScriptedEngine(ScriptSource, ProgramEngine):
         """Return what the task of this index left, nothing before it has begun."""
         return text_of(folder / f"{index}.txt")
 
-    def read_job(self, folder: Path, index: int, task: Task, seconds: float) -> Output:
-        """Return the output of a finished task that took so long; raise EngineError for a bad one.
+    def read_job(self, folder: Path, index: int, task: Task, seconds: float) -> Output | None:
+        """Return the output of a task that took so long, None where it has not finished.
 
-        A result ``seconds`` wins over the share of the process's wall time.
+        Raise EngineError for a bad one. A result ``seconds`` wins over the share of the process's
+        wall time.
         """
-        series = folder / f"{index}.csv"
-        return self.output(task, self.log_of(folder, index), text_of(series), seconds)
-
-    def ranks_in(self, log: str) -> int:  # noqa: ARG002
-        """Return the number of MPI ranks in a log."""
-        return 1
-
-    def table(self, series: str) -> Table:
-        """Return the columns of a series: of a dump, or of a CSV."""
-        if series.startswith("ITEM:"):
-            return read_dump(series, self.title)
-        return read_csv(series, self.title)
-
-    def run_batch(self, tasks: Sequence[Task]) -> list[Output | EngineError]:
-        """Run tasks in one process; return what those left that it got to, one at least."""
-        if self.processes.closed:
-            return [self.closed_error() for _ in tasks]
-        with fresh_folder() as folder:
-            self.write(folder, tasks)
-            seconds = self.limits.time_for(sum(task.job.seconds for task in tasks))
-            ended = self.start(self.command(folder, tasks), folder, seconds)
-            # what :meth:`close` ended died of no fault
-            killed = self.processes.closed and signal_of(ended.code) is signal.SIGKILL
-            share = ended.seconds / len(tasks)
-            return collect(
-                (self.log_of(folder, index) for index in range(len(tasks))),
-                lambda index: self.read_job(folder, index, tasks[index], share),
-                lambda log: self.closed_error() if killed else self.error_of(ended, log),
-                ended,
-                self.title,
-            )
+        log = self.log_of(folder, index)
+        if not finished(log):
+            return None
+        return self.output(task, log, text_of(folder / f"{index}.csv"), seconds)
 
     def execute(self, tasks: Sequence[Task]) -> list[Output | EngineError]:
         """Run tasks, shared out over processes, and return their outputs in order."""
 
-        def run_share(share: Sequence[int]) -> list[tuple[int, Output | EngineError]]:
-            outcomes = run_in_turn([tasks[i] for i in share], self.run_batch)
-            return [*zip(share, outcomes, strict=True)]
+        def write(folder: Path, some: Sequence[Task]) -> list[str]:
+            self.write(folder, some)
+            return self.command(folder, some)
 
-        results = dict(chain(*parallel_map(run_share, self.shares(tasks), self.workers)))
-        return [results[index] for index in range(len(tasks))]
+        batches = Batches(
+            title=self.title,
+            write=write,
+            read=self.read_job,
+            error=self.error_of,
+            log=self.log_of,
+            environment=self.environment,
+            seconds=lambda task: task.job.seconds,
+        )
+        return batches.run(tasks, self.workers, self.limits, self.processes, self.shares(tasks))
 
     # ---- what every one does ---------------------------------------------------------------
 
@@ -465,10 +442,12 @@ class ScriptedEngine(ScriptSource, ProgramEngine):
         if self.processes.closed:
             return [self.closed_error() for _ in jobs]
         self.identify()
-        return scripts_and_scenes(
-            jobs, lambda job: self.has_template(job.template), self._run_scripts,
-            self.run_scene_jobs,
-        )  # fmt: skip
+        of_script = [self.has_template(job.template) for job in jobs]
+        outcomes: dict[int, Output | EngineError] = {}
+        for scripted, run in ((False, self.run_scene_jobs), (True, self._run_scripts)):
+            if places := [place for place, has in enumerate(of_script) if has is scripted]:
+                outcomes.update(zip(places, run([jobs[k] for k in places]), strict=True))
+        return [outcomes[place] for place in range(len(jobs))]
 
     def _run_scripts(self, jobs: Sequence[Job]) -> list[Output | EngineError]:
         tasks = [self.task(job) for job in jobs]

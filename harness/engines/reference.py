@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Any, Literal, get_args
 
 from harness import __version__
 from harness.engines.contract import Engine, Job
+from harness.engines.jobs import cores, parallel_map
 from harness.engines.output import Output
-from harness.engines.process import cores, parallel_map
 from harness.engines.provenance import Provenance
 from harness.engines.traits import Traits
 from harness.errors import EngineError, EngineTimeoutError, RequestError

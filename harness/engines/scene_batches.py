@@ -1,35 +1,20 @@
-"""Scenes run by a code in processes: many in one, the rest of them again after a crash.
+"""Scenes as files of codes, their samples as motions, and what such codes cannot state.
 
-A :class:`SceneProgram` says how a code is started on the scenes of a folder and how it left the
-samples of each. :func:`check_scene` refuses what LIGGGHTS, Yade and Kratos have in common that
-they cannot state.
+:func:`check_scene` refuses what LIGGGHTS, Yade and Kratos have in common.
 """
 
 from __future__ import annotations
 
 import json
 import math
-import os
-import tempfile
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, Generic, TypeVar
+from typing import Any
 
 import numpy as np
 
-from harness.engines.process import (
-    Ended,
-    Limits,
-    Processes,
-    cores,
-    dealt,
-    last_text,
-    parallel_map,
-    text_of,
-)
+from harness.engines.process import text_of
 from harness.errors import EngineError, EngineNaNError, EngineOutputError, Unsupported
-from harness.files import held_folder
 from harness.model.base import ZERO
 from harness.model.law import Law
 from harness.model.motion import STAGE_COLUMNS, Floats, Motion
@@ -38,92 +23,6 @@ from harness.model.scene import UNBOUNDED, Body, Scene, Wall
 Outcome = Motion | EngineError
 PARTS = ("position", "velocity", "angular_velocity", "force", "torque")
 SCENES = "scenes.json"
-
-
-Item = TypeVar("Item")  # a scene, or a scene with options
-
-
-@dataclass(frozen=True, kw_only=True)
-class SceneProgram(Generic[Item]):
-    """A code that runs the scenes of a folder, in order, in one process.
-
-    ``write`` writes the files of scenes into a folder and returns the command; ``read`` returns
-    the motion of a scene by its place, None where the process did not get so far, and raises
-    EngineError for a bad one; ``error`` returns the error of the scene that ended a process, and
-    None where it ended well. ``log`` is the end of the name of a scene's own log, if it has one.
-    With ``ends_well`` a process that fails after its last scene takes that one with it.
-    """
-
-    title: str
-    write: Callable[[Path, Sequence[Item]], Sequence[str]]
-    read: Callable[[Path, int, Item], Motion | None]
-    error: Callable[[Ended], EngineError | None]
-    log: str = ""
-    environment: Callable[[Path], Mapping[str, str] | None] = lambda folder: os.environ  # noqa: ARG005
-    ends_well: bool = False
-
-    def motions(
-        self, scenes: Sequence[Item], workers: int | None = None, limits: Limits | None = None
-    ) -> list[Outcome]:
-        """Return the motion of each scene, or the error of its run, in order.
-
-        ``workers`` processes run side by side, by default as many as there are cores; each has
-        ``limits.seconds`` from one result to the next.
-        """
-        hands, processes = workers or cores(), Processes()
-
-        def run_share(share: Sequence[int]) -> list[tuple[int, Outcome]]:
-            left, done = list(share), list[tuple[int, Outcome]]()
-            while left:
-                outcomes = self._process([scenes[k] for k in left], processes, limits or Limits())
-                done += zip(left, outcomes, strict=False)
-                left = left[len(outcomes) :]
-            return done
-
-        shares = dealt(len(scenes), hands) if scenes else []
-        try:
-            outcomes = dict(row for rows in parallel_map(run_share, shares, hands) for row in rows)
-        finally:
-            processes.close()
-        return [outcomes[k] for k in range(len(scenes))]
-
-    def _process(
-        self, scenes: Sequence[Item], processes: Processes, limits: Limits
-    ) -> list[Outcome]:
-        """Return the outcomes of the scenes that one process got to, at least of the first."""
-        with held_folder(Path(tempfile.gettempdir())) as folder:
-            ended = processes.run(
-                self.write(folder, scenes),
-                folder,
-                seconds=limits.seconds,
-                memory=limits.memory,
-                environment=self.environment(folder),
-                progress=lambda: sum(len(files) for _, _, files in os.walk(folder)),
-            )
-            died = self.ends_well and ended.code != 0 and not ended.timed_out
-            outcomes: list[Outcome] = []
-            for place, scene in enumerate(scenes):
-                try:
-                    motion = self.read(folder, place, scene)
-                except EngineError as error:
-                    log = self._log(folder, place)
-                    outcomes.append(error.with_log(log or ended.said))
-                    continue
-                if motion is None or (died and place == len(scenes) - 1):
-                    return [*outcomes, self._failure(ended, self._log(folder, place))]
-                outcomes.append(motion)
-            return outcomes
-
-    def _log(self, folder: Path, place: int) -> str:
-        log = folder / f"{place}{self.log}"
-        return last_text(log) if self.log and log.exists() else ""
-
-    def _failure(self, ended: Ended, log: str) -> EngineError:
-        ended = replace(ended, said=ended.said + log)
-        error = self.error(ended) or EngineOutputError(f"{self.title} ended without a result")
-        return error.with_log(ended.said)
-
-
 Rows = Sequence[tuple[Scene, Mapping[str, Any]]]  # scenes, each with its words in a code
 
 

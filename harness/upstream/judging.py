@@ -21,7 +21,8 @@ from importlib.metadata import version
 import numpy as np
 
 from harness.cases.checks import failure_of
-from harness.engines.process import Limits, cores, parallel_map
+from harness.engines.jobs import cores, parallel_map
+from harness.engines.process import Limits
 from harness.engines.programs import find_program
 from harness.errors import EngineError, EngineInputError, RequestError
 from harness.results.rows import (

@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 
 from harness.engines.lammps.language import closing_error, error_from_text
-from harness.engines.process import Limits, Processes, text_of
-from harness.engines.programs import fresh_folder, program_words
+from harness.engines.process import Limits, Processes, fresh_folder, text_of
+from harness.engines.programs import program_words
 from harness.errors import EngineNaNError, EngineOutputError
 from harness.upstream.definition import COLUMNS, State, UpstreamTest
 

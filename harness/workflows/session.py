@@ -22,7 +22,7 @@ from harness.cases.registry import (
 )
 from harness.engines.contract import Engine, Job
 from harness.engines.cost import job_seconds
-from harness.engines.process import parallel_each
+from harness.engines.jobs import parallel_each
 from harness.errors import (
     EngineError,
     EngineMissingError,

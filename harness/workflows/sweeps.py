@@ -21,7 +21,7 @@ from harness.cases.base import Value
 from harness.cases.bench import Bench, job_key
 from harness.cases.registry import get_case
 from harness.engines.contract import Engine, Job
-from harness.engines.process import cores, parallel_each
+from harness.engines.jobs import cores, parallel_each
 from harness.errors import (
     EngineError,
     EngineMissingError,

@@ -1,112 +1,126 @@
-"""Runs that share a process: each has its outcome, whatever becomes of the others."""
+"""Items that share a process: each has its outcome, whatever becomes of the others."""
+
+import json
+import sys
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from harness.cases.drop.system import TEMPLATE
-from harness.engines.contract import collect, finished, run_in_turn
+from harness.engines.jobs import Batches, in_batches
 from harness.engines.lammps.engine import Lammps
-from harness.engines.output import Output, results_in
-from harness.engines.process import Ended
-from harness.engines.provenance import Provenance
-from harness.errors import (
-    EngineCrashError,
-    EngineNaNError,
-    EngineOutputError,
-    EngineTimeoutError,
-)
+from harness.engines.output import finished
+from harness.engines.process import Ended, Limits
+from harness.errors import EngineCrashError, EngineNaNError, EngineOutputError, EngineTimeoutError
 
 DONE = "RESULT verdict = finished\n"
-WELL = Ended("", 0, 1.0, timed_out=False)
+CODE = """
+import json, os, sys, time
+ways = json.load(open("ways.json"))
+for place, way in enumerate(ways):
+    if way == "hang": time.sleep(60)
+    if way == "death": os.abort()
+    if way == "stop": sys.exit(0)
+    open(str(place), "w").write(way)
+if ways[-1] == "late": os.abort()
+"""
 
 
-def batch_of(script):
-    """Return a runner of items that says how each ends: well, in death or in a hang."""
-    started = []
+def write(folder, ways):
+    (folder / "ways.json").write_text(json.dumps(ways))
+    return [sys.executable, "-c", CODE]
 
-    def run(items):
-        started.append(len(items))
+
+def read(folder, place, way, seconds):
+    assert seconds > 0.0
+    if way == "nan":
+        raise EngineNaNError("nan")
+    path = folder / str(place)
+    return path.read_text() if path.exists() else None
+
+
+ECHO = Batches(
+    title="Echo",
+    write=write,
+    read=read,
+    error=lambda ended, log: EngineNaNError(log) if "nan" in log else ended.error("Echo"),
+    log=lambda folder, place: "begun\n",  # noqa: ARG005
+)
+CASES = {
+    "a crash costs one item": (
+        ["well", "death", "well", "death"],
+        [str, EngineCrashError, str, EngineCrashError],
+    ),
+    "so does a good end without a result": (
+        ["well", "stop", "well"],
+        [str, EngineOutputError, str],
+    ),
+    "and an output that cannot be read": (["well", "nan", "well"], [str, EngineNaNError, str]),
+    "a process that fails at its end takes the last": (["well", "late"], [str, EngineCrashError]),
+    "after two hangs in a row the rest is not run": (
+        ["hang", "hang", "well", "well"],
+        [EngineTimeoutError] * 4,
+    ),
+    "nothing": ([], []),
+}
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_outcomes_of_items(name):
+    ways, kinds = CASES[name]
+    outcomes = ECHO.run(ways, 1, Limits(seconds=2.0))
+    assert [type(outcome) for outcome in outcomes] == kinds
+    for way, outcome in zip(ways, outcomes, strict=True):
+        assert outcome == way or outcome.log.startswith("begun") or "not run" in str(outcome)
+    assert ("not run after two that hung" in str(outcomes[-1:])) == name.startswith("after two")
+    assert ("after its results were written" in str(outcomes[-1:])) == ("late" in ways)
+
+
+class Recorded(Batches):
+    """Processes as a list of what becomes of each item: nothing is started."""
+
+    def _process(self, items, limits, processes):  # noqa: ARG002
         outcomes = []
         for item in items:
-            if script[item] == "well":
-                outcomes.append(item)
-                continue
-            error = EngineTimeoutError if script[item] == "hang" else EngineCrashError
-            return [*outcomes, error(f"at {item}")]
+            if item in ("hang", "death"):
+                kind = EngineTimeoutError if item == "hang" else EngineCrashError
+                return [*outcomes, kind(item)]
+            outcomes.append(item)
         return outcomes
 
-    return run, started
+
+@given(
+    st.lists(st.sampled_from(["well", "death", "hang"]), max_size=20),
+    st.integers(min_value=1, max_value=4),
+)
+def test_each_item_has_its_outcome_in_its_place(ways, workers):
+    fake = Recorded(title="", write=write, read=read, error=lambda ended, log: None)  # noqa: ARG005
+    for way, outcome in zip(ways, fake.run(ways, workers), strict=True):
+        given_up = "not run after two that hung" in str(outcome)
+        assert outcome == way or str(outcome) == way or given_up
 
 
-@given(st.lists(st.sampled_from(["well", "death"]), min_size=1, max_size=20))
-def test_a_batch_that_ends_early_costs_only_the_item_it_was_at(script):
-    run, started = batch_of(script)
-    for item, outcome in enumerate(run_in_turn(range(len(script)), run)):
-        assert (outcome == item) == (script[item] == "well")
-        if script[item] == "death":
-            assert str(outcome) == f"at {item}"
-    assert len(started) <= 1 + script.count("death")
+def test_shares_are_run_in_processes_of_their_own():
+    fake = Recorded(title="", write=write, read=read, error=lambda ended, log: None)  # noqa: ARG005
+    assert fake.run(["a", "death", "c"], 1, shares=[[2], [1, 0]])[::2] == ["a", "c"]
 
 
-@given(st.lists(st.sampled_from(["well", "hang"]), min_size=1, max_size=20))
-def test_after_two_hangs_in_a_row_nothing_more_is_tried(script):
-    run, started = batch_of(script)
-    outcomes = run_in_turn(range(len(script)), run)
-    assert len(outcomes) == len(script)
-    for item, outcome in enumerate(outcomes):
-        if outcome != item:
-            assert isinstance(outcome, EngineTimeoutError)
-            given_up = "not run after two that hung" in str(outcome)
-            assert given_up or script[item] == "hang"
-    if script[:2] == ["hang", "hang"]:
-        assert len(started) == 2
-    assert len(started) <= 2 + script.count("well")
+def test_the_error_is_by_the_end_and_the_log():
+    ended = Ended("", 0, 1.0, timed_out=False)
+    assert isinstance(ECHO.error(ended, "nan"), EngineNaNError)
+    assert isinstance(ECHO._failure(ended, ""), EngineOutputError)
 
 
-def gathered(logs, ended, read=None):
-    def error_of(log):
-        if log.startswith("ERROR"):
-            return EngineNaNError(log)
-        return ended.error("it")
+def test_batches_grow():
+    sizes = []
 
-    def output(index):
-        return Output(results_in(logs[index]), Provenance("it", "1"), log=logs[index])
+    def run(items):
+        sizes.append(len(items))
+        return [2 * item for item in items]
 
-    return collect(logs, read or output, error_of, ended, "it")
-
-
-def test_what_finished_before_a_death_counts():
-    outcomes = gathered([DONE, DONE, "begun", ""], Ended("words", -11, 1.0, timed_out=False))
-    assert len(outcomes) == 3
-    assert [type(outcome) for outcome in outcomes] == [Output, Output, EngineCrashError]
-    assert outcomes[2].log == "begun\nwords"
-
-
-@pytest.mark.parametrize("code", [1, 139, -9])
-def test_a_process_that_fails_after_its_last_result_takes_all_of_them_with_it(code):
-    outcomes = gathered([DONE, DONE], Ended("", code, 1.0, timed_out=False))
-    assert [type(outcome) for outcome in outcomes] == [EngineCrashError] * 2
-    assert all("after its results were written" in str(outcome) for outcome in outcomes)
-    assert outcomes[0].log == DONE
-
-
-def test_a_good_end_without_a_result_is_bad_output():
-    (outcome,) = gathered(["begun"], WELL)
-    assert type(outcome) is EngineOutputError
-    (outcome,) = gathered(["ERROR: nan"], WELL)
-    assert type(outcome) is EngineNaNError
-
-
-def test_an_output_that_cannot_be_read_costs_only_itself():
-    def read(index):
-        if index == 1:
-            raise EngineNaNError("nan")
-        return index
-
-    first, second, third = gathered([DONE] * 3, WELL, read)
-    assert (first, third) == (0, 2)
-    assert second.log == DONE
+    assert list(in_batches(range(20), run, 2)) == [(k, 2 * k) for k in range(20)]
+    assert sizes == [2, 4, 8, 6]
 
 
 def test_an_echo_of_the_last_line_is_no_end():

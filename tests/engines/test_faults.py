@@ -117,12 +117,13 @@ def test_a_run_that_fails_is_named_and_costs_only_itself(play, code, mode, limit
     [(code, "late exit 139", "signal SIGSEGV") for code in FIRST]
     + [(code, "late SIGKILL", "signal SIGKILL") for code in FIRST],
 )
-def test_a_process_that_fails_after_its_last_result_takes_its_runs_with_it(play, code, mode, words):
-    for failed in run_drops(play(code, mode), [GOOD, GOOD]):
-        assert type(failed) is EngineCrashError
-        assert words in str(failed)
-        assert str(failed).endswith(", after its results were written")
-        assert "RESULT verdict" in failed.log
+def test_a_process_that_fails_after_its_last_result_takes_the_last_with_it(play, code, mode, words):
+    first, failed = run_drops(play(code, mode), [GOOD, GOOD])
+    assert isinstance(first, Output)
+    assert type(failed) is EngineCrashError
+    assert words in str(failed)
+    assert str(failed).endswith(", after its results were written")
+    assert "RESULT verdict" in failed.log
 
 
 @pytest.mark.parametrize("code", FIRST)

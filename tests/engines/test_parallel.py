@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from harness.engines.process import dealt, parallel_map
+from harness.engines.jobs import dealt, parallel_map
 
 
 @given(st.integers(1, 50), st.integers(1, 8))

@@ -8,10 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from harness.engines.jobs import Batches
 from harness.engines.kratos import scenes as kratos
 from harness.engines.liggghts import scenes as liggghts
 from harness.engines.process import Limits
-from harness.engines.scene_batches import PARTS, SceneProgram, read_motion, write_scenes
+from harness.engines.scene_batches import PARTS, read_motion, write_scenes
 from harness.engines.yade import scenes as yade
 from harness.errors import (
     EngineCrashError,
@@ -61,11 +62,11 @@ def fake_write(folder, scenes):
     return [sys.executable, "-c", FAKE]
 
 
-FAKE_CODE = SceneProgram(
+FAKE_CODE = Batches(
     title="Fake",
     write=fake_write,
-    read=lambda folder, place, scene: read_motion("Fake", folder, place, scene),
-    error=lambda ended: ended.error("Fake"),
+    read=lambda folder, place, scene, _: read_motion("Fake", folder, place, scene),
+    error=lambda ended, _: ended.error("Fake"),
 )
 
 
@@ -73,7 +74,7 @@ FAKE_CODE = SceneProgram(
 def test_rest_of_a_chunk_runs_again_after_a_crash(workers):
     steps = [3, 7, 4, 7, 8, 5]
     scenes = [STRUCK.replace(steps=number, every=1) for number in steps]
-    outcomes = FAKE_CODE.motions(scenes, workers, Limits(seconds=2.0))
+    outcomes = FAKE_CODE.run(scenes, workers, Limits(seconds=2.0))
     kinds = {7: EngineCrashError, 8: EngineTimeoutError}
     for number, outcome in zip(steps, outcomes, strict=True):
         if number in kinds:
@@ -83,7 +84,7 @@ def test_rest_of_a_chunk_runs_again_after_a_crash(workers):
 
 
 def test_no_scene_needs_no_process():
-    assert FAKE_CODE.motions([]) == []
+    assert FAKE_CODE.run([]) == []
 
 
 @pytest.mark.parametrize("scene", [STRUCK, struck_floor(HERTZ), resting(LINEAR, 1e-3, 100)])

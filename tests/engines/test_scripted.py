@@ -9,8 +9,8 @@ import pytest
 
 from harness.engines.contract import Job, Template
 from harness.engines.output import Output
-from harness.engines.process import Limits
-from harness.engines.programs import ScriptedEngine, fresh_folder
+from harness.engines.process import Limits, fresh_folder
+from harness.engines.programs import ScriptedEngine
 from harness.engines.provenance import Provenance
 from harness.engines.traits import Traits
 from harness.errors import EngineError, EngineOutputError, RequestError
@@ -192,7 +192,7 @@ def test_a_template_of_the_same_name_with_other_defaults_is_rendered_anew():
 
 KILLED = """
 import os, signal
-from harness.engines.programs import fresh_folder
+from harness.engines.process import fresh_folder
 with fresh_folder() as folder:
     (folder / "series").touch()
     os.kill(os.getpid(), signal.SIGKILL)

@@ -25,7 +25,7 @@ from harness.cases.incline.runs import Fate, Run, read
 from harness.cases.incline.search import CriticalAngle, Measure, prepared, search
 from harness.cases.incline.system import Incline, Route, wells_of
 from harness.engines.contract import Output
-from harness.engines.process import cores, parallel_map
+from harness.engines.jobs import cores, parallel_map
 from harness.engines.provenance import Provenance
 from harness.engines.scene_tables import STAGES
 from harness.errors import EngineError, EngineOutputError, Unsupported

@@ -12,7 +12,7 @@ from harness.cases.incline.runs import Run, read
 from harness.cases.incline.search import PHASES, CriticalAngle, Measure, prepared, search
 from harness.cases.incline.system import Incline, Route, job_of, scene_of
 from harness.engines.contract import Output
-from harness.engines.process import cores, parallel_map
+from harness.engines.jobs import cores, parallel_map
 from harness.engines.provenance import Provenance
 from harness.engines.scene_tables import motion_tables
 from harness.errors import EngineError, Unsupported

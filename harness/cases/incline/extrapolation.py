@@ -21,7 +21,7 @@ from harness.cases.incline.angle import Progress, angle_on, critical_angles
 from harness.cases.incline.closed_form import check_passage, rigid_angle, shocks_slide
 from harness.cases.incline.search import CriticalAngle, Sample, friction_text
 from harness.cases.incline.system import Incline
-from harness.engines.process import cores, parallel_map
+from harness.engines.jobs import cores, parallel_map
 from harness.errors import EngineError
 from harness.model.base import Parameters
 from harness.model.contact import PLASTIC

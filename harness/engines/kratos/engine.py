@@ -5,7 +5,6 @@ Kratos is never imported into the harness's own process: it prints, and it may c
 
 from __future__ import annotations
 
-import re
 import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -14,7 +13,7 @@ from typing import Any, ClassVar, Literal
 
 from harness.engines.contract import Job, Template, Values
 from harness.engines.kratos import scenes
-from harness.engines.process import FAULTS, Ended, Limits, last_words, signal_of
+from harness.engines.process import Ended, Limits, last_words
 from harness.engines.programs import (
     ASK_SECONDS,
     OF_PYTHON,
@@ -29,9 +28,7 @@ from harness.engines.scripts import Task
 from harness.engines.traits import Traits
 from harness.errors import (
     EngineError,
-    EngineInputError,
     EngineMissingError,
-    EngineNaNError,
     Unsupported,
 )
 from harness.model.allowed import Allowed
@@ -50,9 +47,6 @@ REFERENCE: dict[Scheme, str] = {
 
 RELEASES = ("10.2.3", "10.4.3", "10.4.4")
 """With which the scripts were tried."""
-
-FAREWELL = "Deregistering "
-"""How the lines begin that Kratos prints at its end, whatever it was."""
 
 HELLO = """
 from importlib.metadata import PackageNotFoundError, version
@@ -77,8 +71,7 @@ class Kratos(ScriptedEngine):
 
     name = "kratos"
     traits = Traits(
-        install_hint="pip install KratosDEMApplication (extra 'kratos'), or --program "
-        "kratos=PYTHON",
+        install_hint=scenes.INSTALL,
         versions=RELEASES,
         integrator=REFERENCE["Velocity_Verlet"],
         microseconds_per_step=10.0,
@@ -155,7 +148,7 @@ class Kratos(ScriptedEngine):
         """Return the motion of the scene of each job, or the error of its run, in order."""
         return scenes.motions(
             self.program, [self.scene_of(job) for job in jobs], workers=self.workers,
-            limits=self.limits,
+            limits=self.limits, processes=self.processes,
         )  # fmt: skip
 
     def script_text(self, job: Job) -> str:
@@ -187,25 +180,6 @@ class Kratos(ScriptedEngine):
         """Return the command that runs a task again by hand."""
         return f"python {task.script.name} {self.words(task)}"
 
-    def start(self, words: Sequence[str], folder: Path, seconds: float) -> Ended:
-        """Run a command in a folder; its last words are those before Kratos's farewell."""
-        ended = super().start(words, folder, seconds)
-        lines = (line for line in ended.said.splitlines() if not line.startswith(FAREWELL))
-        return replace(ended, said="\n".join(lines))
-
     def error_of(self, ended: Ended, log: str) -> EngineError | None:  # noqa: ARG002
         """Return the error by the end of a process, or None where it ended well."""
-        output = ended.said
-        if ended.code != 0 and not ended.timed_out and signal_of(ended.code) not in FAULTS:
-            if re.search(r"^(?:ModuleNotFound|Import)Error: ", output, re.MULTILINE):
-                missing = f"no Kratos{last_words(output)}"
-                return EngineMissingError(self.traits.missing(missing))
-            if "is not a number" in output:
-                return EngineNaNError(
-                    f"Kratos met a value that is not a number{last_words(output)}"
-                )
-            # Kratos's own message of an error is long, and starts the same
-            refusal = re.search(r"^RuntimeError: (?:Error: )?(.*)$", output, re.MULTILINE)
-            if refusal is not None:
-                return EngineInputError(f"Kratos refused its input: {refusal[1].strip()[:160]}")
-        return ended.error(self.title)
+        return scenes.error_of(ended)

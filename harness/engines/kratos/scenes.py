@@ -10,19 +10,18 @@ of the public source of Kratos 10.4.4 (``spheric_particle.cpp``, ``DEM_D_*_CL.cp
 from __future__ import annotations
 
 import math
-import os
 import re
 from collections.abc import Sequence
-from functools import partial
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from harness.engines.jobs import Batches
 from harness.engines.process import FAULTS as FATAL_SIGNALS
-from harness.engines.process import Ended, Limits, signal_of
+from harness.engines.process import Ended, Limits, Processes, last_words, signal_of
 from harness.engines.scene_batches import (
     SCENES,
     Outcome,
-    SceneProgram,
     check_scene,
     check_words,
     contact_mass,
@@ -62,6 +61,10 @@ RULES = Rules(
 FAULTS = Faults(small_angle_quaternion=True)  # of 10.2 to 10.4
 
 
+INSTALL = "pip install KratosDEMApplication (extra 'kratos'), or --program kratos=PYTHON"
+FAREWELL = "Deregistering "  # how the lines begin that Kratos prints at its end, whatever it was
+
+
 def rules(scene: Scene) -> Rules:
     """Return Kratos's conventions; raise Unsupported for a scene that it cannot state."""
     words(scene)
@@ -74,6 +77,7 @@ def motions(
     *,
     workers: int | None = None,
     limits: Limits | None = None,
+    processes: Processes | None = None,
 ) -> list[Outcome]:
     """Return the motion of each scene, or the error of its run, in order.
 
@@ -85,24 +89,26 @@ def motions(
         write_scenes(folder, [(scene, words(scene)) for scene in scenes])
         return [executable, "-u", str(SCRIPT), SCENES]
 
-    program = SceneProgram(
+    batches = Batches(
         title="Kratos",
         write=write,
-        read=partial(read_motion, "Kratos"),
-        error=_error,
-        # of a few spheres more threads only wait
-        environment=lambda folder: {**os.environ, "OMP_NUM_THREADS": "1"},  # noqa: ARG005
+        read=lambda folder, place, scene, _: read_motion("Kratos", folder, place, scene),
+        error=lambda ended, _: error_of(ended),
     )
-    return program.motions(scenes, workers, limits)
+    return batches.run(scenes, workers, limits, processes)
 
 
-def _error(ended: Ended) -> EngineError | None:
-    """Return the error by the end of a process; Kratos's own messages start alike."""
+def error_of(ended: Ended) -> EngineError | None:
+    """Return the error by the end of a process; Kratos's own messages are long, and start alike."""
+    lines = (line for line in ended.said.splitlines() if not line.startswith(FAREWELL))
+    ended = replace(ended, said="\n".join(lines))
     if ended.code and not ended.timed_out and signal_of(ended.code) not in FATAL_SIGNALS:
         if re.search(r"^(?:ModuleNotFound|Import)Error: ", ended.said, re.MULTILINE):
-            return EngineMissingError("this Python has no KratosMultiphysics and DEMApplication")
+            missing = f"no Kratos{last_words(ended.said)}; to get it: {INSTALL}"
+            return EngineMissingError(missing)
         if "is not a number" in ended.said:
-            return EngineNaNError("Kratos met a value that is not a number")
+            words = last_words(ended.said)
+            return EngineNaNError(f"Kratos met a value that is not a number{words}")
         refusal = re.search(r"^RuntimeError: (?:Error: )?(.*)$", ended.said, re.MULTILINE)
         if refusal:
             return EngineInputError(f"Kratos refused its input: {refusal[1].strip()[:160]}")

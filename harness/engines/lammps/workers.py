@@ -25,10 +25,18 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import Any, NamedTuple, TextIO
 
-from harness.engines.contract import each_alone, finished
+from harness.engines.jobs import each_alone
 from harness.engines.lammps.language import check_log, error_from_text, file_of, version_in
-from harness.engines.process import Ended, Limits, environment_in, first_words, last_text, text_of
-from harness.engines.programs import fresh_folder
+from harness.engines.output import finished
+from harness.engines.process import (
+    Ended,
+    Limits,
+    environment_in,
+    first_words,
+    fresh_folder,
+    last_text,
+    text_of,
+)
 from harness.engines.provenance import Provenance
 from harness.engines.scripts import Script
 from harness.errors import (

@@ -6,7 +6,6 @@ LIGGGHTS's language is that of LAMMPS of about 2011: no words in conditions, no 
 
 from __future__ import annotations
 
-import os
 import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -25,9 +24,6 @@ from harness.model.scene import Scene
 
 MODEL = "hooke/stiffness"
 """The one normal model whose spring and dashpot can be stated."""
-
-ALONE = {"OMPI_MCA_ess_singleton_isolated": "1", "OMPI_MCA_pml": "ob1", "OMPI_MCA_btl": "self"}
-"""Open MPI for one process: no daemon that outlives it, no search for networks (0.3 s a start)."""
 
 _STRETCH = re.compile(r"\n? +Step \n +\d+ \n +\d+ \nLoop time of .*\n")
 """What LIGGGHTS says of each of the short runs of a script, which cannot be turned off."""
@@ -72,7 +68,7 @@ class Liggghts(LammpsLanguage):
         """Return the motion of the scene of each job, or the error of its run, in order."""
         return scenes.motions(
             self.program, [self.scene_of(job) for job in jobs], workers=self.workers,
-            limits=self.limits,
+            limits=self.limits, processes=self.processes,
         )  # fmt: skip
 
     def script_text(self, job: Job) -> str:
@@ -107,11 +103,8 @@ class Liggghts(LammpsLanguage):
         return [self.program, "-in", "batch.in", "-log", "none", "-screen", "screen.txt"]
 
     def environment(self, folder: Path) -> Mapping[str, str]:
-        """Return the environment of a process.
-
-        Open MPI keeps its session files in TMPDIR, and leaves them when it is killed.
-        """
-        return {**os.environ, **ALONE, "TMPDIR": str(folder)}
+        """Return the environment of a process."""
+        return scenes.environment(folder)
 
     def log_of(self, folder: Path, index: int) -> str:
         """Return the log of a task without the messages of each short run."""

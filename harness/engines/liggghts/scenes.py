@@ -8,18 +8,18 @@ from __future__ import annotations
 
 import math
 import os
-import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
-from harness.engines.process import Ended, Limits, signal_of, text_of
+from harness.engines.jobs import Batches
+from harness.engines.lammps.language import error_of
+from harness.engines.process import Limits, Processes, text_of
 from harness.engines.scene_batches import (
     PARTS,
     Outcome,
-    SceneProgram,
     check_scene,
     check_words,
     contact_mass,
@@ -29,7 +29,7 @@ from harness.engines.scene_batches import (
     partners,
     room,
 )
-from harness.errors import EngineError, EngineInputError, EngineOutputError, Unsupported
+from harness.errors import EngineOutputError, Unsupported
 from harness.model.conventions import Rules
 from harness.model.law import Law
 from harness.model.motion import Floats, Motion
@@ -64,6 +64,7 @@ def motions(
     *,
     workers: int | None = None,
     limits: Limits | None = None,
+    processes: Processes | None = None,
 ) -> list[Outcome]:
     """Return the motion of each scene, or the error of its run, in order.
 
@@ -83,22 +84,23 @@ def motions(
 
     for scene in scenes:
         rules(scene)
-    program = SceneProgram(
+    batches = Batches(
         title="LIGGGHTS",
         write=write,
-        read=read_samples,
-        error=_error,
-        log=".log",
-        environment=lambda folder: {**os.environ, **ALONE, "TMPDIR": str(folder)},
+        read=lambda folder, place, scene, _: read_samples(folder, place, scene),
+        error=lambda ended, log: error_of(ended, log, "LIGGGHTS"),
+        log=lambda folder, place: text_of(folder / f"{place}.log"),
+        environment=environment,
     )
-    return program.motions(scenes, workers, limits)
+    return batches.run(scenes, workers, limits, processes)
 
 
-def _error(ended: Ended) -> EngineError | None:
-    refusal = re.search(r"^ERROR.*", ended.said, re.MULTILINE)
-    if refusal and not ended.timed_out and signal_of(ended.code) is None:
-        return EngineInputError(f"LIGGGHTS refused its input: {refusal[0][:160]}")
-    return ended.error("LIGGGHTS")
+def environment(folder: Path) -> Mapping[str, str]:
+    """Return the environment of a process.
+
+    Open MPI keeps its session files in TMPDIR, and leaves them when it is killed.
+    """
+    return {**os.environ, **ALONE, "TMPDIR": str(folder)}
 
 
 def read_samples(folder: Path, place: int, scene: Scene) -> Motion | None:

@@ -14,11 +14,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from harness.engines.contract import Job
+from harness.engines.jobs import parallel_map
 from harness.engines.mfix.frames import motion, read_frames
 from harness.engines.mfix.scenes import Scheme, System, rules, system_of
 from harness.engines.output import Output
-from harness.engines.process import Ended, Limits, first_words, parallel_map, way_of_death
-from harness.engines.programs import ProgramEngine, fresh_folder
+from harness.engines.process import Ended, Limits, first_words, fresh_folder, way_of_death
+from harness.engines.programs import ProgramEngine
 from harness.engines.provenance import Provenance
 from harness.engines.scripts import renderer
 from harness.engines.stages import decided

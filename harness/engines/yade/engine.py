@@ -5,7 +5,6 @@ A script takes its runs as a list in a JSON file, and writes what each left when
 
 from __future__ import annotations
 
-import os
 import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -29,10 +28,6 @@ from harness.errors import EngineError, EngineMissingError
 from harness.model.conventions import Rules
 from harness.model.motion import Motion
 from harness.model.scene import Scene
-
-FOREIGN = ("PYTHON", "OMPI_", "PMI_", "PMIX_", "DISPLAY", "XDG_CONFIG_HOME")
-"""Variables that Yade must not inherit: it has a Python of its own, and would take itself for
-a rank of the launcher that the harness runs under."""
 
 
 class Yade(ScriptedEngine):
@@ -101,7 +96,7 @@ class Yade(ScriptedEngine):
         """Return the motion of the scene of each job, or the error of its run, in order."""
         return scenes.motions(
             self.program, [self.scene_of(job) for job in jobs], workers=self.workers,
-            limits=self.limits,
+            limits=self.limits, processes=self.processes,
         )  # fmt: skip
 
     def script_text(self, job: Job) -> str:
@@ -130,9 +125,5 @@ class Yade(ScriptedEngine):
         return f"yade -n -x {task.script.name} {self.words(task)}"
 
     def environment(self, folder: Path) -> Mapping[str, str]:
-        """Return the environment of a Yade that keeps to its own Python and writes here only.
-
-        Yade does not start without a HOME, and makes folders in it.
-        """
-        kept = {name: text for name, text in os.environ.items() if not name.startswith(FOREIGN)}
-        return {**kept, "HOME": str(folder)}
+        """Return the environment of a Yade that keeps to its own Python and writes here only."""
+        return scenes.environment(folder)

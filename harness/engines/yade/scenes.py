@@ -12,15 +12,14 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Mapping, Sequence
-from functools import partial
 from pathlib import Path
 from typing import Any
 
-from harness.engines.process import Limits
+from harness.engines.jobs import Batches
+from harness.engines.process import Limits, Processes
 from harness.engines.scene_batches import (
     SCENES,
     Outcome,
-    SceneProgram,
     check_scene,
     check_words,
     contact_mass,
@@ -73,6 +72,7 @@ def motions(
     *,
     workers: int | None = None,
     limits: Limits | None = None,
+    processes: Processes | None = None,
 ) -> list[Outcome]:
     """Return the motion of each scene, or the error of its run, in order.
 
@@ -83,18 +83,21 @@ def motions(
         write_scenes(folder, [(scene, words(scene)) for scene in scenes])
         return [executable, "-n", "-x", str(SCRIPT), SCENES]
 
-    program = SceneProgram(
+    batches = Batches(
         title="Yade",
         write=write,
-        read=partial(read_motion, "Yade"),
-        error=lambda ended: ended.error("Yade"),
-        environment=_environment,
+        read=lambda folder, place, scene, _: read_motion("Yade", folder, place, scene),
+        error=lambda ended, _: ended.error("Yade"),
+        environment=environment,
     )
-    return program.motions(scenes, workers, limits)
+    return batches.run(scenes, workers, limits, processes)
 
 
-def _environment(folder: Path) -> Mapping[str, str]:
-    """Return an environment of Yade's own Python; without a HOME it does not start."""
+def environment(folder: Path) -> Mapping[str, str]:
+    """Return an environment of Yade's own Python, which writes here only.
+
+    Yade does not start without a HOME, and makes folders in it.
+    """
     kept = {name: text for name, text in os.environ.items() if not name.startswith(FOREIGN)}
     return {**kept, "HOME": str(folder)}
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from harness.engines.kratos import run_scenes
-from harness.engines.kratos.scenes import AT_WALLS, BETWEEN_SPHERES, _error, words
+from harness.engines.kratos.scenes import AT_WALLS, BETWEEN_SPHERES, error_of, words
 from harness.engines.process import Ended
 from harness.errors import EngineInputError, EngineMissingError, EngineNaNError, Unsupported
 from harness.model.motion import Motion
@@ -169,5 +169,5 @@ def test_law_that_it_cannot_state(law, reason):
     ],
 )
 def test_end_of_a_process(said, kind):
-    assert isinstance(_error(Ended(said, 1, 0.1, timed_out=False)), kind)
-    assert _error(Ended("", 0, 0.1, timed_out=False)) is None
+    assert isinstance(error_of(Ended(said, 1, 0.1, timed_out=False)), kind)
+    assert error_of(Ended("", 0, 0.1, timed_out=False)) is None
