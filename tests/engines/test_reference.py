@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from harness.engines.contract import Job, Template, scripts_and_scenes
+from harness.engines.contract import Job, Template
 from harness.engines.output import SERIES, Output
 from harness.engines.reference import Reference
 from harness.engines.registry import open_engine
@@ -77,14 +77,3 @@ def test_motion_of_stages_that_lacks_samples_is_an_error():
     cut = {SERIES: {n: v[:-1] for n, v in output.tables[SERIES].items()}}
     with pytest.raises(EngineOutputError, match="samples"):
         motion_in(Output((), output.provenance, {**output.tables, **cut}), scene)
-
-
-def test_scripts_and_scenes_keep_the_order_of_jobs():
-    names = ["a", "b", "c", "d"]
-    jobs = [Job(Template(name, {"": {}}), {}) for name in names]
-    found = scripts_and_scenes(
-        jobs, lambda job: job.template.name in "bd",
-        lambda some: [f"script {job.template.name}" for job in some],
-        lambda some: [f"scene {job.template.name}" for job in some],
-    )  # fmt: skip
-    assert found == ["scene a", "script b", "scene c", "script d"]

@@ -159,6 +159,19 @@ def test_a_value_that_the_script_cannot_be_told_is_refused_before_anything_runs(
     assert toy.logs() == {}
 
 
+def test_scripts_and_scenes_keep_the_order_of_jobs(toy, monkeypatch):
+    jobs = [Job(Template(name, {"": {}}), {}) for name in "abcd"]
+    monkeypatch.setattr(toy, "check", lambda _: None)
+    monkeypatch.setattr(toy, "has_template", lambda template: template.name in "bd")
+    for way in ("_run_scripts", "run_scene_jobs"):
+        monkeypatch.setattr(
+            toy, way, lambda some, w=way: [EngineError(f"{w} {job.template.name}") for job in some]
+        )
+    assert [str(outcome) for outcome in toy.run(jobs)] == [
+        "run_scene_jobs a", "_run_scripts b", "run_scene_jobs c", "_run_scripts d",
+    ]  # fmt: skip
+
+
 def test_variants_are_scripts_of_their_own_or_values_of_the_main_one(toy):
     assert set(Toy.inputs([BALL])) == {"ball.py"}
     assert set(Varied.inputs([BALL])) == {"ball.py", "ball-big.py"}
