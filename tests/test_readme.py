@@ -58,12 +58,6 @@ def links():
     ]
 
 
-@pytest.mark.parametrize("module", ["engine", "contacts"])
-def test_an_engine_that_is_shown_is_one_that_is_tested(module):
-    file = ROOT / "tests" / "plugins" / "small_dem" / "small_dem" / f"{module}.py"
-    assert file.read_text("utf-8") in blocks(ROOT / "harness" / "engines" / "README.md", "python")
-
-
 @pytest.mark.parametrize("text", [p for p in shown("python") if "class Small" not in p.values[0]])
 def test_what_is_shown_in_python_runs(text, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)

@@ -10,7 +10,6 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
-from harness.cases.tower.runs import TowerRun
 from harness.theory import chain
 from harness.theory import contact as bounce
 from harness.theory import contact as cohesion
@@ -254,11 +253,3 @@ def stacked_motion(
     first = np.concatenate([place, np.zeros(size), [1.0]])
     states = np.array([expm(rates * time) @ first for time in np.atleast_1d(times)])
     return states[:, :size], states[:, size:-1]
-
-
-def momentum_error(run: TowerRun) -> float:
-    """Return the largest momentum that no force accounts for, of a free tower [kg m/s]."""
-    if run.tower.base == "fixed":
-        raise ValueError("momentum of a tower on a fixed base is not conserved")
-    weight = run.tower.gravity * sum(run.tower.each("mass"))
-    return float(np.max(np.abs(run.momentum - run.momentum[0] - weight * run.time)))
