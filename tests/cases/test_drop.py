@@ -20,28 +20,13 @@ from harness.model.contact import PLASTIC, Contact
 from harness.model.scene import Scene
 from harness.results.rows import Verdict
 from harness.solvers import reference
+from tests.engine_doubles import Twin
 
 FULL = Contact(restitution=0.5)
 
 
 def verify(engine):
     return run_checks("drop", [*CASE.checks(engine)], Bench(engine))
-
-
-class Faulty(Reference):
-    """The reference with a fault: of the scene that it runs, or of the motion that it returns."""
-
-    name = "faulty"
-
-    def __init__(self, change_scene=lambda scene: scene, change_motion=lambda _, motion: motion):
-        super().__init__()
-        self.change_scene, self.change_motion = change_scene, change_motion
-
-    def motions(self, jobs):
-        changed = [replace(job, scene=self.change_scene(job.scene)) for job in jobs]
-        motions = super().motions(changed)
-        pairs = zip(jobs, motions, strict=True)
-        return [self.change_motion(job.scene, motion) for job, motion in pairs]
 
 
 @pytest.fixture(scope="module")
@@ -149,7 +134,7 @@ FAULTS = {  # fault: (engine, setup and quantity of a row that must turn)
 @pytest.mark.parametrize("fault", FAULTS)
 def test_planted_fault_turns_its_row(fault):
     engine, (setup, quantity) = FAULTS[fault]
-    turned = {(r.setup, r.quantity) for r in verify(Faulty(**engine)) if r.verdict is Verdict.FAIL}
+    turned = {(r.setup, r.quantity) for r in verify(Twin(**engine)) if r.verdict is Verdict.FAIL}
     assert (setup, quantity) in turned
 
 
@@ -165,7 +150,7 @@ def lost(_, motion):
                lambda _, motion: replace(motion, velocity=np.full_like(motion.velocity, np.nan))],
 )  # fmt: skip
 def test_spoiled_runs_fail_every_row(change):
-    rows = verify(Faulty(change_motion=change))
+    rows = verify(Twin(change_motion=change))
     assert {row.verdict for row in rows} == {Verdict.FAIL}
     assert len(rows) == 26
 
@@ -175,7 +160,7 @@ def test_grain_that_flies_through_the_sphere_is_an_error():
         still = motion.velocity[:1].repeat(len(motion), axis=0)
         return replace(motion, velocity=still)
 
-    notes = [r.note for r in verify(Faulty(change_motion=blind)) if r.verdict is Verdict.FAIL]
+    notes = [r.note for r in verify(Twin(change_motion=blind)) if r.verdict is Verdict.FAIL]
     assert any("never felt" in note for note in notes)
 
 

@@ -191,21 +191,3 @@ def test_springs_of_rolling_that_differ_leave_a_finding():
 
 
 # ---- report
-
-
-def test_a_section_shows_the_largest_setup_that_was_run_and_runs_nothing():
-    from harness.cases.bench import Bench
-
-    case, engines = CASES["silo"], (StandIn("silo"), StandIn("silo", "liggghts"))
-    benches = {engine.name: Bench(engine) for engine in engines}
-    assert not case.sections(benches)
-    for setup in case.setups()[:2]:
-        case.sample(benches["lammps"], setup)
-    case.sample(benches["liggghts"], case.setups()[0])
-    ran = [len(engine.ran) for engine in engines]
-    (section,) = case.sections(benches)
-    assert [len(engine.ran) for engine in engines] == ran
-    (table,) = section.tables
-    assert list(table.frame) == ["quantity", "Lammps"]
-    (drawing,) = section.drawings
-    assert len(drawing.draw().axes[0].lines) == 16

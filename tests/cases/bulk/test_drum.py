@@ -234,19 +234,3 @@ def test_rolling_is_a_spring_up_to_its_limit(kind, pair):
     assert rise == pytest.approx(0.1 * limit, rel=1e-5)
     assert torque(kind, p, pair, 300, spin, overlap) == pytest.approx(limit, rel=1e-5)
     assert torque(kind, p.replace(rolling_friction=0.0), pair, 300, spin, overlap) == 0.0
-
-
-def test_the_profile_has_both_kinds_in_both_quadrants_over_the_turn():
-    p = Drum()
-    steps = p.settle_steps + p.every * np.arange(5)
-    rise = np.linspace(0.0, 1.0, p.grains)[:, None] < np.arange(5) / 4  # more from row to row
-    x, z = np.where(rise, -1e-3, 1e-3).T, np.where(rise, 1e-3, -1e-3).T
-    found = CASE.profile(p, drum_output(p, {"step": steps, "x_m": x, "y_m": 0 * x, "z_m": z}))
-    assert {len(values) for values in found.values()} == {5}
-    assert found["turned_deg"][-1] == pytest.approx(
-        math.degrees(4 * p.every * p.step_size * p.speed)
-    )
-    for kind, which in (("large", slice(p.large_grains)), ("small", slice(p.large_grains, None))):
-        rising = [rise[which, row].mean() for row in range(5)]
-        assert found[f"{kind}_rising_ratio"] == pytest.approx(rising)
-        assert found[f"{kind}_falling_ratio"] == pytest.approx([1 - share for share in rising])

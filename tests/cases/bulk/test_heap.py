@@ -7,18 +7,11 @@ import pytest
 
 from harness.cases.bulk.heap import CASE, Heap, columns_over_sill, slope_angles
 from harness.cases.bulk.mixing import surface_angle
-from harness.engines.contract import Job
-from harness.engines.lammps.engine import Lammps
-from harness.engines.liggghts.engine import Liggghts
 from harness.errors import EngineLostAtomsError, EngineOutputError, EngineUndecidedError
 from tests.cases.bulk.doubles import (
-    LIGGGHTS,
-    changed,
     heap_output,
     heap_series,
-    replaced,
     ridge,
-    run,
 )
 
 TINY = Heap(length=16, width=5, sill=1, layers=20, duration=1.0)
@@ -102,13 +95,6 @@ def test_a_grain_beyond_a_side_is_an_error_and_no_result():
         measure(grains=p.grains + 1)
 
 
-def test_the_elastic_energy_of_columns_is_below_its_bound():
-    p = Heap()
-    loads = p.grain.mass * p.gravity * np.arange(1, p.layers + 1)
-    energy = p.grains / p.layers * sum(p.grain.elastic_energy(load) for load in loads)
-    assert energy < p.largest_elastic_energy
-
-
 @pytest.mark.slow
 @pytest.mark.live
 def test_a_small_heap_in_lammps_has_one_angle_by_heights_and_by_numbers(lammps):
@@ -119,50 +105,6 @@ def test_a_small_heap_in_lammps_has_one_angle_by_heights_and_by_numbers(lammps):
     by_numbers = angle_by_numbers(table["height_m"][-1], table["count"][-1], TINY)
     assert angle == pytest.approx(by_numbers, abs=5.0)
     assert 15.0 < angle < 40.0
-
-
-def torque(kind, p, steps, spin, overlap):
-    """Return the torque [N m] of a glued grain on one that is held in it and turns, by a script.
-
-    Spinning across the normal at a rate [rad/s] for so many steps, without friction of sliding.
-    """
-    place, turn = "0.02 0.01 0.02", f"omega 0 {spin} 0" if kind is Lammps else f"omegay {spin}"
-    beside = f"{0.02 + 2.0 * p.radius - overlap:.17g} 0.01 0.02"
-    words = (
-        ("create_atoms 2 region trough", f"create_atoms 2 single {place} units box"),
-        ("create_atoms 1 region bed", f"create_atoms 1 single {beside} units box"),
-        ("fix move grains nve/sphere", f"set group grains {turn}\nfix move grains nve/noforce"),
-        (
-            "compute kinetic grains ke",
-            "compute each grains property/atom tqy\n"
-            "compute torque grains reduce sum c_each\ncompute kinetic grains ke",
-        ),
-        ("variable height    equal xcm(grains,z)", "variable height equal c_torque"),
-    )
-    values = {**p.values, "friction": 0.0, "scatter": 0.0, "dispersity": 0.0}
-    values |= {"settle_steps": steps, "steps": 1, "series_every": 1}
-    still = changed(kind, lambda text: replaced(text, *words))
-    (found,) = run(still, Job(CASE.template, values, sampled=True))
-    return abs(found.number("mean_height_m"))
-
-
-@pytest.mark.live
-@pytest.mark.parametrize("kind", [Lammps, pytest.param(Liggghts, marks=LIGGGHTS)])
-def test_rolling_is_a_spring_up_to_its_limit(kind):
-    """k_t R*^2 times the angle, k_t = 8 G* a under half of the layers; at most mu_r F_n R*."""
-    p, nu, reduced = Heap(), Heap().poisson_ratio, 0.5 * Heap().radius
-    load = 0.5 * p.layers * p.grain.mass * p.gravity
-    modulus = p.youngs_modulus / (2.0 * (1.0 - nu**2))
-    contact = (0.75 * load * reduced / modulus) ** (1.0 / 3.0)
-    overlap = contact**2 / reduced
-    spring = 8.0 * p.youngs_modulus / (4.0 * (1.0 + nu) * (2.0 - nu)) * contact * reduced**2
-    limit = p.rolling_friction * load * reduced
-    turn = 0.1 * limit / spring  # rad of ten steps
-    spin = turn / (10.0 * p.step_size)
-    rise = torque(kind, p, 20, spin, overlap) - torque(kind, p, 10, spin, overlap)
-    assert rise == pytest.approx(0.1 * limit, rel=1e-5)
-    assert torque(kind, p, 300, spin, overlap) == pytest.approx(limit, rel=1e-5)
-    assert torque(kind, p.replace(rolling_friction=0.0), 300, spin, overlap) == 0.0
 
 
 @pytest.mark.live

@@ -3,8 +3,6 @@
 import pytest
 
 from harness.cases.bulk import beds
-from harness.cases.bulk.beds import PUBLISHED
-from harness.engines.process import Limits
 from harness.engines.registry import engine_class
 from harness.errors import RequestError
 from tests.cases.bulk.doubles import CASES
@@ -63,36 +61,3 @@ def test_codes_that_do_not_resist_rolling_refuse_it(code, name, preset):
         f"has no variable 'rolling_friction' (rolling_friction = {p.rolling_friction})"
     )
     assert not engine.refuses(case.job(p.replace(rolling_friction=0.0)))
-
-
-@pytest.mark.parametrize(
-    ("name", "presets"), [("silo", (PUBLISHED, "published-wide")), ("drum", (PUBLISHED,))]
-)
-def test_level_full_has_the_published_systems_from_four_beginnings_each(name, presets):
-    case = CASES[name]
-    setups = [setup for setup in case.setups() if setup.name.startswith(PUBLISHED)]
-    assert {setup.level for setup in setups} == {"full"}
-    for preset, setup in zip(presets, setups, strict=True):
-        assert len({(p.seed, p.settle_steps) for p in setup.runs}) == 4
-        same = {"seed": 1, "settle_time": case.presets[preset].settle_time}
-        assert [p.replace(**same) for p in setup.runs] == [case.presets[preset]] * 4
-
-
-def test_the_published_bed_is_run_from_several_places_and_once_over_its_whole_time():
-    setups = {setup.name: setup for setup in CASES["penetration"].setups()}
-    short, whole = (
-        setups[f"{PUBLISHED}, {name}"] for name in ("4 places, 40 ms", "1 place, 100 ms")
-    )
-    assert len({p.offset for p in short.runs}) == 4
-    assert short.runs[3].steps * 5e-7 == pytest.approx(0.04, rel=2e-3)
-    assert whole.runs[0].steps * 5e-7 == pytest.approx(0.1, rel=1e-3)
-    assert short.compared == ("largest_depth_m", "slowed_time_s")
-    assert whole.compared == ()  # one run: no statistics
-
-
-@pytest.mark.parametrize(("preset", "long"), [(PUBLISHED, True), ("small", False)])
-def test_a_long_run_has_ten_times_its_expected_time(preset, long):
-    """The published silo takes most of a day."""
-    job = CASES["silo"].job(CASES["silo"].presets[preset])
-    assert (Limits().time_for(job.seconds) > 86400.0) is long
-    assert CASES["silo"].cost(CASES["silo"].presets[preset]) > 0.0

@@ -8,7 +8,6 @@ from scipy.optimize import brentq
 
 from harness.cases.bulk.beds import RAYLEIGH_SHARE, Sphere
 from harness.cases.bulk.penetration import CASE, Penetration
-from harness.engines.contract import Job
 from harness.errors import EngineLostAtomsError, EngineOutputError
 from harness.results.rows import Verdict
 from tests.cases.bulk.doubles import StandIn, own_rows, penetration_output, penetration_series
@@ -116,29 +115,6 @@ def test_the_known_depth_is_not_tested_where_the_floor_ends_the_fall(grains, ver
     assert row.verdict is verdict
     if verdict is Verdict.NOT_TESTED:
         assert "stops 1.9 mm above it, less than a grain's diameter of 2 mm" in row.note
-
-
-def test_the_profile_has_height_velocity_and_deceleration():
-    p, table = Penetration(), penetration_series(Penetration())
-    t = table["time_s"]
-    table |= {"z_m": 0.1 - t**2, "vz_m_per_s": -2 * t}
-    found = CASE.profile(p, penetration_output(p, table, lower=0.0))
-    assert list(found) == ["time_s", "height_m", "velocity_m_per_s", "deceleration_m_per_s2"]
-    # its velocity grows downward by 2 m/s in each second
-    assert found["deceleration_m_per_s2"] == pytest.approx([-2.0] * len(t))
-
-
-@pytest.mark.live
-def test_a_small_bed_in_lammps_is_the_same_between_planes_and_in_a_region(lammps):
-    """A block of planes or a region: round-off of places in the box, which the motion magnifies."""
-    short = TINY.replace(settle_time=0.02, duration=0.005)
-    jobs = [
-        Job(CASE.template, {**short.values, **changes}, sampled=True)
-        for changes in ({}, {"walls_as": "region"}, {"steel_friction": 0.5, "seed": 2})
-    ]
-    planes, region, other = lammps.run([*jobs])
-    assert region.number("mean_height_m") == pytest.approx(planes.number("mean_height_m"), rel=1e-8)
-    assert other.number("mean_height_m") != pytest.approx(planes.number("mean_height_m"), rel=1e-5)
 
 
 @pytest.mark.live

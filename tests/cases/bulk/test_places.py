@@ -1,7 +1,6 @@
 """Files of places: what is read, what is refused, what a code reads back."""
 
 import lzma
-import math
 import re
 from pathlib import Path
 
@@ -174,16 +173,3 @@ def test_a_code_reads_the_drum_of_a_file(code, tmp_path):
     assert table["x_m"][0][0] == pytest.approx(0.0, abs=1e-9)  # large ones come first
     fall = 0.5 * p.gravity * (p.step_size * p.steps) ** 2
     np.testing.assert_allclose(table["z_m"][-1], 0.005 - fall, atol=2.0 / p.steps * fall)
-
-
-@pytest.mark.live
-@pytest.mark.slow
-def test_the_published_drum_begins_to_turn_in_lammps():
-    """Three hundred steps from its places: contacts at rest, no grain beyond a wall."""
-    p = DRUM_CASE.presets[PUBLISHED].replace(turn=math.degrees(2.0 * 300 * 8e-7))
-    with Lammps() as engine:
-        (output,) = engine.run([DRUM_CASE.job(p)])
-    found = DRUM_CASE.measure(p, output)
-    # 0.005 deg of a turn leave large grains below small ones, and the surface as it was
-    assert found["mixing_index"] == pytest.approx(found["first_mixing_index"], abs=1e-3)
-    assert abs(found["surface_angle_deg"]) < 5.0

@@ -8,7 +8,6 @@ from scipy.integrate import quad
 
 from harness.cases.bulk.series import largest_gain
 from harness.cases.bulk.silo import CASE, STRESS_RATIO, Silo
-from harness.cases.bulk.statistics import ratio_of_means
 from harness.engines.contract import Job
 from harness.errors import EngineLostAtomsError, EngineOutputError, EngineUndecidedError
 from harness.theory.bulk import janssen_share
@@ -41,15 +40,6 @@ def test_the_surface_of_a_bed_is_at_the_mean_height_of_the_grains():
         )
         assert p.volume(height) == pytest.approx(volume, rel=1e-9)
         assert p.surface(moment / volume) == pytest.approx(height, rel=1e-9)
-
-
-def test_the_elastic_energy_of_columns_is_below_its_bound():
-    p = Silo()
-    columns = math.pi * p.silo_radius**2 / 16e-6
-    count = p.volume(0.045) * 0.6 / p.grain.volume / columns
-    loads = p.grain.mass * p.gravity * np.arange(1, count)
-    energy = columns * sum(p.grain.elastic_energy(load) for load in loads)
-    assert energy < p.largest_elastic_energy
 
 
 def measure(p=None, table=None, **changes):
@@ -109,12 +99,6 @@ def test_the_load_of_the_shaft_is_compared_with_janssen_s():
     assert measure(Silo(steel_friction=0.0))["janssen_load_ratio"] == 0.0
 
 
-def test_the_profile_is_the_number_that_remains():
-    p, table = Silo(), silo_series(Silo())
-    columns = CASE.profile(p, silo_output(p))
-    assert columns == {name: table[name].tolist() for name in ("time_s", "remaining")}
-
-
 @pytest.mark.live
 def test_a_small_silo_in_lammps_runs_empty_and_its_walls_bear_the_weight(lammps):
     rested, arched = (
@@ -142,19 +126,3 @@ def test_triangles_that_leave_a_hole_are_an_error_and_no_result():
     assert CASE.measure(TINY, good)["passed_ratio"] == 1.0
     with pytest.raises(EngineLostAtomsError, match="they leave a hole"):
         CASE.measure(TINY, bad)
-
-
-@pytest.mark.live
-@pytest.mark.slow
-@LIGGGHTS
-def test_walls_of_twice_the_triangles_let_as_many_grains_pass():
-    from harness.engines.liggghts.engine import Liggghts
-
-    trials, rates = [Silo(seed=seed) for seed in range(1, 7)], []
-    with Liggghts() as engine:
-        for facets in (60, 120):
-            jobs = [Job(CASE.template, {**p.values, "facets": facets}, "", True) for p in trials]
-            pairs = zip(trials, engine.run(jobs), strict=True)
-            rates.append([CASE.measure(p, found)["discharge_rate_per_s"] for p, found in pairs])
-    ratio = ratio_of_means(*map(np.array, rates))
-    assert abs(ratio.value - 1.0) + ratio.uncertainty < 0.05, ratio
