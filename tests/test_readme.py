@@ -3,6 +3,7 @@
 import ast
 import re
 import shlex
+import textwrap
 from pathlib import Path
 
 import pytest
@@ -22,7 +23,8 @@ def name(page):
 
 def blocks(page, language):
     """Return the blocks of code of a language in a page."""
-    return re.findall(rf"^ *```{language}\n(.*?)^ *```", page.read_text("utf-8"), re.M | re.S)
+    found = re.findall(rf"^ *```{language}\n(.*?)^ *```", page.read_text("utf-8"), re.M | re.S)
+    return [textwrap.dedent(text) for text in found]
 
 
 def shown(language):

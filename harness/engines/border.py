@@ -23,11 +23,21 @@ if TYPE_CHECKING:
 
 Outcomes = list[Output | EngineError]
 Run = Callable[["Engine", Sequence["Job"]], Outcomes]
-EXPECTED: dict[str, tuple[str, tuple[type, ...]]] = {  # results of methods: in words, and types
-    "identify": ("a Provenance", (Provenance,)),
-    "refuses": ("a text, empty where it refuses nothing", (str,)),
-    "fingerprint": ("a dictionary that is ready for JSON, or None", (Mapping, type(None))),
+EXPECTED: dict[str, str] = {  # results of methods
+    "identify": "a Provenance",
+    "refuses": "a text, empty where it refuses nothing",
+    "fingerprint": "a dictionary that is ready for JSON, or None",
+    "rules": "the Rules of a scene, or raise Unsupported with the reason",
+    "motions": "a list with a Motion or an EngineError for each job",
 }
+
+
+class _RaisedError(EngineError):
+    """Another exception than the contract has."""
+
+
+class _WrongResultError(EngineOutputError):
+    """A result of another type than the contract has."""
 
 
 def engine_label(engine: Engine | type[Engine]) -> str:
@@ -45,6 +55,8 @@ def checked_run(run: Run) -> Run:
         try:
             outcomes: Any = run(self, jobs)
         except Exception as error:
+            if isinstance(error, _RaisedError | _WrongResultError):
+                return [error for _ in jobs]
             full = isinstance(error, OSError) and error.errno in (*FULL, errno.EMFILE)
             known = isinstance(error, (HarnessError, MemoryError)) or full
             if known or not _is_foreign(type(self)):
@@ -62,7 +74,6 @@ def checked_run(run: Run) -> Run:
 
 def checked_call(name: str, call: Callable[..., Any]) -> Callable[..., Any]:
     """Return a method of an engine whose result is checked; it raises EngineError otherwise."""
-    expected, types = EXPECTED[name]
 
     @functools.wraps(call)
     def checked(self: Engine, *arguments: Any) -> Any:
@@ -74,11 +85,33 @@ def checked_call(name: str, call: Callable[..., Any]) -> Callable[..., Any]:
             raise
         except Exception as error:
             raise _raised(self, name, error) from error
-        if not isinstance(value, types):
-            raise _error(self, name, f"a {type(value).__name__}", expected)
+        if found := _wrong(name, value, arguments):
+            raise _error(self, name, found, EXPECTED[name])
         return value
 
     return checked
+
+
+def _wrong(name: str, value: Any, arguments: Sequence[Any]) -> str:
+    """Return what a method returned in place of what is expected, empty where that is right."""
+    from harness.model.conventions import Rules
+
+    kinds: dict[str, tuple[type, ...]] = {
+        "identify": (Provenance,), "refuses": (str,), "fingerprint": (Mapping, type(None)),
+        "rules": (Rules,), "motions": (list, tuple),
+    }  # fmt: skip
+    if not isinstance(value, kinds[name]):
+        return f"a {type(value).__name__}"
+    return _wrong_motions(value, *arguments) if name == "motions" else ""
+
+
+def _wrong_motions(motions: Any, jobs: Sequence[Job]) -> str:
+    from harness.model.motion import Motion
+
+    others = [one for one in motions if not isinstance(one, Motion | EngineError)]
+    if others:
+        return f"a list with a {type(others[0]).__name__}"
+    return "" if len(motions) == len(jobs) else f"{len(motions)} motions of {len(jobs)} jobs"
 
 
 def _is_foreign(kind: type[Engine]) -> bool:
@@ -87,7 +120,7 @@ def _is_foreign(kind: type[Engine]) -> bool:
 
 def _error(engine: Engine, call: str, found: str, expected: str) -> EngineOutputError:
     label = engine_label(engine)
-    return EngineOutputError(f"{label}: {call} returned {found}, must return {expected}")
+    return _WrongResultError(f"{label}: {call} returned {found}, must return {expected}")
 
 
 def _raised(engine: Engine, call: str, error: Exception) -> EngineError:
@@ -99,7 +132,7 @@ def _raised(engine: Engine, call: str, error: Exception) -> EngineError:
     found = f"{call} raised {text} ({Path(place.filename).name}, line {place.lineno})"
     expected = "must raise an EngineError, or return one for the job"
     log = "".join(traceback.format_exception(error))
-    return EngineError(f"{engine_label(engine)}: {found}, {expected}").with_log(log)
+    return _RaisedError(f"{engine_label(engine)}: {found}, {expected}").with_log(log)
 
 
 def _checked(engine: Engine, job: Job, outcome: Any) -> Output | EngineError:

@@ -178,7 +178,7 @@ class Engine(ABC):
         if self.has_template(job.template):
             return ""
         if job.scene is None:
-            return f"it has no template {job.template.name!r}"
+            return f"it has no template {job.template.name!r}, and the job has no scene"
         if job.values.get("units") == "lj" and not self.has_lj_units:
             return "it has no units lj"
         try:

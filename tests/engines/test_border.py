@@ -89,9 +89,21 @@ def test_errors_and_refusals_of_an_engine_pass_as_they_are():
         ("refuses", lambda *_: 1 // 0, "refuses raised ZeroDivisionError"),
         ("refuses", lambda *_: None, "refuses returned a NoneType, must return a text"),
         ("fingerprint", lambda _: "mine", "fingerprint returned a str, must return a dictionary"),
+        ("rules", lambda *_: {}, "rules returned a dict, must return the Rules of a scene"),
+        ("rules", lambda *_: 1 // 0, "rules raised ZeroDivisionError"),
+        ("motions", lambda *_: [None], "motions returned a list with a NoneType, must return a"),
+        ("motions", lambda *_: [], "motions returned 0 motions of 1 jobs, must return a list"),
     ],
 )
 def test_a_flaw_of_another_method_is_raised(name, method, words):
     kind = type("Mine", (Plugin,), {name: method, "__module__": __name__})
+    arguments = {"refuses": [JOB], "rules": [JOB.scene], "motions": [[JOB]]}.get(name, [])
     with pytest.raises(EngineError, match=f"engine 'plugin' of package 'tests': {words}"):
-        getattr(kind(list), name)(*[JOB] * (name == "refuses"))
+        getattr(kind(list), name)(*arguments)
+
+
+def test_a_flaw_of_a_motion_is_an_error_of_each_job_of_the_run():
+    members = {"run": Engine.run_scene_jobs, "motions": lambda *_: None, "__module__": __name__}
+    outcomes = type("Mine", (Plugin,), members)(list).run([JOB, JOB])
+    for error in outcomes:
+        assert str(error).startswith("engine 'plugin' of package 'tests': motions returned a NoneT")

@@ -1,4 +1,4 @@
-"""The engine of another package goes through the suite, as its own tests would have it."""
+"""The engine and the case of other packages, as their own tests would have them."""
 
 import sys
 from contextlib import contextmanager
@@ -9,25 +9,27 @@ import pytest
 
 from harness.cases.bench import Bench
 from harness.cases.checks import run_checks
-from harness.cases.drop.case import CASE
+from harness.cases.drop.case import CASE as DROP
 from harness.engines.scene_jobs import scene_job
 from harness.results.rows import Verdict
 from harness.solvers import reference
 from harness.testing import engine_checks
+from tests.engine_doubles import Twin
 from tests.engines.test_plane_scenes import LAWS, drop, row, tower
 
 HERE = Path(__file__).parent
-README = HERE.parents[1] / "harness" / "engines" / "README.md"
+ROOMS = HERE.parents[1] / "harness"
 
 
 @contextmanager
 def importable():
-    """Make the example package importable, which need not be installed."""
-    sys.path.insert(0, str(HERE / "small_dem"))
+    """Make the example packages importable, which need not be installed."""
+    folders = [str(HERE / name) for name in ("small_dem", "ball_on_sphere")]
+    sys.path[:0] = folders
     try:
         yield
     finally:
-        sys.path.remove(str(HERE / "small_dem"))
+        sys.path[:] = [place for place in sys.path if place not in folders]
 
 
 def small_dem():
@@ -37,6 +39,13 @@ def small_dem():
     return SmallDem()
 
 
+def ball_on_sphere():
+    """Return the case of the example package."""
+    with importable():
+        from ball_on_sphere.case import CASE
+    return CASE
+
+
 @pytest.mark.parametrize("check", engine_checks(small_dem))
 def test_small_dem(check):
     check()
@@ -44,7 +53,7 @@ def test_small_dem(check):
 
 def test_it_qualifies():
     with small_dem() as engine:
-        rows = run_checks("drop", [*CASE.checks(engine)], Bench(engine))
+        rows = run_checks("drop", [*DROP.checks(engine)], Bench(engine))
     assert {row.verdict for row in rows} == {Verdict.PASS}
 
 
@@ -53,6 +62,7 @@ ROWS = [
     row(LAWS["attractive"], 8.0, motion="held"),
     row(LAWS["clipped"]).replace(steps=7777),
     drop(LAWS["clipped"], "held", 9.81),
+    tower(LAWS["attractive"]),
 ]
 
 
@@ -60,12 +70,39 @@ ROWS = [
 def test_its_motion_is_that_of_the_reference(scene):
     with small_dem() as engine:
         (motion,), rules = engine.motions([scene_job(scene)]), engine.rules(scene)
-        assert "lets all spheres touch" in engine.refuses(scene_job(tower(LAWS["elastic"])))
     expected = reference.run(scene, rules)
     assert np.abs(motion.position - expected.position).max() < 1e-12
     assert scene.stages == () or np.abs(motion.stages - expected.stages).max() < 1e-12
 
 
-def test_the_readme_has_the_example_as_it_is():
-    text = (HERE / "small_dem" / "small_dem" / "engine.py").read_text(encoding="utf-8")
-    assert f"```python\n{text}```" in README.read_text(encoding="utf-8")
+def ball_rows(engine):
+    case = ball_on_sphere()
+    return run_checks(case.name, [*case.checks(engine)], Bench(engine))
+
+
+def test_the_case_holds_in_the_engine():
+    with small_dem() as engine:
+        assert [row.verdict for row in ball_rows(engine)] == 7 * [Verdict.PASS]
+
+
+def test_a_stiffness_off_by_1e_6_turns_every_contact_time():
+    rows = ball_rows(Twin(lambda scene: scene.replace(law=stiffer(scene.law))))
+    failed = {row.setup for row in rows if row.verdict is Verdict.FAIL}
+    assert failed == {*ball_on_sphere().presets}
+
+
+def stiffer(law):
+    return law.replace(normal_stiffness=law.normal_stiffness * (1.0 + 1e-6))
+
+
+@pytest.mark.parametrize(
+    ("room", "file"),
+    [
+        ("engines", "small_dem/small_dem/engine.py"),
+        ("cases", "ball_on_sphere/ball_on_sphere/case.py"),
+    ],
+)
+def test_a_readme_has_its_example_as_it_is(room, file):
+    text = (HERE / file).read_text(encoding="utf-8")
+    page = (ROOMS / room / "README.md").read_text(encoding="utf-8")
+    assert f"```python\n{text}```" in page

@@ -14,6 +14,7 @@ FIRST_RELEASES = {
     "compute property/atom temperature": "29 Aug 2024",
     "mdr": "22 Jul 2025",
 }  # the first stable release that has a submodel, or a word of its script
+DAMPINGS = ("velocity", "mass_velocity", "viscoelastic", "tsuji", "coeff_restitution")
 MIXES_SUBMODELS = "28 Mar 2023"  # before, mixed types are what memory holds: hooke in a new process
 
 
@@ -32,7 +33,7 @@ def granular_words(law: Law, mass: float | None) -> str:
     """Return a law of one material as pair_coeff and fix wall/gran granular take it.
 
     ``mass`` is m* [kg] of its contacts, None where they have several. Raise Unsupported for a
-    dashpot by a damping ratio that no coefficient makes.
+    dashpot that LAMMPS lacks, and one by a damping ratio that no coefficient makes.
     """
     name, eta = _dashpot(law, mass)
     words = [_normal_words(law, eta), f"damping {name}", f"tangential {_tangential_words(law)}"]
@@ -99,9 +100,10 @@ def _dashpot(law: Law, mass: float | None) -> tuple[str, float]:
         if mass is None:
             raise Unsupported("damping_ratio of contacts whose effective masses differ")
         return "velocity", law.dashpot(mass, 1.0, 0.0)
-    if law.restitution is not None:
-        return law.damping, law.restitution
-    return ("velocity" if law.damping == "none" else law.damping), eta
+    name = "velocity" if law.damping == "none" else law.damping
+    if name not in DAMPINGS:
+        raise Unsupported(f"LAMMPS has no damping {name}")
+    return name, eta if law.restitution is None else law.restitution
 
 
 def _tangential_words(law: Law) -> str:

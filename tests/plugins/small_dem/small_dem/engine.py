@@ -14,17 +14,22 @@ from harness.model.scene import LOOK
 
 
 @numba.njit(cache=True)
-def forces(x, v, radius, fixed, k, eta, clipped, period):
-    """Return the contact force (N, 3) on each sphere; ``eta`` (N, N) are dashpots [kg/s]."""
+def forces(x, v, radius, meets, k, eta, clipped, period):
+    """Return the contact force (N, 3) on each sphere.
+
+    ``meets`` (N, N) are the pairs that can touch, ``eta`` (N, N) their dashpots [kg/s].
+    """
     f = np.zeros_like(x)
     for i in range(len(x)):
         for j in range(i):
+            if not meets[i, j]:
+                continue
             apart = x[i] - x[j]
             if period > 0.0:
                 apart[0] -= period * np.floor(apart[0] / period + 0.5)
             distance = np.sqrt((apart * apart).sum())
             overlap = radius[i] + radius[j] - distance
-            if overlap <= 1e-15 * (radius[i] + radius[j]) or (fixed[i] and fixed[j]):
+            if overlap <= 1e-15 * (radius[i] + radius[j]):
                 continue
             normal = apart / distance
             push = k * overlap - eta[i, j] * ((v[i] - v[j]) * normal).sum()
@@ -56,14 +61,15 @@ class SmallDem(Engine):
 
     def rules(self, scene):
         """Return the conventions of a scene; raise Unsupported for what it cannot state."""
-        law = scene.law
-        words = {law.tangential, law.rolling, law.twisting, law.heat}
+        law, axes = scene.law, [body.axes for body in scene.bodies]
         if scene.walls or scene.laws or scene.segments or scene.setups or scene.drag:
             raise Unsupported("it moves spheres by one law, without walls")
-        if scene.pairs is not None or any(not all(body.axes) for body in scene.bodies):
-            raise Unsupported("it lets all spheres touch, and move along all axes")
-        if law.normal != "hooke" or words != {"none"} or scene.period[1:] != (None, None):
-            raise Unsupported("it has linear springs and dashpots, and a period along x")
+        if not np.all(axes) or scene.period[1:] != (None, None):
+            raise Unsupported("its spheres move along all axes, and repeat along x alone")
+        if law.normal != "hooke":
+            raise Unsupported(f"it has linear springs, not {law.normal}")
+        if {law.tangential, law.rolling, law.twisting, law.heat} != {"none"}:
+            raise Unsupported("it has no friction, no rolling and no heat")
         return Rules(least_overlap=1e-15, looks_set_up=False)
 
     def run(self, jobs):
@@ -83,12 +89,11 @@ def simulate(scene):
     free = np.array([body.motion == "free" for body in scene.bodies])
     mobility = np.array([[moves / b.mass] for moves, b in zip(free, scene.bodies, strict=True)])
     g, radius = free[:, None] * np.array(scene.gravity), [body.radius for body in scene.bodies]
-    law = (np.array(radius), ~free, scene.law.normal_stiffness, dashpots(scene),
+    law = (np.array(radius), partners(scene, free), scene.law.normal_stiffness, dashpots(scene),
            scene.law.clipped, scene.period[0] or 0.0)  # fmt: skip
     f = forces(x, v, *law)
-    every = np.gcd(scene.every, LOOK) if scene.stages else scene.every
     path, stages, checked = [(0, x.copy(), v.copy(), f.copy())], None, 1
-    for step in [*range(every, scene.steps, every), scene.steps]:
+    for step in stops(scene):
         advance(step - path[-1][0], scene.step, x, v, f, mobility, g, law)
         path.append((step, x.copy(), v.copy(), f.copy()))
         if scene.stages and (len(path) >= 2 * checked or step == scene.steps):
@@ -105,10 +110,26 @@ def simulate(scene):
     return Motion(step * scene.step, x, v, still, f, still, None, stages)
 
 
+def stops(scene):
+    """Yield the steps after which the motion is sampled or looked at, and the last."""
+    step, strides = 0, (scene.every, LOOK) if scene.stages else (scene.every,)
+    while step < scene.steps:
+        step = min(scene.steps, *(step - step % stride + stride for stride in strides))
+        yield step
+
+
 def stages_in(scene, path):
     """Return the stages of the first body so far."""
     step, x, v, _ = (np.array(column) for column in zip(*path, strict=True))
     return stages_of(scene, step, x[:, 0, :2], v[:, 0, :2])
+
+
+def partners(scene, free):
+    """Return which pairs (N, N) can touch: those that a scene names, or all; one must be free."""
+    named = np.full((len(free), len(free)), scene.pairs is None)
+    for i, j in scene.pairs or ():
+        named[i, j] = named[j, i] = True
+    return named & (free[:, None] | free[None, :])
 
 
 def dashpots(scene):
