@@ -9,7 +9,7 @@ from harness.engines.registry import ENGINES, engine_class
 from harness.errors import EngineMissingError, RequestError
 from harness.testing import engine_checks
 
-QUICK = ("reference", "lammps", "liggghts")  # their suite takes seconds
+QUICK = ("reference", "lammps")
 
 
 def _opened(name):

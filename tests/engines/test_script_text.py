@@ -28,6 +28,8 @@ def test_script_of_a_scene_runs_alone(code, tmp_path):
 
 
 @pytest.mark.live
-@pytest.mark.parametrize("code", ["lammps", "liggghts"], indirect=True)
+@pytest.mark.parametrize(
+    "code", ["lammps", pytest.param("liggghts", marks=pytest.mark.slow)], indirect=True
+)
 def test_script_of_a_scene_is_short(code):
     assert len(code.script_text(scene_job(SCENE)).splitlines()) < 60

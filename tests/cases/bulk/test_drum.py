@@ -212,7 +212,9 @@ def torque(kind, p, pair, steps, spin, overlap):
 
 
 @pytest.mark.live
-@pytest.mark.parametrize("kind", [Lammps, pytest.param(Liggghts, marks=LIGGGHTS)])
+@pytest.mark.parametrize(
+    "kind", [Lammps, pytest.param(Liggghts, marks=[LIGGGHTS, pytest.mark.slow])]
+)
 @pytest.mark.parametrize("pair", [("large", "large"), ("large", "small"), ("small", "small")])
 def test_rolling_is_a_spring_up_to_its_limit(kind, pair):
     """k_t R*^2 times the angle, k_t = 8 G* a under half of a column; at most mu_r F_n R*."""

@@ -104,6 +104,7 @@ def test_segments_and_setups_are_runs():
 
 
 @pytest.mark.live
+@pytest.mark.slow
 def test_error_of_a_scene_is_named_and_the_rest_runs(program, monkeypatch):
     bad = STRUCK.replace(every=1)
 
