@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from harness.observables.provenance import Provenance
 
 from harness.cases.bench import Bench
 from harness.cases.incline.case import CASE
