@@ -31,7 +31,7 @@ from harness.report.style import (
 )
 from harness.reproduction.methods import ERROR_STIFFNESSES, STEP, peak_errors
 from harness.reproduction.results import scaled_angle
-from harness.reproduction.samples import MEDIAN, free_collision, ratios, run
+from harness.reproduction.samples import MEDIAN, free_collision, ratios, run, structure_angles
 from harness.theory import incline
 
 if TYPE_CHECKING:
@@ -125,7 +125,7 @@ def two_and_three() -> Figure:
                 "ls": STYLES[i],
                 "label": f"particle {i + 1}",
             }
-            above.plot(pair.time_over_t0, pair.known_profiles.velocities[:, i], **look)
+            above.plot(pair.time_over_t0, pair.velocities[:, i], **look)
             below.plot(pair.time_over_t0, 1e3 * pair.deformations[:, i], **look)
         label(above, TIME, axis("velocity", "m/s"), f"{count} particles")
         label(below, TIME, axis("deformation", "mm"))
@@ -256,15 +256,12 @@ def energy_scaling() -> Figure:
 
 def structure_window() -> Figure:
     """Draw the critical angle of the structure window by law."""
-    from harness.cases.tower.impulse import impulse_table
-
     figure = panels(1, 1, 6.4, 3.4)
     for i, law in enumerate(LAWS):
-        rows = impulse_table(laws=(law,), windows=("structure",), heights=range(1, 7),
-                             stiffnesses=MEDIAN[:1], speeds=MEDIAN[1:])  # fmt: skip
-        angles = [angle_from_impulse_ratio(row.ratio) for row in rows]
+        table = structure_angles(law, 6)
         look: dict[str, Any] = {"color": COLOURS[i + 1], "marker": MARKERS[i]}
-        figure.axes[0].plot([row.height for row in rows], angles, label=f"{law} law", **look)
+        angles = table["critical_angle_deg"]
+        figure.axes[0].plot(table["height"], angles, label=f"{law} law", **look)
     _band(figure.axes[0])
     _label_heights(figure.axes[0], axis("critical angle", "deg"))
     legend_below(figure, 3)

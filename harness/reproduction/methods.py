@@ -144,7 +144,7 @@ def _contact_time() -> Outcome:
            "contacts are over long before the grain is on the crest",
            reason="ten contacts or more to a rise")  # fmt: skip
 def _separation() -> Outcome:
-    fastest, longest = rise_time(no_flight_bound()), max(row.window_s for row in impulses())
+    fastest, longest = rise_time(no_flight_bound()), impulses()["window_s"].max()
     note = f"{fastest / CONTACT_TIME:.0f} contacts, {fastest / longest:.1f} of the longest window"
     return holds(fastest > 10 * CONTACT_TIME, note)
 
@@ -304,7 +304,7 @@ def _deformations_of_three() -> tuple[Floats, Floats, Floats, NDArray[np.bool_]]
     """Return the three deformations, and where both contacts press."""
     three = free_collision(3)
     first, second, third = three.deformations.T
-    return first, second, third, np.asarray((three.known_profiles.forces > 0).all(axis=1))
+    return first, second, third, np.asarray((three.forces > 0).all(axis=1))
 
 
 @statement("closest-pair", "Methods, before eq. (16); Appendix A, proof by contradiction",

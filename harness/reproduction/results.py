@@ -112,7 +112,7 @@ def longest_chains(height: int, duration: float = 3.0) -> tuple[int, int]:
     """Return the longest chain of the grain, and the longest anywhere, within ``duration`` [t0]."""
     tower = run(Tower(height=height, stiffness=MEDIAN[0], speed=MEDIAN[1]), duration)
     longest, length = 0, np.zeros(tower.time.size, int)
-    for touching in (tower.known_profiles.forces > 0).T:
+    for touching in (tower.forces > 0).T:
         length = np.where(touching, length + 1, 0)
         longest = max(longest, int(length.max()))
     return int(tower.contacts.max()), longest

@@ -6,21 +6,23 @@ propagator, which has no step: a row judges the model, not an integrator.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from functools import cache
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
-from harness.cases.tower.impulse import SPEEDS, STIFFNESSES, ImpulseRow, impulse_table
+from harness.cases.tower.impulse import impulse_angles
 from harness.cases.tower.parameters import Law, Tower
 from harness.cases.tower.runs import TowerRun, solve
 from harness.cases.tower.windows import grain_alone
 from harness.solvers.chain import source
 from harness.solvers.chain.contacts import contact_forces
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 Floats = NDArray[np.float64]
 
@@ -160,8 +162,8 @@ def damped_contact(
 
 @cache
 def run(case: Tower, duration: float = 3.0) -> TowerRun:
-    """Return a tower run for ``duration`` [t0], with profiles."""
-    return solve(case, "exact", duration=duration, samples=SAMPLES, profiles=True)
+    """Return a tower run for ``duration`` [t0]."""
+    return solve(case, "exact", duration=duration, samples=SAMPLES)
 
 
 @cache
@@ -172,32 +174,33 @@ def free_collision(particles: int, law: Law = "deformable") -> TowerRun:
 
 
 @cache
-def impulses(law: Law = "deformable") -> tuple[ImpulseRow, ...]:
+def impulses(law: Law = "deformable") -> pd.DataFrame:
     """Return the source's six runs over all heights, turnaround window."""
-    return tuple(impulse_table(laws=(law,), solver="exact"))
+    return impulse_angles(laws=(law,), solver="exact")
 
 
 def ratios(law: Law = "deformable") -> dict[tuple[float, float], dict[int, float]]:
     """Return alpha by (stiffness, speed) and height."""
-    by_run: dict[tuple[float, float], dict[int, float]] = {
-        (k, v): {} for k in STIFFNESSES for v in SPEEDS
-    }
-    for row in impulses(law):
-        by_run[row.stiffness, row.speed][row.height] = row.ratio
+    by_run: dict[tuple[float, float], dict[int, float]] = {}
+    columns = ["stiffness_N_per_m", "speed_m_per_s", "height", "impulse_ratio"]
+    for k, speed, height, ratio in impulses(law)[columns].itertuples(index=False):
+        by_run.setdefault((k, speed), {})[height] = ratio
     return by_run
 
 
 @cache
 def heights_with_structure_window(law: Law) -> tuple[int, ...]:
     """Return the heights from 1 to 8 that have a structure window, 1e6 N/m and 2 m/s."""
-    table = impulse_table(
-        laws=(law,),
-        windows=("structure",),
-        heights=range(1, 9),
-        stiffnesses=MEDIAN[:1],
-        speeds=MEDIAN[1:],
-    )
-    return tuple(row.height for row in table if math.isfinite(row.window_s))
+    table = structure_angles(law, 8)
+    return tuple(table["height"][table["window_s"].notna()])
+
+
+def structure_angles(law: Law, tallest: int) -> pd.DataFrame:
+    """Return the table of the structure window over heights, 1e6 N/m and 2 m/s."""
+    return impulse_angles(
+        laws=(law,), windows=("structure",), heights=range(1, tallest + 1),
+        stiffnesses=MEDIAN[:1], speeds=MEDIAN[1:], solver="exact",
+    )  # fmt: skip
 
 
 def contact_intervals(tower_run: TowerRun) -> list[tuple[float, float]]:

@@ -14,8 +14,7 @@ _HOMES = {
     "harness.cases.incline.angle": "critical_angle critical_angles",
     "harness.cases.incline.closed_form": "theory",
     "harness.cases.incline.extrapolation": "extrapolated_critical_angle",
-    "harness.cases.tower.impulse": "energy_scaling_angles impulse impulse_angles "
-    "impulse_by_gamma impulse_table",
+    "harness.cases.tower.impulse": "impulse impulse_angles",
     "harness.cases.tower.runs": "tower",
     "harness.workflows.lists": "cases engines inputs outdated_inputs",
     "harness.workflows.progress": "progress_bars",
@@ -33,12 +32,7 @@ if TYPE_CHECKING:
     from harness.cases.incline.angle import critical_angle, critical_angles
     from harness.cases.incline.closed_form import theory
     from harness.cases.incline.extrapolation import extrapolated_critical_angle
-    from harness.cases.tower.impulse import (
-        energy_scaling_angles,
-        impulse_angles,
-        impulse_by_gamma,
-        impulse_table,
-    )
+    from harness.cases.tower.impulse import impulse_angles
     from harness.cases.tower.impulse import impulse_angles as impulse
     from harness.cases.tower.runs import tower
     from harness.workflows.lists import cases, engines, inputs, outdated_inputs
@@ -52,8 +46,8 @@ if TYPE_CHECKING:
 
 __all__ = [
     "accept", "cases", "critical_angle", "critical_angles", "defects", "diff",
-    "energy_scaling_angles", "engines", "extrapolated_critical_angle", "impulse",
-    "impulse_angles", "impulse_by_gamma", "impulse_table", "inputs", "outdated_inputs",
+    "engines", "extrapolated_critical_angle", "impulse",
+    "impulse_angles", "inputs", "outdated_inputs",
     "progress_bars", "releases", "run", "site", "sweep", "theory", "tower", "verify",
 ]  # fmt: skip
 

@@ -125,7 +125,6 @@ class Setup:
             duration=self.timing.duration,
             steps_per_contact=self.timing.steps_per_contact,
             samples=self.timing.steps // self.timing.every,
-            profiles=True,
         )
 
 
@@ -138,7 +137,7 @@ def setup(law: Law, height: int, steps_per_contact: float | None = None) -> Setu
 @cache
 def exact_run(case: Tower, duration: float, samples: int) -> TowerRun:
     """Return an exact run, made once for all engines."""
-    return solve(case, "exact", duration=duration, samples=samples, profiles=True)
+    return solve(case, "exact", duration=duration, samples=samples)
 
 
 # ---- engines
@@ -327,7 +326,7 @@ def motion_difference(one: Setup, bench: Bench) -> Value:
 
 def _columns(run: TowerRun, bench: Bench) -> dict[str, Floats]:
     """Return the columns of all particles over their sizes, or over what their digits resolve."""
-    case, kept = run.tower, run.known_profiles
+    case, kept = run.tower, run
     digit = 10.0 ** (1 - bench.engine.traits.digits) / EQUAL_STEPS
     place = digit * case.particles * case.each("diameter")[0]
     size = case.speed / case.omega
@@ -410,7 +409,7 @@ def _rk4_checks(one: Setup) -> Iterator[Check]:
 
 @cache
 def _rk4(case: Tower) -> TowerRun:
-    return solve(case, "rk4", profiles=True)
+    return solve(case, "rk4")
 
 
 def _rk4_difference(case: Tower) -> float:

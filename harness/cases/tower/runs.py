@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -14,14 +15,16 @@ from harness.cases.tower.parameters import PROPERTIES, SEARCH, Tower, TowerParam
 from harness.engines.contract import Engine, Job, Output, Template, Value
 from harness.engines.output import SERIES
 from harness.engines.provenance import Provenance
-from harness.errors import EngineError, EngineOutputError, RequestError
+from harness.errors import EngineOutputError, RequestError
 from harness.model.allowed import COUNT, Allowed, allowed_in
 from harness.model.law import Law
 from harness.model.scene import Body, Scene
-from harness.solvers.chain.series import COLUMNS, ChainSamples, Profiles
+from harness.solvers.chain.motion import ChainMotion
 from harness.solvers.chain.setup import (
+    STABILITY,
     Chain,
     Floats,
+    Scheme,
     compliance,
     highest_frequency,
     make_chain,
@@ -31,23 +34,26 @@ from harness.solvers.chain.setup import (
 if TYPE_CHECKING:
     import pandas as pd
 
-SOLVERS = ("exact", "rk4", "verlet")
-ENGINE_STEPS = 1000.0  # per contact time pi sqrt(m/k), unless given
-RK4_STEPS = 4000.0
+SCHEMES: dict[str, Scheme] = {"rk4": "rk4", "verlet": "velocity_verlet"}
+SOLVERS = ("exact", *SCHEMES)
+STEPS: dict[Scheme, float] = {"rk4": 4000.0, "velocity_verlet": 1000.0}  # in pi sqrt(m/k)
 SAMPLES_PER_T0 = 1000
 MOST_ROWS = 1_000_000  # particles times samples that an engine writes, unless samples are given
+MOST_KEPT = 10_000_000  # likewise, that a solver keeps
 MOST_STEPS = 2_000_000_000  # LAMMPS counts to 2^31
 ROUNDING = 4 * float(np.finfo(float).eps)  # overlaps as small, over the position, count as open
-UNITS = dict(
-    zip(COLUMNS, ("s", "m", "m/s", "N", "1", "m", "m/s", "J", "J", "J", "kg m/s", "N"), strict=True)
-)
+UNITS = {
+    "time": "s", "grain_displacement": "m", "grain_velocity": "m/s", "grain_force": "N",
+    "contacts": "1", "compression": "m", "compression_rate": "m/s", "kinetic_energy": "J",
+    "elastic_energy": "J", "gravitational_energy": "J", "momentum": "kg m/s", "base_force": "N",
+}  # fmt: skip
 
 Progress = Callable[[str, int, int], None]
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
-class TowerRun(ChainSamples):
-    """The samples of a tower, with what made them; ``provenance`` is that of an engine."""
+class TowerRun(ChainMotion):
+    """The motion of a tower, with what made it; ``provenance`` is that of an engine."""
 
     tower: Tower
     solver: str
@@ -59,26 +65,10 @@ class TowerRun(ChainSamples):
         return self.time / self.tower.contact_time
 
     @property
-    def known_profiles(self) -> Profiles:
-        """Return the profiles; raise ValueError for a run that kept none."""
-        if self.profiles is None:
-            raise ValueError("this run kept no profiles")
-        return self.profiles
-
-    @property
     def deformations(self) -> Floats:
         """Return how much each particle's diameter is shortened (M, N) [m], f/k by each contact."""
-        force = np.pad(self.known_profiles.forces, ((0, 0), (1, 1)))
+        force = np.pad(self.forces, ((0, 0), (1, 1)))
         return np.asarray((force[:, 1:] + force[:, :-1]) / np.array(self.tower.each("stiffness")))
-
-    def contacts_above(self, least: float) -> Floats:
-        """Return how many contacts from the grain on press with more than ``least`` [N] (M,).
-
-        In a touching row under the overlap law all contacts close at once, the far ones with
-        forces at the mercy of rounding: a threshold makes codes comparable.
-        """
-        pressing = np.cumprod(self.known_profiles.forces > least, axis=1).sum(axis=1)
-        return np.asarray(pressing, dtype=np.float64)
 
     def to_frame(self) -> pd.DataFrame:
         """Return the series as a table, units in the names, ``t_over_t0`` in front."""
@@ -98,33 +88,25 @@ def tower(
     engine: Engine | None = None,
     duration: float = SEARCH,
     steps_per_contact: float | None = None,
-    samples: int | None = None,
-    profiles: bool = False,
     progress: Progress = lambda *_: None,
 ) -> TowerRun:
     """Run a tower for ``duration`` [t0] in an engine, else by a solver: RK4 unless named.
 
-    ``steps_per_contact`` counts steps in pi sqrt(m/k), for solvers with a step. ``samples`` is how
-    many to keep, about 1000 per t0 if not given; with ``profiles`` all particles are kept. Raise
-    RequestError for parameters out of range, and for a solver together with an engine of another
-    name; EngineError for a run that failed.
+    ``steps_per_contact`` counts steps in pi sqrt(m/k), for solvers with a step. Raise RequestError
+    for parameters out of range, and for a solver together with an engine of another name;
+    EngineError for a run that failed.
     """
-    check_duration(duration)
+    if not (math.isfinite(duration) and duration > 0):
+        raise RequestError(f"duration = {duration} t0: must be finite and greater than 0")
     if engine is not None:
         if solver not in (None, engine.name):
             raise RequestError(f"solver = {solver!r}: contradicts the engine {engine.name!r}")
-        timing = timing_of(case, duration, steps_per_contact, samples)
-        return run_in(Bench(engine), case, timing)
+        return run_in(Bench(engine), case, timing_of(case, duration, steps_per_contact))
     stage = f"tower of height {case.height}, {case.law} law"
     return solve(
-        case,
-        solver or "rk4",
-        duration=duration,
-        steps_per_contact=steps_per_contact,
-        samples=samples,
-        profiles=profiles,
-        report=lambda done, total: progress(stage, done, total),
-    )
+        case, solver or "rk4", duration=duration, steps_per_contact=steps_per_contact,
+        progress=partial(progress, stage),
+    )  # fmt: skip
 
 
 def solve(
@@ -134,49 +116,55 @@ def solve(
     duration: float = SEARCH,
     steps_per_contact: float | None = None,
     samples: int | None = None,
-    profiles: bool = False,
-    report: Callable[[int, int], None] = lambda *_: None,
+    progress: Callable[[int, int], None] = lambda *_: None,
 ) -> TowerRun:
-    """Run a tower by ``exact``, ``rk4`` or ``verlet``; arguments and errors as of :func:`tower`."""
+    """Run a tower by ``exact``, ``rk4`` or ``verlet``; arguments and errors as of :func:`tower`.
+
+    ``samples`` is how many to keep, about 1000 per t0 unless given, fewer of very tall towers.
+    """
     from harness.solvers.chain import exact, stepped
 
     if solver not in SOLVERS:
         raise RequestError(f"solver = {solver!r}: must be one of {', '.join(SOLVERS)}")
-    if samples is not None and samples < 1:
-        raise RequestError(f"samples = {samples}: must be at least 1")
-    seconds = duration * case.contact_time
-    wanted = samples or max(1, math.ceil(SAMPLES_PER_T0 * seconds / case.contact_time))
-    chain = chain_of(case)
+    seconds, chain = duration * case.contact_time, chain_of(case)
+    if samples is None:
+        samples = max(1, math.ceil(SAMPLES_PER_T0 * seconds / case.contact_time))
+        samples = min(samples, max(100, MOST_KEPT // case.particles))
     if solver == "exact":
         if steps_per_contact is not None:
             raise RequestError(
                 f"steps_per_contact = {steps_per_contact}: the exact solver has no step"
             )
-        motion = exact.run(chain, seconds, samples=wanted, profiles=profiles, progress=report)
+        motion = exact.run(chain, seconds, samples=samples, progress=progress)
     else:
-        scheme: stepped.Scheme = "rk4" if solver == "rk4" else "velocity_verlet"
-        step = _step(case, chain, scheme, steps_per_contact)
+        scheme = SCHEMES[solver]
+        if steps_per_contact is None:
+            steps = max(STEPS[scheme], 2.0 * _fewest_steps(chain, case, scheme))
+        else:
+            steps = _stable_steps(chain, case, scheme, steps_per_contact)
         motion = stepped.run(
-            chain, seconds, step, samples=wanted, scheme=scheme, profiles=profiles, progress=report
-        )
+            chain, seconds, case.contact_period / steps, samples=samples, scheme=scheme,
+            progress=progress,
+        )  # fmt: skip
     return TowerRun(**vars(motion), tower=case, solver=solver)
 
 
-def _step(case: Tower, chain: Chain, scheme: str, steps_per_contact: float | None) -> float:
-    """Return the step [s]; raise RequestError, naming the bound, for one that is not stable."""
-    from harness.solvers.chain.stepped import STABILITY
+def _fewest_steps(chain: Chain, case: Tower, scheme: Scheme) -> float:
+    """Return the steps in pi sqrt(m/k) from which on a scheme is stable."""
+    return case.contact_period * highest_frequency(chain) / STABILITY[scheme]
 
-    bound = STABILITY["rk4" if scheme == "rk4" else "velocity_verlet"] / highest_frequency(chain)
-    if steps_per_contact is None:
-        most = RK4_STEPS if scheme == "rk4" else ENGINE_STEPS
-        return min(case.contact_period / most, 0.5 * bound)
-    least = case.contact_period / bound
-    if not (math.isfinite(steps_per_contact) and steps_per_contact > least):
+
+def _stable_steps(
+    chain: Chain, case: Tower, scheme: Scheme, steps: float, fewest: float = 0.0
+) -> float:
+    """Return ``steps`` in pi sqrt(m/k); raise RequestError unless they are stable."""
+    fewest = max(fewest, _fewest_steps(chain, case, scheme))
+    if not (math.isfinite(steps) and steps > fewest):
         raise RequestError(
-            f"steps_per_contact = {steps_per_contact}: must be greater than {least:.6g}, where "
-            f"{scheme} becomes unstable ({case.law} law, {case.height} touching contacts)"
+            f"steps_per_contact = {steps!r}: must be finite and greater than {fewest:.5g}, where "
+            f"{scheme} is unstable ({case.law} law, {case.height} touching contacts)"
         )
-    return case.contact_period / steps_per_contact
+    return steps
 
 
 def chain_of(case: Tower) -> Chain:
@@ -197,12 +185,6 @@ def chain_of(case: Tower) -> Chain:
         speed=case.speed,
         overlap=overlap,
     )
-
-
-def check_duration(duration: float) -> None:
-    """Raise RequestError for a duration [t0] that is not positive and finite."""
-    if not (math.isfinite(duration) and duration > 0):
-        raise RequestError(f"duration = {duration} t0: must be finite and greater than 0")
 
 
 # ---- engines: a script with values, or the same tower as a scene
@@ -226,18 +208,12 @@ def timing_of(
 ) -> Timing:
     """Return the timing of a run of ``duration`` [t0]; the step divides it and the samples.
 
-    Raise RequestError for a step at which velocity Verlet is unstable: pi steps in a contact for
-    the overlap law, whose alternating mode has 2 omega; more for a deformable chain.
+    Raise RequestError for a step at which velocity Verlet is unstable, and for a script's least pi
+    steps in a contact.
     """
-    wanted = ENGINE_STEPS if steps_per_contact is None else steps_per_contact
-    fewest = math.pi
-    if case.law == "deformable":
-        fewest = math.pi / math.sqrt(2.0) / math.sin(math.pi / (2 * (case.height + 1)))
-    if not (math.isfinite(wanted) and wanted > fewest):
-        raise RequestError(
-            f"steps_per_contact = {wanted!r}: must be finite and greater than {fewest:.4g}, "
-            f"below which velocity Verlet is unstable"
-        )
+    scheme: Scheme = "velocity_verlet"
+    wanted = STEPS[scheme] if steps_per_contact is None else steps_per_contact
+    _stable_steps(chain_of(case), case, scheme, wanted, math.pi)
     if samples is None:
         samples = math.ceil(SAMPLES_PER_T0 * duration)
         samples = max(100, min(samples, MOST_ROWS // case.particles))
@@ -307,7 +283,7 @@ TEMPLATE = Template(
     variants={
         "": {
             **values_of(_DEFAULT, timing_of(_DEFAULT)),
-            "steps_per_contact": ENGINE_STEPS,
+            "steps_per_contact": STEPS["velocity_verlet"],
             "series_every": 4,
         }
     },
@@ -324,25 +300,17 @@ TEMPLATE = Template(
 
 def run_in(bench: Bench, case: Tower, timing: Timing) -> TowerRun:
     """Return the run of a tower in an engine; raise EngineError for one that failed."""
-    (run,) = runs_in(bench, [case], [timing])
-    if isinstance(run, EngineError):
-        raise run
-    return run
+    return runs_in(bench, [case], [timing])[0]
 
 
-def runs_in(
-    bench: Bench, cases: Sequence[Tower], timings: Sequence[Timing]
-) -> list[TowerRun | EngineError]:
-    """Return the runs of towers in an engine in order, from one batch; errors in their places."""
-    runs: list[TowerRun | EngineError] = []
+def runs_in(bench: Bench, cases: Sequence[Tower], timings: Sequence[Timing]) -> list[TowerRun]:
+    """Return the runs of towers in an engine, of one batch; raise the first EngineError."""
     jobs = [job_of(case, timing) for case, timing in zip(cases, timings, strict=True)]
-    for outcome, case, timing in zip(bench.outcomes(jobs), cases, timings, strict=True):
-        try:
-            bad = isinstance(outcome, EngineError)
-            runs.append(outcome if bad else read(case, timing, outcome))  # type: ignore[arg-type]
-        except EngineError as error:
-            runs.append(error)
-    return runs
+    bench.prepare(jobs)
+    return [
+        read(case, timing, bench.output(job))
+        for case, timing, job in zip(cases, timings, jobs, strict=True)
+    ]
 
 
 def read(case: Tower, timing: Timing, output: Output) -> TowerRun:
@@ -380,13 +348,16 @@ def read(case: Tower, timing: Timing, output: Output) -> TowerRun:
     force = _contact_forces(case, np.asarray(force_x), weight, x)
     if not (force > 0.0).any():
         raise EngineOutputError(f"{output.who}: no contact of the tower ever presses")
-    motion = Profiles(x - case.each("diameter")[0] * np.arange(count), v, force)
-    time = np.asarray(table["step"] * timing.step)
-    from harness.solvers.chain.samples import sampled_motion
-
-    samples = sampled_motion(chain_of(case), time, motion, step=timing.step)
     run = TowerRun(
-        **vars(samples), tower=case, solver=output.provenance.engine, provenance=output.provenance
+        chain=chain_of(case),
+        time=np.asarray(table["step"] * timing.step),
+        displacements=x - case.each("diameter")[0] * np.arange(count),
+        velocities=v,
+        forces=force,
+        step=timing.step,
+        tower=case,
+        solver=output.provenance.engine,
+        provenance=output.provenance,
     )
     output.check_numbers(
         {"final_velocity_m_per_s": float(run.grain_velocity[-1])}, "is what its series has"

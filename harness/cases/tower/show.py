@@ -255,7 +255,7 @@ def discs(run: TowerRun) -> Discs:
     All by one factor, so that the drawn boundaries touch where the particles do. Under the
     deformable law particles are drawn shortened; under the overlap law they overlap.
     """
-    case, kept = run.tower, run.known_profiles
+    case, kept = run.tower, run
     diameter = np.array(case.each("diameter"))
     largest = max(float(run.deformations.max()), 1e-300)
     factor = LARGEST_DRAWN * float(diameter.min()) / largest

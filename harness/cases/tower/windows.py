@@ -72,27 +72,24 @@ def turnaround(run: TowerRun) -> float:
     return bound if sinking else float(run.time[best])
 
 
-def structure_end(run: TowerRun, least: int | None = None) -> float:
+def structure_end(run: TowerRun) -> float:
     """Return when the grain's chain, after all n contacts were closed, is down to one or none [s].
 
     The first such time after t0; the source uses it for two to seven particles. The chain may pass
-    other lengths on its way down. With ``least``, a chain of so many contacts is enough.
-    Between samples of a solver with a step, the force of the contact that opens is drawn on to 0,
-    for which the run needs profiles.
+    other lengths on its way down. Between samples of a solver with a step, the force of the contact
+    that opens is drawn on to 0.
     """
     full = False
     after = touch_time(run) + run.tower.contact_time * (1 - 1e-9)
-    enough = run.tower.height if least is None else min(least, run.tower.height)
     down_to = min(1, run.tower.height - 1)
-    for i in range(run.time.size):
-        if run.contacts[i] >= enough:
+    for i, contacts in enumerate(run.contacts):
+        if contacts >= run.tower.height:
             full = True
-        elif run.contacts[i] <= down_to:
+        elif contacts <= down_to:
             if full and run.time[i] >= after:
-                return _force_vanishes(run, i - 1, int(run.contacts[i]))
+                return _force_vanishes(run, i - 1, int(contacts))
             full = False
-    closed = "all" if least is None else f"{enough}"
-    raise _too_short(run, f"the grain's chain has not swung from {closed} contacts to one")
+    raise _too_short(run, "the grain's chain has not swung from all contacts to one")
 
 
 def first_contact_end(run: TowerRun) -> float:
@@ -119,10 +116,9 @@ def _force_vanishes(run: TowerRun, i: int, contact: int = 0) -> float:
 
     The parabola through three rows, a straight line where there are but two.
     """
-    has_forces = contact == 0 or run.profiles is not None
-    if run.step is None or i == 0 or not has_forces:
+    if run.step is None or i == 0:
         return float(run.time[i + 1])
-    force = run.profiles.forces[:, contact] if run.profiles else run.grain_force
+    force = run.forces[:, contact]
     slope, bend = _slope(run.time, force, i), 0.0
     if i > 1:
         before = _slope(run.time, force, i - 1)

@@ -15,8 +15,7 @@ import numpy as np
 from harness.compiled import shielded
 from harness.errors import EngineNaNError
 from harness.model.scene import LOOK, Scene
-from harness.solvers.chain.contacts import solve
-from harness.solvers.chain.kernels import compiled
+from harness.solvers.chain.contacts import compiled, solve
 from harness.solvers.chain.setup import Flags, Floats
 
 SLACK = 1e-14  # gaps as far below 0 are rounding [diameters]

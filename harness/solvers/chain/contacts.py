@@ -16,12 +16,21 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
+from harness.compiled import Function, jit
 from harness.errors import RequestError
-from harness.solvers.chain.kernels import compiled
 from harness.solvers.chain.setup import Flags, Floats, compliance
 
 PATIENCE = 10  # passes without fewer wrong contacts before they are exchanged one by one
 MOST_PASSES = 1000  # one by one, for each contact
+
+
+def compiled(function: Function) -> Function:
+    """Compile ``function`` at its first call, keeping its Python type.
+
+    IEEE arithmetic, but for the fusing of a product and a sum. Nothing is reordered: equal
+    particles in equal states stay equal to the last bit. Python's lock is released.
+    """
+    return jit(function, error_model="numpy", fastmath={"contract"}, nogil=True)
 
 
 def contact_forces(
@@ -30,47 +39,35 @@ def contact_forces(
     """Return the force of every contact (N - 1,) [N], from the centres alone.
 
     ``positions`` (N,) [m] ascend; ``diameter`` [m] and ``stiffness`` [N/m] are one value or one
-    for each particle. Raise RequestError for input out of range.
+    for each particle. Raise RequestError for neighbours closer than half their touching distance.
     """
-    x = checked_positions(positions)
-    d = checked_positive("diameter", "m", diameter, x.size)
-    k = checked_positive("stiffness", "N/m", stiffness, x.size)
+    x = np.asarray(positions, dtype=float)
+    d, k = (np.broadcast_to(np.asarray(part, float), x.shape) for part in (diameter, stiffness))
     reach = 0.5 * (d[:-1] + d[1:])
-    check_distances(x, 0.5 * reach)
+    check_distances(x, reach)
     return forces_of_overlaps(reach - np.diff(x), *compliance(k, deformable))
 
 
-def forces_of_overlaps(overlap: Floats, diagonal: Floats, coupling: Floats) -> Floats:
-    """Return the force of every contact (n,) [N] from the overlaps (n,) [m].
+def check_distances(x: Floats, reach: Floats | float) -> None:
+    """Raise RequestError unless neighbours are at least half of ``reach`` [m] from each other."""
+    if not (np.diff(x) >= 0.5 * np.asarray(reach)).all():
+        raise RequestError(
+            f"positions = {x.tolist()} m: must ascend, neighbours at least half the distance "
+            "from each other at which they touch"
+        )
 
-    ``diagonal`` and ``coupling`` (n,) [m/N] are those of :class:`Chain`. Raise RequestError for
-    overlaps that are not finite.
+
+def forces_of_overlaps(overlap: Floats, diagonal: Floats, coupling: Floats) -> Floats:
+    """Return the force of every contact (n,) [N] from the overlaps (n,) [m], which are finite.
+
+    ``diagonal`` and ``coupling`` (n,) [m/N] are those of :class:`Chain`.
     """
-    if not np.isfinite(overlap).all():
-        raise RequestError(f"overlaps = {overlap.tolist()} m: must be finite")
     closed, force, factor = overlap > 0.0, np.empty_like(overlap), np.empty((3, overlap.size))
     factorise(closed, diagonal, coupling, factor)
     tolerance = 1e-15 * float(np.abs(overlap).max())
     if not solve(overlap, diagonal, coupling, closed, factor, force, tolerance):
         raise RequestError(f"overlaps = {overlap.tolist()} m: no contact set fits them")
     return np.maximum(force, 0.0)
-
-
-@compiled
-def update_forces(
-    overlap: Floats, diagonal: Floats, coupling: Floats,
-    closed: Flags, factor: Floats, force: Floats, tolerance: float,
-) -> bool:  # fmt: skip
-    """Set ``force`` (n,) [N]; return whether a contact set was found.
-
-    ``closed`` (n,) and its ``factor`` are those of the step before, and are brought up to date. A
-    negative ``tolerance`` stands for the overlap law, which needs none.
-    """
-    if tolerance >= 0.0:
-        return solve(overlap, diagonal, coupling, closed, factor, force, tolerance)
-    for i in range(overlap.size):
-        force[i] = max(overlap[i], 0.0) / diagonal[i]
-    return True
 
 
 @compiled
@@ -140,16 +137,6 @@ def factorise(closed: Flags, diagonal: Floats, coupling: Floats, factor: Floats)
 
 
 @compiled
-def longest_run(closed: Flags) -> int:
-    """Return how many contacts are closed in a row at most."""
-    longest = run = 0
-    for flag in closed:
-        run = run + 1 if flag else 0
-        longest = max(longest, run)
-    return longest
-
-
-@compiled
 def substitute(overlap: Floats, factor: Floats, force: Floats) -> None:
     """Set ``force`` (n,) [N] of the closed contacts, 0 elsewhere, from ``overlap`` (n,) [m]."""
     n = overlap.size
@@ -161,44 +148,3 @@ def substitute(overlap: Floats, factor: Floats, force: Floats) -> None:
     for i in range(n - 1, -1, -1):
         carried = factor[0, i] * force[i] - factor[2, i] * carried
         force[i] = carried
-
-
-# ---- input of users
-
-
-def checked_positions(positions: ArrayLike) -> Floats:
-    """Return ``positions`` [m] as an array (N,).
-
-    Raise RequestError, naming the first value at fault, unless there are two or more particles,
-    finite and ascending.
-    """
-    x = np.asarray(positions, dtype=float)
-    if x.ndim != 1 or x.size < 2:
-        raise RequestError(f"positions: shape {x.shape}, must be a row of two particles or more")
-    for i in np.flatnonzero(~np.isfinite(x)):
-        raise RequestError(f"positions[{i}] = {x[i]} m: must be finite")
-    for i in np.flatnonzero(np.diff(x) <= 0):
-        raise RequestError(
-            f"positions[{i + 1}] = {x[i + 1]} m: must be greater than positions[{i}] = {x[i]} m"
-        )
-    return x
-
-
-def check_distances(x: Floats, least: Floats) -> None:
-    """Raise RequestError where neighbours are closer than ``least`` (N - 1,) [m]."""
-    for i in np.flatnonzero(np.diff(x) < least):
-        raise RequestError(
-            f"positions[{i + 1}] - positions[{i}] = {x[i + 1] - x[i]} m: "
-            f"must be at least {least[i]} m, half the distance at which they touch"
-        )
-
-
-def checked_positive(name: str, unit: str, value: ArrayLike, size: int) -> Floats:
-    """Return ``value`` as an array (size,). Raise RequestError unless finite and above 0."""
-    array = np.asarray(value, dtype=float)
-    if array.ndim > 1 or (array.ndim == 1 and array.size != size):
-        raise RequestError(f"{name}: shape {array.shape}, must be one value or {size} values")
-    array = np.array(np.broadcast_to(array, (size,)))
-    for i in np.flatnonzero(~(np.isfinite(array) & (array > 0))):
-        raise RequestError(f"{name}[{i}] = {array[i]} {unit}: must be finite and greater than 0")
-    return array

@@ -20,10 +20,8 @@ import numpy as np
 
 from harness.compiled import shielded
 from harness.errors import RequestError
-from harness.solvers.chain.contacts import factorise, solve, substitute
-from harness.solvers.chain.kernels import compiled
-from harness.solvers.chain.samples import sampled_motion
-from harness.solvers.chain.series import ChainSamples, Profiles
+from harness.solvers.chain.contacts import compiled, factorise, solve, substitute
+from harness.solvers.chain.motion import ChainMotion
 from harness.solvers.chain.setup import Chain, Flags, Floats
 
 MOST_PARTICLES = 5000  # the modes take 8 bytes for each pair of particles
@@ -38,13 +36,8 @@ Progress = Callable[[int, int], None]
 
 
 def run(
-    chain: Chain,
-    duration: float,
-    *,
-    samples: int,
-    profiles: bool = False,
-    progress: Progress = lambda *_: None,
-) -> ChainSamples:
+    chain: Chain, duration: float, *, samples: int, progress: Progress = lambda *_: None
+) -> ChainMotion:
     """Return the motion of a chain for ``duration`` [s].
 
     There are ``samples`` at equal distances, one at each change of contacts, and one whenever the
@@ -62,8 +55,7 @@ def run(
     while propagator.time < duration:
         shielded(propagator.advance)
         progress(propagator.sampled, samples)
-    times, motion = propagator.motion()
-    return sampled_motion(chain, times, motion, keep=profiles)
+    return propagator.motion()
 
 
 class Propagator:
@@ -99,11 +91,13 @@ class Propagator:
         if changed >= 0:
             self._closed[changed] = not self._closed[changed]
 
-    def motion(self) -> tuple[Floats, Profiles]:
-        """Return the times (M,) [s] and the motion at the samples so far, and now."""
+    def motion(self) -> ChainMotion:
+        """Return the motion at the samples so far, and now."""
         self._append(np.array([self.time]), self.u[None], self.v[None])
-        times, *parts = (np.concatenate(part) for part in zip(*self._parts, strict=True))
-        return times, Profiles(*parts)
+        time, u, v, force = (np.concatenate(part) for part in zip(*self._parts, strict=True))
+        return ChainMotion(
+            chain=self._chain, time=time, displacements=u, velocities=v, forces=force
+        )
 
     def _settle(self, slack: float) -> None:
         """Bring the contact set up to date; raise RequestError where rounding hides it."""

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
+Scheme = Literal["rk4", "velocity_verlet"]
+STABILITY: dict[Scheme, float] = {"rk4": 2.0 * math.sqrt(2.0), "velocity_verlet": 2.0}  # h omega
 
 
 class Chain(NamedTuple):
@@ -82,19 +84,17 @@ def overlaps_of_forces(force: Floats, diagonal: Floats, coupling: Floats) -> Flo
     return np.asarray(overlap)
 
 
-def highest_frequency(chain: Chain, longest: int | None = None) -> float:
+def highest_frequency(chain: Chain) -> float:
     """Return an upper bound of the angular frequencies of any contact set [rad/s].
 
     Overlap law, from the row sums of M^-1 K: ``2 omega`` for equal particles. Deformable law:
-    ``K = D A^-1 D^T`` with ``A >= T / max k``, whose lowest eigenvalue in a run of L touching
-    contacts is ``2 sin^2(pi / (2 (L + 1)))``; so ``sqrt(2) omega / sin(pi / (2 (L + 1)))``, which
-    grows with the run. ``longest`` is L, all contacts unless given.
+    ``K = D A^-1 D^T`` with ``A >= T / max k``, whose lowest eigenvalue for n touching contacts is
+    ``2 sin^2(pi / (2 (n + 1)))``; so ``sqrt(2) omega / sin(pi / (2 (n + 1)))``, which grows with n.
     """
     if not chain.deformable:
         contact = np.concatenate(([0.0], 1.0 / chain.diagonal, [0.0]))
         return float(np.sqrt(np.max(2.0 * (contact[:-1] + contact[1:]) / chain.mass)))
-    contacts = chain.diagonal.size if longest is None else min(longest, chain.diagonal.size)
-    softest = 2.0 * math.sin(math.pi / (2 * (contacts + 1))) ** 2
+    softest = 2.0 * math.sin(math.pi / (2 * (chain.diagonal.size + 1))) ** 2
     return math.sqrt(4.0 * _largest_stiffness(chain) / (float(chain.mass.min()) * softest))
 
 

@@ -8,13 +8,11 @@ law), which gives the first. This route shares no code with :mod:`harness.solver
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-
 import numpy as np
 from numpy.typing import ArrayLike
 
 from harness.errors import RequestError
-from harness.solvers.chain.contacts import check_distances, checked_positions, checked_positive
+from harness.solvers.chain.contacts import check_distances
 from harness.solvers.chain.setup import Floats
 
 MOST_SWEEPS = 10_000
@@ -23,15 +21,14 @@ MOST_SWEEPS = 10_000
 def compressions(positions: ArrayLike, diameter: float) -> Floats:
     """Return the partial compression of every contact (N - 1,) [m], 0 where open.
 
-    ``positions`` are the centres (N,) [m], ascending. Raise RequestError for positions that do not
-    ascend.
+    ``positions`` are the centres (N,) [m], ascending. Raise RequestError for neighbours closer than
+    half a diameter.
     """
-    d = float(checked_positive("diameter", "m", diameter, 1)[0])
-    x = checked_positions(positions)
-    check_distances(x, np.full(x.size - 1, 0.5 * d))
+    x = np.asarray(positions, dtype=float)
+    check_distances(x, diameter)
     result = np.zeros(x.size - 1)
-    for first, last in touching_chains(x, d):
-        result[first:last] = partial_compressions(x[first : last + 1], d / 2)
+    for first, last in _touching_chains(x, diameter):
+        result[first:last] = partial_compressions(x[first : last + 1], diameter / 2)
     return result
 
 
@@ -59,18 +56,13 @@ def boundaries(positions: Floats, radius: float) -> Floats:
     return result
 
 
-def deformations(positions: Floats, radius: float) -> Floats:
-    """Return how much the diameter of each particle of a chain is shortened (n,) [m]."""
-    return 2 * (radius - (positions - boundaries(positions, radius)[:-1]))
-
-
 def partial_compressions(positions: Floats, radius: float) -> Floats:
     """Return the n - 1 partial compressions c of a chain [m]; a contact carries k c.
 
     A particle's deformation is the sum of those on its two sides, and the first has one side only.
     Negative values mean that these particles do not all touch.
     """
-    deformation = deformations(positions, radius)
+    deformation = 2 * (radius - (positions - boundaries(positions, radius)[:-1]))
     result = np.empty(positions.size - 1)
     carried = 0.0
     for i in range(result.size):
@@ -88,38 +80,27 @@ def partial_compressions(positions: Floats, radius: float) -> Floats:
 # has both bounds here, and the sweeps close in on the one solution from both sides.
 
 
-def touching_chains(x: Floats, diameter: float) -> list[tuple[int, int]]:
+def _touching_chains(x: Floats, diameter: float) -> list[tuple[int, int]]:
     """Return the chains of two particles or more as (first, last) particle, from the left."""
     sweep = _Sweep(x, diameter)
     for _ in range(MOST_SWEEPS):
-        for contact in sweep.closest_first:
-            sweep.visit(contact)
-        if not any(h > 0 and not c for h, c in zip(sweep.high, sweep.closed, strict=True)):
+        for contact in np.argsort(-sweep.overlap, kind="stable"):
+            sweep.visit(int(contact))
+        if not (~sweep.closed & (sweep.high > 0)).any():
             edges = np.flatnonzero(np.diff([False, *sweep.closed, False]))
             return [(int(first), int(last)) for first, last in edges.reshape(-1, 2)]
     raise RequestError(f"positions = {x.tolist()} m: contacts undecided after {MOST_SWEEPS} sweeps")
 
 
-@dataclass
 class _Sweep:
     """Each contact: closed, open, or with bounds ``low`` and ``high`` on its compression [m]."""
 
-    x: Floats
-    diameter: float
-    low: list[float] = field(init=False)
-    high: list[float] = field(init=False)
-    closed: list[bool] = field(init=False)
-
-    def __post_init__(self) -> None:
-        overlap = self.diameter - np.diff(self.x)
-        self.overlap = [float(value) for value in overlap]
-        self.low = [0.0] * len(self.overlap)
-        self.high = [max(value, 0.0) for value in self.overlap]
-        self.closed = [False] * len(self.overlap)
-        self.closest_first = [int(i) for i in np.argsort(-overlap, kind="stable")]
+    def __init__(self, x: Floats, diameter: float) -> None:
+        self.x, self.radius, self.overlap = x, diameter / 2, diameter - np.diff(x)
+        self.low, self.high = np.zeros_like(self.overlap), np.maximum(self.overlap, 0.0)
+        self.closed = np.zeros(self.overlap.size, np.bool_)
         # a compression below the rounding of the overlaps counts as 0
-        largest = max(self.diameter, abs(self.x[0]), abs(self.x[-1]))
-        self.rounding = 4 * np.finfo(float).eps * largest
+        self.rounding = 4 * np.finfo(float).eps * max(diameter, abs(x[0]), abs(x[-1]))
 
     def visit(self, i: int) -> None:
         """Sharpen the bounds of contact ``i``, and close or open it if they suffice."""
@@ -130,12 +111,10 @@ class _Sweep:
         give = 1 - 0.5 * before / (before + 1) - 0.5 * after / (after + 1)
         least = (self.overlap[i] - (left_high + right_high) / 2) / give
         most = (self.overlap[i] - (left_low + right_low) / 2) / give
-        self.low[i] = max(self.low[i], least)
-        self.high[i] = min(self.high[i], most)
+        self.low[i], self.high[i] = max(self.low[i], least), min(self.high[i], most)
         if self.high[i] <= self.rounding:
             self.high[i] = 0.0
-        elif self.low[i] > 0:
-            self.closed[i] = True
+        self.closed[i] = self.high[i] > 0 and self.low[i] > 0
 
     def _next_compression(self, i: int, side: int) -> tuple[float, float, int]:
         """Return bounds on the compression next to ``i`` on a side, were ``i`` open, and L.
@@ -144,15 +123,15 @@ class _Sweep:
         to ``i`` falls by ``(-1)^(L-1) / (L+1)`` times the one at its far end.
         """
         far = i + side
-        while 0 <= far < len(self.closed) and self.closed[far]:
+        while 0 <= far < self.closed.size and self.closed[far]:
             far += side
         length = abs(far - i) - 1
         alone = 0.0
         if length:
             first, last = (far + 1, i) if side < 0 else (i + 1, far)
-            chain = partial_compressions(self.x[first : last + 1], self.diameter / 2)
+            chain = partial_compressions(self.x[first : last + 1], self.radius)
             alone = float(chain[-1] if side < 0 else chain[0])
-        inside = 0 <= far < len(self.closed)
+        inside = 0 <= far < self.closed.size
         low, high = (self.low[far], self.high[far]) if inside else (0.0, 0.0)
         if length % 2:
             low, high = -high, -low

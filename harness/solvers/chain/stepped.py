@@ -11,21 +11,24 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Literal, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from harness.compiled import shielded
 from harness.errors import RequestError
-from harness.solvers.chain.contacts import longest_run, update_forces
-from harness.solvers.chain.kernels import compiled
-from harness.solvers.chain.samples import count_contacts, write_row
-from harness.solvers.chain.series import COLUMNS, ChainSamples, Profiles, samples_of_rows
-from harness.solvers.chain.setup import Chain, Flags, Floats, highest_frequency
+from harness.solvers.chain.contacts import compiled, solve
+from harness.solvers.chain.motion import ChainMotion
+from harness.solvers.chain.setup import (
+    STABILITY,
+    Chain,
+    Flags,
+    Floats,
+    Scheme,
+    highest_frequency,
+)
 
-Scheme = Literal["rk4", "velocity_verlet"]
-STABILITY: dict[Scheme, float] = {"rk4": 2.0 * math.sqrt(2.0), "velocity_verlet": 2.0}  # h omega
 MOST_STEPS = 10**12
 SLICE = 3_000_000  # particles times steps between two looks for an interrupt
 SLACK = 1e-14  # gaps as far below 0 are rounding [scale of displacements]
@@ -40,39 +43,38 @@ def run(
     *,
     samples: int,
     scheme: Scheme = "rk4",
-    profiles: bool = False,
-    longest: int | None = None,
     progress: Progress = lambda *_: None,
-) -> ChainSamples:
+) -> ChainMotion:
     """Return the motion of a chain for ``duration`` [s], in steps of at most ``step`` [s].
 
     The step is made to divide the duration. There are about ``samples`` samples, and with
-    Runge-Kutta one more at each change of the grain's contacts. ``longest`` bounds the contacts
-    that touch in a row under the deformable law, which allows a larger step; the run stops if more
-    touch. Raise RequestError for a step or a duration out of range, and where the values overflow.
+    Runge-Kutta one more at each change of the grain's contacts. Raise RequestError for a step or a
+    duration out of range, and where the values overflow.
     """
-    if longest is not None and longest < 1:
-        raise RequestError(f"longest_chain = {longest}: must be at least 1")
-    steps = step_count(duration, step)
-    bound = STABILITY[scheme] / highest_frequency(chain, longest)
+    steps = _step_count(duration, step)
+    bound = STABILITY[scheme] / highest_frequency(chain)
     if not step < bound:
         raise RequestError(f"step = {step} s: must be less than {bound:.6g} s, else unstable")
-    every = max(1, steps // samples)
-    plan = Plan(duration / steps, steps, every, longest or chain.diagonal.size, scheme == "rk4")
-    state = _state(chain)
-    record = _Record(chain, steps // every + 2, profiles)
-    counts, in_slice = state.counts, max(1, SLICE // chain.mass.size)
-    while counts[NEXT] <= steps:
-        last = min(int(counts[NEXT]) + in_slice, steps + 1)
-        record.make_room(int(counts[ROWS]))
-        if failed := shielded(_advance, chain, state, plan, last, *record.arrays):
-            raise _stopped(failed, plan)
-        progress(min(int(counts[NEXT]), steps), steps)
-    return record.samples(state, plan.step)
+    plan = Plan(duration / steps, steps, max(1, steps // samples), scheme == "rk4")
+    state, n = _state(chain), chain.diagonal.size
+    in_slice = min(max(1, SLICE // (n + 1)), steps + 1)
+    widths = 1, n + 1, n + 1, n
+    rows = tuple(np.empty((in_slice, width)) for width in widths)  # one a step at most
+    parts = []
+    for first in range(0, steps + 1, in_slice):
+        last = min(first + in_slice, steps + 1)
+        count = shielded(_advance, chain, state, plan, first, last, rows)
+        if count < 0:
+            raise RequestError(f"step = {plan.step:.6g} s: no contact set fits, values overflow")
+        parts.append([row[:count].copy() for row in rows])
+        progress(min(last, steps), steps)
+    time, u, v, force = (np.concatenate(part) for part in zip(*parts, strict=True))
+    return ChainMotion(
+        chain=chain, time=time[:, 0], displacements=u, velocities=v, forces=force, step=plan.step
+    )
 
 
-def step_count(duration: float, step: float) -> int:
-    """Return how many steps of at most ``step`` [s] a run of ``duration`` [s] takes."""
+def _step_count(duration: float, step: float) -> int:
     if not (math.isfinite(duration) and duration > 0):
         raise RequestError(f"duration = {duration} s: must be finite and greater than 0")
     if not (step > 0 and duration / step <= MOST_STEPS):
@@ -81,12 +83,11 @@ def step_count(duration: float, step: float) -> int:
 
 
 class Plan(NamedTuple):
-    """The steps of a run: size [s], number, those between samples, and limits."""
+    """The steps of a run: size [s], number, and those between samples."""
 
     step: float
     steps: int
     every: int
-    longest: int  # contacts that may touch in a row
     dense: bool  # Runge-Kutta, with a sample at each change of the grain's contacts
 
 
@@ -103,10 +104,7 @@ class State(NamedTuple):
     force: Floats  # (n,) [N]
     closed: Flags  # (n,)
     factor: Floats  # (3, n)
-    counts: NDArray[np.int64]  # by ROWS, CONTACTS, NEXT
-
-
-ROWS, CONTACTS, NEXT = range(3)  # rows written, contacts of the grain's chain, next step
+    contacts: NDArray[np.int64]  # (1,) of the grain's chain at the last sample
 
 
 def _state(chain: Chain) -> State:
@@ -114,36 +112,7 @@ def _state(chain: Chain) -> State:
     a, b, c, d = (np.zeros(n + 1) for _ in range(4))
     u, v, (overlap, force) = chain.displacement.copy(), chain.velocity.copy(), np.zeros((2, n))
     closed, factor = np.zeros(n, np.bool_), np.zeros((3, n))
-    return State(u, v, a, b, c, d, overlap, force, closed, factor, np.array([0, -1, 0]))
-
-
-class _Record:
-    """Rows of samples, which grow, and profiles on request."""
-
-    def __init__(self, chain: Chain, rows: int, profiles: bool) -> None:
-        n, self._profiles = chain.diagonal.size, profiles
-        widths = (len(COLUMNS), *((n + 1, n + 1, n) if profiles else (0, 0, 0)))
-        self.arrays = [np.empty((rows, width)) for width in widths]
-
-    def make_room(self, written: int) -> None:
-        """Double the rows where all are written."""
-        if written == len(self.arrays[0]):
-            self.arrays = [np.concatenate((array, np.empty_like(array))) for array in self.arrays]
-
-    def samples(self, state: State, step: float) -> ChainSamples:
-        """Return the samples that are written."""
-        rows, *parts = (array[: state.counts[0]] for array in self.arrays)
-        profiles = Profiles(*parts) if self._profiles else None
-        return samples_of_rows(rows, (state.u, state.v), step=step, profiles=profiles)
-
-
-def _stopped(touching: int, plan: Plan) -> RequestError:
-    if touching > plan.longest:
-        return RequestError(
-            f"longest_chain = {plan.longest}: {touching} contacts touch in a row, "
-            f"for which a step of {plan.step:.6g} s may be unstable"
-        )
-    return RequestError(f"step = {plan.step:.6g} s: no contact set fits, the values overflow")
+    return State(u, v, a, b, c, d, overlap, force, closed, factor, np.array([-1]))
 
 
 # ---- steps
@@ -153,57 +122,46 @@ def _stopped(touching: int, plan: Plan) -> RequestError:
 
 @compiled
 def _advance(
-    chain: Chain, state: State, plan: Plan, last: int,
-    rows: Floats, places: Floats, speeds: Floats, forces: Floats,
-) -> int:  # fmt: skip
-    """Take the steps to before ``last``, or until all rows are written; return 0.
+    chain: Chain, state: State, plan: Plan, first: int, last: int, rows: tuple[Floats, ...]
+) -> int:
+    """Take the steps from ``first`` to before ``last``; ``rows`` take time, u, v and force.
 
-    Where more contacts touch in a row than allowed, return how many; 1 where no set fits.
+    Return how many rows are written, -1 where no contact set fits.
     """
-    u, v, a, b, c, d, overlap, force, closed, factor, counts = state
+    u, v, a, b, c, d, overlap, force, closed, factor, contacts = state
+    times, places, speeds, forces = rows
     _, mobility, diagonal, coupling, gravity, _, _, length, deformable = chain
-    h, dense, half = plan.step, plan.dense, 0.5 * plan.step
+    h, dense, half, row = plan.step, plan.dense, 0.5 * plan.step, 0
     tolerance = SLACK * length if deformable else -1.0
-    longest = plan.longest if deformable else overlap.size
-    for count in range(counts[NEXT], last):
-        counts[NEXT] = count
+    for count in range(first, last):
         if dense or count == 0:
             _set_overlaps(u, v, a, 0.0, 0.0, overlap)
-            if not update_forces(overlap, diagonal, coupling, closed, factor, force, tolerance):
-                return 1
+            if not _set_forces(overlap, diagonal, coupling, closed, factor, force, tolerance):
+                return -1
             _accelerate(force, mobility, gravity, a)
-        touching, row = count_contacts(force), counts[ROWS]
-        if (dense and touching != counts[CONTACTS]) or (
-            count % plan.every == 0 or count == plan.steps
-        ):
-            if row == rows.shape[0]:
-                return 0
-            write_row(chain, count * h, u, v, force, rows[row])
-            if places.shape[1]:
-                places[row], speeds[row], forces[row] = u, v, force
-            counts[ROWS], counts[CONTACTS] = row + 1, touching
+        touching = _count_contacts(force)
+        if (dense and touching != contacts[0]) or (count % plan.every == 0 or count == plan.steps):
+            times[row] = count * h
+            places[row], speeds[row], forces[row] = u, v, force
+            row, contacts[0] = row + 1, touching
         if count == plan.steps:
             break
         if not dense:
-            _kick_and_drift(u, v, a, h)
+            _kick(v, a, half)
+            _drift(u, v, h)
         for stage in range(3 if dense else 1):
             before, now = (a, b) if stage == 0 else (a, c) if stage == 1 else (b, d)
             shift = (h if stage == 2 else half) if dense else 0.0
             lift = half * shift if stage else 0.0
             _set_overlaps(u, v, before, shift, lift, overlap)
-            if not update_forces(overlap, diagonal, coupling, closed, factor, force, tolerance):
-                return 1
-            if longest < overlap.size:
-                touching = longest_run(closed)
-                if touching > longest:
-                    return touching
+            if not _set_forces(overlap, diagonal, coupling, closed, factor, force, tolerance):
+                return -1
             _accelerate(force, mobility, gravity, now if dense else a)
         if dense:
             _combine(u, v, a, b, c, d, h)
         else:
-            _kick(v, a, h)
-    counts[NEXT] = last
-    return 0
+            _kick(v, a, half)
+    return row
 
 
 @compiled
@@ -213,6 +171,22 @@ def _set_overlaps(
     """Set the overlaps (n,) [m] at ``u + shift v + lift a``."""
     for i in range(overlap.size):
         overlap[i] = (u[i] - u[i + 1]) + shift * (v[i] - v[i + 1]) + lift * (a[i] - a[i + 1])
+
+
+@compiled
+def _set_forces(
+    overlap: Floats, diagonal: Floats, coupling: Floats,
+    closed: Flags, factor: Floats, force: Floats, tolerance: float,
+) -> bool:  # fmt: skip
+    """Set ``force`` (n,) [N]; return whether a contact set was found.
+
+    A negative ``tolerance`` stands for the overlap law, which needs no contact set.
+    """
+    if tolerance >= 0.0:
+        return solve(overlap, diagonal, coupling, closed, factor, force, tolerance)
+    for i in range(overlap.size):
+        force[i] = max(overlap[i], 0.0) / diagonal[i]
+    return True
 
 
 @compiled
@@ -226,6 +200,15 @@ def _accelerate(force: Floats, mobility: Floats, gravity: Floats, a: Floats) -> 
 
 
 @compiled
+def _count_contacts(force: Floats) -> int:
+    """Return how many contacts from the grain on carry a force (n,) [N]."""
+    contacts = 0
+    while contacts < force.size and force[contacts] > 0:
+        contacts += 1
+    return contacts
+
+
+@compiled
 def _combine(u: Floats, v: Floats, a: Floats, b: Floats, c: Floats, d: Floats, h: float) -> None:
     """Take a step of Runge-Kutta from the accelerations of its four stages."""
     square, sixth = h * h / 6, h / 6
@@ -235,15 +218,12 @@ def _combine(u: Floats, v: Floats, a: Floats, b: Floats, c: Floats, d: Floats, h
 
 
 @compiled
-def _kick_and_drift(u: Floats, v: Floats, a: Floats, h: float) -> None:
-    """Kick by half a step, and move by a whole one."""
-    for i in range(u.size):
-        v[i] += 0.5 * h * a[i]
-        u[i] += h * v[i]
+def _kick(v: Floats, a: Floats, seconds: float) -> None:
+    for i in range(v.size):
+        v[i] += seconds * a[i]
 
 
 @compiled
-def _kick(v: Floats, a: Floats, h: float) -> None:
-    """Kick by half a step."""
-    for i in range(v.size):
-        v[i] += 0.5 * h * a[i]
+def _drift(u: Floats, v: Floats, seconds: float) -> None:
+    for i in range(u.size):
+        u[i] += seconds * v[i]

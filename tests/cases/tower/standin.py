@@ -53,17 +53,16 @@ class Standin(Engine):
         count = timing.steps // values["series_every"]
         # the same number of steps, each longer by the factor
         run = solve(
-            wrong, "verlet", samples=count, profiles=True,
+            wrong, "verlet", samples=count,
             duration=values["duration"] * case.contact_time * self.step / wrong.contact_time,
             steps_per_contact=steps / self.step * wrong.contact_period / case.contact_period,
         )  # fmt: skip
-        places, speeds, forces = run.profiles
-        pushes = np.pad(forces, ((0, 0), (1, 1)))
+        pushes = np.pad(run.forces, ((0, 0), (1, 1)))
         diameter = wrong.each("diameter")[0] * np.arange(case.particles)
         return {
-            "step": values["series_every"] * np.arange(float(len(places))),
-            "x_m": places + diameter,
-            "vx_m_per_s": speeds,
+            "step": values["series_every"] * np.arange(float(run.time.size)),
+            "x_m": run.displacements + diameter,
+            "vx_m_per_s": run.velocities,
             "fx_N": pushes[:, :-1] - pushes[:, 1:] + wrong.each("mass")[0] * wrong.gravity,
         }
 

@@ -86,7 +86,7 @@ def test_the_timing_divides_the_duration():
 @pytest.mark.parametrize(
     ("steps", "law", "height", "bound"),
     [
-        (3.0, "overlap", 4, "3.142"),
+        (3.0, "overlap", 4, "3.1416"),
         (10.0, "deformable", 9, "14.2"),
         (math.nan, "overlap", 1, "3.1"),
     ],
@@ -108,10 +108,9 @@ def test_unequal_particles_are_for_solvers_alone():
     [
         ({"solver": "euler"}, "exact, rk4"),
         ({"solver": "exact", "steps_per_contact": 10.0}, "no step"),
-        ({"solver": "rk4", "steps_per_contact": 0.5}, "must be greater than"),
+        ({"solver": "rk4", "steps_per_contact": 0.5}, "finite and greater than"),
         ({"duration": 0.0}, "duration"),
         ({"duration": math.inf}, "duration"),
-        ({"samples": 0}, "at least 1"),
         ({"engine": Standin(), "solver": "rk4"}, "contradicts"),
     ],
 )
@@ -152,15 +151,13 @@ def test_an_output_of_other_parameters_is_refused():
 
 
 def test_a_frame_has_units_and_the_rounding_of_contacts():
-    run = solve(Tower(height=2, law="overlap"), "exact", profiles=True)
+    run = solve(Tower(height=2, law="overlap"), "exact")
     frame = run.to_frame()
     assert [*frame][:5] == ["t_over_t0", "time_s", "grain_displacement_m",
                             "grain_velocity_m_per_s", "grain_force_N"]  # fmt: skip
     assert frame["contacts"].max() == 2
     assert (run.contacts_above(1e-3) <= run.contacts).all()
-    assert run.deformations.max() == pytest.approx(run.known_profiles.forces.max() / 1e6, rel=0.5)
-    with pytest.raises(ValueError, match="profiles"):
-        solve(Tower(), "rk4").known_profiles  # noqa: B018
+    assert run.deformations.max() == pytest.approx(run.forces.max() / 1e6, rel=0.5)
 
 
 def test_the_film_draws_what_touches_as_touching():

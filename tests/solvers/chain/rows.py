@@ -3,7 +3,7 @@
 from harness.cases.tower.parameters import Tower
 from harness.cases.tower.runs import chain_of
 from harness.solvers.chain import exact, stepped
-from harness.solvers.chain.setup import highest_frequency
+from harness.solvers.chain.setup import STABILITY, highest_frequency
 
 LAWS = ("overlap", "deformable")
 
@@ -18,9 +18,7 @@ def by_steps(case, duration, steps_per_contact=4000.0, samples=None, **options):
     """Run a tower for ``duration`` [t0] by Runge-Kutta, or another scheme."""
     chain = chain_of(case)
     step = case.contact_period / steps_per_contact
-    if "longest" not in options:
-        scheme = options.get("scheme", "rk4")
-        step = min(step, 0.5 * stepped.STABILITY[scheme] / highest_frequency(chain))
+    step = min(step, 0.5 * STABILITY[options.get("scheme", "rk4")] / highest_frequency(chain))
     count = samples or max(1, round(1000 * duration))
     return stepped.run(chain, duration * case.contact_time, step, samples=count, **options)
 

@@ -91,8 +91,8 @@ def test_a_tower_at_rest_stays_at_rest(law, height):
 @pytest.mark.parametrize("law", LAWS)
 def test_a_preloaded_start_bears_its_weight(law):
     case = Tower(height=5, law=law, start="preloaded")
-    found = run(case, 0.02, profiles=True)
-    assert found.profiles.forces[0] == pytest.approx(9.81 * np.arange(5), abs=1e-9)
+    found = run(case, 0.02)
+    assert found.forces[0] == pytest.approx(9.81 * np.arange(5), abs=1e-9)
 
 
 def test_a_gapped_start_is_two_collisions():

@@ -56,11 +56,11 @@ def test_momentum_of_free_chains(case):
 @few
 @given(towers())
 def test_no_contact_pulls_and_positions_alone_give_the_forces(case):
-    run = by_modes(case, 2.0, samples=40, profiles=True)
-    force, chain = run.profiles.forces, chain_of(case)
+    run = by_modes(case, 2.0, samples=40)
+    force, chain = run.forces, chain_of(case)
     peak = force.max()
     assert force.min() > -1e-10 * peak
-    for overlap, expected in zip(-np.diff(run.profiles.displacements), force, strict=True):
+    for overlap, expected in zip(-np.diff(run.displacements), force, strict=True):
         found = forces_of_overlaps(overlap, chain.diagonal, chain.coupling)
         assert found == pytest.approx(expected, abs=1e-10 * peak)
 

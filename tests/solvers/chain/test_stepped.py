@@ -10,8 +10,7 @@ from harness.results.limits import slope_order
 from harness.solvers.chain import stepped
 from harness.solvers.chain.contacts import factorise, forces_of_overlaps
 from harness.solvers.chain.exact import find_modes
-from harness.solvers.chain.series import COLUMNS
-from harness.solvers.chain.setup import highest_frequency
+from harness.solvers.chain.setup import STABILITY, highest_frequency
 from harness.theory import chain as theory
 from tests.solvers.chain.rows import LAWS, Tower, by_modes, by_steps, chain_of, drift
 
@@ -95,24 +94,11 @@ def test_the_bound_of_the_frequencies_holds_and_is_close(law, base, height):
 def test_a_step_is_stable_up_to_the_bound(scheme):
     case = Tower(height=40, law="overlap", start="preloaded", speed=1e-6)
     chain = chain_of(case)
-    bound = stepped.STABILITY[scheme] / highest_frequency(chain)
+    bound = STABILITY[scheme] / highest_frequency(chain)
     run = stepped.run(chain, 400 * bound, 0.99 * bound, samples=400, scheme=scheme)
     assert run.energy.max() - run.energy[0] < 1e-11
     with pytest.raises(RequestError, match=r"step = .*: must be less than"):
         stepped.run(chain, 400 * bound, 1.03 * bound, samples=1, scheme=scheme)
-
-
-@pytest.mark.parametrize(
-    ("case", "longest", "said"),
-    [
-        (Tower(height=30), 1, "longest_chain = 1: 2 contacts touch"),
-        (Tower(height=9, start="preloaded"), 3, "longest_chain = 3"),
-        (Tower(height=9), 0, "longest_chain = 0"),
-    ],
-)
-def test_the_longest_chain_is_watched(case, longest, said):
-    with pytest.raises(RequestError, match=said):
-        by_steps(case, 1.0, longest=longest)
 
 
 @pytest.mark.parametrize(
@@ -170,11 +156,10 @@ def test_a_long_row_whose_contact_sets_are_kept_from_step_to_step(start, equal):
     assert run.final_velocity == pytest.approx(v, abs=1e-11 * max(np.abs(v).max(), scale / step))
 
 
-@pytest.mark.parametrize("law", LAWS)
-def test_a_million_particles(law):
+@pytest.mark.parametrize(("law", "height"), [("overlap", 999_999), ("deformable", 9_999)])
+def test_very_long_rows(law, height):
     """The shock is far from the base: the grain moves as on a short tower."""
-    options = {"samples": 1, "longest": 50, "steps_per_contact": 1000.0}
-    runs = [by_steps(Tower(height=n, law=law), 0.01, **options) for n in (40, 999_999)]
+    runs = [by_steps(Tower(height=n, law=law), 0.01, samples=1) for n in (40, height)]
     assert runs[0].final_velocity[:20] == pytest.approx(runs[1].final_velocity[:20], abs=1e-12)
     # all but the shocked ones fall freely
     assert np.ptp(runs[1].final_velocity[100:-100]) == 0.0
@@ -190,21 +175,9 @@ def test_samples_are_kept_at_equal_distances_and_at_changes():
     assert (np.diff(run.time) > 0).all()
     changes = np.flatnonzero(np.diff(run.contacts))
     assert changes.size > 4
-    verlet = by_steps(Tower(height=3), 3.0, samples=30, scheme="velocity_verlet", profiles=True)
+    verlet = by_steps(Tower(height=3), 3.0, samples=30, scheme="velocity_verlet")
     assert np.ptp(np.diff(verlet.time[:-1])) < 1e-15
-    assert verlet.profiles.forces.shape == (verlet.time.size, 3)
-
-
-@pytest.mark.parametrize("solver", [by_steps, by_modes])
-def test_profiles_are_the_columns(solver):
-    run = solver(Tower(height=3), 2.0, profiles=True)
-    u, v, force = run.profiles
-    assert np.array_equal(run.grain_displacement, u[:, 0])
-    assert np.array_equal(run.compression_rate, v[:, 0] - v[:, -1])
-    assert np.array_equal(run.base_force, force[:, -1])
-    kinetic = 0.5 * (v**2).sum(axis=1)
-    assert run.kinetic_energy == pytest.approx(kinetic, rel=1e-13)
-    assert run.elastic_energy == pytest.approx(0.5 * (force * -np.diff(u)).sum(axis=1), rel=1e-12)
+    assert verlet.forces.shape == (verlet.time.size, 3)
 
 
 def test_a_run_in_slices_is_the_same_to_the_last_bit(monkeypatch):
@@ -214,7 +187,7 @@ def test_a_run_in_slices_is_the_same_to_the_last_bit(monkeypatch):
     assert len(calls) > 3
     assert calls == sorted(calls)
     assert calls[-1][0] == calls[-1][1]
-    for name in COLUMNS:
+    for name in ("time", "displacements", "velocities", "forces"):
         assert np.array_equal(getattr(whole, name), getattr(cut, name)), name
 
 
