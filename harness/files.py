@@ -17,11 +17,13 @@ import stat
 import tempfile
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from harness.errors import RequestError
+from harness.errors import RequestError, cannot_write
+
+Writer = Callable[[Path], object]
 
 # ---- a worker process ends with the one that started it, however that one ended
 
@@ -246,6 +248,31 @@ def whole_folder(target: Path, *, replace: bool = False) -> Iterator[Path]:
         except BaseException:
             _put_back(aside)
             raise
+
+
+def write_files(files: Mapping[tuple[str, Path], Writer]) -> None:
+    """Write each (option, path) aside, then put all in their places: none is half-written.
+
+    Raise RequestError naming the one that fails, FullDiskError where there is no space.
+    """
+    target = ("", Path())
+    with contextlib.ExitStack() as stack:
+        try:
+            asides = {}
+            for target, write in files.items():
+                target[1].parent.mkdir(parents=True, exist_ok=True)
+                folder = stack.enter_context(held_folder(target[1].parent))
+                asides[target] = folder / f"file{target[1].suffix}"
+                write(asides[target])
+            for target, aside in asides.items():
+                aside.replace(target[1])
+        except OSError as error:
+            raise cannot_write(f"{target[0]} {target[1]}", error) from None
+
+
+def text_writer(text: str) -> Writer:
+    """Return a function that writes a text as UTF-8, its line ends as they are."""
+    return lambda path: path.write_bytes(text.encode("utf-8"))
 
 
 def sweep(parent: Path) -> None:

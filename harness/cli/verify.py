@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
 Record = Mapping[str, Any]
 SHOWN = {"fail": 20, "known defect": 10, "fixed": 10, "not tested": 10, "finding": 5}
+PACKAGES = ("jinja2", "matplotlib", "numba", "numpy", "pandas", "pydantic", "scipy")
 INSTEAD = "--quick, or fewer cases"
 
 
@@ -159,8 +160,7 @@ def _key(choice: VerifyOptions, opener: Opener) -> str | None:
     from harness.cases.registry import selected_names
     from harness.engines.registry import fingerprint_of
     from harness.store.accepted import accepted_folder
-    from harness.store.entries import digest_of_tree
-    from harness.store.verifications import verification_key
+    from harness.store.entries import digest_of_tree, key_of, machine, source_digest, versions
     from harness.workflows.selection import selected_engines
 
     prints = {}
@@ -170,18 +170,19 @@ def _key(choice: VerifyOptions, opener: Opener) -> str | None:
             return None
         prints[name] = dict(found)
     defects = choice.known_defects.read_bytes() if choice.known_defects else b""
-    return verification_key(
-        level=choice.level,
-        cases=selected_names(choice.cases if choice.cases or not choice.only else "all"),
-        engines=prints,
-        context={
+    return key_of(
+        {
+            "verification": choice.level,
+            "cases": selected_names(choice.cases if choice.cases or not choice.only else "all"),
+            "engines": prints,
             "named": [choice.cases, choice.engines],
-            "only": choice.only,
-            "strict": choice.strict,
-            "png": choice.png,
+            "flags": [choice.only, choice.strict, choice.png],
             "defects": hashlib.sha256(defects).hexdigest(),
             "accepted": digest_of_tree(accepted_folder()),
-        },
+            "machine": machine(),
+            "packages": versions(*PACKAGES),
+            "source": source_digest(),
+        }
     )
 
 

@@ -7,7 +7,6 @@
 
 from __future__ import annotations
 
-import os
 import re
 from collections.abc import Mapping
 from pathlib import Path
@@ -16,7 +15,8 @@ import pandas as pd
 
 import harness
 from harness.engines.provenance import release_of
-from harness.errors import RequestError, cannot_write
+from harness.errors import RequestError
+from harness.files import text_writer, write_files
 from harness.results.rows import COLUMNS, ENGINE_FAILURES, KEY, Verdict, table
 from harness.store.rows_csv import read_rows, rows_text
 from harness.store.runs import ROWS, Run
@@ -70,10 +70,7 @@ def accept(run: Run, folder: Path) -> list[Path]:
         text = rows_text(_merged(before, rows, run))
         if not file.is_file() or text != file.read_bytes().decode("utf-8"):
             texts[file] = text
-    try:
-        _replace_files(texts)
-    except OSError as error:
-        raise cannot_write(f"accept {folder}", error) from None
+    write_files({("accept", file): text_writer(text) for file, text in texts.items()})
     return list(texts)
 
 
@@ -106,17 +103,3 @@ def _merged(before: pd.DataFrame, rows: pd.DataFrame, run: Run) -> pd.DataFrame:
     taken = rows[~untested].assign(log="")  # logs lie in the run's own folder
     merged = pd.concat([kept, taken]) if len(kept) else taken
     return merged.drop_duplicates(keys, keep="last")[list(COLUMNS)]
-
-
-def _replace_files(texts: Mapping[Path, str]) -> None:
-    """Write all texts aside, then put each in its place, so that none is half written."""
-    aside = {file: file.with_name(f".{file.name}.new") for file in texts}
-    try:
-        for file, text in texts.items():
-            file.parent.mkdir(parents=True, exist_ok=True)
-            aside[file].write_bytes(text.encode("utf-8"))
-        for file, new in aside.items():
-            os.replace(new, file)  # noqa: PTH105 - in one step
-    finally:
-        for new in aside.values():
-            new.unlink(missing_ok=True)

@@ -1,8 +1,9 @@
 """Payloads under keys, each with its checksum.
 
-A key is a digest of everything that decides a result. An entry is a file of four parts: a line with
-the form of the file, a line with the key, a line with the SHA-256 of the payload, and the payload.
-A damaged one is dropped, never used.
+A key is a digest of everything that decides a result. An entry is a file: a line with form, key and
+the SHA-256 of the rest, a line with a label as JSON (what it is, of which cases), and the payload.
+A damaged one is dropped, never used. Plain files: a database would lock on network file systems,
+and a pickle would run what others put there.
 """
 
 from __future__ import annotations
@@ -83,14 +84,11 @@ def machine() -> dict[str, str]:
 @cache
 def versions(*packages: str) -> dict[str, str | None]:
     """Return the installed version of each package, None for one that is not here."""
-    return {package: _version(package) for package in packages}
-
-
-def _version(package: str) -> str | None:
-    try:
-        return metadata.version(package)
-    except metadata.PackageNotFoundError:
-        return None
+    found: dict[str, str | None] = dict.fromkeys(packages)
+    for package in packages:
+        with contextlib.suppress(metadata.PackageNotFoundError):
+            found[package] = metadata.version(package)
+    return found
 
 
 def _processor() -> str:
@@ -101,14 +99,11 @@ def _processor() -> str:
     return next((line for line in lines if line.startswith("model name")), platform.processor())
 
 
-FORM = b"dem-harness entry 1"
-LIMIT = 2 * 1024**3
-"""[bytes] of entries and environments; beyond it those not asked for the longest are dropped."""
-
-ASIDE, PRUNING = ".aside", ".pruning"
-ABANDONED_SECONDS = 3600.0
-"""An entry is written in a fraction of a second: older ones aside belong to nobody."""
-
+FORM = b"dem-harness entry 2"
+LIMIT = 2 * 1024**3  # [bytes] of entries and environments; beyond it the least recently used go
+ASIDE, PRUNING, ENTRIES = ".aside", ".pruning", "[0-9a-f][0-9a-f]/" + "[0-9a-f]" * 64
+ABANDONED_SECONDS = 3600.0  # an entry is written in a fraction of a second
+MOST_LABEL = 4096  # bytes
 Tell = Callable[[str], None]
 
 
@@ -121,10 +116,9 @@ class Entries:
     """A folder of entries, safe to use from several threads and processes.
 
     ``limit`` [bytes] bounds its size, give or take a tenth, with that of the environments of
-    releases in it; those that are used are counted and stay. What goes wrong
-    with the folder later is reported once, and nothing more is written: a cache
-    must not end a run. Raise OSError when the folder cannot be made or written, or belongs to
-    another user, or may be written by all: results in it could be anybody's.
+    releases in it, of which those in use stay. Where the folder fails later, one note is printed
+    and nothing more is written: a cache must not end a run. Raise OSError when the folder cannot be
+    made or written, belongs to another user, or may be written by all.
     """
 
     def __init__(self, folder: Path, limit: int = LIMIT, tell: Tell = tell_stderr) -> None:
@@ -160,19 +154,20 @@ class Entries:
             os.utime(path)
         return payload
 
-    def put(self, key: str, payload: bytes) -> None:
+    def put(
+        self, key: str, payload: bytes, sort: str = "other", cases: Sequence[str] = ()
+    ) -> None:
         """Keep a payload under a key: written aside, then renamed.
 
-        It is not forced onto the disk, which costs several milliseconds: what the
-        system holds survives the death of a process, and what a power cut tears
-        does not match its checksum.
+        It is not forced onto the disk, which costs several milliseconds: what the system holds
+        survives the death of a process, and what a power cut tears does not match its checksum.
         """
         if self._broken:
             return
-        head = b"\n".join((FORM, key.encode(), hashlib.sha256(payload).hexdigest().encode(), b""))
+        body = b"\n".join((json.dumps([sort, *cases]).encode(), payload))
         try:
-            self._write(self._path(key), head + payload)
-            self._prune_sometimes(len(head) + len(payload))
+            self._write(self._path(key), b"\n".join((_head(key, body), body)))
+            self._prune_sometimes(len(body))
         except OSError as error:
             self._broken = True
             why = error.strerror or error
@@ -246,13 +241,26 @@ class Entries:
                     path.unlink()
 
 
+def label_of(path: Path) -> tuple[str, tuple[str, ...]]:
+    """Return what an entry is and of which cases, by its label alone."""
+    with contextlib.suppress(OSError, ValueError), path.open("rb") as file:
+        if file.readline(MOST_LABEL).startswith(FORM):
+            sort, *cases = json.loads(file.readline(MOST_LABEL))
+            return sort, tuple(cases)
+    return "other", ()
+
+
+def _head(key: str, body: bytes) -> bytes:
+    return b" ".join((FORM, key.encode(), hashlib.sha256(body).hexdigest().encode()))
+
+
 def _checked(data: bytes, key: str) -> tuple[bytes, str]:
     """Return the payload of a file's content, and what is wrong with it, empty if nothing."""
-    parts = data.split(b"\n", 3)
-    if len(parts) < 4 or parts[0] != FORM:
+    head, _, body = data.partition(b"\n")
+    if head == _head(key, body) and b"\n" in body:
+        return body.partition(b"\n")[2], ""
+    if not head.startswith(FORM):
         return b"", "not an entry, or cut short"
-    if parts[1] != key.encode():
+    if key.encode() not in head:
         return b"", "that of another key"
-    if parts[2] != hashlib.sha256(parts[3]).hexdigest().encode():
-        return b"", "its checksum does not match"
-    return parts[3], ""
+    return b"", "its checksum does not match"

@@ -5,39 +5,14 @@ from __future__ import annotations
 import io
 import json
 import zipfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path, PurePosixPath
 from typing import Any
 
 from harness.files import whole_folder
-from harness.store.entries import Entries, key_of, machine, source_digest, versions
+from harness.store.entries import Entries
 
-PACKAGES = ("jinja2", "matplotlib", "numba", "numpy", "pandas", "pydantic", "scipy")
 RECORD, REPORT = "record.json", "report/"
-
-
-def verification_key(
-    *,
-    level: str,
-    cases: Sequence[str],
-    engines: Mapping[str, Mapping[str, Any]],
-    context: Mapping[str, Any],
-) -> str:
-    """Return the key of a verification of engines, by their fingerprints.
-
-    ``context`` is what else decides rows and report, such as the digest of the accepted runs.
-    """
-    return key_of(
-        {
-            "verification": level,
-            "cases": list(cases),
-            "engines": dict(engines),
-            "machine": machine(),
-            "packages": versions(*PACKAGES),
-            "source": source_digest(),
-            "context": dict(context),
-        }
-    )
 
 
 def keep_verification(entries: Entries, key: str, folder: Path, record: Mapping[str, Any]) -> None:
@@ -47,7 +22,7 @@ def keep_verification(entries: Entries, key: str, folder: Path, record: Mapping[
         archive.writestr(RECORD, json.dumps(record))
         for path in sorted(path for path in folder.rglob("*") if path.is_file()):
             archive.write(path, REPORT + path.relative_to(folder).as_posix())
-    entries.put(key, stream.getvalue())
+    entries.put(key, stream.getvalue(), "verification", record.get("cases", ()))
 
 
 def kept_verification(entries: Entries, key: str, folder: Path) -> dict[str, Any] | None:

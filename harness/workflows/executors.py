@@ -24,16 +24,13 @@ from concurrent.futures import (
 )
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any, TypeVar
 
 from harness.engines.contract import Engine, Job, Output
 from harness.engines.registry import open_engine
 from harness.errors import EngineCrashError, EngineError, HarnessError, RequestError
-from harness.store.cache import SOURCES, keeping
+from harness.store.cache import SOURCES, WrappedEngine, keeping
 from harness.store.entries import key_of, source_digest, versions
-
-if TYPE_CHECKING:
-    from harness.engines.provenance import Provenance
 
 PIECES = 128  # into which a batch is cut, for workers of any number and speed
 LARGEST_PIECE = 32  # jobs that are lost with a worker, at most
@@ -56,7 +53,7 @@ class Opening:
     identity: Mapping[str, Any]
 
 
-class ExecutorEngine(Engine):
+class ExecutorEngine(WrappedEngine):
     """An engine whose jobs run in the workers of an executor.
 
     ``local`` answers all that needs no run; ``name`` and ``options`` open the engine in a worker.
@@ -67,28 +64,12 @@ class ExecutorEngine(Engine):
     def __init__(
         self, local: Engine, executor: Executor, name: str, options: Mapping[str, Any]
     ) -> None:
-        self.traits = local.traits
-        self._local, self._executor = local, executor
-        self._opening = Opening(name, dict(options), identity(local))
-
-    def __getattribute__(self, attribute: str) -> Any:
-        """Return the attribute of the local engine, but for runs."""
-        if attribute in _OWN or attribute.startswith("__"):
-            return object.__getattribute__(self, attribute)
-        return getattr(object.__getattribute__(self, "_local"), attribute)
-
-    def identify(self) -> Provenance:
-        """Return who the local engine is."""
-        return self._local.identify()
-
-    def run(self, jobs: Sequence[Job]) -> list[Outcome]:
-        """Return the outcomes of jobs, in order."""
-        outcomes = dict(self.outcomes(jobs))
-        return [outcomes[place] for place in range(len(jobs))]
+        super().__init__(local)
+        self._executor, self._opening = executor, Opening(name, dict(options), identity(local))
 
     def outcomes(self, jobs: Sequence[Job]) -> Iterator[tuple[int, Outcome]]:
         """Yield the place and the outcome of each job as soon as its piece is done."""
-        self._local.check(jobs)
+        self._engine.check(jobs)
         size = max(1, min(LARGEST_PIECE, len(jobs) // PIECES))
         pieces = [range(first, min(first + size, len(jobs))) for first in range(0, len(jobs), size)]
         calls = [(self._opening, [jobs[place] for place in piece]) for piece in pieces]
@@ -96,11 +77,6 @@ class ExecutorEngine(Engine):
             piece = pieces[number]
             outcomes = [found] * len(piece) if isinstance(found, EngineError) else found
             yield from zip(piece, outcomes, strict=True)
-
-
-_OWN = frozenset(
-    ("identify", "run", "outcomes", "traits", "pace", "_local", "_executor", "_opening")
-)
 
 
 @contextmanager
