@@ -150,7 +150,7 @@ def _run(config: pytest.Config) -> dict[str, Any]:
     from harness.errors import HarnessError, RequestError
     from harness.workflows.progress import progress_bars
 
-    choice, programs, kept = _options(config)
+    choice, engines = _options(config)
     temporary: pytest.TempPathFactory = config._tmp_path_factory  # type: ignore[attr-defined]
     target = choice.output or temporary.mktemp("dem-harness") / "report"
     try:  # a suite may turn warnings into errors: those of libraries are not its own
@@ -159,7 +159,7 @@ def _run(config: pytest.Config) -> dict[str, Any]:
             output_folder(target) as folder,
             progress_bars("verify") as progress,
         ):
-            record = verified(choice, programs, kept, folder, progress)
+            record = verified(choice, engines, folder, progress)
     except RequestError as error:
         text = config.option.dem_harness_options
         raise pytest.UsageError(f"{OPTIONS} {text!r}: {error}") from None
@@ -168,7 +168,7 @@ def _run(config: pytest.Config) -> dict[str, Any]:
     return record | ({"error": record["headline"]} if record["status"] == 3 else {})
 
 
-def _options(config: pytest.Config) -> tuple[Any, Any, Any]:
+def _options(config: pytest.Config) -> tuple[Any, Any]:
     """Return the options of ``dem-harness verify``; raise UsageError for wrong ones."""
     from cyclopts import CycloptsError
 
@@ -184,7 +184,7 @@ def _options(config: pytest.Config) -> tuple[Any, Any, Any]:
         app = make_app(words)
         _, bound, _ = app.parse_args(words, exit_on_error=False, print_error=False)
         bound.apply_defaults()
-        chosen = tuple(bound.arguments[name] for name in ("choice", "programs", "kept"))
+        chosen = bound.arguments["choice"], bound.arguments["engines"]
         check_request(*chosen)
     except (CycloptsError, ValueError) as error:
         reason = usage_error(error) if isinstance(error, CycloptsError) else error

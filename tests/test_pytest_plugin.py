@@ -40,8 +40,8 @@ def verified(monkeypatch):
     """Stand in for the verification; return what it was called with."""
     calls = []
 
-    def verified(choice, programs, kept, folder, progress):  # noqa: ARG001
-        calls.append((choice, programs))
+    def verified(choice, engines, folder, progress):  # noqa: ARG001
+        calls.append((choice, engines))
         return {
             "status": 1,
             "headline": "Failed: 2 cross-code",

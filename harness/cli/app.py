@@ -1,12 +1,8 @@
-"""The app, its commands, and the options that several commands share.
-
-Options are fields of frozen dataclasses, of which cyclopts makes options and help.
-"""
+"""The app, its commands, and types of options that several commands share."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -58,48 +54,6 @@ def usage_error(error: CycloptsError) -> str:
     return f"{message}\nsee {command} --help"
 
 
-@Parameter(name="*", group=KEPT)
-@dataclass(frozen=True, kw_only=True)
-class CacheOptions:
-    """Where results are kept, and whether they are used."""
-
-    cache: Folder = None
-    """Where results are kept, up to 2 GiB. [default: DEM_HARNESS_HOME/cache, else
-    ~/.cache/dem-harness]"""
-    fresh: bool = False
-    """Run everything again, whatever is kept."""
-
-
-@Parameter(name="*", group=ENGINE)
-@dataclass(frozen=True, kw_only=True)
-class ProgramOptions:
-    """Where the programs of engines are, and the options of their classes."""
-
-    lmp: Annotated[str | None, Parameter(metavar="COMMAND")] = None
-    """A LAMMPS executable of your own, with its arguments if need be, as in
-    --lmp "lmp -sf omp"."""
-    mpirun: Annotated[str | None, Parameter(metavar="COMMAND")] = None
-    """An MPI launcher of LAMMPS with its options, as in --mpirun "mpirun -np 4"."""
-    program: Annotated[list[str] | None, Parameter(metavar="NAME=PATH")] = None
-    """The executable of an engine (of Kratos a Python that has it); repeat it for several."""
-    engine_option: Annotated[list[str] | None, Parameter(metavar="NAME.KEY=VALUE")] = None
-    """An option of an engine's class, as lammps.limits=60, the seconds a run may take (300);
-    repeat it for several."""
-    integrator: Name = None
-    """Of the reference engine: velocity-verlet, as LAMMPS; mfix-euler, mfix-adams-bashforth, as
-    MFiX. [default: velocity-verlet]"""
-
-
-@Parameter(name="*", group=ENGINE)
-@dataclass(frozen=True, kw_only=True)
-class DaskOptions:
-    """A cluster."""
-
-    dask: Annotated[str | None, Parameter(metavar="ADDRESS|slurm")] = None
-    """Run in the workers of a Dask cluster, at its scheduler's address; or in SLURM with the
-    settings of your jobqueue.yaml, slurm:JOBS in so many jobs (8). Needs dem-harness[dask]."""
-
-
 HELP = (
     "Check discrete element (DEM) codes against theory.\n\n"
     "The frictionless incline (critical angle 10.2078 deg), the tower hit by a dropped grain, "
@@ -110,10 +64,7 @@ HELP = (
     "143 terminated."
 )
 COMMANDS = {
-    "verify": (
-        "verify:verify",
-        "Hold engines against theory and accepted runs, and report.",
-    ),
+    "verify": ("verify:verify", "Hold engines against theory and accepted runs, and report."),
     "run": ("run:run", "Run a case once: what it measures, and what is expected."),
     "sweep": ("sweep:sweep", "Run a case over values of its parameters and over engines."),
     "theory": ("incline:theory", "Critical angle of the incline in closed form."),

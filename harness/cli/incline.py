@@ -4,20 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import partial
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Group, Parameter
 
-from harness.cli.app import (
-    ENGINE,
-    CacheOptions,
-    Force,
-    Json,
-    MaybeWhole,
-    ProgramOptions,
-)
-from harness.cli.engines import Opener, answer, duration_check
+from harness.cli.app import ENGINE, Force, Json, MaybeWhole
+from harness.cli.engines import EngineOptions, Opener, duration_check
 from harness.cli.output import print_json, print_record, print_wrapped
 from harness.errors import RequestError
 
@@ -51,28 +43,15 @@ class AngleOptions:
 
     def check(self, system: SystemOptions) -> None:
         """Raise RequestError for values out of range and options that exclude one another."""
+        steady = self.method == "steady"
         if self.tolerance is not None and not 1e-9 <= self.tolerance <= 1.0:
             raise RequestError(f"--tolerance {self.tolerance!r}: must be from 1e-9 to 1 deg")
-        if self.wells is not None and self.method != "steady":
+        if self.wells is not None and not steady:
             raise RequestError(f"--wells {self.wells}: goes with --method steady only")
-        if self.extrapolate and self.method == "steady":
+        if self.extrapolate and steady:
             raise RequestError("--extrapolate: goes with --method passage only")
         if self.extrapolate and system.steps_per_contact is not None:
             raise RequestError("--extrapolate: has its own steps, without --steps-per-contact")
-
-    def measure(self, case: Incline, opener: Opener, **more: Any) -> dict[str, Any]:
-        """Return the record of the angle of a case."""
-        from harness.workflows import critical_angle as by_search
-        from harness.workflows import extrapolated_critical_angle
-
-        with opener.qualified(self.engine, progress=more["progress"]) as engine:
-            if self.extrapolate:
-                return dict(extrapolated_critical_angle(case, engine=engine, **more).to_json())
-            angle = by_search(
-                case, method=self.method, tolerance_deg=self.tolerance, wells=self.wells,
-                engine=engine, **more,
-            )  # fmt: skip
-            return dict(angle.to_json())
 
 
 @Parameter(name="*", group=CONTACT)
@@ -134,8 +113,7 @@ class SystemOptions:
 def critical_angle(
     choice: AngleOptions = AngleOptions(),
     system: SystemOptions = SystemOptions(),
-    programs: ProgramOptions = ProgramOptions(),
-    kept: CacheOptions = CacheOptions(),
+    engines: EngineOptions = EngineOptions(),
     *,
     json: Json = False,
 ) -> int:
@@ -154,23 +132,31 @@ def critical_angle(
     from harness.cases.incline.closed_form import angles_beside
     from harness.cases.registry import get_case
     from harness.engines.registry import engine_class
+    from harness.workflows import critical_angle as by_search
+    from harness.workflows import extrapolated_critical_angle
     from harness.workflows.progress import progress_bars
     from harness.workflows.runs import run_seconds
 
     choice.check(system)
     case = system.case("plastic" if choice.extrapolate else "source")
-    opener = Opener(programs, kept)
-    opener.check([choice.engine])
-    traits = engine_class(choice.engine).traits
-    seconds = run_seconds(get_case("incline"), case, traits, ["critical_angle_deg"])
+    engines.check([choice.engine], "--engine")
+    traits, opener = engine_class(choice.engine).traits, Opener(engines)
+    angles = EXTRAPOLATION_ANGLES if choice.extrapolate else 1
     work = f"a critical angle at stiffness {case.stiffness:g} N/m in {choice.engine}"
-    duration_check(choice.force, work)(
-        seconds * (EXTRAPOLATION_ANGLES if choice.extrapolate else 1)
-    )
-    with progress_bars("critical-angle", quiet=json) as progress:
-        record = choice.measure(case, opener, progress=progress)
-    record = {**angles_beside(case.contact), **record, **opener.qualification, **opener.runs()}
-    return answer(record, choice.engine, json, _print)
+    check_duration = duration_check(choice.force, work)
+    check_duration(angles * run_seconds(get_case("incline"), case, traits, ["critical_angle_deg"]))
+    with (
+        progress_bars("critical-angle", quiet=json) as progress,
+        opener.qualified(choice.engine, progress=progress) as engine,
+    ):
+        if choice.extrapolate:
+            found = extrapolated_critical_angle(case, engine=engine, progress=progress).to_json()
+        else:
+            found = by_search(
+                case, method=choice.method, tolerance_deg=choice.tolerance, wells=choice.wells,
+                engine=engine, progress=progress,
+            ).to_json()  # fmt: skip
+    return opener.answer({**angles_beside(case.contact), **found}, choice.engine, json, _print)
 
 
 def theory(  # noqa: PLR0913 - the options of a user
@@ -228,7 +214,7 @@ def theory(  # noqa: PLR0913 - the options of a user
         shock=shock, restitution=restitution, impulse_ratio=impulse_ratio, reading=reading,
         friction=friction, grain_diameter=grain_diameter, shape=shape, diameter=diameter,
     ).to_json()  # fmt: skip
-    partial(print_json if json else print_record, record)()
+    (print_json if json else print_record)(record)
     return 0
 
 

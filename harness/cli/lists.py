@@ -8,8 +8,8 @@ from typing import Annotated, Any
 
 from cyclopts import Parameter
 
-from harness.cli.app import CacheOptions, Folder, Json, Name, ProgramOptions
-from harness.cli.engines import Opener
+from harness.cli.app import Folder, Json, Name
+from harness.cli.engines import ProgramOptions
 from harness.cli.output import print_columns, print_json, print_wrapped, short, tell
 
 
@@ -68,7 +68,7 @@ def engines(
     from harness.workflows import engines as list_engines
     from harness.workflows.progress import progress_bars
 
-    Opener(programs, CacheOptions()).check(engine_names())
+    programs.check(engine_names(), "--engine")
     with progress_bars("engines", quiet=json) as progress:
         statuses = list_engines(
             programs=named_values(programs.program or (), "--program"),

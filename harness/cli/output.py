@@ -9,26 +9,50 @@ import math
 import shutil
 import sys
 import textwrap
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from datetime import datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
-from harness.errors import RequestError, cannot_write
+from harness.errors import RequestError
 
 if TYPE_CHECKING:
     import pandas as pd
 
+    from harness.files import Writer
+
 GAP = 2  # blanks between two columns
 WIDEST = 120  # columns of wrapped text
 MOST_ITEMS = 20  # of a list that a terminal shows; JSON has all
+MOST_ROWS = 40  # of a table that a terminal shows
 FORMULA = tuple("=+-@")  # first characters of what a spreadsheet takes for a formula
-Writer = Callable[[Path], object]
+
+
+class Result(Protocol):
+    """What a command prints."""
+
+    def summary(self) -> Mapping[str, str]:
+        """Return the main values as text, by name."""
+
+    def to_json(self) -> Mapping[str, Any]:
+        """Return the result as a JSON-ready mapping."""
 
 
 def tell(note: str) -> None:
     """Print a note on stderr."""
     print(f"dem-harness: {one_line(note)}", file=sys.stderr)
+
+
+@contextlib.contextmanager
+def closed_pipe_allowed() -> Iterator[None]:
+    """Go on where the reader of stdout has seen enough: the exit status is still to come."""
+    try:
+        yield
+    except BrokenPipeError:
+        pass
+    except SystemExit as ending:  # as rich ends then
+        if not isinstance(ending.__context__, BrokenPipeError):
+            raise
 
 
 def print_json(record: Mapping[str, Any]) -> None:
@@ -42,29 +66,36 @@ def print_record(record: Mapping[str, Any]) -> None:
     print_columns(lines)
 
 
-def print_columns(lines: Sequence[Sequence[str]], right: Collection[int] = ()) -> None:
-    """Print aligned columns, those with numbers in ``right`` at their right end.
-
-    On a terminal that is narrower the last column goes on below.
-    """
+def print_columns(lines: Sequence[Sequence[str]]) -> None:
+    """Print aligned columns; on a terminal that is narrower the last one goes on below."""
     rows = [[one_line(cell) for cell in line] for line in lines]
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     indent = sum(widths[:-1]) + GAP * (len(widths) - 1)
     for row in rows:
-        cells = [c.rjust(w) if i in right else c.ljust(w)
-                 for i, (c, w) in enumerate(zip(row, widths, strict=True))]  # fmt: skip
-        text = (GAP * " ").join(cells).rstrip()
+        text = (GAP * " ").join(map(str.ljust, row, widths)).rstrip()
         if sys.stdout.isatty() and len(text) > terminal_width() > indent + 20:
             last = textwrap.wrap(row[-1], terminal_width() - indent) or [""]
             text = f"\n{' ' * indent}".join([text[:indent] + last[0], *last[1:]])
         print(text)
 
 
-def print_frame(frame: pd.DataFrame, digits: int = 7) -> None:
-    """Print a table, its numbers to so many digits."""
+def print_frame(frame: pd.DataFrame, most: int = MOST_ROWS, rest: str = "--json has all") -> None:
+    """Print the first rows of a table, its numbers to seven digits, and where the others are."""
     width = terminal_width() if sys.stdout.isatty() else None
-    form = f"{{:.{digits}g}}".format
-    print(frame.to_string(index=False, float_format=form, na_rep="-", line_width=width))
+    form = "{:.7g}".format
+    first = frame.head(most)
+    print(first.to_string(index=False, float_format=form, na_rep="-", line_width=width))
+    if len(frame) > most:
+        print(f"... {len(frame) - most} more: {rest}")
+
+
+def show(found: Result, json: bool, **more: Any) -> None:
+    """Print one JSON object, with ``more`` keys; or the summary of a result, a line each."""
+    if json:
+        print_json({**found.to_json(), **more})
+        return
+    for name, text in found.summary().items():
+        print_wrapped(f"{name}: {text}")
 
 
 def print_wrapped(text: str, *, indent: int = 0) -> None:
@@ -113,26 +144,14 @@ def check_target(path: Path | None, option: str, suffixes: tuple[str, ...] = ())
         raise RequestError(f"{option} {path}: there is no folder {path.parent}")
 
 
-def write_all(files: Mapping[tuple[str, Path], Writer]) -> None:
-    """Write each (option, path) aside, then rename them all: none is half-written.
+def write_all(files: Mapping[tuple[str, Path | None], Writer]) -> None:
+    """Write each (option, path) that is given, all of them whole; see :func:`write_files`."""
+    from harness.files import write_files
 
-    Raise RequestError naming the one that fails, FullDiskError where there is no space.
-    """
-    from harness.files import held_folder
-
-    target = ("", Path())
-    with contextlib.ExitStack() as stack:
-        try:
-            asides = {}
-            for target, writer in files.items():
-                folder = stack.enter_context(held_folder(target[1].parent))
-                asides[target] = folder / f"file{target[1].suffix}"
-                writer(asides[target])
-            for target, aside in asides.items():
-                aside.replace(target[1])
-                tell(f"{target[0]} {target[1]}: is written")
-        except OSError as error:
-            raise cannot_write(f"{target[0]} {target[1]}", error) from None
+    given = {(option, path): write for (option, path), write in files.items() if path is not None}
+    write_files(given)
+    for option, path in given:
+        tell(f"{option} {path}: is written")
 
 
 def write_csv(frame: pd.DataFrame, path: Path) -> None:

@@ -9,14 +9,15 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter
 
-from harness.cli.app import CacheOptions, Folder, Json, Names
+from harness.cli.app import Folder, Json, Names
+from harness.cli.engines import CacheOptions
 from harness.cli.output import (
     output_folder,
     print_columns,
     print_frame,
     print_json,
     print_record,
-    print_wrapped,
+    show,
 )
 from harness.errors import RequestError
 
@@ -24,7 +25,6 @@ if TYPE_CHECKING:
     from harness.workflows.release_runs import ReleaseComparison
     from harness.workflows.results import Acceptance, RunDiff
 
-MOST_ROWS = 40  # that a terminal shows; JSON has all
 COLUMNS = ("change", "case", "setup", "quantity", "engine", "check", "value_before", "value_after")
 Level = Literal["quick", "default", "full"]
 
@@ -61,8 +61,7 @@ def diff(runs: list[str], /, *, output: Folder = None, json: Json = False) -> in
             aside.mkdir()
             found.changes.to_csv(aside / "changes.csv", index=False)
             found.trend().to_csv(aside / "values.csv")
-    _print(found, json)
-    return int(found.status)
+    return _show(found, json)
 
 
 def accept(run: Path, /, *, folder: Folder = None, json: Json = False) -> int:
@@ -81,9 +80,7 @@ def accept(run: Path, /, *, folder: Folder = None, json: Json = False) -> int:
     """
     from harness.workflows import accept as accept_run
 
-    found = accept_run(run, folder)
-    _print(found, json)
-    return 0
+    return _show(accept_run(run, folder), json)
 
 
 def releases(
@@ -134,8 +131,7 @@ def releases(
             names, level=level, cases=cases, only=only, folder=place, fresh=kept.fresh,
             output=output, progress=progress,
         )  # fmt: skip
-    _print(found, json)
-    return int(found.status)
+    return _show(found, json)
 
 
 def defect(name: str | None = None, /, *, json: Json = False) -> int:
@@ -204,13 +200,11 @@ def upstream(
         run = run_upstream(tests, programs, progress=progress)
     if output is not None:
         write_run(run, output, report_files(run, sections(run)))
-    if json:
-        print_json(run.to_json())
-    else:
+    if not json:
         counts = run.rows.groupby(["engine", "quantity", "verdict"]).size()
         print_frame(counts.rename("rows").reset_index())
-        print_wrapped(run.headline)
-    return int(run.status)
+    show(run, json)
+    return run.status
 
 
 @contextmanager
@@ -249,12 +243,7 @@ def site(
     """
     from harness.workflows import site as build_site
 
-    found = build_site(output, runs or [])
-    record = found.to_json() if hasattr(found, "to_json") else {"output": str(output)}
-    if json:
-        print_json(record)
-    else:
-        print(f"site: {output / 'index.html'}")
+    show(build_site(output, runs or []), json)
     return 0
 
 
@@ -353,7 +342,7 @@ def reproduce(*, output: Folder = None, check: bool = False, json: Json = False)
         run = recompute(progress=progress)
     if check:
         changes = compare_runs(committed, run)
-        _print(changes, json)
+        _show(changes, json)
         return int(not changes.changes.empty)
     with output_folder(output, "-reproduction") as folder:
         write_reproduction(run, folder)
@@ -364,15 +353,10 @@ def reproduce(*, output: Folder = None, check: bool = False, json: Json = False)
     return 0
 
 
-def _print(found: RunDiff | Acceptance | ReleaseComparison, json: bool) -> None:
-    """Print summary and changed rows, or one JSON object."""
-    if json:
-        print_json(found.to_json())
-        return
-    for name, text in found.summary().items():
-        print_wrapped(f"{name}: {text}")
+def _show(found: RunDiff | Acceptance | ReleaseComparison, json: bool) -> int:
+    """Print summary and changed rows, or one JSON object; return the exit status."""
+    show(found, json)
     changes = found.to_frame()
-    if len(changes):
-        print_frame(changes[[name for name in COLUMNS if name in changes]].head(MOST_ROWS))
-    if len(changes) > MOST_ROWS:
-        print(f"... {len(changes) - MOST_ROWS} more: --json has all")
+    if len(changes) and not json:
+        print_frame(changes[[name for name in COLUMNS if name in changes]])
+    return found.status

@@ -2,32 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
-from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Group, Parameter
 
-from harness.cli.app import (
-    ENGINE,
-    CacheOptions,
-    DaskOptions,
-    File,
-    Force,
-    Json,
-    MaybeWhole,
-    Name,
-    ProgramOptions,
-    Settings,
-)
-from harness.cli.engines import Opener, answer, duration_check, executor_of
-from harness.cli.output import check_target, print_wrapped, short, write_all, write_csv
+from harness.cli.app import ENGINE, File, Force, Json, MaybeWhole, Name, Settings
+from harness.cli.engines import ClusterOptions, Opener, duration_check
+from harness.cli.output import check_target, show, write_all, write_csv
 from harness.errors import RequestError
+from harness.files import text_writer
 
 if TYPE_CHECKING:
-    from harness.cli.output import Writer
     from harness.workflows.runs import RunResult
 
 FILM = Group("Film", sort_key=2)
@@ -76,16 +63,11 @@ class RunOptions:
 
     def write(self, result: RunResult) -> None:
         """Write the requested files."""
-        files: dict[tuple[str, Path], Writer] = {}
-        if self.profile is not None:
-            import pandas as pd
+        import pandas as pd
 
-            frame = pd.DataFrame(dict(result.profile))
-            files["--profile", self.profile] = partial(write_csv, frame)
-        if self.script is not None:
-            files["--script", self.script] = lambda path: path.write_text(result.script, "utf-8")
-        if files:
-            write_all(files)
+        profile = partial(write_csv, pd.DataFrame(dict(result.profile)))
+        files = {("--profile", self.profile): profile}
+        write_all(files | {("--script", self.script): text_writer(result.script)})
         if self.film is not None and result.discs is not None:
             from harness.report.film import write_film
 
@@ -96,9 +78,7 @@ def run(
     case: str,
     /,
     choice: RunOptions = RunOptions(),
-    programs: ProgramOptions = ProgramOptions(),
-    kept: CacheOptions = CacheOptions(),
-    cluster: DaskOptions = DaskOptions(),
+    engines: ClusterOptions = ClusterOptions(),
     *,
     json: Json = False,
 ) -> int:
@@ -121,16 +101,16 @@ def run(
         A case that `dem-harness cases` lists.
     """
     from harness.cases.registry import get_case
+    from harness.engines.registry import named_values
     from harness.workflows import run as run_case
     from harness.workflows.progress import progress_bars
     from harness.workflows.runs import runner_name
-    from harness.workflows.settings import named_values
 
     choice.check()
     name = runner_name(get_case(case), choice.engine)
-    opener = Opener(programs, kept)
-    opener.check([name])
-    with progress_bars("run", quiet=json) as progress, executor_of(cluster.dask) as opener.executor:
+    engines.check([name], "--engine")
+    opener = Opener(engines)
+    with progress_bars("run", quiet=json) as progress, engines.executor() as opener.executor:
         result = run_case(
             case,
             named_values(choice.settings or (), "--set"),
@@ -144,40 +124,4 @@ def run(
             progress=progress,
         )
     choice.write(result)
-    record = {**result.to_json(), **opener.runs(), **opener.qualification}
-    return answer(record, result.engine, json, _print)
-
-
-def _print(record: Mapping[str, Any]) -> None:
-    from harness.cases.registry import get_case
-
-    print(f"{record['case']} in {record['engine']} {record['engine_version']}")
-    values = _flat(record["parameters"]).items()
-    print_wrapped(", ".join(f"{name} = {short(value)}" for name, value in values), indent=2)
-    width = max((len(name) for name in record["quantities"]), default=0)
-    for name, found in record["quantities"].items():
-        print_wrapped(f"{name:<{width}}  {_words(found)}")
-    more = [q.name for q in get_case(record["case"]).quantities if q.varies]
-    if more and not record["quantities"].keys() & set(more):
-        print_wrapped(f"by --quantity, of several runs: {', '.join(more)}", indent=2)
-
-
-def _words(found: Mapping[str, Any]) -> str:
-    unit = "" if found["unit"] == "1" else found["unit"]
-    text = f"{short(found['value'])} {unit}".rstrip()
-    if found.get("uncertainty"):
-        text += f" +- {found['uncertainty']:.2g}"
-    if found["reference_kind"] != "none":
-        text += f", {short(found['reference'])} by {found['reference_kind']}"
-        text += f", difference {found['difference']:.2g}"
-    if found["step_error"] == found["step_error"]:
-        text += f"; limit {short(found['limit'])}, error of the step {found['step_error']:.2g}"
-    return text
-
-
-def _flat(values: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
-    flat: dict[str, Any] = {}
-    for name, value in values.items():
-        nested = isinstance(value, Mapping)
-        flat |= _flat(value, f"{prefix}{name}.") if nested else {prefix + name: value}
-    return flat
+    return opener.answer(result.to_json(), result.engine, json, lambda _: show(result, False))

@@ -12,31 +12,21 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
-from harness.cli.app import (
-    ENGINE,
-    CacheOptions,
-    DaskOptions,
-    Folder,
-    Force,
-    Json,
-    ProgramOptions,
-    Settings,
-)
-from harness.cli.engines import Opener, duration_check, executor_of
+from harness.cli.app import ENGINE, Folder, Force, Json, Settings
+from harness.cli.engines import ClusterOptions, Opener, duration_check
 from harness.cli.output import output_folder, print_frame, print_json, tell, write_all, write_csv
-from harness.errors import HarnessError, RequestError, cannot_write
+from harness.errors import HarnessError, RequestError
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from harness.cli.output import Writer
+    from harness.files import Writer
     from harness.workflows.points import Points
     from harness.workflows.progress import Progress
     from harness.workflows.sweep_plan import SweepPlan, SweepRequest
     from harness.workflows.sweeps import Row, Sweep
 
 ROWS = "rows.csv"  # the table, also while the sweep runs
-MOST_SHOWN = 40  # rows on a terminal; the files have all
 UNDATED = {"svg": {"Date": None}, "png": {"Software": None}, "pdf": {"CreationDate": None}}
 
 
@@ -70,9 +60,7 @@ def sweep(
     target: str,
     /,
     choice: SweepOptions = SweepOptions(),
-    programs: ProgramOptions = ProgramOptions(),
-    kept: CacheOptions = CacheOptions(),
-    cluster: DaskOptions = DaskOptions(),
+    engines: ClusterOptions = ClusterOptions(),
     *,
     json: Json = False,
 ) -> int:
@@ -98,14 +86,14 @@ def sweep(
 
     chosen = _planned(target, choice)
     points = _points(choice, chosen)
-    opener = Opener(programs, kept, option="--engines")
-    opener.check(chosen.engines)
+    engines.check(chosen.engines, "--engines")
+    opener = Opener(engines)
     runs = len(chosen.points) * len(chosen.engines)
     work = f"{runs} runs of case {chosen.case.name!r}"
     duration_check(choice.force, work)(chosen.seconds())
     with (
         progress_bars("sweep", quiet=json) as progress,
-        executor_of(cluster.dask) as opener.executor,
+        engines.executor() as opener.executor,
         _folder(choice, chosen.request) as folder,
     ):
         result, unqualified = _run(chosen, opener, progress, PartialTable(folder / ROWS))
@@ -132,18 +120,13 @@ class PartialTable:
 
     def __call__(self, rows: Callable[[], Sequence[Row]]) -> None:
         """Write the rows so far, if the last time is long enough ago."""
-        from harness.files import held_folder
+        from harness.files import write_files
         from harness.workflows.sweeps import as_frame
 
         started = time.monotonic()
         if started < self.due:
             return
-        try:
-            with held_folder(self.file.parent) as aside:
-                write_csv(as_frame(rows()), aside / self.file.name)
-                (aside / self.file.name).replace(self.file)
-        except OSError as error:
-            raise cannot_write(f"table {self.file}", error) from None
+        write_files({("table", self.file): partial(write_csv, as_frame(rows()))})
         now, is_first = time.monotonic(), not self.due
         # the first table takes the time of imports
         self.due = now + max(self.pause, 0.0 if is_first else (now - started) / self.share)
@@ -151,11 +134,11 @@ class PartialTable:
 
 def figure_writer(draw: Callable[[], Figure], suffix: str) -> Writer:
     """Return a function that writes a figure; the same figure is the same file."""
-    kind = suffix.lower().removeprefix(".")
 
     def write(path: Path) -> None:
         from harness.report.style import house_style
 
+        kind = suffix.lower().removeprefix(".")
         with house_style():
             draw().savefig(path, format=kind, metadata=UNDATED[kind])
 
@@ -164,7 +147,7 @@ def figure_writer(draw: Callable[[], Figure], suffix: str) -> Writer:
 
 def _planned(target: str, choice: SweepOptions) -> SweepPlan:
     """Return the plan; an error of a sweep's file names the file."""
-    from harness.workflows.settings import named_values
+    from harness.engines.registry import named_values
     from harness.workflows.sweep_plan import SweepRequest, plan, request_in
 
     is_file = target.endswith(".toml")
@@ -195,6 +178,7 @@ def _points(choice: SweepOptions, chosen: SweepPlan) -> Points | None:
 def _run(
     chosen: SweepPlan, opener: Opener, progress: Progress, table: PartialTable
 ) -> tuple[Sweep, dict[str, str]]:
+    """Return the sweep, and why engines did not qualify, by name."""
     from harness.workflows.sweeps import Runner, run_plan
 
     unqualified: dict[str, str] = {}
@@ -224,7 +208,8 @@ def _write(folder: Path, result: Sweep, points: Points | None) -> list[str]:
     from importlib.util import find_spec
 
     frame, figure, notes = result.to_frame(), result.figure(points), []
-    files: dict[tuple[str, Path], Writer] = {("table", folder / ROWS): partial(write_csv, frame)}
+    files: dict[tuple[str, Path | None], Writer] = {}
+    files["table", folder / ROWS] = partial(write_csv, frame)
     if find_spec("pyarrow") is not None:
         files["table", folder / "rows.parquet"] = partial(frame.to_parquet, index=False)
     else:
@@ -246,9 +231,7 @@ def _print(result: Sweep, notes: Sequence[str]) -> None:
     shown = frame[
         ["engine", *(n for n in result.plan.request.over if n in frame), *columns, "status"]
     ]
-    print_frame(shown.head(MOST_SHOWN))
-    if len(shown) > MOST_SHOWN:
-        print(f"... {len(shown) - MOST_SHOWN} more in {ROWS}")
+    print_frame(shown, rest=f"{ROWS} has all")
     for reason, count in frame.loc[frame["reason"] != "", "reason"].value_counts().items():
         tell(f"{count} of {len(frame)} runs: {reason}")
     for engine, why in result.missing.items():

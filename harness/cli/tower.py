@@ -7,30 +7,18 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import partial
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter
 
-from harness.cli.app import (
-    ENGINE,
-    CacheOptions,
-    File,
-    Force,
-    Json,
-    ProgramOptions,
-    Whole,
-)
-from harness.cli.engines import Opener, answer, duration_check
+from harness.cli.app import ENGINE, File, Force, Json, Whole
+from harness.cli.engines import EngineOptions, Opener, duration_check
 from harness.cli.output import check_target, print_frame, print_record, write_all, write_csv
 from harness.cli.sweep import figure_writer
 from harness.errors import RequestError
 
 if TYPE_CHECKING:
-    from harness.cli.output import Writer
-    from harness.engines.contract import Engine
     from harness.engines.traits import Traits
-    from harness.workflows.progress import Progress
 
 OWN = ("rk4", "exact")  # solvers of this package; --help must not wait for numba
 FORMATS = (".svg", ".png", ".pdf")
@@ -47,16 +35,11 @@ class SolverOptions:
     """`rk4`: fixed steps of fourth order. `exact`: modes, without a step. Or an engine that
     `dem-harness engines` lists, or `module:Class`; the deformable law in LAMMPS in-process."""
 
-    @property
-    def own(self) -> str | None:
-        """Return the solver of this package, None for an engine."""
-        return self.solver if self.solver in OWN else None
-
     def traits(self) -> Traits | None:
         """Return those of the engine, None for a solver; RequestError for an unknown name."""
         from harness.engines.registry import engine_class
 
-        if self.own:
+        if self.solver in OWN:
             return None
         try:
             return engine_class(self.solver).traits
@@ -65,16 +48,18 @@ class SolverOptions:
             raise RequestError(f"{text}; or a solver of this package: {', '.join(OWN)}") from None
 
     @contextmanager
-    def open(self, opener: Opener, progress: Progress) -> Iterator[Engine | None]:
-        """Yield the engine, None for a solver; raise RequestError likewise."""
-        traits = self.traits()
-        opener.option = "--solver"
-        opener.check({self.solver} - set(OWN))
-        if traits is None:
-            yield None
-            return
-        with opener.qualified(self.solver, progress=progress) as engine:
-            yield engine
+    def open(self, opener: Opener, title: str, quiet: bool) -> Iterator[dict[str, Any]]:
+        """Yield solver, engine and progress of a workflow; raise RequestError likewise."""
+        from harness.workflows.progress import progress_bars
+
+        is_own = self.traits() is None
+        opener.options.check({self.solver} - set(OWN), "--solver")
+        with progress_bars(title, quiet=quiet) as progress:
+            if is_own:
+                yield {"solver": self.solver, "engine": None, "progress": progress}
+                return
+            with opener.qualified(self.solver, progress=progress) as engine:
+                yield {"solver": None, "engine": engine, "progress": progress}
 
 
 @Parameter(name="*")
@@ -110,8 +95,7 @@ class TowerOptions:
 def tower(
     choice: TowerOptions = TowerOptions(),
     solver: SolverOptions = SolverOptions(),
-    programs: ProgramOptions = ProgramOptions(),
-    kept: CacheOptions = CacheOptions(),
+    engines: EngineOptions = EngineOptions(),
     *,
     json: Json = False,
 ) -> int:
@@ -127,31 +111,29 @@ def tower(
 
         dem-harness tower --height 2 --window first-contact --series tower.csv
     """
+    from harness.cases.registry import get_case
     from harness.cases.tower.impulse import Runner
     from harness.cases.tower.parameters import Tower
     from harness.cases.tower.windows import summary
     from harness.workflows import tower as run_tower
-    from harness.workflows.progress import progress_bars
+    from harness.workflows.runs import run_seconds
 
     check_target(choice.series, "--series")
-    names = ("height", "stiffness", "mass", "speed", "gravity", "law", "base")
+    names = vars(choice).keys() & Tower.model_fields.keys()
     case = Tower(**{name: getattr(choice, name) for name in names})
-    _check_duration(choice, case, solver)
-    opener = Opener(programs, kept)
-    with (
-        progress_bars("tower", quiet=json) as progress,
-        solver.open(opener, progress) as engine,
-    ):
-        options: dict[str, Any] = {"solver": solver.own, "engine": engine, "progress": progress}
+    chosen, opener = get_case("tower"), Opener(engines)
+    timing = {"duration": max(choice.duration, 3.0), "steps_per_contact": choice.steps_per_contact}
+    seconds = run_seconds(chosen, chosen.parameters(**{**dict(case), **timing}), solver.traits())
+    work = f"the tower (--height {choice.height} --duration {choice.duration:g})"
+    duration_check(choice.force, work)(seconds)
+    with solver.open(opener, "tower", json) as options:
         found = run_tower(
             case, duration=choice.duration, steps_per_contact=choice.steps_per_contact, **options
         )
-        longer = Runner(solver.own or OWN[0], engine).covering(found, choice.window)
-        record = summary(found, choice.window, longer)
-    if choice.series is not None:
-        write_all({("--series", choice.series): partial(write_csv, found.to_frame())})
-    record = {**record, **opener.qualification, **opener.runs()}
-    return answer(record, solver.solver, json, print_record)
+        longer = Runner(options["solver"] or OWN[0], options["engine"])
+        record = summary(found, choice.window, longer.covering(found, choice.window))
+    write_all({("--series", choice.series): partial(write_csv, found.to_frame())})
+    return opener.answer(record, solver.solver, json, print_record)
 
 
 @Parameter(name="*")
@@ -211,8 +193,7 @@ class ImpulseOptions:
 def impulse(
     choice: ImpulseOptions = ImpulseOptions(),
     solver: SolverOptions = SolverOptions(),
-    programs: ProgramOptions = ProgramOptions(),
-    kept: CacheOptions = CacheOptions(),
+    engines: EngineOptions = EngineOptions(),
     *,
     json: Json = False,
 ) -> int:
@@ -229,50 +210,27 @@ def impulse(
         dem-harness impulse --law overlap --figure angles.svg --reference measured.csv
     """
     from harness.cases.tower.parameters import Tower
+    from harness.cases.tower.show import angle_figure
     from harness.workflows import impulse as tabulate
     from harness.workflows.points import read_points
-    from harness.workflows.progress import progress_bars
 
     choice.check_files()
-    file = choice.reference
+    file, over = choice.reference, choice.over()
     points = None if file is None else read_points(file, "h_over_d", "theta_deg")
-    over, case = choice.over(), Tower(mass=choice.mass, gravity=choice.gravity)
-    opener = Opener(programs, kept)
-    with (
-        progress_bars("impulse", quiet=json) as progress,
-        solver.open(opener, progress) as engine,
-    ):
-        options: dict[str, Any] = {"solver": solver.own, "engine": engine, "progress": progress}
+    case, opener = Tower(mass=choice.mass, gravity=choice.gravity), Opener(engines)
+    with solver.open(opener, "impulse", json) as options:
         frame = tabulate(case=case, reading=choice.reading, **options, **over)
-    files: dict[tuple[str, Path], Writer] = {}
-    if choice.csv is not None:
-        files["--csv", choice.csv] = partial(write_csv, frame)
-    if choice.figure is not None:
-        from harness.cases.tower.show import angle_figure
-
-        measured = None if points is None else (points.x.tolist(), points.y.tolist())
-        draw = partial(angle_figure, frame, readings=(choice.reading,), measured=measured)
-        files["--figure", choice.figure] = figure_writer(draw, choice.figure.suffix)
-    if files:
-        write_all(files)
-    record = {"solver": solver.solver, "reading": choice.reading, **opener.qualification}
-    record |= {**opener.runs(), "rows": frame.to_dict(orient="records")}
-    if points is not None:
-        pairs = zip(points.x.tolist(), points.y.tolist(), strict=True)
+    measured = None if points is None else (points.x.tolist(), points.y.tolist())
+    draw = partial(angle_figure, frame, readings=(choice.reading,), measured=measured)
+    suffix = "" if choice.figure is None else choice.figure.suffix
+    write_all({("--csv", choice.csv): partial(write_csv, frame),
+               ("--figure", choice.figure): figure_writer(draw, suffix)})  # fmt: skip
+    record: dict[str, Any] = {"solver": solver.solver, "reading": choice.reading}
+    record["rows"] = frame.to_dict(orient="records")
+    if measured is not None:
+        pairs = zip(*measured, strict=True)
         record["reference"] = [{"h_over_d": h, "theta_deg": angle} for h, angle in pairs]
-    return answer(record, solver.solver, json, lambda _: print_frame(frame))
-
-
-def _check_duration(choice: TowerOptions, case: Any, solver: SolverOptions) -> None:
-    """Print the expected time of a long run; refuse one too long unless it is forced."""
-    from harness.cases.registry import get_case
-    from harness.workflows.runs import run_seconds
-
-    chosen, traits = get_case("tower"), solver.traits()
-    timing = {"duration": max(choice.duration, 3.0), "steps_per_contact": choice.steps_per_contact}
-    parameters = chosen.parameters(**{**dict(case), **timing})
-    work = f"the tower (--height {choice.height} --duration {choice.duration:g})"
-    duration_check(choice.force, work)(run_seconds(chosen, parameters, traits))
+    return opener.answer(record, solver.solver, json, lambda _: print_frame(frame, len(frame)))
 
 
 def _heights(text: str) -> list[int]:

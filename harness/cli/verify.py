@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
-from harness.cli.app import CacheOptions, DaskOptions, File, Folder, Force, Json, ProgramOptions
-from harness.cli.engines import Opener, closed_pipe_allowed, duration_check, executor_of
-from harness.cli.output import output_folder, print_json, print_wrapped, tell
+from harness.cli.app import File, Folder, Force, Json
+from harness.cli.engines import ClusterOptions, EngineOptions, Opener, duration_check
+from harness.cli.output import closed_pipe_allowed, output_folder, print_json, print_wrapped, tell
 from harness.errors import RequestError
 
 if TYPE_CHECKING:
@@ -64,9 +64,7 @@ class VerifyOptions:
 
 def verify(
     choice: VerifyOptions = VerifyOptions(),
-    programs: ProgramOptions = ProgramOptions(),
-    kept: CacheOptions = CacheOptions(),
-    cluster: DaskOptions = DaskOptions(),
+    engines: ClusterOptions = ClusterOptions(),
     *,
     json: Json = False,
 ) -> int:
@@ -86,9 +84,9 @@ def verify(
     """
     from harness.workflows.progress import progress_bars
 
-    check_request(choice, programs, kept)
+    check_request(choice, engines)
     with output_folder(choice.output) as folder, progress_bars("verify", quiet=json) as progress:
-        record = verified(choice, programs, kept, folder, progress, cluster.dask)
+        record = verified(choice, engines, folder, progress)
     with closed_pipe_allowed():
         if json:
             print_json(record)
@@ -97,38 +95,31 @@ def verify(
     return int(record["status"])
 
 
-def check_request(choice: VerifyOptions, programs: ProgramOptions, kept: CacheOptions) -> None:
+def check_request(choice: VerifyOptions, engines: EngineOptions) -> None:
     """Raise RequestError for options that contradict one another, and for unknown names."""
     from harness.cases.registry import selected_names
     from harness.workflows.selection import selected_engines
 
     assert choice.level
     selected_names(choice.cases)
-    engines = selected_engines(choice.engines)
-    Opener(programs, kept, option="--engines").check(engines)
+    engines.check(selected_engines(choice.engines), "--engines")
     if choice.known_defects is not None and not choice.known_defects.is_file():
         raise RequestError(f"--known-defects {choice.known_defects}: there is no such file")
 
 
 def verified(
-    choice: VerifyOptions,
-    programs: ProgramOptions,
-    kept: CacheOptions,
-    folder: Path,
-    progress: Progress,
-    dask: str | None = None,
+    choice: VerifyOptions, engines: ClusterOptions, folder: Path, progress: Progress
 ) -> dict[str, Any]:
     """Verify, or take what was verified before; write the report and return its record."""
     from harness.store.verifications import keep_verification, kept_verification
 
-    opener = Opener(programs, kept, option="--engines")
-    entries, key = opener.entries(), _key(choice, opener)
-    record = None
-    if entries is not None and key is not None and not kept.fresh:
-        record = kept_verification(entries, key, folder)
-    if record is not None:
-        return {**record, "folder": str(folder), "cached": True}
-    with executor_of(dask) as opener.executor:
+    opener = Opener(engines)
+    entries, key = opener.entries(), _key(choice, engines)
+    if entries is not None and key is not None and not engines.fresh:
+        kept = kept_verification(entries, key, folder)
+        if kept is not None:
+            return {**kept, "folder": str(folder), "cached": True}
+    with engines.executor() as opener.executor:
         record = _measured(choice, opener, folder, progress)
     if entries is not None and key is not None and record["status"] in (0, 1):
         keep_verification(entries, key, folder, record)
@@ -155,7 +146,7 @@ def row_name(row: Record) -> str:
     return ": ".join(filter(None, (f"{case}, {row['engine']}", row["quantity"])))
 
 
-def _key(choice: VerifyOptions, opener: Opener) -> str | None:
+def _key(choice: VerifyOptions, engines: EngineOptions) -> str | None:
     """Return the key of a verification; None where an engine has no fingerprint."""
     from harness.cases.registry import selected_names
     from harness.engines.registry import fingerprint_of
@@ -165,7 +156,7 @@ def _key(choice: VerifyOptions, opener: Opener) -> str | None:
 
     prints = {}
     for name in selected_engines(choice.engines):
-        found = fingerprint_of(name, opener.options(name))
+        found = fingerprint_of(name, engines.opening(name))
         if found is None:
             return None
         prints[name] = dict(found)

@@ -249,12 +249,12 @@ def named_values(texts: Iterable[str], option: str) -> dict[str, str]:
     """Return the pairs of ``NAME=VALUE``; raise RequestError for what is none, or comes twice."""
     values: dict[str, str] = {}
     for text in texts:
-        name, equals, value = text.partition("=")
-        if not (name.strip() and equals and value):
+        name, equals, value = (part.strip() for part in text.partition("="))
+        if not (name and equals and value):
             raise RequestError(f"{option} {text!r}: must be NAME=VALUE")
-        if name.strip() in values:
-            raise RequestError(f"{option} {text!r}: {name.strip()} is given twice")
-        values[name.strip()] = value
+        if name in values:
+            raise RequestError(f"{option} {text!r}: {name} is given twice")
+        values[name] = value
     return values
 
 

@@ -154,9 +154,7 @@ class Entries:
             os.utime(path)
         return payload
 
-    def put(
-        self, key: str, payload: bytes, sort: str = "other", cases: Sequence[str] = ()
-    ) -> None:
+    def put(self, key: str, payload: bytes, sort: str = "other", cases: Sequence[str] = ()) -> None:
         """Keep a payload under a key: written aside, then renamed.
 
         It is not forced onto the disk, which costs several milliseconds: what the system holds

@@ -144,6 +144,7 @@ class Acceptance:
     folder: Path
     files: tuple[Path, ...]
     changes: pd.DataFrame
+    status = 0
 
     def to_frame(self) -> pd.DataFrame:
         """Return the rows that are not the same as before."""

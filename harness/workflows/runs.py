@@ -25,7 +25,7 @@ from harness.store.cache import EngineChoice, opened
 from harness.workflows.executors import opened_on
 from harness.workflows.limits import limits_of
 from harness.workflows.progress import Progress, silent
-from harness.workflows.settings import parameters_of, quantity_names, split_settings
+from harness.workflows.settings import flat, parameters_of, quantity_names, split_settings
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -108,9 +108,13 @@ class RunResult(Shown):
         return pd.DataFrame(rows, columns=["quantity", *COLUMNS])
 
     def summary(self) -> dict[str, str]:
-        """Return who ran the case, and the quantities with their references, a line each."""
-        lines = {"case": self.case, "engine": f"{self.engine} {self.engine_version}"}
-        return lines | {name: quantity_text(found) for name, found in self.quantities.items()}
+        """Return who ran the case with what, and the quantities with their references."""
+        values = ", ".join(f"{name} = {value}" for name, value in flat(self.parameters).items())
+        lines = {self.case: f"{self.engine} {self.engine_version}", "parameters": values}
+        lines |= {name: quantity_text(found) for name, found in self.quantities.items()}
+        more = [q.name for q in get_case(self.case).quantities if q.varies]
+        of_search = not more or self.quantities.keys() & set(more)
+        return lines if of_search else lines | {"by --quantity, of several runs": ", ".join(more)}
 
     def draw(self) -> Figure:
         """Draw the difference of each quantity from its reference, over the reference."""

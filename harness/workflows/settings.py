@@ -28,19 +28,6 @@ class ParameterInfo:
     allowed: str = ""
 
 
-def named_values(texts: Iterable[str], option: str) -> dict[str, str]:
-    """Return the pairs of ``NAME=VALUE``; raise RequestError for anything else, or twice a name."""
-    values: dict[str, str] = {}
-    for text in texts:
-        name, equals, value = (part.strip() for part in text.partition("="))
-        if not (name and equals and value):
-            raise RequestError(f"{option} {text!r}: must be NAME=VALUE")
-        if name in values:
-            raise RequestError(f"{option} {text!r}: {name} is given twice")
-        values[name] = value
-    return values
-
-
 def parameters_of(case: Case[Any], settings: Mapping[str, str]) -> Parameters:
     """Return the parameters of a case with settings on top of its default or a preset.
 
@@ -98,6 +85,23 @@ def parameter_infos(values: Parameters) -> dict[str, ParameterInfo]:
 def flat_values(values: Parameters) -> dict[str, Any]:
     """Return the values of all parameters by name; lists and tables as JSON text."""
     return {name: _cell(info.default) for name, info in parameter_infos(values).items()}
+
+
+def as_text(values: Any) -> str:
+    """Return values of a TOML file or of Python as the text of the command line."""
+    many = values if isinstance(values, Iterable) and not isinstance(values, str) else [values]
+    return ",".join(str(value) for value in many)
+
+
+def flat(tree: Mapping[str, Any], prefix: str = "") -> dict[str, str]:
+    """Return the values of nested tables as text, with dots in their names."""
+    values: dict[str, str] = {}
+    for name, value in tree.items():
+        if isinstance(value, Mapping):
+            values |= flat(value, f"{prefix}{name}.")
+        else:
+            values[prefix + name] = as_text(value)
+    return values
 
 
 def _infos(values: Parameters, prefix: str) -> Iterator[tuple[str, ParameterInfo]]:

@@ -22,7 +22,14 @@ from harness.engines.registry import engine_class, engine_names
 from harness.errors import CombinationError, RequestError
 from harness.model.base import Parameters
 from harness.workflows.runs import is_solver, run_seconds, takes_job, usual_runner
-from harness.workflows.settings import PRESET, parameters_of, quantity_names, split_settings
+from harness.workflows.settings import (
+    PRESET,
+    as_text,
+    flat,
+    parameters_of,
+    quantity_names,
+    split_settings,
+)
 
 ALL = "all"
 MOST_VALUES = 100_000  # of one parameter, and runs of one sweep: each is a row in memory
@@ -179,23 +186,6 @@ def plan(request: SweepRequest) -> SweepPlan:
         every = f" (so are all {len(points)} points)" if len(points) > 1 else ""
         raise RequestError(f"--over {_swept(points[0].swept)}: {points[0].refused}{every}")
     return SweepPlan(request, case, engines, names, tuple(points))
-
-
-def as_text(values: Any) -> str:
-    """Return values of a TOML file or of Python as the text of the command line."""
-    many = values if isinstance(values, Iterable) and not isinstance(values, str) else [values]
-    return ",".join(str(value) for value in many)
-
-
-def flat(tree: Mapping[str, Any], prefix: str = "") -> dict[str, str]:
-    """Return the values of nested tables as text, with dots in their names."""
-    values: dict[str, str] = {}
-    for name, value in tree.items():
-        if isinstance(value, Mapping):
-            values |= flat(value, f"{prefix}{name}.")
-        else:
-            values[prefix + name] = as_text(value)
-    return values
 
 
 def _range(name: str, item: str) -> list[str]:

@@ -37,8 +37,8 @@ from harness.store.cache import opened
 from harness.workflows.executors import completed, opened_on
 from harness.workflows.progress import Progress, silent
 from harness.workflows.runs import OpenEngine, searched
-from harness.workflows.settings import PRESET, flat_values
-from harness.workflows.sweep_plan import ALL, Point, SweepPlan, SweepRequest, as_text, plan
+from harness.workflows.settings import PRESET, as_text, flat_values
+from harness.workflows.sweep_plan import ALL, Point, SweepPlan, SweepRequest, plan
 
 if TYPE_CHECKING:
     import pandas as pd
