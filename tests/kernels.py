@@ -5,9 +5,11 @@ In a new home they take more than a minute of a core, which each worker would sp
 
 import fcntl
 
+from harness.cases.columns.system import Columns, scene_of
 from harness.cases.tower.parameters import LAWS, Tower
 from harness.cases.tower.runs import solve
 from harness.solvers import hard_sphere, reference
+from harness.solvers.chain import columns
 from tests.solvers.reference.scenes import HERTZ, HOOKE, on_row, resting
 
 
@@ -27,7 +29,11 @@ def _plane():
     hard_sphere.critical_angle(0.1)
 
 
-SETS = {"chain": _chain, "reference": _reference, "plane": _plane}
+def _columns():
+    columns.run(scene_of(Columns(n=1, stiffness=1e4)), 1)
+
+
+SETS = {"chain": _chain, "reference": _reference, "plane": _plane, "columns": _columns}
 
 
 def compile_by_turns(folder, worker):
