@@ -7,14 +7,15 @@ its rules on damping.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache, partial
+from typing import Any
 
 import numpy as np
 
 from harness.cases.base import Check, Level, Value
-from harness.cases.bench import Bench
+from harness.cases.bench import OWN, Bench
 from harness.cases.tower.impulse import READINGS, angle_from_impulse_ratio, source_angles
 from harness.cases.tower.parameters import LAWS, SEARCH, Law, Tower
 from harness.cases.tower.runs import (
@@ -103,29 +104,30 @@ class Setup:
         """Return the job of the run in an engine."""
         return job_of(self.case, self.timing)
 
+    @property
+    def samples(self) -> int:
+        """Return how many samples follow the start."""
+        return self.timing.steps // self.timing.every
+
     def run(self, bench: Bench) -> TowerRun:
-        """Return the run in an engine."""
+        """Return the run in an engine; of this package's solvers, by RK4 in its own steps."""
+        if bench.name == OWN:
+            return bench.once(solve, self.case, "rk4")
         return bench.once(run_in, bench, self.case, self.timing)
 
     def exact(self) -> TowerRun:
         """Return the exact run, with samples at the same times."""
-        return exact_run(self.case, self.timing.duration, self.timing.steps // self.timing.every)
+        return exact_run(self.case, self.timing.duration, self.samples)
 
     def reference(self, bench: Bench) -> TowerRun:
         """Return the run at equal steps: a scene by the reference, else velocity Verlet here."""
-        return bench.once(self._reference, bench)
-
-    def _reference(self, bench: Bench) -> TowerRun:
         if self.case.law == "overlap":
             output = bench.reference_output(scene_of(self.case, self.timing))
             return read(self.case, self.timing, output)
-        return solve(
-            self.case,
-            "verlet",
-            duration=self.timing.duration,
-            steps_per_contact=self.timing.steps_per_contact,
-            samples=self.timing.steps // self.timing.every,
-        )
+        return bench.once(
+            solve, self.case, "verlet", samples=self.samples,
+            duration=self.timing.duration, steps_per_contact=self.timing.steps_per_contact,
+        )  # fmt: skip
 
 
 def setup(law: Law, height: int, steps_per_contact: float | None = None) -> Setup:
@@ -152,14 +154,9 @@ def engine_checks(engine: Engine) -> Iterator[Check]:
         if not engine.refuses(first.jobs[0]):
             yield from checks
     tall = Setup(TALL, timing_of(TALL, samples=TALL_SAMPLES))
-    yield Check(
-        setup="tall tower",
-        quantity="impulse_ratio",
-        unit="1",
+    yield _tall_check(
         measure=lambda bench: _first_contact_ratio(tall.run(bench)),
-        expected=bessel_ratio(),
         tolerance=_of_scheme(tall, TALL_TOWER, _first_contact_ratio),
-        kind=Kind.ANALYTIC,
         level="default",
         jobs=[tall.job],
         note="first contact, over that of a rigid base; a row without end in Bessel functions",
@@ -169,89 +166,66 @@ def engine_checks(engine: Engine) -> Iterator[Check]:
 def law_checks(law: Law) -> Iterator[Check]:
     """Yield the checks of a law: force, impulse, equal steps, alpha, angles, order."""
     for height in HEIGHTS:
-        yield from _run_checks(setup(law, height))
+        one = setup(law, height)
+        yield from _run_checks(one, jobs=[one.job])
+        yield Check(
+            setup=one.name,
+            quantity="motion_difference",
+            unit="1",
+            check="equal steps",
+            measure=partial(motion_difference, one),
+            expected=0.0,
+            tolerance=SAME_STEPS,
+            level=HEIGHTS[height],
+            jobs=[one.job],
+            note="largest difference of all particles, over the sizes of the columns",
+        )
     for height, windows in WINDOWS.items():
         for window in windows:
-            yield _ratio_check(law, height, window)
+            yield _ratio_check(setup(law, height), window)
     for reading in READINGS:
-        yield _angle_check(law, reading)
+        yield _ratio_check(setup(law, ANGLE_HEIGHT), "turnaround", reading)
     yield _order_check(law)
 
 
-def _run_checks(one: Setup) -> Iterator[Check]:
-    """Yield the checks of one run: force and impulse against the exact ones, and equal steps."""
-    check = partial(
-        Check, setup=one.name, level=HEIGHTS[one.case.height], jobs=[one.job], expected=0.0
-    )
-
-    def off(run: TowerRun) -> float:
-        return force_difference(run, one.exact())
-
-    yield check(
+def _run_checks(one: Setup, check: str = "", jobs: Sequence[Job] = ()) -> Iterator[Check]:
+    """Yield the checks of force and impulse of one run against the exact ones."""
+    of_run = partial(Check, setup=one.name, check=check, level=HEIGHTS[one.case.height], jobs=jobs)
+    yield of_run(
         quantity="force_difference",
         unit="1",
-        measure=lambda bench: off(one.run(bench)),
-        tolerance=_of_scheme(one, FORCE[one.case.law], off),
+        measure=lambda bench: force_difference(one.run(bench)),
+        expected=0.0,
+        tolerance=_of_scheme(one, FORCE[one.case.law], force_difference),
         note="largest difference from the exact force on the grain, over its peak",
     )
-    yield check(
+    yield of_run(
         quantity="impulse_Ns",
         unit="N s",
         measure=lambda bench: impulse(one.run(bench)),
         expected=lambda _: impulse(one.exact()),
         tolerance=_of_scheme(one, IMPULSE, impulse),
     )
-    yield check(
-        quantity="motion_difference",
-        unit="1",
-        check="equal steps",
-        measure=lambda bench: motion_difference(one, bench),
-        tolerance=SAME_STEPS,
-        note="largest difference of all particles, over the sizes of the columns",
-    )
 
 
-def _ratio(law: Law, height: int, window: Window, bench: Bench | None = None) -> float:
-    """Return alpha(n) by the runs of an engine, by exact ones without."""
-    pair = [setup(law, n) for n in (height, 1)]
-    runs = [one.run(bench) if bench else one.exact() for one in pair]
-    return impulse(runs[0], window) / impulse(runs[1], window)
+def _ratio_check(one: Setup, window: Window, reading: Reading | None = None) -> Check:
+    """Return the check of alpha(n) in a window, or of the critical angle by a reading of it."""
+    first = setup(one.case.law, 1)
 
-
-def _ratio_check(law: Law, height: int, window: Window) -> Check:
-    """Return the check of alpha(n) in a window against the exact one."""
-    one = setup(law, height)
-    return Check(
-        setup=one.name,
-        quantity="impulse_ratio",
-        unit="1",
-        check=window,
-        measure=lambda bench: _ratio(law, height, window, bench),
-        expected=lambda _: _ratio(law, height, window),
-        tolerance=_of_scheme(one, RATIO, lambda run: impulse(run, window)),
-        level=HEIGHTS[height],
-        jobs=[setup(law, 1).job, one.job],
-    )
-
-
-def _angle_check(law: Law, reading: Reading) -> Check:
-    """Return the check of the critical angle by a reading of alpha, turnaround window."""
-    one = setup(law, ANGLE_HEIGHT)
-
-    def angle(bench: Bench | None) -> float:
-        ratio = _ratio(law, ANGLE_HEIGHT, "turnaround", bench)
-        return angle_from_impulse_ratio(ratio, reading)
+    def value(run: Callable[[Setup], TowerRun]) -> float:
+        ratio = impulse(run(one), window) / impulse(run(first), window)
+        return angle_from_impulse_ratio(ratio, reading) if reading else ratio
 
     return Check(
         setup=one.name,
-        quantity="critical_angle_deg",
-        unit="deg",
-        check=f"velocity {reading}",
-        measure=angle,
-        expected=lambda _: angle(None),
-        tolerance=_of_scheme(one, ANGLE, impulse),
-        level=HEIGHTS[ANGLE_HEIGHT],
-        jobs=[setup(law, 1).job, one.job],
+        quantity="critical_angle_deg" if reading else "impulse_ratio",
+        unit="deg" if reading else "1",
+        check=f"velocity {reading}" if reading else window,
+        measure=lambda bench: value(lambda one: one.run(bench)),
+        expected=lambda _: value(Setup.exact),
+        tolerance=_of_scheme(one, ANGLE if reading else RATIO, partial(impulse, window=window)),
+        level=HEIGHTS[one.case.height],
+        jobs=[first.job, one.job],
     )
 
 
@@ -260,7 +234,7 @@ def _order_check(law: Law) -> Check:
     ladder = [setup(law, ORDER_HEIGHT, steps) for steps in LADDER]
 
     def expected(bench: Bench) -> float:
-        if law != "overlap" or bench.engine.traits.integrator == VERLET:
+        if _is_verlet(bench, law):
             return 2.0
         return step_order([one.reference(bench) for one in ladder]).value
 
@@ -277,13 +251,18 @@ def _order_check(law: Law) -> Check:
     )
 
 
+def _is_verlet(bench: Bench, law: Law) -> bool:
+    """Return whether closed forms are expected: of velocity Verlet, and of solvers here."""
+    return law != "overlap" or bench.name == OWN or bench.engine.traits.integrator == VERLET
+
+
 def _of_scheme(
     one: Setup, tolerance: Tolerance, measure: Callable[[TowerRun], float]
 ) -> Callable[[Bench], Tolerance]:
     """Return a tolerance for velocity Verlet; of other schemes, with the reference's own error."""
 
     def width(bench: Bench) -> Tolerance:
-        if one.case.law != "overlap" or bench.engine.traits.integrator == VERLET:
+        if _is_verlet(bench, one.case.law):
             return tolerance
         step_error = abs(measure(one.reference(bench)) - measure(one.exact()))
         return Tolerance(
@@ -298,12 +277,14 @@ def _of_scheme(
 # ---- measures
 
 
-def force_difference(run: TowerRun, exact: TowerRun) -> float:
+def force_difference(run: TowerRun, exact: TowerRun | None = None) -> float:
     """Return the largest difference of the force on the grain, over the exact peak [-].
 
-    At the samples that both have: solvers add samples of their own where contacts change. Raise
-    EngineOutputError without any.
+    At the samples that both have: solvers add samples of their own where contacts change.
+    ``exact`` has a sample at each step of a run unless given. Raise EngineOutputError without any.
     """
+    if exact is None:
+        exact = exact_run(run.tower, SEARCH, round(run.time[-1] / (run.step or 1.0)))
     near = SAME_TIME * exact.time[-1]
     place = np.searchsorted(exact.time, run.time - near).clip(max=exact.time.size - 1)
     same = np.abs(exact.time[place] - run.time) <= near
@@ -326,14 +307,14 @@ def motion_difference(one: Setup, bench: Bench) -> Value:
 
 def _columns(run: TowerRun, bench: Bench) -> dict[str, Floats]:
     """Return the columns of all particles over their sizes, or over what their digits resolve."""
-    case, kept = run.tower, run
+    case = run.tower
     digit = 10.0 ** (1 - bench.engine.traits.digits) / EQUAL_STEPS
     place = digit * case.particles * case.each("diameter")[0]
     size = case.speed / case.omega
     sizes = {
-        "displacement": (kept.displacements, max(size, place)),
-        "velocity": (kept.velocities, max(1.0, digit) * case.speed),
-        "force": (kept.forces, max(1.0, digit) * case.each("stiffness")[0] * size),
+        "displacement": (run.displacements, max(size, place)),
+        "velocity": (run.velocities, max(1.0, digit) * case.speed),
+        "force": (run.forces, max(1.0, digit) * case.each("stiffness")[0] * size),
     }
     return {
         f"{name} {i + 1}": values[:, i] / scale
@@ -355,9 +336,11 @@ def step_order(runs: list[TowerRun]) -> Value:
     return Value(order, 0.5 * (high - low))
 
 
-def bessel_ratio() -> float:
-    """Return the impulse of the first contact over 2 m v0, of a row without end: 0.5661397."""
-    return (1.0 - float(grain_velocity(DETACHMENT_TAU))) / 2.0
+def _tall_check(**how: Any) -> Check:
+    """Return a check of the impulse of the first contact over 2 m v0, of a row without end."""
+    expected = (1.0 - float(grain_velocity(DETACHMENT_TAU))) / 2.0  # 0.5661397
+    return Check(setup="tall tower", quantity="impulse_ratio", unit="1", expected=expected,
+                 kind=Kind.ANALYTIC, **how)  # fmt: skip
 
 
 def _first_contact_ratio(run: TowerRun) -> float:
@@ -371,75 +354,39 @@ def solver_checks() -> Iterator[Check]:
     """Yield RK4 against the exact propagator, that on a tall tower, and both laws compared."""
     for law in LAWS:
         for height in HEIGHTS:
-            yield from _rk4_checks(setup(law, height))
-    yield Check(
-        setup="tall tower",
-        quantity="impulse_ratio",
-        unit="1",
+            yield from _run_checks(setup(law, height), "RK4")
+    yield _tall_check(
         check="exact propagator",
         measure=lambda _: _first_contact_ratio(exact_run(TALL, SEARCH, TALL_SAMPLES)),
-        expected=bessel_ratio(),
         tolerance=NO_STEP,
-        kind=Kind.ANALYTIC,
     )
     for height in LAW_HEIGHTS:
-        yield _force_finding(height)
-        for reading in READINGS:
-            yield _angle_finding(height, reading)
+        yield from _law_findings(height)
 
 
-def _rk4_checks(one: Setup) -> Iterator[Check]:
-    """Yield force and impulse by RK4 against the exact ones."""
-    check = partial(Check, setup=one.name, check="RK4", level=HEIGHTS[one.case.height])
-    yield check(
-        quantity="force_difference",
-        unit="1",
-        measure=lambda _: _rk4_difference(one.case),
-        expected=0.0,
-        tolerance=FORCE[one.case.law],
-    )
-    yield check(
-        quantity="impulse_Ns",
-        unit="N s",
-        measure=lambda _: impulse(_rk4(one.case)),
-        expected=lambda _: impulse(one.exact()),
-        tolerance=IMPULSE,
-    )
-
-
-@cache
-def _rk4(case: Tower) -> TowerRun:
-    return solve(case, "rk4")
-
-
-def _rk4_difference(case: Tower) -> float:
-    run = _rk4(case)
-    return force_difference(run, exact_run(case, SEARCH, round(run.time[-1] / (run.step or 1.0))))
-
-
-def _force_finding(height: int) -> Check:
-    """Return how far the forces of both laws are from each other."""
+def _law_findings(height: int) -> Iterator[Check]:
+    """Yield how far the forces and the critical angles of both laws are from each other."""
     pair = [setup(law, height) for law in ("deformable", "overlap")]
-    return Check(
-        setup=f"deformable against overlap law, n = {height}",
+    of_laws = partial(
+        Check, setup=f"deformable against overlap law, n = {height}", kind=Kind.FINDING
+    )
+    yield of_laws(
         quantity="force_difference",
         unit="1",
         measure=lambda _: force_difference(*(one.exact() for one in pair)),
         expected=0.0,
-        kind=Kind.FINDING,
         note="both exact; the laws are one for a single contact",
     )
+    for reading in READINGS:
+        yield of_laws(
+            quantity="critical_angle_deg",
+            unit="deg",
+            check=f"velocity {reading}",
+            measure=partial(_source_angle, height, "deformable", reading),
+            expected=partial(_source_angle, height, "overlap", reading),
+            note="turnaround window, k = 1e6 N/m, 2 m/s",
+        )
 
 
-def _angle_finding(height: int, reading: Reading) -> Check:
-    """Return how far the critical angles of both laws are from each other."""
-    return Check(
-        setup=f"deformable against overlap law, n = {height}",
-        quantity="critical_angle_deg",
-        unit="deg",
-        check=f"velocity {reading}",
-        measure=lambda _: source_angles(height, "deformable")[reading],
-        expected=lambda _: source_angles(height, "overlap")[reading],
-        kind=Kind.FINDING,
-        note="turnaround window, k = 1e6 N/m, 2 m/s",
-    )
+def _source_angle(height: int, law: Law, reading: Reading, _: Bench) -> float:
+    return source_angles(height, law)[reading]

@@ -13,7 +13,7 @@ from harness.cases.tower.checks import setup
 from harness.cases.tower.impulse import impulse_angles, source_angles
 from harness.cases.tower.parameters import LAWS, Law
 from harness.cases.tower.runs import TowerRun
-from harness.cases.tower.windows import peak_force
+from harness.cases.tower.windows import WINDOWS, impulse, peak_force
 from harness.errors import EngineError
 from harness.report.content import Discs, Drawing, Opening, Section, Table
 
@@ -48,13 +48,20 @@ def sections(benches: Mapping[str, Bench]) -> list[Section]:
         Section(
             "What does a column of grains below do to that angle?",
             OPENING,
-            tables=(Table("Both laws", angle_table(), _TABLE_CAPTION),),
+            tables=(
+                Table(
+                    "Both laws",
+                    angle_table(),
+                    "Impulse ratio in the turnaround window and critical angle, k = 1e6 N/m, "
+                    "2 m/s; exact.",
+                ),
+            ),
             drawings=(
                 Drawing(
                     "critical-angle-over-contacts",
                     "The critical angle over the contacts below",
                     "k = 1e6 N/m, 2 m/s, exact propagator, turnaround window. Solid: the impulse "
-                    "rescales the velocity lost; dashed: the velocity kept. The band is measured "
+                    "rescales the velocity lost; dashed: the velocity run. The band is measured "
                     "in other work.",
                     lambda: angle_figure(_angles()),
                 ),
@@ -74,11 +81,6 @@ def sections(benches: Mapping[str, Bench]) -> list[Section]:
             drawings=tuple(_force_drawing(law, benches) for law in LAWS),
         ),
     ]
-
-
-_TABLE_CAPTION = (
-    "Impulse ratio in the turnaround window and critical angle, k = 1e6 N/m, 2 m/s; exact."
-)
 
 
 def _opening() -> Opening:
@@ -117,28 +119,19 @@ def _opening() -> Opening:
 
 def angle_table() -> pd.DataFrame:
     """Return alpha and the critical angle of both readings [deg] over height and law."""
-    import pandas as pd
-
     frame = _angles(TABLE_HEIGHTS)
-    frame = frame[frame["window"] == "turnaround"]
-    return pd.DataFrame(
-        {
-            "height": frame["height"],
-            "law": frame["law"],
-            "alpha": frame["impulse_ratio"].round(6),
-            "velocity lost (deg)": frame["critical_angle_lost_deg"].round(4),
-            "velocity kept (deg)": frame["critical_angle_kept_deg"].round(4),
-        }
-    ).reset_index(drop=True)
+    names = {
+        "height": "height", "law": "law", "impulse_ratio": "alpha",
+        "critical_angle_lost_deg": "velocity lost (deg)",
+        "critical_angle_kept_deg": "velocity kept (deg)",
+    }  # fmt: skip
+    frame = frame[frame["window"] == "turnaround"][[*names]].rename(columns=names)
+    return frame.round({"alpha": 6, "velocity lost (deg)": 4, "velocity kept (deg)": 4})
 
 
 def _angles(heights: Sequence[int] = tuple(range(1, TALLEST + 1))) -> pd.DataFrame:
     return impulse_angles(
-        heights=heights,
-        stiffnesses=(1e6,),
-        speeds=(2.0,),
-        windows=("turnaround", "structure", "first-contact"),
-        solver="exact",
+        heights=heights, stiffnesses=(1e6,), speeds=(2.0,), windows=WINDOWS, solver="exact"
     )
 
 
@@ -185,7 +178,6 @@ def angle_figure(
 
 def ratio_figure(frame: pd.DataFrame, benches: Mapping[str, Bench]) -> Figure:
     """Draw alpha against height in each window, a panel a law, with points of engines."""
-    from harness.cases.tower.windows import impulse
     from harness.report.style import COLOURS, MARKERS, label, legend_below, panels
 
     figure = panels(1, len(LAWS))
@@ -255,14 +247,14 @@ def discs(run: TowerRun) -> Discs:
     All by one factor, so that the drawn boundaries touch where the particles do. Under the
     deformable law particles are drawn shortened; under the overlap law they overlap.
     """
-    case, kept = run.tower, run
+    case = run.tower
     diameter = np.array(case.each("diameter"))
     largest = max(float(run.deformations.max()), 1e-300)
     factor = LARGEST_DRAWN * float(diameter.min()) / largest
     shortened = factor * run.deformations if case.law == "deformable" else 0.0
     touching = np.cumsum(diameter) - (diameter + diameter[0]) / 2
-    force = np.pad(kept.forces, ((0, 0), (1, 1)))
-    x = touching + factor * kept.displacements
+    force = np.pad(run.forces, ((0, 0), (1, 1)))
+    x = touching + factor * run.displacements
     return Discs(
         title=f"tower of height {case.height}, {case.law} law, displacements {factor:.3g} times",
         time=run.time,
