@@ -284,7 +284,7 @@ def force_difference(run: TowerRun, exact: TowerRun | None = None) -> float:
     ``exact`` has a sample at each step of a run unless given. Raise EngineOutputError without any.
     """
     if exact is None:
-        exact = exact_run(run.tower, SEARCH, round(run.time[-1] / (run.step or 1.0)))
+        exact = exact_run(run.tower, SEARCH, round(run.time[-1] / run.step)) if run.step else run
     near = SAME_TIME * exact.time[-1]
     place = np.searchsorted(exact.time, run.time - near).clip(max=exact.time.size - 1)
     same = np.abs(exact.time[place] - run.time) <= near
