@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -15,11 +15,12 @@ from harness.engines.contract import Template
 from harness.engines.provenance import Provenance
 from harness.engines.registry import DEFAULT, ENGINES, engine_class, engine_names, open_engine
 from harness.engines.traits import Traits
-from harness.errors import EngineError, RequestError, cannot_write
-from harness.files import check_folder, held_folder, whole_folder
+from harness.errors import EngineError, RequestError
+from harness.files import check_folder, text_writer, write_files
+from harness.model.base import Parameters
 from harness.workflows.progress import Progress, silent
 from harness.workflows.runs import takes_job
-from harness.workflows.settings import ParameterInfo, parameter_infos
+from harness.workflows.settings import parameter_infos
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -43,34 +44,49 @@ class Listing(list[T]):
 
 @dataclass(frozen=True)
 class CaseInfo:
-    """A case as it is listed.
+    """A case as it is listed, or ``in_full``."""
 
-    ``parameters`` by name, of nested ones with a dot; ``quantities`` and, of several runs,
-    ``derived`` map names to units; ``engines`` have a script for the case, or take its scene;
-    ``solvers`` are of this package. ``details`` are those of a case that is shown in full.
-    """
-
-    name: str
-    group: str
-    summary: str
-    parameters: Mapping[str, ParameterInfo]
-    quantities: Mapping[str, str]
-    engines: tuple[str, ...]
-    solvers: tuple[str, ...]
-    presets: tuple[str, ...]
-    by_default: bool
-    derived: Mapping[str, str]
-    details: Mapping[str, Any] = field(default_factory=dict)
+    case: Case[Any]
+    in_full: bool = False
 
     def to_json(self) -> dict[str, Any]:
-        """Return the case as a JSON-ready mapping."""
-        parameters = {name: dict(vars(info)) for name, info in self.parameters.items()}
-        if not self.details:
-            for info in parameters.values():
-                del info["allowed"]
-        record = {**vars(self), "parameters": parameters, **self.details}
-        del record["details"]
-        return record
+        """Return the case as a JSON-ready mapping.
+
+        ``parameters`` by name, of nested ones with a dot; ``quantities`` and, of several runs,
+        ``derived`` map names to units; ``engines`` have a script for the case, or take its scene;
+        ``solvers`` are of this package. In full with meanings, presets and refusals.
+        """
+        case, parameters = self.case, _records(self.case.default)
+        for info in parameters.values() if not self.in_full else ():
+            del info["allowed"]
+        record = {
+            "name": case.name,
+            "group": case.group,
+            "summary": case.summary,
+            "parameters": parameters,
+            "quantities": {q.name: q.unit for q in case.quantities if not q.varies},
+            "engines": tuple(name for name in engine_names() if _takes(name, case)),
+            "solvers": tuple(case.solvers),
+            "presets": tuple(case.presets),
+            "by_default": case.name in DEFAULT_CASES,
+            "derived": {q.name: q.unit for q in case.quantities if q.varies},
+        }
+        return record | (self._details() if self.in_full else {})
+
+    def _details(self) -> dict[str, Any]:
+        case, default = self.case, parameter_infos(self.case.default)
+        presets = {}
+        for name, preset in case.presets.items():
+            found = {n: i.default for n, i in parameter_infos(preset).items() if n in default}
+            values = {n: value for n, value in found.items() if value != default[n].default}
+            presets[name] = {"source": case.sources.get(name, ""), "values": values}
+        refusals = {name: _refusal(name, case) for name in engine_names()}
+        return {
+            "meanings": {quantity.name: quantity.meaning for quantity in case.quantities},
+            "preset_details": presets,
+            "derived_parameters": _records(case.search_options()),
+            "refused_by": {name: reason for name, reason in refusals.items() if reason},
+        }
 
 
 @dataclass(frozen=True)
@@ -112,9 +128,8 @@ def cases(name: str | None = None) -> Listing[CaseInfo]:
     Raise RequestError for an unknown name.
     """
     if name is None:
-        return Listing(_info(case) for case in usable_cases().values())
-    case = get_case(name)
-    return Listing([_info(case, _details(case))])
+        return Listing(map(CaseInfo, usable_cases().values()))
+    return Listing([CaseInfo(get_case(name), in_full=True)])
 
 
 def engines(
@@ -154,18 +169,9 @@ def inputs(folder: Path, engine: str | None = None) -> list[Path]:
     for a folder that cannot be written.
     """
     texts = input_texts(engine or DEFAULT)
-    try:
-        if engine is not None:
-            check_folder(folder)
-            with whole_folder(folder) as aside:
-                return [_write(aside, folder, name, text) for name, text in texts.items()]
-        folder.mkdir(parents=True, exist_ok=True)
-        with held_folder(folder) as aside:
-            for name, text in texts.items():
-                _write(aside, folder, name, text)
-                (aside / name).replace(folder / name)
-    except OSError as error:
-        raise cannot_write(f"--output {folder}", error) from None
+    if engine is not None:
+        check_folder(folder)
+    write_files({("--output", folder / name): text_writer(text) for name, text in texts.items()})
     return [folder / name for name in texts]
 
 
@@ -208,45 +214,8 @@ def _templates() -> Iterable[Template]:
             yield template
 
 
-def _write(aside: Path, folder: Path, name: str, text: str) -> Path:
-    file = aside / name
-    file.parent.mkdir(parents=True, exist_ok=True)
-    file.write_text(text, encoding="utf-8")
-    return folder / name
-
-
-def _info(case: Case[Any], details: Mapping[str, Any] | None = None) -> CaseInfo:
-    return CaseInfo(
-        name=case.name,
-        group=case.group,
-        summary=case.summary,
-        parameters=parameter_infos(case.default),
-        quantities={q.name: q.unit for q in case.quantities if not q.varies},
-        engines=tuple(name for name in engine_names() if _takes(name, case)),
-        solvers=tuple(case.solvers),
-        presets=tuple(case.presets),
-        by_default=case.name in DEFAULT_CASES,
-        derived={q.name: q.unit for q in case.quantities if q.varies},
-        details=details or {},
-    )
-
-
-def _details(case: Case[Any]) -> dict[str, Any]:
-    default = parameter_infos(case.default)
-    presets = {}
-    for name, preset in case.presets.items():
-        values = {k: i.default for k, i in parameter_infos(preset).items() if k in default}
-        changed = {k: value for k, value in values.items() if value != default[k].default}
-        presets[name] = {"source": case.sources.get(name, ""), "values": changed}
-    refusals = {name: _refusal(name, case) for name in engine_names()}
-    return {
-        "meanings": {quantity.name: quantity.meaning for quantity in case.quantities},
-        "preset_details": presets,
-        "derived_parameters": {
-            name: dict(vars(info)) for name, info in parameter_infos(case.search_options()).items()
-        },
-        "refused_by": {name: reason for name, reason in refusals.items() if reason},
-    }
+def _records(parameters: Parameters) -> dict[str, dict[str, Any]]:
+    return {name: dict(vars(info)) for name, info in parameter_infos(parameters).items()}
 
 
 def _takes(engine: str, case: Case[Any]) -> bool:

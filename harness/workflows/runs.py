@@ -163,8 +163,8 @@ def run(  # noqa: PLR0913 - the options of a user
     """
     chosen = get_case(case)
     names = quantity_names(chosen, quantities)
-    texts = {name: _text(value) for name, value in (settings or {}).items()}
-    texts, options = split_settings(chosen, texts, names)
+    given = {n: "none" if value is None else str(value) for n, value in (settings or {}).items()}
+    texts, options = split_settings(chosen, given, names)
     parameters = parameters_of(chosen, texts)
     if not isinstance(engine, Engine):
         name = runner_name(chosen, engine)
@@ -180,27 +180,33 @@ def run(  # noqa: PLR0913 - the options of a user
                 case, settings, running, quantities=quantities, profile=profile, script=script,
                 film_frames=film_frames, check_duration=check_duration, progress=progress,
             )  # fmt: skip
-    _check_runs(chosen, parameters, engine)
-    _check_parts(chosen, engine, parameters, profile=profile, script=script)
+    job = chosen.job(parameters)
+    if reason := engine.refuses(job):
+        raise RequestError(f"--engine {engine.name!r}: cannot run {chosen.name!r}: {reason}")
+    if profile and type(chosen).profile is Case.profile:
+        raise RequestError(f"--profile: case {chosen.name!r} has no profile")
+    text = engine.script_text(job) if script else ""
+    if script and not text:
+        raise RequestError(f"--script: {engine.title} runs case {chosen.name!r} without a script")
     check_duration(run_seconds(chosen, parameters, engine.traits, names))
     progress(case, 0, 1)
-    bench = Bench(engine)
+    bench, version = Bench(engine), engine.identify().engine_version
     if searched(chosen, names):
         found = chosen.search(names, parameters, bench, **options)
         results = {n: _searched(chosen, parameters, n, found[n]) for n in names if n in found}
         varied = {name for n in names for name in chosen.quantity(n).varies}
-        return _result(chosen, parameters, engine, results, varied)
-    output = bench.output(chosen.job(parameters))
-    results = measured(chosen, parameters, bench, output, names)
-    more: dict[str, Any] = {}
-    if profile:
-        more["profile"] = chosen.profile(parameters, output)
-    if script:
-        more["script"] = engine.script_text(chosen.job(parameters))
+        values = parameters.model_dump(mode="json", exclude=varied)
+        return RunResult(case, engine.name, version, values, results)
+    output = bench.output(job)
+    discs = None
     if film_frames:
         filmed = bench.output(chosen.film_job(parameters, film_frames))
-        more["discs"] = chosen.discs(parameters, filmed)
-    return _result(chosen, parameters, engine, results, (), **more)
+        discs = chosen.discs(parameters, filmed)
+    return RunResult(
+        case, engine.name, version, parameters.model_dump(mode="json"),
+        measured(chosen, parameters, bench, output, names),
+        chosen.profile(parameters, output) if profile else {}, text, discs,
+    )  # fmt: skip
 
 
 def runner_name(case: Case[Any], name: str | None) -> str:
@@ -289,7 +295,8 @@ def _reference(
 ) -> tuple[str, float]:
     if name in reference:
         return EQUAL_STEPS, reference[name]
-    return (CLOSED_FORM, exact[name]) if name in exact else (NONE, math.nan)
+    found = exact.get(name, math.nan)
+    return (NONE if math.isnan(found) else CLOSED_FORM), found
 
 
 def _solved(
@@ -303,50 +310,14 @@ def _solved(
             value = float(values[quantity.name])
             results[quantity.name] = Result(value, quantity.unit, expected, kind, expected)
     version = f"dem-harness {__version__}"
-    return RunResult(case.name, solver, version, _dumped(parameters), results)
+    return RunResult(case.name, solver, version, parameters.model_dump(mode="json"), results)
 
 
 def _searched(case: Case[Any], parameters: Parameters, name: str, found: Value | float) -> Result:
     value = found if isinstance(found, Value) else Value(float(found))
-    kind, expected = CLOSED_FORM, math.nan
+    exact: Mapping[str, float] = {}
     with suppress(HarnessError):  # a closed form may not exist for these parameters
-        expected = case.exact(parameters).get(name, math.nan)
+        exact = case.exact(parameters)
+    kind, expected = _reference(name, {}, exact)
     unit = case.quantity(name).unit
-    if math.isnan(expected):
-        kind = NONE
     return Result(value.value, unit, expected, kind, expected, value.uncertainty)
-
-
-def _result(
-    case: Case[Any],
-    parameters: Parameters,
-    engine: Engine,
-    results: Mapping[str, Result],
-    varied: Iterable[str],
-    **more: Any,
-) -> RunResult:
-    version = engine.identify().engine_version
-    values = _dumped(parameters, varied)
-    return RunResult(case.name, engine.name, version, values, results, **more)
-
-
-def _dumped(parameters: Parameters, without: Iterable[str] = ()) -> dict[str, Any]:
-    return parameters.model_dump(mode="json", exclude=set(without))
-
-
-def _check_runs(case: Case[Any], parameters: Parameters, engine: Engine) -> None:
-    if reason := engine.refuses(case.job(parameters)):
-        raise RequestError(f"--engine {engine.name!r}: cannot run {case.name!r}: {reason}")
-
-
-def _check_parts(
-    case: Case[Any], engine: Engine, parameters: Parameters, *, profile: bool, script: bool
-) -> None:
-    if profile and type(case).profile is Case.profile:
-        raise RequestError(f"--profile: case {case.name!r} has no profile")
-    if script and not engine.script_text(case.job(parameters)):
-        raise RequestError(f"--script: {engine.title} runs case {case.name!r} without a script")
-
-
-def _text(value: Any) -> str:
-    return "none" if value is None else str(value)

@@ -18,10 +18,11 @@ import numpy as np
 
 from harness.cases.base import Case
 from harness.cases.registry import get_case
-from harness.engines.registry import engine_class, engine_names
+from harness.engines.registry import engine_class
 from harness.errors import CombinationError, RequestError
 from harness.model.base import Parameters
 from harness.workflows.runs import is_solver, run_seconds, takes_job, usual_runner
+from harness.workflows.selection import selected_engines, words_in
 from harness.workflows.settings import (
     PRESET,
     as_text,
@@ -31,7 +32,6 @@ from harness.workflows.settings import (
     split_settings,
 )
 
-ALL = "all"
 MOST_VALUES = 100_000  # of one parameter, and runs of one sweep: each is a row in memory
 LARGEST_FILE = 1_000_000  # bytes of a sweep file
 DIGITS = 15  # of the numbers of a range: 0.3, not 0.30000000000000004
@@ -273,17 +273,12 @@ def _swept(swept: Mapping[str, str]) -> str:
 
 
 def _engines(case: Case[Any], text: str) -> tuple[str, ...]:
-    names = [name.strip() for name in text.split(",") if name.strip()]
-    if text and not names:
-        raise RequestError(f"--engines {text!r}: names no engine")
-    known = [*engine_names(), *case.solvers]
-    for name in names:
-        if ":" in name:
-            engine_class(name)  # module:Class, which raises where there is none
-        elif name not in (ALL, *known):
-            must = f"{ALL}, or one or more of {', '.join(known)}"
-            raise RequestError(f"--engines {name!r} is not known: must be {must}")
-    if ALL in names:
-        takers = [name for name in engine_names() if takes_job(engine_class(name), case)]
-        names = [*takers, *case.solvers, *(name for name in names if name != ALL)]
-    return tuple(dict.fromkeys(names or [usual_runner(case)]))
+    """Return engines and solvers; ``all`` are those that can run the case."""
+    if not text:
+        return (usual_runner(case),)
+    named = words_in(text)
+    return tuple(
+        name
+        for name in selected_engines(text, case.solvers)
+        if name in named or name in case.solvers or takes_job(engine_class(name), case)
+    )

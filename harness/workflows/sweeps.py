@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 from harness import __version__
 from harness.cases.base import Value
 from harness.cases.bench import Bench, job_key
-from harness.cases.registry import get_case
+from harness.cases.registry import ALL, get_case
 from harness.engines.contract import Engine, Job
 from harness.engines.jobs import cores, parallel_each
 from harness.errors import (
@@ -30,7 +30,7 @@ from harness.errors import (
     HarnessError,
     RequestError,
 )
-from harness.files import check_writable, held_folder, lock_file
+from harness.files import check_writable, lock_file, text_writer, write_files
 from harness.model.base import Parameters
 from harness.report.notebook import Shown
 from harness.store.cache import opened
@@ -38,7 +38,7 @@ from harness.workflows.executors import completed, opened_on
 from harness.workflows.progress import Progress, silent
 from harness.workflows.runs import OpenEngine, searched
 from harness.workflows.settings import PRESET, as_text, flat_values
-from harness.workflows.sweep_plan import ALL, Point, SweepPlan, SweepRequest, plan
+from harness.workflows.sweep_plan import Point, SweepPlan, SweepRequest, plan
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -287,9 +287,7 @@ def held_sweep(folder: Path, request: SweepRequest) -> Iterator[None]:
 def _write_request(folder: Path, text: str) -> None:
     file = folder / REQUEST
     if not file.is_file():
-        with held_folder(folder) as aside:
-            (aside / REQUEST).write_text(text, encoding="utf-8")
-            (aside / REQUEST).replace(file)
+        write_files({("--output", file): text_writer(text)})
     elif file.read_text(encoding="utf-8", errors="replace") != text:
         raise RequestError(f"--output {folder}: has another sweep, see {REQUEST}; name another")
 
