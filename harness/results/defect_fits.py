@@ -7,7 +7,8 @@ known beforehand. One number is taken from one sample, so that the others remain
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
 from itertools import combinations
 
 import numpy as np
@@ -38,20 +39,17 @@ def holds_with_reversals(
 ) -> bool:
     """Return whether a run holds with steps at which torsional springs change their sign.
 
-    An interval between two samples has one reversal, or two where a contact goes to a neighbour
-    and back. Each interval is fitted on the first sample after it that differs.
+    Each interval between two samples is fitted on the first sample after it that differs. Where
+    that fails, and the motion is prescribed, each body may have a copy of the spring of its own.
     """
     steps: tuple[int, ...] = ()
     current = reference()
     for _ in range(WINDOWS):
-        if current is None:
-            return False
-        sample = first_difference(scene, observed, current)
-        if sample >= len(observed):
-            return False
-        window = range(max(1, (sample - 1) * scene.every), sample * scene.every)
+        sample = 0 if current is None else first_difference(scene, observed, current)
+        if current is None or sample >= len(observed):
+            break
         agreed, current = sample, None
-        for chosen in (*combinations(window, 1), *combinations(window, 2)):
+        for chosen in _reversals_before(sample, scene):
             trial = reference(torsion_reversed_at=(*steps, *chosen))
             if trial is None:
                 continue
@@ -61,7 +59,38 @@ def holds_with_reversals(
             if first > agreed:
                 agreed, current, best = first, trial, chosen
         steps = (*steps, *best) if current is not None else ()
-    return False
+    return bool(scene.segments) and _holds_with_copies(reference, scene, observed, holds)
+
+
+def _reversals_before(sample: int, scene: Scene) -> Iterator[tuple[int, ...]]:
+    """Yield steps before a sample: one, or two where a contact goes to a neighbour and back."""
+    window = range(max(1, (sample - 1) * scene.every), sample * scene.every)
+    yield from combinations(window, 1)
+    yield from combinations(window, 2)
+
+
+def _holds_with_copies(reference: Reference, scene: Scene, observed: Motion, holds: Holds) -> bool:
+    """Return whether each sample of each body is that of one of the copies of a spring.
+
+    Of a contact over a boundary both sides compute one, without newton, and each side turns its
+    copy round at a step of its own; where both bodies are on one side again, one copy is left. The
+    other copies are fitted on the first sample of a body that is not of the first one.
+    """
+    plain = reference()
+    if plain is None:
+        return False
+    copies = [plain]
+    for body in range(len(scene.bodies)):
+        sample = first_difference(scene, observed, plain, body)
+        if sample < len(observed):
+            runs = (reference(torsion_reversed_at=s) for s in _reversals_before(sample, scene))
+            found = [run for run in runs if run is not None]
+            copies.append(max(found, key=lambda m: first_difference(scene, observed, m, body)))
+    torques = np.stack([copy.torque for copy in copies])  # (copies, samples, bodies, 3)
+    errors = np.abs(torques - observed.torque).max(axis=3)
+    nearest = errors.argmin(axis=0)[None, :, :, None]
+    torque = np.take_along_axis(torques, nearest, axis=0)[0]
+    return holds(replace(plain, torque=torque))
 
 
 FITS: Mapping[str, Callable[[Reference, Scene, Motion, Holds], bool]] = {
@@ -70,8 +99,10 @@ FITS: Mapping[str, Callable[[Reference, Scene, Motion, Holds], bool]] = {
 }
 
 
-def first_difference(scene: Scene, observed: Motion, reference: Motion) -> int:
-    """Return the first sample that differs, their number where none does.
+def first_difference(
+    scene: Scene, observed: Motion, reference: Motion, body: int | None = None
+) -> int:
+    """Return the first sample that differs, of all bodies or one; their number where none does.
 
     Velocities of a free motion, forces of a prescribed one; angular parts on the scale of the
     largest radius.
@@ -85,6 +116,7 @@ def first_difference(scene: Scene, observed: Motion, reference: Motion) -> int:
     first = len(observed)
     for name, k in parts.items():
         difference = k * np.abs(getattr(observed, name) - getattr(reference, name))
+        difference = difference if body is None else difference[:, body]
         largest = np.nan_to_num(difference).reshape(len(difference), -1).max(axis=1)
         seen = np.flatnonzero(largest > DETECTION_LIMIT * (size or 1.0))
         first = min([first, *seen[:1].tolist()])

@@ -3,12 +3,13 @@
 import dataclasses
 import math
 
+import numpy as np
 import pytest
 
 from harness.errors import RequestError
 from harness.model.conventions import Faults, Rules
-from harness.model.scene import Wall
-from harness.results.defect_fits import first_difference
+from harness.model.scene import Scene, Segment, Wall, sphere
+from harness.results.defect_fits import first_difference, holds_with_reversals
 from harness.results.defect_switches import VALUES, passing_rules, switched_motion, value_in
 from harness.results.defects import KnownDefect, Trial, error_defect, explanation
 from harness.results.rows import Row
@@ -215,6 +216,34 @@ def test_reversals_are_fitted_and_all_other_samples_agree(steps):
     wrong[-1] *= 1.0 + 1e-6
     wrong = dataclasses.replace(observed, angular_velocity=wrong)
     assert explanation((REVERSED,), trial(wrong, ROLLING)) is None
+
+
+@pytest.mark.parametrize("off", [0.0, 1e-6])
+def test_each_side_of_a_boundary_may_turn_a_copy_of_the_spring_of_its_own(off):
+    """Until both bodies are on one side again, where one copy is left."""
+    bodies = (
+        sphere(R, 2500.0, position=(0.0, 0.0, 0.99 * R)),
+        sphere(R, 2500.0, position=(0.0, 0.0, -R)),
+    )
+    turns = Segment(steps=40, velocities=((0.0, 0.0, 0.0),) * 2,
+                    angular_velocities=((0.01, 0.0, 0.0), (0.0, 0.0, 0.0)))  # fmt: skip
+    law = LINEAR.replace(**{**ROLLS, "rolling_friction": 1e3})
+    scene = Scene(bodies=bodies, law=law, step=1e-6, steps=40, every=4, segments=(turns,))
+
+    def run(**unknown):
+        return reference.run(scene, Rules(), Faults(**unknown))
+
+    first, second = (run(torsion_reversed_at=(step,)) for step in (26, 17))
+    torque = second.torque.copy()
+    torque[:8, 0] = first.torque[:8, 0]
+    torque[-1, 0, 0] *= 1.0 + off
+    observed = dataclasses.replace(second, torque=torque)
+
+    def holds(motion):
+        return bool(np.abs(motion.torque - torque).max() < 1e-9 * np.abs(torque).max())
+
+    assert np.abs(first.torque - second.torque)[:8, 0].max() > 1e-3 * np.abs(torque).max()
+    assert holds_with_reversals(run, scene, observed, holds) is (off == 0.0)
 
 
 def test_the_torque_of_the_setup_is_fitted_on_the_first_sample_alone():
