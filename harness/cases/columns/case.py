@@ -16,9 +16,9 @@ from harness.cases.columns.runs import critical_angle, read_run, run_at_equal_st
 from harness.cases.columns.system import Columns, Inside, job_of
 from harness.cases.incline.case import ANGLE, Search
 from harness.cases.incline.case import CASE as INCLINE
-from harness.cases.incline.runs import path_in
 from harness.cases.incline.system import Incline
 from harness.cases.incline.system import job_of as incline_job
+from harness.cases.plane import path_in
 from harness.cases.tower.impulse import READINGS, source_angles
 from harness.cases.tower.parameters import LAWS, Law
 from harness.engines.contract import Engine, Job, Output
@@ -214,7 +214,7 @@ def step_limit(bench: Bench, stiffness: float) -> Limit:
     """Return the critical angle [deg] over four damped particles, with the step to zero."""
     cases = [Columns(stiffness=stiffness, steps_per_contact=steps) for steps in LADDER]
     angles = parallel_map(partial(critical_angle, bench=bench), cases, cores())
-    steps, errors = [case.incline.step for case in cases], [angle.mean_error for angle in angles]
+    steps, errors = [case.step for case in cases], [angle.mean_error for angle in angles]
     return limit(steps, [angle.value for angle in angles], errors)
 
 

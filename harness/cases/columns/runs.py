@@ -20,10 +20,10 @@ from harness.cases.columns.system import (
     sinking,
 )
 from harness.cases.incline.case import Search
-from harness.cases.incline.runs import COLUMNS as PATH
 from harness.cases.incline.runs import Fate, Run, read
 from harness.cases.incline.search import CriticalAngle, Measure, prepared, search
 from harness.cases.incline.system import Incline, Route, wells_of
+from harness.cases.plane import COLUMNS as PATH
 from harness.engines.contract import Output
 from harness.engines.jobs import cores, parallel_map
 from harness.engines.provenance import Provenance
@@ -34,11 +34,11 @@ from harness.model.motion import STAGE_COLUMNS
 CHAIN = Provenance("harness", __version__, how="compiled")
 
 
-def read_run(case: Columns, route: Route, output: Output, every: int | None = None) -> Run:
+def read_run(case: Columns, route: Route, output: Output) -> Run:
     """Return the run in an output: judged by LAMMPS's script, else by the ends of its stages."""
     plain = case.incline
     if output.results:
-        return read(plain, route, output, every)
+        return read(plain, route, output)
     table = output.table(("step", *PATH), name=STAGES)
     x, y, vx, vy = (table[name][1:] for name in PATH[1:])
     if not x.size:

@@ -31,18 +31,17 @@ from pydantic import Field, model_validator
 from harness.cases.incline.system import (
     START_BEHIND_CREST,
     START_SPEED,
-    UNIT_MASS_DENSITY,
     Incline,
     Route,
     wells_of,
 )
 from harness.cases.incline.system import TEMPLATE as INCLINE_TEMPLATE
 from harness.cases.incline.system import values_of as incline_values
+from harness.cases.plane import EqualSpheres
 from harness.cases.tower.parameters import Law
 from harness.engines.contract import Job, Template
 from harness.model.allowed import allowed_in
-from harness.model.base import ZERO, Parameters
-from harness.model.contact import PLASTIC, NamedContact
+from harness.model.base import ZERO
 from harness.model.law import Law as ContactLaw
 from harness.model.scene import Body, Scene, Stage
 
@@ -54,7 +53,7 @@ OF_FRICTION = (
 )  # fmt: skip
 
 
-class Columns(Parameters):
+class Columns(EqualSpheres):
     """One run of a grain over columns of ``n`` particles, in SI units.
 
     With ``n`` = 1 it is the incline. The contact of the grain with a top is the incline's,
@@ -62,13 +61,6 @@ class Columns(Parameters):
     """
 
     # fmt: off
-    contact: NamedContact = Field(PLASTIC, description="[-] dissipation of the contact")
-    stiffness: float = Field(1e6, gt=0.0, description="[N/m] normal stiffness")
-    steps_per_contact: float = Field(
-        100.0, gt=0.0, le=1e5, description="[-] steps per contact time pi sqrt(m/k)")
-    diameter: float = Field(1.0, gt=0.0, description="[m] diameter of all spheres")
-    density: float = Field(UNIT_MASS_DENSITY, gt=0.0, description="[kg/m3] density of the grain")
-    gravity: float = Field(9.81, gt=0.0, description="[m/s2] acceleration of gravity")
     angle: float = Field(10.2, ge=0.0, le=30.0, description="[deg] tilt of the row")
     spheres: int = Field(4, ge=4, le=100_000, description="[-] columns in the periodic row")
     wells: int = Field(10, ge=1, le=10_000, description="[-] wells to pass in the steady route")
@@ -113,7 +105,7 @@ class Columns(Parameters):
     @property
     def weight(self) -> float:
         """Return the weight of a particle [N]."""
-        return self.incline.mass * self.gravity
+        return self.mass * self.gravity
 
     @property
     def tilt(self) -> float:
@@ -216,7 +208,7 @@ def start_load(case: Columns) -> tuple[float, float]:
 def _start_angle(case: Columns) -> float:
     behind = math.radians(START_BEHIND_CREST)
     rate = math.sqrt(2.0 * case.gravity * (1.0 - math.cos(behind)) / case.diameter)
-    return behind + case.phase * rate * case.incline.step
+    return behind + case.phase * rate * case.step
 
 
 def start_of(case: Columns, route: Route) -> tuple[float, float, float, float]:
@@ -238,7 +230,7 @@ def start_of(case: Columns, route: Route) -> tuple[float, float, float, float]:
     slope, r = -(change + half * load_change) / case.stiffness, d - here.overlap
     kinetic = weight * (d - crest.overlap - r * math.cos(phi)) + crest.energy - here.energy
     kinetic += weight * (here.sunk - crest.sunk) * math.cos(case.tilt)
-    omega = math.sqrt(2.0 * kinetic / case.incline.mass / (r * r + slope * slope))
+    omega = math.sqrt(2.0 * kinetic / case.mass / (r * r + slope * slope))
     sine, cosine = math.sin(beta), math.cos(beta)
     return (
         r * sine,
@@ -318,7 +310,7 @@ def _bodies(case: Columns, route: Route) -> tuple[Body, ...]:
     x, y, vx, vy = start_of(case, route)
     grain = Body(
         radius=0.5 * case.diameter,
-        mass=case.incline.mass,
+        mass=case.mass,
         type=2,
         position=(x, y, 0.0),
         velocity=(vx, vy, 0.0),

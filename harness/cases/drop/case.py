@@ -24,7 +24,7 @@ from harness.cases.drop.system import (
     Path,
     closed_forms,
     impact_duration,
-    path_in,
+    read_path,
     restitution,
     scene_of,
     values_of,
@@ -193,7 +193,7 @@ class DropCase(Case[Drop]):
 
         The restitution is that of a head-on collision that is over.
         """
-        path = path_in(parameters, output)
+        path = read_path(parameters, output)
         overlap = parameters.diameter - np.hypot(path.x, path.y)
         found = {
             "largest_sampled_overlap_m": float(overlap.max()),
@@ -227,7 +227,7 @@ class DropCase(Case[Drop]):
         job = self.job(trial.case)
         return Check(
             setup=trial.setup, quantity=trial.quantity, unit=trial.unit, kind=Kind.ANALYTIC,
-            measure=lambda bench: trial.measure(path_in(trial.case, bench.output(job))),
+            measure=lambda bench: trial.measure(read_path(trial.case, bench.output(job))),
             expected=trial.expected, tolerance=trial.tolerance, jobs=(job,),
         )  # fmt: skip
 
@@ -240,8 +240,8 @@ class DropCase(Case[Drop]):
         resolution = 20.0 * 10.0 ** (1 - digits) * size
 
         def off(bench: Bench) -> float:
-            path = path_in(case, bench.output(job))
-            expected = path_in(case, bench.reference_output(scene_of(case)))
+            path = read_path(case, bench.output(job))
+            expected = read_path(case, bench.reference_output(scene_of(case)))
             return path_difference(case, path, expected)
 
         return Check(
@@ -288,7 +288,7 @@ def _runs(bench: Bench) -> Iterator[tuple[Trial, Path]]:
         if not bench.refusal(job):
             outcome = bench.outcomes([job])[0]
             if isinstance(outcome, Output):
-                yield trial, path_in(trial.case, outcome)
+                yield trial, read_path(trial.case, outcome)
 
 
 def _table(benches: Mapping[str, Bench]) -> pd.DataFrame | None:

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from pydantic import Field, model_validator
 
+from harness.cases.plane import COLUMNS, EqualSpheres, path_in
 from harness.engines.contract import Output, Template, Value
 from harness.model.allowed import COUNT, Allowed, allowed_in
-from harness.model.base import Parameters
 from harness.model.contact import SOURCE, Contact, NamedContact, contact_values
 from harness.model.scene import Body, Scene
 from harness.theory.contact import (
@@ -24,14 +24,12 @@ from harness.theory.contact import (
 if TYPE_CHECKING:
     from harness.model.motion import Floats
 
-UNIT_MASS_DENSITY = 6.0 / math.pi  # [kg/m3] gives a sphere of 1 m the mass of 1 kg
 LEAST_OVERLAP = 1e6 * sys.float_info.epsilon  # [d] so that rounding is a millionth of it at most
 MOST_DECADES = 290.0  # between 1 and a mass [kg], and that and a stiffness: floats have 308
 RESTED = 1e-6  # part of its motion that a grain at rest keeps at most
-COLUMNS = ("time_s", "x_m", "y_m", "vx_m_per_s", "vy_m_per_s")
 
 
-class Drop(Parameters):
+class Drop(EqualSpheres):
     """One run of a grain above a fixed sphere of its size, in SI units.
 
     The sphere's centre is the origin, the grain starts at (0, diameter + gap) and moves down with
@@ -40,11 +38,8 @@ class Drop(Parameters):
 
     # fmt: off
     contact: NamedContact = Field(SOURCE, description="[-] dissipation of the contact")
-    stiffness: float = Field(1e6, gt=0.0, description="[N/m] normal stiffness")
     steps_per_contact: float = Field(
         2000.0, gt=0.0, le=1e5, description="[-] steps per contact time pi sqrt(m/k)")
-    diameter: float = Field(1.0, gt=0.0, description="[m] diameter of all spheres")
-    density: float = Field(UNIT_MASS_DENSITY, gt=0.0, description="[kg/m3] density of the grain")
     gravity: float = Field(0.0, ge=0.0, description="[m/s2] acceleration of gravity, downward")
     gap: float = Field(0.0, gt=-0.25, le=10.0, description="[m] from the sphere; negative: pressed")
     speed: float = Field(0.0, description="[m/s] downward, at the start")
@@ -76,21 +71,6 @@ class Drop(Parameters):
                 f"must be from {LEAST_OVERLAP:.2g} to 0.5"
             )
         return self
-
-    @property
-    def mass(self) -> float:
-        """Return the grain's mass [kg]."""
-        return self.density * math.pi / 6.0 * self.diameter**3
-
-    @property
-    def contact_time(self) -> float:
-        """Return pi sqrt(m / k) [s]."""
-        return math.pi * math.sqrt(self.mass / self.stiffness)
-
-    @property
-    def step(self) -> float:
-        """Return the time step [s]."""
-        return self.contact_time / self.steps_per_contact
 
     @property
     def steps(self) -> int:
@@ -183,11 +163,11 @@ class Path(NamedTuple):
     vy: Floats
 
 
-def path_in(case: Drop, output: Output) -> Path:
+def read_path(case: Drop, output: Output) -> Path:
     """Return every sample of the grain; raise EngineOutputError for what is missing or cut."""
     output.check_numbers({"step_s": case.step, "steps": case.steps})
-    table = output.table(COLUMNS, case.steps // case.every + 1)
-    return Path(*(table[name] if table[name].ndim == 1 else table[name][:, 0] for name in COLUMNS))
+    table = path_in(output, case.steps // case.every + 1)
+    return Path(*(table[name] for name in COLUMNS))
 
 
 # ---- closed forms

@@ -13,9 +13,10 @@ from harness.cases.base import Case, Check, Level, Quantity, Value
 from harness.cases.bench import OWN, Bench
 from harness.cases.incline import angle, checks
 from harness.cases.incline.closed_form import ONE_SHOCK, expected_angle, rebound
-from harness.cases.incline.runs import path_in, read
+from harness.cases.incline.runs import read
 from harness.cases.incline.search import PHASES, prepared, search
 from harness.cases.incline.system import Incline, Route, expected_steps, job_of, scene_of
+from harness.cases.plane import path_in
 from harness.engines.contract import Engine, Job, Output
 from harness.errors import RequestError
 from harness.model.base import Parameters

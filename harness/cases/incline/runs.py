@@ -23,15 +23,15 @@ from harness.cases.incline.system import (
     overlaps,
     wells_of,
 )
+from harness.cases.plane import COLUMNS, path_in
 from harness.engines.contract import Output
-from harness.engines.output import SERIES, Table
+from harness.engines.output import Table
 from harness.engines.scene_tables import STAGES
 from harness.errors import EngineOutputError
 from harness.model.scene import LOOK
 
 Floats = NDArray[np.float64]
 
-COLUMNS = ("time_s", "x_m", "y_m", "vx_m_per_s", "vy_m_per_s")
 TOUCHING = {"0": False, "1": True}
 PRINTED_CLOCK = 1e-5  # relative error of a time with six digits
 
@@ -73,13 +73,6 @@ class Run:
             "time_s": self.time_s,
             "steps": float(self.steps),
         }
-
-
-def path_in(output: Output) -> Table:
-    """Return the path of the grain, which is the first of several bodies."""
-    table = output.table(COLUMNS, name=SERIES)
-    names = [name for name in ("step", *COLUMNS) if name in table]
-    return {n: table[n][:, 0] if table[n].ndim == 2 else table[n] for n in names}
 
 
 def read(case: Incline, route: Route, output: Output, every: int | None = None) -> Run:

@@ -20,6 +20,7 @@ from typing import Any, Literal, Self, get_args
 import numpy as np
 from pydantic import Field, model_validator
 
+from harness.cases.plane import UNIT_MASS_DENSITY
 from harness.engines.contract import Job, Template, Value
 from harness.model.allowed import COUNT, Allowed, allowed_in
 from harness.model.base import Parameters
@@ -39,7 +40,6 @@ from harness.theory.incline_friction import INERTIA, Shape
 
 Route = Literal["passage", "steady"]
 
-UNIT_MASS_DENSITY = 6.0 / math.pi  # [kg/m3] a sphere of 1 m has 1 kg, as in the source
 START_BEHIND_CREST = 10.0  # [deg] of a passage, which also ends at most as far before one
 START_WITH_LITTLE_FRICTION = 1.0  # [deg] likewise: a grain rolls there with mu > 0.005
 ROLLS_AT_START = 0.1  # friction with which a grain rolls at START_BEHIND_CREST, 0.06 is the least

@@ -5,8 +5,9 @@ import pytest
 
 from harness.cases.bench import Bench
 from harness.cases.incline.case import CASE
-from harness.cases.incline.runs import COLUMNS, Fate, path_in, read
+from harness.cases.incline.runs import Fate, read
 from harness.cases.incline.system import Incline, job_of
+from harness.cases.plane import COLUMNS, path_in
 from harness.engines.output import Output
 from harness.engines.provenance import Provenance
 from harness.engines.reference import Reference

@@ -4,7 +4,7 @@ import sys
 import pytest
 
 from harness.cases.drop.case import CASE
-from harness.cases.drop.system import path_in
+from harness.cases.drop.system import read_path
 from harness.cases.registry import get_case
 from harness.engines.lammps.engine import Lammps
 from harness.engines.process import Limits
@@ -45,7 +45,7 @@ def run_committed(lmp, inputs):
         names = frozenset(engine.script(job.template).variables)
         values = {"series": "0.csv", **engine.task(job).values}
         (output,) = engine.execute([Task(job, Script("drop.in", text, names), values)])
-    return who, path_in(CASE.presets["head-on"], output)
+    return who, read_path(CASE.presets["head-on"], output)
 
 
 def test_committed_input_gives_the_same_in_every_release(release, lmp, inputs):
