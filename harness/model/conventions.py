@@ -29,6 +29,9 @@ class Rules(Parameters):
     damping_in_cap: Literal["inside", "sticking_only"] = Field(
         "inside", description="[-] Coulomb's limit is for |k q + eta u|, or for |k q| with eta u "
         "while it sticks (LIGGGHTS, Yade); 1")
+    slides_in_setup: bool = Field(
+        False, description="[-] a dashpot beyond Coulomb's limit acts at the limit where a run "
+        "begins and q = 0; else not at all in that setup (LAMMPS); h")
     torque_lever: Literal["radius", "contact_point"] = Field(
         "contact_point", description="[-] of friction between spheres: r - d/2, or r (LAMMPS's "
         "gran/*); d/r")

@@ -634,7 +634,7 @@ def _tangential_force(
     force, spring, slides = _limit(sticking_only, q, slip.velocity, k, eta, cap)
     if slides and k > 0.0:
         spring = _scale(a, spring) if law.cut_by_radius else spring
-        if _size(q) == 0.0:  # in a setup: a dashpot beyond the limit, without a spring
+        if _size(q) == 0.0 and not rules.slides_in_setup:
             force, spring = NONE, q
     if h > 0.0 or not rules.forgets_setup:
         _store(contact.springs[0], spring)
@@ -689,7 +689,7 @@ def _torsion(
     forgets = rules.forgets_setup and h == 0.0
     q = _add(q, _scale(rules.step if forgets else h, u))
     force, spring, slides = _limit(rules.damping_in_cap == STICKING_ONLY, q, u, k, eta, cap)
-    if slides and kind == 1 and k > 0.0 and _size(q) == 0.0:
+    if slides and kind == 1 and k > 0.0 and _size(q) == 0.0 and not rules.slides_in_setup:
         force, spring = NONE, q
     if slides and kind == 2 and rules.twisting_limit_by_rate:
         force = _scale(-cap * np.sign(_dot(u, n)), n)

@@ -39,7 +39,7 @@ PAIR = np.dtype([
     ("clipped", "?"), ("touches", "?"), ("spring", "f8"), ("shift", "f8"),
 ])  # fmt: skip
 # conventions of contacts with friction that are those of a spring along t
-OF_FRICTION = {"spring_frame": "turned", "slip_step": "velocity"}
+OF_FRICTION = {"spring_frame": "turned", "slip_step": "velocity", "slides_in_setup": False}
 
 
 class Plane(NamedTuple):

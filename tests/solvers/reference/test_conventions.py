@@ -53,6 +53,12 @@ def touching(overlap, speed=1.0, law=DASHPOT, partner="wall"):
     return scene.replace(bodies=(first, *scene.bodies[1:]))
 
 
+def sliding(factor):
+    """Return a sphere that slides on the floor as the run begins."""
+    body = sphere(R, RHO, position=(0.0, 0.0, R - 1e-6), velocity=(1.0, 0.0, 0.0))
+    return slanted(LINEAR, factor).replace(bodies=(body,))
+
+
 def watched(factor):
     """Return a sphere that a look finds on its way back, before its impact is over."""
     body = sphere(R, RHO, position=(-R, 0.0, 0.0), velocity=(1.0, 0.0, 0.0))
@@ -96,6 +102,7 @@ RULES = {  # field: (value, scene of a factor of steps, least difference, one li
         ("mfix_adams_bashforth", lambda k: slanted(HERTZ.replace(**VISCOUS), k), 1e-4, True),
     ],
     "damping_in_cap": [("sticking_only", lambda k: slanted(LINEAR, k), 5e-3, False)],
+    "slides_in_setup": [(True, sliding, 0.1, False)],  # the first force, at any step
     "torque_lever": [("radius", lambda k: slanted(MINDLIN, k, "sphere"), 1e-4, False)],
     "velocity_lever": [("contact_point", lambda k: slanted(MINDLIN, k, "sphere"), 1e-4, False)],
     "wall_lever": [

@@ -66,8 +66,10 @@ class SmallDem(Engine):
             raise Unsupported("it moves spheres by one law, without walls")
         if not np.all(axes) or scene.period[1:] != (None, None):
             raise Unsupported("its spheres move along all axes, and repeat along x alone")
-        if law.normal != "hooke":
-            raise Unsupported(f"it has linear springs, not {law.normal}")
+        if law.normal != "hooke" or law.damping == "viscoelastic":
+            raise Unsupported(
+                "it has linear springs, and dashpots that do not grow with the overlap"
+            )
         if {law.tangential, law.rolling, law.twisting, law.heat} != {"none"}:
             raise Unsupported("it has no friction, no rolling and no heat")
         return Rules(least_overlap=1e-15, looks_set_up=False)
