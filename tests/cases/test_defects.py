@@ -8,10 +8,9 @@ import pytest
 from harness.cases.base import Check
 from harness.cases.bench import Bench
 from harness.cases.checks import run_checks
-from harness.cases.defects import explained, known_defects
+from harness.cases.defects import explained
 from harness.engines.output import SERIES, Output
 from harness.engines.provenance import Provenance
-from harness.engines.registry import open_engine
 from harness.engines.scene_jobs import scene_job
 from harness.engines.scene_tables import motion_table
 from harness.errors import EngineCrashError
@@ -126,14 +125,6 @@ def test_another_size_is_a_failure():
     assert not any(row.defect for row in rows)
 
 
-def test_one_row_of_the_run_that_does_not_hold_leaves_all_failures():
-    checks = checks_of(TSUJI, "hertz, tsuji, wall")
-    wrong = replace(checks[1], quantity="y", measure=lambda _: 1.0)
-    rows = run_checks("head-on", [*checks, wrong], Bench(Code(TSUJI_FAULT)), version="2023",
-                      explain=explained((WEAK,), "2023"))  # fmt: skip
-    assert [rows[0].verdict, rows[-1].verdict] == [Verdict.FAIL] * 2
-
-
 def test_a_closed_form_that_fails_alone_is_not_explained():
     checks = checks_of(TSUJI, "hertz, tsuji, wall")
     wrong = replace(checks[3], expected=99.0)
@@ -190,16 +181,3 @@ def test_rows_without_a_scene_have_errors_and_undetermined_defects_alone():
 
     assert verdict(WEAK) is Verdict.FAIL
     assert verdict(open_) is Verdict.NOT_TESTED
-
-
-@pytest.mark.live
-def test_a_committed_defect_of_lammps_is_found_by_the_checks_of_a_case():
-    with open_engine("lammps") as engine:
-        version = engine.identify().engine_version
-        explain = explained(known_defects(), version)
-        tsuji = checks_of(TSUJI, "hertz, tsuji, wall")
-        sliding = checks_of(SLIDING, "linear_history, wall")
-        rows = run_checks("head-on", [*tsuji, *sliding], Bench(engine), version=version,
-                          explain=explain)  # fmt: skip
-    assert verdicts(rows) == ["known defect"] * 3 + ["pass"] * 5
-    assert rows[0].defect == "tsuji-restitution"

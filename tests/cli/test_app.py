@@ -92,11 +92,3 @@ def test_the_cache_is_shown_and_cleared(answer, harness):
     answer("cache", "--clear")
     assert "run" not in answer("cache")["sorts"]
     assert "--older-than -1" in harness("cache", "--older-than", "-1", status=2).err
-
-
-def test_known_defects_are_listed(answer, harness):
-    defects = answer("defect")["defects"]
-    assert len(defects) > 10
-    (one,) = answer("defect", defects[0]["name"])["defects"]
-    assert one["cause"]
-    assert "did you mean" in harness("defect", defects[0]["name"][:-1], status=2).err

@@ -11,13 +11,6 @@ def test_the_json_has_status_headline_and_the_columns_of_the_table(answer):
     assert {"case", "setup", "quantity", "engine", "check", "verdict"} <= set(record["rows"][0])
 
 
-@pytest.mark.parametrize(
-    ("engines", "status"), [("off", 1), ("dying", 3), ("missing", 3), ("refusing", 0)]
-)
-def test_the_exit_status(answer, engines, status):
-    assert answer("verify", "--engines", engines, status=status)["status"] == status
-
-
 def test_the_folder_has_report_rows_and_scripts(harness, tmp_path):
     harness("verify", "--engines", "good", "--output", "mine", "--png")
     assert {path.name for path in (tmp_path / "mine").iterdir()} == {
@@ -58,16 +51,6 @@ def test_defects_of_a_file_are_read_and_a_bad_one_is_refused(harness, tmp_path):
     text = harness("verify", "--engines", "off", "--known-defects", "mine.toml", status=2).err
     assert "mine.toml" in text
     assert "soft" in text
-
-
-def test_a_run_is_refused_that_takes_more_than_ten_minutes(harness, monkeypatch):
-    monkeypatch.setattr(doubles.Good.traits.__class__, "microseconds_per_step", 1e8, raising=False)
-    slow = doubles.replace(doubles.Good.traits, microseconds_per_step=1e7)
-    monkeypatch.setattr(doubles.Good, "traits", slow)
-    text = harness("verify", "--quick", "--engines", "good", status=2).err
-    assert "33.3 minutes on one core, 10 minutes are the limit" in text
-    assert "--force" in text
-    harness("verify", "--quick", "--engines", "good", "--force")
 
 
 @pytest.mark.parametrize(

@@ -61,27 +61,6 @@ def test_a_changed_file_of_an_installation_is_another_engine(tmp_path, monkeypat
     assert kind.fingerprint_of(**options) != before
 
 
-@pytest.mark.parametrize(
-    ("kind", "one", "other"),
-    [
-        (Kratos, {"scheme": "Velocity_Verlet"}, {"scheme": "Symplectic_Euler"}),
-        (
-            Mfix,
-            {"program": str(TRUE), "scheme": "EULER"},
-            {"program": str(TRUE), "scheme": "ADAMS_BASHFORTH"},
-        ),
-    ],
-)
-def test_an_integrator_that_no_job_states_is_another_engine(
-    tmp_path, monkeypatch, kind, one, other
-):
-    if kind is Kratos:
-        kratos(tmp_path, monkeypatch)
-    first = kind.fingerprint_of(**one)
-    assert first == kind.fingerprint_of(**{key: one[key] for key in one if key != "scheme"})
-    assert first != kind.fingerprint_of(**other)
-
-
 @pytest.mark.parametrize("kind", [Yade, Kratos, Mfix])
 def test_of_a_wrapper_nothing_is_kept(script_file, kind):
     """It hides the program that it runs."""

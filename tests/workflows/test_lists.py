@@ -37,11 +37,6 @@ def test_one_case_in_full_has_what_is_allowed_presets_and_refusals():
     assert record["meanings"]["restitution"] == "speed after over speed before"
 
 
-def test_an_unknown_case_is_refused_with_those_that_are_known():
-    with pytest.raises(RequestError, match="case 'bunce' is not known: must be one of bounce"):
-        cases("bunce")
-
-
 def test_an_engine_that_is_missing_says_how_to_get_it():
     statuses = {status.engine: status for status in engines()}
     assert statuses["good"].to_json()["engine_version"] == "1"

@@ -8,7 +8,6 @@ import pytest
 import harness
 from harness.errors import RequestError
 from harness.results.compare import Change
-from harness.results.rows import Failure, failed
 from harness.store.runs import Meta, Run, write_run
 from harness.workflows import accept, defects, diff
 from tests.results.rows import row, rows
@@ -88,18 +87,6 @@ def test_a_value_that_moved_fails_against_the_accepted_run_alone(tmp_path):
 def test_requests_that_cannot_be_met_are_refused(request_):
     with pytest.raises(RequestError, match="diff:"):
         diff(*request_)
-
-
-def test_a_folder_that_is_no_run_is_named(tmp_path):
-    for call in (lambda: diff(tmp_path, tmp_path), lambda: accept(tmp_path, tmp_path)):
-        with pytest.raises(RequestError, match="is not a run"):
-            call()
-
-
-def test_a_run_in_which_an_engine_died_is_not_accepted(tmp_path):
-    run = Run(rows(("flight", failed(row("flight"), Failure.ENGINE, "died"))), META)
-    with pytest.raises(RequestError, match="an engine failed"):
-        accept(run, tmp_path)
 
 
 def test_accepted_runs_of_an_installed_package_are_not_written(monkeypatch, tmp_path):

@@ -5,7 +5,7 @@ import math
 import pytest
 
 from harness.engines.registry import open_engine
-from harness.errors import CombinationError, EngineCrashError, RequestError, Unsupported
+from harness.errors import CombinationError, RequestError, Unsupported
 from harness.workflows import run
 from harness.workflows.limits import refined
 from harness.workflows.settings import parameters_of, split_settings
@@ -73,14 +73,6 @@ def test_a_search_has_its_uncertainty_and_leaves_what_it_varies_out():
         ran(quantities="softest,time_s")
 
 
-def test_the_keys_of_a_run():
-    record = ran().to_json()
-    assert set(record) == {"case", "engine", "engine_version", "parameters", "quantities"}
-    assert set(record["quantities"]["restitution"]) == {
-        "value", "unit", "reference", "reference_kind", "difference", "limit", "step_error",
-    }  # fmt: skip
-
-
 def test_profile_script_and_film_come_on_request():
     found = ran(profile=True, script=True, film_frames=10)
     assert len(found.profile["time_s"]) == 201
@@ -88,13 +80,6 @@ def test_profile_script_and_film_come_on_request():
     assert found.discs.x.shape == (201, 1)
     with pytest.raises(RequestError, match="--script: 'exact' is a solver"):
         ran("exact", script=True)
-
-
-def test_a_run_that_dies_and_an_engine_that_refuses():
-    with pytest.raises(EngineCrashError, match="SIGSEGV"):
-        ran("dying")
-    with pytest.raises(RequestError, match=r"--engine 'refusing': cannot run.*no springs"):
-        ran("refusing")
 
 
 def test_the_expected_time_of_a_run_is_asked_for():

@@ -45,12 +45,6 @@ def test_arguments_count(program):
     assert len({str(way["files"]) for way in ways}) == 1
 
 
-def test_the_environment_of_the_loader_counts(program, monkeypatch):
-    first = fingerprint(str(program))
-    monkeypatch.setenv("LAMMPS_PLUGIN_PATH", "/plugins")
-    assert fingerprint(str(program)) != first
-
-
 def test_the_twin_of_the_library_counts_and_an_executable_has_none(program):
     assert Lammps.twin_options() == {"lmp": "lmp"}
     assert Lammps.twin_options(lmp=str(program)) is None
