@@ -1,8 +1,8 @@
 """Run checks: exactly one row of each, whatever happens.
 
-A job that the engine refuses: not tested, with the reason. An engine's error: a failed row with its
-log. Any other error: a harness error. Failures that are known defects of the release are marked
-where they are judged.
+A job that the engine refuses, or a run that ends undecided: not tested, with the reason. An
+engine's error: a failed row with its log. Any other error: a harness error. Failures that are known
+defects of the release are marked where they are judged.
 """
 
 from __future__ import annotations
@@ -24,6 +24,7 @@ from harness.errors import (
     EngineMissingError,
     EngineNaNError,
     EngineTimeoutError,
+    EngineUndecidedError,
     Unsupported,
 )
 from harness.results.rows import (
@@ -89,9 +90,7 @@ def row_in(bench: Bench, check: Check, blank: Row) -> Row:
         found = measured if isinstance(measured, Value) else Value(float(measured))
         expected = check.expected(bench) if callable(check.expected) else check.expected
         width = check.tolerance(bench) if callable(check.tolerance) else check.tolerance
-    except Unsupported as error:
-        return not_tested(blank, str(error))
-    except EngineMissingError as error:
+    except (Unsupported, EngineMissingError, EngineUndecidedError) as error:
         return not_tested(blank, str(error))
     except EngineError as error:
         return failed(blank, failure_of(error), f"{error.kind}: {error}", error.log)

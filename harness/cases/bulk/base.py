@@ -12,7 +12,7 @@ import math
 from abc import abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import combinations
+from itertools import combinations, product
 from typing import Any, ClassVar, Generic, NamedTuple, TypeVar
 
 import numpy as np
@@ -20,7 +20,7 @@ import numpy as np
 from harness.cases.base import LEVELS, Case, Check, Level, Quantity, Value
 from harness.cases.bench import OWN, Bench
 from harness.cases.bulk.beds import Bed
-from harness.cases.bulk.law import StatedLaw, bulk_law, stated_law
+from harness.cases.bulk.law import ALLOWED, StatedLaw, bulk_law, stated_law
 from harness.cases.bulk.mixing import Floats
 from harness.cases.bulk.report import Curve, Line, bulk_section, plane_section
 from harness.cases.bulk.statistics import (
@@ -33,17 +33,22 @@ from harness.cases.bulk.statistics import (
 )
 from harness.engines.contract import Engine, Job, Output, Template
 from harness.errors import EngineError, EngineUndecidedError, Unsupported
+from harness.model.allowed import allowed_in
 from harness.model.law import Law
 from harness.report.content import Discs, Section
 from harness.results.rows import Kind, Tolerance
 
 B = TypeVar("B", bound=Bed)
-Seeds = Mapping[Level, int]
 
 AT_REST = 0.01  # kinetic energy of a bed at rest over that of its process
 SLOW = 3.0  # [us] of a step of ten particles: slower engines leave long setups to longer levels
 SECONDS_PER_STEP = 4e-6  # of a particle in the slowest code, for time limits
 PARTICLES = "particles"  # value of scripts: 1 writes all particles in place of the series
+ELASTIC = "elastic_ratio"  # energy of the bed's normal springs over the scale of energy gained
+BED_STATE = (
+    Quantity[Any]("bed_solid_fraction", "1", "of the bed at rest, up to its level surface", 0.5),
+    Quantity[Any]("bed_coordination", "1", "contacts of a grain in the bed at rest", 5.0),
+)
 TIME = Quantity[Any]("microseconds_per_particle_step", "us",
                      "wall time of a particle and step, of a run among others")  # fmt: skip
 
@@ -58,8 +63,15 @@ class Sample(NamedTuple):
     curves: tuple[Mapping[str, Floats], ...]
     undecided: tuple[str, ...]
 
+    def decided(self) -> Sample:
+        """Return the sample; raise Unsupported where no run has a value."""
+        if not self.rows:
+            runs = len(self.undecided)
+            raise Unsupported(f"{runs} of {runs} runs have no value; {self.undecided[0]}")
+        return self
+
     def values(self, quantity: str) -> Floats:
-        """Return the values of a quantity over the runs, (runs,)."""
+        """Return the values of a quantity over the runs, (runs,); NaN where it is not measured."""
         return np.array([row.get(quantity, math.nan) for row in self.rows])
 
     def mean(self, quantity: str) -> float:
@@ -71,10 +83,6 @@ class Sample(NamedTuple):
         low, high = mean_interval(self.values(quantity))
         half = 0.0 if math.isnan(low) else 0.5 * (high - low)
         return Value(self.mean(quantity), half, note)
-
-    def worst(self, quantity: str) -> float:
-        """Return the largest value over the runs; NaN where one is."""
-        return float(self.values(quantity).max())
 
 
 @dataclass(frozen=True)
@@ -99,11 +107,20 @@ class Setup(Generic[B]):
 
 
 class Side(NamedTuple):
-    """One side of a comparison: an engine by name and title, under rules or its own (None)."""
+    """One side of a comparison: an engine, under the law of another one or its own (None)."""
 
-    name: str
-    title: str
+    engine: Engine
     law: StatedLaw | None = None
+
+
+class Comparison(NamedTuple):
+    """Two sides, of which the first has the rows; ``check`` is their name."""
+
+    first: Side
+    second: Side
+    check: str
+    kind: Kind
+    note: str
 
 
 Measured = Callable[[Sample], Any]
@@ -113,26 +130,28 @@ class BulkCase(Case[B]):
     """A system of many grains, run from several seeds (parameter ``seed``)."""
 
     group = "bulk"
+    parameters: ClassVar[type[Bed]]
     template: ClassVar[Template]
-    seeds: ClassVar[Seeds]  # runs of a setup, by its level
-    compared: ClassVar[tuple[str, ...]]
-    curves: ClassVar[tuple[Curve, ...]]
     title: ClassVar[str]
     text: ClassVar[str]
-    gain: ClassVar[str]  # quantity: energy gained, of the worst seed
-    elastic: ClassVar[str] = ""  # quantity: energy of the bed's normal springs, over the same scale
-    rest: ClassVar[str]  # quantity: kinetic energy of the bed before it is disturbed
-    rest_reason: ClassVar[str]  # why it may be 1 %
+    compared: ClassVar[tuple[str, ...]]
+    curves: ClassVar[tuple[Curve, ...]]
+    # words of a setup: its preset, and the number of seeds by level
+    seeds: ClassVar[Mapping[str, tuple[str, Mapping[Level, int]]]]
+    gain: ClassVar[str]  # quantity: energy gained
+    rest: ClassVar[str] = "bed_kinetic_ratio"  # quantity: energy of the bed before it is disturbed
+    rest_scale: ClassVar[str]  # energy of which a bed at rest has 1 % at most
+
+    def __init_subclass__(cls, **more: Any) -> None:
+        """Make the template of the case from its parameters."""
+        super().__init_subclass__(**more)
+        kind = cls.parameters
+        # scripts without rolling resistance run beds without it
+        neutral = {"rolling_friction": 0.0} if "rolling_friction" in kind.model_fields else {}
+        allowed = allowed_in(kind) | ALLOWED
+        cls.template = Template(cls.name, {"": kind().values}, allowed=allowed, neutral=neutral)
 
     # ---- what a case adds
-
-    @abstractmethod
-    def elastic_bound(self, parameters: B, sample: Sample) -> float:
-        """Return a bound of :attr:`elastic` for engines that do not measure it."""
-
-    def more_checks(self, setup: Setup[B]) -> Iterable[Check]:
-        """Return the checks of an engine by itself beyond energy gained and bed at rest."""
-        return ()
 
     @abstractmethod
     def columns(self, parameters: B, output: Output) -> Mapping[str, Floats]:
@@ -146,14 +165,27 @@ class BulkCase(Case[B]):
         """Return the radius of each particle (N,) [m]; None where the run of a film writes it."""
         return None
 
-    def setups(self) -> Sequence[Setup[B]]:
-        """Return what is verified: the default from as many seeds as each level has."""
-        return self.seed_setups("", self.title, self.default)
+    def elastic_bound(self, parameters: B, sample: Sample) -> float:
+        """Return a bound of :data:`ELASTIC` for engines that do not measure it."""
+        return math.nan
 
-    def law(self, parameters: B) -> Law:
-        """Return the contact law of two grains, by the coefficients that matter for its rules."""
-        rolling = getattr(parameters, "rolling_friction", 0.0)
-        return bulk_law(parameters.poisson_ratio, rolling)
+    def more_checks(self, setup: Setup[B]) -> Iterable[Check]:
+        """Return the checks of an engine by itself beyond energy gained and bed at rest."""
+        return ()
+
+    def setups(self) -> Sequence[Setup[B]]:
+        """Return what is verified: a setup for each number of seeds."""
+        return [
+            Setup(
+                f"{words}, {count} seeds" if words else f"{count} seeds",
+                f"{self.title}: {words}" if words else self.title,
+                tuple(self.presets[preset].replace(seed=seed) for seed in range(1, count + 1)),
+                level,
+                self.compared,
+            )
+            for words, (preset, counts) in self.seeds.items()
+            for level, count in counts.items()
+        ]
 
     # ---- runs
 
@@ -162,8 +194,7 @@ class BulkCase(Case[B]):
         seconds = SECONDS_PER_STEP * parameters.particle_steps
         return Job(self.template, parameters.values, sampled=True, seconds=seconds)
 
-    def job_under(self, parameters: B, law: StatedLaw | None) -> Job:
-        """Return the job of a run under the rules of a law, None for the engine's own."""
+    def _job_under(self, parameters: B, law: StatedLaw | None) -> Job:
         job = self.job(parameters)
         return job if law is None else replace(job, values=law.values(job.values))
 
@@ -178,8 +209,7 @@ class BulkCase(Case[B]):
 
     def discs(self, parameters: B, output: Output) -> Discs:
         """Return the film of a cut through the middle."""
-        p = parameters
-        y, lines = self.plane(p)
+        p, (y, lines) = parameters, self.plane(parameters)
         radii = self.film_radii(p)
         return plane_section(self.title, output, p.settle_steps, p.step_size, y, lines, radii)
 
@@ -190,20 +220,9 @@ class BulkCase(Case[B]):
     def profile(self, parameters: B, output: Output) -> Mapping[str, Sequence[float]]:
         """Return the curves over the abscissa of the first one."""
         x = self.curves[0].x
-        names = [x, *(curve.y for curve in self.curves if curve.x == x)]
         columns = self.columns(parameters, output)
+        names = [x, *(curve.y for curve in self.curves if curve.x == x)]
         return {name: columns[name].tolist() for name in names}
-
-    def seed_setups(
-        self, prefix: str, title: str, parameters: B, seeds: Seeds | None = None
-    ) -> tuple[Setup[B], ...]:
-        """Return a setup for each level, with its number of seeds."""
-        return tuple(
-            Setup(
-                f"{prefix}{count} seeds", title, seeds_of(parameters, count), level, self.compared
-            )
-            for level, count in (seeds or self.seeds).items()
-        )
 
     def sample(self, bench: Bench, setup: Setup[B], law: StatedLaw | None = None) -> Sample:
         """Return the runs of a setup; raise the first error of an engine."""
@@ -211,7 +230,7 @@ class BulkCase(Case[B]):
 
     def _sample(self, bench: Bench, setup: Setup[B], law: StatedLaw | None) -> Sample:
         rows, curves, undecided = [], [], []
-        outcomes = bench.outcomes([self.job_under(p, law) for p in setup.runs])
+        outcomes = bench.outcomes([self._job_under(p, law) for p in setup.runs])
         for p, outcome in zip(setup.runs, outcomes, strict=True):
             if isinstance(outcome, EngineError):
                 raise outcome
@@ -223,7 +242,7 @@ class BulkCase(Case[B]):
                 curves.append(self.columns(p, outcome))
         return Sample(tuple(rows), tuple(curves), tuple(undecided))
 
-    # ---- checks
+    # ---- an engine by itself
 
     def checks(self, engine: Engine) -> Iterable[Check]:
         """Return the checks of an engine by itself."""
@@ -232,31 +251,44 @@ class BulkCase(Case[B]):
             for check in (self._gain(setup), self._rest(setup), *self.more_checks(setup)):
                 yield replace(check, level=level, jobs=jobs)
 
-    def _rest(self, setup: Setup[B]) -> Check:
-        """Return the check that the bed is at rest, by its worst seed."""
-        tolerance = Tolerance(AT_REST, reason=self.rest_reason)
-        return self.check(setup, self.rest, lambda s: s.worst(self.rest), tolerance=tolerance)
-
     def _gain(self, setup: Setup[B]) -> Check:
         """Return the check that no seed gains more energy than the springs of its bed hold."""
         p = setup.runs[0]
 
-        def spring_energy(sample: Sample) -> Floats:
-            springs = sample.values(self.elastic) * (1.0 + p.tangential_share)
-            bound = self.elastic_bound(p, sample)
-            return springs if np.isfinite(springs).all() else np.full(len(springs), bound)
-
-        def worst(sample: Sample) -> int:
-            return int(np.argmax(sample.values(self.gain) - spring_energy(sample)))
+        def worst(sample: Sample) -> tuple[float, float]:
+            gains = sample.values(self.gain)
+            springs = sample.values(ELASTIC) * (1.0 + p.tangential_share)
+            if not np.isfinite(springs).all():
+                springs = np.full(len(gains), self.elastic_bound(p, sample))
+            seed = int(np.argmax(gains - springs))
+            return float(gains[seed]), float(springs[seed])
 
         share = f"tangential ones at most {p.tangential_share:.2g} times the normal ones"
         reason = f"energy of the bed's springs at rest, {share}"
         return self.check(
-            setup,
-            self.gain,
-            lambda s: float(s.values(self.gain)[worst(s)]),
-            tolerance=lambda s: Tolerance(float(spring_energy(s)[worst(s)]), reason=reason),
-        )
+            setup, self.gain, lambda s: worst(s)[0],
+            tolerance=lambda s: Tolerance(worst(s)[1], reason=reason),
+        )  # fmt: skip
+
+    def _rest(self, setup: Setup[B]) -> Check:
+        """Return the check that each bed is at rest before it is disturbed.
+
+        A bed swings for a time that its law decides, in each code alike: where it still moves, the
+        time to settle is too short, and no code is at fault.
+        """
+
+        def worst(sample: Sample) -> float:
+            value = float(sample.values(self.rest).max())
+            if value > AT_REST:
+                raise Unsupported(
+                    f"the bed is not at rest: it has {value:.2%} of {self.rest_scale}, must have "
+                    f"{AT_REST:.0%} at most; settle_time = {setup.runs[0].settle_time:g} s is too "
+                    "short"
+                )
+            return value
+
+        reason = f"a bed that moves adds 1 % to {self.rest_scale} at most"
+        return self.check(setup, self.rest, worst, tolerance=Tolerance(AT_REST, reason=reason))
 
     def check(
         self,
@@ -266,26 +298,19 @@ class BulkCase(Case[B]):
         expected: float | Measured = 0.0,
         tolerance: Tolerance | Measured | None = None,
         kind: Kind = Kind.ANALYTIC,
-        **more: Any,
+        note: str = "",
     ) -> Check:
         """Return a check whose value, expected value and tolerance may be functions of a sample."""
 
-        def of_sample(item: Any) -> Any:
-            return (lambda bench: item(self._decided(bench, setup))) if callable(item) else item
+        def of_bench(item: Any) -> Any:
+            decided = lambda bench: item(self.sample(bench, setup).decided())  # noqa: E731
+            return decided if callable(item) else item
 
-        unit = next((q.unit for q in self.quantities if q.name == quantity), "1")
         return Check(
-            setup=setup.name, quantity=quantity, unit=unit, kind=kind,
-            measure=of_sample(measure), expected=of_sample(expected),
-            tolerance=of_sample(tolerance or Tolerance()), **more,
+            setup=setup.name, quantity=quantity, unit=self.quantity(quantity).unit, kind=kind,
+            measure=of_bench(measure), expected=of_bench(expected),
+            tolerance=of_bench(tolerance or Tolerance()), note=note,
         )  # fmt: skip
-
-    def _decided(self, bench: Bench, setup: Setup[B], law: StatedLaw | None = None) -> Sample:
-        sample = self.sample(bench, setup, law)
-        if not sample.rows:
-            first = sample.undecided[0]
-            raise Unsupported(f"{len(setup.runs)} of {len(setup.runs)} runs have no value; {first}")
-        return sample
 
     # ---- engines against one another
 
@@ -294,69 +319,63 @@ class BulkCase(Case[B]):
         for setup in self.setups():
             p = setup.runs[0]
             able = [engine for engine in engines if not engine.refuses(self.job(p))]
-            laws = {engine.name: stated_law(engine, self.law(p)) for engine in able}
-            for first, second in combinations(able, 2):
-                level = setup.level_in(first, second)
-                for engine, check in self._compare(setup, first, second, laws):
-                    yield engine, replace(check, level=level)
+            laws = {engine.name: stated_law(engine, self._law(p)) for engine in able}
+            for pair in combinations(able, 2):
+                level = setup.level_in(*pair)
+                for comparison in self._comparisons(p, *pair, laws):
+                    for check in self._ratios(setup, comparison):
+                        yield comparison.first.engine, replace(check, level=level)
 
-    def _compare(
-        self, setup: Setup[B], first: Engine, second: Engine, laws: Mapping[str, StatedLaw]
-    ) -> Iterator[tuple[Engine, Check]]:
-        """Yield the comparisons of two engines, each under its own law and under one law."""
+    def _law(self, parameters: B) -> Law:
+        rolling = getattr(parameters, "rolling_friction", 0.0)
+        return bulk_law(parameters.poisson_ratio, rolling)
+
+    def _comparisons(
+        self, parameters: B, first: Engine, second: Engine, laws: Mapping[str, StatedLaw]
+    ) -> Iterator[Comparison]:
+        """Yield the comparisons of two engines, each under its own law and under one law.
+
+        An engine under the law of another is compared with it, and with itself.
+        """
         one, other = laws[first.name], laws[second.name]
-        sides = Side(first.name, first.title), Side(second.name, second.title)
         kind = Kind.CROSS_CODE if one == other else Kind.FINDING
         note = "" if one == other else f"{first.title}: {one.text}; {second.title}: {other.text}"
-        for check in self._ratios(setup, *sides, f"over {second.title}", kind, note):
-            yield first, check
+        yield Comparison(Side(first), Side(second), f"over {second.title}", kind, note)
         if one.rules == other.rules:
             return
-        for runner, place, law in ((first, 1, other), (second, 0, one)):
-            if not runner.refuses(self.job_under(setup.runs[0], law)):
-                for check in self._under(setup, sides[1 - place], sides[place], law):
-                    yield runner, check
+        for runner, partner, law in ((first, second, other), (second, first, one)):
+            if runner.refuses(self._job_under(parameters, law)):
+                continue
+            ruled, rules = Side(runner, law), f"the rules of {partner.title}"
+            kind = Kind.FINDING if law.lacks else Kind.CROSS_CODE
+            note = f"{partner.title} {law.lacks}" if law.lacks else ""
+            check = f"under {rules}, over {partner.title}"
+            yield Comparison(ruled, Side(partner), check, kind, note)
+            effect = "effect of the rules in one code; its sign is not predicted"
+            yield Comparison(ruled, Side(runner), rules, Kind.FINDING, effect)
 
-    def _under(self, setup: Setup[B], runner: Side, other: Side, law: StatedLaw) -> Iterator[Check]:
-        """Yield the comparisons of an engine under the law of another: with it, and with itself."""
-        ruled, rules = runner._replace(law=law), f"the rules of {other.title}"
-        kind = Kind.FINDING if law.lacks else Kind.CROSS_CODE
-        note = f"{other.title} {law.lacks}" if law.lacks else ""
-        yield from self._ratios(
-            setup, ruled, other, f"under {rules}, over {other.title}", kind, note
-        )
-        effect = "effect of the rules in one code; its sign is not predicted"
-        yield from self._ratios(setup, ruled, runner, rules, Kind.FINDING, effect)
-
-    def _ratios(
-        self, setup: Setup[B], first: Side, second: Side, check: str, kind: Kind, note: str
-    ) -> Iterator[Check]:
+    def _ratios(self, setup: Setup[B], comparison: Comparison) -> Iterator[Check]:
         """Yield the ratio of means of each compared quantity, and Fisher's test of lost runs."""
+        first, second, check, kind, note = comparison
 
-        def samples(bench: Bench) -> tuple[Sample, Sample]:
-            one, other = (
-                self._decided(bench.others.get(side.name, bench), setup, side.law)
+        def samples(bench: Bench) -> list[Sample]:
+            return [
+                self.sample(bench.others.get(side.engine.name, bench), setup, side.law)
                 for side in (first, second)
-            )
-            return one, other
+            ]
 
         def ratio(bench: Bench, quantity: str) -> Value:
-            pair = samples(bench)
+            pair = [sample.decided() for sample in samples(bench)]
             for sample, side in zip(pair, (first, second), strict=True):
-                check_different(sample.rows, side.title)
+                check_different(sample.rows, side.engine.title)
             return ratio_of_means(*(sample.values(quantity) for sample in pair))
 
         def shares(bench: Bench) -> Value:
-            one, other = (
-                self.sample(bench.others.get(side.name, bench), setup, side.law)
-                for side in (first, second)
-            )
-            return same_shares(*((len(s.rows), len(s.undecided)) for s in (one, other)))
+            return same_shares(*((len(s.rows), len(s.undecided)) for s in samples(bench)))
 
-        jobs = [self.job_under(p, first.law) for p in setup.runs]
         common: dict[str, Any] = {
-            "setup": setup.name, "check": check, "kind": kind, "note": note, "jobs": jobs,
-            "unit": "1", "expected": 1.0,
+            "setup": setup.name, "check": check, "kind": kind, "note": note, "unit": "1",
+            "expected": 1.0, "jobs": [self._job_under(p, first.law) for p in setup.runs],
         }  # fmt: skip
         if setup.runs[0].LEAVING and setup.compared:
             yield Check(
@@ -376,8 +395,7 @@ class BulkCase(Case[B]):
         """Return a section for each system, of its setup with most runs that was run."""
         sections = {}
         for setup in self.setups():
-            samples = dict(self._samples_run(setup, benches))
-            if samples:
+            if samples := dict(self._samples_run(setup, benches)):
                 sections[setup.title] = bulk_section(
                     self.name, setup, self.text, samples, self.curves, self.quantities
                 )
@@ -387,25 +405,17 @@ class BulkCase(Case[B]):
         self, setup: Setup[B], benches: Mapping[str, Bench]
     ) -> Iterator[tuple[str, Sample]]:
         """Yield the title and the sample of each engine that has run a setup, also under rules."""
-        own = {name: bench for name, bench in benches.items() if name != OWN}
-        laws = {
-            f" under the rules of {bench.engine.title}": stated_law(
-                bench.engine, self.law(setup.runs[0])
-            )
-            for bench in own.values()
-        }
-        for bench in own.values():
-            for words, law in {"": None, **laws}.items():
-                if not bench.has_run([self.job_under(p, law) for p in setup.runs]):
-                    continue
+        law = self._law(setup.runs[0])
+        own = [bench for name, bench in benches.items() if name != OWN]
+        laws: dict[str, StatedLaw | None] = {"": None}
+        for bench in own:
+            words = f" under the rules of {bench.engine.title}"
+            laws[words] = stated_law(bench.engine, law)
+        for bench, (words, stated) in product(own, laws.items()):
+            if bench.has_run([self._job_under(p, stated) for p in setup.runs]):
                 try:
-                    sample = self.sample(bench, setup, law)
+                    sample = self.sample(bench, setup, stated)
                 except EngineError:
                     continue  # its rows have the error
                 if sample.rows:
                     yield f"{bench.engine.title}{words}", sample
-
-
-def seeds_of(parameters: B, count: int) -> tuple[B, ...]:
-    """Return the parameters of runs from seeds 1 to a number."""
-    return tuple(parameters.replace(seed=seed) for seed in range(1, count + 1))

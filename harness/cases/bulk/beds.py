@@ -109,6 +109,7 @@ class Bed(Parameters):
 
     ROWS: ClassVar[int]  # of the series, about
     DERIVED: ClassVar[frozenset[str]]  # parameters that are no value of the scripts
+    FRICTIONS: ClassVar[tuple[str, ...]] = ("friction", "steel_friction")  # of all pairs
     LEAVING: ClassVar[bool] = False  # grains leave the disturbed bed
 
     spacing: Spacing = 1.2
@@ -162,11 +163,6 @@ class Bed(Parameters):
 
     @property
     @abstractmethod
-    def frictions(self) -> tuple[float, ...]:
-        """Return the frictions of all pairs."""
-
-    @property
-    @abstractmethod
     def time(self) -> float:
         """Return the time for which the bed is disturbed [s]."""
 
@@ -178,8 +174,15 @@ class Bed(Parameters):
 
     @property
     def tangential_share(self) -> float:
-        """Return the largest energy of tangential springs over that of normal ones."""
-        return tangential_share(max(self.frictions), self.poisson_ratio)
+        """Return the largest energy of a tangential spring over that of its normal one.
+
+        Hertz: F = 2/3 k_n overlap holds 3/5 F^2/k_n, k_n = 2 E* a. Mindlin: at most
+        (mu F)^2/(2 k_t), k_t = 8 G* a, and k_n/k_t = (2 - nu)/(2 (1 - nu)) (Johnson, Contact
+        Mechanics, 7.2).
+        """
+        friction = max(getattr(self, name) for name in self.FRICTIONS)
+        stiffness_ratio = (2.0 - self.poisson_ratio) / (2.0 * (1.0 - self.poisson_ratio))
+        return float(5.0 / 6.0 * friction**2 * stiffness_ratio)
 
     @property
     def every(self) -> int:
@@ -242,11 +245,6 @@ class BedOfOneKind(Bed):
         return (self.grain,)
 
     @property
-    def frictions(self) -> tuple[float, ...]:
-        """Return the frictions of all pairs."""
-        return self.friction, self.steel_friction
-
-    @property
     def pitch(self) -> float:
         """Return the distance of the lattice's sites [m]."""
         return 2.0 * self.radius * self.spacing
@@ -270,13 +268,3 @@ class BedOfOneKind(Bed):
         """
         load = self.column * self.grain.mass * self.gravity
         return 3.0 * self.grains * self.grain.elastic_energy(load)
-
-
-def tangential_share(friction: float, poisson_ratio: float) -> float:
-    """Return the largest energy of a tangential spring over that of the normal one of a contact.
-
-    Hertz: F = 2/3 k_n overlap holds 3/5 F^2/k_n, k_n = 2 E* a. Mindlin: at most (mu F)^2/(2 k_t),
-    k_t = 8 G* a, and k_n/k_t = (2 - nu)/(2 (1 - nu)) (Johnson, Contact Mechanics, 7.2).
-    """
-    stiffness_ratio = (2.0 - poisson_ratio) / (2.0 * (1.0 - poisson_ratio))
-    return 5.0 / 6.0 * friction**2 * stiffness_ratio

@@ -15,30 +15,24 @@ from pydantic import Field
 
 from harness.cases.base import Quantity
 from harness.cases.bulk import beds
-from harness.cases.bulk.base import TIME, BulkCase, Sample, Setup
+from harness.cases.bulk.base import BED_STATE, ELASTIC, TIME, BulkCase, Setup
 from harness.cases.bulk.beds import PUBLISHED, Bed, Sphere
-from harness.cases.bulk.law import ALLOWED, NEUTRAL
-from harness.cases.bulk.mixing import (
-    Contacts,
-    Floats,
-    cells_of,
-    find_contacts,
-    lacey_index,
-    surface_angle,
-)
+from harness.cases.bulk.mixing import Contacts, Floats, find_contacts, lacey_index, surface_angle
 from harness.cases.bulk.places import Cylinder, Radii, read_grains, write_bed
 from harness.cases.bulk.report import Curve, Line
-from harness.cases.bulk.series import read_series
-from harness.engines.contract import Output, Template
+from harness.cases.bulk.series import read_series, time_per_step
+from harness.engines.contract import Output
 from harness.engines.contract import Value as ScriptValue
 from harness.engines.output import Table
 from harness.errors import EngineLostAtomsError, RequestError
-from harness.model.allowed import allowed_in
 
 COLUMNS = ("step", "x_m", "y_m", "z_m")
 STEADY = 1.0 / 3.0  # share of the turn after which the surface is that of a turning drum
 LAST = 1.0 / 6.0  # share of the turn, up to its end, over which the mixing index is averaged
-FRICTIONS = ("large_friction", "small_friction", "mixed_friction", "steel_friction")
+QUADRANTS = (  # opposite ones: name, verb, place
+    ("rising", "rise", "x < 0 < z"),
+    ("falling", "arrive", "z < 0 < x"),
+)
 SOFTENED = "Dosta and others 2024 (moduli four thousand times smaller, a quarter of the size)"
 
 
@@ -47,6 +41,7 @@ class Drum(Bed):
 
     ROWS = 100
     DERIVED = frozenset({"settle_time", "turn", "cell"})
+    FRICTIONS = ("large_friction", "small_friction", "mixed_friction", "steel_friction")
 
     places: str = Field(
         "",
@@ -79,8 +74,9 @@ class Drum(Bed):
     step_size: beds.StepSize = 3.5e-5
 
     def _check_system(self) -> None:
-        for kind in ("large", "small") if not self.places else ():
-            if getattr(self, f"{kind}_grains") == 0:
+        counts = dict(zip(("large", "small"), self.counts, strict=True)) if not self.places else {}
+        for kind, number in counts.items():
+            if number == 0:
                 raise ValueError(
                     f"{kind}_layers = {getattr(self, f'{kind}_layers')}: no {kind} grain finds "
                     "room in the drum"
@@ -96,26 +92,22 @@ class Drum(Bed):
         )
 
     @property
-    def split(self) -> float:
-        """Return the height at which small grains begin [m]."""
-        return 2.0 * self.large_layers * self.large_radius * self.spacing
+    def counts(self) -> tuple[int, int]:
+        """Return the numbers of large and small grains.
 
-    @property
-    def large_grains(self) -> int:
-        """Return the number of large grains: in the drum, below the split."""
+        Of a lattice large ones are in the drum below the split, small ones in layers above it.
+        """
         if self.places:
-            return len(self.bed[0])
-        low, high = -self.drum_radius, self.split - self.large_radius * (1.0 + self.scatter)
-        return self._sites(self.large_radius, low, high)
-
-    @property
-    def small_grains(self) -> int:
-        """Return the number of small grains: in layers above the split."""
-        if self.places:
-            return len(self.bed[1])
-        low = self.split + self.small_radius * (1.0 + self.scatter)
+            large, small = self.bed
+            return len(large), len(small)
+        split = 2.0 * self.large_layers * self.large_radius * self.spacing
+        top = split - self.large_radius * (1.0 + self.scatter)
+        low = split + self.small_radius * (1.0 + self.scatter)
         high = low + 2.0 * self.small_layers * self.small_radius * self.spacing
-        return self._sites(self.small_radius, low, high)
+        return (
+            self._sites(self.large_radius, -self.drum_radius, top),
+            self._sites(self.small_radius, low, high),
+        )
 
     def _sites(self, radius: float, low: float, high: float) -> int:
         """Return the sites (i + 1/2) pitches with room in the drum between two heights."""
@@ -136,9 +128,8 @@ class Drum(Bed):
         """
         rows = read_grains(*self._file)
         large = rows[:, 0] == self.large_radius
-        numbers = large.sum(), (~large).sum()
-        for (name, radius), number in zip(self._file[1], numbers, strict=True):
-            if number == 0:
+        for which, (name, radius) in zip((large, ~large), self._file[1], strict=True):
+            if not which.any():
                 raise RequestError(f"places {self.places}: no grain of {name} = {radius:g} m")
         return rows[large, 1:], rows[~large, 1:]
 
@@ -150,12 +141,12 @@ class Drum(Bed):
     @property
     def grains(self) -> int:
         """Return the number of grains."""
-        return self.large_grains + self.small_grains
+        return sum(self.counts)
 
     def of_each(self, name: str) -> Floats:
         """Return a quantity of :class:`Sphere` of each grain, large ones first, (N,)."""
         values = [getattr(kind, name) for kind in self.kinds]
-        return np.repeat(values, [self.large_grains, self.small_grains])
+        return np.repeat(values, self.counts)
 
     def solid_fraction(self, mean_height: float) -> float:
         """Return the solid fraction of a level bed whose volume has a mean height [m].
@@ -173,19 +164,13 @@ class Drum(Bed):
             return mean_height + centre
 
         filled = section(float(brentq(off, 1e-2, math.pi)))
-        large, small = self.kinds
-        volume = self.large_grains * large.volume + self.small_grains * small.volume
+        volume = sum(n * kind.volume for n, kind in zip(self.counts, self.kinds, strict=True))
         return volume / (filled * self.drum_radius**2 * self.drum_length)
 
     @property
     def impact_speed(self) -> float:
         """Return the speed after a fall through the drum [m/s]."""
         return math.sqrt(2.0 * self.gravity * 2.0 * self.drum_radius)
-
-    @property
-    def frictions(self) -> tuple[float, ...]:
-        """Return the frictions of all pairs."""
-        return tuple(getattr(self, name) for name in FRICTIONS)
 
     @property
     def time(self) -> float:
@@ -252,42 +237,33 @@ def energy_and_work(p: Drum, table: Table) -> tuple[Floats, Floats]:
     return kinetic + p.gravity * z @ masses, p.speed * (momentum - weight)
 
 
-def turn_angle(p: Drum, table: Table) -> Floats:
-    """Return the angle by which the drum has turned [deg], (M,)."""
-    steps = table["step"] - p.settle_steps
-    return np.asarray(np.degrees(p.speed * p.step_size * steps))
+def curves_over_turn(p: Drum, table: Table) -> dict[str, Floats]:
+    """Return the angle of the turn [deg], and mixing, angle [deg] and shares over it, (M,) each.
 
-
-def mixing(p: Drum, table: Table) -> Floats:
-    """Return the mixing index by number of small grains over time, (M,)."""
-    small = p.of_each("radius") < 0.5 * (p.large_radius + p.small_radius)
-    frames = zip(table["x_m"], table["z_m"], strict=True)
-    return np.array([lacey_index(cells_of(x, z, p.cell), small) for x, z in frames])
-
-
-def surface_angles(p: Drum, table: Table) -> Floats:
-    """Return the angle of the surface [deg] over time, (M,): in the middle half of the drum."""
-    frames = zip(table["x_m"], table["z_m"], strict=True)
-    half, step, radii = 0.5 * p.drum_radius, 2.0 * p.large_radius, p.of_each("radius")
-    return np.array([surface_angle(x, z, radii, half, step) for x, z in frames])
-
-
-def quadrant_shares(p: Drum, table: Table) -> dict[str, Floats]:
-    """Return the share of each kind in two opposite quadrants over time, (M,).
-
-    Where grains rise, x < 0 < z, and where they arrive, z < 0 < x.
+    The index is by number of small grains; the surface is in the middle half of the drum; shares
+    are those of each kind in two opposite quadrants.
     """
+    radii, half = p.of_each("radius"), 0.5 * p.drum_radius
     x, z = table["x_m"], table["z_m"]
-    large = np.arange(p.grains) < p.large_grains
+    small = radii < 0.5 * (p.large_radius + p.small_radius)
+    cells = np.floor(np.stack([x, z], axis=-1) / p.cell)
+    pairs = zip(x, z, strict=True)
     places = {"rising": (x < 0.0) & (z > 0.0), "falling": (x > 0.0) & (z < 0.0)}
     return {
-        f"{kind}_{name}_ratio": place[:, which].mean(axis=1)
-        for name, place in places.items()
-        for kind, which in (("large", large), ("small", ~large))
+        "turned_deg": np.degrees(p.speed * p.step_size * (table["step"] - p.settle_steps)),
+        "mixing_index": np.array([lacey_index(frame, small) for frame in cells]),
+        "surface_angle_deg": np.array(
+            [surface_angle(*pair, radii, half, 2.0 * p.large_radius) for pair in pairs]
+        ),
+        **{
+            f"{kind}_{name}_ratio": places[name][:, which].mean(axis=1)
+            for name, _, _ in QUADRANTS
+            for kind, which in (("large", ~small), ("small", small))
+        },
     }
 
 
-def check_walls(p: Drum, table: Table, who: str) -> None:
+def check_walls(p: Drum, table: Table, turned: Floats, who: str) -> None:
     """Raise EngineLostAtomsError for a grain whose centre is beyond a wall.
 
     Curved walls may be a polygon of the circle's area, whose corners are farther out.
@@ -297,7 +273,7 @@ def check_walls(p: Drum, table: Table, who: str) -> None:
     if beyond.any():
         frame = int(np.flatnonzero(beyond.any(axis=1))[0])
         raise EngineLostAtomsError(
-            f"{who}: a grain is beyond the walls after {turn_angle(p, table)[frame]:.4g} deg: they "
+            f"{who}: a grain is beyond the walls after {turned[frame]:.4g} deg: they "
             f"leave a hole, or step_size = {p.step_size:g} s is too long"
         )
 
@@ -307,10 +283,14 @@ class DrumCase(BulkCase[Drum]):
 
     name = "drum"
     summary = "Grains of two sizes in a rotating drum: mixing, angle of the surface."
-    parameters = Drum
-    template = Template(
-        "drum", {"": Drum().values}, allowed=allowed_in(Drum) | ALLOWED, neutral=NEUTRAL
+    title = "Grains of two sizes in a rotating drum"
+    text = (
+        "Large grains settle below small ones in a drum of steel, which then turns: one of the "
+        "three bulk processes of Dosta and others (2024), at its Froude number and nearly its "
+        "filling. Grains start at the same places in each code. Small grains gather below the "
+        "surface, so that an index of one is not to be expected."
     )
+    parameters = Drum
     quantities = (
         Quantity("mixing_index", "1", "of Lacey, by number of small grains in square cells: 0 "
                  "unmixed, 1 at random; mean over the last sixth of the turn"),
@@ -321,16 +301,14 @@ class DrumCase(BulkCase[Drum]):
                  30.0),
         *(
             Quantity(f"{kind}_{place}_ratio", "1", f"share of the {kind} grains in the quadrant "
-                     f"{where} at the end", 0.3)
-            for place, where in (("rising", "x < 0 < z, where they rise,"),
-                                 ("falling", "z < 0 < x, where they arrive,"))
+                     f"{where}, where they {verb}, at the end", 0.3)
+            for place, verb, where in QUADRANTS
             for kind in ("large", "small")
         ),
-        Quantity("bed_solid_fraction", "1", "of the bed at rest, up to its level surface", 0.5),
-        Quantity("bed_coordination", "1", "contacts of a grain in the bed at rest", 5.0),
+        *BED_STATE,
         Quantity("work_ratio", "1", "work of the drum until the end, over the weight of the grains "
                  "times its radius: by their weight and angular momentum"),
-        Quantity("elastic_ratio", "1", "elastic energy of the normal springs of the bed before the "
+        Quantity(ELASTIC, "1", "elastic energy of the normal springs of the bed before the "
                  "drum turns, over its work", 0.01),
         Quantity("loss_ratio", "1", "share of that work that is no kinetic, potential or elastic "
                  "energy at the end: lost to dashpots and friction"),
@@ -340,33 +318,6 @@ class DrumCase(BulkCase[Drum]):
                  "that of grains at its speed", 1e-3),
         TIME,
     )  # fmt: skip
-    seeds = {"quick": 4, "default": 16, "full": 24}  # noqa: RUF012
-    compared = ("mixing_index", "surface_angle_deg", "bed_solid_fraction", "bed_coordination")
-    curves = tuple(
-        Curve(name, title, "turned_deg", "turned (deg)", column, label)
-        for name, title, column, label in (
-            ("mixing", "Mixing index over the turn", "mixing_index", "mixing index of Lacey"),
-            ("angle", "Angle of the surface over the turn", "surface_angle_deg",
-             "angle of the surface (deg)"),
-            *(
-                (f"{kind}-{place}", f"{kind.capitalize()} grains where they {verb}",
-                 f"{kind}_{place}_ratio", f"share of the {kind} grains at {where}")
-                for place, verb, where in (("rising", "rise", "x < 0 < z"),
-                                           ("falling", "arrive", "z < 0 < x"))
-                for kind in ("large", "small")
-            ),
-        )
-    )  # fmt: skip
-    gain, elastic, rest = "drum_energy_gain_ratio", "elastic_ratio", "bed_kinetic_ratio"
-    rest_reason = "a bed that moves adds 1 % to the energy of one that turns with the drum at most"
-    title = "Grains of two sizes in a rotating drum"
-    text = (
-        "Large grains settle below small ones in a drum of steel, which then turns: one of the "
-        "three bulk processes of Dosta and others (2024), at its Froude number and nearly its "
-        "filling. Grains start at the same places in each code. Small grains gather below the "
-        "surface, so that an index of one is not to be expected."
-    )
-
     presets = {  # noqa: RUF012
         "small": Drum(),
         PUBLISHED: Drum(
@@ -377,15 +328,33 @@ class DrumCase(BulkCase[Drum]):
         # the friction of the heap's grains in every pair, with and without their resistance to
         # rolling: the angle of repose, after a third of the turn
         "slow": Drum(speed=1.0, turn=120.0, settle_time=0.4, rolling_friction=0.1,
-                     **dict.fromkeys(FRICTIONS, 0.5)),
+                     **dict.fromkeys(Drum.FRICTIONS, 0.5)),
         "slow-sliding": Drum(speed=1.0, turn=120.0, settle_time=0.4,
-                             **dict.fromkeys(FRICTIONS, 0.5)),
+                             **dict.fromkeys(Drum.FRICTIONS, 0.5)),
     }  # fmt: skip
     sources = {  # noqa: RUF012
         "small": SOFTENED,
         PUBLISHED: "Dosta and others 2024, the bed of 38,000",
         **dict.fromkeys(("slow", "slow-sliding"), f"{SOFTENED}; friction of the heap"),
     }
+    seeds = {"": ("small", {"quick": 4, "default": 16, "full": 24})}  # noqa: RUF012
+    compared = ("mixing_index", "surface_angle_deg", "bed_solid_fraction", "bed_coordination")
+    curves = tuple(
+        Curve(name, title, "turned_deg", "turned (deg)", column, label)
+        for name, title, column, label in (
+            ("mixing", "Mixing index over the turn", "mixing_index", "mixing index of Lacey"),
+            ("angle", "Angle of the surface over the turn", "surface_angle_deg",
+             "angle of the surface (deg)"),
+            *(
+                (f"{kind}-{place}", f"{kind.capitalize()} grains where they {verb}",
+                 f"{kind}_{place}_ratio", f"share of the {kind} grains at {where}")
+                for place, verb, where in QUADRANTS
+                for kind in ("large", "small")
+            ),
+        )
+    )  # fmt: skip
+    gain = "drum_energy_gain_ratio"
+    rest_scale = "the energy of a bed that turns with the drum"
 
     def setups(self) -> Sequence[Setup[Drum]]:
         """Return the small drum, and at level full the published one from four beginnings.
@@ -403,20 +372,22 @@ class DrumCase(BulkCase[Drum]):
         Raise EngineLostAtomsError for a grain beyond a wall.
         """
         p = parameters
-        known = {"large": p.large_grains, "small": p.small_grains}
+        known = dict(zip(("large", "small"), p.counts, strict=True))
         table = read_series(p, output, COLUMNS, **known)
-        check_walls(p, table, output.who)
-        late, last = (turn_angle(p, table) >= share * p.turn for share in (STEADY, 1.0 - LAST))
-        index = mixing(p, table)
+        curves = curves_over_turn(p, table)
+        turned, mixing, angle = (
+            curves.pop(name) for name in ("turned_deg", "mixing_index", "surface_angle_deg")
+        )
+        check_walls(p, table, turned, output.who)
         kinetic = 0.5 * p.of_each("mass").sum() * (p.speed * p.drum_radius) ** 2
         return {
-            "mixing_index": float(index[last].mean()),
-            "first_mixing_index": float(index[0]),
-            "surface_angle_deg": float(surface_angles(p, table)[late].mean()),
-            **{name: float(share[-1]) for name, share in quadrant_shares(p, table).items()},
+            "mixing_index": float(mixing[turned >= (1.0 - LAST) * p.turn].mean()),
+            "first_mixing_index": float(mixing[0]),
+            "surface_angle_deg": float(angle[turned >= STEADY * p.turn].mean()),
+            **{name: float(share[-1]) for name, share in curves.items()},
             **self._bed(p, table),
             "bed_kinetic_ratio": output.number("bed_kinetic_J") / kinetic,
-            TIME.name: 1e6 * output.seconds / (p.grains * (p.settle_steps + p.steps)),
+            TIME.name: time_per_step(p, output, table),
         }
 
     def _bed(self, p: Drum, table: Table) -> dict[str, float]:
@@ -434,20 +405,14 @@ class DrumCase(BulkCase[Drum]):
             "bed_solid_fraction": p.solid_fraction(height),
             "bed_coordination": 2.0 * len(contacts.i) / p.grains,
             "work_ratio": done[-1] / (mass * p.gravity * p.drum_radius),
-            "elastic_ratio": elastic / size,
+            ELASTIC: elastic / size,
             "loss_ratio": (lost[-1] - stored) / size,
             "drum_energy_gain_ratio": max(0.0, -lost.min()) / size,
         }
 
     def columns(self, parameters: Drum, output: Output) -> Mapping[str, Floats]:
         """Return mixing index, angle [deg] and shares in quadrants over the turn [deg]."""
-        p, table = parameters, output.table(COLUMNS)
-        return {
-            "turned_deg": turn_angle(p, table),
-            "mixing_index": mixing(p, table),
-            "surface_angle_deg": surface_angles(p, table),
-            **quadrant_shares(p, table),
-        }
+        return curves_over_turn(parameters, output.table(COLUMNS))
 
     def plane(self, parameters: Drum) -> tuple[float, Sequence[Line]]:
         """Return the drum halfway along its axis."""
@@ -457,10 +422,6 @@ class DrumCase(BulkCase[Drum]):
     def film_radii(self, parameters: Drum) -> Floats:
         """Return the radius of each grain, which the series has not."""
         return parameters.of_each("radius")
-
-    def elastic_bound(self, parameters: Drum, sample: Sample) -> float:
-        """Return no bound: the springs of a bed follow from its places in every code."""
-        return math.nan
 
 
 CASE = DrumCase()

@@ -16,16 +16,14 @@ from pydantic import Field
 
 from harness.cases.base import Check, Quantity
 from harness.cases.bulk import beds
-from harness.cases.bulk.base import TIME, BulkCase, Sample, Seeds, Setup
+from harness.cases.bulk.base import TIME, BulkCase, Sample, Setup
 from harness.cases.bulk.beds import BedOfOneKind, Sphere
-from harness.cases.bulk.law import ALLOWED, NEUTRAL
 from harness.cases.bulk.mixing import Floats
 from harness.cases.bulk.report import Curve, Line
-from harness.cases.bulk.series import check_grains, energy_rise, read_series
-from harness.engines.contract import Output, Template
+from harness.cases.bulk.series import check_grains, energy_rise, read_series, time_per_step
+from harness.engines.contract import Output
 from harness.engines.output import Table
 from harness.errors import EngineUndecidedError
-from harness.model.allowed import allowed_in
 from harness.results.rows import Tolerance
 
 COLUMNS = ("time_s", "remaining", "astray", "kinetic_J", "potential_J", "count", "height_m")
@@ -134,11 +132,6 @@ def slope_angles(p: Heap, height: Floats) -> tuple[float, float]:
     return left, right
 
 
-def mean_angles(p: Heap, table: Table) -> Floats:
-    """Return the mean angle of both slopes [deg] over time, (M,)."""
-    return np.array([np.mean(slope_angles(p, row)) for row in table["height_m"]])
-
-
 def check_decided(p: Heap, ridge: float, table: Table) -> None:
     """Raise EngineUndecidedError for a heap that still moves, or with the top of the filling.
 
@@ -146,19 +139,20 @@ def check_decided(p: Heap, ridge: float, table: Table) -> None:
     """
     late = table["time_s"] >= (1.0 - LATE) * table["time_s"][-1]
     running = table["remaining"][late][0] - table["remaining"][-1]
+    last = table["height_m"][-1]
+    why = ""
     if running > FEW * table["remaining"][-1]:
-        raise EngineUndecidedError(
-            f"undecided: the heap still moves: {running:.0f} grains ran off in the last "
-            f"{LATE:.0%} of the time; duration = {p.duration:g} s is too short",
-            {},
+        why = (
+            f"the heap still moves: {running:.0f} grains ran off in the last {LATE:.0%} of the "
+            f"time; duration = {p.duration:g} s is too short"
         )
-    middle = len(table["height_m"][-1]) // 2
-    if table["height_m"][-1, middle - 1 : middle + 1].mean() > 0.95 * ridge:
-        raise EngineUndecidedError(
-            "undecided: no ridge: the heap is as high in the middle as the filling was; "
-            f"layers = {p.layers} are too few for length = {p.length}",
-            {},
+    elif last[len(last) // 2 - 1 :][:2].mean() > 0.95 * ridge:
+        why = (
+            "no ridge: the heap is as high in the middle as the filling was; "
+            f"layers = {p.layers} are too few for length = {p.length}"
         )
+    if why:
+        raise EngineUndecidedError(f"undecided: {why}", {})
 
 
 class HeapCase(BulkCase[Heap]):
@@ -166,10 +160,14 @@ class HeapCase(BulkCase[Heap]):
 
     name = "heap"
     summary = "Grains run off at both ends of a box: the angle of repose of the heap that remains."
-    parameters = Heap
-    template = Template(
-        "heap", {"": Heap().values}, allowed=allowed_in(Heap) | ALLOWED, neutral=NEUTRAL
+    title = "The angle of repose of a heap"
+    text = (
+        "Grains settle in a trough of glued grains; both ends are taken away, grains run off, and "
+        "the angle of the slopes that remain is measured. Grains start at the same places in each "
+        "code. With resistance to rolling, LAMMPS and LIGGGHTS have different springs of rolling "
+        "under one limit; sliding alone is one law in both."
     )
+    parameters = Heap
     quantities = (
         Quantity("angle_deg", "deg", "angle of repose: mean of both slopes, each of a line through "
                  "twice the mean height of the grains in eight columns", 30.0),
@@ -189,7 +187,10 @@ class HeapCase(BulkCase[Heap]):
     )  # fmt: skip
     presets = {"small": Heap(), "sliding": Heap(rolling_friction=0.0)}  # noqa: RUF012
     sources = dict.fromkeys(presets, "shear box of Roessler and others 2019, with both ends open")
-    seeds = {"quick": 4, "default": 24, "full": 48}  # noqa: RUF012
+    seeds = {  # noqa: RUF012
+        "": ("small", {"quick": 4, "default": 24, "full": 48}),
+        "sliding alone": ("sliding", {"default": 24, "full": 48}),
+    }
     compared = ("angle_deg", "remaining_ratio")
     curves = (
         Curve("profile", "Height of the heap", "distance_m", "distance from the middle (mm)",
@@ -198,21 +199,7 @@ class HeapCase(BulkCase[Heap]):
               "time after the ends are taken away (s)", "angle_deg", "angle (deg)"),
     )  # fmt: skip
     gain, rest = "heap_energy_rise_ratio", "filling_kinetic_ratio"
-    rest_reason = "a bed that moves adds 1 % to the energy of grains that fall by a diameter"
-    title = "The angle of repose of a heap"
-    text = (
-        "Grains settle in a trough of glued grains; both ends are taken away, grains run off, and "
-        "the angle of the slopes that remain is measured. Grains start at the same places in each "
-        "code. With resistance to rolling, LAMMPS and LIGGGHTS have different springs of rolling "
-        "under one limit; sliding alone is one law in both."
-    )
-
-    def setups(self) -> Sequence[Setup[Heap]]:
-        """Return heaps with resistance to rolling, and beyond level quick without."""
-        more: Seeds = {level: count for level, count in self.seeds.items() if level != "quick"}
-        title = f"{self.title}: sliding alone"
-        sliding = self.seed_setups("sliding alone, ", title, self.presets["sliding"], more)
-        return (*super().setups(), *sliding)
+    rest_scale = "the energy of grains that fall by a diameter"
 
     def measure(self, parameters: Heap, output: Output) -> Mapping[str, float]:
         """Return the angle, the share that remains, and energies.
@@ -226,43 +213,36 @@ class HeapCase(BulkCase[Heap]):
         check_grains(p, output, table, *sides)
         check_decided(p, output.number("mean_height_m"), table)
         left, right = slope_angles(p, table["height_m"][-1])
-        over_time = mean_angles(p, table)
-        work = p.grains * p.settle_steps + p.every * table["remaining"].sum()
-        return {
-            "angle_deg": 0.5 * (left + right),
-            "left_angle_deg": left,
-            "right_angle_deg": right,
-            "angle_change_deg": over_time[-1] - over_time[3 * len(over_time) // 4],
-            "remaining_ratio": table["remaining"][-1] / p.grains,
-            **self._energies(p, output, table),
-            TIME.name: 1e6 * output.seconds / work,
-        }
-
-    def _energies(self, p: Heap, output: Output, table: Table) -> dict[str, float]:
+        angle = self.columns(p, output)["angle_deg"]
         fall = 2.0 * p.radius * p.grain.mass * p.gravity
         above = p.weight * output.number("mean_height_m")
         remaining = max(table["remaining"][-1], 1.0)
         return {
+            "angle_deg": 0.5 * (left + right),
+            "left_angle_deg": left,
+            "right_angle_deg": right,
+            "angle_change_deg": angle[-1] - angle[3 * len(angle) // 4],
+            "remaining_ratio": table["remaining"][-1] / p.grains,
             "heap_energy_rise_ratio": energy_rise(output, table) / above,
             "filling_kinetic_ratio": output.number("bed_kinetic_J") / (p.grains * fall),
             "heap_kinetic_ratio": table["kinetic_J"][-1] / (remaining * fall),
+            TIME.name: time_per_step(p, output, table),
         }
 
     def columns(self, parameters: Heap, output: Output) -> Mapping[str, Floats]:
-        """Return the profile at the end [m], and the angle [deg] over time [s].
+        """Return the profile at the end [m], and the mean angle of both slopes [deg] over time [s].
 
-        Without the columns at the ends, whose lower part is the sill.
+        The profile is without the columns at the ends, whose lower part is the sill.
         """
         p, table = parameters, output.table(COLUMNS)
-        height = 2.0 * table["height_m"][-1]
-        columns = len(height)
-        x = p.span * ((np.arange(columns) + 0.5) / columns - 0.5)
+        columns = table["height_m"].shape[1]
         over = columns_over_sill(p, columns)
+        x = p.span * ((np.arange(columns) + 0.5) / columns - 0.5)
         return {
             "distance_m": x[over:-over],
-            "height_m": height[over:-over],
+            "height_m": 2.0 * table["height_m"][-1, over:-over],
             "time_s": table["time_s"],
-            "angle_deg": mean_angles(p, table),
+            "angle_deg": np.array([np.mean(slope_angles(p, row)) for row in table["height_m"]]),
         }
 
     def plane(self, parameters: Heap) -> tuple[float, Sequence[Line]]:

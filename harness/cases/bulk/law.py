@@ -30,7 +30,6 @@ ALLOWED = {
     "tangential_damping": Allowed(bounds={"minimum": 0}),
     "clipped": Allowed(words=("yes", "no")),
 }
-NEUTRAL = {"rolling_friction": 0.0}  # for scripts without rolling resistance
 FIT = (
     *(-6.918798, -16.41105, 146.8049, -796.4559, 2928.711),
     *(-7206.864, 11494.29, -11342.18, 6276.757, -1489.915),
@@ -79,15 +78,9 @@ class StatedLaw:
 def bulk_law(poisson_ratio: float = 0.2, rolling_friction: float = 0.0) -> Law:
     """Return the law of two grains of a bulk case, by the coefficients that decide its rules."""
     law = Law(
-        normal="hertz",
-        youngs_modulus=1e6,
-        poisson_ratio=poisson_ratio,
-        damping="coeff_restitution",
-        restitution=0.5,
-        tangential="mindlin",
-        tangential_damping=0.0,
-        friction=0.3,
-    )
+        normal="hertz", youngs_modulus=1e6, poisson_ratio=poisson_ratio, friction=0.3,
+        damping="coeff_restitution", restitution=0.5, tangential="mindlin", tangential_damping=0.0,
+    )  # fmt: skip
     if rolling_friction == 0.0:
         return law
     spring = {"rolling_stiffness": 1.0, "rolling_damping": 0.0}
@@ -96,8 +89,8 @@ def bulk_law(poisson_ratio: float = 0.2, rolling_friction: float = 0.0) -> Law:
 
 def stated_law(engine: Engine, law: Law) -> StatedLaw:
     """Return the law by which an engine states a bulk law: the first of those near to it."""
-    for near, without in _near(law):
-        if not (reason := _refusal(engine, without)):
+    for near, part in _near(law):
+        if not (reason := _refusal(engine, part)):
             return StatedLaw(near, _refusal(engine, near))
     return StatedLaw(law, f"its rules are not known: {reason}")
 
@@ -130,22 +123,17 @@ def _refusal(engine: Engine, law: Law) -> str:
     return ""
 
 
-def damping_without_tail(restitution: float) -> float:
-    """Return gamma of eta_n = 2 gamma sqrt(m* k_n), k_n = 2 E* a, for a restitution [-].
-
-    Of Hertz's spring whose force never attracts, by the fit of Thornton and others (B6), which
-    Yade and Kratos use: it holds to 3e-4 of restitution up to 0.9.
-    """
-    exponent = sum(h * restitution**n for n, h in enumerate(FIT, 1))
-    return math.sqrt(1.0 / (1.0 - (1.0 + restitution) ** 2 * math.exp(exponent)) - 1.0)
-
-
 def with_tail(restitution: float) -> float:
     """Return the restitution with a tail of the dashpot that gives one without [-].
 
-    With a tail zeta = |ln e|/sqrt(pi^2 + ln^2 e) gives e with eta_n = 2 sqrt(5/6) zeta sqrt(m* k_n)
-    (Antypov and Elliott, EPL 94, 50004 (2011)); 0 where that dashpot is above critical damping.
+    Yade and Kratos take gamma of eta_n = 2 gamma sqrt(m* k_n), k_n = 2 E* a, of Hertz's spring
+    whose force never attracts, by the fit of Thornton and others (B6): it holds to 3e-4 of
+    restitution up to 0.9. With a tail zeta = |ln e|/sqrt(pi^2 + ln^2 e) gives e with
+    eta_n = 2 sqrt(5/6) zeta sqrt(m* k_n) (Antypov and Elliott, EPL 94, 50004 (2011)); 0 where that
+    dashpot is above critical damping.
     """
     if restitution == 1.0:
         return 1.0
-    return restitution_unclipped(math.sqrt(1.2) * damping_without_tail(restitution))
+    exponent = sum(h * restitution**n for n, h in enumerate(FIT, 1))
+    gamma = math.sqrt(1.0 / (1.0 - (1.0 + restitution) ** 2 * math.exp(exponent)) - 1.0)
+    return restitution_unclipped(math.sqrt(1.2) * gamma)

@@ -9,28 +9,27 @@ import numpy as np
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 
 class Contacts(NamedTuple):
     """Pairs of grains that touch, by their numbers, and their overlaps [m], (K,) each."""
 
-    i: Indices
-    j: Indices
+    i: NDArray[np.int64]
+    j: NDArray[np.int64]
     overlap: Floats
 
 
-def lacey_index(cells: Indices, chosen: NDArray[np.bool_]) -> float:
+def lacey_index(cells: Floats, chosen: NDArray[np.bool_]) -> float:
     """Return Lacey's mixing index [-]: 0 for unmixed kinds, 1 for a random mixture.
 
-    ``cells`` (N,) is the number of the cell of each grain, ``chosen`` (N,) whether it is of one
-    kind. With n_i grains in a cell, p_i of them chosen, and p of all, the variance is
+    ``cells`` (N, 2) are column and row of the cell of each grain, ``chosen`` (N,) whether it is of
+    one kind. With n_i grains in a cell, p_i of them chosen, and p of all, the variance is
     S = sum n_i (p_i - p)^2 / N: p (1 - p) for unmixed kinds, and p (1 - p) (K - 1)/(N - 1)
     in K cells of a random mixture. The index is the share of the way from the one to the other:
     Lacey, J. Appl. Chem. 4, 257 (1954), for cells of any content. NaN where all grains are of one
     kind, or each is in a cell of its own.
     """
-    _, place = np.unique(cells, return_inverse=True)
+    _, place = np.unique(cells, axis=0, return_inverse=True)
     content = np.bincount(place).astype(np.float64)
     share = np.bincount(place, weights=chosen) / content
     total, p = len(cells), float(np.mean(chosen))
@@ -40,12 +39,6 @@ def lacey_index(cells: Indices, chosen: NDArray[np.bool_]) -> float:
         return math.nan
     variance = float((content * (share - p) ** 2).sum() / total)
     return (unmixed - variance) / (unmixed - at_random)
-
-
-def cells_of(x: Floats, z: Floats, edge: float) -> Indices:
-    """Return the number of the square cell, of an edge [m], of each grain, (N,)."""
-    column, row = (np.floor(axis / edge).astype(np.int64) for axis in (x, z))
-    return np.asarray(column * 100_003 + row)
 
 
 def find_contacts(places: Floats, radius: Floats) -> Contacts:
@@ -70,9 +63,8 @@ def surface_angle(x: Floats, z: Floats, radius: Floats, half_width: float, step:
     inside = (column >= 0) & (column < number)
     top = np.full(number, -np.inf)
     np.maximum.at(top, column[inside], (z + radius)[inside])
-    middle = 0.5 * (edges[1:] + edges[:-1])
     filled = np.isfinite(top)
     if filled.sum() < 3:
         return math.nan
-    slope = np.polyfit(middle[filled], top[filled], 1)[0]
-    return -math.degrees(math.atan(slope))
+    middle = 0.5 * (edges[1:] + edges[:-1])
+    return -math.degrees(math.atan(np.polyfit(middle[filled], top[filled], 1)[0]))

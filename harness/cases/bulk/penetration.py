@@ -14,23 +14,16 @@ from pydantic import Field
 
 from harness.cases.base import Check, Level, Quantity, Value
 from harness.cases.bulk import beds
-from harness.cases.bulk.base import TIME, BulkCase, Sample, Setup
+from harness.cases.bulk.base import BED_STATE, ELASTIC, TIME, BulkCase, Sample, Setup
 from harness.cases.bulk.beds import PUBLISHED, BedOfOneKind, Sphere
-from harness.cases.bulk.law import ALLOWED
 from harness.cases.bulk.mixing import Floats
 from harness.cases.bulk.places import PUBLISHED_BOX, Box, Radii, read_grains, write_bed
 from harness.cases.bulk.report import Curve, Line
-from harness.cases.bulk.series import read_series
-from harness.engines.contract import Output, Template
+from harness.cases.bulk.series import read_series, time_per_step
+from harness.engines.contract import Output
 from harness.engines.contract import Value as ScriptValue
 from harness.engines.output import Table
-from harness.errors import (
-    CombinationError,
-    EngineLostAtomsError,
-    EngineOutputError,
-    Unsupported,
-)
-from harness.model.allowed import allowed_in
+from harness.errors import CombinationError, EngineLostAtomsError, EngineOutputError, Unsupported
 from harness.results.rows import Kind
 from harness.theory.bulk import GLASS_BEADS, friction_by_depth
 
@@ -70,21 +63,13 @@ class Penetration(BedOfOneKind):
     step_size: beds.StepSize = 5e-6
 
     def _check_system(self) -> None:
+        given = f"length = {self.length:g} m, width = {self.width:g} m: must be "
         if self.places and not (self.length and self.width):
-            raise ValueError(
-                f"length = {self.length:g} m, width = {self.width:g} m: must be those of the box "
-                "of places"
-            )
-        if not self.places and (self.length or self.width):
-            raise ValueError(
-                f"length = {self.length:g} m, width = {self.width:g} m: must be 0 without places, "
-                "the box is as wide as the lattice"
-            )
+            raise ValueError(f"{given}those of the box of places")
         if not self.places:
-            check_start(self)
-        self._check_sphere()
-
-    def _check_sphere(self) -> None:
+            if self.length or self.width:
+                raise ValueError(f"{given}0 without places, the box is as wide as the lattice")
+            self._check_start()
         most = 0.5 * min(self.box.length, self.box.width)
         if self.steel_radius > most:
             raise ValueError(
@@ -95,6 +80,15 @@ class Penetration(BedOfOneKind):
         if abs(self.offset) > most:
             raise ValueError(
                 f"offset = {self.offset:g} m: the sphere is in a wall; must be within {most:.4g}"
+            )
+
+    def _check_start(self) -> None:
+        """Raise CombinationError where the sphere starts in the bed; reads the file of places."""
+        lowest = self.bed_top + self.steel_radius
+        if self.start_height < lowest:
+            raise CombinationError(
+                f"start_height = {self.start_height:g} m: the sphere overlaps the grains at the "
+                f"start; must be at least {lowest:.4g}"
             )
 
     @property
@@ -110,11 +104,11 @@ class Penetration(BedOfOneKind):
     @property
     def bed(self) -> Floats:
         """Return the places of a file (N, 3) [m]; raise RequestError for a bad one."""
-        return read_grains(self.places, self._radii, self.box)[:, 1:]
+        return read_grains(*self._file)[:, 1:]
 
     @property
-    def _radii(self) -> Radii:
-        return (("radius", self.radius),)
+    def _file(self) -> tuple[str, Radii, Box]:
+        return self.places, (("radius", self.radius),), self.box
 
     @property
     def bed_top(self) -> float:
@@ -167,25 +161,12 @@ class Penetration(BedOfOneKind):
         box = self.box
         more: dict[str, ScriptValue] = {"bed": "lattice", "places": "none"}
         if self.places:
-            check_start(self)
-            rim, top = (
-                4.0 * self.radius,
-                self.bed_top + 2.0 * (self.start_height + self.steel_radius),
-            )
+            self._check_start()
+            rim = 4.0 * self.radius
+            top = self.bed_top + 2.0 * (self.start_height + self.steel_radius)
             ends = (-rim, box.length + rim), (-rim, box.width + rim), (-rim, top)
-            path = write_bed(self.places, self._radii, box, (self.grain,), ends)
-            more = {"bed": "file", "places": str(path)}
+            more = {"bed": "file", "places": str(write_bed(*self._file, (self.grain,), ends))}
         return {**super().values, **more, "length": box.length, "width": box.width}
-
-
-def check_start(p: Penetration) -> None:
-    """Raise CombinationError where the sphere starts within the bed; reads the file of places."""
-    lowest = p.bed_top + p.steel_radius
-    if p.start_height < lowest:
-        raise CombinationError(
-            f"start_height = {p.start_height:g} m: the sphere overlaps the grains at the "
-            f"start; must be at least {lowest:.4g}"
-        )
 
 
 def height_quantities(p: Penetration, table: Table, released: float) -> dict[str, float]:
@@ -219,12 +200,13 @@ class PenetrationCase(BulkCase[Penetration]):
 
     name = "penetration"
     summary = "A steel sphere falls on a bed of small spheres: depth, deceleration, energy."
-    parameters = Penetration
-    template = Template(
-        "penetration",
-        {"": Penetration().values},
-        allowed=allowed_in(Penetration) | ALLOWED,
+    title = "A sphere falls on a bed"
+    text = (
+        "A steel sphere is released above a bed of grains at rest: one of the three bulk processes "
+        "of Dosta and others (2024). Softening by a hundred changes its depth: the small bed is a "
+        "system of its own. Grains start at the same places in each code."
     )
+    parameters = Penetration
     quantities = (
         Quantity("final_height_m", "m", "of the sphere's centre above the floor, mean over the "
                  "last tenth of the time", 0.01),
@@ -244,14 +226,13 @@ class PenetrationCase(BulkCase[Penetration]):
                  "sphere's kinetic energy at the release"),
         Quantity("dissipated_ratio", "1", "loss of kinetic and potential energy until the end, "
                  "over the same"),
-        Quantity("elastic_ratio", "1", "elastic energy of the normal springs of the bed before the "
+        Quantity(ELASTIC, "1", "elastic energy of the normal springs of the bed before the "
                  "release, over the kinetic energy of the sphere", 0.1),
         Quantity("end_elastic_ratio", "1", "elastic energy of the normal springs at the end, over "
                  "the kinetic energy of the sphere", 0.1),
         Quantity("balance_ratio", "1", "loss of kinetic, potential and elastic energy until the "
                  "end, over the kinetic energy of the sphere: lost to dashpots and friction"),
-        Quantity("bed_solid_fraction", "1", "of the bed at rest, up to its level surface", 0.5),
-        Quantity("bed_coordination", "1", "contacts of a grain in the bed at rest", 5.0),
+        *BED_STATE,
         Quantity("bed_kinetic_ratio", "1", "kinetic energy of the bed before the release, over "
                  "that of the sphere", 1e-3),
         TIME,
@@ -268,7 +249,7 @@ class PenetrationCase(BulkCase[Penetration]):
         "small": "Dosta and others 2024 (moduli a hundred times smaller, smaller box and sphere)",
         PUBLISHED: "Dosta and others 2024, the bed of 25,000",
     }
-    seeds = {"quick": 4, "default": 28, "full": 48}  # noqa: RUF012
+    seeds = {"": ("small", {"quick": 4, "default": 28, "full": 48})}  # noqa: RUF012
     compared = ("final_depth_m", "bed_solid_fraction", "bed_coordination")
     curves = tuple(
         Curve(name, title, "time_s", "time after the release (ms)", column, label, (1e3, scale))
@@ -281,14 +262,8 @@ class PenetrationCase(BulkCase[Penetration]):
              "deceleration of the sphere (m/s2)", 1.0),
         )
     )  # fmt: skip
-    gain, elastic, rest = "energy_gain_ratio", "elastic_ratio", "bed_kinetic_ratio"
-    rest_reason = "a bed that moves gives the sphere 1 % of its own energy at most"
-    title = "A sphere falls on a bed"
-    text = (
-        "A steel sphere is released above a bed of grains at rest: one of the three bulk processes "
-        "of Dosta and others (2024). Softening by a hundred changes its depth: the small bed is a "
-        "system of its own. Grains start at the same places in each code."
-    )
+    gain = "energy_gain_ratio"
+    rest_scale = "the energy of the sphere"
 
     def setups(self) -> Sequence[Setup[Penetration]]:
         """Return the soft bed over seeds, and the published one over places beyond level quick.
@@ -296,21 +271,28 @@ class PenetrationCase(BulkCase[Penetration]):
         At level default until the sphere has turned back, and one place as long as published; at
         full all places so long.
         """
-        whole = self.presets[PUBLISHED]
-        title = f"{self.title}: {PUBLISHED}"
-
-        def published(words: str, p: Penetration, count: int, **more: str) -> Setup[Penetration]:
-            runs = tuple(p.replace(offset=x) for x in OFFSETS[:count])
-            depths = ("largest_depth_m", "slowed_time_s") if count > 1 else ()
-            level: Level = "full" if count > 4 else "default"
-            return Setup(f"{PUBLISHED}, {words}", f"{title}{more.get('of', '')}", runs, level,
-                         depths, "full")  # fmt: skip
-
+        depths = ("largest_depth_m", "slowed_time_s")
+        published: tuple[tuple[str, str, float, int, Level, tuple[str, ...]], ...] = (
+            ("4 places, 40 ms", "", TURNED, 4, "default", depths),
+            ("1 place, 100 ms", ", its whole time", 0.1, 1, "default", ()),
+            ("8 places, 100 ms", "", 0.1, 8, "full", depths),
+        )
         return (
             *super().setups(),
-            published("4 places, 40 ms", whole.replace(duration=TURNED), 4),
-            published("1 place, 100 ms", whole, 1, of=", its whole time"),
-            published("8 places, 100 ms", whole, 8),
+            *(
+                Setup(
+                    f"{PUBLISHED}, {words}",
+                    f"{self.title}: {PUBLISHED}{more}",
+                    tuple(
+                        self.presets[PUBLISHED].replace(duration=time, offset=x)
+                        for x in OFFSETS[:count]
+                    ),
+                    level,
+                    compared,
+                    "full",
+                )
+                for words, more, time, count, level, compared in published
+            ),
         )
 
     def measure(self, parameters: Penetration, output: Output) -> Mapping[str, float]:
@@ -334,20 +316,20 @@ class PenetrationCase(BulkCase[Penetration]):
             **self._depths(p, output, heights),
             "bed_coordination": output.number("coordination"),
             "bed_kinetic_ratio": moving / p.impact_energy,
-            TIME.name: 1e6 * output.seconds / (p.grains * (p.settle_steps + p.steps)),
+            TIME.name: time_per_step(p, output, table),
         }
 
     def _elastic(self, p: Penetration, output: Output, dissipated: float) -> dict[str, float]:
         """Return the energies of the normal springs, of a code that leaves them."""
-        elastic = {
-            f"{name[:-2]}_ratio": output.number(name) / p.impact_energy
-            for name in ("elastic_J", "end_elastic_J")
-            if output.has(name)
+        if not output.has("elastic_J"):
+            return {}
+        names = "elastic_J", "end_elastic_J"
+        first, end = (output.number(name) / p.impact_energy for name in names)
+        return {
+            ELASTIC: first,
+            "end_elastic_ratio": end,
+            "balance_ratio": dissipated + (first - end),
         }
-        if len(elastic) == 2:
-            change = elastic["elastic_ratio"] - elastic["end_elastic_ratio"]
-            elastic["balance_ratio"] = dissipated + change
-        return elastic
 
     def _depths(
         self, p: Penetration, output: Output, heights: Mapping[str, float]
@@ -357,9 +339,7 @@ class PenetrationCase(BulkCase[Penetration]):
         depth = surface + p.steel_radius - heights["final_height_m"]
         fall = p.start_height - p.steel_radius - surface + 0.5 * p.speed**2 / p.gravity
         ratio = p.steel_density / (p.density * solid)
-        mu = math.nan
-        if depth > 0.0:
-            mu = friction_by_depth(depth, fall, 2.0 * p.steel_radius, ratio)
+        mu = friction_by_depth(depth, fall, 2.0 * p.steel_radius, ratio) if depth > 0 else math.nan
         return {
             "final_depth_m": depth,
             "largest_depth_m": surface + p.steel_radius - heights["lowest_height_m"],

@@ -12,7 +12,7 @@ import hashlib
 import lzma
 import re
 import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from io import StringIO
@@ -48,7 +48,7 @@ class Box:
     @property
     def corner(self) -> tuple[float, float, float]:
         """Return the place of the origin of the case in a file [m]."""
-        return (self.middle[0] - self.length / 2, self.middle[1] - self.width / 2, self.floor)
+        return self.middle[0] - self.length / 2, self.middle[1] - self.width / 2, self.floor
 
     def gap(self, places: Floats) -> Floats:
         """Return the distance of places (N, 3) from the nearest wall [m], (N,)."""
@@ -162,43 +162,13 @@ def _check_gaps(source: str, rows: Floats, walls: Box | Cylinder) -> None:
 def write_bed(
     source: str, radii: Radii, walls: Box | Cylinder, kinds: tuple[Sphere, ...], ends: Ends
 ) -> Path:
-    """Write the grains of a file as :func:`write_grains` does, kinds by their radius."""
-    return _in_cache(_bed_text(source, radii, walls, kinds, ends))
+    """Write the grains of a file as a data file of ``atom_style sphere``; return its path.
 
-
-@lru_cache(maxsize=4)  # a setup asks for it with each run
-def _bed_text(
-    source: str, radii: Radii, walls: Box | Cylinder, kinds: tuple[Sphere, ...], ends: Ends
-) -> str:
-    rows = read_grains(source, radii, walls)
-    return _data_text([(rows[rows[:, 0] == kind.radius, 1:], kind) for kind in kinds], ends)
-
-
-def write_grains(kinds: Sequence[tuple[Floats, Sphere]], ends: Ends) -> Path:
-    """Write places (N, 3) [m] of each kind as a data file of ``atom_style sphere``.
-
-    ``ends`` of the box along x, y, z [m]. The first kind is type 1, the second 2; there are three
-    types. Return its path: it lies in the cache, named after its content, so that a job that names
-    it states it.
+    The first of ``kinds``, known by their radius, is type 1, the second 2; there are three types.
+    ``ends`` of the box along x, y, z [m]. The file lies in the cache, named after its content, so
+    that a job that names it states it.
     """
-    return _in_cache(_data_text(kinds, ends))
-
-
-def _data_text(kinds: Sequence[tuple[Floats, Sphere]], ends: Ends) -> str:
-    count = sum(len(places) for places, _ in kinds)
-    head = [f"{count} grains", "", f"{count} atoms", "3 atom types", ""]
-    head += [f"{a:.17g} {b:.17g} {n}lo {n}hi" for n, (a, b) in zip("xyz", ends, strict=True)]
-    # without the comment "# sphere": LIGGGHTS takes it for a part of the section's name
-    grains = [
-        f"{kind} {2.0 * grain.radius:.17g} {grain.density:.17g} {x:.17g} {y:.17g} {z:.17g}"
-        for kind, (places, grain) in enumerate(kinds, 1)
-        for x, y, z in places.tolist()
-    ]
-    rows = [f"{number} {grain}" for number, grain in enumerate(grains, 1)]
-    return "\n".join([*head, "", "Atoms", "", *rows, ""])
-
-
-def _in_cache(text: str) -> Path:
+    text = _bed_text(source, radii, walls, kinds, ends)
     folder = cache_place().path / "beds"
     if len(str(folder).split()) > 1:  # a script's words end at spaces
         folder = Path(tempfile.gettempdir())
@@ -209,3 +179,21 @@ def _in_cache(text: str) -> Path:
             part.write(text)
         Path(part.name).replace(path)
     return path.absolute()
+
+
+@lru_cache(maxsize=4)  # a setup asks for it with each run
+def _bed_text(
+    source: str, radii: Radii, walls: Box | Cylinder, kinds: tuple[Sphere, ...], ends: Ends
+) -> str:
+    rows = read_grains(source, radii, walls)
+    head = [f"{len(rows)} grains", "", f"{len(rows)} atoms", "3 atom types", ""]
+    head += [f"{a:.17g} {b:.17g} {n}lo {n}hi" for n, (a, b) in zip("xyz", ends, strict=True)]
+    # without the comment "# sphere": LIGGGHTS takes it for a part of the section's name
+    grains = [
+        f"{kind} {2.0 * grain.radius:.17g} {grain.density:.17g} {x:.17g} {y:.17g} {z:.17g}"
+        for kind, grain in enumerate(kinds, 1)
+        for radius, x, y, z in rows.tolist()
+        if radius == grain.radius
+    ]
+    lines = [f"{number} {grain}" for number, grain in enumerate(grains, 1)]
+    return "\n".join([*head, "", "Atoms", "", *lines, ""])

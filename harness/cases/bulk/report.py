@@ -53,17 +53,12 @@ def bulk_section(
 ) -> Section:
     """Return the section of a setup: means of each engine, and the curves of all runs."""
     stem = "-".join((case, *setup.name.replace(",", "").split()))
+    caption = f"A line for each run, {setup.name}."
+    if len(samples) > 1:
+        caption += " Below: the mean of a code less that of all, with its standard error."
     drawings = tuple(
-        Drawing(
-            f"{stem}-{curve.name}",
-            curve.title,
-            f"A line for each run, {setup.name}. Below: the mean of a code less that of all, with "
-            "its standard error."
-            if len(samples) > 1
-            else f"A line for each run, {setup.name}.",
-            partial(curve_figure, curve, samples),
-        )
-        for curve in curves
+        Drawing(f"{stem}-{c.name}", c.title, caption, partial(curve_figure, c, samples))
+        for c in curves
     )
     table = Table("Means", means_table(samples, quantities), MEANS)
     return Section(f"{setup.title}, {setup.name}", text, (table,), drawings)
@@ -89,53 +84,43 @@ def _mean_text(values: Floats) -> str:
 
 def curve_figure(curve: Curve, samples: Mapping[str, Sample]) -> Figure:
     """Return a curve of every run, and below it the differences of the engines' means."""
-    from matplotlib.figure import Figure
+    from scipy.stats import sem
 
-    from harness.report.style import COLOURS
+    from harness.report.style import COLOURS, panels
 
-    several = len(samples) > 1
-    figure = Figure(figsize=(7.0, 5.0 if several else 3.6), layout="constrained")
-    ratios = (2, 1) if several else (1,)
-    axes = figure.subplots(len(ratios), sharex=True, height_ratios=ratios, squeeze=False)[:, 0]
-    lines = {title: _lines(curve, sample) for title, sample in samples.items()}
-    ends = [(x[0], x[-1]) for of_engine in lines.values() for x, _ in of_engine]
-    x = np.linspace(max(first for first, _ in ends), min(last for _, last in ends), 200)
-    heights = {name: np.array([np.interp(x, *line) for line in lines[name]]) for name in lines}
-    middle = np.concatenate([*heights.values()]).mean(axis=0)
-    for colour, (title, of_engine) in zip(COLOURS, lines.items(), strict=False):
-        for seed, line in enumerate(of_engine):
-            label = None if seed else title
-            axes[0].plot(*line, color=colour, lw=0.9, alpha=0.7, label=label)
-        if several:
-            _difference(axes[1], x, heights[title] - middle, colour)
-    axes[0].set(ylabel=curve.y_label)
-    axes[0].legend()
-    if several:
-        axes[1].set(ylabel="difference from the mean")
-    axes[-1].set(xlabel=curve.x_label)
-    return figure
-
-
-def _lines(curve: Curve, sample: Sample) -> list[tuple[Floats, Floats]]:
+    figure = panels(2 if len(samples) > 1 else 1, 1, 7.0, 2.8)
+    above, *below = figure.axes
     across, up = curve.scale
-    return [(across * columns[curve.x], up * columns[curve.y]) for columns in sample.curves]
-
-
-def _difference(axes: Any, x: Floats, values: Floats, colour: str) -> None:
-    mean = values.mean(axis=0)
-    axes.plot(x, mean, color=colour, lw=1.2)
-    if len(values) > 1:
-        error = values.std(axis=0, ddof=1) / math.sqrt(len(values))
-        axes.fill_between(x, mean - error, mean + error, color=colour, alpha=0.25, lw=0.0)
-
-
-# ---- films
+    lines = {
+        title: [(across * columns[curve.x], up * columns[curve.y]) for columns in sample.curves]
+        for title, sample in samples.items()
+    }
+    every = [x for of_engine in lines.values() for x, _ in of_engine]
+    x = np.linspace(max(one[0] for one in every), min(one[-1] for one in every), 200)
+    heights = {title: np.array([np.interp(x, *line) for line in lines[title]]) for title in lines}
+    middle = np.concatenate([*heights.values()]).mean(axis=0)
+    for colour, (title, values) in zip(COLOURS, heights.items(), strict=False):
+        for run, line in enumerate(lines[title]):
+            label = None if run else title
+            above.plot(*line, color=colour, lw=0.9, alpha=0.7, label=label)
+        for axes in below:
+            mean = values.mean(axis=0) - middle
+            axes.plot(x, mean, color=colour, lw=1.2)
+            if len(values) > 1:
+                low, high = mean - sem(values), mean + sem(values)
+                axes.fill_between(x, low, high, color=colour, alpha=0.25, lw=0.0)
+    above.set(ylabel=curve.y_label)
+    above.legend()
+    for axes in below:
+        axes.set(ylabel="difference from the mean")
+    figure.axes[-1].set(xlabel=curve.x_label)
+    return figure
 
 
 def plane_section(
     title: str,
     output: Output,
-    began: int,
+    start: int,
     step: float,
     y: float,
     lines: Sequence[Line],
@@ -147,23 +132,13 @@ def plane_section(
     it. Colours are heights at the start of the film.
     """
     table = output.table(("step", "x_m", "y_m", "z_m"))
-    time = (table["step"] - began) * step
+    time = (table["step"] - start) * step
     kept = time >= 0.0
     x, off, z = (table[f"{axis}_m"][kept] for axis in "xyz")
-    sizes = table["radius_m"][0] if radius is None else radius
-    cut = np.sqrt(np.maximum(sizes**2 - (off - y) ** 2, 0.0))
+    radius = table["radius_m"][0] if radius is None else radius
+    cut = np.sqrt(np.maximum(radius**2 - (off - y) ** 2, 0.0))
+    points = [np.array(line, dtype=float).T for line in lines]
+    walls = np.concatenate([np.stack([line[:-1], line[1:]], axis=1) for line in points])
     height = np.broadcast_to(z[0], x.shape)
-    pieces = [
-        [[xs[i], zs[i]], [xs[i + 1], zs[i + 1]]] for xs, zs in lines for i in range(len(xs) - 1)
-    ]
-    walls = np.array(pieces, dtype=float).reshape(-1, 2, 2)
-    return Discs(
-        title,
-        time[kept],
-        x,
-        z,
-        cut,
-        lines=walls,
-        value=height,
-        value_label="height at the start (m)",
-    )
+    return Discs(title, time[kept], x, z, cut, lines=walls, value=height,
+                 value_label="height at the start (m)")  # fmt: skip

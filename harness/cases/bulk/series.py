@@ -7,7 +7,6 @@ from collections.abc import Sequence
 import numpy as np
 
 from harness.cases.bulk.beds import Bed, BedOfOneKind
-from harness.cases.bulk.mixing import Floats
 from harness.engines.output import Output, Table
 from harness.errors import EngineLostAtomsError, EngineOutputError
 
@@ -59,9 +58,11 @@ def check_grains(
 def energy_rise(output: Output, table: Table) -> float:
     """Return the largest rise [J] of kinetic and potential energy above what it was before."""
     later = table["kinetic_J"] + table["potential_J"]
-    return largest_gain(np.concatenate([[output.number("released_J")], later]))
-
-
-def largest_gain(energy: Floats) -> float:
-    """Return the largest rise of an energy above what it was before."""
+    energy = np.concatenate([[output.number("released_J")], later])
     return float((energy - np.minimum.accumulate(energy)).max())
+
+
+def time_per_step(p: Bed, output: Output, table: Table) -> float:
+    """Return the wall time of a particle and step [us], of those that remain."""
+    moved = p.every * table["remaining"].sum() if "remaining" in table else p.grains * p.steps
+    return float(1e6 * output.seconds / (p.grains * p.settle_steps + moved))

@@ -14,16 +14,14 @@ from pydantic import Field
 
 from harness.cases.base import Check, Quantity, Value
 from harness.cases.bulk import beds
-from harness.cases.bulk.base import TIME, BulkCase, Sample, Setup
+from harness.cases.bulk.base import BED_STATE, ELASTIC, TIME, BulkCase, Sample, Setup
 from harness.cases.bulk.beds import PUBLISHED, BedOfOneKind
-from harness.cases.bulk.law import ALLOWED
 from harness.cases.bulk.mixing import Floats
 from harness.cases.bulk.report import Curve, Line
-from harness.cases.bulk.series import check_grains, energy_rise, read_series
-from harness.engines.contract import Output, Template
+from harness.cases.bulk.series import check_grains, energy_rise, read_series, time_per_step
+from harness.engines.contract import Output
 from harness.engines.output import Table
 from harness.errors import EngineUndecidedError
-from harness.model.allowed import allowed_in
 from harness.results.rows import Kind
 from harness.theory.bulk import BEVERLOO_FACTOR, BEVERLOO_MARGIN, beverloo_scale, janssen_share
 
@@ -54,24 +52,19 @@ class Silo(BedOfOneKind):
                 f"orifice_radius = {self.orifice_radius:g} m: must be less than silo_radius = "
                 f"{self.silo_radius:g} m"
             )
-        if self.in_layer == 0:
+        if self.grains == 0:
             raise ValueError(
                 f"silo_radius = {self.silo_radius:g} m: no grain of radius = {self.radius:g} m "
                 "finds room; must be some diameters"
             )
 
     @property
-    def in_layer(self) -> int:
-        """Return the sites of a layer: (i + 1/2, j + 1/2) pitches with room for a grain."""
+    def grains(self) -> int:
+        """Return the number of grains: in each layer sites (i + 1/2, j + 1/2) pitches with room."""
         reach = self.silo_radius - self.radius * (1.0 + math.sqrt(2.0) * self.scatter)
         most = max(0, math.ceil(reach / self.pitch))
         x = self.pitch * (np.arange(-most, most) + 0.5)
-        return int((x[:, None] ** 2 + x**2 <= reach**2).sum()) if reach > 0.0 else 0
-
-    @property
-    def grains(self) -> int:
-        """Return the number of grains."""
-        return self.layers * self.in_layer
+        return self.layers * int((x[:, None] ** 2 + x**2 <= reach**2).sum())
 
     @property
     def weight(self) -> float:
@@ -88,21 +81,8 @@ class Silo(BedOfOneKind):
         """Return the grains above one another, by their number and the area of the cylinder."""
         return self.grains * (2.0 * self.radius) ** 2 / (math.pi * self.silo_radius**2)
 
-    def volume(self, height: float) -> float:
-        """Return the volume within the walls up to a height over the orifice [m3]."""
-        return self._moment(height, 0)
-
-    def surface(self, mean_height: float) -> float:
-        """Return the height of a level bed over the orifice [m] whose grains have a mean height."""
-        from scipy.optimize import brentq
-
-        def off(height: float) -> float:
-            return self._moment(height, 1) / self._moment(height, 0) - mean_height
-
-        return float(brentq(off, 1e-3 * mean_height, 10.0 * mean_height + self.cone_height))
-
-    def _moment(self, height: float, power: int) -> float:
-        """Return the integral of z^power over the volume within the walls up to a height."""
+    def volume(self, height: float, power: int = 0) -> float:
+        """Return the integral of z^power over the volume up to a height over the orifice [m]."""
         low = min(height, self.cone_height)
         slope = (self.silo_radius - self.orifice_radius) / self.cone_height
         radius = np.polynomial.Polynomial([self.orifice_radius, slope])
@@ -110,6 +90,21 @@ class Silo(BedOfOneKind):
         cone = (radius**2 * z).integ()(low)
         shaft = z.integ()(height) - z.integ()(low)
         return math.pi * float(cone + self.silo_radius**2 * shaft)
+
+    def surface(self, mean_height: float) -> float:
+        """Return the height of a level bed over the orifice [m] whose grains have a mean height."""
+        from scipy.optimize import brentq
+
+        def off(height: float) -> float:
+            return self.volume(height, 1) / self.volume(height) - mean_height
+
+        return float(brentq(off, 1e-3 * mean_height, 10.0 * mean_height + self.cone_height))
+
+
+PUBLISHED_SILO = Silo(
+    layers=78, youngs_modulus=1e9, steel_youngs_modulus=2.1e11, silo_radius=0.1,
+    orifice_radius=0.02, cone_height=0.08, settle_time=0.5, duration=5.0, step_size=1.5e-6,
+)  # fmt: skip
 
 
 def discharge(p: Silo, table: Table) -> dict[str, float]:
@@ -121,7 +116,8 @@ def discharge(p: Silo, table: Table) -> dict[str, float]:
     after = table["time_s"] > 0.0
     t, remaining = (table[name][after] for name in ("time_s", "remaining"))
     gone = 1.0 - remaining / p.grains
-    _check_empty(p, t, remaining, float(gone[-1]))
+    if gone[-1] < STEADY[1]:
+        raise EngineUndecidedError(f"undecided: {_blockage(p, t, remaining)}", {})
     steady = (gone >= STEADY[0]) & (gone <= STEADY[1])
     slope = np.polyfit(t[steady], remaining[steady], 1)[0]
     return {
@@ -132,21 +128,15 @@ def discharge(p: Silo, table: Table) -> dict[str, float]:
     }
 
 
-def _check_empty(p: Silo, t: Floats, remaining: Floats, gone: float) -> None:
-    if gone >= STEADY[1]:
-        return
-    left, stopped = (
-        f"{remaining[-1]:.0f} grains of {p.grains} remain",
-        t[remaining == remaining[-1]][0],
-    )
+def _blockage(p: Silo, t: Floats, remaining: Floats) -> str:
+    left = f"{remaining[-1]:.0f} grains of {p.grains} remain"
+    stopped = t[remaining == remaining[-1]][0]
     if t[-1] - stopped < 0.1 * p.duration:
-        why = f"{left} and still run out at the end; duration = {p.duration:g} s is too short"
-    else:
-        why = (
-            f"arching: {left}, none has left since {stopped:.3g} s; orifice_radius = "
-            f"{p.orifice_radius:g} m is {p.orifice_radius / p.radius:.3g} radii of a grain"
-        )
-    raise EngineUndecidedError(f"undecided: {why}", {})
+        return f"{left} and still run out at the end; duration = {p.duration:g} s is too short"
+    return (
+        f"arching: {left}, none has left since {stopped:.3g} s; orifice_radius = "
+        f"{p.orifice_radius:g} m is {p.orifice_radius / p.radius:.3g} radii of a grain"
+    )
 
 
 def arching_share(sample: Sample) -> Value:
@@ -165,8 +155,13 @@ class SiloCase(BulkCase[Silo]):
 
     name = "silo"
     summary = "A silo with a hopper runs empty: discharge rate, loads at rest, energy."
+    title = "A silo runs empty"
+    text = (
+        "Grains settle in a cylinder on a cone of steel whose orifice is closed; it is opened, and "
+        "the number that remains is counted: one of the three bulk processes of Dosta and others "
+        "(2024). Grains start at the same places in each code."
+    )
     parameters = Silo
-    template = Template("silo", {"": Silo().values}, allowed=allowed_in(Silo) | ALLOWED)
     quantities = (
         Quantity("discharge_rate_per_s", "1/s", "grains that leave: slope of a line through the "
                  "number that remains, while 10 % to 60 % have left", 1e3),
@@ -177,14 +172,13 @@ class SiloCase(BulkCase[Silo]):
         Quantity("passed_ratio", "1", "share of the grains that have left at the end"),
         Quantity("energy_rise_ratio", "1", "largest rise of kinetic and potential energy over what "
                  "it was before, over the potential energy of the bed above the orifice", 1e-6),
-        Quantity("elastic_ratio", "1", "elastic energy of the normal springs of the bed before the "
+        Quantity(ELASTIC, "1", "elastic energy of the normal springs of the bed before the "
                  "opening, over the potential energy of the bed above the orifice", 1e-3),
         Quantity("bed_kinetic_ratio", "1", "kinetic energy of the bed before the opening, over "
                  "that of the flow", 1e-3),
         Quantity("bed_height_m", "m", "of a level bed over the orifice whose grains have the same "
                  "mean height", 0.03),
-        Quantity("bed_solid_fraction", "1", "of the bed at rest, up to its level surface", 0.5),
-        Quantity("bed_coordination", "1", "contacts of a grain in the bed at rest", 5.0),
+        *BED_STATE,
         Quantity("shaft_load_ratio", "1", "upward force of the cylinder's wall on the bed before "
                  "the opening, over its weight", 0.1),
         Quantity("walls_load_ratio", "1", "upward force of cylinder, cone and floor, over the "
@@ -195,15 +189,9 @@ class SiloCase(BulkCase[Silo]):
     )  # fmt: skip
     presets = {  # noqa: RUF012
         "small": Silo(),
-        PUBLISHED: Silo(
-            layers=78, youngs_modulus=1e9, steel_youngs_modulus=2.1e11, silo_radius=0.1,
-            orifice_radius=0.02, cone_height=0.08, settle_time=0.5, duration=5.0, step_size=1.5e-6,
-        ),
-        f"{PUBLISHED}-wide": Silo(
-            layers=78, youngs_modulus=1e9, steel_youngs_modulus=2.1e11, silo_radius=0.1,
-            orifice_radius=0.03, cone_height=0.07, settle_time=0.5, duration=5.0, step_size=1.5e-6,
-        ),
-    }  # fmt: skip
+        PUBLISHED: PUBLISHED_SILO,
+        f"{PUBLISHED}-wide": PUBLISHED_SILO.replace(orifice_radius=0.03, cone_height=0.07),
+    }
     sources = {  # noqa: RUF012
         "small": "Dosta and others 2024 (moduli a thousand times smaller, a quarter of the size)",
         **dict.fromkeys(
@@ -211,30 +199,18 @@ class SiloCase(BulkCase[Silo]):
             "Dosta and others 2024, filled from a lattice: their places are not public",
         ),
     }
-    seeds = {"quick": 4, "default": 16, "full": 24}  # noqa: RUF012
+    seeds = {  # noqa: RUF012
+        "": ("small", {"quick": 4, "default": 16, "full": 24}),
+        PUBLISHED: (PUBLISHED, {"full": 4}),
+        f"{PUBLISHED}-wide": (f"{PUBLISHED}-wide", {"full": 4}),
+    }
     compared = ("discharge_rate_per_s", "bed_solid_fraction", "bed_coordination")
     curves = (
         Curve("discharge", "Grains that remain over time", "time_s", "time after the opening (s)",
               "remaining", "grains that remain"),
     )  # fmt: skip
-    gain, elastic, rest = "energy_rise_ratio", "elastic_ratio", "bed_kinetic_ratio"
-    rest_reason = "a bed that moves adds 1 % to the energy of the flow at most"
-    title = "A silo runs empty"
-    text = (
-        "Grains settle in a cylinder on a cone of steel whose orifice is closed; it is opened, and "
-        "the number that remains is counted: one of the three bulk processes of Dosta and others "
-        "(2024). Grains start at the same places in each code."
-    )
-
-    def setups(self) -> Sequence[Setup[Silo]]:
-        """Return the small silo, and at level full both published ones from four seeds each."""
-        published = [
-            setup
-            for name, p in self.presets.items()
-            if name != "small"
-            for setup in self.seed_setups(f"{name}, ", f"{self.title}: {name}", p, {"full": 4})
-        ]
-        return (*super().setups(), *published)
+    gain = "energy_rise_ratio"
+    rest_scale = "the energy of the flow"
 
     def measure(self, parameters: Silo, output: Output) -> Mapping[str, float]:
         """Return rate, energies, state and loads of the bed.
@@ -249,7 +225,6 @@ class SiloCase(BulkCase[Silo]):
         surface = p.surface(output.number("mean_height_m"))
         solid = p.grains * p.grain.volume / p.volume(surface)
         scale = beverloo_scale(2.0 * p.orifice_radius, 2.0 * p.radius, p.density * solid, p.gravity)
-        work = p.grains * p.settle_steps + p.every * table["remaining"].sum()
         return {
             **flow,
             "beverloo_factor": flow["discharge_rate_kg_per_s"] / scale if scale else math.nan,
@@ -258,19 +233,17 @@ class SiloCase(BulkCase[Silo]):
             "bed_solid_fraction": solid,
             "bed_coordination": output.number("coordination"),
             **self._loads(p, output, surface),
-            TIME.name: 1e6 * output.seconds / work,
+            TIME.name: time_per_step(p, output, table),
         }
 
     def _energies(self, p: Silo, output: Output, table: Table) -> dict[str, float]:
         above = p.weight * output.number("mean_height_m")
-        elastic = {}
-        if output.has("elastic_J"):
-            elastic["elastic_ratio"] = output.number("elastic_J") / above
+        has_springs = output.has("elastic_J")
         steady = slice(*np.searchsorted(-table["remaining"], [-(1 - s) * p.grains for s in STEADY]))
         flowing = table["kinetic_J"][steady].mean()
         return {
             "energy_rise_ratio": energy_rise(output, table) / above,
-            **elastic,
+            **({ELASTIC: output.number("elastic_J") / above} if has_springs else {}),
             "bed_kinetic_ratio": output.number("bed_kinetic_J") / flowing,
         }
 
@@ -309,12 +282,11 @@ class SiloCase(BulkCase[Silo]):
             setup=setup.name, quantity="arching", unit="1", kind=Kind.FINDING, expected=0.0,
             measure=lambda bench: arching_share(self.sample(bench, setup)),
         )  # fmt: skip
-        wide = p.silo_radius / p.orifice_radius
         yield self.check(
             setup, "beverloo_factor", lambda s: s.mean_value("beverloo_factor"), BEVERLOO_FACTOR,
             kind=Kind.FINDING, note=f"C of Beverloo's law with k = {BEVERLOO_MARGIN:g}; 0.55 to "
             "0.65 was measured in silos much wider than their orifice, this one is "
-            f"{wide:.3g} times as wide",
+            f"{p.silo_radius / p.orifice_radius:.3g} times as wide",
         )  # fmt: skip
         yield self.check(
             setup, "shaft_load_ratio", _shaft_load, lambda s: s.mean("janssen_load_ratio"),

@@ -144,22 +144,18 @@ def heap_output(p, table=None, angle=30.0, moving=1e-12, rise=0.0, running=0, **
 
 def drum_lattice(p):
     """Return the sites of the first lattice of a drum, large grains first, (N, 3) [m]."""
-    room = 1.0 + p.scatter
-    low = p.split + p.small_radius * room
-    ranges = (
-        (p.large_radius, -p.drum_radius, p.split - p.large_radius * room),
-        (p.small_radius, low, low + 2.0 * p.small_layers * p.small_radius * p.spacing),
-    )
-    return np.concatenate([_sites(p, *limits) for limits in ranges])
-
-
-def _sites(p, radius, low, high):
-    reach = p.drum_radius - radius * (1.0 + math.sqrt(2.0) * p.scatter)
-    along = 0.5 * p.drum_length - radius * (1.0 + p.scatter)
-    site = 2.0 * radius * p.spacing * (np.arange(-40, 40) + 0.5)
-    x, y, z = (axis.ravel() for axis in np.meshgrid(site, site, site, indexing="ij"))
-    inside = (np.hypot(x, z) <= reach) & (abs(y) <= along) & (z >= low) & (z <= high)
-    return np.column_stack([x, y, z])[inside]
+    split, places = 2.0 * p.large_layers * p.large_radius * p.spacing, []
+    top, low = (split + sign * r * (1.0 + p.scatter)
+                for sign, r in ((-1.0, p.large_radius), (1.0, p.small_radius)))  # fmt: skip
+    high = low + 2.0 * p.small_layers * p.small_radius * p.spacing
+    for radius, lowest, highest in ((p.large_radius, -1.0, top), (p.small_radius, low, high)):
+        site = 2.0 * radius * p.spacing * (np.arange(-40, 40) + 0.5)
+        x, y, z = (axis.ravel() for axis in np.meshgrid(site, site, site, indexing="ij"))
+        reach = p.drum_radius - radius * (1.0 + math.sqrt(2.0) * p.scatter)
+        along = 0.5 * p.drum_length - radius * (1.0 + p.scatter)
+        inside = (np.hypot(x, z) <= reach) & (abs(y) <= along) & (z >= lowest) & (z <= highest)
+        places.append(np.column_stack([x, y, z])[inside])
+    return np.concatenate(places)
 
 
 def turning(p, places, spin):
@@ -175,18 +171,15 @@ def drum_output(p, table=None, spin=None, **changes):
     """Return a drum whose grains turn with it, unless they turn at ``spin`` [rad/s]."""
     table = table or turning(p, drum_lattice(p), p.speed if spin is None else spin)
     results = {
-        "bed_kinetic_J": 1e-9, "large": p.large_grains, "small": p.small_grains,
+        "bed_kinetic_J": 1e-9, "large": p.counts[0], "small": p.counts[1],
         "steps": p.settle_steps + p.steps,
     }  # fmt: skip
     return made(table, **{**results, **changes})
 
 
-OUTPUTS = {
-    "silo": silo_output,
-    "penetration": penetration_output,
-    "heap": heap_output,
-    "drum": drum_output,
-}
+OUTPUTS = {"silo": silo_output, "penetration": penetration_output, "heap": heap_output,
+           "drum": drum_output}  # fmt: skip
+SERIES = {"silo": silo_series, "penetration": penetration_series, "heap": heap_series}
 MEANS = {"silo": ("rate", 2000.0), "penetration": ("lower", 0.008), "heap": ("angle", 30.0)}
 
 
@@ -230,6 +223,12 @@ class StandIn(Engine):
             scatter = 1.0 + 0.01 * math.sin(2.4 * p.seed)
             changes.setdefault(name, mean * factor * scatter)
         return OUTPUTS[self.case.name](p, **changes)
+
+
+def measure(name, table=None, p=None, **changes):
+    """Return the quantities of a case's made-up output."""
+    p = p or CASES[name].default
+    return CASES[name].measure(p, OUTPUTS[name](p, table, **changes))
 
 
 def own_rows(engine, setup="4 seeds"):

@@ -146,7 +146,7 @@ def test_a_bad_file_of_a_drum_is_refused(text, words, tmp_path):
 
 def test_the_published_drum_has_8000_large_and_30000_small_grains_that_touch_it():
     p = DRUM_CASE.presets[PUBLISHED]
-    assert (p.large_grains, p.small_grains) == (8000, 30000)
+    assert (p.counts[0], p.counts[1]) == (8000, 30000)
     walls = Cylinder(p.drum_radius, p.drum_length)
     for places, radius in zip(p.bed, (p.large_radius, p.small_radius), strict=True):
         assert walls.gap(places).min() == pytest.approx(radius, abs=3e-6)

@@ -1,4 +1,4 @@
-"""Means over seeds: intervals against closed forms, errors of the first kind, limits."""
+"""Means over seeds, mixing index, angle of a surface: closed forms, second routes, limits."""
 
 import math
 
@@ -7,21 +7,12 @@ import pytest
 from scipy.stats import norm
 from scipy.stats import t as student
 
-from harness.cases.bulk.statistics import (
-    EQUIVALENT,
-    mean_interval,
-    ratio_of_means,
-    same_shares,
-)
+from harness.cases.bulk.mixing import lacey_index, surface_angle
+from harness.cases.bulk.statistics import EQUIVALENT, mean_interval, ratio_of_means, same_shares
 from harness.errors import Unsupported
 from harness.results.rows import Row, Verdict, judge
 
-
-def verdict(first, second):
-    value = ratio_of_means(np.array(first, dtype=float), np.array(second, dtype=float))
-    row = Row(case="c", setup="s", quantity="q", engine="e", value=value.value,
-              uncertainty=value.uncertainty, expected=1.0)  # fmt: skip
-    return judge(row, EQUIVALENT, failure=value.failure).verdict
+RNG = np.random.default_rng(7)
 
 
 @pytest.mark.parametrize(("first", "second"), [(4, 4), (12, 12), (4, 24)])
@@ -37,17 +28,13 @@ def test_either_side_of_the_interval_misses_five_percent_however_few_the_seeds(f
     assert missed / draws == pytest.approx(0.05, abs=0.02)
 
 
-def test_the_interval_of_a_mean_is_student_s():
-    values = np.array([1.0, 2.0, 4.0, 9.0])
-    half = student.ppf(0.975, 3) * np.std(values, ddof=1) / 2.0
-    assert mean_interval(values) == pytest.approx((4.0 - half, 4.0 + half))
-    assert mean_interval(np.full(4, 2.0)) == (2.0, 2.0)
-    assert math.isnan(mean_interval(values[:3])[0])
-
-
-def test_the_interval_of_a_ratio_is_welch_s():
+def test_the_intervals_are_student_s_of_a_mean_and_welch_s_of_a_ratio():
     """By the formula: variances of both means, Welch and Satterthwaite's degrees of freedom."""
     one, other = np.array([1.0, 2.0, 4.0, 9.0]), np.array([5.0, 5.5, 7.0, 8.0, 8.5])
+    half = student.ppf(0.975, 3) * np.std(one, ddof=1) / 2.0
+    assert mean_interval(one) == pytest.approx((4.0 - half, 4.0 + half))
+    assert mean_interval(np.full(4, 2.0)) == (2.0, 2.0)
+    assert math.isnan(mean_interval(one[:3])[0])
     ratio = one.mean() / other.mean()
     parts = [one.var(ddof=1) / 4, ratio**2 * other.var(ddof=1) / 5]
     freedom = sum(parts) ** 2 / (parts[0] ** 2 / 3 + parts[1] ** 2 / 4)
@@ -56,21 +43,25 @@ def test_the_interval_of_a_ratio_is_welch_s():
     assert (found.value, found.uncertainty) == pytest.approx((ratio, half), rel=1e-12)
 
 
+ONES = [1.0] * 4
 NO_RATIO = [
-    ([1.0] * 4, [0.0] * 4),
-    ([math.inf, 1.0, 1.0, 1.0], [1.0] * 4),
-    ([1.0] * 4, [math.inf] * 4),
+    (ONES, [0.0] * 4),
+    ([math.inf, 1.0, 1.0, 1.0], ONES),
+    (ONES, [math.inf] * 4),
     ([math.inf] * 4, [math.inf] * 4),
     ([math.nan, 1.0, 1.0, 1.0], [1.0, 1.1, 1.0, 1.1]),
-    ([1.0] * 4, [math.nan] * 4),
-    ([0.0] * 4, [1.0] * 4),
+    (ONES, [math.nan] * 4),
+    ([0.0] * 4, ONES),
 ]
 
 
 @pytest.mark.parametrize(("first", "second"), NO_RATIO)
 @pytest.mark.filterwarnings("ignore:invalid value")
 def test_means_without_a_ratio_fail(first, second):
-    assert verdict(first, second) is Verdict.FAIL
+    found = ratio_of_means(np.array(first), np.array(second))
+    row = Row(case="c", setup="s", quantity="q", engine="e", value=found.value,
+              uncertainty=found.uncertainty, expected=1.0)  # fmt: skip
+    assert judge(row, EQUIVALENT, failure=found.failure).verdict is Verdict.FAIL
 
 
 @pytest.mark.parametrize("first", [[0.0] * 4, [-1.0, 1.0, -1.0, 1.0]])
@@ -82,3 +73,47 @@ def test_a_mean_of_0_in_the_second_code_decides_nothing(first):
 def test_shares_that_chance_gives_in_one_case_of_a_hundred_are_not_the_same():
     assert same_shares((16, 0), (16, 0)).value == 1.0
     assert same_shares((12, 0), (4, 8)).value < 0.01 < same_shares((12, 0), (8, 4)).value
+
+
+# ---- mixing index: cells are column and row
+
+
+def in_row(cells):
+    return np.column_stack([cells, np.zeros(len(cells))])
+
+
+def test_unmixed_kinds_have_the_index_0_and_a_random_mixture_1_in_the_mean():
+    """Whatever the cells hold: 300 deals of 400 grains over cells of 1 to 60."""
+    cells = np.repeat(np.arange(10), 30)
+    assert lacey_index(in_row(cells), cells < 4) == pytest.approx(0.0, abs=1e-12)
+    cells = np.repeat(np.arange(20), RNG.integers(1, 61, 20))
+    chosen = np.arange(len(cells)) < 0.7 * len(cells)
+    found = [lacey_index(in_row(cells), RNG.permutation(chosen)) for _ in range(300)]
+    assert np.mean(found) == pytest.approx(1.0, abs=4 * np.std(found) / math.sqrt(300))
+
+
+def test_between_them_it_is_that_of_lacey_for_cells_of_one_content():
+    """(s0^2 - s^2)/(s0^2 - sr^2) with s0^2 = p(1-p), sr^2 = p(1-p)/n, up to 1/N."""
+    n, shares = 500, np.array([0.2, 0.4, 0.6, 0.8])
+    chosen = np.concatenate([np.arange(n) < share * n for share in shares])
+    apart, variance = 0.25, np.mean((shares - 0.5) ** 2)
+    lacey = (apart - variance) / (apart - apart / n)
+    cells = np.column_stack([np.repeat([0, 0, 1, 1], n), np.repeat([0, 1, 0, 1], n)])
+    assert lacey_index(cells, chosen) == pytest.approx(lacey, rel=1e-3)
+
+
+def test_grains_of_one_kind_have_no_index():
+    assert math.isnan(lacey_index(in_row(np.arange(5) // 2), np.ones(5, dtype=bool)))
+    assert math.isnan(lacey_index(in_row(np.arange(5)), np.arange(5) < 2))
+
+
+@pytest.mark.parametrize("angle", [-20.0, 0.0, 35.0])
+def test_the_angle_is_that_of_the_plane_under_which_grains_lie(angle):
+    x, depth = RNG.uniform(-1, 1, 20000), RNG.uniform(0, 0.5, 20000)
+    z = -x * math.tan(math.radians(angle)) - depth - 0.01
+    assert surface_angle(x, z, np.full(20000, 0.01), 0.5, 0.05) == pytest.approx(angle, abs=0.5)
+
+
+def test_a_surface_of_two_columns_has_no_angle():
+    x = np.array([0.05, 0.15])
+    assert math.isnan(surface_angle(x, x, np.zeros(2), 0.5, 0.1))

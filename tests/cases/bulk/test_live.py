@@ -1,0 +1,319 @@
+"""Bulk runs of codes: recorded and small ones, planted faults, rolling resistance, films."""
+
+import math
+
+import numpy as np
+import pytest
+
+from harness.cases.bulk.drum import COLUMNS, Drum, energy_and_work
+from harness.cases.bulk.heap import Heap, slope_angles
+from harness.cases.bulk.silo import Silo
+from harness.engines.contract import Job
+from harness.engines.lammps.engine import Lammps
+from harness.engines.liggghts.engine import Liggghts
+from harness.engines.registry import engine_class
+from harness.errors import EngineLostAtomsError, EngineOutputError, EngineUndecidedError
+from harness.report.film import write_film
+from tests.cases.bulk.doubles import CASES, LIGGGHTS, SMALL, changed, needs, recorded, replaced, run
+from tests.cases.bulk.test_readings import angle_by_numbers
+
+CODES = ("yade", "kratos")
+PENETRATION, SILO, DRUM, HEAP = (CASES[n] for n in ("penetration", "silo", "drum", "heap"))
+TINY_DRUM = Drum(drum_radius=0.014, drum_length=0.0105, small_layers=2, large_layers=0, speed=5.3,
+                 turn=90.0, settle_time=0.1)  # fmt: skip
+ALL = pytest.mark.parametrize("case", CASES.values(), ids=CASES)
+EACH = pytest.mark.parametrize("code", CODES)
+
+
+def job(case, p=None, **changes):
+    """Return the job of a run, small unless given, with changed values of the script."""
+    values = case.job(p or SMALL[case.name]).values
+    return Job(case.template, {**values, **changes}, sampled=True)
+
+
+# ---- recorded runs
+
+
+@ALL
+@EACH
+def test_quantities_are_read_from_a_recorded_run(code, case):
+    found = case.measure(SMALL[case.name], recorded(code, case))
+    springs = {"elastic_ratio", "end_elastic_ratio", "balance_ratio"}  # scripts of LAMMPS alone
+    springs = set() if case is DRUM else springs  # computed from places
+    assert set(found) == {quantity.name for quantity in case.quantities} - springs
+    assert all(math.isfinite(value) for value in found.values())
+    assert found.get("energy_gain_ratio", 0.0) < 0.02
+    assert found.get("bed_solid_fraction", 0.5) == pytest.approx(0.5, abs=0.12)
+    if case is SILO:  # the walls bear what does not move
+        assert found["walls_load_ratio"] == pytest.approx(1.0, abs=0.08)
+        assert found["passed_ratio"] == 1.0
+    if case is HEAP:
+        assert 15.0 < found["angle_deg"] < 40.0
+        assert 0.3 < found["remaining_ratio"] < 0.9
+    if case is DRUM:  # grains rise at x < 0, so that the surface falls along +x
+        assert 0.0 < found["surface_angle_deg"] < 40.0
+
+
+@EACH
+def test_damaged_output_is_an_error(code):
+    for words, other, error in (
+        ("outside = 0", "outside = 1", EngineLostAtomsError),
+        ("grains = 90", "grains = 89", EngineOutputError),
+    ):
+        output = recorded(code, PENETRATION, lambda text: text.replace(words, other))  # noqa: B023
+        with pytest.raises(error, match=r"a particle passed a wall|grains = 89"):
+            PENETRATION.measure(SMALL["penetration"], output)
+    with pytest.raises(EngineOutputError, match="incomplete series"):
+        recorded(code, SILO, series=lambda text: text.replace(",", "", 7))
+
+
+# ---- small runs
+
+
+@pytest.mark.live
+@pytest.mark.slow
+@ALL
+@pytest.mark.parametrize("code", ["liggghts", *CODES])
+def test_a_small_run_begins_as_lammps_s_and_settles_to_the_same_height(code, case, lammps):
+    """Places at the start are one formula: after 10 steps of fall heights agree to round-off.
+
+    A drum's grains are in another order: those of each kind are compared by their means.
+    """
+    needs(code)
+    p = SMALL[case.name]
+    short = {"settle_steps": 0 if case is DRUM else 10, "steps": 10, "series_every": 10}
+    mine, first = lammps.run([job(case), job(case, **short)])
+    theirs, begun = run(engine_class(code), job(case), job(case, **short))
+    if case is DRUM:
+        for name in ("x_m", "y_m", "z_m"):
+            one, other = (o.tables["series"][name][0] for o in (first, begun))
+            for kind in (slice(0, p.counts[0]), slice(p.counts[0], None)):
+                assert other[kind].mean() == pytest.approx(one[kind].mean(), abs=1e-8), name
+        # where the bed of some grains lies at the end
+        ends = [
+            [o.tables["series"][name][-1].mean() for name in ("x_m", "z_m")] for o in (mine, theirs)
+        ]
+        assert ends[1] == pytest.approx(ends[0], abs=0.05 * p.drum_radius)
+        return
+    one, other = (o.number("mean_height_m") for o in (first, begun))
+    assert other == pytest.approx(one, rel=1e-8)
+    found = [case.measure(p, o) for o in (mine, theirs)]
+    name, width = ("remaining_ratio", 0.25) if case is HEAP else ("bed_solid_fraction", 0.05)
+    assert found[1][name] == pytest.approx(found[0][name], rel=width)
+    if case is SILO:  # a bed that is not quite at rest
+        assert found[1]["walls_load_ratio"] == pytest.approx(1.0, abs=0.15)
+
+
+HOLE = '"open_facets": 0'
+LOST, UNDECIDED = EngineLostAtomsError, EngineUndecidedError
+FAULTS = [  # a hole, a closed orifice, a drum that turns back, no floor, no side, ends that stay
+    ("silo", (HOLE, '"open_facets": 20'), LOST),
+    ("silo", ("self.spheres.remove_wall(self.floor)", "pass"), UNDECIDED),
+    ("drum", ("turn(self.wall, p.speed)", "turn(self.wall, -p.speed)"), AssertionError),
+    ("penetration", ("for place, normal in walls:", "for place, normal in walls[1:]:"), LOST),
+    ("heap", ("in ((low, (0, 1, 0)), (high, (0, -1, 0))):", "in ((high, (0, -1, 0)),):"), LOST),
+    ("heap", ("for end in self.ends:", "for end in ():"), UNDECIDED),
+]
+IN_LAMMPS = [
+    ("lammps", "heap", ("fix sides grains", "fix sides glued"), LOST),
+    ("lammps", "heap", ("unfix ends", ""), UNDECIDED),
+]
+
+
+@pytest.mark.live
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("code", "name", "fault", "error"),
+    [*((code, *fault) for code in CODES for fault in FAULTS), *IN_LAMMPS],
+)
+def test_a_planted_fault_turns_a_bulk_case(code, name, fault, error):
+    needs(code)
+    kind = changed(engine_class(code), lambda text: replaced(text, fault))
+
+    def found():
+        (output,) = run(kind, job(CASES[name]))
+        assert CASES[name].measure(SMALL[name], output)["surface_angle_deg"] > 0.0
+
+    with pytest.raises(error):
+        found()
+
+
+@pytest.mark.live
+def test_a_small_silo_in_lammps_runs_empty_and_its_walls_bear_the_weight(lammps):
+    tiny = Silo(layers=5, silo_radius=0.012, orifice_radius=0.008, cone_height=0.004, duration=0.4)
+    rested = tiny.replace(settle_time=0.4)
+    arched = tiny.replace(settle_time=0.1, orifice_radius=2.2e-3, cone_height=9.8e-3)
+    outputs = lammps.run([SILO.job(rested), SILO.job(arched)])
+    found = SILO.measure(rested, outputs[0])
+    assert found["passed_ratio"] == 1.0
+    assert found["walls_load_ratio"] == pytest.approx(1.0, abs=5e-3)
+    assert found["energy_rise_ratio"] < 1e-2
+    with pytest.raises(EngineUndecidedError, match="arching"):
+        SILO.measure(arched, outputs[1])
+
+
+@pytest.mark.live
+@pytest.mark.slow
+@LIGGGHTS
+def test_triangles_that_leave_a_hole_are_an_error_and_no_result():
+    sound, holed = run(Liggghts, job(SILO), job(SILO, open_facets=20))
+    assert SILO.measure(SMALL["silo"], sound)["passed_ratio"] == 1.0
+    with pytest.raises(EngineLostAtomsError, match="they leave a hole"):
+        SILO.measure(SMALL["silo"], holed)
+
+
+@pytest.mark.live
+def test_a_small_impact_in_lammps_loses_energy_and_comes_to_rest(lammps):
+    (output,) = lammps.run([job(PENETRATION)])
+    found = PENETRATION.measure(SMALL["penetration"], output)
+    assert found["energy_gain_ratio"] == 0.0
+    assert found["dissipated_ratio"] > 0.5
+    assert 0.4 < found["bed_solid_fraction"] < 0.7
+
+
+@pytest.mark.live
+def test_the_drum_drags_grains_by_friction_alone(lammps):
+    """A planted fault: without friction on the drum, it turns beneath a level bed."""
+    outputs = lammps.run([job(DRUM, TINY_DRUM), job(DRUM, TINY_DRUM, steel_friction=0.0)])
+    rough, smooth = (DRUM.measure(TINY_DRUM, one)["surface_angle_deg"] for one in outputs)
+    assert rough > 15.0
+    assert abs(smooth) < 5.0
+
+
+def with_power(text):
+    """Return the script with the power of the drum's forces, F (omega x r), step by step.
+
+    LAMMPS knows one contact of a grain with a region only: the ends are smooth planes here.
+    """
+    words = []
+    for size in ("large", "small"):
+        name = f"drum_of_{size}"
+        old = f"fix {name} {size} wall/gran/region granular ${{{size}_on_steel}} region drum\n"
+        fx, fz, x, z = (f"f_{name}[{i}]" for i in (2, 4, 5, 7))
+        power = (
+            f"variable power_{size} atom v_speed*({fx}*{z}-{fz}*{x})\n"
+            f"compute power_{size} all reduce sum v_power_{size}\n"
+        )
+        words.append((old, f"{old[:-1]} contacts\n{power}"))
+    smooth = "granular hooke 50 0.02 damping velocity tangential linear_nohistory 0 0"
+    mean = "ave/time 1 1 1 c_power_large c_power_small ave running"
+    result = 'print "RESULT power = $(f_power[1]+f_power[2]:%.12g)"\n'
+    return replaced(
+        text,
+        *words,
+        ("units box rotate v_turned", "units box open 1 open 2 rotate v_turned"),
+        ("timestep ", f"fix ends all wall/gran {smooth} yplane -${{half}} ${{half}}\ntimestep "),
+        ("run ${steps} post no\n", f"fix power all {mean}\nrun ${{steps}} post no\n"),
+        ('print "RESULT outside', result + 'print "RESULT outside'),
+    )
+
+
+@pytest.mark.live
+@pytest.mark.parametrize("rolling_friction", [0.0, 0.1])
+def test_the_work_by_weight_and_angular_momentum_is_that_of_the_walls_forces(rolling_friction):
+    p = TINY_DRUM.replace(turn=120.0, rolling_friction=rolling_friction)
+    (found,) = run(changed(Lammps, with_power), DRUM.job(p))
+    work = found.number("power") * p.steps * p.step_size
+    _, done = energy_and_work(p, found.table(COLUMNS))
+    assert done[-1] == pytest.approx(work, rel=0.02)
+
+
+@pytest.mark.slow
+@pytest.mark.live
+def test_a_small_heap_in_lammps_has_one_angle_by_heights_and_by_numbers(lammps):
+    """Columns of 0.8 diameters hold some fifteen grains each: numbers alone vary by 5 deg."""
+    tiny = Heap(length=16, width=5, sill=1, layers=20, duration=1.0)
+    (found,) = lammps.run([HEAP.job(tiny)])
+    table = found.table(("count", "height_m"))
+    angle = np.mean(slope_angles(tiny, table["height_m"][-1]))
+    by_numbers = angle_by_numbers(table["height_m"][-1], table["count"][-1], tiny)
+    assert angle == pytest.approx(by_numbers, abs=5.0)
+    assert 15.0 < angle < 40.0
+
+
+@pytest.mark.live
+@pytest.mark.slow
+def test_the_angle_grows_with_friction_of_sliding_then_of_rolling(lammps):
+    """Means of seeds vary by 2 deg; friction 0, 0.2, 0.5, then 0.4 of rolling: 9, 23, 30, 42 deg.
+
+    Packings without friction hold 5.76 deg (Peyneau and Roux, Phys. Rev. E 78, 011307 (2008)), a
+    small heap more.
+    """
+    laws = [(0.0, 0.0), (0.2, 0.0), (0.5, 0.0), (0.5, 0.4)]
+    trials = [Heap(friction=mu, rolling_friction=rolling) for mu, rolling in laws]
+    found = lammps.run([HEAP.job(p) for p in trials])
+    angle = [HEAP.measure(p, o)["angle_deg"] for p, o in zip(trials, found, strict=True)]
+    assert np.diff(angle).min() > 3.0
+    assert angle[0] < 15.0
+
+
+@pytest.mark.live
+@pytest.mark.parametrize("case", CASES)
+def test_each_case_has_a_film(case, lammps, tmp_path):
+    p, case = SMALL[case], CASES[case]
+    (output,) = lammps.run([case.film_job(p, 5)])
+    discs = case.discs(p, output)
+    assert len(discs.time) in (5, 6)
+    assert not np.allclose(discs.y[0], discs.y[-1])
+    write_film(discs, tmp_path / "film.gif", frames=5)
+    assert (tmp_path / "film.gif").read_bytes().startswith(b"GIF")
+
+
+# ---- rolling resistance
+
+
+def torque(kind, p, pair, folder, steps, spin, overlap):
+    """Return the torque [N m] of a grain on another that is held in it and turns, by a script.
+
+    Spinning across the normal at a rate [rad/s] for so many steps, without friction of sliding.
+    """
+    kinds = dict(zip(("large", "small"), p.kinds, strict=True))
+    distance = sum(kinds[name].radius for name in pair) - overlap
+    grains = [*zip(pair, (0.0, distance), strict=True)]
+    if "large" not in pair:  # LIGGGHTS needs type 1
+        grains.insert(0, ("large", -0.5 * p.drum_radius))
+    rows = [f"{i} {1 + (name == 'small')} {2 * kinds[name].radius:.17g} {kinds[name].density} "
+            f"{x:.17g} 0 0" for i, (name, x) in enumerate(grains, 1)]  # fmt: skip
+    ends = [f"-0.1 0.1 {n}lo {n}hi" for n in "xyz"]
+    head = ["grains", "", f"{len(rows)} atoms", "3 atom types", "", *ends, "", "Atoms", ""]
+    (folder / "pair.data").write_text("\n".join([*head, *rows, ""]))
+    turn = f"omega 0 {spin} 0" if kind is Lammps else f"omegay {spin}"
+    words = (
+        ("fix move all nve/sphere", f"set atom {len(rows)} {turn}\nfix move all nve/noforce"),
+        ("compute kinetic all ke",
+         f"group last id {len(rows)}\ncompute each last property/atom tqy\n"
+         "compute torque last reduce sum c_each\ncompute kinetic all ke"),
+        ("variable kinetic equal c_kinetic+c_turning", "variable kinetic equal c_torque"),
+    )  # fmt: skip
+    still = changed(kind, lambda text: replaced(text, *words))
+    values = dict.fromkeys(("large_friction", "small_friction", "mixed_friction"), 0.0)
+    values |= {"settle_steps": steps, "steps": 1, "series_every": 1, "bed": "file"}
+    (found,) = run(still, job(DRUM, p, places=str(folder / "pair.data"), **values))
+    return abs(found.number("bed_kinetic_J"))
+
+
+@pytest.mark.live
+@pytest.mark.parametrize(
+    "kind", [Lammps, pytest.param(Liggghts, marks=[LIGGGHTS, pytest.mark.slow])]
+)
+@pytest.mark.parametrize("pair", [("large", "large"), ("large", "small"), ("small", "small")])
+def test_rolling_is_a_spring_up_to_its_limit(kind, pair, tmp_path):
+    """k_t R*^2 times the angle, k_t = 8 G* a under half of a column; at most mu_r F_n R*."""
+    p, nu = Drum(rolling_friction=0.1), Drum().poisson_ratio
+    one, other = (p.kinds[("large", "small").index(name)] for name in pair)
+    reduced = one.radius * other.radius / (one.radius + other.radius)
+    compliance = 1.0 / one.youngs_modulus + 1.0 / other.youngs_modulus
+    mass = 0.5 * (one.density + other.density) * 4.0 / 3.0 * math.pi * (2.0 * reduced) ** 3
+    load = 0.5 * p.drum_radius / (4.0 * reduced) * mass * p.gravity
+    contact = (0.75 * load * reduced * (1.0 - nu**2) * compliance) ** (1.0 / 3.0)
+    overlap = contact**2 / reduced
+    shear = 1.0 / (2.0 * (1.0 + nu) * (2.0 - nu) * compliance)
+    spring, limit = 8.0 * shear * contact * reduced**2, p.rolling_friction * load * reduced
+    spin = 0.1 * limit / spring / (10.0 * p.step_size)  # a tenth of the limit in ten steps
+    first, second, last = (
+        torque(kind, p, pair, tmp_path, steps, spin, overlap) for steps in (10, 20, 300)
+    )
+    assert second - first == pytest.approx(0.1 * limit, rel=1e-5)
+    assert last == pytest.approx(limit, rel=1e-5)
+    without = p.replace(rolling_friction=0.0)
+    assert torque(kind, without, pair, tmp_path, 300, spin, overlap) == 0.0

@@ -1,0 +1,247 @@
+"""Readings of bulk cases from made-up outputs: quantities, profiles, errors; second routes."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+
+from harness.cases.bulk.drum import Drum, energy_and_work
+from harness.cases.bulk.heap import Heap, columns_over_sill, slope_angles
+from harness.cases.bulk.mixing import surface_angle
+from harness.cases.bulk.penetration import Penetration
+from harness.cases.bulk.series import energy_rise
+from harness.cases.bulk.silo import STRESS_RATIO, Silo
+from harness.errors import EngineLostAtomsError, EngineOutputError, EngineUndecidedError
+from harness.theory.bulk import janssen_share
+from tests.cases.bulk.doubles import (
+    CASES,
+    SERIES,
+    made,
+    measure,
+    ridge,
+    turning,
+)
+
+# ---- damaged and undecided outputs
+
+
+def astray(name, row):
+    """Return the series of a case in which a grain is beyond a wall from a row on."""
+    table = SERIES[name](CASES[name].default)
+    table["astray"][row] = 1
+    return table
+
+
+def cut_silo():
+    """Return a series that lacks three rows."""
+    return {n: np.delete(v, range(200, 203)) for n, v in SERIES["silo"](Silo()).items()}
+
+
+def falling():
+    return {**SERIES["penetration"](Penetration()), "vz_m_per_s": np.full(600, -0.3)}
+
+
+def drum_beyond(column, value):
+    table = grains_below_a_plane()
+    table[column][50, 0] = value
+    return table
+
+
+LOST, OUTPUT, UNDECIDED = EngineLostAtomsError, EngineOutputError, EngineUndecidedError
+WRONG = [  # case, series, changed results, error, its words
+    ("silo", lambda: astray("silo", 100), {}, LOST, r"a grain is beyond the walls 0.202 s after"),
+    ("silo", None, {"grains": 1199}, LOST, r"beyond the walls 0 s after the opening: they leave"),
+    ("silo", None, {"grains": 1201}, OUTPUT, "began with 1201 grains of 1200"),
+    ("silo", cut_silo, {}, OUTPUT, "lacks rows"),
+    ("silo", None, {"stop": 900.0}, UNDECIDED, "arching: 900 grains of 1200 remain, none has"),
+    ("silo", None, {"rate": 500.0}, UNDECIDED, "duration = 1 s is too short"),
+    ("heap", lambda: astray("heap", 50), {}, LOST, r"through the glued layer 0.918 s after"),
+    ("heap", None, {"grains": 1151}, LOST, r"through the glued layer 0 s after"),
+    ("heap", None, {"grains": 1153}, OUTPUT, "began with 1153 grains of 1152"),
+    ("heap", None, {"running": 10}, UNDECIDED, "still moves: 10 grains ran off in"),
+    ("heap", None, {"mean_height_m": 0.013}, UNDECIDED, "no ridge: .* layers = 24 are too few for"),
+    ("penetration", None, {"outside": 1}, LOST, "a particle passed a wall at step_size = 5e-06"),
+    ("penetration", None, {"grains": 1079}, OUTPUT, "grains = 1079"),
+    ("penetration", falling, {}, OUTPUT, "still falls at a tenth"),
+    ("drum", lambda: drum_beyond("x_m", 0.03), {}, LOST, "beyond the walls after 90 deg"),
+    ("drum", lambda: drum_beyond("y_m", 0.011), {}, LOST, "beyond the walls after 90 deg"),
+    ("drum", None, {"small": 1}, OUTPUT, "small = 1"),
+]
+
+
+@pytest.mark.parametrize(("name", "series", "changes", "error", "words"), WRONG)
+def test_damaged_and_undecided_runs_have_no_quantities(name, series, changes, error, words):
+    with pytest.raises(error, match=words) as raised:
+        measure(name, series and series(), **changes)
+    assert isinstance(raised.value, UNDECIDED) is (error is UNDECIDED)
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_all_quantities_are_measured(name):
+    assert set(measure(name)) == {quantity.name for quantity in CASES[name].quantities}
+
+
+# ---- silo
+
+
+def test_the_surface_of_a_bed_is_at_the_mean_height_of_the_grains():
+    p = Silo(cone_height=0.02)
+
+    def area(z):
+        wide = min(1.0, z / p.cone_height)
+        return math.pi * (p.orifice_radius + wide * (p.silo_radius - p.orifice_radius)) ** 2
+
+    for height in (0.01, 0.05):
+        volume, moment = (
+            quad(lambda z, n=n: z**n * area(z), 0, height, points=[min(height, 0.02)])[0]
+            for n in (0, 1)
+        )
+        assert p.volume(height) == pytest.approx(volume, rel=1e-9)
+        assert p.surface(moment / volume) == pytest.approx(height, rel=1e-9)
+
+
+def test_the_rate_is_the_slope_of_the_number_that_remains():
+    p, found = Silo(), measure("silo")
+    assert found["discharge_rate_per_s"] == pytest.approx(2000.0, rel=1e-3)
+    assert found["discharge_rate_kg_per_s"] == pytest.approx(2000.0 * p.grain.mass, rel=1e-3)
+    assert found["half_time_s"] == pytest.approx(0.1 + 0.5 * p.grains / 2000.0, abs=3e-3)
+    assert found["passed_ratio"] == 1.0
+    assert found["energy_rise_ratio"] == 0.0
+    assert found["bed_kinetic_ratio"] == pytest.approx(1e-3)
+    assert found["walls_load_ratio"] == pytest.approx(1.0)
+    height = found["bed_height_m"]
+    share = janssen_share(height - p.cone_height, p.silo_radius, p.steel_friction, STRESS_RATIO)
+    share *= 1.0 - p.volume(p.cone_height) / p.volume(height)
+    assert found["janssen_load_ratio"] == pytest.approx(share)
+    assert measure("silo", p=Silo(steel_friction=0.0))["janssen_load_ratio"] == 0.0
+    for later, rise in (([2.0, 1.0], 0.0), ([1.0, 1.5, 0.5], 0.5), ([4.0], 1.0)):
+        table = {"kinetic_J": np.zeros(len(later)), "potential_J": np.array(later)}
+        assert energy_rise(made({}, released_J=3.0), table) == rise
+
+
+# ---- penetration
+
+
+def test_depth_deceleration_and_balance_follow_from_the_series_and_the_bed():
+    p, found = Penetration(), measure("penetration", lower=0.0)
+    last = SERIES["penetration"](p)["z_m"][-1]
+    assert found["final_height_m"] == pytest.approx(last)
+    assert found["final_depth_m"] == pytest.approx(0.012 + 0.004 - last)
+    assert found["peak_deceleration_m_per_s2"] == pytest.approx(p.speed / 0.02)
+    assert found["slowed_time_s"] == pytest.approx(0.018, abs=2 * p.duration / 600)
+    assert found["energy_gain_ratio"] == 0.0
+    assert found["dissipated_ratio"] == pytest.approx(1.0)
+    # one grain in a cell of the lattice, which shrank from 9 * 2.4 mm to 12 mm
+    assert found["bed_solid_fraction"] == pytest.approx(math.pi / 6 / 1.2**3 * 21.6 / 12)
+    assert found["microseconds_per_particle_step"] == pytest.approx(0.1, rel=1e-2)
+    assert math.isnan(found["friction_by_depth"])  # the sphere stays above the bed
+    springs = {"elastic_J": 0.3 * p.impact_energy, "end_elastic_J": 0.1 * p.impact_energy}
+    assert measure("penetration", **springs)["balance_ratio"] == pytest.approx(1.0 + 0.3 - 0.1)
+
+
+def test_the_friction_by_depth_takes_the_fall_to_the_surface_and_the_bed_with_its_voids():
+    p, found = Penetration(), measure("penetration", lower=0.015)
+    depth = 0.012 + p.steel_radius - (SERIES["penetration"](p)["z_m"][-1] - 0.015)
+    assert found["final_depth_m"] == pytest.approx(depth)
+    height = p.start_height - p.steel_radius - 0.012 + p.speed**2 / (2 * p.gravity)
+    ratio = p.steel_density / p.density / found["bed_solid_fraction"]
+    expected = 0.14 * math.sqrt(ratio) * 0.008 ** (2 / 3) * (height + depth) ** (1 / 3) / depth
+    assert found["friction_by_depth"] == pytest.approx(expected)
+
+
+# ---- heap
+
+
+@pytest.mark.parametrize("angle", [0.0, 5.76, 20.0, 35.0])
+def test_the_angle_of_a_ridge_is_that_of_its_slopes(angle):
+    assert slope_angles(Heap(), ridge(angle, Heap())) == pytest.approx((angle, angle))
+
+
+@pytest.mark.parametrize("angle", [10.0, 25.0, 38.0])
+def test_grains_strewn_below_slopes_have_their_angle_by_means_by_tops_and_by_numbers(angle):
+    """Three routes of the same places: mean heights, highest grains, numbers in columns."""
+    p, generator = Heap(), np.random.default_rng(5)
+    x, z = generator.uniform(0.0, [p.span, 0.06], (200_000, 2)).T
+    slope = math.tan(math.radians(angle))
+    below = z < 6e-3 + slope * (0.5 * p.span - np.abs(x - 0.5 * p.span))
+    x, z = x[below], z[below]
+    column = np.floor(20 * x / p.span).astype(int)
+    count = np.bincount(column, minlength=20)
+    mean = np.bincount(column, z, minlength=20) / count
+    assert slope_angles(p, mean) == pytest.approx((angle, angle), abs=0.7)
+    assert angle_by_numbers(mean, count, p) == pytest.approx(angle, abs=0.7)
+    right, width = x > 0.5 * p.span, 0.2 * p.span
+    points = np.zeros(right.sum())
+    tops = surface_angle(x[right] - 0.75 * p.span, z[right], points, width, 4e-4)
+    assert tops == pytest.approx(angle, abs=0.7)
+
+
+def angle_by_numbers(mean, count, p):
+    """Return the angle [deg] of grains that fill columns evenly, by their numbers.
+
+    Volume over height: the numbers are proportional to the heights, the factor is that of all.
+    """
+    over = columns_over_sill(p, len(count))
+    inner = slice(over, len(count) - over)
+    height = count * (2.0 * mean[inner].sum() / count[inner].sum())
+    return float(np.mean(slope_angles(p, 0.5 * height)))
+
+
+def test_angle_and_share_that_remains_are_read_from_the_series():
+    found = measure("heap")
+    for name in ("angle_deg", "left_angle_deg", "right_angle_deg"):
+        assert found[name] == pytest.approx(30.0)
+    assert found["angle_change_deg"] == 0.0
+    assert found["remaining_ratio"] == pytest.approx(0.6)
+    assert found["heap_energy_rise_ratio"] == 0.0
+    # two grains of seven hundred are no flow
+    assert measure("heap", running=2)["angle_deg"] == pytest.approx(30.0)
+
+
+# ---- drum
+
+
+def grains_below_a_plane(slope=0.5, spin=0.0):
+    """Return the series of grains at random below a plane through the axis that turn or rest."""
+    p, rng = Drum(), np.random.default_rng(3)
+    r = 0.9 * p.drum_radius * np.sqrt(rng.uniform(0, 1, p.grains))
+    phi = rng.uniform(-math.pi, 0, p.grains) - math.atan(slope)
+    y = rng.uniform(-0.4, 0.4, p.grains) * p.drum_length
+    return turning(p, np.column_stack([r * np.cos(phi), y, r * np.sin(phi)]), spin)
+
+
+def test_grains_at_random_below_a_plane_are_mixed_and_have_its_angle_and_shares():
+    found, part = measure("drum", grains_below_a_plane()), math.atan(0.5) / math.pi
+    assert found["mixing_index"] == pytest.approx(1.0, abs=0.05)
+    assert found["mixing_index"] == pytest.approx(found["first_mixing_index"])
+    assert found["surface_angle_deg"] == pytest.approx(math.degrees(math.atan(0.5)), abs=5.0)
+    for kind in ("large", "small"):
+        assert found[f"{kind}_rising_ratio"] == pytest.approx(part, abs=0.09)
+        assert found[f"{kind}_falling_ratio"] == pytest.approx(0.5 - part, abs=0.09)
+
+
+def test_a_drum_that_sets_a_rigid_body_in_motion_loses_its_kinetic_energy():
+    """As a belt under grains that are laid on it: work = speed L = 2 E_kin, and the lift."""
+    p = Drum()
+    table = grains_below_a_plane(spin=p.speed)
+    energy, work = energy_and_work(p, table)
+    inertia = (p.of_each("mass") * (table["x_m"][0] ** 2 + table["z_m"][0] ** 2)).sum()
+    kinetic = 0.5 * inertia * p.speed**2
+    lost = work[1:-1] - (energy[1:-1] - energy[0])
+    # of differences over turns of 1.8 deg: 0.031^2/6 at most
+    assert np.abs(lost - kinetic).max() < 2e-4 * work[-1]
+    assert measure("drum", table)["loss_ratio"] == pytest.approx(kinetic / work[-1], abs=4e-4)
+    against = measure("drum", grains_below_a_plane(spin=-p.speed))
+    assert against["work_ratio"] < 0.0
+    assert against["drum_energy_gain_ratio"] > 0.5
+
+
+@pytest.mark.parametrize("height", [-0.02, -0.01, 0.0, 0.01])
+def test_the_solid_fraction_is_that_of_a_bed_up_to_a_level(height):
+    """The section below a height and its centre, by sums over strips."""
+    p = Drum()
+    z, step = np.linspace(-p.drum_radius, height, 200_001, retstep=True)
+    width = 2.0 * np.sqrt(np.maximum(p.drum_radius**2 - z**2, 0.0))
+    expected = sum(p.of_each("volume")) / (width.sum() * step * p.drum_length)
+    assert p.solid_fraction((width * z).sum() / width.sum()) == pytest.approx(expected, rel=1e-4)
