@@ -70,6 +70,10 @@ class EngineMissingError(EngineError, kind="not found"):
     """An executable, library or package of the engine is not here."""
 
 
+class EngineUnsupportedError(EngineMissingError, kind="not supported"):
+    """A part of the engine's input that this build of it lacks, in the engine's own words."""
+
+
 class EngineCrashError(EngineError, kind="crashed"):
     """The engine's process died (signal, abort, non-zero exit)."""
 

@@ -32,11 +32,15 @@ from harness.errors import (
     EngineMissingError,
     EngineNaNError,
     EngineOutputError,
+    EngineUnsupportedError,
 )
 from harness.model.allowed import COUNT, Allowed
 
 _ERROR = re.compile(r"^ERROR(?: on proc \d+)?:.*", re.MULTILINE)
 """LAMMPS's own: an echo of a script's ``print 'ERROR: ...'`` does not begin with it."""
+
+# as in "Fix wall/gran/kk doesn't yet support granular style" of fix_wall_gran_kokkos.cpp
+_LACKS = re.compile(r"does(?:n't| not) (?:\(?yet\)? )?support .*\bstyle\b")
 
 _AFTER_ERROR = re.compile(
     r"\s*(?:\n(?:For more information see |Last (?:command|input line): |-->|\s*\^|quit\b|ERROR\b"
@@ -83,6 +87,8 @@ def error_from_text(
         return EngineNaNError(f"{program} met a value that is not a number: {message}")
     if re.search(r"lost atoms", message, re.IGNORECASE):
         return EngineLostAtomsError(f"{program} lost an atom: {message}")
+    if _LACKS.search(message):
+        return EngineUnsupportedError(f"{program}: {message.removeprefix('ERROR: ')}")
     if message:
         return EngineInputError(f"{program} refused its input: {message}")
     if returncode is None and re.search(OUT_OF_MEMORY, last_words(text), re.IGNORECASE):

@@ -4,8 +4,13 @@ import sys
 
 import pytest
 
+from harness.cases.base import Check
+from harness.cases.bench import Bench
+from harness.cases.checks import row_in
 from harness.cases.drop.case import CASE
 from harness.engines.lammps.engine import Lammps
+from harness.engines.lammps.language import error_of
+from harness.engines.process import Ended
 from harness.engines.programs import program_words
 from harness.engines.provenance import Provenance
 from harness.engines.scripts import Task
@@ -13,6 +18,7 @@ from harness.errors import (
     EngineMissingError,
     RequestError,
 )
+from harness.results.rows import Kind, Row, Tolerance, Verdict
 
 GREETING = "Large-scale Atomic/Molecular Massively Parallel Simulator - {}\n"
 
@@ -69,6 +75,23 @@ def test_words_after_the_program_are_its_arguments_and_a_file_is_taken_whole(scr
     )
     with pytest.raises(RequestError, match='--lmp "lmp \'x" cannot be read: No closing quotation'):
         Lammps(lmp="lmp 'x")
+
+
+@pytest.mark.parametrize("style", ["hooke", "hertz/history", "granular"])
+def test_a_style_without_a_variant_for_kokkos_is_not_tested_in_the_words_of_lammps(style):
+    said = f"Fix wall/gran/kk doesn't yet support {style} style"
+    log = f"run 100\nERROR: {said} (src/KOKKOS/fix_wall_gran_kokkos.cpp:128)\n"
+    error = error_of(Ended("", 1, 0.1, timed_out=False), log)
+
+    def measure(_):
+        raise error
+
+    check = Check(setup="", quantity="", unit="", measure=measure, expected=0.0,
+                  tolerance=Tolerance(1.0, reason=""), kind=Kind.CROSS_CODE)  # fmt: skip
+    blank = Row(case="oblique", setup="", quantity="", engine="lammps", kind=Kind.CROSS_CODE)
+    row = row_in(Bench(None), check, blank)
+    assert row.verdict is Verdict.NOT_TESTED
+    assert said in row.note + row.reason
 
 
 @pytest.mark.live
