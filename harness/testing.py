@@ -12,11 +12,10 @@ from unittest import SkipTest
 
 import numpy as np
 
+from harness.engines.base import Engine, Job, Output, Template, scene_job
 from harness.engines.border import engine_label
-from harness.engines.contract import Engine, Job, Output, Template
 from harness.engines.programs import ProgramEngine
 from harness.engines.registry import engine_class
-from harness.engines.scene_jobs import scene_job
 from harness.engines.scene_tables import motion_in
 from harness.errors import RequestError
 from harness.model.law import Law

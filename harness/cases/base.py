@@ -21,7 +21,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, NamedTuple, TypeVar
 
 from harness.cases.bench import Bench
-from harness.engines.contract import Engine, Job, Output
+from harness.engines.base import Engine, Job, Output
 from harness.errors import RequestError, Unsupported
 from harness.model.base import Parameters
 from harness.results.rows import LEVELS, Failure, Kind, Level, Tolerance

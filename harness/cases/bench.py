@@ -10,9 +10,8 @@ from collections.abc import Callable, Hashable, Mapping, Sequence
 from concurrent.futures import Future
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from harness.engines.contract import Engine, Job, Output
+from harness.engines.base import Engine, Job, Output, scene_job
 from harness.engines.provenance import Provenance
-from harness.engines.scene_jobs import scene_job
 from harness.engines.scene_tables import motion_in, motion_tables
 from harness.errors import EngineError
 

@@ -14,7 +14,7 @@ from dataclasses import replace
 
 from harness.cases.base import LEVELS, Check, Level, Value
 from harness.cases.bench import Bench
-from harness.engines.contract import Engine, Job
+from harness.engines.base import Engine, Job
 from harness.engines.jobs import cores, parallel_map
 from harness.errors import (
     EngineError,

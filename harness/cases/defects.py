@@ -16,7 +16,7 @@ from functools import cached_property
 from harness.cases.base import Check
 from harness.cases.bench import Bench
 from harness.cases.checks import Explain, row_in
-from harness.engines.contract import Job
+from harness.engines.base import Job
 from harness.engines.jobs import cores, parallel_map
 from harness.engines.scene_tables import motion_in
 from harness.errors import EngineError, Unsupported

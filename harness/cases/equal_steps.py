@@ -8,7 +8,7 @@ from typing import TypeVar
 
 from harness.cases.base import Case, Check, Value
 from harness.cases.bench import Bench
-from harness.engines.contract import Engine
+from harness.engines.base import Engine
 from harness.model.base import Parameters
 from harness.results.rows import Level, Tolerance
 

@@ -6,7 +6,7 @@ import math
 
 from pydantic import Field
 
-from harness.engines.contract import Output
+from harness.engines.base import Output
 from harness.engines.output import Table
 from harness.model.base import Parameters
 from harness.model.contact import PLASTIC, NamedContact

@@ -18,7 +18,7 @@ from harness.cli.output import print_json, tell
 from harness.errors import EngineError, HarnessError, RequestError
 
 if TYPE_CHECKING:
-    from harness.engines.contract import Engine
+    from harness.engines.base import Engine
     from harness.store.cache import CachedEngine
     from harness.store.entries import Entries
     from harness.workflows.progress import Progress

@@ -18,7 +18,7 @@ from harness.cli.sweep import figure_writer
 from harness.errors import RequestError
 
 if TYPE_CHECKING:
-    from harness.engines.traits import Traits
+    from harness.engines.base import Traits
 
 OWN = ("rk4", "exact")  # solvers of this package; --help must not wait for numba
 FORMATS = (".svg", ".png", ".pdf")

@@ -19,7 +19,7 @@ from harness.engines.provenance import Provenance
 from harness.errors import FULL, EngineError, EngineNaNError, EngineOutputError, HarnessError
 
 if TYPE_CHECKING:
-    from harness.engines.contract import Engine, Job
+    from harness.engines.base import Engine, Job
 
 Outcomes = list[Output | EngineError]
 Run = Callable[["Engine", Sequence["Job"]], Outcomes]
@@ -67,7 +67,7 @@ def checked_run(run: Run) -> Run:
             found = f"{len(outcomes)} outcomes" if are_outcomes else f"a {type(outcomes).__name__}"
             expected = f"a list with an Output or an EngineError for each of {len(jobs)} jobs"
             return [_error(self, "run", found, expected) for _ in jobs]
-        return [_checked(self, *pair) for pair in zip(jobs, outcomes, strict=True)]
+        return [_checked(self, outcome) for outcome in outcomes]
 
     return checked
 
@@ -135,8 +135,8 @@ def _raised(engine: Engine, call: str, error: Exception) -> EngineError:
     return _RaisedError(f"{engine_label(engine)}: {found}, {expected}").with_log(log)
 
 
-def _checked(engine: Engine, job: Job, outcome: Any) -> Output | EngineError:
-    """Return the outcome of a job, or an error in its place."""
+def _checked(engine: Engine, outcome: Any) -> Output | EngineError:
+    """Return an outcome, or an error in its place."""
     if isinstance(outcome, EngineError):
         return outcome
     if flaw := next(_flaws(outcome), None):
@@ -145,7 +145,7 @@ def _checked(engine: Engine, job: Job, outcome: Any) -> Output | EngineError:
     if _is_foreign(type(engine)) and (column := _infinite_column(output)):
         found = f"a series with values that are not numbers in {column!r}, must return finite ones"
         return EngineNaNError(f"{engine_label(engine)}: run returned {found}")
-    engine.pace.add(job, output)
+
     return output
 
 

@@ -1,23 +1,19 @@
 """The expected time of runs: steps times particles times the cost of a step.
 
-The cost is :attr:`harness.engines.traits.Traits.microseconds_per_step`; the product is good to a
+The cost is :attr:`harness.engines.base.Traits.microseconds_per_step`; the product is good to a
 factor of a few, and the limit is for runs that take thousands of times longer than was thought.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from harness.engines.output import SERIES, Output
 from harness.errors import RequestError
 
 if TYPE_CHECKING:
-    from harness.engines.contract import Job
-    from harness.engines.traits import Traits
+    from harness.engines.base import Job, Traits
 
 MOST_SECONDS = 600.0  # longer runs are refused without --force
-STATED_SECONDS = 60.0  # the expected time of longer runs is printed before they begin
 PARTICLES = 10  # of the system on which the costs were measured
 SMALLER = "a coarser step, a softer contact or a smaller system"
 _UNITS = (("years", 31_557_600.0), ("days", 86_400.0), ("hours", 3600.0), ("minutes", 60.0))
@@ -58,31 +54,3 @@ def in_words(seconds: float) -> str:
         return "more than 1000 years"
     unit, size = next(((unit, size) for unit, size in _UNITS if seconds >= size), ("s", 1.0))
     return f"{seconds / size:.3g} {unit}"
-
-
-@dataclass
-class Pace:
-    """Steps of an engine's runs so far, and the time of a step in the longest run [s]."""
-
-    steps: float = 0.0
-    longest: float = 0.0
-    seconds_per_step: float = 0.0
-
-    def add(self, job: Job, output: Output) -> None:
-        """Count the steps of a run as far as they are known, weighted by the particles."""
-        steps = _steps(job, output)
-        self.steps += steps
-        if steps > self.longest:
-            self.longest, self.seconds_per_step = steps, output.seconds / steps
-
-
-def _steps(job: Job, output: Output) -> float:
-    """Return the steps of a run as far as they are known, weighted by the particles."""
-    table = output.tables.get(SERIES, {})
-    if "step" in table and len(table["step"]):
-        steps = float(table["step"][-1])
-    else:
-        known = output.number("steps") if output.has("steps") else job.values.get("steps", 0.0)
-        steps = float(known)
-    place = table.get("x_m")
-    return steps * weight(place.shape[1] if place is not None and place.ndim == 2 else 1)

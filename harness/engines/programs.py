@@ -39,9 +39,9 @@ from contextlib import suppress
 from dataclasses import replace
 from functools import cache, cached_property
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol
 
-from harness.engines.contract import Engine, Job
+from harness.engines.base import Engine, Job
 from harness.engines.jobs import Batches, cores, dealt
 from harness.engines.output import SERIES, Output, Table, finished, read_csv, read_dump, results_in
 from harness.engines.process import (
@@ -62,6 +62,11 @@ from harness.errors import (
     EngineNaNError,
     RequestError,
 )
+
+if TYPE_CHECKING:
+    from harness.model.conventions import Rules
+    from harness.model.motion import Motion
+    from harness.model.scene import Scene
 
 LOADER_SECONDS = 10.0
 """That a dynamic loader takes at most to name libraries."""
@@ -335,8 +340,29 @@ def launcher_words(launcher: str | None) -> list[str]:
     return [] if launcher is None else program_words("mpirun", launcher)
 
 
+class Scenes(Protocol):
+    """A module that states scenes in the terms of a code, runs them and reads their motions."""
+
+    def rules(self, scene: Scene, /) -> Rules:
+        """Return the conventions by which a scene is run; raise Unsupported."""
+
+    def motions(
+        self, executable: str, scenes: Sequence[Scene], /, *, workers: int, limits: Limits,
+        processes: Processes,
+    ) -> list[Motion | EngineError]:  # fmt: skip
+        """Return the motion of each scene, or the error of its run, in order."""
+
+    def script(self, scene: Scene, /) -> str:
+        """Return the script of a scene, to be run by hand."""
+
+
 class ScriptedEngine(ScriptSource, ProgramEngine):
-    """A code that runs scripts through its program, in as many processes as it has workers."""
+    """A code that runs scripts through its program, in as many processes as it has workers.
+
+    ``scenes`` is the module that runs scenes, where the code takes them.
+    """
+
+    scenes: ClassVar[Scenes | None] = None
 
     # ---- what a subclass gives -------------------------------------------------------------
 
@@ -431,6 +457,30 @@ class ScriptedEngine(ScriptSource, ProgramEngine):
             seconds=lambda task: task.job.seconds,
         )
         return batches.run(tasks, self.workers, self.limits, self.processes, self.shares(tasks))
+
+    # ---- scenes
+
+    def rules(self, scene: Scene) -> Rules:
+        """Return the conventions by which a scene is run; raise Unsupported."""
+        return super().rules(scene) if self.scenes is None else self.scenes.rules(scene)
+
+    def motions(self, jobs: Sequence[Job]) -> list[Motion | EngineError]:
+        """Return the motion of the scene of each job, or the error of its run, in order."""
+        assert self.scenes is not None
+        return self.scenes.motions(
+            self.program, [self.scene_of(job) for job in jobs], workers=self.workers,
+            limits=self.limits, processes=self.processes,
+        )  # fmt: skip
+
+    def script_text(self, job: Job) -> str:
+        """Return the plain script of a job: of its template, else of its scene."""
+        if self.scenes is None or job.scene is None or self.has_template(job.template):
+            return self.template_text(self.task(job))
+        return self.scenes.script(self.scene_of(job))
+
+    def template_text(self, task: Task) -> str:
+        """Return the script of a template below the command that runs it."""
+        return f"# {self.command_line(task)}\n{task.script.text}"
 
     # ---- what every one does ---------------------------------------------------------------
 

@@ -12,11 +12,10 @@ from importlib.metadata import version
 from typing import TYPE_CHECKING, Any, Literal, get_args
 
 from harness import __version__
-from harness.engines.contract import Engine, Job
+from harness.engines.base import Engine, Job, Traits
 from harness.engines.jobs import cores, parallel_map
 from harness.engines.output import Output
 from harness.engines.provenance import Provenance
-from harness.engines.traits import Traits
 from harness.errors import EngineError, EngineTimeoutError, RequestError
 
 if TYPE_CHECKING:

@@ -16,7 +16,7 @@ from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 from typing import Any, Literal, get_args, get_origin, get_type_hints
 
-from harness.engines.contract import Engine
+from harness.engines.base import Engine
 from harness.engines.process import Limits
 from harness.engines.programs import find_program
 from harness.errors import RequestError
@@ -184,7 +184,7 @@ def _class_at(where: str, label: str) -> type[Engine]:
             f"{label} cannot be imported from {where!r} ({type(error).__name__}: {reason})"
         ) from None
     if not (isinstance(kind, type) and issubclass(kind, Engine)):
-        raise RequestError(f"{label}: {where!r} is no subclass of harness.engines.contract.Engine")
+        raise RequestError(f"{label}: {where!r} is no subclass of harness.engines.base.Engine")
     lacks = sorted(kind.__abstractmethods__)
     lacks += [name for name in ("name", "traits") if not hasattr(kind, name)]
     if lacks:

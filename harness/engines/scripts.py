@@ -24,8 +24,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from harness import __version__
+from harness.engines.base import SCENE_NAME, Engine, Job, Template, Value, Values
 from harness.engines.border import engine_label
-from harness.engines.contract import SCENE_NAME, Engine, Job, Template, Value, Values
 from harness.errors import EngineError, HarnessError, RequestError
 from harness.model.allowed import Allowed
 from harness.model.scene import LOOK

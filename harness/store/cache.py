@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from harness.engines import process
-from harness.engines.contract import Engine, Job
+from harness.engines.base import Engine, Job
 from harness.engines.output import Output
 from harness.engines.provenance import Provenance
 from harness.engines.registry import DEFAULT, open_engine

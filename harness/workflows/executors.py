@@ -26,7 +26,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
-from harness.engines.contract import Engine, Job, Output
+from harness.engines.base import Engine, Job, Output
 from harness.engines.registry import open_engine
 from harness.errors import EngineCrashError, EngineError, HarnessError, RequestError
 from harness.store.cache import SOURCES, WrappedEngine, keeping

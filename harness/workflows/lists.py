@@ -11,10 +11,9 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from harness.cases.base import Case
 from harness.cases.registry import DEFAULT as DEFAULT_CASES
 from harness.cases.registry import get_case, homes, usable_cases
-from harness.engines.contract import Template
+from harness.engines.base import Template, Traits
 from harness.engines.provenance import Provenance
 from harness.engines.registry import DEFAULT, ENGINES, engine_class, engine_names, open_engine
-from harness.engines.traits import Traits
 from harness.errors import EngineError, RequestError
 from harness.files import check_folder, text_writer, write_files
 from harness.model.base import Parameters

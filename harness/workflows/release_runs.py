@@ -10,7 +10,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, cast
 
-from harness.engines.contract import Engine
+from harness.engines.base import Engine
 from harness.engines.registry import DEFAULT, engine_class
 from harness.errors import RequestError
 from harness.files import check_folder, whole_folder

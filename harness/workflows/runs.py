@@ -14,10 +14,9 @@ from harness import __version__
 from harness.cases.base import Case, Value
 from harness.cases.bench import Bench
 from harness.cases.registry import get_case
-from harness.engines.contract import Engine, Output
+from harness.engines.base import Engine, Output, Traits
 from harness.engines.cost import PARTICLES, job_seconds
 from harness.engines.registry import DEFAULT, engine_class, engine_names
-from harness.engines.traits import Traits
 from harness.errors import EngineError, HarnessError, RequestError, Unsupported
 from harness.model.base import Parameters
 from harness.report.notebook import Shown

@@ -16,7 +16,7 @@ from harness.cases.bench import OWN, Bench, job_key
 from harness.cases.checks import failure_of, run_checks, selected
 from harness.cases.defects import explained
 from harness.cases.registry import QUALIFYING, get_case
-from harness.engines.contract import Engine, Job
+from harness.engines.base import Engine, Job
 from harness.engines.cost import job_seconds
 from harness.engines.jobs import parallel_each
 from harness.errors import (

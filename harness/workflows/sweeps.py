@@ -20,7 +20,7 @@ from harness import __version__
 from harness.cases.base import Value
 from harness.cases.bench import Bench, job_key
 from harness.cases.registry import ALL, get_case
-from harness.engines.contract import Engine, Job
+from harness.engines.base import Engine, Job
 from harness.engines.jobs import cores, parallel_each
 from harness.errors import (
     EngineError,

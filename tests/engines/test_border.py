@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 from harness.cases.drop.case import CASE
-from harness.engines.contract import Engine, Output
+from harness.engines.base import Engine, Output, Traits
 from harness.engines.provenance import Provenance
-from harness.engines.traits import Traits
 from harness.errors import EngineError, EngineNaNError, EngineOutputError, RequestError
 
 TRAITS = Traits(install_hint="", versions=("1",), integrator="velocity-verlet")

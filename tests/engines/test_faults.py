@@ -30,7 +30,7 @@ PLAYER = Path(__file__).parent / "player.py"
 LANGUAGE = ("lammps", "liggghts")
 PYTHON = ("yade", "kratos")
 CODES = (*LANGUAGE, *PYTHON)
-FIRST = ("lammps",)  # whose script of the drop is run; scenes are in test_scene_batches
+FIRST = ("lammps",)  # whose script of the drop is run; scenes are in test_scene_files
 
 GIGABYTE = 1024**3
 GOOD, BAD = (

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from harness.engines.scene_jobs import scene_job
+from harness.engines.base import scene_job
 from harness.errors import Unsupported
 from harness.model.law import Law
 from harness.model.scene import Body, Scene, Stage

@@ -3,11 +3,10 @@
 import numpy as np
 import pytest
 
-from harness.engines.contract import Job, Template
+from harness.engines.base import Job, Template, scene_job
 from harness.engines.output import SERIES, Output
 from harness.engines.reference import Reference
 from harness.engines.registry import open_engine
-from harness.engines.scene_jobs import scene_job
 from harness.engines.scene_tables import STAGES, motion_in
 from harness.errors import EngineNaNError, EngineOutputError, EngineTimeoutError, RequestError
 from harness.model.motion import STAGE_COLUMNS

@@ -18,8 +18,7 @@ from harness.errors import RequestError
 
 PLUGIN = """
 from typing import Literal
-from harness.engines.contract import Engine
-from harness.engines.traits import Traits
+from harness.engines.base import Engine, Traits
 
 class Mine(Engine):
     name = "mine"
@@ -141,7 +140,7 @@ def test_an_engine_of_another_package_opens_by_its_name_with_its_options(plugins
         (("bad", "broken:X", "bad-dem"), "ModuleNotFoundError: No module named 'no_such_library'"),
         (("bad", "leaves:X", "bad-dem"), r"\(SystemExit: bye\)"),
         (("bad", "mine:Nothing", "bad-dem"), "AttributeError: module 'mine' has no attribute"),
-        (("bad", "mine:NOT_A_CLASS", "bad-dem"), "is no subclass of harness.engines.contract"),
+        (("bad", "mine:NOT_A_CLASS", "bad-dem"), "is no subclass of harness.engines.base"),
         (("bad", "mine:Half", "bad-dem"), "class Half has no run, traits"),
     ],
 )

@@ -6,7 +6,7 @@ import subprocess
 import numpy as np
 import pytest
 
-from harness.engines.scene_jobs import scene_job
+from harness.engines.base import scene_job
 from harness.solvers import reference
 from tests.engines.test_equal_steps_of_codes import program
 from tests.engines.test_plane_scenes import LAWS, drop

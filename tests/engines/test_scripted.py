@@ -7,12 +7,11 @@ from typing import ClassVar
 
 import pytest
 
-from harness.engines.contract import Job, Template
+from harness.engines.base import Job, Template, Traits
 from harness.engines.output import Output
 from harness.engines.process import Limits, fresh_folder
 from harness.engines.programs import ScriptedEngine
 from harness.engines.provenance import Provenance
-from harness.engines.traits import Traits
 from harness.errors import EngineError, EngineOutputError, RequestError
 from harness.files import PREFIX
 

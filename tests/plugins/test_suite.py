@@ -10,7 +10,7 @@ import pytest
 from harness.cases.bench import Bench
 from harness.cases.checks import run_checks
 from harness.cases.drop.case import CASE as DROP
-from harness.engines.scene_jobs import scene_job
+from harness.engines.base import scene_job
 from harness.results.rows import Verdict
 from harness.solvers import reference
 from harness.testing import engine_checks

@@ -9,10 +9,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from harness.engines.contract import Job, Template
+from harness.engines.base import Job, Template, scene_job
 from harness.engines.output import SERIES, Output
 from harness.engines.provenance import Provenance
-from harness.engines.scene_jobs import scene_job
 from harness.errors import EngineCrashError, RequestError
 from harness.store import cache as cache_module
 from harness.store.cache import CachedEngine, pack_output, run_key, unpack_output

@@ -10,10 +10,9 @@ from pathlib import Path
 from pydantic import Field
 
 from harness.cases.base import Case, Check, Quantity, Value
-from harness.engines.contract import Engine
+from harness.engines.base import Engine, scene_job
 from harness.engines.output import SERIES
 from harness.engines.reference import Reference
-from harness.engines.scene_jobs import scene_job
 from harness.engines.scene_tables import motion_in
 from harness.errors import EngineCrashError, EngineMissingError, Unsupported
 from harness.model.base import Parameters

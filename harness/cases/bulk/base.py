@@ -31,7 +31,7 @@ from harness.cases.bulk.statistics import (
     ratio_of_means,
     same_shares,
 )
-from harness.engines.contract import Engine, Job, Output, Template
+from harness.engines.base import Engine, Job, Output, Template
 from harness.errors import EngineError, EngineUndecidedError, Unsupported
 from harness.model.allowed import allowed_in
 from harness.model.law import Law

@@ -23,7 +23,7 @@ from typing import Annotated, ClassVar, Self
 
 from pydantic import Field, model_validator
 
-from harness.engines.contract import Value
+from harness.engines.base import Value
 from harness.errors import RequestError
 from harness.model.base import Parameters
 

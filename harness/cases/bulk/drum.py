@@ -21,8 +21,8 @@ from harness.cases.bulk.mixing import Contacts, Floats, find_contacts, lacey_ind
 from harness.cases.bulk.places import Cylinder, Radii, read_grains, write_bed
 from harness.cases.bulk.report import Curve, Line
 from harness.cases.bulk.series import read_series, time_per_step
-from harness.engines.contract import Output
-from harness.engines.contract import Value as ScriptValue
+from harness.engines.base import Output
+from harness.engines.base import Value as ScriptValue
 from harness.engines.output import Table
 from harness.errors import EngineLostAtomsError, RequestError
 

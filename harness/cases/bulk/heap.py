@@ -21,7 +21,7 @@ from harness.cases.bulk.beds import BedOfOneKind, Sphere
 from harness.cases.bulk.mixing import Floats
 from harness.cases.bulk.report import Curve, Line
 from harness.cases.bulk.series import check_grains, energy_rise, read_series, time_per_step
-from harness.engines.contract import Output
+from harness.engines.base import Output
 from harness.engines.output import Table
 from harness.errors import EngineUndecidedError
 from harness.results.rows import Tolerance

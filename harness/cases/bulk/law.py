@@ -2,7 +2,7 @@
 
 The law is Hertz's with a dashpot for the restitution, Mindlin's without one, Coulomb's. Codes take
 its tangential spring and the tail of its dashpot in their own ways: the law that an engine states
-is the nearest one for which :meth:`harness.engines.contract.Engine.rules` raises nothing. Where two
+is the nearest one for which :meth:`harness.engines.base.Engine.rules` raises nothing. Where two
 codes state different laws, a difference of means is no fault of either. A code whose scripts take
 these rules as values also runs under the rules of another.
 """
@@ -14,7 +14,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import product
 
-from harness.engines.contract import Engine, Value, Values
+from harness.engines.base import Engine, Value, Values
 from harness.errors import Unsupported
 from harness.model.allowed import Allowed
 from harness.model.law import Law

@@ -20,8 +20,8 @@ from harness.cases.bulk.mixing import Floats
 from harness.cases.bulk.places import PUBLISHED_BOX, Box, Radii, read_grains, write_bed
 from harness.cases.bulk.report import Curve, Line
 from harness.cases.bulk.series import read_series, time_per_step
-from harness.engines.contract import Output
-from harness.engines.contract import Value as ScriptValue
+from harness.engines.base import Output
+from harness.engines.base import Value as ScriptValue
 from harness.engines.output import Table
 from harness.errors import CombinationError, EngineLostAtomsError, EngineOutputError, Unsupported
 from harness.results.rows import Kind

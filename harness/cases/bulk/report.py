@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     from harness.cases.base import Quantity
     from harness.cases.bulk.base import Sample, Setup
-    from harness.engines.contract import Output
+    from harness.engines.base import Output
 
 Line = tuple[Sequence[float] | Floats, Sequence[float] | Floats]  # x and z of its points [m]
 MEANS = "Means over the runs, with intervals of 95 % (Student). Times are wall times of runs side "

@@ -21,7 +21,7 @@ from harness.cases.incline.system import job_of as incline_job
 from harness.cases.plane import path_in
 from harness.cases.tower.impulse import READINGS, source_angles
 from harness.cases.tower.parameters import LAWS, Law
-from harness.engines.contract import Engine, Job, Output
+from harness.engines.base import Engine, Job, Output
 from harness.engines.jobs import cores, parallel_map
 from harness.errors import EngineOutputError
 from harness.model.contact import CONTACTS, SOURCE

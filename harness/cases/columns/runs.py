@@ -24,7 +24,7 @@ from harness.cases.incline.runs import Fate, Run, read
 from harness.cases.incline.search import CriticalAngle, Measure, prepared, search
 from harness.cases.incline.system import Incline, Route, wells_of
 from harness.cases.plane import COLUMNS as PATH
-from harness.engines.contract import Output
+from harness.engines.base import Output
 from harness.engines.jobs import cores, parallel_map
 from harness.engines.provenance import Provenance
 from harness.engines.scene_tables import STAGES

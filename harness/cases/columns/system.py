@@ -39,7 +39,7 @@ from harness.cases.incline.system import TEMPLATE as INCLINE_TEMPLATE
 from harness.cases.incline.system import values_of as incline_values
 from harness.cases.plane import EqualSpheres
 from harness.cases.tower.parameters import Law
-from harness.engines.contract import Job, Template
+from harness.engines.base import Job, Template
 from harness.model.allowed import allowed_in
 from harness.model.base import ZERO
 from harness.model.law import Law as ContactLaw

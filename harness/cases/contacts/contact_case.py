@@ -24,9 +24,8 @@ from harness.cases.contacts.laws import PLAIN, SLOW_SYSTEMS, SYSTEMS, LawRow, La
 from harness.cases.contacts.parameters import ContactSystem
 from harness.cases.contacts.presets import presets_of
 from harness.cases.equal_steps import REASON, ROUND_OFF
-from harness.engines.contract import Engine, Job, Output
+from harness.engines.base import Engine, Job, Output, scene_job
 from harness.engines.output import SERIES
-from harness.engines.scene_jobs import scene_job
 from harness.engines.scene_tables import motion_in
 from harness.errors import EngineOutputError
 from harness.model.conventions import Rules

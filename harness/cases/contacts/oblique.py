@@ -30,7 +30,7 @@ from harness.model.scene import Scene
 if TYPE_CHECKING:
     from harness.cases.base import Check, Level
     from harness.cases.bench import Bench
-    from harness.engines.contract import Engine
+    from harness.engines.base import Engine
     from harness.report.content import Section
 
 LEAST_ANGLE = 1e-6  # [deg]: ratios of velocities are known to 1e-16 over its sine, 1e-8

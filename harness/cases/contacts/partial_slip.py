@@ -19,7 +19,7 @@ from harness.cases.bench import OWN, Bench
 from harness.cases.contacts.contact_case import ContactCase
 from harness.cases.contacts.laws import HERTZ
 from harness.cases.equal_steps import REASON, ROUND_OFF
-from harness.engines.scene_jobs import scene_job
+from harness.engines.base import scene_job
 from harness.errors import EngineError
 from harness.model.motion import Floats
 from harness.report.content import Drawing
@@ -27,7 +27,7 @@ from harness.results.rows import Kind, Tolerance
 from harness.theory.contact import partial_slip_rebound, stiffness_ratio
 
 if TYPE_CHECKING:
-    from harness.engines.contract import Engine, Job
+    from harness.engines.base import Engine, Job
     from harness.report.style import Figure
 
 LAWS = ("mindlin", "mindlin/force", "mindlin_rescale", "mindlin_rescale/force")

@@ -29,7 +29,7 @@ from harness.cases.drop.system import (
     scene_of,
     values_of,
 )
-from harness.engines.contract import Engine, Job, Output
+from harness.engines.base import Engine, Job, Output
 from harness.errors import EngineOutputError
 from harness.model.contact import PLASTIC, SOURCE, Contact, EffectiveMass, Tail
 from harness.report.content import Drawing, Section, Table

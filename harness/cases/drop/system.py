@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from pydantic import Field, model_validator
 
 from harness.cases.plane import COLUMNS, EqualSpheres, path_in
-from harness.engines.contract import Output, Template, Value
+from harness.engines.base import Output, Template, Value
 from harness.model.allowed import COUNT, Allowed, allowed_in
 from harness.model.contact import SOURCE, Contact, NamedContact, contact_values
 from harness.model.scene import Body, Scene

@@ -11,7 +11,7 @@ from harness.cases.bench import Bench
 from harness.cases.incline.runs import Run, read
 from harness.cases.incline.search import PHASES, CriticalAngle, Measure, prepared, search
 from harness.cases.incline.system import Incline, Route, job_of, scene_of
-from harness.engines.contract import Output
+from harness.engines.base import Output
 from harness.engines.jobs import cores, parallel_map
 from harness.engines.provenance import Provenance
 from harness.engines.scene_tables import motion_tables

@@ -17,7 +17,7 @@ from harness.cases.incline.runs import read
 from harness.cases.incline.search import PHASES, prepared, search
 from harness.cases.incline.system import Incline, Route, expected_steps, job_of, scene_of
 from harness.cases.plane import path_in
-from harness.engines.contract import Engine, Job, Output
+from harness.engines.base import Engine, Job, Output
 from harness.errors import RequestError
 from harness.model.base import Parameters
 from harness.model.contact import CONTACTS, PLASTIC, SOURCE

@@ -28,7 +28,7 @@ from harness.cases.incline.runs import read
 from harness.cases.incline.search import first_cases, friction_text
 from harness.cases.incline.system import Incline, Route, job_of, scene_of
 from harness.cases.plane import COLUMNS, path_in
-from harness.engines.contract import Job
+from harness.engines.base import Job
 from harness.errors import EngineMissingError, EngineOutputError, Unsupported
 from harness.model.contact import CLIPPED, PLASTIC, SOURCE
 from harness.report.text import power

@@ -24,7 +24,7 @@ from harness.cases.incline.system import (
     wells_of,
 )
 from harness.cases.plane import COLUMNS, path_in
-from harness.engines.contract import Output
+from harness.engines.base import Output
 from harness.engines.output import Table
 from harness.engines.scene_tables import STAGES
 from harness.errors import EngineOutputError

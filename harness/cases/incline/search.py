@@ -27,7 +27,7 @@ from scipy.optimize import brentq, root_scalar
 from harness.cases.incline.closed_form import check_passage, refuse_passage
 from harness.cases.incline.runs import Fate, Run
 from harness.cases.incline.system import Incline, Route
-from harness.engines.contract import Output
+from harness.engines.base import Output
 from harness.errors import EngineOutputError
 from harness.report.notebook import Shown
 from harness.report.text import power, value_text

@@ -21,7 +21,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from harness.cases.plane import UNIT_MASS_DENSITY
-from harness.engines.contract import Job, Template, Value
+from harness.engines.base import Job, Template, Value
 from harness.model.allowed import COUNT, Allowed, allowed_in
 from harness.model.base import Parameters
 from harness.model.contact import (

@@ -24,7 +24,7 @@ from harness.cases.layers.packing import (
     script_allowed,
     script_values,
 )
-from harness.engines.contract import Engine, Job, Template
+from harness.engines.base import Engine, Job, Template
 from harness.engines.output import Output
 from harness.errors import EngineOutputError, EngineUndecidedError, Unsupported
 from harness.model.contact import PLASTIC

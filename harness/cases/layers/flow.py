@@ -21,7 +21,7 @@ from harness.cases.base import Case, Check, Level, Quantity, Value
 from harness.cases.bench import OWN, Bench
 from harness.cases.layers.measurement import Flow, Measurement
 from harness.cases.layers.packing import SECONDS_PER_STEP, script_allowed, script_values
-from harness.engines.contract import Engine, Job, Template
+from harness.engines.base import Engine, Job, Template
 from harness.engines.output import Output
 from harness.errors import EngineError, EngineUndecidedError, Unsupported
 from harness.report.content import Drawing, Section

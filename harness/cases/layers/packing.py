@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BeforeValidator, Field, model_validator
 
-from harness.engines.contract import Value
+from harness.engines.base import Value
 from harness.errors import EngineLostAtomsError
 from harness.model.allowed import Allowed, allowed_in
 from harness.model.base import Parameters

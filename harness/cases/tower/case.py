@@ -19,7 +19,7 @@ from harness.cases.tower.windows import (
     turnaround,
     window_end,
 )
-from harness.engines.contract import Engine, Job, Output
+from harness.engines.base import Engine, Job, Output
 from harness.errors import EngineOutputError, RequestError
 from harness.report.content import Discs, Section
 

@@ -35,7 +35,7 @@ from harness.cases.tower.windows import (
     impulse_until,
     peak_force,
 )
-from harness.engines.contract import Engine, Job
+from harness.engines.base import Engine, Job
 from harness.errors import EngineOutputError
 from harness.results.limits import slope_order
 from harness.results.rows import Kind, Tolerance

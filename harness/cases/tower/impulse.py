@@ -13,7 +13,7 @@ from harness.cases.bench import Bench
 from harness.cases.tower.parameters import LAWS, SEARCH, Law, Tower
 from harness.cases.tower.runs import Progress, TowerRun, runs_in, solve, timing_of
 from harness.cases.tower.windows import Window, impulse, touch_time, window_end
-from harness.engines.contract import Engine
+from harness.engines.base import Engine
 from harness.errors import RequestError
 from harness.theory import incline
 from harness.theory.chain import Reading, shock_from_impulse_ratio

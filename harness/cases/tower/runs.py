@@ -12,7 +12,7 @@ import numpy as np
 
 from harness.cases.bench import Bench
 from harness.cases.tower.parameters import PROPERTIES, SEARCH, Tower, TowerParameters
-from harness.engines.contract import Engine, Job, Output, Template, Value
+from harness.engines.base import Engine, Job, Output, Template, Value
 from harness.engines.output import SERIES
 from harness.engines.provenance import Provenance
 from harness.errors import EngineOutputError, RequestError

@@ -11,7 +11,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, ClassVar, Literal
 
-from harness.engines.contract import Job, Template, Values
+from harness.engines.base import Job, Template, Traits, Values
 from harness.engines.kratos import scenes
 from harness.engines.process import Ended, Limits, last_words
 from harness.engines.programs import (
@@ -25,7 +25,6 @@ from harness.engines.programs import (
 )
 from harness.engines.provenance import Provenance
 from harness.engines.scripts import Task
-from harness.engines.traits import Traits
 from harness.errors import (
     EngineError,
     EngineMissingError,
@@ -33,7 +32,6 @@ from harness.errors import (
 )
 from harness.model.allowed import Allowed
 from harness.model.conventions import Rules
-from harness.model.motion import Motion
 from harness.model.scene import Scene
 
 Scheme = Literal["Velocity_Verlet", "Symplectic_Euler"]
@@ -70,6 +68,7 @@ class Kratos(ScriptedEngine):
     """
 
     name = "kratos"
+    scenes: ClassVar[Any] = scenes
     traits = Traits(
         install_hint=scenes.INSTALL,
         versions=RELEASES,
@@ -77,15 +76,6 @@ class Kratos(ScriptedEngine):
         microseconds_per_step=10.0,
         digits=15,
         title="Kratos",
-        caveats=(
-            "Only the first search for contacts goes by SearchTolerance: every later one goes by "
-            "search_tolerance_against_walls, also where there is no wall, and with 0 there and "
-            "the default NeighbourSearchFrequency of 50 contacts are found up to 50 steps late.",
-            "A restitution below 0.001 counts as 0.001.",
-            "A fixed sphere counts with its own mass: against one of its size a grain has m/2.",
-            "Symplectic_Euler, the default, tells forces one step and velocities half a step "
-            "behind positions; Velocity_Verlet does not.",
-        ),
     )
     unused_values = frozenset({"interface", "tangential_damping", "rolling", "twisting"})
     """Of contacts: what no law of its takes."""
@@ -142,21 +132,7 @@ class Kratos(ScriptedEngine):
         """Return Kratos's conventions, with the integrator Velocity_Verlet alone."""
         if self._scheme != "Velocity_Verlet":
             raise Unsupported(f"scheme = {self._scheme} runs no contacts: Velocity_Verlet does")
-        return scenes.rules(scene)
-
-    def motions(self, jobs: Sequence[Job]) -> list[Motion | EngineError]:
-        """Return the motion of the scene of each job, or the error of its run, in order."""
-        return scenes.motions(
-            self.program, [self.scene_of(job) for job in jobs], workers=self.workers,
-            limits=self.limits, processes=self.processes,
-        )  # fmt: skip
-
-    def script_text(self, job: Job) -> str:
-        """Return the plain script of a job: of its template, else of its scene."""
-        if job.scene is None or self.has_template(job.template):
-            task = self.task(job)
-            return f"# {self.command_line(task)}\n{task.script.text}"
-        return scenes.script(self.scene_of(job))
+        return super().rules(scene)
 
     def ask_version(self) -> Provenance:
         """Return Kratos's version; raise EngineMissingError where this Python has none."""

@@ -19,7 +19,7 @@ from typing import Any
 from harness.engines.jobs import Batches
 from harness.engines.process import FAULTS as FATAL_SIGNALS
 from harness.engines.process import Ended, Limits, Processes, last_words, signal_of
-from harness.engines.scene_batches import (
+from harness.engines.scene_files import (
     SCENES,
     Outcome,
     check_scene,

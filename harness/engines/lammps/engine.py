@@ -15,7 +15,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from harness.engines.contract import Job, Values
+from harness.engines.base import Job, Traits, Values
 from harness.engines.jobs import cores
 from harness.engines.lammps.language import (
     LammpsLanguage,
@@ -30,7 +30,6 @@ from harness.engines.process import Ended, Limits, first_words, way_of_death
 from harness.engines.programs import find_program, launcher_of, launcher_words, program_words
 from harness.engines.provenance import Provenance, release_of
 from harness.engines.scripts import Task
-from harness.engines.traits import Traits
 from harness.errors import EngineError, EngineMissingError, RequestError
 from harness.files import processes_with_room
 
@@ -106,7 +105,6 @@ class Lammps(LammpsLanguage):
             "22 Jul 2025 - Update 4",
         ),
         integrator="velocity-verlet",
-        caveats=("Clipping the tail (limit_damping) is an option, off by default.",),
     )
 
     def __init__(
@@ -205,7 +203,7 @@ class Lammps(LammpsLanguage):
         from harness.engines.lammps.scene_script import script
 
         if self.has_template(job.template):
-            return super().script_text(job)
+            return self.template_text(self.task(job))
         return script(*_scene_and_option(job))
 
     def on_ranks(self, ranks: int) -> Lammps:

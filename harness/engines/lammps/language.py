@@ -10,7 +10,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any, ClassVar
 
-from harness.engines.contract import Job, Template, Value, Values
+from harness.engines.base import Template, Value, Values
 from harness.engines.jobs import dealt
 from harness.engines.output import Output, Table, read_csv
 from harness.engines.process import (
@@ -194,9 +194,8 @@ class LammpsLanguage(ScriptedEngine):
         """Return what ``-var`` sets for a task, at full precision."""
         return {name: self.literal(value) for name, value in task.values.items()}
 
-    def script_text(self, job: Job) -> str:
-        """Return the script of a job's template, the values of the job before its defaults."""
-        task = self.task(job)
+    def template_text(self, task: Task) -> str:
+        """Return the script of a template, the values of the job before its defaults."""
         words = _words(task, self.literal).items()
         lines = [f"variable {name} index {text}" for name, text in words]
         return "\n".join([*lines, "", task.script.text])

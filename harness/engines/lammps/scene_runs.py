@@ -26,7 +26,7 @@ from harness.engines.lammps.scene_script import (
 from harness.engines.lammps.workers import SLEEPING
 from harness.engines.process import Limits, Processes, text_of
 from harness.engines.programs import launcher_of
-from harness.engines.scene_batches import Outcome
+from harness.engines.scene_files import Outcome
 from harness.errors import EngineNaNError, EngineOutputError
 from harness.model.motion import Floats, Motion
 from harness.model.scene import Scene

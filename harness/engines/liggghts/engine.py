@@ -9,18 +9,15 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any, ClassVar
 
-from harness.engines.contract import Job
+from harness.engines.base import Traits
 from harness.engines.lammps.language import LammpsLanguage
 from harness.engines.liggghts import scenes
 from harness.engines.process import first_words
 from harness.engines.provenance import Provenance
 from harness.engines.scripts import Task
-from harness.engines.traits import Traits
-from harness.errors import EngineError, EngineMissingError
-from harness.model.conventions import Rules
-from harness.model.motion import Motion
-from harness.model.scene import Scene
+from harness.errors import EngineMissingError
 
 MODEL = "hooke/stiffness"
 """The one normal model whose spring and dashpot can be stated."""
@@ -38,6 +35,7 @@ class Liggghts(LammpsLanguage):
     """
 
     name = "liggghts"
+    scenes: ClassVar[Any] = scenes
     command_name = "liggghts"
     words_compare = False
     programs = ("liggghts",)
@@ -50,32 +48,7 @@ class Liggghts(LammpsLanguage):
         integrator="velocity-verlet",
         microseconds_per_step=2.5,
         lineage="LAMMPS",
-        caveats=(
-            "In two dimensions (dimension 2) its particles are discs of unit height: 3/2 of the "
-            "mass of spheres of 1 m.",
-            "Clipping the tail (limitForce) is an option, off by default.",
-            "Model hooke refuses restitutions up to 0.05, and its stiffness grows with the "
-            "effective mass to the power 1/5: take hooke/stiffness.",
-            "Words cannot be compared in its scripts, and errors are silent without a log.",
-        ),
     )
-
-    def rules(self, scene: Scene) -> Rules:
-        """Return the conventions by which a scene is run; raise Unsupported."""
-        return scenes.rules(scene)
-
-    def motions(self, jobs: Sequence[Job]) -> list[Motion | EngineError]:
-        """Return the motion of the scene of each job, or the error of its run, in order."""
-        return scenes.motions(
-            self.program, [self.scene_of(job) for job in jobs], workers=self.workers,
-            limits=self.limits, processes=self.processes,
-        )  # fmt: skip
-
-    def script_text(self, job: Job) -> str:
-        """Return the plain script of a job: of its template, else of its scene."""
-        if job.scene is None or self.has_template(job.template):
-            return super().script_text(job)
-        return scenes.script(self.scene_of(job))
 
     def ask_version(self) -> Provenance:
         """Return the version that ``liggghts -help`` names.

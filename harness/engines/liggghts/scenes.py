@@ -17,7 +17,7 @@ import numpy as np
 from harness.engines.jobs import Batches
 from harness.engines.lammps.language import error_of
 from harness.engines.process import Limits, Processes, text_of
-from harness.engines.scene_batches import (
+from harness.engines.scene_files import (
     PARTS,
     Outcome,
     check_scene,

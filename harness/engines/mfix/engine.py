@@ -13,7 +13,7 @@ from importlib import resources
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from harness.engines.contract import Job
+from harness.engines.base import Job, Traits
 from harness.engines.jobs import parallel_map
 from harness.engines.mfix.frames import motion, read_frames
 from harness.engines.mfix.scenes import Scheme, System, rules, system_of
@@ -23,7 +23,6 @@ from harness.engines.programs import ProgramEngine
 from harness.engines.provenance import Provenance
 from harness.engines.scripts import renderer
 from harness.engines.stages import decided
-from harness.engines.traits import Traits
 from harness.errors import (
     EngineError,
     EngineInputError,
@@ -81,11 +80,6 @@ class Mfix(ProgramEngine):
         microseconds_per_step=32.0,
         digits=7,
         title="MFiX",
-        caveats=(
-            "m_eff is m/2 against fixed spheres too: a restitution of 1e-20 is 0.044.",
-            "At e = 1e-20 the default DTSOLID_FACTOR of 50 is 4.8 steps per pi sqrt(m/k).",
-            "No keyword holds a particle: fixed spheres hang at a mass outflow of no velocity.",
-        ),
     )
 
     def __init__(

@@ -15,7 +15,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from harness.engines.scene_batches import check_scene, check_words, contact_mass, partners
+from harness.engines.scene_files import check_scene, check_words, contact_mass, partners
 from harness.errors import Unsupported
 from harness.model.conventions import Rules
 from harness.model.motion import Floats

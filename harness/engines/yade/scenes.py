@@ -17,7 +17,7 @@ from typing import Any
 
 from harness.engines.jobs import Batches
 from harness.engines.process import Limits, Processes
-from harness.engines.scene_batches import (
+from harness.engines.scene_files import (
     SCENES,
     Outcome,
     check_scene,

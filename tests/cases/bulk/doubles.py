@@ -13,7 +13,7 @@ from harness.cases.bench import Bench
 from harness.cases.bulk import drum, heap, penetration, silo
 from harness.cases.checks import run_checks
 from harness.engines import output as outputs
-from harness.engines.contract import Engine
+from harness.engines.base import Engine
 from harness.engines.kratos import scenes as kratos
 from harness.engines.lammps import scene_script as lammps
 from harness.engines.liggghts import scenes as liggghts

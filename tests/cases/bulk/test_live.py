@@ -8,7 +8,7 @@ import pytest
 from harness.cases.bulk.drum import COLUMNS, Drum, energy_and_work
 from harness.cases.bulk.heap import Heap, slope_angles
 from harness.cases.bulk.silo import Silo
-from harness.engines.contract import Job
+from harness.engines.base import Job
 from harness.engines.lammps.engine import Lammps
 from harness.engines.liggghts.engine import Liggghts
 from harness.engines.registry import engine_class

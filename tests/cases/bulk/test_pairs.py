@@ -8,7 +8,7 @@ import pytest
 
 from harness.cases.bulk.law import bulk_law, stated_law, with_tail
 from harness.cases.bulk.penetration import CASE, Penetration
-from harness.engines.contract import Job
+from harness.engines.base import Job
 from harness.engines.registry import engine_class
 from harness.model.scene import Scene, Wall, sphere
 from harness.solvers import reference

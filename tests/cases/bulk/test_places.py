@@ -12,7 +12,7 @@ from harness.cases.bulk.drum import CASE as DRUM_CASE
 from harness.cases.bulk.drum import Drum
 from harness.cases.bulk.penetration import CASE, Penetration
 from harness.cases.bulk.places import PUBLISHED_BOX, Box, Cylinder, read_grains
-from harness.engines.contract import Job
+from harness.engines.base import Job
 from harness.engines.lammps.engine import Lammps
 from harness.engines.output import Output
 from harness.engines.registry import open_engine

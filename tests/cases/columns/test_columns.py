@@ -22,12 +22,11 @@ from harness.cases.columns.system import (
 from harness.cases.incline import system as incline
 from harness.cases.incline.runs import Fate
 from harness.cases.tower.parameters import LAWS
-from harness.engines.contract import Engine
+from harness.engines.base import Engine, Traits
 from harness.engines.lammps.engine import Lammps
 from harness.engines.output import Output
 from harness.engines.provenance import Provenance
 from harness.engines.scene_tables import motion_tables
-from harness.engines.traits import Traits
 from harness.errors import EngineOutputError, RequestError
 from harness.model.conventions import Rules
 from harness.results.rows import Verdict

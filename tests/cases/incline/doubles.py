@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from harness.cases.incline.runs import Fate, Run
-from harness.engines.contract import Output
+from harness.engines.base import Output
 from harness.engines.provenance import Provenance
 from harness.engines.reference import Reference
 from harness.errors import EngineCrashError, EngineError

@@ -4,11 +4,10 @@ import numpy as np
 
 from harness.cases.tower.parameters import Tower
 from harness.cases.tower.runs import solve, timing_of
-from harness.engines.contract import Engine
+from harness.engines.base import Engine, Traits
 from harness.engines.output import SERIES, Output
 from harness.engines.provenance import Provenance
 from harness.engines.scene_tables import motion_table
-from harness.engines.traits import Traits
 from harness.model.conventions import Rules
 from harness.solvers import reference
 

@@ -3,10 +3,9 @@
 import numba
 import numpy as np
 
-from harness.engines.contract import Engine
+from harness.engines.base import Engine, Traits
 from harness.engines.provenance import Provenance
 from harness.engines.stages import decided, stages_of
-from harness.engines.traits import Traits
 from harness.errors import EngineNaNError, Unsupported
 from harness.model.conventions import Rules
 from harness.model.motion import Motion

@@ -12,7 +12,7 @@ from harness.engines.jobs import Batches
 from harness.engines.kratos import scenes as kratos
 from harness.engines.liggghts import scenes as liggghts
 from harness.engines.process import Limits
-from harness.engines.scene_batches import PARTS, read_motion, write_scenes
+from harness.engines.scene_files import PARTS, read_motion, write_scenes
 from harness.engines.yade import scenes as yade
 from harness.errors import (
     EngineCrashError,

@@ -28,15 +28,12 @@ import time
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 from harness.engines.border import EXPECTED, checked_call, checked_run
-from harness.engines.cost import Pace
 from harness.engines.jobs import cores, each_alone, in_batches
 from harness.engines.output import Output
 from harness.engines.provenance import Provenance
-from harness.engines.traits import Traits
 from harness.errors import (
     EngineError,
     EngineMissingError,
@@ -61,6 +58,31 @@ Values = Mapping[str, Value]
 Vector = Sequence[float]
 
 __all__ = ["Engine", "Job", "Output", "Template", "Value", "Values"]
+
+
+@dataclass(frozen=True)
+class Traits:
+    """What an engine is.
+
+    ``install_hint`` says in one line how to get it, ``versions`` with which ones it was tried.
+    ``integrator`` is the scheme of its steps, by the reference's name. ``digits`` are those of its
+    output: a check's tolerance is not below them. ``microseconds_per_step`` is the cost of a step
+    of ten particles, rounded up; 0 where runs have no step. ``lineage`` is the engine it grew out
+    of: such a one is a regression partner, not independent evidence. ``title`` is the engine's name
+    as its authors write it; empty where that is its name in capitals.
+    """
+
+    install_hint: str
+    versions: tuple[str, ...]
+    integrator: str = "velocity-verlet"
+    digits: int = 15
+    microseconds_per_step: float = 1.0
+    lineage: str = ""
+    title: str = ""
+
+    def missing(self, why: str) -> str:
+        """Return why an engine is missing, with the install hint unless the reason has it."""
+        return why if self.install_hint in why else f"{why}; to get it: {self.install_hint}"
 
 
 @dataclass(frozen=True)
@@ -96,7 +118,7 @@ class Job:
     between samples. ``variant`` chooses the defaults of the script that is rendered: values win
     over them. ``seconds`` [s] is what a long run is expected to take: it has more time than others.
     ``scene`` is the same system as spheres and walls, for engines without a script of the template,
-    and all there is of a job of the template :data:`harness.engines.scene_jobs.SCENE`. ``steps`` is
+    and all there is of a job of the template :data:`SCENE`. ``steps`` is
     how many a run is expected to take whose scene has stages: its own are the most.
     """
 
@@ -107,6 +129,14 @@ class Job:
     seconds: float = 0.0
     scene: Scene | None = None
     steps: float = 0.0
+
+
+SCENE = Template(SCENE_NAME, {"": {}})
+
+
+def scene_job(scene: Scene, **values: Value) -> Job:
+    """Return the job of a scene; ``values`` are ``units`` (si, lj) and the name of a variation."""
+    return Job(SCENE, values, sampled=True, scene=scene)
 
 
 class Engine(ABC):
@@ -126,11 +156,6 @@ class Engine(ABC):
             cls.run = checked_run(cls.run)  # type: ignore[assignment, method-assign]
         for name in EXPECTED.keys() & vars(cls).keys():
             setattr(cls, name, checked_call(name, getattr(cls, name)))
-
-    @cached_property
-    def pace(self) -> Pace:
-        """Return what the runs of this engine took so far."""
-        return Pace()
 
     @property
     def title(self) -> str:
