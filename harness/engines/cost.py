@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from harness.engines.base import Job, Traits
 
 MOST_SECONDS = 600.0  # longer runs are refused without --force
+STATED_SECONDS = 60.0  # the expected time of longer runs is printed before they begin
 PARTICLES = 10  # of the system on which the costs were measured
 SMALLER = "a coarser step, a softer contact or a smaller system"
 _UNITS = (("years", 31_557_600.0), ("days", 86_400.0), ("hours", 3600.0), ("minutes", 60.0))
