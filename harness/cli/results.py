@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+import math
+import time
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
 
@@ -275,12 +277,10 @@ def cache(
     kept
         The cache. [default: DEM_HARNESS_HOME/cache, else ~/.cache/dem-harness]
     """
-    import time
-
     from harness.cases.registry import get_case
     from harness.files import cache_place
     from harness.store.cache import clear as clear_entries
-    from harness.store.cache import contents
+    from harness.store.cache import contents, sorts
 
     if older_than is not None and not older_than >= 0.0:
         raise RequestError(f"--older-than {older_than}: must be 0 days or more")
@@ -289,25 +289,15 @@ def cache(
     folder = cache_place(kept).path
     if kept is not None and not kept.is_dir() and kept.exists():
         raise RequestError(f"--cache {kept}: is a file; name a folder")
-    oldest = time.time() - 86400.0 * (older_than or 0.0)
-    found = [
-        entry
-        for entry in contents(folder)
-        if (older_than is None or entry.used < oldest) and (case is None or case in entry.cases)
-    ]
-    if clear:
-        found = clear_entries(folder, found)
-    sorts: dict[str, dict[str, int]] = {}
-    for entry in found:
-        count = sorts.setdefault(entry.sort, {"entries": 0, "bytes": 0})
-        count["entries"] += 1
-        count["bytes"] += entry.size
-    record: Mapping[str, Any] = {"cache": str(folder), "cleared": clear, "sorts": sorts}
+    oldest = math.inf if older_than is None else time.time() - 86400.0 * older_than
+    found = [e for e in contents(folder) if e.used < oldest and (case is None or case in e.cases)]
+    record = {"cache": str(folder), "cleared": clear}
+    counts = sorts(clear_entries(folder, found) if clear else found)
     if json:
-        print_json(record)
+        print_json({**record, "sorts": counts})
         return 0
     print(f"cache: {folder}")
-    for sort, count in sorts.items():
+    for sort, count in counts.items():
         state = "cleared" if clear else "kept"
         print(f"{sort}: {count['entries']} {state}, {count['bytes'] / 1e6:.3g} MB")
     return 0
@@ -328,11 +318,7 @@ def reproduce(*, output: Folder = None, check: bool = False, json: Json = False)
     check
         Write nothing; exit status 1 where a status, or a number beyond round-off, has changed.
     """
-    from harness.reproduction.run import (
-        headline,
-        statuses,
-        write_reproduction,
-    )
+    from harness.reproduction.run import headline, statuses, write_reproduction
     from harness.reproduction.run import reproduce as recompute
     from harness.workflows import diff as compare_runs
     from harness.workflows.progress import progress_bars

@@ -82,10 +82,15 @@ def sweep(
     target
         A case that `dem-harness cases` lists, or a file, FILE.toml, that describes a sweep.
     """
+    from harness.workflows.points import read_points
     from harness.workflows.progress import progress_bars
 
     chosen = _planned(target, choice)
-    points = _points(choice, chosen)
+    points = None
+    if choice.reference is not None:
+        name, column = next(iter(chosen.columns().items()))
+        across, uncertainty = chosen.request.over[0], chosen.uncertainty_column(name)
+        points = read_points(choice.reference, across, column, uncertainty)
     engines.check(chosen.engines, "--engines")
     opener = Opener(engines)
     runs = len(chosen.points) * len(chosen.engines)
@@ -163,16 +168,6 @@ def _planned(target: str, choice: SweepOptions) -> SweepPlan:
         for table, given in (("over", over), ("set", fixed)):
             text = text if given else text.replace(f"--{table} ", f"[{table}] ", 1)
         raise RequestError(f"{target}: {text}") from None
-
-
-def _points(choice: SweepOptions, chosen: SweepPlan) -> Points | None:
-    from harness.workflows.points import read_points
-
-    if choice.reference is None:
-        return None
-    name, column = next(iter(chosen.columns().items()))
-    over = chosen.request.over[0]
-    return read_points(choice.reference, over, column, chosen.uncertainty_column(name))
 
 
 def _run(

@@ -119,8 +119,22 @@ def verified(
         kept = kept_verification(entries, key, folder)
         if kept is not None:
             return {**kept, "folder": str(folder), "cached": True}
+    from harness.workflows import verify as verify_engines
+
     with engines.executor() as opener.executor:
-        record = _measured(choice, opener, folder, progress)
+        record = verify_engines(
+            choice.level,
+            cases=choice.cases,
+            engines=choice.engines,
+            only=choice.only,
+            strict=choice.strict,
+            known_defects=choice.known_defects,
+            output=folder,
+            png=choice.png,
+            open_engine=opener,
+            check_duration=duration_check(choice.force, f"level {choice.level}", INSTEAD),
+            progress=progress,
+        ).to_json()
     if entries is not None and key is not None and record["status"] in (0, 1):
         keep_verification(entries, key, folder, record)
     return {**record, "folder": str(folder), "cached": False, **opener.runs()}
@@ -177,27 +191,6 @@ def _key(choice: VerifyOptions, engines: EngineOptions) -> str | None:
     )
 
 
-def _measured(
-    choice: VerifyOptions, opener: Opener, folder: Path, progress: Progress
-) -> dict[str, Any]:
-    from harness.workflows import verify as verify_engines
-
-    run = verify_engines(
-        choice.level,
-        cases=choice.cases,
-        engines=choice.engines,
-        only=choice.only,
-        strict=choice.strict,
-        known_defects=choice.known_defects,
-        output=folder,
-        png=choice.png,
-        open_engine=opener,
-        check_duration=duration_check(choice.force, f"level {choice.level}", INSTEAD),
-        progress=progress,
-    )
-    return run.to_json()
-
-
 def _print(record: Record, folder: Path, *, verbose: bool) -> None:
     rows: Sequence[Record] = record["rows"]
     for verdict, most in SHOWN.items():
@@ -215,12 +208,8 @@ def _print(record: Record, folder: Path, *, verbose: bool) -> None:
     again = " (kept from an earlier run)" if record["cached"] else ""
     print(f"report{again}: {folder / 'report.html'}")
     if record["status"] == 3:
-        for row in rows:
-            if row["failure"] == "engine error":
-                tell(f"{row_name(row)}: {row['note']}")
-                break
-        else:
-            tell(record["headline"])
+        died = [f"{row_name(r)}: {r['note']}" for r in rows if r["failure"] == "engine error"]
+        tell((died or [record["headline"]])[0])
 
 
 def _print_rows(rows: Sequence[Record], most: int) -> None:

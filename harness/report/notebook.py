@@ -13,16 +13,28 @@ if TYPE_CHECKING:
     from harness.report.style import Figure
 
 
-class Shown(ABC):
-    """A result that shows itself: its summary as text or HTML, and a figure.
-
-    A subclass defines ``summary``, ``to_frame`` and ``draw``. As a dataclass it is declared with
-    ``repr=False``.
-    """
+class Summarized(ABC):
+    """A result that shows its summary as text or HTML; a dataclass is declared ``repr=False``."""
 
     @abstractmethod
     def summary(self) -> Mapping[str, str]:
         """Return the main values, at most five, by name."""
+
+    def __repr__(self) -> str:
+        """Return the summary, a line for each value."""
+        return "\n".join(f"{name}: {text}" for name, text in self.summary().items())
+
+    def _repr_html_(self) -> str:
+        rows = "".join(
+            f"<tr><th scope='row' style='text-align:left'>{html.escape(name)}</th>"
+            f"<td style='text-align:left'>{html.escape(text)}</td></tr>"
+            for name, text in self.summary().items()
+        )
+        return f"<table><tbody>{rows}</tbody></table>"
+
+
+class Shown(Summarized):
+    """A result with a table and a figure too."""
 
     @abstractmethod
     def to_frame(self) -> pd.DataFrame:
@@ -38,15 +50,3 @@ class Shown(ABC):
 
         with house_style():
             return self.draw()
-
-    def __repr__(self) -> str:
-        """Return the summary, a line for each value."""
-        return "\n".join(f"{name}: {text}" for name, text in self.summary().items())
-
-    def _repr_html_(self) -> str:
-        rows = "".join(
-            f"<tr><th scope='row' style='text-align:left'>{html.escape(name)}</th>"
-            f"<td style='text-align:left'>{html.escape(text)}</td></tr>"
-            for name, text in self.summary().items()
-        )
-        return f"<table><tbody>{rows}</tbody></table>"

@@ -257,6 +257,16 @@ def clear(folder: Path, entries: Iterable[Kept]) -> list[Kept]:
     return gone
 
 
+def sorts(entries: Iterable[Kept]) -> dict[str, dict[str, int]]:
+    """Return the number and the size [bytes] of things in the cache, by sort."""
+    found: dict[str, dict[str, int]] = {}
+    for entry in entries:
+        count = found.setdefault(entry.sort, {"entries": 0, "bytes": 0})
+        count["entries"] += 1
+        count["bytes"] += entry.size
+    return found
+
+
 def _kept(path: Path, sort: str, cases: tuple[str, ...] = ()) -> Kept | None:
     with contextlib.suppress(OSError):  # gone by now
         state = path.stat()

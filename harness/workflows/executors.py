@@ -24,6 +24,7 @@ from concurrent.futures import (
 )
 from contextlib import contextmanager
 from dataclasses import dataclass
+from importlib import import_module
 from typing import Any, TypeVar
 
 from harness.engines.base import Engine, Job, Output
@@ -185,7 +186,10 @@ def dask_executor(
     """
     name, _, jobs = cluster.partition(":")
     if name == SLURM:
-        with _slurm_cluster(_jobs(cluster, jobs)) as made, _client(made) as executor:
+        most = str(SLURM_JOBS) if cluster == SLURM else jobs
+        if not (most.isascii() and most.isdigit() and 1 <= int(most) <= 10_000):
+            raise RequestError(f"--dask {cluster}: must be {SLURM}:JOBS, from 1 to 10000 jobs")
+        with _slurm_cluster(int(most)) as made, _client(made) as executor:
             yield executor
         return
     workers = _workers_at(cluster)
@@ -260,17 +264,7 @@ def _check_job(script: str) -> None:
         raise RequestError(f"--dask {SLURM}: sbatch refuses a job as in jobqueue.yaml: {words}")
 
 
-def _jobs(cluster: str, text: str) -> int:
-    if cluster == SLURM:
-        return SLURM_JOBS
-    if not (text.isascii() and text.isdigit() and 1 <= int(text) <= 10_000):
-        raise RequestError(f"--dask {cluster}: must be {SLURM}:JOBS, from 1 to 10000 jobs")
-    return int(text)
-
-
 def _imported(module: str, name: str) -> Callable[..., Any]:
-    from importlib import import_module
-
     try:
         found: Callable[..., Any] = getattr(import_module(module), name)
     except ImportError as error:

@@ -8,12 +8,13 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol, cast
+from typing import TYPE_CHECKING, Any
 
 from harness.engines.base import Engine
 from harness.engines.registry import DEFAULT, engine_class
 from harness.errors import RequestError
 from harness.files import check_folder, whole_folder
+from harness.report.notebook import Summarized
 from harness.results.compare import Change, cells, compare, defect_counts, matrix, trend
 from harness.results.rows import KEY, Level, Verdict
 from harness.store.cache import keeping
@@ -29,20 +30,8 @@ HOLDING = (Verdict.PASS, Verdict.RECORDED, Verdict.FINDING)
 MOST_MOVED = 200  # rows of the page; rows.csv has all
 
 
-class EngineReleases(Protocol):
-    """The part of an engine's class that opens its releases."""
-
-    @classmethod
-    def check_release(cls, name: str) -> None:
-        """Raise RequestError for a name that is neither of a release nor of a program."""
-
-    @classmethod
-    def release(cls, name: str, folder: Path | None = None) -> Engine:
-        """Return the engine of a release, installed if need be; raise EngineMissingError."""
-
-
 @dataclass(frozen=True, repr=False)
-class ReleaseComparison:
+class ReleaseComparison(Summarized):
     """Runs of the same cases in several releases, by name; the first with values is compared to.
 
     Rows are those of ``engine`` alone: this package's solvers are the same in each run.
@@ -105,16 +94,10 @@ class ReleaseComparison:
 
     def to_frame(self) -> pd.DataFrame:
         """Return the rows of all releases in one table, with the columns ``run`` and ``change``."""
-        import pandas as pd
-
-        wide = self.matrix()
         long = trend(list(self.rows.items()))
-        keys = long[list(KEY)].apply(tuple, axis=1)
-        changes = [
-            "reference" if run == self.reference else wide.at[key, run]
-            for key, run in zip(keys, long["run"], strict=True)
-        ]
-        return long.assign(change=pd.Series(changes, dtype=object, index=long.index))
+        wide = self.matrix().assign(**{self.reference: "reference"}).stack()
+        places = zip(*(long[name] for name in (*KEY, "run")), strict=True)
+        return long.assign(change=[wide[place] for place in places])
 
     def counts(self) -> dict[str, dict[str, int]]:
         """Return how many rows of each release have each change; of the reference, each verdict."""
@@ -150,9 +133,6 @@ class ReleaseComparison:
             )
             for name in self.runs
         }
-
-    def __repr__(self) -> str:
-        return "\n".join(f"{name}: {text}" for name, text in self.summary().items())
 
     def _repr_html_(self) -> str:
         return str(self.cells().to_html())
@@ -203,52 +183,34 @@ def releases(  # noqa: PLR0913 - the options of a user
     commands of executables. A release that cannot be installed or run is shown as such. Raise
     RequestError for a name that is neither or is given twice, and for an engine without releases.
     """
-    kind = _releases_of(engine)
-    _check_names(names, kind)
-    if output is not None:
-        check_folder(output)
-    runs = {}
-    for place, name in enumerate(names):
-        progress("releases", place, len(names))
-        runs[name] = verify(
-            level,
-            cases=cases,
-            engines=engine,
-            only=only,
-            open_engine=_opener(kind, name, folder, fresh=fresh),
-            progress=_named(progress, name),
-        )
-    progress("releases", len(names), len(names))
-    compared = ReleaseComparison(engine, level, runs)
-    if output is not None:
-        compared.write(output)
-    return compared
-
-
-def _releases_of(engine: str) -> EngineReleases:
-    kind = engine_class(engine)
+    kind: Any = engine_class(engine)
     if not (hasattr(kind, "release") and hasattr(kind, "check_release")):
         raise RequestError(f"--engine {engine!r}: has no releases that can be installed")
-    return cast(EngineReleases, kind)
-
-
-def _check_names(names: Sequence[str], kind: EngineReleases) -> None:
     if not names:
         raise RequestError("releases: name at least one release, or an executable")
     for name in names:
         if list(names).count(name) > 1:
             raise RequestError(f"release {name!r}: is named twice")
         kind.check_release(name)
+    if output is not None:
+        check_folder(output)
+    runs = {}
+    for place, name in enumerate(names):
+        progress("releases", place, len(names))
 
+        @contextmanager
+        def opened(_: str, name: str = name) -> Iterator[Engine]:
+            with kind.release(name, folder) as installed:
+                yield keeping(installed, fresh=fresh)
 
-def _opener(kind: EngineReleases, name: str, folder: Path | None, *, fresh: bool) -> Any:
-    @contextmanager
-    def opened(_: str) -> Iterator[Engine]:
-        with kind.release(name, folder) as installed:
-            yield keeping(installed, fresh=fresh)
+        def note(stage: str, done: int, total: int, name: str = name) -> None:
+            progress(f"{name}: {stage}", done, total)
 
-    return opened
-
-
-def _named(progress: Progress, name: str) -> Progress:
-    return lambda stage, done, total: progress(f"{name}: {stage}", done, total)
+        runs[name] = verify(
+            level, cases=cases, engines=engine, only=only, open_engine=opened, progress=note
+        )
+    progress("releases", len(names), len(names))
+    compared = ReleaseComparison(engine, level, runs)
+    if output is not None:
+        compared.write(output)
+    return compared

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from harness.errors import RequestError
+from harness.report.notebook import Summarized
 from harness.results.compare import Change, compare, counts_of_changes, regressions
 from harness.results.defects import KnownDefect
 from harness.results.rows import KEY
@@ -39,7 +40,7 @@ class Fact(NamedTuple):
 
 
 @dataclass(frozen=True, repr=False)
-class RunDiff:
+class RunDiff(Summarized):
     """What changed over runs that follow one another.
 
     ``steps`` are the changes between consecutive runs, with columns ``run_before`` and
@@ -107,9 +108,6 @@ class RunDiff:
             lines[f"{before} to {after}"] = ", ".join(numbers) or "no rows"
         return lines | {fact.name: f"{fact.before} → {fact.after}" for fact in self.facts}
 
-    def __repr__(self) -> str:
-        return "\n".join(f"{name}: {text}" for name, text in self.summary().items())
-
     def _repr_html_(self) -> str:
         return str(self.changes.to_html(index=False, na_rep=""))
 
@@ -138,7 +136,7 @@ def diff(*runs: str | Path | Run, accepted: Path | None = None) -> RunDiff:
 
 
 @dataclass(frozen=True, repr=False)
-class Acceptance:
+class Acceptance(Summarized):
     """What was accepted: the files that changed, and the changes of their rows."""
 
     folder: Path
@@ -165,9 +163,6 @@ class Acceptance:
         numbers = [f"{n} {change}" for change, n in counts_of_changes(self.changes).items()]
         files = ", ".join(str(file) for file in self.files) or "none: the run is what was accepted"
         return {"rows": ", ".join(numbers) or "none", "files changed": files}
-
-    def __repr__(self) -> str:
-        return "\n".join(f"{name}: {text}" for name, text in self.summary().items())
 
 
 def accept(run: str | Path | Run, folder: Path | None = None) -> Acceptance:
@@ -240,8 +235,7 @@ def _distinct_names(runs: tuple[Any, ...] | list[Any]) -> tuple[str, ...]:
 def _facts(before: Run, after: Run) -> tuple[Fact, ...]:
     """Return what else than rows differs: level, cases, engines, platform, scripts."""
     first, second = _described(before), _described(after)
-    names = dict.fromkeys([*first, *second])
-    pairs = [Fact(name, first.get(name, "none"), second.get(name, "none")) for name in names]
+    pairs = [Fact(n, first.get(n, "none"), second.get(n, "none")) for n in {**first, **second}]
     return tuple(fact for fact in pairs if fact.before != fact.after)
 
 
@@ -250,8 +244,5 @@ def _described(run: Run) -> Mapping[str, str]:
     facts = {"level": meta.level, "cases": ", ".join(meta.cases), "rows": meta.only,
              "platform": meta.platform, "dem-harness": meta.harness_version}  # fmt: skip
     facts |= {f"engine {name}": version or "missing" for name, version in meta.engines.items()}
-    return facts | {f"script {name}": _digest(text) for name, text in run.scripts.items()}
-
-
-def _digest(text: str) -> str:
-    return hashlib.sha256(text.encode()).hexdigest()[:12]
+    digests = {name: hashlib.sha256(text.encode()) for name, text in run.scripts.items()}
+    return facts | {f"script {name}": d.hexdigest()[:12] for name, d in digests.items()}

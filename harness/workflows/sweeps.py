@@ -31,7 +31,6 @@ from harness.errors import (
     RequestError,
 )
 from harness.files import check_writable, lock_file, text_writer, write_files
-from harness.model.base import Parameters
 from harness.report.notebook import Shown
 from harness.store.cache import opened
 from harness.workflows.executors import completed, opened_on
@@ -161,13 +160,20 @@ class Runner:
         Raise EngineError where the engine cannot be opened.
         """
         places = [i for i, point in enumerate(chosen.points) if point.parameters is not None]
+        points = [chosen.points[place] for place in places]
         if chosen.solves(engine):
-            yield from self._solved(chosen, engine, places)
+            calls = [(chosen.case.name, point.parameters, engine) for point in points]
+            found: Iterable[tuple[int, Ran | EngineError]]
+            if self.executor is None:
+                found = ((i, solved(*call)) for i, call in enumerate(calls))
+            else:
+                found = completed(self.executor, solved, calls)
+            for index, ran in found:
+                yield places[index], Ran(error=ran) if isinstance(ran, EngineError) else ran
             return
         with self.open_engine(engine) as running:
             if searched(chosen.case, chosen.quantities):
                 search = partial(_searched, chosen, running)
-                points = [chosen.points[place] for place in places]
                 at_once = SEARCHES if self.executor else cores()
                 for index, ran in parallel_each(search, points, at_once):
                     yield places[index], ran
@@ -175,29 +181,10 @@ class Runner:
             for first in range(0, len(places), CHUNK):
                 yield from _in_engine(chosen, running, places[first : first + CHUNK])
 
-    def _solved(
-        self, chosen: SweepPlan, solver: str, places: Sequence[int]
-    ) -> Iterator[tuple[int, Ran]]:
-        name = chosen.case.name
-        points = {place: chosen.points[place].parameters for place in places}
-        if self.executor is None:
-            for place, parameters in points.items():
-                yield place, solved(name, parameters, solver)
-            return
-        calls = [(name, parameters, solver) for parameters in points.values()]
-        for number, found in completed(self.executor, solved, calls):
-            ran = Ran(error=found) if isinstance(found, EngineError) else found
-            yield [*points][number], ran
 
-
-def solved(case: str, parameters: Parameters | None, solver: str) -> Ran:
+def solved(case: str, parameters: Any, solver: str) -> Ran:
     """Return what a solver of a case finds, or its error."""
-    version = f"dem-harness {__version__}"
-    try:
-        values = get_case(case).solve(parameters, solver)
-    except HarnessError as error:
-        return Ran(version=version, error=error)
-    return Ran({name: Value(value) for name, value in values.items()}, version)
+    return _tried(lambda: get_case(case).solve(parameters, solver), f"dem-harness {__version__}")
 
 
 def run_plan(
@@ -299,7 +286,7 @@ def _in_engine(
     jobs: dict[Any, tuple[Job, list[int]]] = {}
     for place in places:
         try:
-            job = chosen.case.job(_parameters(chosen.points[place]))
+            job = chosen.case.job(chosen.points[place].parameters)
             if reason := engine.refuses(job):
                 raise RequestError(reason)
         except HarnessError as error:
@@ -312,13 +299,13 @@ def _in_engine(
             if isinstance(outcome, EngineError):
                 yield place, _undecided(Ran(version=version, error=outcome))
                 continue
-            measure = partial(chosen.case.measure, _parameters(chosen.points[place]), outcome)
+            measure = partial(chosen.case.measure, chosen.points[place].parameters, outcome)
             yield place, replace(_tried(measure, version), seconds=outcome.seconds)
 
 
 def _searched(chosen: SweepPlan, engine: Engine, point: Point) -> Ran:
     case, version = chosen.case, engine.identify().engine_version
-    parameters = _parameters(point)
+    parameters = point.parameters
 
     def search() -> Mapping[str, Value | float]:
         if reason := engine.refuses(case.job(parameters)):
@@ -344,11 +331,6 @@ def _undecided(ran: Ran) -> Ran:
     if not isinstance(ran.error, EngineUndecidedError):
         return ran
     return replace(ran, values={name: Value(value) for name, value in ran.error.values.items()})
-
-
-def _parameters(point: Point) -> Parameters:
-    assert point.parameters is not None
-    return point.parameters
 
 
 def _parameter_columns(chosen: SweepPlan, point: Point) -> dict[str, Any]:
