@@ -12,10 +12,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from harness.compiled import shielded
+from harness.compiled import compiled, shielded
 from harness.errors import EngineNaNError
 from harness.model.scene import LOOK, Scene
-from harness.solvers.chain.contacts import compiled, solve
+from harness.solvers.chain.contacts import solve
 from harness.solvers.chain.setup import Flags, Floats
 
 SLACK = 1e-14  # gaps as far below 0 are rounding [diameters]

@@ -16,21 +16,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from harness.compiled import Function, jit
+from harness.compiled import compiled
 from harness.errors import RequestError
 from harness.solvers.chain.setup import Flags, Floats, compliance
 
 PATIENCE = 10  # passes without fewer wrong contacts before they are exchanged one by one
 MOST_PASSES = 1000  # one by one, for each contact
-
-
-def compiled(function: Function) -> Function:
-    """Compile ``function`` at its first call, keeping its Python type.
-
-    IEEE arithmetic, but for the fusing of a product and a sum. Nothing is reordered: equal
-    particles in equal states stay equal to the last bit. Python's lock is released.
-    """
-    return jit(function, error_model="numpy", fastmath={"contract"}, nogil=True)
 
 
 def contact_forces(

@@ -18,9 +18,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from harness.compiled import shielded
+from harness.compiled import compiled, shielded
 from harness.errors import RequestError
-from harness.solvers.chain.contacts import compiled, factorise, solve, substitute
+from harness.solvers.chain.contacts import factorise, solve, substitute
 from harness.solvers.chain.motion import ChainMotion
 from harness.solvers.chain.setup import Chain, Flags, Floats
 

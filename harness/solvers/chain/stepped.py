@@ -16,9 +16,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from harness.compiled import shielded
+from harness.compiled import compiled, shielded
 from harness.errors import RequestError
-from harness.solvers.chain.contacts import compiled, solve
+from harness.solvers.chain.contacts import solve
 from harness.solvers.chain.motion import ChainMotion
 from harness.solvers.chain.setup import (
     STABILITY,
