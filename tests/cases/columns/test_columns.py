@@ -22,17 +22,14 @@ from harness.cases.columns.system import (
 from harness.cases.incline import system as incline
 from harness.cases.incline.runs import Fate
 from harness.cases.tower.parameters import LAWS
-from harness.engines.base import Engine, Traits
 from harness.engines.lammps.engine import Lammps
 from harness.engines.output import Output
-from harness.engines.provenance import Provenance
-from harness.engines.scene_tables import motion_tables
 from harness.errors import EngineOutputError, RequestError
-from harness.model.conventions import Rules
 from harness.results.rows import Verdict
 from harness.solvers import reference
 from harness.solvers.chain import columns as chain_columns
 from harness.theory.incline import critical_angle as rigid_angle
+from tests.cases.incline.doubles import StandIn
 
 SOFT = Columns(n=5, stiffness=1e5)
 OWN = Bench(None)
@@ -114,34 +111,12 @@ def test_findings_beside_the_source():
 # ---- an engine
 
 
-class Standin(Engine):
-    """Runs scenes by the reference; ``change`` plants a fault in them."""
-
-    name = "standin"
-    traits = Traits(install_hint="comes with the tests", versions=("1",))
-
-    def __init__(self, change=lambda scene: scene):
-        self.change = change
-
-    def identify(self):
-        return Provenance("standin", "1")
-
-    def rules(self, scene):  # noqa: ARG002
-        return Rules()
-
-    def run(self, jobs):
-        scenes = [self.change(job.scene) for job in jobs]
-        tables = [motion_tables(reference.run(s), s, sampled=j.sampled)
-                  for s, j in zip(scenes, jobs, strict=True)]  # fmt: skip
-        return [Output((), self.identify(), table) for table in tables]
-
-
 def rows_of(engine):
     return run_checks("columns", list(CASE.checks(engine)), Bench(engine))
 
 
 def test_a_right_engine_passes_and_lacks_the_deformable_law():
-    rows = rows_of(Standin())
+    rows = rows_of(StandIn())
     verdicts = {row.setup: row.verdict for row in rows}
     assert {v for s, v in verdicts.items() if "deformable" in s} == {Verdict.NOT_TESTED}
     assert {v for s, v in verdicts.items() if "deformable" not in s} == {Verdict.PASS}
@@ -171,7 +146,7 @@ FAULTS = {
 
 @pytest.mark.parametrize("fault", FAULTS)
 def test_planted_faults(fault):
-    engine = Standin(lambda scene: FAULTS[fault](scene) if scene.pairs else scene)
+    engine = StandIn(lambda scene: FAULTS[fault](scene) if scene.pairs else scene)
     rows = [
         row for row in rows_of(engine) if row.setup == "overlap law, damped, n = 3, k = 2e3 N/m"
     ]
@@ -179,7 +154,7 @@ def test_planted_faults(fault):
 
 
 def test_a_path_off_the_inclines_is_seen():
-    engine = Standin(
+    engine = StandIn(
         lambda s: s.replace(step=s.step * (1 + 1e-9)) if s.law.damping == "velocity" else s
     )
     row = rows_of(engine)[0]
@@ -187,14 +162,14 @@ def test_a_path_off_the_inclines_is_seen():
 
 
 def test_an_output_without_an_end_is_refused():
-    output = Bench(Standin()).output(job_of(SOFT))
+    output = Bench(StandIn()).output(job_of(SOFT))
     stages = {name: column[:1] for name, column in output.tables["stages"].items()}
     with pytest.raises(EngineOutputError, match="no end"):
         read_run(SOFT, "passage", Output((), output.provenance, {"stages": stages}))
 
 
 def test_the_quantities_of_a_run_and_the_search():
-    bench = Bench(Standin())
+    bench = Bench(StandIn())
     measured = CASE.measure(SOFT, bench.output(CASE.job(SOFT)))
     assert set(measured) < {quantity.name for quantity in CASE.quantities}
     assert CASE.reference(SOFT, bench) == pytest.approx(measured)

@@ -1,4 +1,6 @@
-"""Engines that run towers by this package: LAMMPS's script, or a scene; with planted faults."""
+"""Engines that run towers by this package: LAMMPS's script with planted faults, or Euler's."""
+
+from dataclasses import replace
 
 import numpy as np
 
@@ -7,9 +9,8 @@ from harness.cases.tower.runs import solve, timing_of
 from harness.engines.base import Engine, Traits
 from harness.engines.output import SERIES, Output
 from harness.engines.provenance import Provenance
-from harness.engines.scene_tables import motion_table
+from harness.engines.reference import Reference
 from harness.model.conventions import Rules
-from harness.solvers import reference
 
 
 class Standin(Engine):
@@ -66,35 +67,18 @@ class Standin(Engine):
         }
 
 
-class SceneEngine(Standin):
-    """Has no script, and runs scenes under other rules by the reference."""
+class Euler(Reference):
+    """A code of first order with seven digits, which runs scenes."""
 
-    name = "scenes"
-    conventions = Rules()
+    def __init__(self):
+        super().__init__("mfix-euler")
+        self.traits = replace(self.traits, digits=7)
 
-    @classmethod
-    def has_template(cls, template):  # noqa: ARG003
-        return False
-
-    def rules(self, scene):  # noqa: ARG002
-        return self.conventions
-
-    def _table(self, job):
-        return motion_table(reference.run(job.scene, self.conventions), job.scene)
+    def run(self, jobs):
+        return [replace(output, tables=_rounded(output.tables)) for output in super().run(jobs)]
 
 
-class Euler(SceneEngine):
-    """A code of first order with seven digits."""
-
-    name = "euler"
-    traits = Traits(
-        install_hint="comes with the tests", versions=("1",), integrator="mfix-euler", digits=7
-    )
-    conventions = Rules(scheme="mfix_euler", frozen_mass="own")
-
-    def _table(self, job):
-        table = super()._table(job)
-        digits = np.vectorize(lambda value: float(f"{value:.6e}"))
-        return {
-            name: column if name == "step" else digits(column) for name, column in table.items()
-        }
+def _rounded(tables):
+    digits = np.vectorize(lambda value: float(f"{value:.6e}"))
+    return {SERIES: {name: column if name == "step" else digits(column)
+                     for name, column in tables[SERIES].items()}}  # fmt: skip

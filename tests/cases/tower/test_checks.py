@@ -7,8 +7,9 @@ from harness.cases.bench import Bench
 from harness.cases.checks import run_checks, selected
 from harness.cases.tower import checks
 from harness.cases.tower.case import CASE
+from harness.engines.reference import Reference
 from harness.results.rows import Kind, Verdict
-from tests.cases.tower.standin import Euler, SceneEngine, Standin
+from tests.cases.tower.standin import Euler, Standin
 
 
 def rows_of(engine, level="quick", only="*"):
@@ -29,7 +30,7 @@ def test_an_engine_with_the_script_passes_all():
 
 
 def test_an_engine_of_scenes_runs_the_overlap_law_and_one_row_says_what_it_lacks():
-    rows = rows_of(SceneEngine(), "default")
+    rows = rows_of(Reference(), "default")
     lacking = [row for row in rows if row.verdict is Verdict.NOT_TESTED]
     assert [row.setup for row in lacking] == ["deformable law, n = 1"]
     assert "template" in lacking[0].note

@@ -22,8 +22,9 @@ from harness.cases.tower.runs import (
 )
 from harness.engines.output import SERIES, Output
 from harness.engines.provenance import Provenance
+from harness.engines.reference import Reference
 from harness.errors import EngineOutputError, RequestError
-from tests.cases.tower.standin import SceneEngine, Standin
+from tests.cases.tower.standin import Standin
 
 # of `run tower --engine rk4` in version 1
 VERSION_1 = {
@@ -71,7 +72,7 @@ def test_script_scene_and_chain_are_one_tower(start):
     places = [body.position[0] - i for i, body in enumerate(scene.bodies)]
     assert places == pytest.approx(chain.displacement.tolist(), abs=1e-15)
     assert [body.motion for body in scene.bodies] == ["free"] * 3 + ["frozen"]
-    runs = [run_in(Bench(engine), case, timing) for engine in (Standin(), SceneEngine())]
+    runs = [run_in(Bench(engine), case, timing) for engine in (Standin(), Reference())]
     assert runs[0].grain_force == pytest.approx(runs[1].grain_force, abs=1e-6)
     assert runs[0].energy == pytest.approx(runs[1].energy, abs=1e-9)
 

@@ -5,12 +5,13 @@ from harness.cases.checks import run_checks, selected
 from harness.cases.tower.case import CASE
 from harness.cases.tower.impulse import impulse_angles
 from harness.cases.tower.show import angle_figure
+from harness.engines.reference import Reference
 from harness.report.figures import draw
-from tests.cases.tower.standin import SceneEngine, Standin
+from tests.cases.tower.standin import Standin
 
 
 def test_sections_draw_what_benches_have():
-    benches = {"standin": Bench(Standin()), "scenes": Bench(SceneEngine()), OWN: Bench(None)}
+    benches = {"standin": Bench(Standin()), "scenes": Bench(Reference()), OWN: Bench(None)}
     for name in ("standin", "scenes"):
         checks = selected("tower", CASE.checks(benches[name].engine), "quick")
         run_checks("tower", checks, benches[name])

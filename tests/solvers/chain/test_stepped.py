@@ -11,7 +11,6 @@ from harness.solvers.chain import stepped
 from harness.solvers.chain.contacts import factorise, forces_of_overlaps
 from harness.solvers.chain.exact import find_modes
 from harness.solvers.chain.setup import STABILITY, highest_frequency
-from harness.theory import chain as theory
 from tests.solvers.chain.rows import LAWS, Tower, by_modes, by_steps, chain_of, drift
 
 
@@ -48,23 +47,6 @@ def test_the_order_across_changes_of_contact(law):
     _, (low, high) = slope_order(1 / counts, [drift(run) for run in runs])
     assert low < 2 < high
     assert high - low < 0.6
-
-
-@pytest.mark.parametrize("law", LAWS)
-@pytest.mark.parametrize("height", [1, 3, 7, 20])
-def test_against_the_exact_propagator(law, height):
-    case = Tower(height=height, law=law)
-    run, exact = by_steps(case, 3.0), by_modes(case, 3.0)
-    assert run.final_velocity == pytest.approx(exact.final_velocity, abs=1e-5)
-    assert drift(run) < 1e-6
-    assert drift(exact) < 1e-11
-
-
-@pytest.mark.parametrize("law", LAWS)
-def test_free_chains_against_matrix_exponentials(law):
-    case = Tower(height=3, gravity=0.0, base="free", law=law)
-    expected = theory.final_velocities(4, law == "deformable")
-    assert by_steps(case, 20.0).final_velocity / 2 == pytest.approx(expected, abs=2e-6)
 
 
 # ---- the bound of the step: it holds, it is close, it is needed
