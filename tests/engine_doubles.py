@@ -4,12 +4,19 @@ from dataclasses import replace
 
 from harness.engines.reference import Reference
 from harness.errors import EngineCrashError, EngineError, Unsupported
+from harness.solvers import reference
+
+
+def same(value):
+    """Return a scene or an output as it is."""
+    return value
 
 
 class Twin(Reference):
-    """The reference with faults: of the scenes that it is given, or of the motions that it returns.
+    """The reference with faults, in place of an engine; it keeps the jobs that it ran.
 
-    It keeps the jobs that it ran.
+    Functions change the scenes that it is given, the motions or the outputs that it returns.
+    It declares ``declared`` rules, and runs under ``followed`` ones.
     """
 
     name = "twin"
@@ -17,16 +24,34 @@ class Twin(Reference):
         Reference.traits, install_hint="apt install it", lineage="LAMMPS", title="Twin"
     )
 
-    def __init__(self, change_scene=lambda scene: scene, change_motion=lambda _, motion: motion):
-        super().__init__()
-        self.change_scene, self.change_motion, self.jobs = change_scene, change_motion, []
+    def __init__(self, change_scene=same, change_motion=lambda _, motion: motion, *,
+                 change_output=same, declared=None, followed=None):  # fmt: skip
+        super().__init__(workers=1)
+        self.change_scene, self.change_motion = change_scene, change_motion
+        self.change_output, self.declared, self.followed = change_output, declared, followed
+        self.jobs = []
+
+    def rules(self, scene):
+        return self.declared or super().rules(scene)
+
+    def run(self, jobs):
+        return [one if isinstance(one, EngineError) else self.change_output(one)
+                for one in super().run(jobs)]  # fmt: skip
 
     def motions(self, jobs):
         self.jobs += jobs
-        changed = [replace(job, scene=self.change_scene(job.scene)) for job in jobs]
-        pairs = zip(jobs, super().motions(changed), strict=True)
-        return [m if isinstance(m, EngineError) else self.change_motion(j.scene, m)
-                for j, m in pairs]  # fmt: skip
+        scenes = [self.scene_of(job) for job in jobs]
+        found = [self._motion(self.change_scene(scene)) for scene in scenes]
+        return [one if isinstance(one, EngineError) else self.change_motion(scene, one)
+                for scene, one in zip(scenes, found, strict=True)]  # fmt: skip
+
+    def _motion(self, scene):
+        if self.followed is None:
+            return super()._motion(scene)
+        try:
+            return reference.run(scene, self.followed)
+        except EngineError as error:
+            return error
 
 
 class Clipping(Twin):

@@ -1,13 +1,12 @@
-"""The contact cases, the limit of small steps of their quantities, and a stand-in for an engine."""
+"""The contact cases, the limit of small steps of their quantities, and rows in an engine."""
 
 from importlib import import_module
 
 from harness.cases.bench import Bench
 from harness.cases.checks import run_checks, selected
-from harness.engines.reference import Reference
-from harness.errors import EngineError
 from harness.model.conventions import Rules
 from harness.solvers import reference
+from tests.engine_doubles import Twin
 
 NAMES = (
     "bounce", "collision", "curved-wall", "drag", "head-on", "heat", "incline-rest",
@@ -33,28 +32,9 @@ def limits(case, parameters, rules=None, steps=STEPS):
     return {name: 2.0 * fine[name] - coarse[name] for name in coarse}
 
 
-class StandIn(Reference):
-    """The reference with a change of each scene or motion, or other rules, for an engine."""
-
-    name = "stand-in"
-
-    def __init__(self, scenes=lambda s: s, motions=lambda m: m, declared=None, followed=None):
-        super().__init__(workers=1)
-        self.scenes, self.change = scenes, motions
-        self.declared, self.followed = declared or Rules(), followed or declared or Rules()
-
-    def rules(self, _):
-        return self.declared
-
-    def motions(self, jobs):
-        found = []
-        for job in jobs:
-            try:
-                motion = reference.run(self.scenes(self.scene_of(job)), self.followed)
-                found.append(self.change(motion))
-            except EngineError as error:
-                found.append(error)
-        return found
+def twin(*changes, declared=None, **more):
+    """Return the reference as an engine of the plain conventions, with faults."""
+    return Twin(*changes, declared=declared or Rules(), **more)
 
 
 def rows_of(case, engine, level="quick", only="*"):

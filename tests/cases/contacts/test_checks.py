@@ -11,14 +11,15 @@ from harness.engines.lammps.engine import Lammps
 from harness.errors import EngineLostAtomsError, EngineOutputError, Unsupported
 from harness.model.conventions import Rules
 from harness.results.rows import Failure, Kind, Verdict
-from tests.cases.contacts.common import CASES, StandIn, case_named, rows_of
+from tests.cases.contacts.common import CASES, case_named, rows_of, twin
+from tests.engine_doubles import Twin
 
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
 def test_the_reference_itself_passes_and_each_trial_of_quick_has_rows(case):
     trials = [trial for trial in case.trials() if trial.level == "quick"]
     assert {trial.parameters.steps_per_contact for trial in trials} == {STEPS}
-    rows = rows_of(case, StandIn())
+    rows = rows_of(case, twin())
     assert {row.verdict for row in rows} == {Verdict.PASS}
     assert {row.kind for row in rows} == {Kind.CROSS_CODE}
     assert all(row.difference == 0.0 and row.reason for row in rows)
@@ -32,7 +33,7 @@ def test_the_reference_itself_passes_and_each_trial_of_quick_has_rows(case):
 def test_what_a_level_runs_a_longer_one_runs_as_well_and_every_key_is_one_row(case):
     levels = {}
     for level in ("quick", "default", "full"):
-        checks = list(case.checks_up_to(StandIn(), level))
+        checks = list(case.checks_up_to(twin(), level))
         levels[level] = {(check.setup, check.quantity, check.check) for check in checks}
         assert len(levels[level]) == len(checks)
     assert levels["quick"] <= levels["default"] <= levels["full"]
@@ -55,26 +56,26 @@ def test_scales_are_sizes_that_quantities_have(case):
 # ---- planted faults
 
 
-def lost(motion):
+def lost(_, motion):
     parts = ("time", "position", "velocity", "angular_velocity", "force", "torque")
     return replace(motion, **{name: getattr(motion, name)[:-1] for name in parts})
 
 
-def not_a_number(motion):
+def not_a_number(_, motion):
     velocity = motion.velocity.copy()
     velocity[-1, 0, 2] = np.nan
     return replace(motion, velocity=velocity)
 
 
-def swapped(motion):
+def swapped(_, motion):
     return replace(motion, velocity=np.roll(motion.velocity, 1, axis=2))
 
 
-def shifted(motion):
+def shifted(_, motion):
     return replace(motion, velocity=np.roll(motion.velocity, 1, axis=0))
 
 
-def flown_by(motion):
+def flown_by(_, motion):
     """Return a motion without a contact."""
     still = np.zeros_like(motion.force)
     return replace(motion, force=still, velocity=np.tile(motion.velocity[0], (len(motion), 1, 1)))
@@ -96,19 +97,19 @@ def steeper(scene):
 
 
 FAULTS = {  # fault: case, law, the engine with it, the class of its failure
-    "a sample lost": ("oblique", StandIn(motions=lost), Failure.ENGINE),
-    "a NaN": ("oblique", StandIn(motions=not_a_number), Failure.NOT_A_NUMBER),
-    "columns swapped": ("oblique", StandIn(motions=swapped), Failure.OUT_OF_TOLERANCE),
-    "samples shifted": ("slip-to-roll", StandIn(motions=shifted), Failure.OUT_OF_TOLERANCE),
-    "no contact": ("pull-off", StandIn(motions=flown_by), Failure.ENGINE),
-    "a longer step": ("head-on", StandIn(scenes=longer_step), Failure.OUT_OF_TOLERANCE),
-    "a heavier body": ("stacked", StandIn(scenes=heavier), Failure.OUT_OF_TOLERANCE),
-    "another angle": ("oblique", StandIn(scenes=steeper), Failure.OUT_OF_TOLERANCE),
+    "a sample lost": ("oblique", twin(change_motion=lost), Failure.ENGINE),
+    "a NaN": ("oblique", twin(change_motion=not_a_number), Failure.NOT_A_NUMBER),
+    "columns swapped": ("oblique", twin(change_motion=swapped), Failure.OUT_OF_TOLERANCE),
+    "samples shifted": ("slip-to-roll", twin(change_motion=shifted), Failure.OUT_OF_TOLERANCE),
+    "no contact": ("pull-off", twin(change_motion=flown_by), Failure.ENGINE),
+    "a longer step": ("head-on", twin(longer_step), Failure.OUT_OF_TOLERANCE),
+    "a heavier body": ("stacked", twin(heavier), Failure.OUT_OF_TOLERANCE),
+    "another angle": ("oblique", twin(steeper), Failure.OUT_OF_TOLERANCE),
     "another lever": (
-        "spin", StandIn(followed=Rules(wall_lever="height")), Failure.OUT_OF_TOLERANCE,
+        "spin", twin(followed=Rules(wall_lever="height")), Failure.OUT_OF_TOLERANCE,
     ),
     "another scheme": (
-        "drag", StandIn(followed=Rules(scheme="mfix_euler")), Failure.OUT_OF_TOLERANCE,
+        "drag", twin(followed=Rules(scheme="mfix_euler")), Failure.OUT_OF_TOLERANCE,
     ),
 }  # fmt: skip
 
@@ -123,18 +124,18 @@ def test_a_planted_fault_turns_a_row(fault):
 
 
 def test_a_run_that_dies_is_a_failure_and_others_go_on():
-    case, engine = case_named("head-on"), StandIn()
+    case, engine = case_named("head-on"), twin()
     first = next(case.trials()).setup
     engine.motions = lambda jobs: [
         EngineLostAtomsError("lost one") if place == 0 else motion
-        for place, motion in enumerate(StandIn.motions(engine, jobs))
+        for place, motion in enumerate(Twin.motions(engine, jobs))
     ]
     for row in rows_of(case, engine):
         assert row.verdict is (Verdict.FAIL if row.setup == first else Verdict.PASS)
 
 
 def test_a_scene_that_an_engine_refuses_is_one_row_with_the_reason():
-    class Refuses(StandIn):
+    class Refuses(Twin):
         def rules(self, _):
             raise Unsupported("its walls mix no materials")
 
@@ -145,7 +146,7 @@ def test_a_scene_that_an_engine_refuses_is_one_row_with_the_reason():
 
 
 def test_conventions_of_an_engine_are_findings_that_name_what_they_move():
-    engine = StandIn(declared=Rules(wall_lever="height"))
+    engine = twin(declared=Rules(wall_lever="height"))
     rows = rows_of(case_named("slip-to-roll"), engine)
     moved = [row for row in rows if row.quantity == MOVED]
     assert {row.verdict for row in rows} == {Verdict.PASS, Verdict.FINDING}
@@ -155,7 +156,7 @@ def test_conventions_of_an_engine_are_findings_that_name_what_they_move():
 
 
 def test_a_closed_form_stands_next_to_the_row_with_the_error_of_the_step():
-    rows = [row for row in rows_of(case_named("drag"), StandIn()) if row.quantity != MOTION]
+    rows = [row for row in rows_of(case_named("drag"), twin()) if row.quantity != MOTION]
     assert all("error of the step" in row.note for row in rows)
 
 
@@ -199,6 +200,6 @@ def test_in_units_lj_no_bit_of_a_ratio_is_another(lammps):
 def test_an_output_of_another_shape_is_an_error_of_the_engine():
     case = case_named("drag")
     p = next(case.trials()).parameters
-    (output,) = StandIn(motions=lost).run([case.job(p)])
+    (output,) = twin(change_motion=lost).run([case.job(p)])
     with pytest.raises(EngineOutputError):
         case.measure(p, output)

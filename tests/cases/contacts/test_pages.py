@@ -6,10 +6,11 @@ from harness.cases.bench import OWN, Bench
 from harness.cases.checks import run_checks, selected
 from harness.cases.contacts import partial_slip, report
 from harness.model.conventions import Rules
-from tests.cases.contacts.common import StandIn, case_named, limits
+from tests.cases.contacts.common import case_named, limits, twin
+from tests.engine_doubles import Twin
 
 
-def slower(motion):
+def slower(_, motion):
     """Return a motion with velocities off by 1e-3: a code that is wrong everywhere."""
     motion.velocity[1:] *= 1.0 - 1e-3
     return motion
@@ -26,7 +27,7 @@ def ran(engine, case, level="quick"):
 @pytest.fixture(scope="module")
 def benches():
     case = case_named("slip-to-roll")
-    right, wrong = StandIn(declared=Rules(wall_lever="height")), StandIn(motions=slower)
+    right, wrong = twin(declared=Rules(wall_lever="height")), twin(change_motion=slower)
     right.traits = wrong.traits
     return {"right": ran(right, case), "wrong": ran(wrong, case), OWN: Bench(None)}
 
@@ -64,7 +65,7 @@ def test_a_convention_stands_with_its_formula_and_what_it_moves(benches):
 
 
 def test_defects_of_the_codes_alone_stand_with_cause_and_script():
-    class Named(StandIn):
+    class Named(Twin):
         name = "lammps"
 
     table = report.defects({"lammps": Bench(Named()), OWN: Bench(None)})
@@ -74,7 +75,7 @@ def test_defects_of_the_codes_alone_stand_with_cause_and_script():
 
 
 def test_the_curve_of_partial_slip_is_drawn_with_the_codes_that_ran_it():
-    case, engine = case_named("oblique"), StandIn()
+    case, engine = case_named("oblique"), twin()
     bench = Bench(engine)
     assert partial_slip.drawing(case, {"stand-in": bench}) is None
     (check,) = partial_slip.checks(case, engine)
@@ -86,7 +87,7 @@ def test_the_curve_of_partial_slip_is_drawn_with_the_codes_that_ran_it():
 
 
 def test_a_film_shows_the_bodies_and_the_floor():
-    case, engine = case_named("bounce"), StandIn()
+    case, engine = case_named("bounce"), twin()
     job = case.film_job(case.default, 40)
     (output,) = engine.run([job])
     discs = case.discs(case.default, output)

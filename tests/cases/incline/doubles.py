@@ -1,48 +1,15 @@
-"""Stand-ins: the reference with a fault in its scenes or outputs, and the energy map."""
+"""The energy map in place of an engine, and faults of scenes."""
 
 import math
-from dataclasses import replace
 
 import numpy as np
 
 from harness.cases.incline.runs import Fate, Run
 from harness.engines.base import Output
 from harness.engines.provenance import Provenance
-from harness.engines.reference import Reference
-from harness.errors import EngineCrashError, EngineError
 from harness.theory.incline import passage_margin
 
 MAP = Output((), Provenance("map", "1"))
-
-
-class StandIn(Reference):
-    """The reference under another name, which changes scenes before or outputs after a run."""
-
-    name = "stand-in"
-
-    def __init__(self, change_scene=None, change_output=None):
-        super().__init__()
-        self.traits = replace(self.traits, title="Stand-in")
-        self._change_scene = change_scene or (lambda scene: scene)
-        self._change_output = change_output or (lambda output: output)
-
-    def motions(self, jobs):
-        return super().motions([replace(job, scene=self._change_scene(job.scene)) for job in jobs])
-
-    def run(self, jobs):
-        return [
-            output if isinstance(output, EngineError) else self._change_output(output)
-            for output in super().run(jobs)
-        ]
-
-
-class Crashing(Reference):
-    """Dies in every run, with a log."""
-
-    name = "crashing"
-
-    def run(self, jobs):
-        return [EngineCrashError("signal SIGSEGV").with_log("last words") for _ in jobs]
 
 
 class EnergyMap:

@@ -14,14 +14,13 @@ from harness.model.scene import Scene
 from harness.report.figures import draw
 from harness.results.rows import Failure, Kind, Verdict
 from tests.cases.incline.doubles import (
-    Crashing,
-    StandIn,
     diameters,
     grain,
     law,
     scaled,
     turned,
 )
+from tests.engine_doubles import Crashing, Twin
 
 PATH = "*/largest difference of the path"
 SHOCK = "*/largest error of the energy after each shock"
@@ -41,7 +40,7 @@ def verdicts(rows):
 
 @pytest.fixture(scope="module")
 def honest():
-    bench = Bench(StandIn())
+    bench = Bench(Twin())
     return run_checks("incline", QUICK, bench), bench
 
 
@@ -77,7 +76,7 @@ def test_sections_show_what_was_run_and_run_nothing(honest):
 
 
 def test_the_friction_curve_is_drawn_from_its_rows():
-    engine = StandIn()
+    engine = Twin()
     bench = Bench(engine)
     only = "*50 steps, friction*"
     checks = selected("incline", CASE.checks(engine), "full", only)
@@ -172,18 +171,18 @@ OUTPUT_FAULTS = {
 @pytest.mark.parametrize("fault", SCENE_FAULTS)
 def test_a_fault_in_what_is_run_turns_a_row(fault):
     change, only = SCENE_FAULTS[fault]
-    assert Verdict.FAIL in verdicts(rows_of(StandIn(change), only))
+    assert Verdict.FAIL in verdicts(rows_of(Twin(change), only))
 
 
 @pytest.mark.parametrize("fault", OUTPUT_FAULTS)
 def test_a_fault_in_what_is_written_turns_a_row(fault):
     change, only = OUTPUT_FAULTS[fault]
-    rows = rows_of(StandIn(change_output=change), only)
+    rows = rows_of(Twin(change_output=change), only)
     assert verdicts(rows) == {Verdict.FAIL}
 
 
 def test_an_engine_in_another_scheme_than_it_declares_is_off_its_reference():
-    class Other(StandIn):
+    class Other(Twin):
         def rules(self, scene):
             return super().rules(scene).replace(scheme="mfix_euler")
 
@@ -200,11 +199,11 @@ def test_an_engine_that_dies_leaves_failed_rows_with_its_log():
     rows = rows_of(Crashing())
     died = [row for row in rows if row.failure is Failure.ENGINE]
     assert len(died) == len(rows)
-    assert {row.log for row in died} == {"last words"}
+    assert {row.log for row in died} == {"input\nlast words\n"}
 
 
 def test_what_an_engine_refuses_is_not_tested_with_the_reason():
-    class Refusing(StandIn):
+    class Refusing(Twin):
         def refuses(self, job):
             return "" if job.scene.law.clipped else "it has no tail"
 
@@ -215,9 +214,9 @@ def test_what_an_engine_refuses_is_not_tested_with_the_reason():
 
 
 def test_a_second_way_to_run_the_engine_is_held_against_the_first():
-    class Both(StandIn):
+    class Both(Twin):
         def twin(self):
-            return StandIn(scaled("step"))
+            return Twin(scaled("step"))
 
     (row,) = rows_of(Both(), "*in-process*/margin_over_mgd")
     assert row.verdict is Verdict.FAIL

@@ -20,7 +20,8 @@ from harness.errors import EngineCrashError, EngineOutputError, RequestError
 from harness.model.contact import PLASTIC, SOURCE, Contact
 from harness.solvers.hard_sphere import critical_angle as by_events
 from harness.theory.incline import critical_angle as closed_form
-from tests.cases.incline.doubles import Crashing, EnergyMap, StandIn
+from tests.cases.incline.doubles import EnergyMap
+from tests.engine_doubles import Crashing, Twin
 
 COARSE, SOFT = Incline(steps_per_contact=10.0), Incline(stiffness=1e5)
 MOVES, TRAPPED = Fate.MOVES_ON, Fate.TRAPPED
@@ -269,7 +270,7 @@ def test_angles_side_by_side_have_errors_in_place():
 
 @pytest.mark.parametrize("measure", [critical_angle, extrapolated_critical_angle])
 def test_a_rebounding_contact_is_refused_before_any_run(measure):
-    class Counting(StandIn):
+    class Counting(Twin):
         def run(self, jobs):  # noqa: ARG002
             raise AssertionError("it was run")
 
