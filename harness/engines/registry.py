@@ -34,9 +34,6 @@ ENGINES: dict[str, str] = {
 DEFAULT = "lammps"
 """The engine that is verified unless another is named."""
 
-ALWAYS = (DEFAULT, "reference")
-"""Those that every comparison of engines shows beside the others."""
-
 GROUP = "dem_harness.engines"
 """The entry point under which other packages name their engines."""
 

@@ -7,13 +7,14 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from harness.engines.process import text_of
+from harness.engines.jobs import Batches
+from harness.engines.process import Ended, text_of
 from harness.errors import EngineError, EngineNaNError, EngineOutputError, Unsupported
 from harness.model.base import ZERO
 from harness.model.law import Law
@@ -29,6 +30,30 @@ Rows = Sequence[tuple[Scene, Mapping[str, Any]]]  # scenes, each with its words 
 def write_scenes(folder: Path, rows: Rows) -> None:
     """Write a JSON list of scenes, each with the numbers that a code has for it (``code``)."""
     (folder / SCENES).write_text(_scenes_text(rows), encoding="utf-8")
+
+
+def batches_of(
+    title: str, command: Sequence[str], words: Callable[[Scene], Mapping[str, Any]],
+    error: Callable[[Ended, str], EngineError | None],
+    environment: Callable[[Path], Mapping[str, str] | None] = lambda folder: None,  # noqa: ARG005
+) -> Batches[Scene, Motion]:  # fmt: skip
+    """Return how a code runs scenes by a command that takes their file.
+
+    ``words`` returns what the code calls a scene's law, or raises Unsupported; each scene leaves
+    its samples as :func:`read_motion` reads them.
+    """
+
+    def write(folder: Path, scenes: Sequence[Scene]) -> Sequence[str]:
+        write_scenes(folder, [(scene, words(scene)) for scene in scenes])
+        return [*command, SCENES]
+
+    return Batches(
+        title=title,
+        write=write,
+        read=lambda folder, place, scene, _: read_motion(title, folder, place, scene),
+        error=error,
+        environment=environment,
+    )
 
 
 def script_with(script: Path, rows: Rows) -> str:

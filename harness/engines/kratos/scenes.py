@@ -16,21 +16,18 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from harness.engines.jobs import Batches
 from harness.engines.process import FAULTS as FATAL_SIGNALS
 from harness.engines.process import Ended, Limits, Processes, last_words, signal_of
 from harness.engines.scene_files import (
-    SCENES,
     Outcome,
+    batches_of,
     check_scene,
     check_words,
     contact_mass,
     damping_of,
     nearest_body,
-    read_motion,
     room,
     script_with,
-    write_scenes,
 )
 from harness.errors import (
     EngineError,
@@ -84,17 +81,8 @@ def motions(
     ``executable`` is a Python with Kratos; each process has one thread. Raise Unsupported for a
     scene that Kratos cannot state.
     """
-
-    def write(folder: Path, scenes: Sequence[Scene]) -> Sequence[str]:
-        write_scenes(folder, [(scene, words(scene)) for scene in scenes])
-        return [executable, "-u", str(SCRIPT), SCENES]
-
-    batches = Batches(
-        title="Kratos",
-        write=write,
-        read=lambda folder, place, scene, _: read_motion("Kratos", folder, place, scene),
-        error=lambda ended, _: error_of(ended),
-    )
+    command = [executable, "-u", str(SCRIPT)]
+    batches = batches_of("Kratos", command, words, lambda ended, _: error_of(ended))
     return batches.run(scenes, workers, limits, processes)
 
 

@@ -15,11 +15,10 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from harness.engines.jobs import Batches
 from harness.engines.process import Limits, Processes
 from harness.engines.scene_files import (
-    SCENES,
     Outcome,
+    batches_of,
     check_scene,
     check_words,
     contact_mass,
@@ -27,9 +26,7 @@ from harness.engines.scene_files import (
     kind,
     nearest_body,
     partners,
-    read_motion,
     script_with,
-    write_scenes,
 )
 from harness.errors import Unsupported
 from harness.model.conventions import Rules
@@ -78,18 +75,8 @@ def motions(
 
     Raise Unsupported for a scene that Yade cannot state.
     """
-
-    def write(folder: Path, scenes: Sequence[Scene]) -> Sequence[str]:
-        write_scenes(folder, [(scene, words(scene)) for scene in scenes])
-        return [executable, "-n", "-x", str(SCRIPT), SCENES]
-
-    batches = Batches(
-        title="Yade",
-        write=write,
-        read=lambda folder, place, scene, _: read_motion("Yade", folder, place, scene),
-        error=lambda ended, _: ended.error("Yade"),
-        environment=environment,
-    )
+    command = [executable, "-n", "-x", str(SCRIPT)]
+    batches = batches_of("Yade", command, words, lambda ended, _: ended.error("Yade"), environment)
     return batches.run(scenes, workers, limits, processes)
 
 
