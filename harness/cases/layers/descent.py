@@ -13,20 +13,19 @@ from typing import TYPE_CHECKING, NamedTuple, Self
 import numpy as np
 from pydantic import Field, model_validator
 
-from harness.cases.base import Case, Check, Level, Quantity
+from harness.cases.base import Check, Level, Quantity
 from harness.cases.bench import OWN, Bench
 from harness.cases.layers.packing import (
     PREPARED,
-    SECONDS_PER_STEP,
     Floats,
     Packing,
+    PackingCase,
     check_base,
-    script_allowed,
-    script_values,
+    middle_half,
 )
-from harness.engines.base import Engine, Job, Template
+from harness.engines.base import Engine
 from harness.engines.output import Output
-from harness.errors import EngineOutputError, EngineUndecidedError, Unsupported
+from harness.errors import EngineOutputError, EngineUndecidedError
 from harness.model.contact import PLASTIC
 from harness.report.content import Drawing, Section
 from harness.results.rows import Kind, Tolerance
@@ -80,8 +79,8 @@ class Layers(Packing):
         return self.grains == 1 and self.base == "ordered" and self.width == 1
 
     @property
-    def expected_time(self) -> float:
-        """Return the time [sqrt(d/g)] that a descent is expected to take."""
+    def time(self) -> float:
+        """Return the time that a descent is expected to take [sqrt(d/g)]."""
         slowness = float(np.interp(self.layers, [*LOWERING], [*LOWERING.values()]))
         longest = (self.first_angle - self.lowest_angle) / self.rate / LEAST_SPEED
         expected = slowness * self.length * LOWERING_RATE / self.rate
@@ -123,9 +122,7 @@ class Profile(NamedTuple):
     @property
     def middle_fraction(self) -> float:
         """Return the mean solid fraction between the quartiles of the grains' heights."""
-        below = np.cumsum(self.solid_fraction) / self.solid_fraction.sum()
-        middle = (below >= 0.25) & (below - self.solid_fraction / self.solid_fraction.sum() <= 0.75)
-        return float(self.solid_fraction[middle].mean())
+        return float(self.solid_fraction[middle_half(self.solid_fraction)].mean())
 
 
 def profile_in(output: Output) -> Profile:
@@ -136,14 +133,12 @@ def profile_in(output: Output) -> Profile:
     return Profile(*rows.T)
 
 
-class LayersCase(Case[Layers]):
+class LayersCase(PackingCase[Layers]):
     """Frictionless layers on a rough base: the angle at which their flow stops, starts."""
 
     name = "layers"
-    group = "layers"
     summary = "Frictionless layers on a rough base: the angle at which their flow stops, starts."
     parameters = Layers
-    template = Template("layers", {"": script_values(Layers())}, allowed=script_allowed(Layers))
     quantities = (
         Quantity("stop_angle_deg", "deg", "at which the flow came to rest as it was lowered", 10.0),
         Quantity("start_angle_deg", "deg", "at which the rest began to flow as it was raised",
@@ -159,19 +154,9 @@ class LayersCase(Case[Layers]):
         Quantity("rest_coordination", "1", "contacts of a grain at rest"),
         Quantity("rest_mean_height", "1", "of the grains at rest, in d above the base"),
         Quantity("lowering_time", "1", "from the first angle to the rest, in sqrt(d/g)", 100.0),
-        Quantity("steps", "1", "time steps that were taken",
-                 lambda p: p.expected_time / p.step),
+        Quantity("steps", "1", "time steps that were taken", lambda p: p.time / p.step),
     )  # fmt: skip
     presets = {"layers": Layers(), "single": SINGLE, "small": SMALL_FLOW}  # noqa: RUF012
-
-    def job(self, parameters: Layers) -> Job:
-        """Return the job of one descent."""
-        seconds = SECONDS_PER_STEP * self.cost(parameters)
-        return Job(self.template, script_values(parameters), seconds=seconds)
-
-    def cost(self, parameters: Layers) -> float:
-        """Return the expected steps of a descent times its particles."""
-        return parameters.particle_steps(parameters.expected_time)
 
     def measure(self, parameters: Layers, output: Output) -> Mapping[str, float]:
         """Return angles and means.
@@ -219,16 +204,10 @@ class LayersCase(Case[Layers]):
 
     def _angle(self, setup: str, name: str, p: Layers, tolerance: Tolerance, level: Level) -> Check:
         job = self.job(p)
-
-        def measured(bench: Bench) -> float:
-            try:
-                return self.measure(p, bench.output(job))[name]
-            except EngineUndecidedError as error:
-                raise Unsupported(str(error)) from None
-
         return Check(
             setup=setup, quantity=name, unit="deg", kind=Kind.ANALYTIC, level=level, jobs=[job],
-            measure=measured, expected=self.exact(p)[name], tolerance=tolerance,
+            measure=lambda bench: self.measure(p, bench.output(job))[name],
+            expected=self.exact(p)[name], tolerance=tolerance,
         )  # fmt: skip
 
     def sections(self, benches: Mapping[str, Bench]) -> Sequence[Section]:
@@ -241,7 +220,22 @@ class LayersCase(Case[Layers]):
             for outcome in bench.outcomes([job])
             if isinstance(outcome, Output)
         }
-        return [_section(profiles)] if profiles else []
+        if not profiles:
+            return ()
+        drawing = Drawing(
+            "layers-profile",
+            "Profile of a small flow of layers",
+            "Mean speed of the grains and solid fraction, in slices of a quarter of a diameter, "
+            "four layers at 16 deg. Each grain counts whole in the slice of its centre, so that "
+            "the fraction rises and falls with the layers and may exceed that of a packing.",
+            lambda: _profile_figure(profiles),
+        )
+        text = (
+            "Frictionless spheres in layers on a rough base, periodic along and across, lowered "
+            "until they rest. A single grain on the ordered row is the incline: it must stop at "
+            "the incline's critical angle."
+        )
+        return (Section("Frictionless layers", text, drawings=(drawing,)),)
 
 
 def _reason(p: Layers, output: Output) -> str:
@@ -260,36 +254,17 @@ def _reason(p: Layers, output: Output) -> str:
     return f"the flow never stopped within time_limit = {p.time_limit:g}; it was at {angle:.4g} deg"
 
 
-def _section(profiles: Mapping[str, Profile]) -> Section:
-    drawing = Drawing(
-        "layers-profile",
-        "Profile of a small flow of layers",
-        "Mean speed of the grains and solid fraction, in slices of a quarter of a diameter, four "
-        "layers at 16 deg. Each grain counts whole in the slice of its centre, so that the "
-        "fraction rises and falls with the layers and may exceed that of a packing.",
-        lambda: _profile_figure(profiles),
-    )
-    text = (
-        "Frictionless spheres in layers on a rough base, periodic along and across, lowered until "
-        "they rest. A single grain on the ordered row is the incline: it must stop at the "
-        "incline's critical angle."
-    )
-    return Section("Frictionless layers", text, drawings=(drawing,))
-
-
 def _profile_figure(profiles: Mapping[str, Profile]) -> Figure:
-    from matplotlib.figure import Figure
+    from harness.report.style import COLOURS, label, legend_below, panels
 
-    from harness.report.style import COLOURS
-
-    figure = Figure(figsize=(7.0, 3.6), layout="constrained")
-    speeds, fractions = figure.subplots(1, 2, sharey=True)
+    figure = panels(1, 2, 3.5, 3.6)
+    speeds, fractions = figure.axes
     for colour, (title, profile) in zip(COLOURS, profiles.items(), strict=False):
         speeds.plot(profile.speed, profile.height, "o-", color=colour, label=title)
         fractions.plot(profile.solid_fraction, profile.height, "s-", color=colour)
-    speeds.set(xlabel="mean speed (sqrt(g d))", ylabel="height above the base (d)")
-    fractions.set(xlabel="solid fraction, grains by their centres")
-    speeds.legend()
+    label(speeds, "mean speed (sqrt(g d))", "height above the base (d)")
+    label(fractions, "solid fraction, grains by their centres", "height above the base (d)")
+    legend_below(figure)
     return figure
 
 

@@ -17,13 +17,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from harness.cases.base import Case, Check, Level, Quantity, Value
+from harness.cases.base import Check, Level, Quantity, Value
 from harness.cases.bench import OWN, Bench
 from harness.cases.layers.measurement import Flow, Measurement
-from harness.cases.layers.packing import SECONDS_PER_STEP, script_allowed, script_values
-from harness.engines.base import Engine, Job, Template
+from harness.cases.layers.packing import PackingCase
+from harness.engines.base import Engine
 from harness.engines.output import Output
-from harness.errors import EngineError, EngineUndecidedError, Unsupported
+from harness.errors import EngineError, EngineUndecidedError
 from harness.report.content import Drawing, Section
 from harness.results.rows import Kind, Tolerance
 
@@ -55,16 +55,14 @@ ANGLES = (16.0, 18.0, 21.0, 24.0)  # [deg] of small flows that are steady; one a
 _MIDDLE = "of the middle half of the grains"
 
 
-class FlowCase(Case[Flow]):
+class FlowCase(PackingCase[Flow]):
     """Frictionless layers in steady flow at one angle: friction, inertial number, profiles."""
 
     name = "layers-flow"
-    group = "layers"
     summary = (
         "Frictionless layers in steady flow at one angle: friction, inertial number, profiles."
     )
     parameters = Flow
-    template = Template("layers-flow", {"": script_values(Flow())}, allowed=script_allowed(Flow))
     quantities = (
         Quantity("mean_speed", "1", "of the grains, in sqrt(g d)"),
         Quantity("mean_speed_uncertainty", "1", "95 %, by the scatter of the blocks, as all "
@@ -100,15 +98,6 @@ class FlowCase(Case[Flow]):
     )  # fmt: skip
     presets = {"flow": Flow(), "small": SMALL}  # noqa: RUF012
 
-    def job(self, parameters: Flow) -> Job:
-        """Return the job of one flow."""
-        seconds = SECONDS_PER_STEP * self.cost(parameters)
-        return Job(self.template, script_values(parameters), seconds=seconds)
-
-    def cost(self, parameters: Flow) -> float:
-        """Return the steps of a flow times its particles."""
-        return parameters.particle_steps(parameters.time)
-
     def measure(self, parameters: Flow, output: Output) -> Mapping[str, float]:
         """Return the means of a steady flow with their uncertainties.
 
@@ -142,7 +131,8 @@ class FlowCase(Case[Flow]):
     def checks(self, engine: Engine) -> Iterable[Check]:
         """Return the balances of small flows, and their inertial number and solid fraction."""
         for angle in ANGLES:
-            p, level = SMALL.replace(angle=angle), _level(angle)
+            p = SMALL.replace(angle=angle)
+            level: Level = "quick" if angle == ANGLES[0] else "default"
             for name, tolerance in BALANCES.items():
                 yield self._check(p, name, level, tolerance)
             for name in ("inertial_number", "solid_fraction"):
@@ -153,10 +143,7 @@ class FlowCase(Case[Flow]):
         job = self.job(p)
 
         def measured(bench: Bench) -> Value:
-            try:
-                values = self.measure(p, bench.output(job))
-            except EngineUndecidedError as error:
-                raise Unsupported(str(error)) from None
+            values = self.measure(p, bench.output(job))
             return Value(values[name], values.get(f"{name}_uncertainty", 0.0))
 
         def scatter(bench: Bench) -> Tolerance:
@@ -205,31 +192,20 @@ class FlowCase(Case[Flow]):
         return found
 
 
-def _level(angle: float) -> Level:
-    return "quick" if angle == ANGLES[0] else "default"
-
-
 def _law_figure(flows: Mapping[str, Sequence[Mapping[str, float]]]) -> Figure:
-    from matplotlib.figure import Figure
+    from harness.report.style import COLOURS, MARKERS, label, legend_below, panels
 
-    from harness.report.style import COLOURS, MARKERS
-
-    figure = Figure(figsize=(7.0, 3.6), layout="constrained")
-    panels = dict(zip(("mu", "solid_fraction"), figure.subplots(1, 2), strict=True))
-    for place, (title, values) in enumerate(flows.items()):
-        for name, axes in panels.items():
-            x, y, x_error, y_error = (
-                [row[column] for row in values]
-                for column in ("inertial_number", name, "inertial_number_uncertainty",
-                               f"{name}_uncertainty")
-            )  # fmt: skip
-            axes.errorbar(x, y, xerr=x_error, yerr=y_error, ls="none", marker=MARKERS[place],
+    figure = panels(1, 2, 3.5, 3.6)
+    labels = {"mu": "friction mu = tau / P", "solid_fraction": "solid fraction"}
+    x = "inertial_number"
+    for axes, (y, words) in zip(figure.axes, labels.items(), strict=True):
+        for place, (title, values) in enumerate(flows.items()):
+            columns = (x, y, f"{y}_uncertainty", f"{x}_uncertainty")
+            at, height, up, across = ([row[name] for row in values] for name in columns)
+            axes.errorbar(at, height, up, across, ls="none", marker=MARKERS[place],
                           color=COLOURS[place], mfc="none", label=title)  # fmt: skip
-    for axes, label in zip(
-        panels.values(), ("friction mu = tau / P", "solid fraction"), strict=True
-    ):
-        axes.set(xlabel="inertial number I", ylabel=label)
-    panels["mu"].legend()
+        label(axes, "inertial number I", words)
+    legend_below(figure)
     return figure
 
 

@@ -8,10 +8,9 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field
 
-from harness.cases.layers.packing import PREPARED, Floats, Packing, check_base
+from harness.cases.layers.packing import PREPARED, Floats, Packing, check_base, middle_half
 from harness.engines.output import Output
 from harness.errors import EngineOutputError, EngineUndecidedError
 
@@ -115,13 +114,6 @@ class Slices:
                 "inertial_number": rate / np.sqrt(normal / GRAIN_DENSITY),
             }
 
-    @property
-    def middle(self) -> NDArray[np.bool_]:
-        """Return the slices between the quartiles of the grains' heights, (slices,)."""
-        count = self.sums["count"].sum(axis=0)
-        below = np.cumsum(count) / count.sum()
-        return np.asarray((below >= 0.25) & (below - count / count.sum() <= 0.75))
-
 
 def _windowed(values: Floats) -> Floats:
     """Return the sums over :data:`WINDOW` slices about each, (slices,)."""
@@ -212,12 +204,10 @@ class Measurement:
     def quantities(self) -> dict[str, float]:
         """Return the declared quantities but for the steps."""
         values = self._means()
-        measured = [_of_middle(self.slices.mean(block)) for block in range(len(self.blocks))]
+        each = [_of_middle(self.slices.mean(block)) for block in range(len(self.blocks))]
         for name, value in _of_middle(self.slices.mean()).items():
-            values[name] = value
-            values[f"{name}_uncertainty"] = uncertainty_of(
-                [of_block[name] for of_block in measured]
-            )
+            uncertainty = uncertainty_of([of_block[name] for of_block in each])
+            values |= {name: value, f"{name}_uncertainty": uncertainty}
         return values
 
     def _means(self) -> dict[str, float]:
@@ -260,7 +250,8 @@ class Measurement:
 
 def _of_middle(slices: Slices) -> dict[str, float]:
     """Return means between the quartiles of the grains' heights in the mean flow."""
-    profile, middle = slices.profile(), slices.middle
+    profile = slices.profile()
+    middle = middle_half(slices.sums["count"][0])
     count = slices.sums["count"][0][middle]
     height, speed = profile["height"][middle], profile["velocity"][middle]
     rate = float(np.polyfit(height, speed, 1, w=np.sqrt(count))[0])

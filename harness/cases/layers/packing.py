@@ -7,14 +7,16 @@ diameters, k d / (m g).
 from __future__ import annotations
 
 import math
+from abc import abstractmethod
 from collections.abc import Iterable
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal, Self, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import BeforeValidator, Field, model_validator
 
-from harness.engines.base import Value
+from harness.cases.base import Case
+from harness.engines.base import Job, Template, Value
 from harness.errors import EngineLostAtomsError
 from harness.model.allowed import Allowed, allowed_in
 from harness.model.base import Parameters
@@ -125,9 +127,45 @@ class Packing(Parameters):
         """Return the time step [sqrt(d/g)]."""
         return math.pi / math.sqrt(self.stiffness_over_weight) / self.steps_per_contact
 
-    def particle_steps(self, time: float) -> float:
-        """Return steps times particles of a run that takes a time [sqrt(d/g)]."""
-        return time / self.step * (self.grains + self.base_spheres)
+    @property
+    @abstractmethod
+    def time(self) -> float:
+        """Return the time that a run is expected to take [sqrt(d/g)]."""
+
+    @property
+    def particle_steps(self) -> float:
+        """Return the expected steps of a run times its particles."""
+        return self.time / self.step * (self.grains + self.base_spheres)
+
+
+P = TypeVar("P", bound=Packing)
+
+
+class PackingCase(Case[P]):
+    """A case of layers: its script takes the parameters, and the dissipation of the contact."""
+
+    group = "layers"
+    parameters: ClassVar[type[Packing]]
+    template: ClassVar[Template]
+
+    def __init_subclass__(cls, **more: Any) -> None:
+        """Make the template of the case from its parameters."""
+        super().__init_subclass__(**more)
+        contact = {"damping": Allowed(words=("restitution", "ratio")), **allowed_in(Contact)}
+        allowed = {n: contact[n] for n in DISSIPATION if n in contact}
+        values = script_values(cls.parameters())
+        cls.template = Template(
+            cls.name, {"": values}, allowed={**allowed_in(cls.parameters), **allowed}
+        )
+
+    def job(self, parameters: P) -> Job:
+        """Return the job of one run."""
+        seconds = SECONDS_PER_STEP * parameters.particle_steps
+        return Job(self.template, script_values(parameters), seconds=seconds)
+
+    def cost(self, parameters: P) -> float:
+        """Return the expected steps of a run times its particles."""
+        return parameters.particle_steps
 
 
 def script_values(p: Packing) -> dict[str, Value]:
@@ -137,12 +175,6 @@ def script_values(p: Packing) -> dict[str, Value]:
     return {**values, **{name: contact[name] for name in DISSIPATION}}
 
 
-def script_allowed(kind: type[Packing]) -> dict[str, Allowed]:
-    """Return the allowed values of scripts."""
-    contact = {"damping": Allowed(words=("restitution", "ratio")), **allowed_in(Contact)}
-    return {**allowed_in(kind), **{n: contact[n] for n in DISSIPATION if n in contact}}
-
-
 def check_base(p: Packing, verdict: str) -> None:
     """Raise EngineLostAtomsError for a grain below the base."""
     if verdict == "fell_through":
@@ -150,3 +182,9 @@ def check_base(p: Packing, verdict: str) -> None:
             f"a grain fell through the base: roughness = {p.roughness:g} d is too much for "
             f"seed = {p.seed}"
         )
+
+
+def middle_half(share: Floats) -> NDArray[np.bool_]:
+    """Return whether slices are between the quartiles of the grains' heights, by their shares."""
+    below = np.cumsum(share) / share.sum()
+    return np.asarray((below >= 0.25) & (below - share / share.sum() <= 0.75))
