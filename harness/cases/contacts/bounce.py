@@ -9,10 +9,10 @@ from typing import ClassVar
 from pydantic import Field
 
 from harness.cases.base import Quantity
+from harness.cases.contacts import bounds, tables
 from harness.cases.contacts.contact_case import ContactCase
 from harness.cases.contacts.impact import impact_scene, oscillator
-from harness.cases.contacts.laws import CLIPPED_NORMAL, NORMAL, OLD_NORMAL, SYSTEMS
-from harness.cases.contacts.parameters import ContactSystem, Gravity, check_impact, check_words
+from harness.cases.contacts.parameters import ContactSystem, Gravity
 from harness.model.motion import Motion
 from harness.model.scene import Scene
 from harness.theory import contact
@@ -31,9 +31,11 @@ class Bounce(ContactSystem):
 
     def check(self) -> None:
         """Raise ValueError for values that have no meaning together."""
-        check_words(self, partner=("wall", "frozen"))
+        bounds.check_words(self, partner=("wall", "frozen"))
         g = self.gravity
-        check_impact(self, "height", "m", self.speed, lambda speed: speed * speed / 2.0 / g, g)
+        bounds.check_impact(
+            self, "height", "m", self.speed, lambda speed: speed * speed / 2.0 / g, g
+        )
 
 
 class BounceCase(ContactCase[Bounce]):
@@ -50,33 +52,31 @@ class BounceCase(ContactCase[Bounce]):
     )
     parameters = Bounce
     quantities = (
-        Quantity[Bounce]("rebound_ratio", "1", "height of the rebound over that of the fall"),
-        Quantity[Bounce](
+        Quantity("rebound_ratio", "1", "height of the rebound over that of the fall"),
+        Quantity(
             "contact_time_s", "s", "of the first contact, while the surfaces overlap",
             lambda p: 2.0 * p.elastic_overlap(p.speed) / p.speed,
         ),
     )  # fmt: skip
-    laws: ClassVar = {**NORMAL, **OLD_NORMAL, **CLIPPED_NORMAL}
-    systems: ClassVar = {name: SYSTEMS[name] for name in ("wall", "frozen sphere")}
-    usual: ClassVar = {"usual": NORMAL["hooke, velocity"].law}
+    laws: ClassVar = tables.laws("normal", "old", "clipped")
+    systems: ClassVar = tables.systems("wall", "frozen sphere")
 
-    def build(self, parameters: Bounce) -> Scene:
+    def build(self, p: Bounce) -> Scene:
         """Return the contact with gravity, from half a step before it on."""
-        velocity, gravity = (0.0, 0.0, -parameters.speed), (0.0, 0.0, -parameters.gravity)
-        return impact_scene(parameters, velocity, sampled=True, gravity=gravity)
+        velocity, gravity = (0.0, 0.0, -p.speed), (0.0, 0.0, -p.gravity)
+        return impact_scene(p, velocity, sampled=True, gravity=gravity)
 
-    def observe(self, parameters: Bounce, motion: Motion) -> Mapping[str, float]:
+    def observe(self, p: Bounce, motion: Motion) -> Mapping[str, float]:
         """Return the height that the sphere will reach, and how long it touched."""
-        g, z, v = parameters.gravity, motion.position[:, 0, 2], motion.velocity[:, 0, 2]
+        g, z, v = p.gravity, motion.position[:, 0, 2], motion.velocity[:, 0, 2]
         # heights above touch, of fall and rebound, by the energy of free flight
-        fall, rise = (float(z[i] - parameters.radius + 0.5 * v[i] ** 2 / g) for i in (0, -1))
+        fall, rise = (float(z[i] - p.radius + 0.5 * v[i] ** 2 / g) for i in (0, -1))
         begin = float(motion.time[0]) + (math.sqrt(2.0 * g * fall) + float(v[0])) / g
         end = float(motion.time[-1]) - (math.sqrt(2.0 * g * rise) - float(v[-1])) / g
-        return {"rebound_ratio": rise / parameters.height, "contact_time_s": end - begin}
+        return {"rebound_ratio": rise / p.height, "contact_time_s": end - begin}
 
-    def exact(self, parameters: Bounce) -> Mapping[str, float]:
+    def exact(self, p: Bounce) -> Mapping[str, float]:
         """Return height and time of the bounce on a linear spring, the height of an elastic one."""
-        p = parameters
         elastic = {"rebound_ratio": 1.0} if p.damping == "none" else {}
         if not p.is_linear or p.clipped:
             return elastic

@@ -7,25 +7,17 @@ et al., Comput. Phys. Commun. 310, 109524 (2025)).
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import ClassVar
+from collections.abc import Mapping, Sequence
+from typing import Any, ClassVar
 
 import numpy as np
 from pydantic import Field
 
 from harness.cases.base import Quantity
+from harness.cases.contacts import bounds, tables
 from harness.cases.contacts.contact_case import ContactCase
-from harness.cases.contacts.laws import (
-    FURTHER_TANGENTIAL,
-    ROLLING,
-    SLIDING,
-    TANGENTIAL,
-    UNDAMPED_ROLLING,
-    pick,
-)
 from harness.cases.contacts.oblique import CASE as OBLIQUE
 from harness.cases.contacts.oblique import QUANTITIES, Oblique, velocity_ratios
-from harness.cases.contacts.parameters import check_words
 from harness.model.base import Vector
 from harness.model.motion import Motion
 from harness.model.scene import Scene
@@ -40,7 +32,7 @@ class Collision(Oblique):
 
     def check(self) -> None:
         """Raise ValueError for values that have no meaning together."""
-        check_words(self, partner=("sphere",))
+        bounds.check_words(self, partner=("sphere",))
         super().check()
 
 
@@ -55,32 +47,27 @@ class CollisionCase(ContactCase[Collision]):
         "stays."
     )
     parameters = Collision
-    quantities = (
+    quantities: ClassVar[Sequence[Quantity[Any]]] = (
         *QUANTITIES,
-        Quantity[Collision](
+        Quantity(
             "momentum_change_ratio", "1",
             "along the normal, of both, after less before, over m* times the speed",
         ),
     )  # fmt: skip
-    laws: ClassVar = {
-        **pick(TANGENTIAL, "linear_history", "mindlin_rescale/force"),
-        **pick(ROLLING, "rolling sds, linear_history"),
-        **pick(TANGENTIAL, "mindlin"),
-        **FURTHER_TANGENTIAL,
-        **UNDAMPED_ROLLING,
-    }
+    laws: ClassVar = tables.pick(
+        "linear_history", "mindlin_rescale/force", "rolling sds, linear_history", "mindlin"
+    ) | tables.laws("further_tangential", "undamped_rolling")
     systems: ClassVar = {
         "two moving spheres": {"partner_radius": None, "partner_density": None},
         "unequal densities": {"partner_radius": None, "partner_density": 10000.0},
         "size ratio 10": {"partner_radius": 0.1, "partner_share": 0.1},
         "size ratio 100": {"partner_radius": 1.0, "partner_share": 0.1},
     }
-    usual: ClassVar = {"usual": {"partner": "sphere", **SLIDING}}
 
-    def build(self, parameters: Collision) -> Scene:
+    def build(self, p: Collision) -> Scene:
         """Return the impact seen where the second sphere moves towards the first."""
-        x, _, z = (-parameters.partner_share * v for v in parameters.velocity)
-        scene = OBLIQUE.build(parameters)
+        x, _, z = (-p.partner_share * v for v in p.velocity)
+        scene = OBLIQUE.build(p)
 
         def moving(velocity: Vector) -> Vector:
             return (velocity[0] + x, velocity[1], velocity[2] + z)
@@ -88,17 +75,17 @@ class CollisionCase(ContactCase[Collision]):
         bodies = (body.replace(velocity=moving(body.velocity)) for body in scene.bodies)
         return scene.replace(bodies=tuple(bodies))
 
-    def observe(self, parameters: Collision, motion: Motion) -> Mapping[str, float]:
+    def observe(self, p: Collision, motion: Motion) -> Mapping[str, float]:
         """Return ratios of relative velocities, and the change of the momentum of both."""
-        masses = np.array([parameters.mass, parameters.second_mass])
+        masses = np.array([p.mass, p.second_mass])
         momentum = masses @ motion.velocity[:, :, 2].T
-        size = parameters.effective_mass * parameters.speed
+        size = p.effective_mass * p.speed
         return {
-            **velocity_ratios(parameters, motion),
+            **velocity_ratios(p, motion),
             "momentum_change_ratio": float(momentum[-1] - momentum[0]) / size,
         }
 
-    def exact(self, parameters: Collision) -> Mapping[str, float]:
+    def exact(self, p: Collision) -> Mapping[str, float]:
         """Return that no momentum is lost."""
         return {"momentum_change_ratio": 0.0}
 

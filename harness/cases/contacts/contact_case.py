@@ -19,10 +19,9 @@ import numpy as np
 from harness.cases.base import Case, Check, Level, Quantity, Value
 from harness.cases.bench import Bench
 from harness.cases.checks import runs_at
+from harness.cases.contacts import tables
 from harness.cases.contacts.differences import STEPS, motion_difference
-from harness.cases.contacts.laws import PLAIN, SLOW_SYSTEMS, SYSTEMS, LawRow, Laws, Systems
 from harness.cases.contacts.parameters import ContactSystem
-from harness.cases.contacts.presets import presets_of
 from harness.cases.equal_steps import REASON, ROUND_OFF
 from harness.engines.base import Engine, Job, Output, scene_job
 from harness.engines.output import SERIES
@@ -73,9 +72,8 @@ class ContactCase(Case[P]):
     group: ClassVar[str] = "contacts"
     formula: ClassVar[str]
     parameters: ClassVar[type[ContactSystem]]
-    laws: ClassVar[Laws]
-    systems: ClassVar[Systems] = SYSTEMS
-    usual: ClassVar[Mapping[str, Mapping[str, Any]]]  # presets of this package
+    laws: ClassVar[tables.Laws]
+    systems: ClassVar[Mapping[str, tables.Changes]] = tables.SYSTEMS
     units: ClassVar[str] = "si"
     two_materials_law: ClassVar[str] = ""  # runs in pairs of two materials at level quick, too
     always: ClassVar[Sequence[str]] = ()  # systems in which level quick runs each law
@@ -84,8 +82,10 @@ class ContactCase(Case[P]):
     varied_in_quick: ClassVar[Sequence[str]] = ()
 
     def __init__(self) -> None:
-        kind = cast("type[P]", self.parameters)
-        self.presets, type(self).sources = presets_of(self.name, kind, self.usual)
+        kind, presets = cast("type[P]", self.parameters), tables.presets(self.name)
+        sources = {name: values.pop("source", "") for name, values in presets.items()}
+        self.presets = {name: kind(**values) for name, values in presets.items()}
+        type(self).sources = {name: source for name, source in sources.items() if source}
         self.listed: dict[str, Level] = {}  # the level of the last list of checks, by engine
 
     # ---- one run
@@ -171,11 +171,11 @@ class ContactCase(Case[P]):
                 yield Trial(name, system, partial(_parameters, self, name, system), level)
 
     def _quick_systems(
-        self, name: str, row: LawRow, systems: Sequence[str], names: Sequence[str]
+        self, name: str, row: tables.LawRow, systems: Sequence[str], names: Sequence[str]
     ) -> Iterator[str]:
         if not row.quick:
             return
-        fast = [system for system in systems if system not in SLOW_SYSTEMS]
+        fast = [system for system in systems if system not in tables.SLOW_SYSTEMS]
         if row.law.get("interface") == "old":
             yield from fast
             return
@@ -323,7 +323,7 @@ class ContactCase(Case[P]):
 
 
 def _parameters(case: ContactCase[P], law: str, system: str) -> P:
-    changes = {**PLAIN, **case.laws[law].law, **case.systems[system]}
+    changes = {**tables.PLAIN, **case.laws[law].law, **case.systems[system]}
     return case.default.replace(**changes, steps_per_contact=STEPS)
 
 

@@ -14,8 +14,8 @@ import numpy as np
 from pydantic import Field
 
 from harness.cases.base import Quantity
-from harness.cases.contacts.laws import NORMAL, SLIDING, TANGENTIAL, pick
-from harness.cases.contacts.parameters import Radius, check_words
+from harness.cases.contacts import bounds, tables
+from harness.cases.contacts.parameters import Radius
 from harness.cases.contacts.resting import Resting, RestingCase
 from harness.model.base import Vector
 from harness.model.motion import Motion
@@ -46,7 +46,9 @@ class CurvedWall(Resting):
         if self.wall != "cylinder" or self.normal != "hertz":
             dampings += ("coeff_restitution", "viscoelastic")
         normals = ("hooke", "hertz") if self.wall != "rim" else ("hooke",)
-        check_words(self, normal=normals, damping=dampings, rolling=("none",), twisting=("none",))
+        bounds.check_words(
+            self, normal=normals, damping=dampings, rolling=("none",), twisting=("none",)
+        )
         super().check()
 
     @property
@@ -88,34 +90,31 @@ class CurvedWallCase(RestingCase[CurvedWall]):
     )
     parameters = CurvedWall
     quantities = (
-        Quantity[CurvedWall]("angle_ratio", "1", "angle from the vertical over that of the start"),
-        Quantity[CurvedWall]("halfway_angle_ratio", "1", "likewise, halfway"),
-        Quantity[CurvedWall](
+        Quantity("angle_ratio", "1", "angle from the vertical over that of the start"),
+        Quantity("halfway_angle_ratio", "1", "likewise, halfway"),
+        Quantity(
             "sideways_velocity_ratio", "1", "horizontal velocity over g sin(angle) t, downhill"
         ),
-        Quantity[CurvedWall](
+        Quantity(
             "sideways_spin_ratio", "1", "radius times spin over g sin(angle) t, as it rolls down"
         ),
-        Quantity[CurvedWall]("overlap_ratio", "1", "overlap at the end over that at the start"),
+        Quantity("overlap_ratio", "1", "overlap at the end over that at the start"),
     )
-    laws: ClassVar = {
-        **pick(NORMAL, "hertz, mass_velocity", systems=("bowl", "cylinder", "hill")),
-        **pick(TANGENTIAL, "linear_history"),
-        **pick(NORMAL, "hooke, velocity"),
-        **pick(TANGENTIAL, "linear_nohistory"),
-        **pick(TANGENTIAL, "mindlin", systems=("bowl", "hill")),
-    }
+    laws: ClassVar = (
+        tables.pick("hertz, mass_velocity", systems=("bowl", "cylinder", "hill"))
+        | tables.pick("linear_history", "hooke, velocity", "linear_nohistory")
+        | tables.pick("mindlin", systems=("bowl", "hill"))
+    )
     systems: ClassVar = {
         "bowl": {"wall": "bowl", "duration": 60.0},
         "cylinder": {"wall": "cylinder", "duration": 60.0},
         "hill": {"wall": "hill", "angle": 20.0},
         "rim": {"wall": "rim", "angle": 20.0},
     }
-    usual: ClassVar = {"bowl": SLIDING}
 
-    def build(self, parameters: CurvedWall) -> Scene:
+    def build(self, p: CurvedWall) -> Scene:
         """Return the sphere at rest along the normal, and the wall about the origin."""
-        p, flat = parameters, super().build(parameters)
+        flat = super().build(p)
         angle = math.radians(p.angle)
         distance = p.radius + p.curvature_radius - p.overlap_at_rest
         place = (abs(distance) * math.sin(angle), 0.0, distance * math.cos(angle))
@@ -129,9 +128,9 @@ class CurvedWallCase(RestingCase[CurvedWall]):
         body = flat.bodies[0].replace(position=place)
         return flat.replace(bodies=(body,), walls=(wall,), gravity=(0.0, 0.0, -p.gravity))
 
-    def observe(self, parameters: CurvedWall, motion: Motion) -> Mapping[str, float]:
+    def observe(self, p: CurvedWall, motion: Motion) -> Mapping[str, float]:
         """Return angles, velocities over those of a plane as steep, and the overlap."""
-        p, x, z = parameters, motion.position[:, 0, 0], motion.position[:, 0, 2]
+        x, z = motion.position[:, 0, 0], motion.position[:, 0, 2]
         sign = -1.0 if p.is_hollow else 1.0
         angle = np.arctan2(x, sign * z) / math.radians(p.angle)
         gained = p.pull[0] * float(motion.time[-1])

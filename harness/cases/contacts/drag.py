@@ -8,20 +8,12 @@ from typing import ClassVar
 from pydantic import Field
 
 from harness.cases.base import Quantity
+from harness.cases.contacts import bounds, tables
 from harness.cases.contacts.contact_case import ContactCase
-from harness.cases.contacts.laws import HOOKE, table
-from harness.cases.contacts.parameters import (
-    ContactSystem,
-    Duration,
-    Gravity,
-    check_words,
-    count_steps,
-)
+from harness.cases.contacts.parameters import ContactSystem, Duration, Gravity
 from harness.model.motion import Motion
 from harness.model.scene import Scene
 from harness.theory.contact import dragged
-
-SAMPLES = 4
 
 
 class Drag(ContactSystem):
@@ -33,7 +25,7 @@ class Drag(ContactSystem):
 
     def check(self) -> None:
         """Raise ValueError for values that have no meaning together."""
-        check_words(self, partner=("wall",))
+        bounds.check_words(self, partner=("wall",))
 
     @property
     def terminal_speed(self) -> float:
@@ -49,51 +41,42 @@ class DragCase(ContactCase[Drag]):
     formula = "m u' = m g - gamma u: u = v (1 - exp(-gamma t / m)), v = m g / gamma."
     parameters = Drag
     quantities = (
-        Quantity[Drag](
-            "halfway_speed_over_terminal", "1", "speed of the fall over m g / gamma, halfway"
-        ),
-        Quantity[Drag](
-            "speed_over_terminal", "1", "speed of the fall over m g / gamma, at the end"
-        ),
-        Quantity[Drag]("fall_ratio", "1", "height of the fall over m g / gamma times the time"),
+        Quantity("halfway_speed_over_terminal", "1", "speed of the fall over m g / gamma, halfway"),
+        Quantity("speed_over_terminal", "1", "speed of the fall over m g / gamma, at the end"),
+        Quantity("fall_ratio", "1", "height of the fall over m g / gamma times the time"),
     )
-    laws: ClassVar = table({"viscous": HOOKE})
+    laws: ClassVar = tables.laws("drag")
     systems: ClassVar = {"in a fluid": {"duration": 2.0}, "terminal": {"duration": 15.0}}
     always = ("terminal",)
-    usual: ClassVar = {"falls": HOOKE}
 
-    def build(self, parameters: Drag) -> Scene:
+    def build(self, p: Drag) -> Scene:
         """Return the sphere alone."""
-        p, steps = parameters, parameters.duration * parameters.steps_per_contact
-        count_steps(p.duration, steps)
-        every = max(1, round(steps / SAMPLES))
+        seconds = p.duration * p.mass / p.drag
         return Scene(
             bodies=p.bodies(0.0)[:1],
             law=p.stated_law,
             gravity=(0.0, 0.0, -p.gravity),
             drag=p.drag,
-            step=p.duration * p.mass / p.drag / SAMPLES / every,
-            steps=SAMPLES * every,
-            every=every,
+            **bounds.quarters(p.duration, p.duration * p.steps_per_contact, seconds),
         )
 
-    def observe(self, parameters: Drag, motion: Motion) -> Mapping[str, float]:
+    def observe(self, p: Drag, motion: Motion) -> Mapping[str, float]:
         """Return the speed halfway, at the end and on average, over the terminal speed."""
-        fall = -motion.velocity[:, 0, 2] / parameters.terminal_speed
+        fall = -motion.velocity[:, 0, 2] / p.terminal_speed
         distance = float(motion.position[0, 0, 2] - motion.position[-1, 0, 2])
         return {
             "halfway_speed_over_terminal": float(fall[len(fall) // 2]),
             "speed_over_terminal": float(fall[-1]),
-            "fall_ratio": distance / parameters.terminal_speed / float(motion.time[-1]),
+            "fall_ratio": distance / p.terminal_speed / float(motion.time[-1]),
         }
 
-    def exact(self, parameters: Drag) -> Mapping[str, float]:
+    def exact(self, p: Drag) -> Mapping[str, float]:
         """Return the exponential approach."""
-        (halfway, _), (speed, fallen) = (dragged(t * parameters.duration) for t in (0.5, 1.0))
+        (halfway, _), (speed, fallen) = (dragged(t * p.duration) for t in (0.5, 1.0))
         return {
             "halfway_speed_over_terminal": halfway,
             "speed_over_terminal": speed,
-            "fall_ratio": fallen / parameters.duration,
+            "fall_ratio": fallen / p.duration,
         }
 
 

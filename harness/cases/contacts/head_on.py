@@ -8,6 +8,7 @@ from typing import ClassVar
 from pydantic import Field
 
 from harness.cases.base import Quantity
+from harness.cases.contacts import bounds, tables
 from harness.cases.contacts.contact_case import ContactCase
 from harness.cases.contacts.impact import (
     head_on_exact,
@@ -17,18 +18,7 @@ from harness.cases.contacts.impact import (
     relative_velocity,
     value_at_turn,
 )
-from harness.cases.contacts.laws import (
-    CLIPPED_NORMAL,
-    COHESIVE,
-    MDR_BRANCHES,
-    MDR_TOGETHER,
-    NORMAL,
-    OLD_CLIPPED,
-    OLD_NORMAL,
-    SYSTEMS,
-    TWO_MATERIALS,
-)
-from harness.cases.contacts.parameters import ContactSystem, Speed, check_impact
+from harness.cases.contacts.parameters import ContactSystem, Speed
 from harness.model.motion import Motion
 from harness.model.scene import Scene
 
@@ -40,7 +30,7 @@ class HeadOn(ContactSystem):
 
     def check(self) -> None:
         """Raise ValueError for values that have no meaning together."""
-        check_impact(self, "speed", "m/s", self.speed, lambda speed: speed)
+        bounds.check_impact(self, "speed", "m/s", self.speed, lambda speed: speed)
 
     @property
     def depth(self) -> float:
@@ -60,56 +50,59 @@ class HeadOnCase(ContactCase[HeadOn]):
     )
     parameters = HeadOn
     quantities = (
-        Quantity[HeadOn]("restitution", "1", "speed of departure over that of approach"),
-        Quantity[HeadOn](
+        Quantity("restitution", "1", "speed of departure over that of approach"),
+        Quantity(
             "contact_time_s", "s", "of the first contact, while the surfaces overlap",
             lambda p: 2.0 * p.depth / p.speed,
         ),
-        Quantity[HeadOn](
+        Quantity(
             "largest_overlap_m", "m", "overlap at the turning point, between the samples",
             lambda p: 0.5 * p.depth,
         ),
-        Quantity[HeadOn](
+        Quantity(
             "largest_force_N", "N", "on the sphere, the dashpot's part included",
             lambda p: p.elastic_force(p.depth),
         ),
     )  # fmt: skip
-    laws: ClassVar = {
-        **NORMAL, **COHESIVE, **OLD_NORMAL, **MDR_BRANCHES, **OLD_CLIPPED, **MDR_TOGETHER,
-        **CLIPPED_NORMAL,
-    }  # fmt: skip
-    systems: ClassVar = {**SYSTEMS, **TWO_MATERIALS}
-    usual: ClassVar = {"elastic": {}}
-    varied = tuple({**NORMAL, **COHESIVE, **OLD_NORMAL, **MDR_BRANCHES, **MDR_TOGETHER})
+    laws: ClassVar = tables.laws(
+        "normal", "cohesive", "old", "mdr_damping", "mdr_yield", "mdr_bulk", "old_clipped",
+        "mdr_together", "clipped",
+    )  # fmt: skip
+    systems: ClassVar = tables.SYSTEMS | tables.TWO_MATERIALS
+    varied = tuple(
+        tables.laws(
+            "normal", "cohesive", "old", "mdr_damping", "mdr_yield", "mdr_bulk", "mdr_together"
+        )
+    )
     varied_by_default = ("jkr", "mdr, yield")
 
-    def build(self, parameters: HeadOn) -> Scene:
+    def build(self, p: HeadOn) -> Scene:
         """Return the impact, sampled over the contact."""
-        return impact_scene(parameters, (0.0, 0.0, -parameters.speed), sampled=True)
+        return impact_scene(p, (0.0, 0.0, -p.speed), sampled=True)
 
-    def names(self, parameters: HeadOn) -> Iterable[str]:
+    def names(self, p: HeadOn) -> Iterable[str]:
         """Return all, without contact time and overlap where a surface energy makes them stick."""
         names = [quantity.name for quantity in self.quantities]
-        sticks = parameters.surface_energy is not None
+        sticks = p.surface_energy is not None
         return [n for n in names if not sticks or n not in ("contact_time_s", "largest_overlap_m")]
 
-    def observe(self, parameters: HeadOn, motion: Motion) -> Mapping[str, float]:
+    def observe(self, p: HeadOn, motion: Motion) -> Mapping[str, float]:
         """Return restitution and peaks; contact time and overlap where nothing sticks."""
-        overlap, rate = overlap_and_rate(parameters, motion)
+        overlap, rate = overlap_and_rate(p, motion)
         quantities = {
-            "restitution": float(relative_velocity(motion)[-1, 2]) / parameters.speed,
+            "restitution": float(relative_velocity(motion)[-1, 2]) / p.speed,
             "largest_force_N": peak(motion.force[:, 0, 2]),
         }
-        if parameters.surface_energy is None:
+        if p.surface_energy is None:
             # at the ends of the run it flies freely, with the gap that is left
             begin, end = (motion.time[i] - overlap[i] / rate[i] for i in (0, -1))
             quantities["contact_time_s"] = float(end - begin)
             quantities["largest_overlap_m"] = value_at_turn(motion.time, overlap, rate)
         return quantities
 
-    def exact(self, parameters: HeadOn) -> Mapping[str, float]:
+    def exact(self, p: HeadOn) -> Mapping[str, float]:
         """Return what is known of linear springs, Hertz's, and constant restitution."""
-        return head_on_exact(parameters, parameters.speed)
+        return head_on_exact(p, p.speed)
 
 
 CASE = HeadOnCase()

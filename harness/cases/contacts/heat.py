@@ -9,22 +9,15 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import Field
 
 from harness.cases.base import Quantity
+from harness.cases.contacts import bounds, tables
 from harness.cases.contacts.contact_case import ContactCase
-from harness.cases.contacts.laws import HERTZ, HOOKE, SYSTEMS, table
-from harness.cases.contacts.parameters import (
-    ContactSystem,
-    Duration,
-    check_overlap,
-    check_words,
-    count_steps,
-)
+from harness.cases.contacts.parameters import ContactSystem, Duration
 from harness.errors import EngineOutputError
 from harness.model.base import ZERO
 from harness.model.motion import Motion
 from harness.model.scene import Scene, Segment
 from harness.theory.contact import conductance, cooling_rate
 
-SAMPLES = 4
 Temperature = Annotated[float, Field(ge=0.0, le=1e9)]
 
 
@@ -49,10 +42,10 @@ class Heat(ContactSystem):
     def check(self) -> None:
         """Raise ValueError for values that have no meaning together."""
         # a contact of other normal forces has another radius, or grows
-        check_words(
+        bounds.check_words(
             self, partner=("wall", "sphere"), normal=("hooke", "hertz"), interface=("current",)
         )
-        check_overlap(self, "overlap", "m", self.overlap)
+        bounds.check_overlap(self, "overlap", "m", self.overlap)
         if math.isclose(self.temperature, self.partner_temperature, rel_tol=1e-6):
             raise ValueError(
                 f"partner_temperature = {self.partner_temperature!r} K: must not be that of the "
@@ -83,33 +76,24 @@ class HeatCase(ContactCase[Heat]):
     )
     parameters = Heat
     quantities = (
-        Quantity[Heat](
+        Quantity(
             "halfway_excess_ratio", "1", "temperature of the first above that of the other at the "
             "start, over the difference then, halfway",
         ),
-        Quantity[Heat]("excess_ratio", "1", "likewise, at the end"),
-        Quantity[Heat]("partner_excess_ratio", "1", "that of the second, likewise"),
-        Quantity[Heat](
+        Quantity("excess_ratio", "1", "likewise, at the end"),
+        Quantity("partner_excess_ratio", "1", "that of the second, likewise"),
+        Quantity(
             "heat_change_ratio", "1",
             "heat of both after less before, over that of the first above the other",
         ),
     )  # fmt: skip
-    laws: ClassVar = table(
-        {
-            "heat radius, hooke": {**HOOKE, "heat": "radius", "conductance": 50.0},
-            "heat area, hooke": {**HOOKE, "heat": "area", "conductance": 2e5},
-            "heat radius, hertz": {**HERTZ, "heat": "radius", "conductance": 50.0},
-            "heat area, hertz": {**HERTZ, "heat": "area", "conductance": 2e5},
-        }
-    )
-    systems: ClassVar = {name: SYSTEMS[name] for name in ("wall", "two spheres", "unequal spheres")}
-    usual: ClassVar = {"cools": HOOKE}
+    laws: ClassVar = tables.laws("heat")
+    systems: ClassVar = tables.systems("wall", "two spheres", "unequal spheres")
 
-    def build(self, parameters: Heat) -> Scene:
+    def build(self, p: Heat) -> Scene:
         """Return the bodies, held at rest."""
-        p, steps = parameters, parameters.duration * parameters.steps_per_contact
-        count_steps(p.duration, steps)
-        every = max(1, round(steps / SAMPLES))
+        steps = p.duration * p.steps_per_contact
+        grid = bounds.quarters(p.duration, steps, p.duration / p.rate)
         temperatures = (p.temperature, p.partner_temperature)
         bodies = tuple(
             body.replace(temperature=temperature, heat_capacity=p.heat_capacity)
@@ -120,20 +104,17 @@ class HeatCase(ContactCase[Heat]):
             bodies=bodies,
             walls=tuple(wall.replace(temperature=p.partner_temperature) for wall in p.walls),
             law=p.stated_law,
-            step=p.duration / p.rate / SAMPLES / every,
-            steps=SAMPLES * every,
-            every=every,
-            segments=(Segment(steps=SAMPLES * every, velocities=still, angular_velocities=still),),
+            segments=(Segment(steps=grid["steps"], velocities=still, angular_velocities=still),),
+            **grid,
         )
 
-    def names(self, parameters: Heat) -> Iterable[str]:
+    def names(self, p: Heat) -> Iterable[str]:
         """Return all of two spheres, the first two at a wall."""
         names = [quantity.name for quantity in self.quantities]
-        return names[:2] if parameters.partner == "wall" else names
+        return names[:2] if p.partner == "wall" else names
 
-    def observe(self, parameters: Heat, motion: Motion) -> Mapping[str, float]:
+    def observe(self, p: Heat, motion: Motion) -> Mapping[str, float]:
         """Return temperatures above that of the other at the start, and the heat of both."""
-        p = parameters
         if motion.temperature is None:
             raise EngineOutputError("the output has no temperatures")
         above = (motion.temperature - p.partner_temperature) / (
@@ -150,12 +131,12 @@ class HeatCase(ContactCase[Heat]):
             quantities["heat_change_ratio"] = float(heat[-1] - heat[0])
         return quantities
 
-    def exact(self, parameters: Heat) -> Mapping[str, float]:
+    def exact(self, p: Heat) -> Mapping[str, float]:
         """Return the exponential approach to the temperature of both, or of the wall."""
-        decay = [math.exp(-part * parameters.duration) for part in (0.5, 1.0)]
-        if parameters.partner == "wall":
+        decay = [math.exp(-part * p.duration) for part in (0.5, 1.0)]
+        if p.partner == "wall":
             return {"halfway_excess_ratio": decay[0], "excess_ratio": decay[1]}
-        first, second = parameters.capacities
+        first, second = p.capacities
         mean = first / (first + second)
         halfway, end = (mean + (1.0 - mean) * part for part in decay)
         return {

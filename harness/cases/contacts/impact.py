@@ -7,7 +7,8 @@ from functools import lru_cache
 
 import numpy as np
 
-from harness.cases.contacts.parameters import ContactSystem, check_steps
+from harness.cases.contacts import bounds
+from harness.cases.contacts.parameters import ContactSystem
 from harness.errors import RequestError
 from harness.model.base import ZERO, Vector
 from harness.model.motion import Floats, Motion
@@ -43,7 +44,7 @@ def impact_scene(
     overlap = p.elastic_overlap(-velocity[2])
     guess = 0.25 * overlap / -velocity[2] / p.steps_per_contact
     bodies = p.bodies(0.0, velocity, spin, other_spin)
-    check_steps(p, bodies, guess, overlap)
+    bounds.check_steps(p, bodies, guess, overlap)
     touching = Scene(
         bodies=bodies,
         walls=p.walls,
@@ -56,7 +57,7 @@ def impact_scene(
     step = _step_in_phase(lasts / n, yield_time(touching), n)
     every = max(1, n // SAMPLES) if sampled else 1
     steps = every * math.ceil(DURATION * (float(n) if step == lasts / n else lasts / step) / every)
-    check_steps(p, bodies, step, overlap)
+    bounds.check_steps(p, bodies, step, overlap)
     scene = touching.replace(step=step, steps=steps, every=every if sampled else steps)
     return before(scene, 0.5 * step)
 

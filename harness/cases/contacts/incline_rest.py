@@ -9,8 +9,8 @@ from typing import ClassVar
 import numpy as np
 
 from harness.cases.base import Quantity
+from harness.cases.contacts import tables
 from harness.cases.contacts.incline_roll import InclineRoll
-from harness.cases.contacts.laws import FURTHER_ROLLING, ROLLING, UNDAMPED_ROLLING
 from harness.cases.contacts.resting import RestingCase, rolling
 from harness.model.motion import Floats, Motion
 from harness.theory.contact import on_an_incline
@@ -49,39 +49,35 @@ class InclineRestCase(RestingCase[InclineRest]):
     )
     parameters = InclineRest
     quantities = (
-        Quantity[InclineRest](
+        Quantity(
             "displacement_ratio", "1", "of the centre along the incline, over g sin(angle) t^2 / 2",
             lambda p: displacement_scale(p, 1.0),
         ),
-        Quantity[InclineRest](
+        Quantity(
             "halfway_displacement_ratio", "1", "likewise, halfway",
             lambda p: displacement_scale(p, 0.5),
         ),
-        Quantity[InclineRest](
+        Quantity(
             "acceleration_ratio", "1", "mean over the second half, over g sin(angle)"
         ),
-        Quantity[InclineRest](
+        Quantity(
             "rim_acceleration_ratio", "1", "radius times angular acceleration, likewise"
         ),
     )  # fmt: skip
-    laws: ClassVar = {**ROLLING, **FURTHER_ROLLING, **UNDAMPED_ROLLING}
+    laws: ClassVar = tables.laws("rolling", "further_rolling", "undamped_rolling")
     # tan(angle) over mu_r = 0.05: 0.35, so that a spring without a dashpot holds it as well; 1.4
     systems: ClassVar = {"wall, rests": {"angle": 1.0}, "wall, rolls": {"angle": 4.0}}
     always = ("wall, rests",)
-    usual: ClassVar = {
-        "rests": {"friction": 0.3, **ROLLING["rolling sds, linear_history"].law, "angle": 1.0}
-    }
 
-    def observe(self, parameters: InclineRest, motion: Motion) -> Mapping[str, float]:
+    def observe(self, p: InclineRest, motion: Motion) -> Mapping[str, float]:
         """Return the displacement, in all and over the first half, and the mean acceleration."""
-        u, rim = rolling(parameters, motion)
+        u, rim = rolling(p, motion)
         displacement = motion.position[:, 0, 0] - motion.position[0, 0, 0]
         at = [len(u) // 2, -1]
-        return _ratios(parameters, motion.time[at], displacement[at], u[at], rim[at])
+        return _ratios(p, motion.time[at], displacement[at], u[at], rim[at])
 
-    def exact(self, parameters: InclineRest) -> Mapping[str, float]:
+    def exact(self, p: InclineRest) -> Mapping[str, float]:
         """Return the motion under springs and a constant torque, where nothing slides."""
-        p = parameters
         along = p.tangential_slope(p.overlap_at_rest)
         if p.normal not in ("hooke", "hertz") or not along:
             return {}

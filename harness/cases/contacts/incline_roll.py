@@ -9,7 +9,7 @@ from typing import ClassVar
 from pydantic import Field
 
 from harness.cases.base import Quantity
-from harness.cases.contacts.laws import FLOOR_ROLLING, FRICTION, FURTHER_TANGENTIAL, SLIDING
+from harness.cases.contacts import tables
 from harness.cases.contacts.parameters import Gravity
 from harness.cases.contacts.resting import Resting, RestingCase, rolling
 from harness.model.base import Vector
@@ -42,31 +42,22 @@ class InclineRollCase(RestingCase[InclineRoll]):
     )
     parameters = InclineRoll
     quantities = (
-        Quantity[InclineRoll](
-            "acceleration_ratio", "1", "mean over the second half, over g sin(angle)"
-        ),
-        Quantity[InclineRoll](
-            "rim_acceleration_ratio", "1", "radius times angular acceleration, likewise"
-        ),
-        Quantity[InclineRoll]("momentum_ratio", "1", "u + 2/5 r omega over g sin(angle) t"),
+        Quantity("acceleration_ratio", "1", "mean over the second half, over g sin(angle)"),
+        Quantity("rim_acceleration_ratio", "1", "radius times angular acceleration, likewise"),
+        Quantity("momentum_ratio", "1", "u + 2/5 r omega over g sin(angle) t"),
     )
     # a linear spring without a dashpot rings on: its phase hides the limit
     laws: ClassVar = {
-        **FRICTION,
-        **{
-            name: row
-            for name, row in FURTHER_TANGENTIAL.items()
-            if name != "linear_history, elastic"
-        },
-        **FLOOR_ROLLING,
+        name: row
+        for name, row in tables.FLOOR_FRICTION.items()
+        if name != "linear_history, elastic"
     }
     systems: ClassVar = {"wall, rolls": {"angle": 20.0}, "wall, slides": {"angle": 60.0}}
-    usual: ClassVar = {"rolls": SLIDING}
 
-    def observe(self, parameters: InclineRoll, motion: Motion) -> Mapping[str, float]:
+    def observe(self, p: InclineRoll, motion: Motion) -> Mapping[str, float]:
         """Return accelerations over the second half, and the momentum at the end."""
-        u, rim = rolling(parameters, motion)
-        half, pull = len(u) // 2, parameters.pull[0]
+        u, rim = rolling(p, motion)
+        half, pull = len(u) // 2, p.pull[0]
         gained = pull * float(motion.time[-1] - motion.time[half])
         return {
             "acceleration_ratio": float(u[-1] - u[half]) / gained,
@@ -74,12 +65,11 @@ class InclineRollCase(RestingCase[InclineRoll]):
             "momentum_ratio": float(u[-1] + 0.4 * rim[-1]) / (pull * float(motion.time[-1])),
         }
 
-    def exact(self, parameters: InclineRoll) -> Mapping[str, float]:
+    def exact(self, p: InclineRoll) -> Mapping[str, float]:
         """Return the momentum, and for a sphere that slides all the time both accelerations.
 
         Rolling resistance changes momentum and spin; a sphere that slides slides all the more.
         """
-        p = parameters
         exact = {"momentum_ratio": 1.0}
         expected = down_an_incline(math.radians(p.angle), p.friction or 0.0, p.gravity)
         if not expected.rolls and p.tangential != "linear_nohistory":

@@ -10,18 +10,10 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import ClassVar
 
+from harness.cases.contacts import bounds, tables
 from harness.cases.contacts.contact_case import ContactCase
-from harness.cases.contacts.laws import (
-    COHESIVE_FRICTION,
-    ROLLING,
-    SLIDING,
-    SYSTEMS,
-    TANGENTIAL,
-    pick,
-)
 from harness.cases.contacts.oblique import CASE as OBLIQUE
 from harness.cases.contacts.oblique import QUANTITIES, Oblique, velocity_ratios
-from harness.cases.contacts.parameters import check_words
 from harness.model.base import Vector
 from harness.model.motion import Motion
 from harness.model.scene import Scene
@@ -36,7 +28,7 @@ class InLjUnits(Oblique):
 
     def check(self) -> None:
         """Raise ValueError for values that have no meaning together."""
-        check_words(self, normal=("hooke", "hertz", "dmt", "jkr"), materials_as=("stated",))
+        bounds.check_words(self, normal=("hooke", "hertz", "dmt", "jkr"), materials_as=("stated",))
         super().check()
 
 
@@ -49,18 +41,15 @@ class LjUnitsCase(ContactCase[InLjUnits]):
     parameters = InLjUnits
     quantities = QUANTITIES
     units = "lj"
-    laws: ClassVar = {
-        **pick(TANGENTIAL, "linear_history", "mindlin"),
-        **pick(ROLLING, "rolling sds, linear_history"),
-        **pick(TANGENTIAL, "mindlin_rescale/force"),
-        **pick(COHESIVE_FRICTION, "mindlin, jkr"),
-    }
-    systems: ClassVar = {name: SYSTEMS[name] for name in ("wall", "two spheres", "unequal spheres")}
-    usual: ClassVar = {"usual": SLIDING}
+    laws: ClassVar = tables.pick(
+        "linear_history", "mindlin", "rolling sds, linear_history", "mindlin_rescale/force",
+        "mindlin, jkr",
+    )  # fmt: skip
+    systems: ClassVar = tables.systems("wall", "two spheres", "unequal spheres")
 
-    def build(self, parameters: InLjUnits) -> Scene:
+    def build(self, p: InLjUnits) -> Scene:
         """Return the impact in other units."""
-        scene = OBLIQUE.build(parameters)
+        scene = OBLIQUE.build(p)
         bodies = (
             body.replace(
                 radius=body.radius / LENGTH,
@@ -74,12 +63,10 @@ class LjUnitsCase(ContactCase[InLjUnits]):
         law = scene.law.in_units(LENGTH, MASS, TIME)
         return scene.replace(bodies=tuple(bodies), law=law, step=scene.step / TIME)
 
-    def observe(self, parameters: InLjUnits, motion: Motion) -> Mapping[str, float]:
+    def observe(self, p: InLjUnits, motion: Motion) -> Mapping[str, float]:
         """Return the ratios of an oblique impact."""
         velocity, spin = motion.velocity * SPEED, motion.angular_velocity / TIME
-        return velocity_ratios(
-            parameters, replace(motion, velocity=velocity, angular_velocity=spin)
-        )
+        return velocity_ratios(p, replace(motion, velocity=velocity, angular_velocity=spin))
 
 
 def _divided(vector: Vector, unit: float) -> Vector:

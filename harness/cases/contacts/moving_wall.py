@@ -14,8 +14,8 @@ import numpy as np
 from pydantic import Field
 
 from harness.cases.base import Quantity
-from harness.cases.contacts.laws import SLIDING, TANGENTIAL, pick
-from harness.cases.contacts.parameters import Speed, check_words
+from harness.cases.contacts import bounds, tables
+from harness.cases.contacts.parameters import Speed
 from harness.cases.contacts.resting import Resting, RestingCase, rolling
 from harness.errors import RequestError
 from harness.model.motion import Floats, Motion
@@ -42,7 +42,7 @@ class MovingWall(Resting):
     def check(self) -> None:
         """Raise ValueError for values that have no meaning together."""
         super().check()
-        check_words(self, normal=("hooke", "hertz"), rolling=("none",), twisting=("none",))
+        bounds.check_words(self, normal=("hooke", "hertz"), rolling=("none",), twisting=("none",))
         if self.moves == "across" and not self.is_linear:
             raise ValueError(
                 f"normal = {self.normal!r}: must be a linear spring with a constant dashpot where "
@@ -79,27 +79,26 @@ class MovingWallCase(RestingCase[MovingWall]):
     )
     parameters = MovingWall
     quantities = (
-        Quantity[MovingWall](
+        Quantity(
             "halfway_gained_velocity_ratio", "1",
             "velocity that the sphere gained, over the plane's largest, halfway",
         ),
-        Quantity[MovingWall]("gained_velocity_ratio", "1", "likewise, at the end"),
-        Quantity[MovingWall]("gained_spin_ratio", "1", "radius times spin, likewise"),
-        Quantity[MovingWall](
+        Quantity("gained_velocity_ratio", "1", "likewise, at the end"),
+        Quantity("gained_spin_ratio", "1", "radius times spin, likewise"),
+        Quantity(
             "surface_momentum_ratio", "1", "of u + 2/5 r omega, over the plane's largest velocity"
         ),
     )  # fmt: skip
-    laws: ClassVar = {
-        **pick(TANGENTIAL, "linear_nohistory", systems=("shear",)),
-        **pick(TANGENTIAL, "mindlin", systems=("shear", "along")),
-        **pick(TANGENTIAL, "linear_history", systems=("shear", "along", "across")),
-    }
+    laws: ClassVar = (
+        tables.pick("linear_nohistory", systems=("shear",))
+        | tables.pick("mindlin", systems=("shear", "along"))
+        | tables.pick("linear_history", systems=("shear", "along", "across"))
+    )
     systems: ClassVar = {moves: {"moves": moves} for moves in ("shear", "along", "across")}
-    usual: ClassVar = {"shear": SLIDING}
 
-    def build(self, parameters: MovingWall) -> Scene:
+    def build(self, p: MovingWall) -> Scene:
         """Return the sphere at rest and the plane that moves."""
-        p, scene = parameters, super().build(parameters)
+        scene = super().build(p)
         (wall,) = scene.walls
         if p.moves == "shear":
             return scene.replace(walls=(wall.replace(surface_velocity=(p.speed, 0.0, 0.0)),))
@@ -107,31 +106,31 @@ class MovingWallCase(RestingCase[MovingWall]):
         amplitude = (length, 0.0, 0.0) if p.moves == "along" else (0.0, 0.0, length)
         return scene.replace(walls=(wall.replace(amplitude=amplitude, frequency=p.drive),))
 
-    def names(self, parameters: MovingWall) -> Iterable[str]:
+    def names(self, p: MovingWall) -> Iterable[str]:
         """Return all, the velocities alone where the plane moves across."""
         names = [quantity.name for quantity in self.quantities]
-        return names[:2] if parameters.moves == "across" else names
+        return names[:2] if p.moves == "across" else names
 
-    def observe(self, parameters: MovingWall, motion: Motion) -> Mapping[str, float]:
+    def observe(self, p: MovingWall, motion: Motion) -> Mapping[str, float]:
         """Return the gains of the sphere, the same seen from a plane that shears."""
-        p, (u, rim) = parameters, rolling(parameters, motion)
+        u, rim = rolling(p, motion)
         if p.moves == "across":
             u = motion.velocity[:, 0, 2]
         gained = (u - u[0]) / p.largest_speed
         velocities = (float(gained[len(u) // 2]), float(gained[-1]))
         return _gains(p, velocities, float(rim[-1]) / p.largest_speed)
 
-    def exact(self, parameters: MovingWall) -> Mapping[str, float]:
+    def exact(self, p: MovingWall) -> Mapping[str, float]:
         """Return the driven oscillation; of a plane that shears what no friction changes.
 
         Raise RequestError for one that shakes the sphere off, or on which it slides.
         """
-        if parameters.moves == "shear":
+        if p.moves == "shear":
             return {"surface_momentum_ratio": 0.0}
-        times = np.linspace(0.0, self.scene(parameters).duration, 2 * INSTANTS + 1)
-        speeds = _velocity(parameters, times) / parameters.largest_speed
+        times = np.linspace(0.0, self.scene(p).duration, 2 * INSTANTS + 1)
+        speeds = _velocity(p, times) / p.largest_speed
         halfway, end = float(speeds[INSTANTS]), float(speeds[-1])
-        return _gains(parameters, (halfway, end), -2.5 * end)
+        return _gains(p, (halfway, end), -2.5 * end)
 
 
 def _gains(p: MovingWall, velocities: tuple[float, float], rim: float) -> dict[str, float]:

@@ -5,24 +5,15 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from pydantic import Field
 
 from harness.cases.base import Quantity
-from harness.cases.contacts import partial_slip
+from harness.cases.contacts import bounds, partial_slip, tables
 from harness.cases.contacts.contact_case import ContactCase
 from harness.cases.contacts.impact import impact_scene, relative_velocity
-from harness.cases.contacts.laws import (
-    FRICTION,
-    FURTHER_TANGENTIAL,
-    MDR_FRICTION,
-    SLIDING,
-    SYSTEMS,
-    TWO_MATERIALS,
-    UNDAMPED_ROLLING,
-)
-from harness.cases.contacts.parameters import ContactSystem, Speed, check_impact, check_range
+from harness.cases.contacts.parameters import ContactSystem, Speed
 from harness.model.base import Vector
 from harness.model.motion import Motion
 from harness.model.scene import Scene
@@ -45,10 +36,10 @@ class Oblique(ContactSystem):
     def check(self) -> None:
         """Raise ValueError for values that have no meaning together."""
         along, _, down = self.velocity
-        check_impact(self, "speed", "m/s", -down, lambda speed: speed * self.speed / -down)
+        bounds.check_impact(self, "speed", "m/s", -down, lambda speed: speed * self.speed / -down)
         if along:
             why = "0, or more than what rounding leaves of the velocity along the surface"
-            check_range("angle", self.angle, "deg", (LEAST_ANGLE, 90.0), why)
+            bounds.check_range("angle", self.angle, "deg", (LEAST_ANGLE, 90.0), why)
 
     @property
     def velocity(self) -> Vector:
@@ -62,14 +53,14 @@ def impulse_scale(p: Oblique) -> float:
     return min(p.friction or 1.0, 1.0)
 
 
-QUANTITIES = (
-    Quantity[Oblique]("normal_restitution", "1", "normal speed after over that before"),
-    Quantity[Oblique]("tangential_ratio", "1", "tangential velocity of the centre, likewise"),
-    Quantity[Oblique](
+QUANTITIES: Sequence[Quantity[Any]] = (
+    Quantity("normal_restitution", "1", "normal speed after over that before"),
+    Quantity("tangential_ratio", "1", "tangential velocity of the centre, likewise"),
+    Quantity(
         "rim_speed_ratio", "1",
         "radius times spin at the end over the tangential velocity at the start",
     ),
-    Quantity[Oblique](
+    Quantity(
         "tangential_impulse_ratio", "1", "tangential over normal impulse: at most mu where the "
         "normal force never pulls, else mu times the integral of |F_n| over that of F_n",
         impulse_scale,
@@ -88,11 +79,15 @@ class ObliqueCase(ContactCase[Oblique]):
     )
     parameters = Oblique
     quantities = QUANTITIES
-    laws: ClassVar = {**FRICTION, **MDR_FRICTION, **FURTHER_TANGENTIAL, **UNDAMPED_ROLLING}
-    systems: ClassVar = {**SYSTEMS, **TWO_MATERIALS}
-    usual: ClassVar = {"usual": SLIDING}
+    laws: ClassVar = tables.laws(
+        "tangential", "old_tangential", "mdr_friction", "mdr_friction_of_one_size",
+        "further_tangential", "undamped_rolling",
+    )  # fmt: skip
+    systems: ClassVar = tables.SYSTEMS | tables.TWO_MATERIALS
     two_materials_law = "mindlin"
-    varied = tuple({**FRICTION, **MDR_FRICTION})
+    varied = tuple(
+        tables.laws("tangential", "old_tangential", "mdr_friction", "mdr_friction_of_one_size")
+    )
     varied_by_default = ("mindlin_rescale/force", "old hooke/history")
 
     def checks_up_to(self, engine: Engine, level: Level) -> Iterator[Check]:
@@ -114,18 +109,18 @@ class ObliqueCase(ContactCase[Oblique]):
         drawings = () if drawing is None else (drawing,)
         return [report.overview(benches), replace(section, drawings=drawings)]
 
-    def build(self, parameters: Oblique) -> Scene:
+    def build(self, p: Oblique) -> Scene:
         """Return the impact; samples before and after it."""
-        return impact_scene(parameters, parameters.velocity, sampled=False)
+        return impact_scene(p, p.velocity, sampled=False)
 
-    def names(self, parameters: Oblique) -> Iterable[str]:
+    def names(self, p: Oblique) -> Iterable[str]:
         """Return all at an angle, else the normal restitution."""
         names = [quantity.name for quantity in self.quantities]
-        return names if parameters.velocity[0] > 0.0 else names[:1]
+        return names if p.velocity[0] > 0.0 else names[:1]
 
-    def observe(self, parameters: Oblique, motion: Motion) -> Mapping[str, float]:
+    def observe(self, p: Oblique, motion: Motion) -> Mapping[str, float]:
         """Return ratios of the velocities after to those before; tangential ones at an angle."""
-        return velocity_ratios(parameters, motion)
+        return velocity_ratios(p, motion)
 
 
 def velocity_ratios(p: Oblique, motion: Motion) -> dict[str, float]:

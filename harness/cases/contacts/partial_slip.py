@@ -16,8 +16,8 @@ import numpy as np
 
 from harness.cases.base import Check, Value
 from harness.cases.bench import OWN, Bench
+from harness.cases.contacts import tables
 from harness.cases.contacts.contact_case import ContactCase
-from harness.cases.contacts.laws import HERTZ
 from harness.cases.equal_steps import REASON, ROUND_OFF
 from harness.engines.base import scene_job
 from harness.errors import EngineError
@@ -41,8 +41,8 @@ DIFFERENCE = "rebound_difference"
 def impacts(case: ContactCase[Any], law: str) -> list[Any]:
     """Return the impacts of an elastic sphere on a wall of its material, 1 m/s to the normal."""
     base = case.default.replace(
-        **HERTZ, damping="none", tangential=law, tangential_damping=0.0, friction=FRICTION,
-        steps_per_contact=STEPS,
+        **tables.part("hertz"), damping="none", tangential=law, tangential_damping=0.0,
+        friction=FRICTION, steps_per_contact=STEPS,
     )  # fmt: skip
     angles = np.arctan(INCIDENCES * FRICTION / stiffness_ratio(POISSON))
     return [base.replace(angle=math.degrees(a), speed=1.0 / math.cos(a)) for a in angles]

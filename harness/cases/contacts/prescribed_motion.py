@@ -16,29 +16,9 @@ import numpy as np
 from pydantic import Field
 
 from harness.cases.base import Quantity
+from harness.cases.contacts import bounds, tables
 from harness.cases.contacts.contact_case import ContactCase
-from harness.cases.contacts.laws import (
-    COHESIVE_FRICTION,
-    FRICTION,
-    FURTHER_ROLLING,
-    FURTHER_TANGENTIAL,
-    FURTHER_TWISTING,
-    ROLLING,
-    SLIDING,
-    SYSTEMS,
-    TURNING,
-    TWISTING,
-    TWO_MATERIALS,
-    UNDAMPED_ROLLING,
-    UNDAMPED_TURNING,
-    UNDAMPED_TWISTING,
-)
-from harness.cases.contacts.parameters import (
-    ContactSystem,
-    check_overlap,
-    check_range,
-    overlap_range,
-)
+from harness.cases.contacts.parameters import ContactSystem
 from harness.model.base import ZERO, Vector
 from harness.model.motion import Floats, Motion
 from harness.model.scene import Scene, Segment
@@ -86,21 +66,21 @@ class PrescribedMotion(ContactSystem):
                 f"turned = {self.turned!r}: needs two spheres (partner = sphere), "
                 f"got partner = {self.partner!r}"
             )
-        check_overlap(self, "overlap", "m", self.overlap)
-        (least, most), remaining = overlap_range(self), (1.0 - self.lift) * self.overlap
+        bounds.check_overlap(self, "overlap", "m", self.overlap)
+        (least, most), remaining = bounds.overlap_range(self), (1.0 - self.lift) * self.overlap
         if self.partner == "sphere":
             reach = self.radius + self.second_radius
             most = math.sqrt(0.9 * remaining * (2.0 * reach - 1.1 * remaining))
         why = "resolved, and a tenth of the overlap must be left next to the top of a sphere"
-        check_range("shear", self.shear, "m", (least, most), why)
+        bounds.check_range("shear", self.shear, "m", (least, most), why)
         if self.roll_forth and self.partner == "sphere":
             sideways = math.sqrt(most * most - self.shear * self.shear)
             largest = self.forth * sideways / (self.roll_forth * self.radius)
-            check_range("forth", self.forth, "rad", (1e-9, largest), why)
+            bounds.check_range("forth", self.forth, "rad", (1e-9, largest), why)
         pull = self.eta(self.overlap) * self.lift * self.overlap
         push = self.elastic_energy(remaining) / remaining
         why = "the dashpot takes more than half of the force as the sphere is lifted"
-        check_range("duration", self.duration, "s", (pull / push, 1e9), why)
+        bounds.check_range("duration", self.duration, "s", (pull / push, 1e9), why)
 
 
 def friction_scale(p: PrescribedMotion) -> float:
@@ -139,7 +119,7 @@ class PrescribedMotionCase(ContactCase[PrescribedMotion]):
     )
     parameters = PrescribedMotion
     quantities = tuple(
-        Quantity[PrescribedMotion](name, "1", meaning, scale)
+        Quantity(name, "1", meaning, scale)
         for name, meaning, scale in (
             ("half_shear_ratio", "tangential over normal force, halfway the shear", friction_scale),
             ("shear_ratio", "likewise, after the shear", friction_scale),
@@ -157,25 +137,23 @@ class PrescribedMotionCase(ContactCase[PrescribedMotion]):
             ("turned_ratio", "tangential over normal force, both turned", friction_scale),
         )
     )
-    laws: ClassVar = {
-        **FRICTION, **ROLLING, **TWISTING, **COHESIVE_FRICTION, **TURNING, **FURTHER_TANGENTIAL,
-        **FURTHER_ROLLING, **UNDAMPED_ROLLING, **UNDAMPED_TWISTING, **UNDAMPED_TURNING,
-        **FURTHER_TWISTING,
-    }  # fmt: skip
+    laws: ClassVar = tables.laws(
+        "tangential", "old_tangential", "rolling", "twisting", "cohesive_friction", "turning",
+        "further_tangential", "further_rolling", "undamped_rolling", "undamped_twisting",
+        "undamped_turning", "further_twisting",
+    )  # fmt: skip
     systems: ClassVar = {
-        **{name: row for name, row in SYSTEMS.items() if name != "frozen sphere"},
+        **tables.systems("wall", "two spheres", "unequal spheres"),
         # a quarter of the shear, so that it sticks
         "two spheres, turned": {"partner": "sphere", "turned": 0.08, "shear": 5e-6},
-        **TWO_MATERIALS,
+        **tables.TWO_MATERIALS,
     }
-    usual: ClassVar = {"usual": SLIDING}
-    varied = tuple({**ROLLING, **TWISTING})
+    varied = tuple(tables.laws("rolling", "twisting"))
     varied_by_default = ("twisting sds, mindlin",)
     varied_in_quick = ("mindlin", "rolling sds, mindlin")
 
-    def build(self, parameters: PrescribedMotion) -> Scene:
+    def build(self, p: PrescribedMotion) -> Scene:
         """Return the pieces of the motion, the sphere at touch before."""
-        p = parameters
         if p.turned:
             return _turned_pair(p)
         half = math.ceil(p.steps_per_contact / 2)  # samples in the middle of each piece, too
@@ -209,9 +187,8 @@ class PrescribedMotionCase(ContactCase[PrescribedMotion]):
             segments=segments,
         )
 
-    def names(self, parameters: PrescribedMotion) -> Iterable[str]:
+    def names(self, p: PrescribedMotion) -> Iterable[str]:
         """Return the quantities of the parts of the law, or of a pair that turns."""
-        p = parameters
         if p.turned:
             return ["shear_ratio", "turned_ratio"]
         both = p.rolling != "none" and p.twisting != "none"
@@ -220,9 +197,9 @@ class PrescribedMotionCase(ContactCase[PrescribedMotion]):
         turnings += [f"{part}_ratio" for part in parts]
         return [*SHEARS, *turnings, *(["held_ratio"] if both else [])]
 
-    def observe(self, parameters: PrescribedMotion, motion: Motion) -> Mapping[str, float]:
+    def observe(self, p: PrescribedMotion, motion: Motion) -> Mapping[str, float]:
         """Return forces and torques at the ends of the pieces."""
-        p, force, torque = parameters, motion.force[:, 0], motion.torque[:, 0]
+        force, torque = motion.force[:, 0], motion.torque[:, 0]
         if p.turned:
             ratio = _tangential_ratio(motion)
             return {"shear_ratio": float(ratio[2]), "turned_ratio": float(ratio[-1])}
@@ -236,9 +213,9 @@ class PrescribedMotionCase(ContactCase[PrescribedMotion]):
         quantities["held_ratio"] = float(torque[12, 0] / load[12])
         return {name: quantities[name] for name in self.names(p)}
 
-    def exact(self, parameters: PrescribedMotion) -> Mapping[str, float]:
+    def exact(self, p: PrescribedMotion) -> Mapping[str, float]:
         """Return the torques of turning forth and back at a wall, where the load is constant."""
-        p, exact = parameters, dict[str, float]()
+        exact = dict[str, float]()
         if p.partner != "wall" or p.normal not in ("hooke", "hertz"):
             return {}
         load, time = p.elastic_force(p.overlap), p.duration

@@ -10,17 +10,10 @@ import numpy as np
 from pydantic import Field
 
 from harness.cases.base import Quantity
+from harness.cases.contacts import bounds, tables
 from harness.cases.contacts.contact_case import ContactCase
 from harness.cases.contacts.impact import overlap_and_rate
-from harness.cases.contacts.laws import COHESIVE, MDR_ADHESION, SYSTEMS, pick
-from harness.cases.contacts.parameters import (
-    ContactSystem,
-    Speed,
-    check_overlap,
-    check_range,
-    check_words,
-    overlap_range,
-)
+from harness.cases.contacts.parameters import ContactSystem, Speed
 from harness.cases.equal_steps import ROUND_OFF
 from harness.model.base import ZERO
 from harness.model.motion import Motion
@@ -39,18 +32,18 @@ class PullOff(ContactSystem):
 
     def check(self) -> None:
         """Raise ValueError for values that have no meaning together."""
-        check_words(self, normal=("dmt", "jkr", "mdr"), damping=("none",))
+        bounds.check_words(self, normal=("dmt", "jkr", "mdr"), damping=("none",))
         if self.normal == "mdr" and not self.surface_energy:
             raise ValueError(
                 f"surface_energy = {self.surface_energy!r} J/m2: normal = mdr needs one, above 0"
             )
-        check_overlap(self, "overlap", "m", self.overlap)
+        bounds.check_overlap(self, "overlap", "m", self.overlap)
         # the force at the last step before it parts is that of half a step of overlap next to it
         tension = contact.jkr_pull_off(self.surface_energy or 0.0, self.effective_radius)
         step = (0.1 * tension / self.hertz_coefficient) ** (2.0 / 3.0)
-        limits = overlap_range(self)[0], self.steps_per_contact * step
+        limits = bounds.overlap_range(self)[0], self.steps_per_contact * step
         why = "with these steps_per_contact the elastic force of a step is a tenth of the tension"
-        check_range("overlap", self.overlap, "m", limits, why)
+        bounds.check_range("overlap", self.overlap, "m", limits, why)
 
     @property
     def tension_and_overlap(self) -> tuple[float, float]:
@@ -87,22 +80,17 @@ class PullOffCase(ContactCase[PullOff]):
     )
     parameters = PullOff
     quantities = (
-        Quantity[PullOff](
-            "pull_off_force_N", "N", "largest tension", lambda p: p.tension_and_overlap[0]
-        ),
-        Quantity[PullOff](
+        Quantity("pull_off_force_N", "N", "largest tension", lambda p: p.tension_and_overlap[0]),
+        Quantity(
             "parting_ratio", "1", "overlap at the last force over that of the start", neck_ratio
         ),
     )
-    laws: ClassVar = {**pick(COHESIVE, "dmt", "jkr"), **MDR_ADHESION}
-    systems: ClassVar = {name: row for name, row in SYSTEMS.items() if name != "frozen sphere"}
-    usual: ClassVar = {
-        name: row.law for name, row in {**pick(COHESIVE, "dmt", "jkr"), **MDR_ADHESION}.items()
-    }
+    laws: ClassVar = tables.pick("dmt", "jkr", "mdr, adhesion")
+    systems: ClassVar = tables.systems("wall", "two spheres", "unequal spheres")
 
-    def build(self, parameters: PullOff) -> Scene:
+    def build(self, p: PullOff) -> Scene:
         """Return the pull, which parts half a step before the end."""
-        p, steps = parameters, parameters.steps_per_contact
+        steps = p.steps_per_contact
         bodies = p.bodies(-p.overlap)
         distance = p.overlap - p.tension_and_overlap[1]
         still = (ZERO,) * len(bodies)
@@ -118,33 +106,33 @@ class PullOffCase(ContactCase[PullOff]):
             segments=(pull,),
         )
 
-    def observe(self, parameters: PullOff, motion: Motion) -> Mapping[str, float]:
+    def observe(self, p: PullOff, motion: Motion) -> Mapping[str, float]:
         """Return the largest tension and the last overlap with a force."""
         force = motion.force[:, 0, 2]
-        overlap, _ = overlap_and_rate(parameters, motion)
+        overlap, _ = overlap_and_rate(p, motion)
         last = int(np.flatnonzero(force)[-1])
         parted = last < len(force) - 1
         return {
             "pull_off_force_N": -float(force.min()),
-            "parting_ratio": float(overlap[last]) / parameters.overlap if parted else math.nan,
+            "parting_ratio": float(overlap[last]) / p.overlap if parted else math.nan,
         }
 
-    def tolerance(self, parameters: PullOff, quantity: Quantity[PullOff]) -> Tolerance:
+    def tolerance(self, p: PullOff, quantity: Quantity[PullOff]) -> Tolerance:
         """Return the tolerance; of mdr's tension a part of the elastic force at the start.
 
         t - sin(t) of an angle t = 0.03 from its cosine has a rounding of 2e-16 / t in t, which is
         3e-10 of t^3 / 6: so many digits of the elastic force are left where the forces nearly
         balance.
         """
-        if parameters.normal != "mdr" or quantity.unit != "N":
-            return super().tolerance(parameters, quantity)
-        width = ROUND_OFF * parameters.elastic_force(parameters.overlap)
+        if p.normal != "mdr" or quantity.unit != "N":
+            return super().tolerance(p, quantity)
+        width = ROUND_OFF * p.elastic_force(p.overlap)
         return Tolerance(absolute=width, reason=ELLIPSE)
 
-    def exact(self, parameters: PullOff) -> Mapping[str, float]:
+    def exact(self, p: PullOff) -> Mapping[str, float]:
         """Return tension and overlap where the sphere parts."""
-        tension, last = parameters.tension_and_overlap
-        return {"pull_off_force_N": tension, "parting_ratio": last / parameters.overlap}
+        tension, last = p.tension_and_overlap
+        return {"pull_off_force_N": tension, "parting_ratio": last / p.overlap}
 
 
 CASE = PullOffCase()

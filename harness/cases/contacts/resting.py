@@ -7,21 +7,12 @@ from typing import ClassVar, TypeVar
 
 from pydantic import Field
 
+from harness.cases.contacts import bounds
 from harness.cases.contacts.contact_case import ContactCase
-from harness.cases.contacts.parameters import (
-    ContactSystem,
-    Duration,
-    Gravity,
-    check_rest,
-    check_steps,
-    check_words,
-    count_steps,
-)
+from harness.cases.contacts.parameters import ContactSystem, Duration, Gravity
 from harness.model.base import ZERO, Vector
 from harness.model.motion import Floats, Motion
 from harness.model.scene import Scene
-
-SAMPLES = 4
 
 
 class Resting(ContactSystem):
@@ -34,8 +25,8 @@ class Resting(ContactSystem):
 
     def check(self) -> None:
         """Raise ValueError for values that have no meaning together."""
-        check_words(self, partner=self.partners)
-        check_rest(self, -self.pull[2])
+        bounds.check_words(self, partner=self.partners)
+        bounds.check_rest(self, -self.pull[2])
 
     @property
     def pull(self) -> Vector:
@@ -74,25 +65,21 @@ R = TypeVar("R", bound=Resting)
 class RestingCase(ContactCase[R]):
     """The scene of a sphere at rest, with a sample after each quarter."""
 
-    def build(self, parameters: R) -> Scene:
+    def build(self, p: R) -> Scene:
         """Return the sphere at rest along z under gravity; the steps fill the duration.
 
         Raise RequestError for too many steps, and for a step that does not resolve the law.
         """
-        p = parameters
         step = p.half_period / p.steps_per_contact
-        count_steps(p.duration, p.seconds / step)
-        every = max(1, round(p.seconds / step / SAMPLES))
+        grid = bounds.quarters(p.duration, p.seconds / step, p.seconds)
         bodies = p.bodies(-p.overlap_at_rest, *p.start)
-        check_steps(p, bodies, p.seconds / SAMPLES / every, p.overlap_at_rest)
+        bounds.check_steps(p, bodies, grid["step"], p.overlap_at_rest)
         return Scene(
             bodies=bodies,
             walls=p.walls,
             law=p.stated_law,
             gravity=p.pull,
-            step=p.seconds / SAMPLES / every,
-            steps=SAMPLES * every,
-            every=every,
+            **grid,
         )
 
 

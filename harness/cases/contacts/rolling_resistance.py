@@ -8,7 +8,7 @@ from typing import ClassVar
 from pydantic import Field
 
 from harness.cases.base import Quantity
-from harness.cases.contacts.laws import FURTHER_ROLLING, ROLLING, UNDAMPED_ROLLING
+from harness.cases.contacts import tables
 from harness.cases.contacts.parameters import Speed
 from harness.cases.contacts.resting import Resting, RestingCase, speed_ratios
 from harness.model.base import Vector
@@ -37,22 +37,19 @@ class RollingResistanceCase(RestingCase[RollingResistance]):
     )
     parameters = RollingResistance
     quantities = (
-        Quantity[RollingResistance](
-            "halfway_speed_ratio", "1", "speed over that of the start, halfway"
-        ),
-        Quantity[RollingResistance]("speed_ratio", "1", "speed over that of the start, at the end"),
-        Quantity[RollingResistance](
+        Quantity("halfway_speed_ratio", "1", "speed over that of the start, halfway"),
+        Quantity("speed_ratio", "1", "speed over that of the start, at the end"),
+        Quantity(
             "rim_speed_ratio", "1", "radius times spin at the end over the speed at the start"
         ),
     )
-    laws: ClassVar = {**ROLLING, **FURTHER_ROLLING, **UNDAMPED_ROLLING}
+    laws: ClassVar = tables.laws("rolling", "further_rolling", "undamped_rolling")
     systems: ClassVar = {"wall, rolls": {}, "wall, stands": {"speed": 2e-3}}
     always = ("wall, stands",)
-    usual: ClassVar = {"rolls": {"friction": 0.3, **ROLLING["rolling sds, linear_history"].law}}
 
-    def observe(self, parameters: RollingResistance, motion: Motion) -> Mapping[str, float]:
+    def observe(self, p: RollingResistance, motion: Motion) -> Mapping[str, float]:
         """Return the speed halfway, speed and rim speed at the end."""
-        return speed_ratios("halfway_speed_ratio", parameters, motion, parameters.speed)
+        return speed_ratios("halfway_speed_ratio", p, motion, p.speed)
 
 
 CASE = RollingResistanceCase()

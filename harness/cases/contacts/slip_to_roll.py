@@ -8,7 +8,7 @@ from typing import ClassVar
 from pydantic import Field
 
 from harness.cases.base import Quantity
-from harness.cases.contacts.laws import FLOOR_ROLLING, FRICTION, FURTHER_TANGENTIAL, SLIDING
+from harness.cases.contacts import tables
 from harness.cases.contacts.parameters import Duration, Speed
 from harness.cases.contacts.resting import Resting, RestingCase, rolling, speed_ratios
 from harness.errors import RequestError
@@ -51,31 +51,26 @@ class SlipToRollCase(RestingCase[SlipToRoll]):
     )
     parameters = SlipToRoll
     quantities = (
-        Quantity[SlipToRoll](
-            "sliding_speed_ratio", "1", "speed over that of the start, while it slides"
-        ),
-        Quantity[SlipToRoll]("speed_ratio", "1", "speed over that of the start, at the end"),
-        Quantity[SlipToRoll](
+        Quantity("sliding_speed_ratio", "1", "speed over that of the start, while it slides"),
+        Quantity("speed_ratio", "1", "speed over that of the start, at the end"),
+        Quantity(
             "rim_speed_ratio", "1", "radius times spin at the end over the speed at the start"
         ),
-        Quantity[SlipToRoll](
-            "momentum_ratio", "1", "u + 2/5 r omega at the end over the speed at the start"
-        ),
+        Quantity("momentum_ratio", "1", "u + 2/5 r omega at the end over the speed at the start"),
     )
-    laws: ClassVar = {**FRICTION, **FURTHER_TANGENTIAL, **FLOOR_ROLLING}
+    laws: ClassVar = tables.FLOOR_FRICTION
     systems: ClassVar = {"wall": {}}
-    usual: ClassVar = {"usual": SLIDING}
 
-    def observe(self, parameters: SlipToRoll, motion: Motion) -> Mapping[str, float]:
+    def observe(self, p: SlipToRoll, motion: Motion) -> Mapping[str, float]:
         """Return speeds after the second quarter and at the end, spin at the end."""
-        u, rim = rolling(parameters, motion)
-        momentum = float(u[-1] + 0.4 * rim[-1]) / parameters.speed
-        ratios = speed_ratios("sliding_speed_ratio", parameters, motion, parameters.speed)
+        u, rim = rolling(p, motion)
+        momentum = float(u[-1] + 0.4 * rim[-1]) / p.speed
+        ratios = speed_ratios("sliding_speed_ratio", p, motion, p.speed)
         return {**ratios, "momentum_ratio": momentum}
 
-    def exact(self, parameters: SlipToRoll) -> Mapping[str, float]:
+    def exact(self, p: SlipToRoll) -> Mapping[str, float]:
         """Return the momentum about the floor, which no force there changes, but a torque does."""
-        return {"momentum_ratio": 1.0} if parameters.rolling == "none" else {}
+        return {"momentum_ratio": 1.0} if p.rolling == "none" else {}
 
 
 CASE = SlipToRollCase()

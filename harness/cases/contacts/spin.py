@@ -8,10 +8,10 @@ from typing import ClassVar
 from pydantic import Field
 
 from harness.cases.base import Quantity
+from harness.cases.contacts import bounds, tables
 from harness.cases.contacts.contact_case import ContactCase
 from harness.cases.contacts.impact import impact_scene, relative_velocity
-from harness.cases.contacts.laws import FLOOR_ROLLING, FRICTION, FURTHER_TANGENTIAL, SLIDING
-from harness.cases.contacts.parameters import AngularSpeed, ContactSystem, Speed, check_impact
+from harness.cases.contacts.parameters import AngularSpeed, ContactSystem, Speed
 from harness.model.motion import Motion
 from harness.model.scene import Scene
 
@@ -33,7 +33,7 @@ class Spin(ContactSystem):
                 f"partner_spin = {self.partner_spin!r}: partner = {self.partner!r} has none "
                 "(partner = sphere does)"
             )
-        check_impact(self, "speed", "m/s", self.speed, lambda speed: speed)
+        bounds.check_impact(self, "speed", "m/s", self.speed, lambda speed: speed)
 
 
 class SpinCase(ContactCase[Spin]):
@@ -48,28 +48,27 @@ class SpinCase(ContactCase[Spin]):
     )
     parameters = Spin
     quantities = (
-        Quantity[Spin]("normal_restitution", "1", "normal speed after over that before"),
-        Quantity[Spin]("spin_ratio", "1", "spin at the end over that at the start"),
-        Quantity[Spin](
+        Quantity("normal_restitution", "1", "normal speed after over that before"),
+        Quantity("spin_ratio", "1", "spin at the end over that at the start"),
+        Quantity(
             "gained_speed_ratio", "1",
             "tangential velocity gained over radius times spin at the start",
         ),
     )  # fmt: skip
-    laws: ClassVar = {**FRICTION, **FURTHER_TANGENTIAL, **FLOOR_ROLLING}
-    usual: ClassVar = {"usual": SLIDING}
+    laws: ClassVar = tables.FLOOR_FRICTION
 
-    def build(self, parameters: Spin) -> Scene:
+    def build(self, p: Spin) -> Scene:
         """Return the impact; samples before and after it."""
-        spins = (0.0, parameters.spin, 0.0), (0.0, parameters.partner_spin, 0.0)
-        return impact_scene(parameters, (0.0, 0.0, -parameters.speed), *spins, sampled=False)
+        spins = (0.0, p.spin, 0.0), (0.0, p.partner_spin, 0.0)
+        return impact_scene(p, (0.0, 0.0, -p.speed), *spins, sampled=False)
 
-    def observe(self, parameters: Spin, motion: Motion) -> Mapping[str, float]:
+    def observe(self, p: Spin, motion: Motion) -> Mapping[str, float]:
         """Return ratios of what is left and gained to what was there before."""
         after = relative_velocity(motion)[-1]
         return {
-            "normal_restitution": float(after[2]) / parameters.speed,
-            "spin_ratio": float(motion.angular_velocity[-1, 0, 1]) / parameters.spin,
-            "gained_speed_ratio": float(after[0]) / parameters.radius / parameters.spin,
+            "normal_restitution": float(after[2]) / p.speed,
+            "spin_ratio": float(motion.angular_velocity[-1, 0, 1]) / p.spin,
+            "gained_speed_ratio": float(after[0]) / p.radius / p.spin,
         }
 
 

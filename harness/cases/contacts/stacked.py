@@ -9,20 +9,9 @@ from typing import Annotated, ClassVar
 from pydantic import Field
 
 from harness.cases.base import Quantity
+from harness.cases.contacts import bounds, tables
 from harness.cases.contacts.contact_case import ContactCase
-from harness.cases.contacts.laws import CLIPPED_NORMAL, NORMAL
-from harness.cases.contacts.parameters import (
-    COARSEST,
-    ContactSystem,
-    Density,
-    Duration,
-    check_overlap,
-    check_range,
-    check_steps,
-    check_words,
-    count_steps,
-    overlap_range,
-)
+from harness.cases.contacts.parameters import ContactSystem, Density, Duration
 from harness.model.motion import Motion
 from harness.model.scene import Scene, Wall, sphere
 
@@ -68,7 +57,7 @@ class Stacked(ContactSystem):
 
     def check(self) -> None:
         """Raise ValueError for values that have no meaning together."""
-        check_words(self, partner=("sphere",))
+        bounds.check_words(self, partner=("sphere",))
         if self.partner_density is not None:
             raise ValueError(
                 f"partner_density = {self.partner_density!r}: upper_density is that of this case"
@@ -78,20 +67,20 @@ class Stacked(ContactSystem):
                 "partner_youngs_modulus, partner_poisson_ratio: spheres and plates are of one "
                 "material in this case"
             )
-        third, most = self.squeezed / 3.0, 0.5 * overlap_range(self)[1]
-        check_overlap(self, "squeeze", "", third)
+        third, most = self.squeezed / 3.0, 0.5 * bounds.overlap_range(self)[1]
+        bounds.check_overlap(self, "squeeze", "", third)
         upper = abs(self.upper_offset) * self.second_radius
         free = (most - third - upper) / self.radius
         why = "no contact may begin with more than half the smaller radius: a swing doubles it"
-        check_range("offset", self.offset, "", (-free, free), why)
+        bounds.check_range("offset", self.offset, "", (-free, free), why)
         if self.weight:
             most_gravity = 2.0 * self.elastic_energy(most) / most / self.weight * self.gravity
-            check_range("gravity", self.gravity, "m/s2", (0.0, most_gravity), why)
-        light = 2.0 * self.mass / (COARSEST * self.steps_per_contact / math.pi) ** 2
+            bounds.check_range("gravity", self.gravity, "m/s2", (0.0, most_gravity), why)
+        light = 2.0 * self.mass / (bounds.COARSEST * self.steps_per_contact / math.pi) ** 2
         density = self.density if self.upper_density is None else self.upper_density
         least = light / self.upper_mass * density
         limits = (least, math.inf)
-        check_range("upper_density", density, "kg/m3", limits, "its steps are too long")
+        bounds.check_range("upper_density", density, "kg/m3", limits, "its steps are too long")
 
     @property
     def scale(self) -> float:
@@ -101,7 +90,7 @@ class Stacked(ContactSystem):
 
 
 def _quantity(name: str, meaning: str) -> Quantity[Stacked]:
-    return Quantity[Stacked](name, "1", meaning, lambda p: p.scale)
+    return Quantity(name, "1", meaning, lambda p: p.scale)
 
 
 class StackedCase(ContactCase[Stacked]):
@@ -121,27 +110,29 @@ class StackedCase(ContactCase[Stacked]):
         _quantity("upper_speed_ratio", "likewise, of the upper sphere"),
     )
     laws: ClassVar = dict(
-        sorted({**NORMAL, **CLIPPED_NORMAL}.items(), key=lambda row: "clipped" in row[1].law)
+        sorted(
+            tables.laws("normal", "clipped").items(),
+            key=lambda row: "clipped" in row[1].law,
+        )
     )
     systems: ClassVar = {
         "between plates": {"partner": "sphere", "partner_radius": None},
         "unequal, between plates": {"partner": "sphere", "partner_radius": 0.012},
     }
-    usual: ClassVar = {"usual": {"partner": "sphere", **NORMAL["hooke, velocity"].law}}
 
-    def build(self, parameters: Stacked) -> Scene:
+    def build(self, p: Stacked) -> Scene:
         """Return the spheres with the squeeze shared by the contacts, the lower one off."""
-        p, r, upper = parameters, parameters.radius, parameters.second_radius
+        r, upper = p.radius, p.second_radius
         top = 2.0 * (r + upper) - p.squeezed
         low = r - p.squeezed / 3.0 + p.offset * r
         high = top - upper + p.squeezed / 3.0 + p.upper_offset * upper
-        steps = count_steps(p.duration, p.duration * p.steps_per_contact)
+        steps = bounds.count_steps(p.duration, p.duration * p.steps_per_contact)
         step = math.pi / p.omega / p.steps_per_contact
         bodies = (
             sphere(r, p.density, position=(0.0, 0.0, low)),
             sphere(upper, p.upper_density or p.density, position=(0.0, 0.0, high)),
         )
-        check_steps(p, bodies, step, p.squeezed / 3.0)
+        bounds.check_steps(p, bodies, step, p.squeezed / 3.0)
         return Scene(
             bodies=bodies,
             walls=(Wall(), Wall(point=(0.0, 0.0, top), direction=(0.0, 0.0, -1.0))),
@@ -152,10 +143,10 @@ class StackedCase(ContactCase[Stacked]):
             every=steps,
         )
 
-    def observe(self, parameters: Stacked, motion: Motion) -> Mapping[str, float]:
+    def observe(self, p: Stacked, motion: Motion) -> Mapping[str, float]:
         """Return the rise of each sphere, and its velocity, at the end."""
-        rise = (motion.position[-1, :, 2] - motion.position[0, :, 2]) / parameters.squeezed
-        speed = motion.velocity[-1, :, 2] / parameters.squeezed / parameters.omega
+        rise = (motion.position[-1, :, 2] - motion.position[0, :, 2]) / p.squeezed
+        speed = motion.velocity[-1, :, 2] / p.squeezed / p.omega
         return {
             "lower_height_ratio": float(rise[0]),
             "upper_height_ratio": float(rise[1]),

@@ -12,7 +12,7 @@ from typing import ClassVar
 from pydantic import Field
 
 from harness.cases.base import Quantity
-from harness.cases.contacts.laws import FURTHER_TWISTING, TWISTING, UNDAMPED_TWISTING
+from harness.cases.contacts import tables
 from harness.cases.contacts.parameters import AngularSpeed
 from harness.cases.contacts.resting import Resting, RestingCase
 from harness.model.base import ZERO, Vector
@@ -61,13 +61,11 @@ class TwistCase(RestingCase[Twist]):
     )
     parameters = Twist
     quantities = (
-        Quantity[Twist]("halfway_spin_ratio", "1", "spin over that of the start, halfway"),
-        Quantity[Twist]("spin_ratio", "1", "spin at the end over that at the start"),
-        Quantity[Twist](
-            "deceleration_ratio", "1", "mean of the second half, over 5/2 mu_t g / r^2"
-        ),
+        Quantity("halfway_spin_ratio", "1", "spin over that of the start, halfway"),
+        Quantity("spin_ratio", "1", "spin at the end over that at the start"),
+        Quantity("deceleration_ratio", "1", "mean of the second half, over 5/2 mu_t g / r^2"),
     )
-    laws: ClassVar = {**TWISTING, **FURTHER_TWISTING, **UNDAMPED_TWISTING}
+    laws: ClassVar = tables.laws("twisting", "further_twisting", "undamped_twisting")
     systems: ClassVar = {
         "wall, spins": {"partner": "wall"},
         "wall, stands": {"partner": "wall", "spin": 0.5, "duration": 120.0},
@@ -75,21 +73,20 @@ class TwistCase(RestingCase[Twist]):
         "frozen sphere, spins": {"partner": "frozen"},
     }
     always = ("wall, stands", "wall, swings")
-    usual: ClassVar = {"spins": {"friction": 0.3, **TWISTING["twisting sds, linear_history"].law}}
 
-    def observe(self, parameters: Twist, motion: Motion) -> Mapping[str, float]:
+    def observe(self, p: Twist, motion: Motion) -> Mapping[str, float]:
         """Return the spin halfway and at the end, and its loss in between."""
         spin = motion.angular_velocity[:, 0, 2]
         half = len(spin) // 2
         seconds = float(motion.time[-1] - motion.time[half])
-        return _ratios(parameters, float(spin[half]), float(spin[-1]), seconds)
+        return _ratios(p, float(spin[half]), float(spin[-1]), seconds)
 
-    def exact(self, parameters: Twist) -> Mapping[str, float]:
+    def exact(self, p: Twist) -> Mapping[str, float]:
         """Return the spin that the contact leaves, and its loss.
 
         Of springs whose load and overlap are known, with less than critical damping.
         """
-        p, inertia = parameters, 0.4 * parameters.mass * parameters.radius**2
+        inertia = 0.4 * p.mass * p.radius**2
         spring = k, c = p.twisting_spring(p.overlap_at_rest)
         if p.normal not in ("hooke", "hertz") or c * c >= 4.0 * k * inertia:
             return {}

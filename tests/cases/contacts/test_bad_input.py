@@ -8,6 +8,10 @@ from tests.cases.contacts.common import CASES, case_named
 STRONG = {"damping": "velocity", "damping_coefficient": 1e5}
 OLD = {"interface": "old"}
 MDR = {"normal": "mdr", "youngs_modulus": 1e8}
+USUAL = {  # presets of this package
+    "bowl", "cools", "dmt", "elastic", "falls", "jkr", "mdr, adhesion", "rests", "rolls", "shear",
+    "spins", "usual",
+}  # fmt: skip
 REFUSED = [
     ("bounce", {"height": 1e9}, "height = 1000000000.0 m: must be between "),
     ("bounce", {"height": 1e-9}, "height = 1e-09 m: must be between "),
@@ -111,4 +115,4 @@ def test_a_plane_that_shakes_the_sphere_off_has_no_closed_form():
 def test_presets_can_be_run_and_published_ones_have_a_source(case):
     for name, parameters in case.presets.items():
         assert case.scene(parameters).steps > 0
-        assert (name in case.sources) != (name in case.usual)
+        assert (name in case.sources) != (name in USUAL)
