@@ -29,7 +29,7 @@ from harness.results.rows import Verdict
 from harness.solvers import reference
 from harness.solvers.chain import columns as chain_columns
 from harness.theory.incline import critical_angle as rigid_angle
-from tests.cases.incline.doubles import StandIn
+from tests.engine_doubles import Twin
 
 SOFT = Columns(n=5, stiffness=1e5)
 OWN = Bench(None)
@@ -116,7 +116,7 @@ def rows_of(engine):
 
 
 def test_a_right_engine_passes_and_lacks_the_deformable_law():
-    rows = rows_of(StandIn())
+    rows = rows_of(Twin())
     verdicts = {row.setup: row.verdict for row in rows}
     assert {v for s, v in verdicts.items() if "deformable" in s} == {Verdict.NOT_TESTED}
     assert {v for s, v in verdicts.items() if "deformable" not in s} == {Verdict.PASS}
@@ -146,7 +146,7 @@ FAULTS = {
 
 @pytest.mark.parametrize("fault", FAULTS)
 def test_planted_faults(fault):
-    engine = StandIn(lambda scene: FAULTS[fault](scene) if scene.pairs else scene)
+    engine = Twin(lambda scene: FAULTS[fault](scene) if scene.pairs else scene)
     rows = [
         row for row in rows_of(engine) if row.setup == "overlap law, damped, n = 3, k = 2e3 N/m"
     ]
@@ -154,7 +154,7 @@ def test_planted_faults(fault):
 
 
 def test_a_path_off_the_inclines_is_seen():
-    engine = StandIn(
+    engine = Twin(
         lambda s: s.replace(step=s.step * (1 + 1e-9)) if s.law.damping == "velocity" else s
     )
     row = rows_of(engine)[0]
@@ -162,14 +162,14 @@ def test_a_path_off_the_inclines_is_seen():
 
 
 def test_an_output_without_an_end_is_refused():
-    output = Bench(StandIn()).output(job_of(SOFT))
+    output = Bench(Twin()).output(job_of(SOFT))
     stages = {name: column[:1] for name, column in output.tables["stages"].items()}
     with pytest.raises(EngineOutputError, match="no end"):
         read_run(SOFT, "passage", Output((), output.provenance, {"stages": stages}))
 
 
 def test_the_quantities_of_a_run_and_the_search():
-    bench = Bench(StandIn())
+    bench = Bench(Twin())
     measured = CASE.measure(SOFT, bench.output(CASE.job(SOFT)))
     assert set(measured) < {quantity.name for quantity in CASE.quantities}
     assert CASE.reference(SOFT, bench) == pytest.approx(measured)
