@@ -21,6 +21,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, NamedTuple, TypeVar
 
 from harness.cases.bench import Bench
+from harness.cases.calls import guard_calls
 from harness.engines.base import Engine, Job, Output
 from harness.errors import RequestError, Unsupported
 from harness.model.base import Parameters
@@ -106,6 +107,10 @@ class Case(ABC, Generic[P]):
     sources: ClassVar[Mapping[str, str]] = {}  # preset: where it was published
     solvers: ClassVar[Sequence[str]] = ()  # names of solvers of this package that `solve` runs
     qualifies: ClassVar[bool] = False  # an engine must pass it before its other results are used
+
+    def __init_subclass__(cls, **more: Any) -> None:
+        super().__init_subclass__(**more)
+        guard_calls(cls)
 
     @property
     def default(self) -> P:

@@ -14,6 +14,7 @@ from dataclasses import replace
 
 from harness.cases.base import LEVELS, Check, Level, Value
 from harness.cases.bench import Bench
+from harness.cases.calls import CaseError
 from harness.engines.base import Engine, Job
 from harness.engines.jobs import cores, parallel_map
 from harness.errors import (
@@ -94,6 +95,8 @@ def row_in(bench: Bench, check: Check, blank: Row) -> Row:
         return not_tested(blank, str(error))
     except EngineError as error:
         return failed(blank, failure_of(error), f"{error.kind}: {error}", error.log)
+    except CaseError as error:
+        return failed(blank, Failure.HARNESS, str(error))
     except Exception as error:  # a case of a plug-in may raise anything
         return failed(blank, Failure.HARNESS, f"{type(error).__name__}: {error}")
     note = "; ".join(filter(None, (check.note, found.note)))

@@ -13,6 +13,7 @@ from typing import Any
 from harness import __version__
 from harness.cases.base import Case, Check
 from harness.cases.bench import OWN, Bench, job_key
+from harness.cases.calls import CaseError, case_error
 from harness.cases.checks import failure_of, run_checks, selected
 from harness.cases.defects import explained
 from harness.cases.registry import QUALIFYING, get_case
@@ -255,10 +256,6 @@ class Session:
                 self._add(not_tested(_blank(case.name, engine, self.versions[engine]), reason))
 
 
-class CaseError(Exception):
-    """A case that raises, or returns a wrong type, in one line."""
-
-
 def made_by(case: Case[Any], call: str, *arguments: Any) -> list[Any]:
     """Return the list that a method of a case makes; raise CaseError for anything else."""
     name = call.removesuffix("_up_to")
@@ -267,7 +264,7 @@ def made_by(case: Case[Any], call: str, *arguments: Any) -> list[Any]:
         made = getattr(case, call)(*arguments)
         are_many = isinstance(made, Iterable) and not isinstance(made, str | Mapping)
         items = list(made) if are_many else [made]
-    except (Unsupported, EngineError):
+    except (Unsupported, EngineError, CaseError):
         raise
     except Exception as error:  # a case of another package may raise anything
         found = f"raised {' '.join(f'{type(error).__name__}: {error}'.split())}"
@@ -277,9 +274,7 @@ def made_by(case: Case[Any], call: str, *arguments: Any) -> list[Any]:
             return items
         found = f"returned {_described(wrong[0] if are_many else made)}"
         found += " among its items" if are_many else ""
-    package = type(case).__module__.partition(".")[0]
-    where = "" if package == "harness" else f"package {package!r}, "
-    raise CaseError(f"{where}case {case.name!r}: {name} {found}, must return {must}")
+    raise case_error(case, name, found, must)
 
 
 def qualification_checks(case: Case[Any], engine: Engine) -> list[Check]:

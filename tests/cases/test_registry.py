@@ -45,7 +45,7 @@ def test_names_are_listed_without_an_import_of_a_case():
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     count, *modules = done.stdout.split()
     assert int(count) >= 28
-    assert set(modules) <= {f"harness.cases.{n}" for n in ("base", "bench", "registry")}
+    assert set(modules) <= {f"harness.cases.{n}" for n in ("base", "bench", "calls", "registry")}
 
 
 @pytest.mark.usefixtures("registered")
@@ -91,3 +91,24 @@ def test_of_two_packages_with_a_case_of_one_name_the_first_is_taken(installed):
     installed(point("bounce2", f"{HERE}:BOUNCE2", "b"), point("bounce2", f"{HERE}:BOUNCE2", "a"))
     (fault,) = registry.plugin_faults()
     assert fault == "package 'b', case 'bounce2': package 'a' has a case of this name"
+
+
+@pytest.mark.parametrize(
+    ("call", "member", "words"),
+    [
+        (
+            "measure",
+            lambda *_: {}["height"],
+            r"measure raised KeyError: 'height' \(test_registry.py,",
+        ),
+        ("measure", lambda *_: {"time_s": "1"}, "measure returned a dict, must return numbers by"),
+        ("exact", lambda *_: None, "exact returned a NoneType, must return numbers by the names"),
+        ("job", lambda *_: {}, "job returned a dict, must return a Job"),
+    ],
+)
+def test_a_flaw_of_a_call_is_one_line_with_package_case_and_call(call, member, words):
+    kind = type("Mine", (doubles.BounceCase,), {call: member, "__module__": __name__})
+    arguments = [None] * (2 if call == "measure" else 1)
+    with pytest.raises(RequestError, match=f"^package 'tests', case 'bounce': {words}") as caught:
+        getattr(kind(), call)(*arguments)
+    assert "\n" not in str(caught.value)
