@@ -119,6 +119,7 @@ def verified(
         kept = kept_verification(entries, key, folder)
         if kept is not None:
             return {**kept, "folder": str(folder), "cached": True}
+    # imported late: a kept verification must not wait for pandas
     from harness.workflows import verify as verify_engines
 
     with engines.executor() as opener.executor:

@@ -90,7 +90,7 @@ def flat_values(values: Parameters) -> dict[str, Any]:
 def as_text(values: Any) -> str:
     """Return values of a TOML file or of Python as the text of the command line."""
     many = values if isinstance(values, Iterable) and not isinstance(values, str) else [values]
-    return ",".join(str(value) for value in many)
+    return ",".join(NONE if value is None else str(value) for value in many)
 
 
 def flat(tree: Mapping[str, Any], prefix: str = "") -> dict[str, str]:

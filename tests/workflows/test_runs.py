@@ -129,3 +129,7 @@ def test_options_of_a_search_go_with_a_search(monkeypatch):
 def test_values_that_are_not_allowed_together():
     with pytest.raises(CombinationError):
         parameters_of(doubles.CASE, {"law.tangential": "linear_nohistory"})
+
+
+def test_the_summary_has_parameters_as_they_are_set():
+    assert "law.friction = none" in ran().summary()["parameters"]
