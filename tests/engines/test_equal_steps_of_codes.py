@@ -39,7 +39,7 @@ pytestmark = [pytest.mark.live, pytest.mark.slow]
 CODES = {"liggghts": liggghts, "yade": yade, "kratos": kratos}
 ALL = pytest.mark.parametrize("code", CODES)
 TOLERANCE = 1e-9
-FAULTS = {"kratos": kratos.FAULTS}
+FAULTS = {"kratos": kratos.FAULTS, "liggghts": Faults(forgets_setup=True)}
 
 SPRING = {"tangential": "linear_history", "tangential_stiffness": 3e4, "friction": 0.3}
 STIFF = {**SPRING, "tangential_stiffness": 2e5}
