@@ -89,12 +89,12 @@ class Sample(NamedTuple):
 class Setup(Generic[B]):
     """Runs of a system that are judged together.
 
-    ``title`` is that of its section, ``compared`` are the quantities that engines are
-    compared in. Slow engines run it at level ``slow`` and above.
+    ``system`` is the title of its section after that of the case, ``compared`` are the quantities
+    that engines are compared in. Slow engines run it at level ``slow`` and above.
     """
 
     name: str
-    title: str
+    system: str
     runs: tuple[B, ...]
     level: Level
     compared: tuple[str, ...]
@@ -104,6 +104,22 @@ class Setup(Generic[B]):
         """Return the shortest level at which all engines run it."""
         late = any(engine.traits.microseconds_per_step > SLOW for engine in engines)
         return max(self.level, self.slow if late else self.level, key=LEVELS.index)
+
+
+def seed_setups(
+    parameters: B, seeds: Mapping[Level, int], compared: tuple[str, ...], system: str = ""
+) -> list[Setup[B]]:
+    """Return a setup of a system for each level, from so many seeds."""
+    return [
+        Setup(
+            f"{system}, {count} seeds".removeprefix(", "),
+            system,
+            tuple(parameters.replace(seed=seed) for seed in range(1, count + 1)),
+            level,
+            compared,
+        )
+        for level, count in seeds.items()
+    ]
 
 
 class Side(NamedTuple):
@@ -134,10 +150,8 @@ class BulkCase(Case[B]):
     template: ClassVar[Template]
     title: ClassVar[str]
     text: ClassVar[str]
-    compared: ClassVar[tuple[str, ...]]
     curves: ClassVar[tuple[Curve, ...]]
-    # words of a setup: its preset, and the number of seeds by level
-    seeds: ClassVar[Mapping[str, tuple[str, Mapping[Level, int]]]]
+    setups: ClassVar[Sequence[Setup[Any]]]  # what is verified
     gain: ClassVar[str]  # quantity: energy gained
     rest: ClassVar[str] = "bed_kinetic_ratio"  # quantity: energy of the bed before it is disturbed
     rest_scale: ClassVar[str]  # energy of which a bed at rest has 1 % at most
@@ -172,20 +186,6 @@ class BulkCase(Case[B]):
     def more_checks(self, setup: Setup[B]) -> Iterable[Check]:
         """Return the checks of an engine by itself beyond energy gained and bed at rest."""
         return ()
-
-    def setups(self) -> Sequence[Setup[B]]:
-        """Return what is verified: a setup for each number of seeds."""
-        return [
-            Setup(
-                f"{words}, {count} seeds" if words else f"{count} seeds",
-                f"{self.title}: {words}" if words else self.title,
-                tuple(self.presets[preset].replace(seed=seed) for seed in range(1, count + 1)),
-                level,
-                self.compared,
-            )
-            for words, (preset, counts) in self.seeds.items()
-            for level, count in counts.items()
-        ]
 
     # ---- runs
 
@@ -246,7 +246,7 @@ class BulkCase(Case[B]):
 
     def checks(self, engine: Engine) -> Iterable[Check]:
         """Return the checks of an engine by itself."""
-        for setup in self.setups():
+        for setup in self.setups:
             jobs, level = [self.job(p) for p in setup.runs], setup.level_in(engine)
             for check in (self._gain(setup), self._rest(setup), *self.more_checks(setup)):
                 yield replace(check, level=level, jobs=jobs)
@@ -316,7 +316,7 @@ class BulkCase(Case[B]):
 
     def comparisons(self, engines: Sequence[Engine]) -> Iterable[tuple[Engine, Check]]:
         """Return the comparisons of every two engines in every setup that both can run."""
-        for setup in self.setups():
+        for setup in self.setups:
             p = setup.runs[0]
             able = [engine for engine in engines if not engine.refuses(self.job(p))]
             laws = {engine.name: stated_law(engine, self._law(p)) for engine in able}
@@ -394,11 +394,9 @@ class BulkCase(Case[B]):
     def sections(self, benches: Mapping[str, Bench]) -> Sequence[Section]:
         """Return a section for each system, of its setup with most runs that was run."""
         sections = {}
-        for setup in self.setups():
+        for setup in self.setups:
             if samples := dict(self._samples_run(setup, benches)):
-                sections[setup.title] = bulk_section(
-                    self.name, setup, self.text, samples, self.curves, self.quantities
-                )
+                sections[setup.system] = bulk_section(self, setup, samples)
         return [*sections.values()]
 
     def _samples_run(

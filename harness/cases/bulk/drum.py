@@ -15,7 +15,7 @@ from pydantic import Field
 
 from harness.cases.base import Quantity
 from harness.cases.bulk import beds
-from harness.cases.bulk.base import BED_STATE, ELASTIC, TIME, BulkCase, Setup
+from harness.cases.bulk.base import BED_STATE, ELASTIC, TIME, BulkCase, Setup, seed_setups
 from harness.cases.bulk.beds import PUBLISHED, Bed, Sphere
 from harness.cases.bulk.mixing import Contacts, Floats, find_contacts, lacey_index, surface_angle
 from harness.cases.bulk.places import Cylinder, Radii, read_grains, write_bed
@@ -278,6 +278,19 @@ def check_walls(p: Drum, table: Table, turned: Floats, who: str) -> None:
         )
 
 
+PUBLISHED_DRUM = Drum(
+    places=PUBLISHED, large_youngs_modulus=5e8, small_youngs_modulus=1e9,
+    steel_youngs_modulus=2.1e11, drum_radius=0.1, drum_length=0.06, speed=2.0,
+    turn=math.degrees(10.0), settle_time=0.0, step_size=8e-7,
+)  # fmt: skip
+# the friction of the heap's grains in every pair, and their resistance to rolling: the angle of
+# repose, after a third of the turn
+SLOW_DRUM = Drum(speed=1.0, turn=120.0, settle_time=0.4, rolling_friction=0.1,
+                 **dict.fromkeys(Drum.FRICTIONS, 0.5))  # fmt: skip
+RESTS = (0.0, 0.05, 0.1, 0.15)  # [s] of given places before the turn, which let motions part
+COMPARED = ("mixing_index", "surface_angle_deg", "bed_solid_fraction", "bed_coordination")
+
+
 class DrumCase(BulkCase[Drum]):
     """Grains of two sizes in a rotating drum: mixing, angle of the surface."""
 
@@ -320,25 +333,15 @@ class DrumCase(BulkCase[Drum]):
     )  # fmt: skip
     presets = {  # noqa: RUF012
         "small": Drum(),
-        PUBLISHED: Drum(
-            places=PUBLISHED, large_youngs_modulus=5e8, small_youngs_modulus=1e9,
-            steel_youngs_modulus=2.1e11, drum_radius=0.1, drum_length=0.06, speed=2.0,
-            turn=math.degrees(10.0), settle_time=0.0, step_size=8e-7,
-        ),
-        # the friction of the heap's grains in every pair, with and without their resistance to
-        # rolling: the angle of repose, after a third of the turn
-        "slow": Drum(speed=1.0, turn=120.0, settle_time=0.4, rolling_friction=0.1,
-                     **dict.fromkeys(Drum.FRICTIONS, 0.5)),
-        "slow-sliding": Drum(speed=1.0, turn=120.0, settle_time=0.4,
-                             **dict.fromkeys(Drum.FRICTIONS, 0.5)),
-    }  # fmt: skip
+        PUBLISHED: PUBLISHED_DRUM,
+        "slow": SLOW_DRUM,
+        "slow-sliding": SLOW_DRUM.replace(rolling_friction=0.0),
+    }
     sources = {  # noqa: RUF012
         "small": SOFTENED,
         PUBLISHED: "Dosta and others 2024, the bed of 38,000",
         **dict.fromkeys(("slow", "slow-sliding"), f"{SOFTENED}; friction of the heap"),
     }
-    seeds = {"": ("small", {"quick": 4, "default": 16, "full": 24})}  # noqa: RUF012
-    compared = ("mixing_index", "surface_angle_deg", "bed_solid_fraction", "bed_coordination")
     curves = tuple(
         Curve(name, title, "turned_deg", "turned (deg)", column, label)
         for name, title, column, label in (
@@ -353,18 +356,13 @@ class DrumCase(BulkCase[Drum]):
             ),
         )
     )  # fmt: skip
+    setups = (
+        *seed_setups(Drum(), {"quick": 4, "default": 16, "full": 24}, COMPARED),
+        Setup(f"{PUBLISHED}, 4 rests", PUBLISHED,
+              tuple(PUBLISHED_DRUM.replace(settle_time=time) for time in RESTS), "full", COMPARED),
+    )  # fmt: skip
     gain = "drum_energy_gain_ratio"
     rest_scale = "the energy of a bed that turns with the drum"
-
-    def setups(self) -> Sequence[Setup[Drum]]:
-        """Return the small drum, and at level full the published one from four beginnings.
-
-        Its places are given: it turns at once, or after a rest that lets motions part.
-        """
-        p = self.presets[PUBLISHED]
-        rests = tuple(p.replace(settle_time=time) for time in (0.0, 0.05, 0.1, 0.15))
-        name, title = f"{PUBLISHED}, 4 rests", f"{self.title}: {PUBLISHED}"
-        return (*super().setups(), Setup(name, title, rests, "full", self.compared))
 
     def measure(self, parameters: Drum, output: Output) -> Mapping[str, float]:
         """Return mixing, angle of the surface, state of the bed.

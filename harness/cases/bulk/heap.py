@@ -16,7 +16,7 @@ from pydantic import Field
 
 from harness.cases.base import Check, Quantity
 from harness.cases.bulk import beds
-from harness.cases.bulk.base import TIME, BulkCase, Sample, Setup
+from harness.cases.bulk.base import TIME, BulkCase, Sample, Setup, seed_setups
 from harness.cases.bulk.beds import BedOfOneKind, Sphere
 from harness.cases.bulk.mixing import Floats
 from harness.cases.bulk.report import Curve, Line
@@ -112,6 +112,10 @@ class Heap(BedOfOneKind):
         return float(self.layers)
 
 
+SLIDING = Heap(rolling_friction=0.0)
+COMPARED = ("angle_deg", "remaining_ratio")
+
+
 def columns_over_sill(p: Heap, columns: int) -> int:
     """Return the columns at an end with their middle over the sill, at least the outermost."""
     return max(1, math.ceil(columns / p.length - 0.5))
@@ -185,13 +189,12 @@ class HeapCase(BulkCase[Heap]):
                  "after a fall by a diameter", 1e-4),
         TIME,
     )  # fmt: skip
-    presets = {"small": Heap(), "sliding": Heap(rolling_friction=0.0)}  # noqa: RUF012
+    presets = {"small": Heap(), "sliding": SLIDING}  # noqa: RUF012
     sources = dict.fromkeys(presets, "shear box of Roessler and others 2019, with both ends open")
-    seeds = {  # noqa: RUF012
-        "": ("small", {"quick": 4, "default": 24, "full": 48}),
-        "sliding alone": ("sliding", {"default": 24, "full": 48}),
-    }
-    compared = ("angle_deg", "remaining_ratio")
+    setups = (
+        *seed_setups(Heap(), {"quick": 4, "default": 24, "full": 48}, COMPARED),
+        *seed_setups(SLIDING, {"default": 24, "full": 48}, COMPARED, "sliding alone"),
+    )
     curves = (
         Curve("profile", "Height of the heap", "distance_m", "distance from the middle (mm)",
               "height_m", "height of the heap (mm)", (1e3, 1e3)),

@@ -14,7 +14,7 @@ from pydantic import Field
 
 from harness.cases.base import Check, Level, Quantity, Value
 from harness.cases.bulk import beds
-from harness.cases.bulk.base import BED_STATE, ELASTIC, TIME, BulkCase, Sample, Setup
+from harness.cases.bulk.base import BED_STATE, ELASTIC, TIME, BulkCase, Sample, Setup, seed_setups
 from harness.cases.bulk.beds import PUBLISHED, BedOfOneKind, Sphere
 from harness.cases.bulk.mixing import Floats
 from harness.cases.bulk.places import PUBLISHED_BOX, Box, Radii, read_grains, write_bed
@@ -195,6 +195,28 @@ def height_quantities(p: Penetration, table: Table, released: float) -> dict[str
     }
 
 
+PUBLISHED_BED = Penetration(
+    places=PUBLISHED, length=PUBLISHED_BOX.length, width=PUBLISHED_BOX.width, youngs_modulus=1e9,
+    steel_radius=0.01, steel_youngs_modulus=2.1e11, start_height=0.06 - PUBLISHED_BOX.floor,
+    speed=5.0, settle_time=0.0, step_size=5e-7,
+)  # fmt: skip
+COMPARED = ("final_depth_m", "bed_solid_fraction", "bed_coordination")
+DEPTHS = ("largest_depth_m", "slowed_time_s")  # of a sphere that has turned back
+
+
+def published_setup(
+    words: str,
+    offsets: Sequence[float],
+    level: Level,
+    compared: tuple[str, ...] = (),
+    system: str = "",
+    **changes: float,
+) -> Setup[Penetration]:
+    """Return the published bed under spheres at several places."""
+    runs = tuple(PUBLISHED_BED.replace(offset=x, **changes) for x in offsets)
+    return Setup(f"{PUBLISHED}, {words}", f"{PUBLISHED}{system}", runs, level, compared, "full")
+
+
 class PenetrationCase(BulkCase[Penetration]):
     """A steel sphere falls on a bed of small spheres: depth, deceleration, energy."""
 
@@ -239,18 +261,18 @@ class PenetrationCase(BulkCase[Penetration]):
     )  # fmt: skip
     presets = {  # noqa: RUF012
         "small": Penetration(),
-        PUBLISHED: Penetration(
-            places=PUBLISHED, length=PUBLISHED_BOX.length, width=PUBLISHED_BOX.width,
-            youngs_modulus=1e9, steel_radius=0.01, steel_youngs_modulus=2.1e11,
-            start_height=0.06 - PUBLISHED_BOX.floor, speed=5.0, settle_time=0.0, step_size=5e-7,
-        ),
-    }  # fmt: skip
+        PUBLISHED: PUBLISHED_BED,
+    }
     sources = {  # noqa: RUF012
         "small": "Dosta and others 2024 (moduli a hundred times smaller, smaller box and sphere)",
         PUBLISHED: "Dosta and others 2024, the bed of 25,000",
     }
-    seeds = {"": ("small", {"quick": 4, "default": 28, "full": 48})}  # noqa: RUF012
-    compared = ("final_depth_m", "bed_solid_fraction", "bed_coordination")
+    setups = (
+        *seed_setups(Penetration(), {"quick": 4, "default": 28, "full": 48}, COMPARED),
+        published_setup("4 places, 40 ms", OFFSETS[:4], "default", DEPTHS, duration=TURNED),
+        published_setup("1 place, 100 ms", OFFSETS[:1], "default", system=", its whole time"),
+        published_setup("8 places, 100 ms", OFFSETS, "full", DEPTHS),
+    )
     curves = tuple(
         Curve(name, title, "time_s", "time after the release (ms)", column, label, (1e3, scale))
         for name, title, column, label, scale in (
@@ -264,36 +286,6 @@ class PenetrationCase(BulkCase[Penetration]):
     )  # fmt: skip
     gain = "energy_gain_ratio"
     rest_scale = "the energy of the sphere"
-
-    def setups(self) -> Sequence[Setup[Penetration]]:
-        """Return the soft bed over seeds, and the published one over places beyond level quick.
-
-        At level default until the sphere has turned back, and one place as long as published; at
-        full all places so long.
-        """
-        depths = ("largest_depth_m", "slowed_time_s")
-        published: tuple[tuple[str, str, float, int, Level, tuple[str, ...]], ...] = (
-            ("4 places, 40 ms", "", TURNED, 4, "default", depths),
-            ("1 place, 100 ms", ", its whole time", 0.1, 1, "default", ()),
-            ("8 places, 100 ms", "", 0.1, 8, "full", depths),
-        )
-        return (
-            *super().setups(),
-            *(
-                Setup(
-                    f"{PUBLISHED}, {words}",
-                    f"{self.title}: {PUBLISHED}{more}",
-                    tuple(
-                        self.presets[PUBLISHED].replace(duration=time, offset=x)
-                        for x in OFFSETS[:count]
-                    ),
-                    level,
-                    compared,
-                    "full",
-                )
-                for words, more, time, count, level, compared in published
-            ),
-        )
 
     def measure(self, parameters: Penetration, output: Output) -> Mapping[str, float]:
         """Return depth, deceleration, energies, state of the bed.

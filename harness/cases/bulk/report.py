@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from harness.cases.base import Quantity
-    from harness.cases.bulk.base import Sample, Setup
+    from harness.cases.bulk.base import BulkCase, Sample, Setup
     from harness.engines.base import Output
 
 Line = tuple[Sequence[float] | Floats, Sequence[float] | Floats]  # x and z of its points [m]
@@ -43,25 +43,19 @@ class Curve:
     scale: tuple[float, float] = (1.0, 1.0)
 
 
-def bulk_section(
-    case: str,
-    setup: Setup[Any],
-    text: str,
-    samples: Mapping[str, Sample],
-    curves: Sequence[Curve],
-    quantities: Sequence[Quantity[Any]],
-) -> Section:
+def bulk_section(case: BulkCase[Any], setup: Setup[Any], samples: Mapping[str, Sample]) -> Section:
     """Return the section of a setup: means of each engine, and the curves of all runs."""
-    stem = "-".join((case, *setup.name.replace(",", "").split()))
+    stem = "-".join((case.name, *setup.name.replace(",", "").split()))
     caption = f"A line for each run, {setup.name}."
     if len(samples) > 1:
         caption += " Below: the mean of a code less that of all, with its standard error."
     drawings = tuple(
         Drawing(f"{stem}-{c.name}", c.title, caption, partial(curve_figure, c, samples))
-        for c in curves
+        for c in case.curves
     )
-    table = Table("Means", means_table(samples, quantities), MEANS)
-    return Section(f"{setup.title}, {setup.name}", text, (table,), drawings)
+    table = Table("Means", means_table(samples, case.quantities), MEANS)
+    title = f"{case.title}: {setup.system}" if setup.system else case.title
+    return Section(f"{title}, {setup.name}", case.text, (table,), drawings)
 
 
 def means_table(samples: Mapping[str, Sample], quantities: Sequence[Quantity[Any]]) -> pd.DataFrame:

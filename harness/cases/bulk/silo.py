@@ -14,7 +14,7 @@ from pydantic import Field
 
 from harness.cases.base import Check, Quantity, Value
 from harness.cases.bulk import beds
-from harness.cases.bulk.base import BED_STATE, ELASTIC, TIME, BulkCase, Sample, Setup
+from harness.cases.bulk.base import BED_STATE, ELASTIC, TIME, BulkCase, Sample, Setup, seed_setups
 from harness.cases.bulk.beds import PUBLISHED, BedOfOneKind
 from harness.cases.bulk.mixing import Floats
 from harness.cases.bulk.report import Curve, Line
@@ -105,6 +105,8 @@ PUBLISHED_SILO = Silo(
     layers=78, youngs_modulus=1e9, steel_youngs_modulus=2.1e11, silo_radius=0.1,
     orifice_radius=0.02, cone_height=0.08, settle_time=0.5, duration=5.0, step_size=1.5e-6,
 )  # fmt: skip
+WIDE_SILO = PUBLISHED_SILO.replace(orifice_radius=0.03, cone_height=0.07)
+COMPARED = ("discharge_rate_per_s", "bed_solid_fraction", "bed_coordination")
 
 
 def discharge(p: Silo, table: Table) -> dict[str, float]:
@@ -190,7 +192,7 @@ class SiloCase(BulkCase[Silo]):
     presets = {  # noqa: RUF012
         "small": Silo(),
         PUBLISHED: PUBLISHED_SILO,
-        f"{PUBLISHED}-wide": PUBLISHED_SILO.replace(orifice_radius=0.03, cone_height=0.07),
+        f"{PUBLISHED}-wide": WIDE_SILO,
     }
     sources = {  # noqa: RUF012
         "small": "Dosta and others 2024 (moduli a thousand times smaller, a quarter of the size)",
@@ -199,12 +201,11 @@ class SiloCase(BulkCase[Silo]):
             "Dosta and others 2024, filled from a lattice: their places are not public",
         ),
     }
-    seeds = {  # noqa: RUF012
-        "": ("small", {"quick": 4, "default": 16, "full": 24}),
-        PUBLISHED: (PUBLISHED, {"full": 4}),
-        f"{PUBLISHED}-wide": (f"{PUBLISHED}-wide", {"full": 4}),
-    }
-    compared = ("discharge_rate_per_s", "bed_solid_fraction", "bed_coordination")
+    setups = (
+        *seed_setups(Silo(), {"quick": 4, "default": 16, "full": 24}, COMPARED),
+        *seed_setups(PUBLISHED_SILO, {"full": 4}, COMPARED, PUBLISHED),
+        *seed_setups(WIDE_SILO, {"full": 4}, COMPARED, f"{PUBLISHED}-wide"),
+    )
     curves = (
         Curve("discharge", "Grains that remain over time", "time_s", "time after the opening (s)",
               "remaining", "grains that remain"),

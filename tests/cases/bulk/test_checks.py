@@ -60,11 +60,13 @@ def test_a_planted_fault_turns_its_row_alone(case, faults, quantity, verdict):
 
 @pytest.mark.parametrize("name", CASES)
 def test_other_efforts_are_other_setups(name):
-    setups = {setup.name: setup for setup in CASES[name].setups()}
-    assert len(setups) == len(CASES[name].setups())
-    for level, count in CASES[name].seeds[""][1].items():
-        setup = setups[f"{count} seeds"]
-        assert (setup.level, len({p.seed for p in setup.runs})) == (level, count)
+    setups = {setup.name: setup for setup in CASES[name].setups}
+    assert len(setups) == len(CASES[name].setups)
+    for key in setups:
+        if key.endswith("seeds"):
+            count = int(key.split()[-2])
+            assert {p.seed for p in setups[key].runs} == {*range(1, count + 1)}
+    assert {setup.level for setup in setups.values()} == {"quick", "default", "full"}
 
 
 @pytest.mark.parametrize("code", ["lammps", "yade"])
@@ -290,9 +292,9 @@ def test_a_section_shows_the_largest_setup_that_was_run_and_runs_nothing():
     case, engines = CASES["silo"], (StandIn("silo"), StandIn("silo", "liggghts"))
     benches = {engine.name: Bench(engine) for engine in engines}
     assert not case.sections(benches)
-    for setup in case.setups()[:2]:
+    for setup in case.setups[:2]:
         case.sample(benches["lammps"], setup)
-    case.sample(benches["liggghts"], case.setups()[0])
+    case.sample(benches["liggghts"], case.setups[0])
     ran = [len(engine.ran) for engine in engines]
     (section,) = case.sections(benches)
     assert [len(engine.ran) for engine in engines] == ran
@@ -304,7 +306,7 @@ def test_a_section_shows_the_largest_setup_that_was_run_and_runs_nothing():
 @pytest.mark.parametrize("case", CASES)
 def test_each_curve_and_mean_is_drawn_for_each_engine(case):
     case = CASES[case]
-    setup, samples = case.setups()[0], {}
+    setup, samples = case.setups[0], {}
     for code in ("lammps", "liggghts"):
         samples[code] = case.sample(Bench(StandIn(case.name, code)), setup)
     for curve in case.curves:
