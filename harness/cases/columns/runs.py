@@ -69,7 +69,8 @@ def measure_in(bench: Bench, case: Columns, route: Route) -> Measure:
     """
 
     def measure(cases: Sequence[Incline]) -> list[Run]:
-        own = [case.replace(**_varied(plain)) for plain in cases]
+        varied = ("angle", "phase", "wells", "time_limit")
+        own = [case.replace(**{name: getattr(plain, name) for name in varied}) for plain in cases]
         if bench.name == OWN:
             return parallel_map(partial(run_at_equal_steps, bench, route=route), own, cores())
         jobs = [job_of(one, route) for one in own]
@@ -83,10 +84,6 @@ def measure_in(bench: Bench, case: Columns, route: Route) -> Measure:
         return runs
 
     return measure
-
-
-def _varied(plain: Incline) -> dict[str, Any]:
-    return {name: getattr(plain, name) for name in ("angle", "phase", "wells", "time_limit")}
 
 
 def run_at_equal_steps(bench: Bench, case: Columns, route: Route = "passage") -> Run:

@@ -115,8 +115,7 @@ def trials(contact: Contact, digits: int) -> Iterator[Trial]:
                 1.0, Tolerance(swing + 10.0 * last / rest.rest_overlap + ROUND_OFF,
                                reason="what the dashpot has left of the motion, and the digits of "
                                "the output"))  # fmt: skip
-    fall = Drop(contact=contact, gravity=9.81, gap=0.05, every=100)
-    fall = fall.replace(duration=0.9 * math.sqrt(2.0 * fall.gap / 9.81) / fall.contact_time)
+    fall = _falling(contact)
     late = Tolerance(2.0 * fall.step / fall.seconds + 20.0 * last / fall.gap,
                      reason="a scheme may begin half a step late or early")  # fmt: skip
     yield Trial("free fall", fall, "fall_ratio", "1",
@@ -152,6 +151,11 @@ def _flying(contact: Contact, duration: float, every: int) -> Drop:
     return case.replace(gap=GAPS * SPEED * case.step)
 
 
+def _falling(contact: Contact) -> Drop:
+    case = Drop(contact=contact, gravity=9.81, gap=0.05, every=100)
+    return case.replace(duration=0.9 * math.sqrt(2.0 * case.gap / 9.81) / case.contact_time)
+
+
 class DropCase(Case[Drop]):
     """A grain dropped on one fixed sphere: restitution, rest, free fall, oblique contact."""
 
@@ -174,13 +178,11 @@ class DropCase(Case[Drop]):
     @property
     def presets(self) -> Mapping[str, Drop]:  # type: ignore[override]
         """Return a collision, a rest, a fall and an oblique contact."""
-        fall = Drop(contact=HEAD_ON, gravity=9.81, gap=0.05, every=100)
-        longest = 0.9 * math.sqrt(2.0 * fall.gap / fall.gravity) / fall.contact_time
         return {
             "head-on": Drop(contact=HEAD_ON, gap=1e-3, speed=1.0),
             "plastic": Drop(contact=PLASTIC, gap=1e-3, speed=1.0, duration=25.0, every=10),
             "static": Drop(contact=HEAD_ON, stiffness=1e4, gravity=9.81, duration=40.0, every=100),
-            "fall": fall.replace(duration=longest),
+            "fall": _falling(HEAD_ON),
             "oblique": Drop(contact=HEAD_ON, sideways=1.0, gap=-1e-4, every=100),
         }
 

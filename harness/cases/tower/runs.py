@@ -120,7 +120,7 @@ def solve(
 ) -> TowerRun:
     """Run a tower by ``exact``, ``rk4`` or ``verlet``; arguments and errors as of :func:`tower`.
 
-    ``samples`` is how many to keep, about 1000 per t0 unless given, fewer of very tall towers.
+    ``samples`` is how many to keep; about 1000 per t0 unless given, fewer of over 3333 particles.
     """
     from harness.solvers.chain import exact, stepped
 
