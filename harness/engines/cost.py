@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
 MOST_SECONDS = 600.0  # longer runs are refused without --force
 STATED_SECONDS = 60.0  # the expected time of longer runs is printed before they begin
+SLOWEST_STEP = 10.0  # [us] of a code that takes scripts with many particles
 PARTICLES = 10  # of the system on which the costs were measured
 SMALLER = "a coarser step, a softer contact or a smaller system"
 _UNITS = (("years", 31_557_600.0), ("days", 86_400.0), ("hours", 3600.0), ("minutes", 60.0))
@@ -31,7 +32,12 @@ def weight(particles: int) -> float:
 
 
 def job_seconds(job: Job, rules: Traits) -> float:
-    """Return the expected time of a job's scene [s]; 0 for a job without a scene."""
+    """Return the expected time of a job [s]; 0 for a script that states none.
+
+    A job states the time of the slowest code, for which ``SLOWEST_STEP`` is the cost of a step.
+    """
+    if job.seconds:
+        return job.seconds * min(1.0, rules.microseconds_per_step / SLOWEST_STEP)
     if job.scene is None:
         return 0.0
     return engine_seconds(job.steps or job.scene.steps, len(job.scene.bodies), rules)

@@ -122,7 +122,7 @@ class Session:
             if engine != OWN:
                 jobs = {job_key(job): job for check in checks for job in check.jobs}.values()
                 traits = self.benches[engine].engine.traits
-                total += sum(job.seconds or job_seconds(job, traits) for job in jobs)
+                total += sum(job_seconds(job, traits) for job in jobs)
         return total
 
     def run(self) -> None:
