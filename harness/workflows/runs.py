@@ -249,9 +249,7 @@ def run_seconds(
     if traits is None:
         return runs * case.cost(parameters) * SOLVER_MICROSECONDS * 1e-6
     job = case.job(parameters)
-    if job.seconds:
-        return runs * job.seconds
-    if type(case).cost is Case.cost:
+    if job.seconds or type(case).cost is Case.cost:
         return runs * job_seconds(job, traits)
     return runs * case.cost(parameters) / PARTICLES * traits.microseconds_per_step * 1e-6
 
