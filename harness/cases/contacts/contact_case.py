@@ -30,7 +30,7 @@ from harness.errors import EngineOutputError
 from harness.model.conventions import Rules
 from harness.model.motion import Motion
 from harness.model.scene import Scene
-from harness.report.content import Discs, Section
+from harness.report.content import Discs, Drawing, Section
 from harness.results.rows import Kind, Tolerance
 from harness.solvers import reference
 
@@ -315,11 +315,15 @@ class ContactCase(Case[P]):
         changed = ", ".join(f"{rule} = {word}" for rule, word in rules.changed.items())
         return Value(size, note=f"{name}, by {changed}: part of its scale, by the reference")
 
-    def sections(self, benches: Mapping[str, Bench]) -> Sequence[Section]:
-        """Return the section of the case, with a matrix of laws and systems for each engine."""
-        from harness.cases.contacts.report import case_section
+    def drawings(self, benches: Mapping[str, Bench]) -> Sequence[Drawing]:
+        """Return the figures of the case in the overview of all."""
+        return ()
 
-        return [case_section(self, benches)]
+    def sections(self, benches: Mapping[str, Bench]) -> Sequence[Section]:
+        """Return the matrix of laws and systems for each engine, after the overview of all."""
+        from harness.cases.contacts import report
+
+        return report.sections(self, benches)
 
 
 def _parameters(case: ContactCase[P], law: str, system: str) -> P:

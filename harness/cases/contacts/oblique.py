@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from pydantic import Field
@@ -22,7 +21,7 @@ if TYPE_CHECKING:
     from harness.cases.base import Check, Level
     from harness.cases.bench import Bench
     from harness.engines.base import Engine
-    from harness.report.content import Section
+    from harness.report.content import Drawing
 
 LEAST_ANGLE = 1e-6  # [deg]: ratios of velocities are known to 1e-16 over its sine, 1e-8
 
@@ -100,14 +99,10 @@ class ObliqueCase(ContactCase[Oblique]):
         """Yield the distance of each of Mindlin's laws from partial slip, as findings."""
         yield from partial_slip.own_checks(self)
 
-    def sections(self, benches: Mapping[str, Bench]) -> Sequence[Section]:
-        """Return the overview of all contact cases, and the case with the curve of partial slip."""
-        from harness.cases.contacts import report
-
+    def drawings(self, benches: Mapping[str, Bench]) -> Sequence[Drawing]:
+        """Return the curve of partial slip with laws and codes."""
         drawing = partial_slip.drawing(self, benches)
-        (section,) = super().sections(benches)
-        drawings = () if drawing is None else (drawing,)
-        return [report.overview(benches), replace(section, drawings=drawings)]
+        return () if drawing is None else (drawing,)
 
     def build(self, p: Oblique) -> Scene:
         """Return the impact; samples before and after it."""

@@ -12,12 +12,10 @@ import pandas as pd
 
 from harness.cases.bench import OWN, Bench
 from harness.cases.checks import runs_at
-from harness.cases.contacts.differences import motion_difference
 from harness.cases.equal_steps import ROUND_OFF
 from harness.errors import EngineError
 from harness.model.conventions import Rules
 from harness.report.content import Section, Table
-from harness.solvers import reference
 from harness.store.defects import known_defects
 
 if TYPE_CHECKING:
@@ -39,6 +37,12 @@ class Difference(NamedTuple):
         return max(self.of.values(), default=0.0)
 
 
+def sections(case: ContactCase[Any], benches: Codes) -> list[Section]:
+    """Return the section of a case, after the overview of all for the first that was run."""
+    first = next((each for each in contact_cases() if each.listed), None)
+    return [*([overview(benches)] if case is first else []), case_section(case, benches)]
+
+
 def case_section(case: ContactCase[Any], benches: Codes) -> Section:
     """Return the matrix of a case for each code that has run its checks."""
     tables = []
@@ -53,7 +57,7 @@ def case_section(case: ContactCase[Any], benches: Codes) -> Section:
 
 
 def overview(benches: Codes) -> Section:
-    """Return codes by laws, the conventions in which codes differ, and known defects."""
+    """Return codes by laws, the conventions in which codes differ, known defects, and drawings."""
     found = {
         code: [row for case in contact_cases() for row in differences(case, bench)]
         for code, bench in codes(benches).items()
@@ -61,31 +65,61 @@ def overview(benches: Codes) -> Section:
     text = (
         "A code runs a scene once. The reference, a program written from the literature, takes the "
         "same steps by the conventions that the code declares, so that what differs is round-off "
-        f"or a fault: a row passes within {ROUND_OFF:g} of the scale of its quantity."
+        f"or a fault: a row passes within {ROUND_OFF:g} of the scale of its quantity.\n\n"
+        + "\n".join(f"- {_headline(code, rows)}" for code, rows in found.items() if rows)
     )
+    drawings = [drawing for case in contact_cases() for drawing in case.drawings(benches)]
     return Section(
         "DEM codes at equal steps",
         text,
         (
-            Table("Codes by laws", codes_by_laws(found), "Rows within the tolerance, and the worst "
-                  "of them in parts of its scale; rows beyond are known defects or failures."),
-            Table("Conventions", conventions(benches, found), "Where codes follow one law and "
-                  "differ: the value of a convention, its formula, and the most that it moves a "
-                  "run, in parts of its motion, by the reference under both; h: of first order in "
-                  "the step, h^2 of second order."),
-            Table("Known defects", defects(benches), "Each is a switch of the reference that "
-                  "reproduces the run, or is named with the reason why it has none."),
+            Table("Codes by laws", codes_by_laws(found), BY_LAWS),
+            Table("Conventions", conventions(benches, found), CONVENTIONS),
+            Table("Known defects", defects(benches), DEFECTS),
         ),
-    )  # fmt: skip
+        tuple(drawings),
+    )
+
+
+BY_LAWS = (
+    "Quantities within the tolerance, and the worst of them in parts of its scale; those beyond "
+    "are known defects or failures, by the rows of the setup. An empty cell: the code does not "
+    "state the law."
+)
+CONVENTIONS = (
+    "Where codes follow one law and differ: the value of a convention, its formula with the codes "
+    "that have it, and the quantity that it moves most, in parts of its scale, by the reference "
+    "with and without it. The formula ends in the size: h and h^2 of first and second order in the "
+    "step, d/r of the overlap over the radius, 1 as large as the quantity. Sources: the manuals "
+    "and public sources of the codes; a scene for each in tests/solvers/reference."
+)
+DEFECTS = (
+    "Each is a switch of the reference that reproduces the run, or is named with the reason why it "
+    "has none. The script runs in the code alone, and prints what is expected and found."
+)
+
+
+def _headline(code: str, rows: list[Difference]) -> str:
+    values = sorted(value for row in rows for value in row.of.values())
+    within = [value for value in values if value <= ROUND_OFF]
+    laws = len({row.trial.law for row in rows})
+    return (
+        f"{code}: {len(within)} of {len(values)} quantities in {len(rows)} contacts of {laws} laws "
+        f"within {ROUND_OFF:g}, nine of ten of these within "
+        f"{within[int(0.9 * (len(within) - 1))]:.0e}"
+        if within
+        else f"{code}: 0 of {len(values)} quantities within {ROUND_OFF:g}"
+    )
 
 
 def codes(benches: Codes) -> dict[str, Bench]:
     """Return the benches of engines by their titles with versions."""
-    return {
-        f"{bench.engine.title} {bench.engine.identify().engine_version}".strip(): bench
-        for name, bench in benches.items()
-        if name != OWN
-    }
+    found = {}
+    for name, bench in benches.items():
+        if name != OWN:
+            title, version = bench.engine.title, bench.engine.identify().engine_version
+            found[version if version.startswith(title) else f"{title} {version}".strip()] = bench
+    return found
 
 
 def contact_cases() -> Iterator[ContactCase[Any]]:
@@ -130,10 +164,9 @@ def codes_by_laws(found: Mapping[str, list[Difference]]) -> pd.DataFrame:
         for row in rows:
             for law in (row.trial.law, "all laws"):
                 cells.setdefault(law, {}).setdefault(code, []).extend(row.of.values())
-    laws = [law for law in cells if law != "all laws"]
+    laws = sorted(cells, key=lambda law: law != "all laws")
     table = [
-        {"law": law, **{code: _cell(cells[law].get(code, [])) for code in found}}
-        for law in (*laws, *(["all laws"] if laws else []))
+        {"law": law, **{code: _cell(cells[law].get(code, [])) for code in found}} for law in laws
     ]
     return pd.DataFrame(table, columns=["law", *found])
 
@@ -146,30 +179,30 @@ def _cell(values: list[float]) -> str:
 
 
 def conventions(benches: Codes, found: Mapping[str, list[Difference]]) -> pd.DataFrame:
-    """Return each convention of a code that is not the default, and the most that it moves."""
+    """Return each convention of a code that moves a run, and the quantity that it moves most."""
     table = []
     for code, bench in codes(benches).items():
         worst: dict[tuple[str, str], tuple[float, str]] = {}
         for row in found[code]:
-            for field, word, size in _effects(row, bench):
-                if size >= worst.get((field, word), (-1.0, ""))[0]:
-                    worst[field, word] = (size, f"{row.case.name}, {row.trial.setup}")
+            for field, word, size, name in _effects(row, bench):
+                if size > worst.get((field, word), (0.0, ""))[0]:
+                    worst[field, word] = (size, f"{name} of {row.case.name}, {row.trial.setup}")
         for (field, word), (size, where) in worst.items():
             formula = (Rules.model_fields[field].description or "").removeprefix("[-] ")
-            moved = f"{size:.0e}" if size else "nothing here"
-            table.append((field, code, word, formula, moved, where if size else ""))
+            table.append((field, code, word, formula, f"{size:.0e}", where))
     columns = ["convention", "code", "value", "formula", "moves", "most"]
     return pd.DataFrame(sorted(table), columns=columns)
 
 
-def _effects(row: Difference, bench: Bench) -> Iterator[tuple[str, str, float]]:
-    """Yield conventions with their values and how far they move a run, in parts of its motion."""
-    scene = row.case.sampled_scene(row.trial.parameters)
-    rules, motion = bench.rules(scene), bench.reference(scene)
+def _effects(row: Difference, bench: Bench) -> Iterator[tuple[str, str, float, str]]:
+    """Yield conventions with their values, how far they move a quantity [scale], and its name."""
+    p = row.trial.parameters
+    scene = row.case.sampled_scene(p)
+    rules = bench.rules(scene)
     for field, value in rules.changed.items():
         plain = rules.replace(**{field: Rules.model_fields[field].default})
-        other = bench.once(reference.run, scene, plain)
-        yield field, str(value), motion_difference(scene, other, motion)
+        size, name = bench.once(row.case.moved, p, scene, rules, plain)
+        yield field, str(value), size, name
 
 
 def defects(benches: Codes) -> pd.DataFrame:
