@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import math
 from abc import abstractmethod
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache, partial
 from typing import Any, ClassVar, TypeVar, cast
 
@@ -45,22 +45,29 @@ SAMPLES = 50  # at least, of a run that is held against the reference
 
 @dataclass(frozen=True)
 class Trial:
-    """A law of a case in a system, and its parameters."""
+    """A law of a case in a system, and the shortest level that runs it."""
 
+    case: ContactCase[Any] = field(repr=False)
     law: str
     system: str
-    make: Callable[[], Any] = field(repr=False)
     level: Level
 
     @cached_property
     def parameters(self) -> Any:
         """Return the parameters of a run."""
-        return self.make()
+        case = self.case
+        changes = {**tables.PLAIN, **case.laws[self.law].law, **case.systems[self.system]}
+        return case.default.replace(**changes, steps_per_contact=STEPS)
 
     @property
     def setup(self) -> str:
         """Return the name of the setup of its checks."""
         return f"{self.law}, {self.system}"
+
+    @property
+    def comparison(self) -> Comparison:
+        """Return the run as the engine does it by itself, against the reference."""
+        return Comparison(self.case, self.parameters, self.case.sampled_scene(self.parameters))
 
 
 class ContactCase(Case[P]):
@@ -108,21 +115,19 @@ class ContactCase(Case[P]):
 
     def job(self, parameters: P) -> Job:
         """Return the job of one run."""
-        return self._job(self.scene(parameters))
+        return self.job_of(self.scene(parameters))
 
-    def check_job(self, parameters: P) -> Job:
-        """Return the job of the run that the checks of a trial hold against the reference."""
-        return self._job(self.sampled_scene(parameters))
-
-    def _job(self, scene: Scene, variation: str = "") -> Job:
+    def job_of(self, scene: Scene, variation: str = "") -> Job:
+        """Return the job of a scene in the units of the case, perhaps in a variation."""
         values = {"units": "" if self.units == "si" else self.units, "variation": variation}
         return scene_job(scene, **{name: value for name, value in values.items() if value})
 
     def measure(self, parameters: P, output: Output) -> Mapping[str, float]:
         """Return the quantities of a run. Raise EngineOutputError for samples of no contact."""
-        return self._observe(parameters, motion_in(output, self.scene(parameters)))
+        return self.values(parameters, motion_in(output, self.scene(parameters)))
 
-    def _observe(self, parameters: P, motion: Motion) -> Mapping[str, float]:
+    def values(self, parameters: P, motion: Motion) -> Mapping[str, float]:
+        """Return the quantities of a motion. Raise EngineOutputError for samples of no contact."""
         try:
             with np.errstate(all="ignore"):  # a value that is not a number fails in its row
                 return self.observe(parameters, motion)
@@ -140,7 +145,7 @@ class ContactCase(Case[P]):
     def film_job(self, parameters: P, frames: int) -> Job:
         """Return the job of a run whose samples make a film of so many frames."""
         scene = self.scene(parameters)
-        return self._job(scene.replace(every=max(1, scene.steps // max(1, frames))))
+        return self.job_of(scene.replace(every=max(1, scene.steps // max(1, frames))))
 
     def discs(self, parameters: P, output: Output) -> Discs:
         """Return the bodies in the plane of x and z, and a floor."""
@@ -167,8 +172,7 @@ class ContactCase(Case[P]):
             systems = [system for system in self.systems if row.goes_with(system)]
             quick = set(self._quick_systems(name, row, systems, names))
             for system in systems:
-                level: Level = "quick" if system in quick else "default"
-                yield Trial(name, system, partial(_parameters, self, name, system), level)
+                yield Trial(self, name, system, "quick" if system in quick else "default")
 
     def _quick_systems(
         self, name: str, row: tables.LawRow, systems: Sequence[str], names: Sequence[str]
@@ -195,8 +199,7 @@ class ContactCase(Case[P]):
         self.listed[engine.name] = level
         for trial in self.trials():
             if runs_at(trial.level, level):
-                scene = self.sampled_scene(trial.parameters)
-                yield from self._checks(engine, trial, "", scene, trial.level)
+                yield from trial.comparison.checks(engine, trial.setup, trial.level)
         for trial in self.trials():
             if runs_at(self._variation_level(trial, QUICK_VARIATION), level):
                 yield from self._varied_checks(engine, trial, level)
@@ -211,109 +214,14 @@ class ContactCase(Case[P]):
         return "full" if in_quick or trial.law in (*self.varied, *self.varied_by_default) else None
 
     def _varied_checks(self, engine: Engine, trial: Trial, level: Level) -> Iterator[Check]:
-        scene = self.sampled_scene(trial.parameters)
-        if engine.refuses(self._job(scene)):
+        plain = trial.comparison
+        if engine.refuses(plain.job):
             return
-        for name, varied in engine.variations(scene):
+        for name, varied in engine.variations(plain.scene):
             shortest = self._variation_level(trial, name)
             if shortest is not None and runs_at(shortest, level):
-                yield from self._checks(engine, trial, name, varied, shortest)
-
-    def _checks(
-        self, engine: Engine, trial: Trial, variation: str, scene: Scene, level: Level
-    ) -> Iterator[Check]:
-        """Yield a check of each quantity; the first alone where the engine refuses the scene."""
-        p, job = trial.parameters, self._job(self.sampled_scene(trial.parameters), variation)
-        common: dict[str, Any] = {
-            "setup": trial.setup,
-            "check": variation,
-            "level": level,
-            "jobs": (job,),
-        }
-        refused = bool(engine.refuses(job))
-        for name in list(self.names(p))[: 1 if refused else None]:
-            quantity = self.quantity(name)
-            yield Check(
-                quantity=name,
-                unit=quantity.unit,
-                measure=partial(self._measured, p, variation, scene, name),
-                expected=partial(self._expected, p, scene, name),
-                tolerance=self.tolerance(p, quantity),
-                **common,
-            )
-        if refused:
-            return
-        yield Check(
-            quantity=MOTION,
-            unit="1",
-            measure=partial(self._motion, p, variation, scene),
-            expected=0.0,
-            tolerance=Tolerance(absolute=ROUND_OFF, reason=REASON),
-            **common,
-        )
-        if not variation and engine.rules(scene).changed:
-            yield Check(
-                quantity=MOVED,
-                unit="1",
-                measure=partial(self._moved, p, scene),
-                expected=0.0,
-                kind=Kind.FINDING,
-                **common,
-            )
-
-    def _measured(self, p: P, variation: str, scene: Scene, name: str, bench: Bench) -> Value:
-        value = bench.once(self._values, bench, p, variation)[name]
-        exact = {} if variation else _exact(self, p)
-        if name not in exact:
-            return Value(value)
-        error = self._expected(p, scene, name, bench) - exact[name]
-        note = f"error of the step {error:.2g} (closed form {exact[name]:.9g})"
-        return Value(value, note=note)
-
-    def _values(self, bench: Bench, p: P, variation: str) -> Mapping[str, float]:
-        return self._observe(p, self._run(bench, p, variation))
-
-    def _run(self, bench: Bench, p: P, variation: str) -> Motion:
-        job = self._job(self.sampled_scene(p), variation)
-        return motion_in(bench.output(job), bench.engine.scene_of(job))
-
-    def _motion(self, p: P, variation: str, scene: Scene, bench: Bench) -> float:
-        return motion_difference(scene, self._run(bench, p, variation), bench.reference(scene))
-
-    def _expected(self, p: P, scene: Scene, name: str, bench: Bench) -> float:
-        return bench.once(self._reference_values, bench, p, scene)[name]
-
-    def _reference_values(self, bench: Bench, p: P, scene: Scene) -> Mapping[str, float]:
-        return self._observe(p, bench.reference(scene))
-
-    def differences(self, p: P, bench: Bench) -> dict[str, float]:
-        """Return the difference of each quantity from the reference, in parts of its scale."""
-        scene, found = self.sampled_scene(p), bench.once(self._values, bench, p, "")
-        return {
-            name: abs(found[name] - self._expected(p, scene, name, bench))
-            / self.quantity(name).size(p)
-            for name in self.names(p)
-        }
-
-    def moved(self, p: P, scene: Scene, rules: Rules, other: Rules) -> tuple[float, str]:
-        """Return the largest change of a quantity from one set of conventions to another.
-
-        In parts of its scale, and the name of the quantity; by the reference.
-        """
-        one, two = (self._observe(p, reference.run(scene, each)) for each in (rules, other))
-        changes = {
-            name: abs(one[name] - two[name]) / self.quantity(name).size(p)
-            for name in self.names(p)
-            if math.isfinite(one[name] - two[name])
-        }
-        name = max(changes, key=changes.__getitem__, default="")
-        return changes.get(name, 0.0), name
-
-    def _moved(self, p: P, scene: Scene, bench: Bench) -> Value:
-        rules = bench.rules(scene)
-        size, name = self.moved(p, scene, rules, Rules())
-        changed = ", ".join(f"{rule} = {word}" for rule, word in rules.changed.items())
-        return Value(size, note=f"{name}, by {changed}: part of its scale, by the reference")
+                run = replace(plain, scene=varied, variation=name)
+                yield from run.checks(engine, trial.setup, shortest)
 
     def drawings(self, benches: Mapping[str, Bench]) -> Sequence[Drawing]:
         """Return the figures of the case in the overview of all."""
@@ -326,9 +234,106 @@ class ContactCase(Case[P]):
         return report.sections(self, benches)
 
 
-def _parameters(case: ContactCase[P], law: str, system: str) -> P:
-    changes = {**tables.PLAIN, **case.laws[law].law, **case.systems[system]}
-    return case.default.replace(**changes, steps_per_contact=STEPS)
+@dataclass(frozen=True)
+class Comparison:
+    """A run in an engine, perhaps in one of its variations, against the reference.
+
+    ``scene`` is what the reference steps.
+    """
+
+    case: ContactCase[Any]
+    parameters: Any
+    scene: Scene
+    variation: str = ""
+
+    @property
+    def job(self) -> Job:
+        """Return the job of the run."""
+        return self.case.job_of(self.case.sampled_scene(self.parameters), self.variation)
+
+    def checks(self, engine: Engine, setup: str, level: Level) -> Iterator[Check]:
+        """Yield a check of each quantity; the first alone where the engine refuses the scene."""
+        p, job = self.parameters, self.job
+        common: dict[str, Any] = {
+            "setup": setup, "check": self.variation, "level": level, "jobs": (job,),
+        }  # fmt: skip
+        refused = bool(engine.refuses(job))
+        for name in list(self.case.names(p))[: 1 if refused else None]:
+            quantity = self.case.quantity(name)
+            yield Check(
+                quantity=name,
+                unit=quantity.unit,
+                measure=partial(self._measure, name),
+                expected=partial(self._expected, name),
+                tolerance=self.case.tolerance(p, quantity),
+                **common,
+            )
+        if refused:
+            return
+        width = Tolerance(absolute=ROUND_OFF, reason=REASON)
+        yield Check(
+            quantity=MOTION, unit="1", measure=self._motion_difference, expected=0.0,
+            tolerance=width, **common,
+        )  # fmt: skip
+        if not self.variation and engine.rules(self.scene).changed:
+            yield Check(
+                quantity=MOVED, unit="1", measure=self._moved, expected=0.0, kind=Kind.FINDING,
+                **common,
+            )  # fmt: skip
+
+    def differences(self, bench: Bench) -> dict[str, float]:
+        """Return the difference of each quantity from the reference, in parts of its scale."""
+        found, case = bench.once(Comparison._values, self, bench), self.case
+        return {
+            name: abs(found[name] - self._expected(name, bench))
+            / case.quantity(name).size(self.parameters)
+            for name in case.names(self.parameters)
+        }
+
+    def moved(self, rules: Rules, other: Rules) -> tuple[float, str]:
+        """Return the largest change of a quantity from one set of conventions to another.
+
+        In parts of its scale, and the name of the quantity; by the reference.
+        """
+        case, p = self.case, self.parameters
+        one, two = (case.values(p, reference.run(self.scene, each)) for each in (rules, other))
+        changes = {
+            name: abs(one[name] - two[name]) / case.quantity(name).size(p)
+            for name in case.names(p)
+            if math.isfinite(one[name] - two[name])
+        }
+        name = max(changes, key=changes.__getitem__, default="")
+        return changes.get(name, 0.0), name
+
+    def _motion(self, bench: Bench) -> Motion:
+        job = self.job
+        return motion_in(bench.output(job), bench.engine.scene_of(job))
+
+    def _values(self, bench: Bench) -> Mapping[str, float]:
+        return self.case.values(self.parameters, self._motion(bench))
+
+    def _reference_values(self, bench: Bench) -> Mapping[str, float]:
+        return self.case.values(self.parameters, bench.reference(self.scene))
+
+    def _measure(self, name: str, bench: Bench) -> Value:
+        value = bench.once(Comparison._values, self, bench)[name]
+        exact = {} if self.variation else _exact(self.case, self.parameters)
+        if name not in exact:
+            return Value(value)
+        error = self._expected(name, bench) - exact[name]
+        return Value(value, note=f"error of the step {error:.2g} (closed form {exact[name]:.9g})")
+
+    def _expected(self, name: str, bench: Bench) -> float:
+        return bench.once(Comparison._reference_values, self, bench)[name]
+
+    def _motion_difference(self, bench: Bench) -> float:
+        return motion_difference(self.scene, self._motion(bench), bench.reference(self.scene))
+
+    def _moved(self, bench: Bench) -> Value:
+        rules = bench.rules(self.scene)
+        size, name = self.moved(rules, Rules())
+        changed = ", ".join(f"{rule} = {word}" for rule, word in rules.changed.items())
+        return Value(size, note=f"{name}, by {changed}: part of its scale, by the reference")
 
 
 @lru_cache(maxsize=4096)

@@ -27,7 +27,6 @@ Codes = Mapping[str, Bench]
 class Difference(NamedTuple):
     """A trial in an engine: differences of its quantities from the reference [scale], by name."""
 
-    case: ContactCase[Any]
     trial: Trial
     of: Mapping[str, float]
 
@@ -138,8 +137,9 @@ def differences(case: ContactCase[Any], bench: Bench) -> list[Difference]:
         if level is None or not runs_at(trial.level, level):
             continue  # no scene of others is made for a report
         try:
-            if bench.has_run([case.check_job(trial.parameters)]):
-                found.append(Difference(case, trial, case.differences(trial.parameters, bench)))
+            run = trial.comparison
+            if bench.has_run([run.job]):
+                found.append(Difference(trial, run.differences(bench)))
         except EngineError:
             continue
     return found
@@ -186,7 +186,10 @@ def conventions(benches: Codes, found: Mapping[str, list[Difference]]) -> pd.Dat
         for row in found[code]:
             for field, word, size, name in _effects(row, bench):
                 if size > worst.get((field, word), (0.0, ""))[0]:
-                    worst[field, word] = (size, f"{name} of {row.case.name}, {row.trial.setup}")
+                    worst[field, word] = (
+                        size,
+                        f"{name} of {row.trial.case.name}, {row.trial.setup}",
+                    )
         for (field, word), (size, where) in worst.items():
             formula = (Rules.model_fields[field].description or "").removeprefix("[-] ")
             table.append((field, code, word, formula, f"{size:.0e}", where))
@@ -194,14 +197,13 @@ def conventions(benches: Codes, found: Mapping[str, list[Difference]]) -> pd.Dat
     return pd.DataFrame(sorted(table), columns=columns)
 
 
-def _effects(row: Difference, bench: Bench) -> Iterator[tuple[str, str, float, str]]:
+def _effects(trial: Trial, bench: Bench) -> Iterator[tuple[str, str, float, str]]:
     """Yield conventions with their values, how far they move a quantity [scale], and its name."""
-    p = row.trial.parameters
-    scene = row.case.sampled_scene(p)
-    rules = bench.rules(scene)
+    run = trial.comparison
+    rules = bench.rules(run.scene)
     for field, value in rules.changed.items():
         plain = rules.replace(**{field: Rules.model_fields[field].default})
-        size, name = bench.once(row.case.moved, p, scene, rules, plain)
+        size, name = run.moved(rules, plain)
         yield field, str(value), size, name
 
 
