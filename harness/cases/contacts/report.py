@@ -184,7 +184,7 @@ def conventions(benches: Codes, found: Mapping[str, list[Difference]]) -> pd.Dat
     for code, bench in codes(benches).items():
         worst: dict[tuple[str, str], tuple[float, str]] = {}
         for row in found[code]:
-            for field, word, size, name in _effects(row, bench):
+            for field, word, size, name in _effects(row.trial, bench):
                 if size > worst.get((field, word), (0.0, ""))[0]:
                     worst[field, word] = (
                         size,
