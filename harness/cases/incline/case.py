@@ -148,11 +148,11 @@ class InclineCase(Case[Incline]):
 
     def checks(self, engine: Engine) -> Iterable[Check]:
         """Return the checks of an engine, of all levels."""
-        return checks.checks()
+        return checks.checks(engine)
 
     def checks_up_to(self, engine: Engine, level: Level) -> Iterable[Check]:
         """Return the checks of an engine up to a level; those of longer ones are not made."""
-        return checks.checks(level)
+        return checks.checks(engine, level)
 
     def sections(self, benches: Mapping[str, Bench]) -> Sequence[Section]:
         """Return the sections of a report: angles, their extrapolation, friction, a path."""

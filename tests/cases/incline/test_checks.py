@@ -268,3 +268,16 @@ def test_lammps_rolls_as_the_reference_does(lammps_here, case):  # noqa: ARG001
         (row,) = run_checks("incline", [same_angle(case, "quick")], Bench(engine))
     assert row.verdict is Verdict.PASS
     assert abs(row.difference) < 1e-9
+
+
+def test_a_slow_engine_has_its_limit_at_the_longest_level_alone():
+    class Slow(Reference):
+        def __init__(self):
+            super().__init__()
+            self.traits = replace(self.traits, microseconds_per_step=10.0)
+
+    levels = {c.level for c in CASE.checks(Slow()) if "infinity" in c.setup}
+    assert levels == {"full"}
+    assert {c.setup for c in CASE.checks_up_to(Slow(), "default")} < {
+        c.setup for c in CASE.checks(Reference())
+    }
