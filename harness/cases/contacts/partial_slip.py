@@ -139,7 +139,8 @@ def drawing(case: ContactCase[Any], benches: Mapping[str, Bench]) -> Drawing | N
         "Laws that stick as a whole, and partial slip",
         "Velocity at the contact after over that before, both over mu times the normal one and "
         "times 2 (1 - nu) / (2 - nu), elastic sphere on a wall of its material, nu = 0.3. Lines: "
-        f"the laws by the reference; marks: codes. {STEPS} steps a contact.",
+        "the laws by the reference under LAMMPS's conventions; marks: codes under their own, each "
+        f"within {ROUND_OFF:g} of the reference under these. {STEPS} steps a contact.",
         lambda: figure(lines, marks),
     )
 

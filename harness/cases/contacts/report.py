@@ -89,8 +89,9 @@ CONVENTIONS = (
     "Where codes follow one law and differ: the value of a convention, its formula with the codes "
     "that have it, and the quantity that it moves most, in parts of its scale, by the reference "
     "with and without it. The formula ends in the size: h and h^2 of first and second order in the "
-    "step, d/r of the overlap over the radius, 1 as large as the quantity. Sources: the manuals "
-    "and public sources of the codes; a scene for each in tests/solvers/reference."
+    "step, d/r of the overlap over the radius, 1 as large as the quantity. What moves no quantity "
+    "of these cases is left out. Sources: the manuals and public sources of the codes; a scene for "
+    "each in tests/solvers/reference."
 )
 DEFECTS = (
     "Each is a switch of the reference that reproduces the run, or is named with the reason why it "
