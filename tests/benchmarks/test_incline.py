@@ -6,6 +6,8 @@ each angle, and the source's 45 s of motion in each. CPU time is that of all pro
 
 import resource
 import subprocess
+import sys
+import time
 
 import pytest
 
@@ -62,3 +64,23 @@ def test_a_critical_angle_costs_a_part_of_a_naive_bisection(tmp_path, lmp, metho
     print(f"\n{method} to {tolerance:g} deg: {searched:.4f} deg in {cpu:.2f} s of CPU")
     print(f"naive bisection: {naive:.4f} deg in {naive_cpu:.2f} s, ratio {cpu / naive_cpu:.2f}")
     assert cpu < most * naive_cpu
+
+
+def _seconds(function):
+    begin = time.monotonic()
+    function()
+    return time.monotonic() - begin
+
+
+def test_a_verification_takes_at_most_twice_a_naive_bisection(tmp_path, lmp):
+    """In wall time, with kernels that are compiled: a bisection has one core, ``verify`` all."""
+
+    def verify(*words):
+        words = [sys.executable, "-m", "harness", "verify", "--fresh", *words]
+        subprocess.run(words, cwd=tmp_path, check=True, stdout=subprocess.DEVNULL)
+
+    verify("--quick", "--output", "first")
+    verified = _seconds(lambda: verify("--output", "second"))
+    naive = _seconds(lambda: _bisected(lmp, tmp_path, 1e-3))
+    print(f"\nverify: {verified:.1f} s, bisection: {naive:.1f} s, ratio {verified / naive:.2f}")
+    assert verified < 2.0 * naive

@@ -19,6 +19,7 @@ from harness.errors import EngineOutputError, RequestError
 from harness.model.allowed import COUNT, Allowed, allowed_in
 from harness.model.law import Law
 from harness.model.scene import Body, Scene
+from harness.report.notebook import Shown
 from harness.solvers.chain.motion import ChainMotion
 from harness.solvers.chain.setup import (
     STABILITY,
@@ -33,6 +34,8 @@ from harness.solvers.chain.setup import (
 
 if TYPE_CHECKING:
     import pandas as pd
+
+    from harness.report.style import Figure
 
 SCHEMES: dict[str, Scheme] = {"rk4": "rk4", "verlet": "velocity_verlet"}
 SOLVERS = ("exact", *SCHEMES)
@@ -52,7 +55,7 @@ Progress = Callable[[str, int, int], None]
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
-class TowerRun(ChainMotion):
+class TowerRun(ChainMotion, Shown):
     """The motion of a tower, with what made it; ``provenance`` is that of an engine."""
 
     tower: Tower
@@ -79,6 +82,25 @@ class TowerRun(ChainMotion):
             suffix = "" if unit == "1" else f"_{unit.replace('/', '_per_').replace(' ', '_')}"
             columns[name + suffix] = getattr(self, name)
         return pd.DataFrame(columns).astype({"contacts": int})
+
+    def summary(self) -> dict[str, str]:
+        """Return the tower, the largest force, the last velocity, and what ran it."""
+        who = self.provenance
+        return {
+            "tower": f"{self.tower.height} particles, {self.tower.law} law",
+            "largest force": f"{float(self.grain_force.max()):.7g} N",
+            "last velocity of the grain": f"{float(self.grain_velocity[-1]):.7g} m/s",
+            "run by": f"{who.engine} {who.engine_version}" if who else self.solver,
+        }
+
+    def draw(self) -> Figure:
+        """Draw the force on the grain over time."""
+        from harness.report.style import axis, label, panels
+
+        figure = panels(1, 1)
+        figure.axes[0].plot(self.time_over_t0, self.grain_force)
+        label(figure.axes[0], axis("time", "t0"), axis("force on the grain", "N"))
+        return figure
 
 
 def tower(
