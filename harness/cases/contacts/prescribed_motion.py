@@ -89,21 +89,22 @@ def friction_scale(p: PrescribedMotion) -> float:
     return min(p.friction or 1.0, stuck or 1.0, 1.0)
 
 
-def rolling_scale(p: PrescribedMotion) -> float:
-    """Return the limit of the torque of rolling over radius and normal force."""
-    limit = (p.rolling_friction or 0.0) * p.effective_radius / p.radius
-    return min(limit, 1.0) or 1.0
+def torque_scale(p: PrescribedMotion, *parts: str) -> float:
+    """Return the limits of torques over radius and normal force in all, 1 at most."""
+    limits = {
+        "friction": p.friction or 0.0,
+        "rolling": (p.rolling_friction or 0.0) * p.effective_radius / p.radius,
+        "twisting": p.twisting_limit(p.overlap) / p.radius,
+    }
+    return min(sum(limits[part] for part in parts), 1.0) or 1.0
 
 
-def both_scale(p: PrescribedMotion) -> float:
-    """Return the limit of the torques of friction and of rolling together."""
-    limit = (p.rolling_friction or 0.0) * p.effective_radius / p.radius
-    return min((p.friction or 0.0) + limit, 1.0) or 1.0
+def _torque(name: str, meaning: str, *parts: str) -> Quantity[PrescribedMotion]:
+    return Quantity(name, "1", meaning, lambda p: torque_scale(p, *parts))
 
 
-def twisting_scale(p: PrescribedMotion) -> float:
-    """Return the limit of the torque of twisting over radius and normal force."""
-    return min(p.twisting_limit(p.overlap) / p.radius, 1.0) or 1.0
+def _ratio(name: str, meaning: str) -> Quantity[PrescribedMotion]:
+    return Quantity(name, "1", meaning, friction_scale)
 
 
 class PrescribedMotionCase(ContactCase[PrescribedMotion]):
@@ -118,24 +119,21 @@ class PrescribedMotionCase(ContactCase[PrescribedMotion]):
         "spring by the turn times the overlap."
     )
     parameters = PrescribedMotion
-    quantities = tuple(
-        Quantity(name, "1", meaning, scale)
-        for name, meaning, scale in (
-            ("half_shear_ratio", "tangential over normal force, halfway the shear", friction_scale),
-            ("shear_ratio", "likewise, after the shear", friction_scale),
-            ("reversed_ratio", "likewise, after the shear back", friction_scale),
-            ("lifted_ratio", "likewise, after the lift", friction_scale),
-            ("rolling_forth_ratio", "torque over radius and normal force, halfway", rolling_scale),
-            ("rolling_back_ratio", "likewise, halfway through the shear back", rolling_scale),
-            ("rolling_lifted_ratio", "likewise, after the lift", rolling_scale),
-            ("rolling_ratio", "likewise, after rolling", both_scale),
-            ("twisting_forth_ratio", "torque about the normal, halfway", twisting_scale),
-            ("twisting_back_ratio", "likewise, halfway through the shear back", twisting_scale),
-            ("twisting_lifted_ratio", "likewise, after the lift", twisting_scale),
-            ("twisting_ratio", "likewise, after twisting", twisting_scale),
-            ("held_ratio", "torque of rolling, after twisting", both_scale),
-            ("turned_ratio", "tangential over normal force, both turned", friction_scale),
-        )
+    quantities = (
+        _ratio("half_shear_ratio", "tangential over normal force, halfway the shear"),
+        _ratio("shear_ratio", "likewise, after the shear"),
+        _ratio("reversed_ratio", "likewise, after the shear back"),
+        _ratio("lifted_ratio", "likewise, after the lift"),
+        _torque("rolling_forth_ratio", "torque over radius and normal force, halfway", "rolling"),
+        _torque("rolling_back_ratio", "likewise, halfway through the shear back", "rolling"),
+        _torque("rolling_lifted_ratio", "likewise, after the lift", "rolling"),
+        _torque("rolling_ratio", "likewise, after rolling", "friction", "rolling"),
+        _torque("twisting_forth_ratio", "torque about the normal, halfway", "twisting"),
+        _torque("twisting_back_ratio", "likewise, halfway through the shear back", "twisting"),
+        _torque("twisting_lifted_ratio", "likewise, after the lift", "twisting"),
+        _torque("twisting_ratio", "likewise, after twisting", "twisting"),
+        _torque("held_ratio", "torque of rolling, after twisting", "friction", "rolling"),
+        _ratio("turned_ratio", "tangential over normal force, both turned"),
     )
     laws: ClassVar = tables.laws(
         "tangential", "old_tangential", "rolling", "twisting", "cohesive_friction", "turning",
@@ -169,13 +167,10 @@ class PrescribedMotionCase(ContactCase[PrescribedMotion]):
             (ZERO, (0.0, 0.0, p.turn)),
         )
         still = (ZERO,) * (len(bodies) - 1)
+        rates = [[_over(each, p.duration) for each in row] for row in rows]
         segments = tuple(
-            Segment(
-                steps=2 * half,
-                velocities=(_over(moved, p.duration), *still),
-                angular_velocities=(_over(turned, p.duration), *still),
-            )
-            for moved, turned in rows
+            Segment(steps=2 * half, velocities=(v, *still), angular_velocities=(w, *still))
+            for v, w in rates
         )
         return Scene(
             bodies=bodies,
@@ -215,20 +210,19 @@ class PrescribedMotionCase(ContactCase[PrescribedMotion]):
 
     def exact(self, p: PrescribedMotion) -> Mapping[str, float]:
         """Return the torques of turning forth and back at a wall, where the load is constant."""
-        exact = dict[str, float]()
         if p.partner != "wall" or p.normal not in ("hooke", "hertz"):
             return {}
-        load, time = p.elastic_force(p.overlap), p.duration
-        sliders = {}
+        exact, load, half = dict[str, float](), p.elastic_force(p.overlap), 0.5 * p.duration
+        sliders = {}  # spring and dashpot, limit over the load, path, and lever of the torque
         if p.rolling == "sds":  # of r omega, and its torque of the force times r
             spring = p.rolling_stiffness or 0.0, p.rolling_damping or 0.0
             sliders["rolling"] = spring, p.rolling_friction or 0.0, p.radius * p.roll_forth, 1.0
         if p.twisting != "none":
             spring, limit = p.twisting_spring(p.overlap), p.twisting_limit(p.overlap)
             sliders["twisting"] = spring, limit, p.twist_forth, p.radius
-        for name, ((k, eta), limit, forth, lever) in sliders.items():
-            pieces = [(half, 0.5 * time) for half in (0.5 * forth, 0.5 * forth, -0.5 * forth)]
-            first, _, back = limited_forces(k, eta, limit * load, pieces)
+        for name, (spring, limit, forth, lever) in sliders.items():
+            pieces = [(0.5 * forth, half), (0.5 * forth, half), (-0.5 * forth, half)]
+            first, _, back = limited_forces(*spring, limit * load, pieces)
             exact[f"{name}_forth_ratio"] = first / load / lever
             exact[f"{name}_back_ratio"] = back / load / lever
         return exact
