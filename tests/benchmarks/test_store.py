@@ -23,8 +23,9 @@ def _timed(folder, *arguments):
         cwd=folder,
         capture_output=True,
         text=True,
-        check=True,
+        check=False,
     )
+    assert done.returncode in (0, 1), done.stderr  # what the verdicts are is no matter of speed
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
     return done.stdout, after.ru_utime - before.ru_utime + after.ru_stime - before.ru_stime
 
