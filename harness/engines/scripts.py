@@ -28,7 +28,6 @@ from harness.engines.base import SCENE_NAME, Engine, Job, Template, Value, Value
 from harness.engines.border import engine_label
 from harness.errors import EngineError, HarnessError, RequestError
 from harness.model.allowed import Allowed
-from harness.model.scene import LOOK
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -270,6 +269,8 @@ class ScriptSource(Engine):
 
     @classmethod
     def _render(cls, template: Template, variant: str) -> Script:
+        from harness.model.scene import LOOK  # pydantic, which workers of LAMMPS do without
+
         source = cls._source(template)
         stem, settings = template.name, template.variants[variant]
         if source is None:
