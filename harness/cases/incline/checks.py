@@ -154,10 +154,10 @@ def checks(engine: Engine, longest: Level = "full") -> Iterator[Check]:
     for case in (DISC, LARGE):
         yield from _equal_steps(case, "default")
     if not slow:
-        yield from _of_many_runs(longest)
+        yield from _of_many_runs(engine, longest)
 
 
-def _of_many_runs(longest: Level) -> Iterator[Check]:
+def _of_many_runs(engine: Engine, longest: Level) -> Iterator[Check]:
     """Yield limits, steady motion and the course over friction, of the levels default and full."""
     yield routes(PLASTIC_CASE, "full", 1e-3)
     rolling: Ladders = (("default", QUICK_LADDER, 1e-3), ("full", FULL_LADDER, 3e-4))
@@ -166,13 +166,27 @@ def _of_many_runs(longest: Level) -> Iterator[Check]:
     yield from limits(DISC, (("full", Ladder(), 3e-4),), longest)
     yield from limits(SLIGHT, (("full", Ladder(), 2e-3),), longest)
     yield routes(ROLLING.replace(steps_per_contact=50.0), "default")
+    coulomb = _limits_dashpot(engine)
     for friction in (*SLIGHT_FRICTIONS, *FRICTIONS):
-        judged = friction in FRICTIONS
+        judged = friction in FRICTIONS and coulomb
         case = PLASTIC_CASE.replace(friction=friction, steps_per_contact=50.0)
         tolerance, kind = (FRICTION_CURVE, Kind.ANALYTIC) if judged else (COMPARED, Kind.FINDING)
         level: Level = "default" if judged or friction == SLIGHT.friction else "full"
         yield against_theory(case, tolerance, level, kind)
-    yield against_theory(STIFF_SLIDING, STIFF_SLIDER, "full")
+    kind = Kind.ANALYTIC if coulomb else Kind.FINDING
+    yield against_theory(STIFF_SLIDING, STIFF_SLIDER if coulomb else COMPARED, "full", kind)
+
+
+def _limits_dashpot(engine: Engine) -> bool:
+    """Return whether Coulomb's limit holds for spring and dashpot together, as in theory.
+
+    Otherwise a strongly damped grain sticks beyond the limit: -0.06 deg at a friction of 0.05.
+    """
+    try:
+        rules = engine.rules(scene_of(SLIDING, "passage"))
+    except Unsupported:
+        return True
+    return rules.damping_in_cap == "inside"
 
 
 def _equal_steps(case: Incline, level: Level) -> Iterator[Check]:
