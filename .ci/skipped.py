@@ -19,4 +19,4 @@ def skipped(report: str) -> Iterator[str]:
 
 
 if __name__ == "__main__":
-    print("\n".join(skipped(sys.argv[1])))
+    sys.stdout.writelines(f"{name}\n" for name in skipped(sys.argv[1]))
