@@ -31,11 +31,13 @@ _SHORTER = (  # pattern, replacement: what a browser does not need
     (r' style="" ?', ""),
     (r' transform="rotate\(-0[^"]*\)"', ""),
     (r' id="(?:figure|axes|axis|patch|line2d|text|xtick|ytick|legend|matplotlib)[^"]*"', ""),
-    (r"(-?\d+\.\d\d)\d+", r"\1"),  # 1/7200 inch
-    (r"(\d)\.0+(?!\d)", r"\1"),
     (r"(?<=[;:]) ", ""),
     (r"\s*\n\s*", "\n"),
     (r">\n<", "><"),
+)
+_SHORTER_NUMBERS = (
+    (r"(-?\d+\.\d\d)\d+", r"\1"),  # 1/7200 inch
+    (r"(\d)\.0+(?!\d)", r"\1"),
 )
 
 
@@ -132,12 +134,20 @@ def compact(svg: str) -> str:
     """Return an SVG of matplotlib without metadata, each style once, to hundredths of a point."""
     for pattern, replacement in _SHORTER:
         svg = re.sub(pattern, replacement, svg, flags=re.DOTALL)
+    svg = re.sub(r"<[^>]*>", lambda match: _with_short_numbers(match[0]), svg)
     fonts = ",".join(f"'{name}'" for name in FONTS)
     styles = dict.fromkeys(re.findall(r' style="([^"]*)"', svg))
     names = {style: f"s{number}" for number, style in enumerate(styles)}
     svg = re.sub(r' style="([^"]*)"', lambda match: f' class="{names[match[1]]}"', svg)
     sheet = [f"text{{font-family:{fonts},sans-serif}}", *(f".{n}{{{s}}}" for s, n in names.items())]
     return svg.replace("</style>", " ".join(["", *sheet, "</style>"]), 1).strip()
+
+
+def _with_short_numbers(tag: str) -> str:
+    """Return a tag with coordinates to hundredths; the text between tags keeps its digits."""
+    for pattern, replacement in _SHORTER_NUMBERS:
+        tag = re.sub(pattern, replacement, tag)
+    return tag
 
 
 def tolerance_figure(groups: Mapping[str, Sequence[float]]) -> Figure:

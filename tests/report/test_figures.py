@@ -76,3 +76,11 @@ def test_a_figure_that_cannot_be_drawn_leaves_the_others():
 def test_forked_processes_draw_what_one_process_draws():
     drawings = [drawing(str(n), lambda n=n: convergence(n)) for n in range(3)]
     assert [one.svg for one in draw_all(drawings)] == [draw(one).svg for one in drawings]
+
+
+def test_text_in_a_compact_figure_keeps_its_digits():
+    figure = panels(1, 1)
+    figure.text(0.5, 0.5, "theory 10.20782 deg, 7.0 to 0.00012")
+    drawing = Drawing("digits", "Digits", "", lambda: figure)
+    (picture,) = draw_all([drawing])
+    assert "theory 10.20782 deg, 7.0 to 0.00012" in picture.svg
