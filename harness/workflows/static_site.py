@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 TITLE = "DEM codes against theory"
 START, DEFECTS, LIST = "index.html", "defects.html", "site.json"
-ROWS = ("reports/accepted/*/*/rows.csv", "reports/releases/**/rows.csv")
+ROWS = "reports/accepted/*/*/rows.csv"
 RELEASES_OF = "lammps"  # the engine whose releases are a board
 LARGEST_FILE = 5_000_000  # bytes of a linked file that is copied
 Navigation = tuple[tuple[str, str], ...]
@@ -214,10 +214,10 @@ def _boards(rows: pd.DataFrame) -> Iterator[tuple[str, str, pd.DataFrame]]:
 
 
 def committed_rows(root: Path) -> pd.DataFrame:
-    """Return the rows of accepted runs and of releases, one for each key and version."""
+    """Return the rows of accepted runs, one for each key and version."""
     import pandas as pd
 
-    tables = [read_rows(file) for pattern in ROWS for file in sorted(root.glob(pattern))]
+    tables = [read_rows(file) for file in sorted(root.glob(ROWS))]
     if not tables:
         return table(())
     return pd.concat(tables, ignore_index=True).drop_duplicates([*KEY, "version"])
