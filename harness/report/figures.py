@@ -14,12 +14,11 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 from urllib.parse import quote
 
-import numpy as np
 from markupsafe import Markup
 
 from harness.files import end_with
 from harness.report.content import Drawing
-from harness.report.style import BLACK, BLUE, FONTS, Figure, house_style, label, set_power_ticks
+from harness.report.style import FONTS, house_style, set_power_ticks
 
 if TYPE_CHECKING:
     from matplotlib import figure as mpl_figure
@@ -148,24 +147,3 @@ def _with_short_numbers(tag: str) -> str:
     for pattern, replacement in _SHORTER_NUMBERS:
         tag = re.sub(pattern, replacement, tag)
     return tag
-
-
-def tolerance_figure(groups: Mapping[str, Sequence[float]]) -> Figure:
-    """Draw differences in units of their tolerances [1], a line for each group.
-
-    The dashed line is the limit. A difference of zero stands at the left edge; NaN is left out.
-    """
-    figure = Figure(figsize=(7.0, 1.4 + 0.5 * max(1, len(groups))), layout="constrained")
-    axes = figure.add_subplot()
-    parts = {name: np.abs(np.asarray(values, float)) for name, values in groups.items()}
-    finite = {name: values[np.isfinite(values)] for name, values in parts.items()}
-    every = np.concatenate([np.empty(0), *finite.values()])
-    least = every[every > 0.0].min(initial=1.0) / 3.0
-    for place, values in enumerate(finite.values()):
-        spread = place + np.linspace(-0.3, 0.3, values.size)
-        axes.plot(np.maximum(values, least), spread, "o", ms=3, mfc="none", color=BLUE)
-    axes.axvline(1.0, color=BLACK, ls="--", lw=1)
-    axes.set(xscale="log", ylim=(max(1, len(groups)) - 0.5, -0.5))
-    axes.set_yticks(range(len(groups)), [f"{name} ({v.size})" for name, v in finite.items()])
-    label(axes, "difference / tolerance", "rows, counted")
-    return figure

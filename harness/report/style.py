@@ -21,7 +21,7 @@ from typing import Any
 import matplotlib as mpl
 from matplotlib import figure as mpl_figure
 from matplotlib.axes import Axes
-from matplotlib.ticker import FixedLocator, LogFormatterSciNotation, NullLocator
+from matplotlib.ticker import LogFormatterSciNotation
 
 from harness.report.text import power as power
 
@@ -119,14 +119,6 @@ def legend_below(
     if handles:
         place: dict[str, Any] = {"loc": "outside lower center", "fontsize": "small"}
         figure.legend([*handles.values()], [*handles], ncols=columns, **place)
-
-
-def value_ticks(axes: Axes, values: Sequence[float]) -> None:
-    """Mark values on the axis x, at most :data:`MOST_TICKS` of them, written in full."""
-    chosen = list(values)[:: max(1, -(-len(values) // MOST_TICKS))]
-    axes.xaxis.set_major_locator(FixedLocator(chosen))
-    axes.xaxis.set_minor_locator(NullLocator())
-    axes.set_xticks(chosen, [f"{value:g}" for value in chosen])
 
 
 class PowersOfTen(LogFormatterSciNotation):
