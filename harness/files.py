@@ -1,14 +1,13 @@
-"""Places where things are kept, whole folders, and what a process that died leaves behind.
+"""The cache folder, complete files and folders, and what killed processes leave behind.
 
-A folder is filled aside and renamed, so that it is there whole or not at all, also after kill -9;
-the shared memory of MPI libraries is cleared with the same care, and a worker process ends with the
-one that started it.
+A folder is filled under another name and renamed, so that it is complete or not there, also after
+kill -9; the shared memory of MPI libraries is cleared, and a worker process ends with the one that
+started it.
 """
 
 from __future__ import annotations
 
 import contextlib
-import ctypes
 import fcntl
 import os
 import re
@@ -136,47 +135,40 @@ def _mapped(names: set[str], mark: bytes = b"") -> set[str]:
     return in_use
 
 
-# ---- where things are kept
+# ---- the cache folder
 #
-# In the cache are results, environments of engines' releases (releases) and compiled kernels
-# (numba). It is found in this order: the option --cache, the environment variable
-# DEM_HARNESS_HOME (the folder cache below it), else the place of the XDG base directory
-# specification.
+# It has results, environments of engines' releases (releases) and compiled kernels (numba).
 
 VARIABLE = "DEM_HARNESS_HOME"
 NAME = "dem-harness"
-KERNELS = "numba"
-"""Folder of the cache for compiled kernels."""
-
+KERNELS = "numba"  # folder of the cache for compiled kernels
 GROUP, OTHERS = stat.S_IWGRP, stat.S_IWOTH
 
 
 @dataclass(frozen=True)
 class Place:
-    """A file or folder, and what named it; ``named_by`` is empty for a default place."""
+    """A folder, and the option or variable that named it; empty for the default one."""
 
     path: Path
     named_by: str = ""
 
-    def refused(self, why: str) -> RequestError:
-        """Return the error for a place that was asked for and cannot be used."""
-        return RequestError(f"{self.named_by} {self.path}: cannot be used ({why})")
+    def refused(self, reason: str) -> RequestError:
+        """Return the error for a named place that cannot be used."""
+        return RequestError(f"{self.named_by} {self.path}: cannot be used ({reason})")
 
 
 def cache_place(option: Path | None = None) -> Place:
-    """Return the folder of the cache, the value of ``--cache`` first."""
+    """Return the cache folder.
+
+    It is the value of ``--cache``; else the folder ``cache`` below DEM_HARNESS_HOME; else that of
+    the XDG base directory specification, which has relative values ignored.
+    """
     if option is not None:
         return Place(option, "--cache")
-    named = os.environ.get(VARIABLE)
-    if named:
+    if named := os.environ.get(VARIABLE):
         return Place(Path(named) / "cache", VARIABLE)
-    return Place(_cache_home() / NAME)
-
-
-def _cache_home() -> Path:
-    """Return the base directory of caches; the specification has relative values ignored."""
-    value = os.environ.get("XDG_CACHE_HOME", "")
-    return Path(value) if value.startswith("/") else Path("~").expanduser() / ".cache"
+    base = os.environ.get("XDG_CACHE_HOME", "")
+    return Place((Path(base) if base.startswith("/") else Path.home() / ".cache") / NAME)
 
 
 def make_private(folder: Path) -> None:
@@ -189,8 +181,7 @@ def make_private(folder: Path) -> None:
 def writable_by_others(folder: Path, mode: int = GROUP | OTHERS) -> str:
     """Return why others may put files into a folder; empty where only this user and root may.
 
-    ``mode`` are the bits that must not be set. Of a link, its target is looked at. Raise OSError
-    where there is no such folder.
+    ``mode`` are the forbidden permission bits. Raise OSError where there is no such folder.
     """
     state = folder.stat()
     if state.st_uid not in (os.geteuid(), 0):
@@ -202,9 +193,9 @@ def writable_by_others(folder: Path, mode: int = GROUP | OTHERS) -> str:
 
 @contextlib.contextmanager
 def lock_file(path: Path) -> Iterator[int]:
-    """Yield a handle of a file to lock, made if need be; what it holds stays as it is.
+    """Yield a handle of a file to lock, made if need be; its content stays as it is.
 
-    Raise OSError for a link, whose target is somebody's, and where it cannot be written.
+    Raise OSError for a link, and where it cannot be written.
     """
     flags = os.O_WRONLY | os.O_CREAT | os.O_APPEND | os.O_NOFOLLOW | os.O_CLOEXEC
     handle = os.open(path, flags, 0o600)
@@ -214,58 +205,55 @@ def lock_file(path: Path) -> Iterator[int]:
         os.close(handle)
 
 
-# ---- folders that are there whole or not at all, and temporary ones
+# ---- complete folders and files, and temporary ones
 #
-# A folder is filled in one aside, which is locked, and renamed; one that is replaced is exchanged
-# with it in one step where the system can. The kernel releases the lock of a process that died, so
-# that the next one may remove what it left, after putting back what it had moved out of the way.
-# Folders aside are opened without following links, and only those of this user are touched.
+# Each is written in a temporary folder next to its place, and renamed. The process holds a lock of
+# that folder, which the kernel releases when the process dies, so that a later one may remove it.
+# Folders are opened without following links, and only those of this user are removed.
 
 PREFIX = ".dem-harness-"
-WHOLE, OLD = "whole", "old"
-
-_AT_FDCWD, _RENAME_EXCHANGE = -100, 2
 
 
 @contextlib.contextmanager
 def whole_folder(target: Path, *, replace: bool = False) -> Iterator[Path]:
-    """Yield a path to make a folder at; at the end of the block it becomes ``target``.
+    """Yield a new folder; at the end of the block it becomes ``target``.
 
-    ``target`` must not be there, or be an empty folder, unless it is to be
-    replaced. On any exception nothing is left, and what was to be replaced is as
-    before. What killed processes left beside ``target`` is removed.
+    ``target`` must be missing or empty, unless it is to be replaced. On any exception nothing is
+    left, and a folder to be replaced is as before.
     """
     target.parent.mkdir(parents=True, exist_ok=True)
     with held_folder(target.parent) as aside:
-        yield aside / WHOLE
+        new, old = aside / "new", aside / "old"
+        new.mkdir()
+        yield new
+        if replace and target.is_dir():
+            target.rename(old)
+        elif target.is_dir():
+            target.rmdir()
         try:
-            if replace and target.is_dir():
-                _replace(target, aside)
-            else:
-                if target.is_dir():
-                    target.rmdir()
-                (aside / WHOLE).rename(target)
+            new.rename(target)
         except BaseException:
-            _put_back(aside)
+            if old.is_dir():
+                old.rename(target)
             raise
 
 
 def write_files(files: Mapping[tuple[str, Path], Writer]) -> None:
-    """Write each (option, path) aside, then put all in their places: none is half-written.
+    """Write the file of each (option, path), then put all in their places: none is half-written.
 
     Raise RequestError naming the one that fails, FullDiskError where there is no space.
     """
     target = ("", Path())
     with contextlib.ExitStack() as stack:
         try:
-            asides = {}
+            parts = {}
             for target, write in files.items():
                 target[1].parent.mkdir(parents=True, exist_ok=True)
                 folder = stack.enter_context(held_folder(target[1].parent))
-                asides[target] = folder / f"file{target[1].suffix}"
-                write(asides[target])
-            for target, aside in asides.items():
-                aside.replace(target[1])
+                parts[target] = folder / f"file{target[1].suffix}"
+                write(parts[target])
+            for target, part in parts.items():
+                part.replace(target[1])
         except OSError as error:
             raise cannot_write(f"{target[0]} {target[1]}", error) from None
 
@@ -275,72 +263,34 @@ def text_writer(text: str) -> Writer:
     return lambda path: path.write_bytes(text.encode("utf-8"))
 
 
-def sweep(parent: Path) -> None:
-    """Remove folders aside that no living process holds, and the shared memory of what ran in them.
-
-    A folder that a process still works for is left to a later run.
-    """
-    for path in parent.glob(f"{PREFIX}*"):
-        with contextlib.suppress(OSError), _handle(path) as handle:
-            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            _put_back(path)
-            remove_segments(path)
-            shutil.rmtree(path, ignore_errors=True)
-
-
-def _replace(target: Path, aside: Path) -> None:
-    new = aside / WHOLE
-    if new.is_dir() and _exchange(new, target):
-        return
-    (aside / OLD).mkdir(mode=0o700)
-    target.rename(aside / OLD / target.name)
-    new.rename(target)
-
-
-def _exchange(folder: Path, other: Path) -> bool:
-    """Exchange two folders in one step; return whether system and file system can."""
-    try:
-        renameat2 = ctypes.CDLL(None, use_errno=True).renameat2
-    except (OSError, AttributeError):
-        return False
-    names = (os.fsencode(folder), os.fsencode(other))
-    return bool(renameat2(_AT_FDCWD, names[0], _AT_FDCWD, names[1], _RENAME_EXCHANGE) == 0)
-
-
-def _put_back(aside: Path) -> None:
-    with contextlib.suppress(FileNotFoundError), _handle(aside / OLD) as old:
-        for name in os.listdir(old):  # noqa: PTH208 - below a handle
-            if not os.path.lexists(aside.parent / name):
-                os.rename(name, aside.parent / name, src_dir_fd=old)
-
-
 @contextlib.contextmanager
 def held_folder(parent: Path) -> Iterator[Path]:
-    """Yield a new folder that this process holds, removed at the end of the block.
+    """Yield a new folder that this process locks; remove it at the end of the block.
 
-    What killed processes left beside it is removed.
+    Folders of killed processes next to it are removed.
     """
     sweep(parent)
-    with _new(parent) as folder:
+    with contextlib.ExitStack() as stack:
+        while True:
+            folder = Path(tempfile.mkdtemp(dir=parent, prefix=PREFIX))
+            # swept before it was locked, or on a file system without locks, where nothing is swept
+            with contextlib.suppress(OSError):
+                fcntl.flock(stack.enter_context(_handle(folder)), fcntl.LOCK_EX)
+            if folder.is_dir():
+                break
         try:
             yield folder
         finally:
             shutil.rmtree(folder, ignore_errors=True)
 
 
-@contextlib.contextmanager
-def _new(parent: Path) -> Iterator[Path]:
-    """Yield a new folder under a lock; one that is swept before it is locked is made again."""
-    while True:
-        folder = Path(tempfile.mkdtemp(dir=parent, prefix=PREFIX))
-        with contextlib.ExitStack() as held:
-            with contextlib.suppress(FileNotFoundError):
-                handle = held.enter_context(_handle(folder))
-                with contextlib.suppress(OSError):  # a file system without locks: nobody sweeps
-                    fcntl.flock(handle, fcntl.LOCK_EX)
-            if folder.is_dir():
-                yield folder
-                return
+def sweep(parent: Path) -> None:
+    """Remove temporary folders of dead processes, and the shared memory of their programs."""
+    for path in parent.glob(f"{PREFIX}*"):
+        with contextlib.suppress(OSError), _handle(path) as handle:
+            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            remove_segments(path)
+            shutil.rmtree(path, ignore_errors=True)
 
 
 @contextlib.contextmanager
@@ -349,8 +299,7 @@ def _handle(folder: Path) -> Iterator[int]:
     handle = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)
     try:
         state = os.fstat(handle)
-        others_write = stat.S_IMODE(state.st_mode) & (stat.S_IWGRP | stat.S_IWOTH)
-        if state.st_uid != os.geteuid() or others_write:
+        if state.st_uid != os.geteuid() or stat.S_IMODE(state.st_mode) & (GROUP | OTHERS):
             raise PermissionError(f"{folder} is not this user's alone")
         yield handle
     finally:
@@ -364,7 +313,7 @@ def safe_path(name: str) -> str:
 
 
 def check_folder(folder: Path) -> None:
-    """Raise RequestError when a folder cannot take a report: it holds something, or is not ours."""
+    """Raise RequestError for a folder that cannot take a report: not empty, or not writable."""
     if folder.is_dir() and any(folder.iterdir()):
         raise RequestError(f"--output {folder}: holds something already; name a new folder")
     if folder.exists() and not folder.is_dir():
@@ -373,14 +322,13 @@ def check_folder(folder: Path) -> None:
 
 
 def check_writable(folder: Path) -> None:
-    """Raise RequestError when a folder cannot be made where it is asked for."""
-    # nothing is made yet: what is asked for may turn out to be wrong in another way
+    """Raise RequestError for a folder that cannot be made; make nothing yet."""
     parents = folder.absolute().parents
     if not parents:
         raise RequestError(f"--output {folder}: is the root of all folders; name a new folder")
-    there = next(parent for parent in parents if parent.exists())
+    existing = next(parent for parent in parents if parent.exists())
     try:
-        with tempfile.TemporaryDirectory(dir=there, prefix=f".{folder.name}."):
+        with tempfile.TemporaryDirectory(dir=existing, prefix=f".{folder.name}."):
             pass
     except OSError as error:
         raise RequestError(f"--output {folder}: cannot be written ({error.strerror})") from None

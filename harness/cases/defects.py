@@ -31,7 +31,7 @@ from harness.results.defects import (
     explanation,
 )
 from harness.results.rows import NAN, Failure, Kind, Row, Verdict, joined
-from harness.store.defects import known_defects
+from harness.store.committed import known_defects
 
 __all__ = ["explained", "known_defects"]
 

@@ -60,7 +60,6 @@ def diff(runs: list[str], /, *, output: Folder = None, json: Json = False) -> in
     found = compare_runs(*runs)
     if output is not None:
         with whole_folder(output) as aside:
-            aside.mkdir()
             found.changes.to_csv(aside / "changes.csv", index=False)
             found.trend().to_csv(aside / "values.csv")
     return _show(found, json)
@@ -279,8 +278,8 @@ def cache(
     """
     from harness.cases.registry import get_case
     from harness.files import cache_place
-    from harness.store.cache import clear as clear_entries
-    from harness.store.cache import contents, sorts
+    from harness.store.entries import clear as clear_entries
+    from harness.store.entries import contents, sorts
 
     if older_than is not None and not older_than >= 0.0:
         raise RequestError(f"--older-than {older_than}: must be 0 days or more")

@@ -111,7 +111,7 @@ def verified(
     choice: VerifyOptions, engines: ClusterOptions, folder: Path, progress: Progress
 ) -> dict[str, Any]:
     """Verify, or take what was verified before; write the report and return its record."""
-    from harness.store.verifications import keep_verification, kept_verification
+    from harness.store.entries import keep_verification, kept_verification
 
     opener = Opener(engines)
     entries, key = opener.entries(), _key(choice, engines)
@@ -165,7 +165,7 @@ def _key(choice: VerifyOptions, engines: EngineOptions) -> str | None:
     """Return the key of a verification; None where an engine has no fingerprint."""
     from harness.cases.registry import selected_names
     from harness.engines.registry import fingerprint_of
-    from harness.store.accepted import accepted_folder
+    from harness.store.committed import accepted_folder
     from harness.store.entries import digest_of_tree, key_of, machine, source_digest, versions
     from harness.workflows.selection import selected_engines
 

@@ -1,8 +1,4 @@
-"""The cache of engines' outputs: kept as bytes, read in place of a run, listed and cleared.
-
-An output is kept exactly, arrays as their bytes, the rest as JSON. Besides outputs the cache holds
-whole verifications, environments of releases and compiled kernels.
-"""
+"""Engines whose outputs are kept: read from the cache in place of a run, exact to the last bit."""
 
 from __future__ import annotations
 
@@ -11,49 +7,34 @@ import json
 import math
 import threading
 import zlib
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from pathlib import Path
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from harness.engines import process
 from harness.engines.base import Engine, Job
 from harness.engines.output import Output
 from harness.engines.provenance import Provenance
 from harness.engines.registry import DEFAULT, open_engine
 from harness.errors import EngineError
-from harness.files import KERNELS, cache_place
-from harness.store.entries import (
-    ASIDE,
-    ENTRIES,
-    PRUNING,
-    Entries,
-    key_of,
-    label_of,
-    machine,
-    source_digest,
-    versions,
-)
+from harness.files import cache_place
+from harness.store.entries import Entries, key_of, machine, source_digest, versions
 
-EngineChoice = Engine | str | None
-"""An open engine, the name of one, or None for the usual one."""
-SOURCES = ("observables", "engines", "model", "solvers")
-"""Folders of source that turn a job into an output: edited, every job is run again."""
-PLAIN = ("log", "seconds", "title", "ranks")  # fields of an output that JSON has as they are
-NUMBERS_AND_TEXT = "biufcSU"  # kinds of arrays that are kept
-OUTPUT_ERRORS = (ValueError, KeyError, TypeError, zlib.error)  # of bytes that are no output's
+EngineChoice = Engine | str | None  # an open engine, the name of one, or None for the default
+SOURCES = ("engines", "model", "solvers")  # folders that turn a job into an output
+PLAIN_FIELDS = ("log", "seconds", "title", "ranks")  # fields of an output with a JSON form
+ARRAY_KINDS = "biufcSU"  # numbers and text, as numpy names their kinds
+OUTPUT_ERRORS = (ValueError, KeyError, TypeError, zlib.error)  # of bytes that are not an output
 
 
 @contextlib.contextmanager
 def opened(
     engine: EngineChoice = None, *, fresh: bool = False, options: Mapping[str, Any] | None = None
 ) -> Iterator[Engine]:
-    """Yield an open engine as it is; one of a name is opened, its runs kept, and closed after use.
+    """Yield an open engine as it is; open the engine of a name, keep its runs, and close it.
 
-    ``fresh`` runs again what was kept; ``options`` are those of
+    With ``fresh`` every job is run; ``options`` are those of
     :func:`harness.engines.registry.open_engine`.
     """
     if not isinstance(engine, str | None):
@@ -64,7 +45,7 @@ def opened(
 
 
 def keeping(engine: Engine, *, fresh: bool = False) -> Engine:
-    """Return an open engine that keeps its runs; itself where the cache cannot be written."""
+    """Return an engine that keeps its runs; the engine itself where there is no cache to write."""
     try:
         return CachedEngine(engine, Entries(cache_place().path), fresh=fresh)
     except OSError:
@@ -72,22 +53,22 @@ def keeping(engine: Engine, *, fresh: bool = False) -> Engine:
 
 
 class WrappedEngine(Engine):
-    """An engine whose runs go another way; all else is that of the engine it wraps."""
+    """An engine with other ``outcomes``; all else is that of the engine it wraps."""
 
-    own: ClassVar[frozenset[str]] = frozenset(("run", "outcomes", "own"))
+    overrides: ClassVar[frozenset[str]] = frozenset(("run", "outcomes", "overrides"))
 
     def __init__(self, engine: Engine) -> None:
         self._engine = engine
 
     def __getattribute__(self, attribute: str) -> Any:
-        """Return an attribute of the wrapped engine, but for runs and what is private."""
+        """Return an attribute of the wrapped engine, except overrides and private ones."""
         get = object.__getattribute__
-        if attribute.startswith("_") or attribute in get(self, "own"):
+        if attribute.startswith("_") or attribute in get(self, "overrides"):
             return get(self, attribute)
         return getattr(get(self, "_engine"), attribute)
 
     def identify(self) -> Provenance:
-        """Return who the wrapped engine is."""
+        """Return the provenance of the wrapped engine."""
         return self._engine.identify()
 
     def run(self, jobs: Sequence[Job]) -> list[Output | EngineError]:
@@ -97,14 +78,14 @@ class WrappedEngine(Engine):
 
 
 class CachedEngine(WrappedEngine):
-    """An engine whose outputs are kept as soon as they are there; errors are not.
+    """An engine whose outputs are stored as soon as they are there; errors are not.
 
-    So an interrupted command goes on where it stopped. ``fresh`` reads nothing and keeps all the
-    same. ``ran`` and ``read`` count the runs. The wall time in an output that was read is that of
-    the run when it was made.
+    So an interrupted command goes on where it stopped. With ``fresh`` nothing is read, and outputs
+    are stored all the same. ``ran`` and ``read`` count jobs. The wall time in an output that was
+    read is that of its run.
     """
 
-    own = WrappedEngine.own | {"ran", "read", "on_ranks"}
+    overrides = WrappedEngine.overrides | {"ran", "read", "on_ranks"}
 
     def __init__(self, engine: Engine, entries: Entries, *, fresh: bool = False) -> None:
         super().__init__(engine)
@@ -112,13 +93,13 @@ class CachedEngine(WrappedEngine):
         self._entries, self._fresh, self._lock = entries, fresh, threading.Lock()
 
     def outcomes(self, jobs: Sequence[Job]) -> Iterator[tuple[int, Output | EngineError]]:
-        """Yield kept outputs, then those of the others as the engine makes them."""
+        """Yield stored outputs, then those of the other jobs as the engine makes them."""
         self._engine.check(jobs)
         fingerprint = self._engine.fingerprint()
         keys = [] if fingerprint is None else [run_key(self._engine, j, fingerprint) for j in jobs]
         missing = set(range(len(jobs)))
         for place, key in enumerate(() if self._fresh else keys):
-            if (output := self._kept(key)) is not None:
+            if (output := self._stored(key)) is not None:
                 missing.discard(place)
                 yield place, output
         places = sorted(missing)
@@ -132,12 +113,11 @@ class CachedEngine(WrappedEngine):
             yield place, outcome
 
     def on_ranks(self, ranks: int) -> Engine:
-        """Return the engine on so many MPI ranks, whose outputs are kept as well."""
+        """Return the engine on so many MPI ranks, whose outputs are stored as well."""
         return CachedEngine(self._engine.on_ranks(ranks), self._entries, fresh=self._fresh)
 
-    def _kept(self, key: str) -> Output | None:
-        data = self._entries.get(key)
-        if data is None:
+    def _stored(self, key: str) -> Output | None:
+        if (data := self._entries.get(key)) is None:
             return None
         try:
             output = unpack_output(data)
@@ -173,7 +153,7 @@ def pack_output(output: Output) -> bytes:
     """Return an output as bytes: the size of a compressed JSON text, the text, the arrays."""
     arrays = [(table, *item) for table, cells in output.tables.items() for item in cells.items()]
     facts = {
-        **{name: getattr(output, name) for name in PLAIN},
+        **{name: getattr(output, name) for name in PLAIN_FIELDS},
         "results": output.results,
         "provenance": vars(output.provenance),
         "tables": list(output.tables),
@@ -194,7 +174,7 @@ def unpack_output(data: bytes) -> Output:
     tables: dict[str, dict[str, NDArray[Any]]] = {name: {} for name in facts["tables"]}
     for table, name, kind, shape in facts["arrays"]:
         dtype = np.dtype(kind)
-        if dtype.kind not in NUMBERS_AND_TEXT:
+        if dtype.kind not in ARRAY_KINDS:
             raise ValueError(f"an array of {kind}")
         tables[table][name] = np.ndarray(shape, dtype, rest, place).copy()
         place += math.prod(shape) * dtype.itemsize
@@ -203,79 +183,5 @@ def unpack_output(data: bytes) -> Output:
         results=tuple((name, text) for name, text in facts["results"]),
         provenance=Provenance(**{**origin, "packages": tuple(origin["packages"])}),
         tables=tables,
-        **{name: facts[name] for name in PLAIN},
+        **{name: facts[name] for name in PLAIN_FIELDS},
     )
-
-
-@dataclass(frozen=True)
-class Kept:
-    """One thing in the cache: where it is, of which cases, its size and its last use.
-
-    ``sort`` is "run", "verification", "environment", "kernel" or "other".
-    """
-
-    path: Path
-    sort: str
-    size: int  # [bytes]
-    used: float  # [s since 1970]
-    cases: tuple[str, ...] = ()
-
-    def clear(self) -> bool:
-        """Remove it; return whether it is gone. One that is in use stays."""
-        try:
-            if self.sort == "environment":
-                process.drop(self.path)
-                for lock in process.LOCKS:
-                    self.path.with_name(self.path.name + lock).unlink(missing_ok=True)
-            else:
-                self.path.unlink(missing_ok=True)
-        except OSError:
-            return False
-        return True
-
-
-def contents(folder: Path) -> list[Kept]:
-    """Return what the cache in a folder holds; of another folder nothing, whatever is in it."""
-    found = [_kept(path, "kernel") for path in sorted((folder / KERNELS).rglob("*.nb[ci]"))]
-    if (folder / ASIDE).is_dir():
-        found += [_kept(path, *label_of(path)) for path in sorted(folder.glob(ENTRIES))]
-        found += [_environment(home) for home in sorted((folder / process.FOLDER).glob("*/"))]
-    return [kept for kept in found if kept is not None]
-
-
-def clear(folder: Path, entries: Iterable[Kept]) -> list[Kept]:
-    """Remove things of the cache in a folder, and folders that are empty then; return the gone."""
-    gone = [entry for entry in entries if entry.clear()]
-    if gone and not contents(folder):
-        (folder / PRUNING).unlink(missing_ok=True)
-        with contextlib.suppress(OSError):
-            (folder / ASIDE).rmdir()
-    parents = {p for entry in gone for p in entry.path.parents if p.is_relative_to(folder)}
-    for path in sorted(parents, reverse=True):
-        with contextlib.suppress(OSError):
-            path.rmdir()
-    return gone
-
-
-def sorts(entries: Iterable[Kept]) -> dict[str, dict[str, int]]:
-    """Return the number and the size [bytes] of things in the cache, by sort."""
-    found: dict[str, dict[str, int]] = {}
-    for entry in entries:
-        count = found.setdefault(entry.sort, {"entries": 0, "bytes": 0})
-        count["entries"] += 1
-        count["bytes"] += entry.size
-    return found
-
-
-def _kept(path: Path, sort: str, cases: tuple[str, ...] = ()) -> Kept | None:
-    with contextlib.suppress(OSError):  # gone by now
-        state = path.stat()
-        return Kept(path, sort, state.st_size, state.st_mtime, cases)
-    return None
-
-
-def _environment(home: Path) -> Kept | None:
-    with contextlib.suppress(OSError):
-        used, size = process.last_use_and_size(home)
-        return Kept(home, "environment", size, used)
-    return None

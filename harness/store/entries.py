@@ -1,81 +1,84 @@
-"""Payloads under keys, each with its checksum.
+"""The cache folder: payloads under keys, each with its checksum; listed, bounded and cleared.
 
 A key is a digest of everything that decides a result. An entry is a file: a line with form, key and
-the SHA-256 of the rest, a line with a label as JSON (what it is, of which cases), and the payload.
-A damaged one is dropped, never used. Plain files: a database would lock on network file systems,
-and a pickle would run what others put there.
+the SHA-256 of the rest, a line with a label as JSON (its sort, its cases), and the payload. A
+damaged entry is dropped, never used. Plain files: a database would lock on network file systems,
+and a pickle would run what others put there. The folder also has compiled kernels and environments
+of releases.
 """
 
 from __future__ import annotations
 
 import contextlib
-import fcntl
 import hashlib
+import io
 import json
 import os
 import platform
 import secrets
-import shutil
 import sys
 import tempfile
 import threading
-import time
-from collections.abc import Callable, Mapping, Sequence
-from functools import cache
+import zipfile
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache, cached_property
 from importlib import metadata
 from pathlib import Path
 from typing import Any
 
 from harness.engines import process
-from harness.files import OTHERS, lock_file, make_private, writable_by_others
+from harness.files import KERNELS, OTHERS, make_private, whole_folder, writable_by_others
 
-ROOT = Path(__file__).resolve().parent.parent
-"""The import package, whose source decides results as much as any parameter."""
+PACKAGE = Path(__file__).resolve().parent.parent
+FORM = b"dem-harness entry 2"
+LIMIT = 2 * 1024**3  # [bytes] of entries and environments; the least recently used go beyond it
+TAG = "CACHEDIR.TAG"  # marks a folder as a cache (bford.info/cachedir): backups pass it over
+SIGNATURE = "Signature: 8a477f597d28d172789f06886806bc55\n# results of dem-harness\n"
+LONGEST_LABEL = 4096  # bytes
+
+
+# ---- keys
 
 
 def key_of(facts: Mapping[str, Any]) -> str:
     """Return the SHA-256 of the facts in one canonical JSON text, in hexadecimal.
 
-    Numbers are written so that they read back as the same double. Raise
-    TypeError for what JSON cannot state: a key must not depend on a ``repr``.
+    Raise TypeError for values without a JSON form: a key must not depend on a ``repr``.
     """
     text = json.dumps(facts, sort_keys=True, separators=(",", ":"), ensure_ascii=True)
     return hashlib.sha256(text.encode()).hexdigest()
 
 
-def digest_of_files(files: Sequence[Path], root: Path) -> str:
-    """Return one SHA-256 over the names below ``root`` and the contents of files."""
-    digest = hashlib.sha256()
-    for path in sorted(files):
-        content = hashlib.sha256(path.read_bytes()).hexdigest()
-        digest.update(f"{content} {path.relative_to(root).as_posix()}\n".encode())
-    return digest.hexdigest()
-
-
 def digest_of_tree(root: Path) -> str:
-    """Return one SHA-256 over all files below a folder; that of no file where there is none."""
-    files = [path for path in root.rglob("*") if path.is_file() and "__pycache__" not in path.parts]
-    return digest_of_files(files, root)
+    """Return one SHA-256 over names and contents of the files below a folder, byte code aside."""
+    digest = hashlib.sha256()
+    for path in sorted(root.rglob("*")):
+        if path.is_file() and "__pycache__" not in path.parts:
+            content = hashlib.sha256(path.read_bytes()).hexdigest()
+            digest.update(f"{content} {path.relative_to(root).as_posix()}\n".encode())
+    return digest.hexdigest()
 
 
 @cache
 def source_digest(*rooms: str) -> str:
-    """Return the digest of the harness's own source, or of some of its rooms.
+    """Return the digest of this package's source, or of some of its folders.
 
-    A developer who edits the code must not be given results of the code before.
+    Results of code that was edited since are thus never returned.
     """
-    if not rooms:
-        return digest_of_tree(ROOT)
-    return key_of({room: digest_of_tree(ROOT / room) for room in rooms})
+    return key_of({room: digest_of_tree(PACKAGE / room) for room in rooms or ("",)})
 
 
 @cache
 def machine() -> dict[str, str]:
-    """Return what of the platform can change a number in its last digits."""
+    """Return the properties of the platform that can change the last digits of a result."""
+    file = Path("/proc/cpuinfo")
+    lines = file.read_text("utf-8", "replace").splitlines() if file.is_file() else []
+    models = [line for line in lines if line.startswith("model name")]
     return {
         "system": platform.system(),
         "machine": platform.machine(),
-        "processor": _processor(),
+        "processor": models[0] if models else platform.processor(),
         "libc": "-".join(platform.libc_ver()),
         "python": sys.version,
     }
@@ -83,182 +86,227 @@ def machine() -> dict[str, str]:
 
 @cache
 def versions(*packages: str) -> dict[str, str | None]:
-    """Return the installed version of each package, None for one that is not here."""
-    found: dict[str, str | None] = dict.fromkeys(packages)
+    """Return the installed version of each package, None for a missing one."""
+    installed: dict[str, str | None] = dict.fromkeys(packages)
     for package in packages:
         with contextlib.suppress(metadata.PackageNotFoundError):
-            found[package] = metadata.version(package)
-    return found
+            installed[package] = metadata.version(package)
+    return installed
 
 
-def _processor() -> str:
-    try:
-        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace").splitlines()
-    except OSError:
-        return platform.processor()
-    return next((line for line in lines if line.startswith("model name")), platform.processor())
-
-
-FORM = b"dem-harness entry 2"
-LIMIT = 2 * 1024**3  # [bytes] of entries and environments; beyond it the least recently used go
-ASIDE, PRUNING, ENTRIES = ".aside", ".pruning", "[0-9a-f][0-9a-f]/" + "[0-9a-f]" * 64
-ABANDONED_SECONDS = 3600.0  # an entry is written in a fraction of a second
-MOST_LABEL = 4096  # bytes
-Tell = Callable[[str], None]
-
-
-def tell_stderr(note: str) -> None:
-    """Print a note on stderr."""
-    print(f"dem-harness: {note}", file=sys.stderr)
+# ---- entries
 
 
 class Entries:
     """A folder of entries, safe to use from several threads and processes.
 
-    ``limit`` [bytes] bounds its size, give or take a tenth, with that of the environments of
-    releases in it, of which those in use stay. Where the folder fails later, one note is printed
-    and nothing more is written: a cache must not end a run. Raise OSError when the folder cannot be
-    made or written, belongs to another user, or may be written by all.
+    ``limit`` [bytes] bounds entries and unused environments, give or take a tenth. Where the folder
+    fails later, one note goes to ``notify`` and nothing more is written: a cache must not end a
+    run. Raise OSError when the folder cannot be written, belongs to another user, or all may write
+    it.
     """
 
-    def __init__(self, folder: Path, limit: int = LIMIT, tell: Tell = tell_stderr) -> None:
+    def __init__(
+        self, folder: Path, limit: int = LIMIT, notify: Callable[[str], None] | None = None
+    ) -> None:
         self.folder = folder
-        self._limit = limit
-        self._tell = tell
+        self._limit, self._notify = limit, notify or _print_note
         self._lock = threading.Lock()
-        self._unpruned = limit  # the first entry written looks through the folder
+        self._written = limit  # [bytes] since the last look at the size: the first entry looks
         self._broken = False
-        make_private(folder / ASIDE)
-        for each in (folder, folder / ASIDE):
-            # a group may share one, and root of a container use its owner's: it is data, never run
-            if os.geteuid() and (why := writable_by_others(each, OTHERS)):
-                raise PermissionError(f"{each}: {why}; make it yours alone, or name another place")
-        with tempfile.TemporaryFile(dir=folder / ASIDE):
-            pass
+        make_private(folder)
+        # a group may share a cache, and root of a container use its owner's: it is data, never run
+        if os.geteuid() and (reason := writable_by_others(folder, OTHERS)):
+            raise PermissionError(f"{folder}: {reason}; make it yours alone, or name another place")
+        with tempfile.TemporaryFile(dir=folder):
+            (folder / TAG).write_text(SIGNATURE)
 
     def get(self, key: str) -> bytes | None:
-        """Return the payload of a key, or None; drop an entry that is damaged, with a note."""
+        """Return the payload of a key, or None; drop a damaged entry with a note."""
         path = self._path(key)
         try:
-            data = path.read_bytes()
-        except FileNotFoundError:
+            head, _, body = path.read_bytes().partition(b"\n")
+        except OSError:
             return None
-        except OSError as error:
-            self.drop(key, error.strerror or str(error))
-            return None
-        payload, damage = _checked(data, key)
-        if damage:
-            self.drop(key, damage)
+        if head != _head(key, body):
+            self.drop(key, "its checksum does not match")
             return None
         with contextlib.suppress(OSError):
             os.utime(path)
-        return payload
+        return body.partition(b"\n")[2]
 
     def put(self, key: str, payload: bytes, sort: str = "other", cases: Sequence[str] = ()) -> None:
-        """Keep a payload under a key: written aside, then renamed.
+        """Store a payload under a key, with a label: written under another name, then renamed.
 
-        It is not forced onto the disk, which costs several milliseconds: what the system holds
-        survives the death of a process, and what a power cut tears does not match its checksum.
+        It is not forced onto the disk, which costs milliseconds: an entry torn by a power cut does
+        not match its checksum.
         """
         if self._broken:
             return
         body = b"\n".join((json.dumps([sort, *cases]).encode(), payload))
+        path = self._path(key)
+        part = f"{path}.{secrets.token_hex(8)}"
         try:
-            self._write(self._path(key), b"\n".join((_head(key, body), body)))
+            if not path.parent.is_dir():
+                path.parent.mkdir(mode=0o700, exist_ok=True)
+            try:
+                with open(os.open(part, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "wb") as file:  # noqa: PTH123
+                    file.write(b"\n".join((_head(key, body), body)))
+                os.replace(part, path)  # noqa: PTH105
+            except BaseException:
+                Path(part).unlink(missing_ok=True)
+                raise
             self._prune_sometimes(len(body))
         except OSError as error:
             self._broken = True
-            why = error.strerror or error
-            self._tell(f"cache {self.folder} cannot be written ({why}); nothing more is kept")
+            reason = error.strerror or error
+            self._notify(f"cache {self.folder} cannot be written ({reason}); nothing more is kept")
 
-    def drop(self, key: str, why: str) -> None:
-        """Remove the entry of a key, whatever it is, and say why."""
+    def drop(self, key: str, reason: str) -> None:
+        """Remove the entry of a key, with a note."""
         path = self._path(key)
-        self._tell(f"cache entry {path} is damaged ({why}): dropped, computed again")
+        self._notify(f"cache entry {path} is damaged ({reason}): dropped, computed again")
         with contextlib.suppress(OSError):
-            if path.is_dir() and not path.is_symlink():
-                shutil.rmtree(path)
-            else:
-                path.unlink()
+            path.unlink()
 
     def _path(self, key: str) -> Path:
         return self.folder / key[:2] / key
 
-    def _write(self, path: Path, data: bytes) -> None:
-        # plain names and calls: paths, and a name by tempfile, cost as much as the write
-        aside, place = f"{self.folder}/{ASIDE}/{secrets.token_hex(16)}", str(path)
-        try:
-            with open(os.open(aside, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "wb") as stream:  # noqa: PTH123
-                stream.write(data)
-            try:
-                os.replace(aside, place)  # noqa: PTH105
-            except FileNotFoundError:
-                path.parent.mkdir(mode=0o700, exist_ok=True)
-                os.replace(aside, place)  # noqa: PTH105
-        except BaseException:
-            Path(aside).unlink(missing_ok=True)
-            raise
-
-    def _prune_sometimes(self, written: int) -> None:
+    def _prune_sometimes(self, size: int) -> None:
         with self._lock:
-            self._unpruned += written
-            if self._unpruned < self._limit / 10:
+            self._written += size
+            if self._written < self._limit / 10:
                 return
-            self._unpruned = 0
-        with lock_file(self.folder / PRUNING) as lock, contextlib.suppress(BlockingIOError):
-            # who prunes measures anew: of several at a time one does, and the others go on
-            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            self._prune()
-
-    def _prune(self) -> None:
-        """Drop what was not asked for the longest until nine tenths of the limit are left."""
-        self._sweep()
-        candidates: list[tuple[float, int, Path, Callable[[Path], None]]] = []
-        for path in self.folder.glob("??/*"):
-            with contextlib.suppress(OSError):
-                state = path.stat()
-                candidates.append((state.st_mtime, state.st_size, path, Path.unlink))
-        for home in (self.folder / process.FOLDER).glob("*"):
-            with contextlib.suppress(OSError):
-                candidates.append((*process.last_use_and_size(home), home, process.drop))
-        excess = sum(size for _, size, *_ in candidates) - self._limit * 9 // 10
-        if excess <= self._limit // 10:
+            self._written = 0
+        items = [item for item in contents(self.folder) if item.path.suffix not in KERNEL_SUFFIXES]
+        size = sum(item.size for item in items)
+        if size <= self._limit:
             return
-        for _, size, path, drop in sorted(candidates, key=lambda candidate: candidate[:3]):
-            if excess <= 0:
-                return
-            with contextlib.suppress(OSError):
-                drop(path)
-                excess -= size
-
-    def _sweep(self) -> None:
-        oldest = time.time() - ABANDONED_SECONDS
-        for path in (self.folder / ASIDE).iterdir():
-            with contextlib.suppress(OSError):
-                if path.stat().st_mtime < oldest:
-                    path.unlink()
-
-
-def label_of(path: Path) -> tuple[str, tuple[str, ...]]:
-    """Return what an entry is and of which cases, by its label alone."""
-    with contextlib.suppress(OSError, ValueError), path.open("rb") as file:
-        if file.readline(MOST_LABEL).startswith(FORM):
-            sort, *cases = json.loads(file.readline(MOST_LABEL))
-            return sort, tuple(cases)
-    return "other", ()
+        for item in sorted(items, key=lambda item: item.used):
+            if size > self._limit * 9 // 10 and item.clear():
+                size -= item.size
 
 
 def _head(key: str, body: bytes) -> bytes:
     return b" ".join((FORM, key.encode(), hashlib.sha256(body).hexdigest().encode()))
 
 
-def _checked(data: bytes, key: str) -> tuple[bytes, str]:
-    """Return the payload of a file's content, and what is wrong with it, empty if nothing."""
-    head, _, body = data.partition(b"\n")
-    if head == _head(key, body) and b"\n" in body:
-        return body.partition(b"\n")[2], ""
-    if not head.startswith(FORM):
-        return b"", "not an entry, or cut short"
-    if key.encode() not in head:
-        return b"", "that of another key"
-    return b"", "its checksum does not match"
+def _print_note(note: str) -> None:
+    print(f"dem-harness: {note}", file=sys.stderr)
+
+
+# ---- contents of the folder
+
+KERNEL_SUFFIXES = (".nbi", ".nbc")  # of numba's index and data files
+
+
+@dataclass(frozen=True)
+class Item:
+    """An entry, a compiled kernel or an environment: size [bytes], last use [s since 1970]."""
+
+    path: Path
+    size: int
+    used: float
+
+    @cached_property
+    def label(self) -> tuple[str, tuple[str, ...]]:
+        """Return its sort (run, verification, environment, kernel or other) and its cases."""
+        if self.path.suffix in KERNEL_SUFFIXES or self.path.parent.name == process.FOLDER:
+            return "kernel" if self.path.suffix in KERNEL_SUFFIXES else "environment", ()
+        with contextlib.suppress(OSError, ValueError), self.path.open("rb") as file:
+            if file.readline(LONGEST_LABEL).startswith(FORM):
+                sort, *cases = json.loads(file.readline(LONGEST_LABEL))
+                return sort, tuple(cases)
+        return "other", ()
+
+    @property
+    def sort(self) -> str:
+        """Return its sort."""
+        return self.label[0]
+
+    @property
+    def cases(self) -> tuple[str, ...]:
+        """Return the cases of a run or a verification."""
+        return self.label[1]
+
+    def clear(self) -> bool:
+        """Remove it; return whether it is gone. An environment in use stays."""
+        try:
+            if self.path.parent.name == process.FOLDER:
+                process.drop(self.path)
+                for lock in process.LOCKS:
+                    self.path.with_name(self.path.name + lock).unlink(missing_ok=True)
+            else:
+                self.path.unlink(missing_ok=True)
+        except OSError:
+            return False
+        return True
+
+
+def contents(folder: Path) -> list[Item]:
+    """Return the contents of a cache folder; of a folder without the tag only kernels."""
+    paths = [path for suffix in KERNEL_SUFFIXES for path in (folder / KERNELS).rglob(f"*{suffix}")]
+    homes: Iterable[Path] = ()
+    if (folder / TAG).is_file():
+        paths += folder.glob("[0-9a-f][0-9a-f]/" + "[0-9a-f]" * 64 + "*")
+        homes = (folder / process.FOLDER).glob("*/")
+    items = []
+    for path in paths:
+        with contextlib.suppress(OSError):  # removed by another process
+            state = path.stat()
+            items.append(Item(path, state.st_size, state.st_mtime))
+    for home in homes:
+        with contextlib.suppress(OSError):  # not complete
+            used, size = process.last_use_and_size(home)
+            items.append(Item(home, size, used))
+    return items
+
+
+def clear(folder: Path, items: Iterable[Item]) -> list[Item]:
+    """Remove items of a cache folder, and folders that are empty then; return the removed."""
+    removed = [item for item in items if item.clear()]
+    parents = {p for item in removed for p in item.path.parents if p.is_relative_to(folder)}
+    if not contents(folder):
+        (folder / TAG).unlink(missing_ok=True)
+    for path in sorted(parents, reverse=True):
+        with contextlib.suppress(OSError):
+            path.rmdir()
+    return removed
+
+
+def sorts(items: Iterable[Item]) -> dict[str, dict[str, int]]:
+    """Return the number and the size [bytes] of items by sort."""
+    numbers: dict[str, dict[str, int]] = {}
+    for item in items:
+        count = numbers.setdefault(item.sort, {"entries": 0, "bytes": 0})
+        count["entries"] += 1
+        count["bytes"] += item.size
+    return numbers
+
+
+# ---- whole verifications
+
+
+def keep_verification(entries: Entries, key: str, folder: Path, record: Mapping[str, Any]) -> None:
+    """Store the folder of a report and its record, which is JSON-ready."""
+    stream = io.BytesIO()
+    with zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive:
+        for path in sorted(folder.rglob("*")):
+            archive.write(path, path.relative_to(folder))
+    payload = b"\n".join((json.dumps(record).encode(), stream.getvalue()))
+    entries.put(key, payload, "verification", record.get("cases", ()))
+
+
+def kept_verification(entries: Entries, key: str, folder: Path) -> dict[str, Any] | None:
+    """Write a stored report into a new folder and return its record; None where none is stored."""
+    if (payload := entries.get(key)) is None:
+        return None
+    text, _, data = payload.partition(b"\n")
+    try:
+        record: dict[str, Any] = json.loads(text)
+        with zipfile.ZipFile(io.BytesIO(data)) as archive, whole_folder(folder) as aside:
+            archive.extractall(aside)  # which strips ".." and roots from names
+    except (ValueError, zipfile.BadZipFile) as error:
+        entries.drop(key, f"not a verification: {error}")
+        return None
+    return record

@@ -2,11 +2,11 @@
 
     report.html, report.md    written by the room ``report``
     rows.csv                  the rows, sorted by their key
-    run.json                  what was asked for, who ran it, when and where
+    run.json                  the request, the versions, when and where it ran
     junit.xml                 the rows for a CI service
     figures/, scripts/, logs/
 
-A folder is written aside and renamed: it is there whole, or not at all.
+A folder is filled under another name and renamed: it is complete or not there.
 """
 
 from __future__ import annotations
@@ -16,8 +16,8 @@ import html
 import json
 import math
 from collections import Counter
-from collections.abc import Iterable, Mapping
-from dataclasses import asdict, dataclass, field, fields, replace
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -28,24 +28,23 @@ from harness.errors import RequestError
 from harness.files import check_folder, safe_path, whole_folder
 from harness.results.compare import Scope, compare, counts, counts_of_changes, regressions
 from harness.results.rows import ENGINE_FAILURES, Kind, Verdict
-from harness.store.junit import junit
-from harness.store.rows_csv import read_rows, write_rows
+from harness.store.tables import junit, read_rows, rows_text
 
 FORMAT = 3  # of run.json and rows.csv; raised when a key or column changes its meaning
 ROWS, META, JUNIT, LOGS, SCRIPTS = "rows.csv", "run.json", "junit.xml", "logs", "scripts"
-OWN_SOLVERS = "harness"  # engine of the rows of this package's solvers: no test of a code
+SOLVERS = "harness"  # engine of the rows of this package's solvers: no test of a code
 UNJUDGED = (Verdict.NOT_TESTED, Verdict.FINDING, Verdict.RECORDED)
-SHOWN = ("case", "setup", "quantity", "engine", "check", "value", "expected", "tolerance", "unit",
-         "verdict", "note")  # fmt: skip
+NOTEBOOK_COLUMNS = ("case", "setup", "quantity", "engine", "check", "value", "expected",
+                    "tolerance", "unit", "verdict", "note")  # fmt: skip
 
 
 @dataclass(frozen=True, kw_only=True)
 class Meta:
-    """What was asked for, and who ran it.
+    """The request of a run, and its versions.
 
     ``engines`` maps names to versions, empty for an engine that could not be run; ``left_out``
-    are engines that exist and were not asked for. ``named`` are the cases and engines that were
-    asked for by name. ``started`` is ISO 8601 in UTC, ``seconds`` the wall time [s].
+    are engines of this machine that were not requested. ``named`` are the cases and engines that
+    were requested by name. ``started`` is ISO 8601 in UTC, ``seconds`` the wall time [s].
     """
 
     level: str
@@ -62,7 +61,7 @@ class Meta:
 
     @property
     def scope(self) -> Scope:
-        """Return what was asked for."""
+        """Return the scope of the request."""
         cases, engines, left_out = map(frozenset, (self.cases, self.engines, self.left_out))
         return Scope(cases, engines, self.level, self.only, left_out)
 
@@ -98,10 +97,9 @@ class Run:
     @property
     def untested(self) -> list[str]:
         """Return the cases and engines that were named and have no judged row of an engine."""
-        of_engine = self.rows[self.rows["engine"] != OWN_SOLVERS]
-        judged = of_engine[~of_engine["verdict"].isin(UNJUDGED)]
-        found = {*judged["case"], *judged["engine"]}
-        return [name for name in self.meta.named if name not in found]
+        judged = self.rows[(self.rows["engine"] != SOLVERS) & ~self.rows["verdict"].isin(UNJUDGED)]
+        tested = {*judged["case"], *judged["engine"]}
+        return [name for name in self.meta.named if name not in tested]
 
     @cached_property
     def regressions(self) -> pd.DataFrame:
@@ -167,23 +165,23 @@ class Run:
         return "\n".join(f"{name}: {text}" for name, text in self.summary().items())
 
     def _repr_html_(self) -> str:
-        shown = self.rows[self.rows["verdict"] != Verdict.PASS][list(SHOWN)]
-        return f"<p>{html.escape(self.headline)}</p>{shown.to_html(index=False, na_rep='')}"
+        rows = self.rows[self.rows["verdict"] != Verdict.PASS][list(NOTEBOOK_COLUMNS)]
+        return f"<p>{html.escape(self.headline)}</p>{rows.to_html(index=False, na_rep='')}"
 
 
 def write_run(run: Run, folder: Path, files: Mapping[str, str | bytes] | None = None) -> None:
-    """Write a run into a new folder, whole or not at all.
+    """Write a run into a new folder, complete or not at all.
 
     ``files`` are pages and figures by their path in the folder. Raise RequestError for a folder
-    that holds something, or that cannot be written.
+    that is not empty or cannot be written.
     """
     check_folder(folder)
     names = {text: f"{hashlib.sha256(_bytes(text)).hexdigest()[:16]}.log" for text in run.rows.log}
     stored = run.rows.assign(log=[names[text] if text else "" for text in run.rows.log])
-    texts: dict[str, str | bytes] = {
-        META: json.dumps(
-            {"format": FORMAT, "row_count": len(stored), **asdict(run.meta)}, indent=1
-        ),
+    record = {"format": FORMAT, "row_count": len(stored), **asdict(run.meta)}
+    contents: dict[str, str | bytes] = {
+        ROWS: rows_text(stored),
+        META: json.dumps(record, indent=1),
         JUNIT: junit(run.rows, run.meta.seconds),
         **{f"{LOGS}/{name}": text for text, name in names.items() if text},
         **{f"{LOGS}/{safe_path(name)}": text for name, text in run.logs.items()},
@@ -191,59 +189,57 @@ def write_run(run: Run, folder: Path, files: Mapping[str, str | bytes] | None = 
         **(files or {}),
     }
     with whole_folder(folder) as aside:
-        aside.mkdir()
-        write_rows(stored, aside / ROWS)
-        for name, content in texts.items():
+        for name, content in contents.items():
             (aside / name).parent.mkdir(parents=True, exist_ok=True)
             (aside / name).write_bytes(_bytes(content))
 
 
 def read_run(folder: Path) -> Run:
     """Return the run of a folder. Raise RequestError, naming folder and file, for anything else."""
-    record = _read_meta(folder)
+    record = _read_record(folder)
     count = record.pop("row_count", None)
+    fields: Any = {k: tuple(v) if isinstance(v, list) else v for k, v in record.items()}
     try:
-        meta = Meta(**{name: _tuple(value) for name, value in record.items()})
+        meta = Meta(**fields)
     except TypeError as error:
         raise RequestError(f"{folder / META}: {str(error).partition('() ')[2]}") from None
     rows = read_rows(folder / ROWS)
     if len(rows) != count:
         raise RequestError(f"{folder / ROWS}: has {len(rows)} of {count} rows: it is cut")
-    logs = {name: _text_of(folder / LOGS / name) for name in set(rows["log"]) if name}
-    rows["log"] = [logs.get(name, "") for name in rows["log"]]
-    finished = {n: t for n, t in _texts_below(folder / LOGS).items() if n not in logs}
-    return Run(rows, meta, scripts=_texts_below(folder / SCRIPTS), logs=finished)
+    logs = _texts_below(folder / LOGS)
+    failed = {name: logs.pop(name, "") for name in set(rows["log"])}
+    rows["log"] = rows["log"].map(failed)
+    return Run(rows, meta, scripts=_texts_below(folder / SCRIPTS), logs=logs)
 
 
 def json_records(frame: pd.DataFrame) -> list[dict[str, Any]]:
-    """Return the lines of a table, JSON-ready: None for what is not finite."""
+    """Return the lines of a table, JSON-ready: None for numbers that are not finite."""
     records = frame.astype(object).to_dict("records")
     return [{str(name): _finite(value) for name, value in record.items()} for record in records]
 
 
-def _read_meta(folder: Path) -> dict[str, Any]:
-    if not (folder / META).is_file():
-        old = " (results.json is of version 1 of dem-harness)"
-        found = old if (folder / "results.json").is_file() else ""
-        raise RequestError(f"{folder}: is not a run of dem-harness: it has no {META}{found}")
+def _read_record(folder: Path) -> dict[str, Any]:
+    file = folder / META
+    if not file.is_file():
+        old = (folder / "results.json").is_file()
+        hint = " (results.json is of version 1 of dem-harness)" if old else ""
+        raise RequestError(f"{folder}: is not a run of dem-harness: it has no {META}{hint}")
     try:
-        record = json.loads(_text_of(folder / META))
+        record = json.loads(_text_of(file))
     except ValueError as error:
-        raise RequestError(f"{folder / META}: is cut or damaged ({error})") from None
-    if not isinstance(record, dict) or "format" not in record:
-        raise RequestError(f"{folder / META}: is not the file of a run")
-    if (version := record.pop("format")) != FORMAT:
+        raise RequestError(f"{file}: is cut or damaged ({error})") from None
+    version = record.pop("format", None) if isinstance(record, dict) else None
+    if version is None:
+        raise RequestError(f"{file}: is not the file of a run")
+    if version != FORMAT:
         text = f"has format {version}, this version of dem-harness reads {FORMAT}"
-        raise RequestError(f"{folder / META}: {text}")
-    known = {entry.name for entry in fields(Meta)} | {"row_count"}
-    if unknown := sorted(record.keys() - known):
-        raise RequestError(f"{folder / META}: has unknown keys {', '.join(unknown)}")
-    return record
+        raise RequestError(f"{file}: {text}")
+    return dict(record)
 
 
 def _texts_below(folder: Path) -> dict[str, str]:
-    files: Iterable[Path] = sorted(folder.rglob("*")) if folder.is_dir() else ()
-    return {path.relative_to(folder).as_posix(): _text_of(path) for path in files if path.is_file()}
+    files = sorted(path for path in folder.rglob("*") if path.is_file())
+    return {path.relative_to(folder).as_posix(): _text_of(path) for path in files}
 
 
 def _text_of(file: Path) -> str:
@@ -261,10 +257,6 @@ def _bytes(content: str | bytes) -> bytes:
 
 def _finite(value: Any) -> Any:
     return None if isinstance(value, float) and not math.isfinite(value) else value
-
-
-def _tuple(value: Any) -> Any:
-    return tuple(value) if isinstance(value, list) else value
 
 
 def _counted(numbers: Mapping[Any, int] | pd.Series[Any]) -> str:

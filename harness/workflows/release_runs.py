@@ -18,8 +18,8 @@ from harness.report.notebook import Summarized
 from harness.results.compare import Change, cells, compare, defect_counts, matrix, trend
 from harness.results.rows import KEY, Level, Verdict
 from harness.store.cache import keeping
-from harness.store.rows_csv import cell_texts
 from harness.store.runs import Run, json_records
+from harness.store.tables import exact_texts
 from harness.workflows.progress import Progress, silent
 from harness.workflows.verification import verify
 
@@ -141,8 +141,7 @@ class ReleaseComparison(Summarized):
         """Write report.md and rows.csv into a new folder, whole or not at all."""
         check_folder(folder)
         with whole_folder(folder) as aside:
-            aside.mkdir()
-            cell_texts(self.to_frame()).to_csv(aside / "rows.csv", index=False)
+            exact_texts(self.to_frame()).to_csv(aside / "rows.csv", index=False)
             (aside / "report.md").write_text(self._markdown(), encoding="utf-8")
 
     def _markdown(self) -> str:

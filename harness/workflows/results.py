@@ -16,10 +16,15 @@ from harness.report.notebook import Summarized
 from harness.results.compare import Change, compare, counts_of_changes, regressions
 from harness.results.defects import KnownDefect
 from harness.results.rows import KEY
-from harness.store.accepted import NAME as ACCEPTED
-from harness.store.accepted import accept as accept_rows
-from harness.store.accepted import accepted_folder, accepted_rows, writable_folder
-from harness.store.defects import defect_script, known_defects
+from harness.store.committed import (
+    ACCEPTED,
+    accepted_folder,
+    accepted_rows,
+    defect_script,
+    known_defects,
+    writable_folder,
+)
+from harness.store.committed import accept as accept_rows
 from harness.store.runs import Run, json_records, read_run
 from harness.workflows.lists import Listing
 

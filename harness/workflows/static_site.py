@@ -24,8 +24,8 @@ from harness.report.causes import defect_releases, defect_sentence
 from harness.report.matrix import matrix, verdict_badges
 from harness.report.render import Badge, document, html_page
 from harness.results.rows import KEY, Verdict, table
-from harness.store.rows_csv import read_rows
 from harness.store.runs import Run, read_run
+from harness.store.tables import read_rows
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -296,7 +296,6 @@ def _written(pages: Pages, runs: Mapping[str, Path], output: Path) -> Site:
     sizes = {address: len(text.encode()) for address, text in sorted(pages.contents.items())}
     built = Site(output, sizes, sorted(pages.files), pages.unlinked)
     with whole_folder(output, replace=True) as aside:
-        aside.mkdir()
         for name, folder in runs.items():
             shutil.copytree(folder, aside / "runs" / name)
         for address, source in pages.files.items():

@@ -38,8 +38,8 @@ from harness.results.rows import (
     Level,
     table,
 )
-from harness.store.accepted import accepted_folder, accepted_rows
 from harness.store.cache import opened
+from harness.store.committed import accepted_folder, accepted_rows
 from harness.store.runs import Meta, Run, write_run
 from harness.workflows.executors import opened_on
 from harness.workflows.progress import Progress, silent

@@ -9,8 +9,8 @@ import pytest
 
 from harness.errors import RequestError
 from harness.results.rows import Kind, Row, Verdict, table
-from harness.store.rows_csv import rows_text
 from harness.store.runs import Meta, Run, write_run
+from harness.store.tables import rows_text
 from harness.workflows.static_site import LIST, site
 
 README = """# The harness

@@ -14,7 +14,7 @@ from harness.errors import EngineError
 from harness.model.scene import Scene, Segment, Wall, sphere
 from harness.results.defects import Trial, error_defect, explanation
 from harness.results.rows import Row
-from harness.store.defects import known_defects
+from harness.store.committed import known_defects
 from tests.engines.lammps.scenes import HOOKE, LAWS, SCENES, SYSTEMS, TILTED, R, on_wall
 from tests.engines.lammps.test_equal_steps import LMP, TOLERANCE, difference
 

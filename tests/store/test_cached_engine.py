@@ -1,7 +1,5 @@
 """Kept runs: to the last bit, only what is missing is run, and every fact is in the key."""
 
-import io
-import zipfile
 from dataclasses import replace
 
 import numpy as np
@@ -15,8 +13,7 @@ from harness.engines.provenance import Provenance
 from harness.errors import EngineCrashError, RequestError
 from harness.store import cache as cache_module
 from harness.store.cache import CachedEngine, pack_output, run_key, unpack_output
-from harness.store.entries import Entries, digest_of_tree
-from harness.store.verifications import keep_verification, kept_verification
+from harness.store.entries import Entries
 from tests.workflows import doubles
 
 JOBS = [scene_job(doubles.scene_of(doubles.Bounce(steps=steps))) for steps in (20, 30, 40)]
@@ -24,7 +21,7 @@ JOBS = [scene_job(doubles.scene_of(doubles.Bounce(steps=steps))) for steps in (2
 
 @pytest.fixture
 def entries(tmp_path):
-    return Entries(tmp_path, tell=lambda _: None)
+    return Entries(tmp_path, notify=lambda _: None)
 
 
 @pytest.fixture
@@ -130,39 +127,3 @@ def test_a_script_is_in_the_key(engine, monkeypatch):
     before = run_key(engine, SCRIPTED, {})
     monkeypatch.setattr(doubles.Good, "script_digest", lambda *_: "edited")
     assert run_key(engine, SCRIPTED, {}) != before
-
-
-def test_the_digest_of_a_folder_sees_contents_and_names_and_no_byte_code(tmp_path):
-    (tmp_path / "a").write_text("1")
-    first = digest_of_tree(tmp_path)
-    (tmp_path / "__pycache__").mkdir()
-    (tmp_path / "__pycache__" / "a.pyc").write_text("x")
-    assert digest_of_tree(tmp_path) == first
-    (tmp_path / "a").rename(tmp_path / "b")
-    assert digest_of_tree(tmp_path) != first
-
-
-# ---- whole verifications
-
-
-def test_a_verification_comes_back_whole(entries, tmp_path):
-    report = tmp_path / "report"
-    (report / "figures").mkdir(parents=True)
-    (report / "rows.csv").write_text("case\n")
-    (report / "figures" / "a.svg").write_text("<svg/>")
-    keep_verification(entries, "ab" * 32, report, {"status": 1})
-    assert kept_verification(entries, "ab" * 32, tmp_path / "again") == {"status": 1}
-    assert (tmp_path / "again" / "figures" / "a.svg").read_text() == "<svg/>"
-    assert kept_verification(entries, "cd" * 32, tmp_path / "none") is None
-
-
-@pytest.mark.parametrize("name", ["report/../../out", "report//out", "report/"])
-def test_a_name_that_leads_out_of_the_folder_is_dropped(entries, tmp_path, name):
-    stream = io.BytesIO()
-    with zipfile.ZipFile(stream, "w") as archive:
-        archive.writestr("record.json", "{}")
-        archive.writestr(name, "x")
-    entries.put("ab" * 32, stream.getvalue())
-    assert kept_verification(entries, "ab" * 32, tmp_path / "again") is None
-    assert not (tmp_path / "again").exists()
-    assert entries.get("ab" * 32) is None

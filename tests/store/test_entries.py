@@ -1,109 +1,98 @@
-import contextlib
+"""Entries of the cache: exact or dropped, bounded, listed and cleared."""
+
 import fcntl
+import io
 import os
 import time
+import zipfile
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from harness.engines.process import COMPLETE, USED, held
-from harness.store.entries import ABANDONED_SECONDS, ASIDE, PRUNING, Entries, key_of
+from harness.store.entries import (
+    Entries,
+    clear,
+    contents,
+    digest_of_tree,
+    keep_verification,
+    kept_verification,
+    key_of,
+    sorts,
+)
 
 KEY, OTHER = key_of({"n": 1}), key_of({"n": 2})
 
 
 @pytest.fixture
-def said():
+def notes():
     return []
 
 
 @pytest.fixture
-def entries(tmp_path, said):
-    return Entries(tmp_path / "cache", tell=said.append)
+def entries(tmp_path, notes):
+    return Entries(tmp_path / "cache", notify=notes.append)
 
 
 def path_of(entries, key):
     return entries.folder / key[:2] / key
 
 
-def test_what_was_put_is_got(entries, said):
+def test_a_payload_is_read_as_it_was_put(entries, notes):
     assert entries.get(KEY) is None
     entries.put(KEY, b"payload\nof\nlines")
     entries.put(OTHER, b"")
-    assert entries.get(KEY) == b"payload\nof\nlines"
-    assert entries.get(OTHER) == b""
     assert Entries(entries.folder).get(KEY) == b"payload\nof\nlines"
-    assert said == []
-    assert list((entries.folder / ASIDE).iterdir()) == []
+    assert entries.get(OTHER) == b""
+    assert notes == []
+    assert len(list(entries.folder.glob("??/*"))) == 2
 
 
-def _truncated(path):
-    path.write_bytes(path.read_bytes()[:-3])
-
-
-def _empty(path):
-    path.write_bytes(b"")
-
-
-def _another_file(path):
-    path.write_text("# notes on granular flow\n" * 20)
-
-
-def _folder(path):
-    path.unlink()
-    path.mkdir()
-    (path / "inside").write_text("x")
-
-
-@pytest.mark.parametrize("damage", [_truncated, _empty, _another_file, _folder])
-def test_a_damaged_entry_is_dropped_with_a_note_and_never_used(entries, said, damage):
-    entries.put(KEY, b"the result of a run")
-    damage(path_of(entries, KEY))
-    assert entries.get(KEY) is None
-    assert len(said) == 1
-    assert "damaged" in said[0]
-    assert KEY in said[0]
-    assert not path_of(entries, KEY).exists()
-    entries.put(KEY, b"computed again")
-    assert entries.get(KEY) == b"computed again"
-
-
-@given(st.binary(max_size=200), st.integers(0), st.integers(0, 7))
-def test_no_single_flipped_bit_goes_unseen(tmp_path_factory, payload, where, bit):
-    entries = Entries(tmp_path_factory.mktemp("cache"), tell=lambda _: None)
+@given(st.binary(max_size=200), st.integers(0), st.integers(0, 7), st.booleans())
+def test_a_flipped_bit_or_a_lost_end_drops_the_entry(tmp_path_factory, payload, where, bit, cut):
+    notes = []
+    entries = Entries(tmp_path_factory.mktemp("cache"), notify=notes.append)
     entries.put(KEY, payload)
     path = path_of(entries, KEY)
     data = bytearray(path.read_bytes())
     data[where % len(data)] ^= 1 << bit
-    path.write_bytes(bytes(data))
+    path.write_bytes(data[: where % len(data)] if cut else data)
     assert entries.get(KEY) is None
+    assert len(notes) == 1
+    assert "damaged" in notes[0]
+    assert not path.exists()
+    entries.put(KEY, b"computed again")
+    assert entries.get(KEY) == b"computed again"
 
 
-def test_the_ones_not_asked_for_the_longest_are_dropped(tmp_path):
+def test_the_least_recently_used_go_beyond_the_limit(tmp_path):
     entries = Entries(tmp_path, limit=20_000)
     names = [key_of({"n": n}) for n in range(30)]
     for age, key in enumerate(names[:20]):
         entries.put(key, bytes(800))
         os.utime(path_of(entries, key), (time.time() - 1000 + age,) * 2)
-    assert entries.get(names[0]) is not None  # asked for: now the youngest
-    for key in names[20:30]:
+    assert entries.get(names[0]) is not None  # read: now the youngest
+    for key in names[20:]:
         entries.put(key, bytes(800))
-    size = sum(path.stat().st_size for path in tmp_path.glob("??/*"))
-    assert size <= 1.1 * 20_000
-    assert entries.get(names[0]) is not None
-    assert entries.get(names[1]) is None
-    assert entries.get(names[29]) is not None
+    assert sum(path.stat().st_size for path in tmp_path.glob("??/*")) <= 1.1 * 20_000
+    assert [entries.get(names[n]) is None for n in (0, 1, 29)] == [False, True, False]
 
 
-def test_environments_of_releases_count_and_are_dropped_in_their_turn(tmp_path):
-    entries = Entries(tmp_path, limit=20_000)
-    homes = [tmp_path / "releases" / name for name in ("old", "used", "new")]
-    for age, home in enumerate(homes):
+@pytest.fixture
+def homes(tmp_path):
+    """Return three environments of releases in a cache, the oldest first."""
+    folders = [tmp_path / "releases" / name for name in ("old", "used", "new")]
+    for age, home in enumerate(folders):
         (home / "lib").mkdir(parents=True)
         (home / "lib" / "lmp").write_bytes(bytes(6000))
         (home / COMPLETE).touch()
         os.utime(home / COMPLETE, (age, age))
+    return folders
+
+
+def test_environments_count_and_those_in_use_stay(tmp_path, homes):
+    entries = Entries(tmp_path, limit=20_000)
     entries.put(KEY, bytes(500))  # 18,600: pruned from 20,000 on
     with held(homes[1], USED, fcntl.LOCK_SH):
         entries.put(OTHER, bytes(9000))
@@ -111,54 +100,82 @@ def test_environments_of_releases_count_and_are_dropped_in_their_turn(tmp_path):
     assert entries.get(OTHER) == bytes(9000)
 
 
-def test_what_a_killed_process_left_aside_is_removed_after_a_while(entries):
-    old, young = (entries.folder / ASIDE / name for name in ("old", "young"))
-    for path in (old, young):
-        path.write_bytes(b"half an ent")
-    os.utime(old, (time.time() - 2 * ABANDONED_SECONDS,) * 2)
-    entries.put(KEY, b"x")
-    assert not old.exists()
-    assert young.exists()
+def test_contents_are_listed_by_sort_and_cleared_and_nothing_else_is(tmp_path, homes):
+    aside = tmp_path / "ab" / ("ab" * 32)  # of another program, in a folder that is no cache
+    aside.parent.mkdir()
+    aside.write_text("thesis")
+    assert contents(tmp_path) == []
+    aside.unlink()
+    entries = Entries(tmp_path)
+    entries.put(KEY, b"x", "run", ("drop",))
+    (tmp_path / "numba").mkdir()
+    (tmp_path / "numba" / "a.nbi").write_text("kernel")
+    items = contents(tmp_path)
+    assert {name: count["entries"] for name, count in sorts(items).items()} == {
+        "kernel": 1, "run": 1, "environment": 3}  # fmt: skip
+    assert [item.cases for item in items if item.sort == "run"] == [("drop",)]
+    with held(homes[1], USED, fcntl.LOCK_SH):
+        assert len(clear(tmp_path, items)) == 4
+    assert [item.path for item in contents(tmp_path)] == [homes[1]]
 
 
-def test_a_folder_that_goes_away_is_told_once_and_ends_nothing(entries, said):
-    entries.put(KEY, b"x")
-    for path in (path_of(entries, KEY), path_of(entries, KEY).parent, entries.folder / ASIDE):
-        path.unlink() if path.is_file() else path.rmdir()
+def test_a_folder_that_fails_is_reported_once_and_ends_nothing(entries, notes):
+    path_of(entries, KEY).parent.touch()  # a file in the place of a folder
     entries.put(KEY, b"x")
     entries.put(OTHER, b"x")
     assert entries.get(KEY) is None
-    assert len(said) == 1
-    assert "nothing more is kept" in said[0]
+    assert len(notes) == 1
+    assert "nothing more is kept" in notes[0]
 
 
-def test_a_file_in_the_place_of_the_folder_is_an_error(tmp_path):
-    (tmp_path / "cache").write_text("")
-    with pytest.raises(OSError, match="cache"):
-        Entries(tmp_path / "cache")
-
-
-def test_a_cache_that_all_may_write_or_of_another_user_is_refused(tmp_path, monkeypatch):
-    monkeypatch.setattr(os, "geteuid", lambda: 4321)
+def test_a_cache_that_all_may_write_or_of_another_user_or_a_file_is_refused(tmp_path, monkeypatch):
+    (tmp_path / "file").touch()
+    with pytest.raises(OSError, match="file"):
+        Entries(tmp_path / "file")
+    owner = os.geteuid()
+    monkeypatch.setattr(os, "geteuid", lambda: owner or 4321)
     tmp_path.chmod(0o777)
-    if os.getuid() == 0:
-        os.chown(tmp_path, 4321, -1)
-        with pytest.raises(PermissionError, match=r"others may write it \(mode 777\); make it"):
-            Entries(tmp_path)
-        os.chown(tmp_path, 1234, -1)
+    with pytest.raises(PermissionError, match=r"others may write it \(mode 777\); make it"):
+        Entries(tmp_path)
     tmp_path.chmod(0o700)
+    monkeypatch.setattr(os, "geteuid", lambda: 4321)
+    if owner == 0:
+        os.chown(tmp_path, 1234, -1)
     with pytest.raises(PermissionError, match=r"it belongs to user \d+; make it yours alone"):
         Entries(tmp_path)
 
 
-@pytest.mark.parametrize("name", [PRUNING, f"releases/2025.7.22.4.0{USED}"])
-def test_no_lock_empties_what_a_link_points_to(tmp_path, said, name):
-    target = tmp_path / "thesis.tex"
-    target.write_text("years of work")
-    lock = tmp_path / "cache" / name
-    lock.parent.mkdir(parents=True)
-    lock.symlink_to(target)
-    Entries(tmp_path / "cache", limit=10, tell=said.append).put(KEY, b"payload")
-    with contextlib.suppress(OSError), held(tmp_path / "cache/releases/2025.7.22.4.0", USED):
-        pass
-    assert target.read_text() == "years of work"
+def test_the_digest_of_a_folder_sees_contents_and_names_and_no_byte_code(tmp_path):
+    (tmp_path / "a").write_text("1")
+    first = digest_of_tree(tmp_path)
+    (tmp_path / "__pycache__").mkdir()
+    (tmp_path / "__pycache__" / "a.pyc").write_text("x")
+    assert digest_of_tree(tmp_path) == first
+    (tmp_path / "a").rename(tmp_path / "b")
+    assert digest_of_tree(tmp_path) != first
+
+
+# ---- whole verifications
+
+
+def test_a_verification_is_read_as_it_was_put(entries, tmp_path):
+    report = tmp_path / "report"
+    (report / "figures").mkdir(parents=True)
+    (report / "figures" / "a.svg").write_text("<svg/>")
+    keep_verification(entries, KEY, report, {"status": 1})
+    assert kept_verification(entries, KEY, tmp_path / "again") == {"status": 1}
+    assert (tmp_path / "again" / "figures" / "a.svg").read_text() == "<svg/>"
+    assert kept_verification(entries, OTHER, tmp_path / "none") is None
+
+
+def test_no_name_leaves_the_folder_and_another_payload_is_dropped(entries, tmp_path):
+    stream = io.BytesIO()
+    with zipfile.ZipFile(stream, "w") as archive:
+        archive.writestr("../../out", "x")
+    entries.put(KEY, b"{}\n" + stream.getvalue())
+    kept_verification(entries, KEY, tmp_path / "a" / "again")
+    assert [path.name for path in (tmp_path / "a" / "again").rglob("*")] == ["out"]
+    entries.put(OTHER, b"{}\nPK")
+    assert kept_verification(entries, OTHER, tmp_path / "b") is None
+    assert entries.get(OTHER) is None
+    assert not (tmp_path / "b").exists()

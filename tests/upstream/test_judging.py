@@ -9,7 +9,7 @@ from harness.engines.process import Limits
 from harness.errors import EngineNaNError
 from harness.results.rows import rows_of
 from harness.solvers import reference
-from harness.store.defects import known_defects
+from harness.store.committed import known_defects
 from harness.upstream import comparison, judging
 from harness.upstream.definition import COLUMNS, RECORDED, read_test
 from harness.upstream.judging import MOTION, RECORDED_MOTION, STEP_ERROR, run_upstream

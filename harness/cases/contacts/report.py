@@ -16,7 +16,7 @@ from harness.cases.equal_steps import ROUND_OFF
 from harness.errors import EngineError
 from harness.model.conventions import Rules
 from harness.report.content import Section, Table
-from harness.store.defects import known_defects
+from harness.store.committed import known_defects
 
 if TYPE_CHECKING:
     from harness.cases.contacts.contact_case import ContactCase, Trial

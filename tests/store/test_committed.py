@@ -1,0 +1,128 @@
+"""Accepted runs and known defects: merged exactly, and damage is named."""
+
+import math
+from itertools import takewhile
+from pathlib import Path
+
+import pytest
+
+import harness
+from harness.errors import RequestError
+from harness.results.compare import Change
+from harness.results.rows import not_tested
+from harness.store.committed import (
+    accept,
+    accepted_rows,
+    defect_script,
+    known_defects,
+    read_defects,
+    writable_folder,
+)
+from harness.store.runs import Run
+from tests.results.rows import row, rows
+from tests.store.test_runs import META, run_of
+
+
+def test_a_run_is_held_against_the_accepted_one(tmp_path):
+    (file,) = accept(Run(rows(("flight", None)), META), tmp_path)
+    assert file == tmp_path / "code" / "1" / "rows.csv"
+    accepted = accepted_rows(tmp_path, {"code": "1"})
+    assert len(accepted) == 6  # without the row that was not tested
+    assert run_of(row()).against(accepted).status == 1  # it lacks the others
+    lacking = Run(rows(("flight", None), ("shock", None)), META).against(accepted)
+    assert list(lacking.regressions["quantity"]) == ["shock"]
+    other = Run(rows(("flight", None), ("angle", row(inputs="b"))), META).against(accepted)
+    assert list(other.regressions["change"]) == [Change.OTHER_INPUT]
+    assert other.headline.startswith("Failed: 1 cross-code; Against the accepted run: 1 other")
+
+
+def test_accepting_again_changes_no_file_and_values_are_exact(tmp_path):
+    run = run_of(row(value=math.nextafter(10.0, 11.0)))
+    assert len(accept(run, tmp_path)) == 1
+    assert accept(run, tmp_path) == []
+    assert (run.against(accepted_rows(tmp_path, {"code": "1"})).changes["change"] == "same").all()
+
+
+def test_accepting_drops_missing_rows_of_the_scope_and_keeps_the_rest(tmp_path):
+    accept(run_of(row("a"), row("b"), row("c", level="full"), row("d", case="tower"),
+                  level="full", cases=("incline", "tower")), tmp_path)  # fmt: skip
+    accept(run_of(row("b"), not_tested(row("a"), "no such contact")), tmp_path)
+    assert sorted(accepted_rows(tmp_path, {"code": "1"})["quantity"]) == ["a", "b", "c", "d"]
+    accept(run_of(row("a")), tmp_path)
+    assert sorted(accepted_rows(tmp_path, {"code": "1"})["quantity"]) == ["a", "c", "d"]
+
+
+def test_nothing_is_accepted_of_a_run_in_which_an_engine_died(tmp_path):
+    with pytest.raises(RequestError, match="an engine failed in 1 rows"):
+        accept(Run(rows(), META), tmp_path)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_rows_of_the_same_release_are_taken_and_else_of_the_newest(tmp_path):
+    versions = {"2 Aug 2023 - Update 3": 1.0, "22 Jul 2025 - Update 4": 2.0, "23 Jun 2022": 3.0}
+    for version, value in versions.items():
+        accept(run_of(row(value=value, version=version)), tmp_path)
+    for version in (*versions, "10 Dec 2027"):
+        accepted = accepted_rows(tmp_path, {"code": version, "other": "1"})
+        assert list(accepted["value"]) == [versions.get(version, 2.0)]
+
+
+# ---- known defects
+
+ENTRY = """[defect.NAME]
+engine = "code"
+cause = "the dashpot has half of its mass"
+upstream = "not reported"
+error = "NaN"
+"""
+
+
+def test_every_committed_defect_has_a_short_script_with_its_expected_value():
+    defects = known_defects()
+    assert {"old-wall-friction", "tsuji-restitution"} <= {defect.name for defect in defects}
+    for defect in defects:
+        lines = defect_script(defect).splitlines()
+        assert 0 < len(lines) <= 40, defect.name
+        assert any("expected" in line and line.startswith("print") for line in lines), defect.name
+        head = " ".join(takewhile(lambda line: line.startswith("#"), lines))
+        assert "Expected" in head, defect.name
+        assert "Found" in head, defect.name
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("[defect.x]\nengine = 1\n", r"defect\.x: "),
+        (ENTRY + "submodels = ['hertz']\n", r"defect\.NAME: .*submodels"),
+        (ENTRY.replace("NAME", "tsuji-restitution"), "'tsuji-restitution' is the name of a comm"),
+        ("[other.x]\n", "nothing else"),
+        ("defect = 3", "nothing else"),
+        ("defect = {x = 1}", "nothing else"),
+        ("[defect", "cannot be read"),
+        ("\udcff", "cannot be read"),
+    ],
+)
+def test_damage_is_named(tmp_path, text, words):
+    file = tmp_path / "known-defects.toml"
+    file.write_bytes(text.encode("utf-8", "surrogateescape"))
+    with pytest.raises(RequestError, match=words) as error:
+        known_defects(file)
+    assert str(file) in str(error.value)
+
+
+def test_an_installed_package_has_file_and_scripts_and_accepts_nothing(tmp_path, monkeypatch):
+    defect = known_defects()[0]
+    package = tmp_path / "site" / "harness"
+    monkeypatch.setattr(harness, "__file__", str(package / "__init__.py"))
+    assert defect_script(defect) == ""
+    committed = package / "store" / "committed"
+    script = committed / "defects" / Path(defect.script).relative_to("reports/defects")
+    script.parent.mkdir(parents=True)
+    script.write_text("run 0\n")
+    file = committed / "known-defects.toml"
+    file.write_text(ENTRY)
+    assert defect_script(defect) == "run 0\n"
+    assert [defect.name for defect in known_defects()] == ["NAME"]
+    assert known_defects() == read_defects(file)
+    with pytest.raises(RequestError, match="belongs to the installed package"):
+        writable_folder()
