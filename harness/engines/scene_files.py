@@ -153,7 +153,7 @@ def check_scene(scene: Scene) -> None:
         (length is not None and _spread(scene) >= length, "starts within one period"),
         (scene.stages and scene.setups, "sets no forces up again between stages"),
         (law.interface == "old", "has one contact interface"),
-        (law.two_materials, "gets one material for both bodies"),
+        (law.two_moduli, "gets one material for both bodies"),
         (law.heat != "none", "conducts no heat here"),
         (any(not _stays_on_axes(scene, b) for b in scene.bodies), "moves bodies along all axes"),
         (any(not _solid(body) for body in scene.bodies), "has solid spheres, I = 2/5 m r^2"),
@@ -171,6 +171,12 @@ def check_words(law: Law, model: str, **allowed: str) -> None:
         if getattr(law, part) not in words.split():
             must = " or ".join(words.split())
             raise Unsupported(f"its {model} takes {part} = {must}, not {getattr(law, part)}")
+
+
+def check_stated(scene: Scene) -> None:
+    """Raise Unsupported for a restitution or friction that the code itself would have to mix."""
+    if scene.law.two_materials:
+        raise Unsupported("gets restitution and friction of each pair, and mixes none")
 
 
 def _omitted_pairs(scene: Scene) -> list[tuple[int, int]]:

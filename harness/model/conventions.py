@@ -13,6 +13,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from harness.model.base import ZERO, Parameters, Vector
+from harness.model.law import Mean
 
 Steps = tuple[Annotated[int, Field(ge=0)], ...]
 Walls = Literal["none", "walls", "all"]
@@ -26,6 +27,12 @@ class Rules(Parameters):
         "velocity_verlet", description="[-] v' = v + h/2 a, x+ = x + h v', a+ = a(x+, v'), "
         "v+ = v' + h/2 a+; or MFiX's EULER v+ = v + h a(x, v), x+ = x + h v+; or its "
         "ADAMS_BASHFORTH v+ = v + h/2 (3 a - a_before), x+ = x + h/2 (v + v+); h")
+    restitution_mean: Mean = Field(
+        "geometric", description="[-] e of two bodies: sqrt(e_i e_j) (LAMMPS), or (e_i + e_j) / 2 "
+        "(Yade, ViscElMat); 1")
+    friction_mean: Mean = Field(
+        "geometric", description="[-] mu of two bodies: sqrt(mu_i mu_j) (LAMMPS), or the smaller "
+        "one (Yade); 1")
     damping_in_cap: Literal["inside", "sticking_only"] = Field(
         "inside", description="[-] Coulomb's limit is for |k q + eta u|, or for |k q| with eta u "
         "while it sticks (LIGGGHTS, Yade); 1")

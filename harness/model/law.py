@@ -18,7 +18,7 @@ import math
 from collections.abc import Mapping
 from typing import Annotated, Any, Literal, NamedTuple, Self
 
-from pydantic import Field, model_validator
+from pydantic import Field, SerializerFunctionWrapHandler, model_serializer, model_validator
 
 from harness.model.base import NotNegative, Parameters, Positive
 
@@ -34,6 +34,7 @@ Tangential = Literal[
 Rolling = Literal["none", "sds"]
 Twisting = Literal["none", "sds", "marshall"]
 Heat = Literal["none", "radius", "area"]
+Mean = Literal["geometric", "arithmetic", "least"]
 Poisson = Annotated[float, Field(gt=-1.0, le=0.5)]
 Share = Annotated[float, Field(ge=0.0, le=1.0)]
 Friction = Annotated[float, Field(ge=0.0, le=1e9)]  # nothing slides from there on
@@ -57,7 +58,8 @@ Table = Mapping[str, Submodel]
 _MATERIAL = ("youngs_modulus", "poisson_ratio")
 _PARTNER = ("partner_youngs_modulus", "partner_poisson_ratio")
 _SLIDER = ("tangential_damping", "friction")
-_LINEAR, _MINDLIN = ("tangential_stiffness", *_SLIDER), ("tangential_modulus",)
+_RETURN, _GRIP = ("partner_restitution",), ("partner_friction",)  # of the second body
+_LINEAR, _MINDLIN = ("tangential_stiffness", *_SLIDER), ("tangential_modulus", *_GRIP)
 _STICKY, _FACTOR, _AIM = (*_MATERIAL, "surface_energy"), ("damping_coefficient",), ("restitution",)
 _ANY = ("hooke", "hertz", "dmt", "jkr", "mdr")
 
@@ -80,17 +82,19 @@ DAMPING: Table = {
     "mass_velocity": Submodel("eta = c m*", _FACTOR, powers=(1, 0, 0)),
     "damping_ratio": Submodel("eta = 2 c sqrt(m* k_n)", _FACTOR, (), (0, 0, 1), ("hooke",)),
     "viscoelastic": Submodel("eta = c m* a", _FACTOR, powers=(1, 1, 0)),
-    "tsuji": Submodel("eta = alpha(e) sqrt(2 m* F / d)", _AIM, (), (0, 0, 1), ("hertz",)),
+    "tsuji": Submodel("eta = alpha(e) sqrt(2 m* F / d)", _AIM, _RETURN, (0, 0, 1), ("hertz",)),
     "coeff_restitution": Submodel(
         "eta = 2 zeta(e) sqrt(m* k_n) of hooke, sqrt(5) zeta(e) sqrt(m* F / d) of hertz, "
-        "zeta = -ln e / sqrt(pi^2 + ln^2 e)", _AIM, (), (0, 0, 1), ("hooke", "hertz")),
+        "zeta = -ln e / sqrt(pi^2 + ln^2 e)", _AIM, _RETURN, (0, 0, 1),
+        ("hooke", "hertz")),
     "mdr": Submodel("eta = c sqrt(m* k), k = 2 E' a at a wall and E' a between spheres", _FACTOR,
                     normals=("mdr",)),
 }
 TANGENTIAL: Table = {
-    "linear_nohistory": Submodel("dashpot eta_t = x_t eta alone", _SLIDER),
-    "linear_history": Submodel("spring k_t q of the displacement q", _LINEAR),
-    "linear_history_classic": Submodel("spring k_t q, projected after it has grown", _LINEAR),
+    "linear_nohistory": Submodel("dashpot eta_t = x_t eta alone", _SLIDER, _GRIP),
+    "linear_history": Submodel("spring k_t q of the displacement q", _LINEAR, _GRIP),
+    "linear_history_classic": Submodel(
+        "spring k_t q, projected after it has grown", _LINEAR, _GRIP),
     "mindlin": Submodel("spring 8 G* a q, 1/G* = sum 2 (2 - nu) (1 + nu) / E", _SLIDER, _MINDLIN),
     "mindlin/force": Submodel("force that grows by 8 G* a dq", _SLIDER, _MINDLIN),
     "mindlin_rescale": Submodel("mindlin; q shrinks with a as it opens", _SLIDER, _MINDLIN),
@@ -155,6 +159,8 @@ class Law(Parameters):
         "a pure number of damping_ratio and mdr")
     restitution: Annotated[float, Field(ge=1e-6, le=1.0)] | None = Field(
         None, description="[-] e that tsuji and coeff_restitution are made for")
+    partner_restitution: Annotated[float, Field(ge=1e-6, le=1.0)] | None = Field(
+        None, description="[-] e of the second body; a code mixes it with that of the first")
     clipped: bool = Field(False, description="[-] no attraction at the end of a contact")
     tangential: Tangential = Field("none", description="[-] tangential force")
     tangential_stiffness: Positive | None = Field(None, description="[N/m] k_t of linear springs")
@@ -163,6 +169,8 @@ class Law(Parameters):
     tangential_damping: NotNegative | None = Field(
         None, description="[-] x_t: tangential over normal dashpot")
     friction: Friction | None = Field(None, description="[-] Coulomb's mu")
+    partner_friction: Friction | None = Field(
+        None, description="[-] mu of the second body; a code mixes it with that of the first")
     rolling: Rolling = Field("none", description="[-] rolling resistance")
     rolling_stiffness: Positive | None = Field(None, description="[N/m] of the rolling spring")
     rolling_damping: NotNegative | None = Field(None, description="[kg/s] of the rolling dashpot")
@@ -199,6 +207,13 @@ class Law(Parameters):
             if (default := _default(name, given)) is not None:
                 given[name] = default
         return given
+
+    @model_serializer(mode="wrap")
+    def _without_absent_partner(self, dump: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """Keep the digests of scenes without coefficients of a second body."""
+        fields: dict[str, Any] = dump(self)
+        absent = {name for name in (*_RETURN, *_GRIP) if fields[name] is None}
+        return {name: value for name, value in fields.items() if name not in absent}
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -240,6 +255,10 @@ class Law(Parameters):
             raise ValueError(
                 "twisting = 'marshall': needs a tangential spring (linear_history, mindlin, ...)"
             )
+        if self.normal == "mdr" and self.partner_friction is not None:
+            raise ValueError(
+                f"partner_friction = {self.partner_friction!r}: normal = 'mdr' has one material"
+            )
         if self.normal in ("dmt", "jkr") and self.clipped:
             raise ValueError(f"clipped = True: must be False, normal = {self.normal!r} attracts")
         if (self.poisson_ratio or 0.0) >= 0.5 and (self.yield_stress or self.bulk_share):
@@ -251,7 +270,7 @@ class Law(Parameters):
         names = {name for row in _rows(models) for name in (*row.needs, *row.may_have)}
         material = {*_MATERIAL, *_PARTNER}
         dropped = material if changes.get("normal_modulus") else set()
-        dropped |= {"normal_modulus"} if material & set(changes) else set()
+        dropped |= {"normal_modulus"} if any(changes.get(name) for name in material) else set()
         kept = {n: v for n, v in self if n not in COEFFICIENTS or n in names - dropped}
         return type(self)(**{**kept, **changes})
 
@@ -272,8 +291,13 @@ class Law(Parameters):
 
     @property
     def two_materials(self) -> bool:
-        """Return whether the second body has a material of its own."""
-        return self.partner_youngs_modulus is not None or self.partner_poisson_ratio is not None
+        """Return whether the second body has moduli or coefficients of its own."""
+        return any(getattr(self, name) is not None for name in (*_PARTNER, *_RETURN, *_GRIP))
+
+    @property
+    def two_moduli(self) -> bool:
+        """Return whether the second body has moduli of its own."""
+        return any(getattr(self, name) is not None for name in _PARTNER)
 
     @property
     def moduli(self) -> tuple[float, float] | None:
@@ -290,16 +314,38 @@ class Law(Parameters):
 
     @property
     def one_material(self) -> Law:
-        """Return the law of the one material with the E* and G* of both.
+        """Return the law of the one material with the E* and G* of both, e and mu mixed.
 
         G*/E* = (1 - nu) / (2 (2 - nu)) of two equal bodies gives nu.
         """
-        if self.moduli is None or not self.two_materials:
-            return self
-        ratio = self.moduli[1] / self.moduli[0]
+        law = self.mixed("geometric", "geometric")
+        if law.moduli is None or not law.two_moduli:
+            return law
+        ratio = law.moduli[1] / law.moduli[0]
         nu = (1.0 - 4.0 * ratio) / (1.0 - 2.0 * ratio)
-        material = {"youngs_modulus": 2.0 * (1.0 - nu**2) * self.moduli[0], "poisson_ratio": nu}
-        return self.replace(**material, **dict.fromkeys(_PARTNER))
+        material = {"youngs_modulus": 2.0 * (1.0 - nu**2) * law.moduli[0], "poisson_ratio": nu}
+        return law.replace(**material, **dict.fromkeys(_PARTNER))
+
+    def mixed(self, restitution: Mean, friction: Mean) -> Law:
+        """Return the law with restitution and friction of the pair, by the means of a code."""
+        if self.partner_restitution is None and self.partner_friction is None:
+            return self
+        return self.replace(
+            restitution=mean(restitution, self.restitution, self.partner_restitution),
+            friction=mean(friction, self.friction, self.partner_friction),
+            **dict.fromkeys((*_RETURN, *_GRIP)),
+        )
+
+    @property
+    def of_each(self) -> tuple[Law, Law]:
+        """Return the laws of the first and of the second body, each with itself."""
+        own = dict.fromkeys((*_PARTNER, *_RETURN, *_GRIP))
+        theirs = {
+            name: value
+            for name in ("youngs_modulus", "poisson_ratio", "restitution", "friction")
+            if (value := getattr(self, f"partner_{name}")) is not None
+        }
+        return self.replace(**own), self.replace(**own, **theirs)
 
     def stiffness(self, radius: float, overlap: float) -> float:
         """Return the slope of the elastic force without adhesion [N/m].
@@ -319,8 +365,8 @@ class Law(Parameters):
         k, (p, q, s) = self.stiffness(radius, overlap), DAMPING[self.damping].powers
         secant = k if self.normal == "hooke" else k / 1.5  # F / d
         factor = self.damping_coefficient or 0.0
-        if self.restitution is not None:
-            factor = damping_ratio(self.restitution)
+        if (e := mean("geometric", self.restitution, self.partner_restitution)) is not None:
+            factor = damping_ratio(e)
         if self.damping == "mdr":
             return factor * math.sqrt(mass * k)
         if s:
@@ -346,6 +392,15 @@ COEFFICIENTS = frozenset(
     name for table in SUBMODELS.values() for row in table.values()
     for name in (*row.needs, *row.may_have)
 )  # fmt: skip
+
+
+def mean(kind: Mean, first: float | None, second: float | None) -> float | None:
+    """Return a mean of two coefficients, the first where the second body has none of its own."""
+    if first is None or second is None:
+        return first
+    if kind == "least":
+        return min(first, second)
+    return math.sqrt(first * second) if kind == "geometric" else 0.5 * (first + second)
 
 
 def damping_ratio(restitution: float) -> float:

@@ -56,8 +56,9 @@ class Simulation:
     def __init__(
         self, scene: Scene, rules: Rules | None = None, faults: Faults | None = None
     ) -> None:
-        self.scene, self.faults, self.step_number = scene, faults or Faults(), 0
         rules = rules or Rules()
+        scene = _mixed(scene, rules)
+        self.scene, self.faults, self.step_number = scene, faults or Faults(), 0
         self._system = _system(scene, rules, self.faults)
         self._stages = stages.stages_of(scene, rules)
         self._plane = None
@@ -226,6 +227,15 @@ def _system(scene: Scene, rules: Rules, faults: Faults) -> System:
         sides=np.zeros((len(pairs), 2), dtype=mdr.SIDE),
         movers=np.array([b for b, body in enumerate(scene.bodies) if _moves(scene, body)]),
     )
+
+
+def _mixed(scene: Scene, rules: Rules) -> Scene:
+    """Return a scene whose laws have the restitution and friction of a pair, mixed by a code."""
+    if not any(law.two_materials for law in scene.all_laws):
+        return scene
+    means = rules.restitution_mean, rules.friction_mean
+    laws = tuple(row._replace(law=row.law.mixed(*means)) for row in scene.laws)
+    return scene.model_copy(update={"law": scene.law.mixed(*means), "laws": laws})
 
 
 def _moves(scene: Scene, body: Body) -> bool:

@@ -40,6 +40,7 @@ def test_defaults_of_the_submodels_that_are_there():
         ({"normal": "jkr", "clipped": True}, "clipped = True: must be False"),
         ({"normal": "mdr", "yield_stress": 1e6, "poisson_ratio": 0.5}, "poisson_ratio = 0.5: must"),
         ({"normal": "hertz", "normal_modulus": 1e8, "youngs_modulus": 1e8}, "normal_modulus: must"),
+        ({"normal": "mdr", "tangential": "mindlin", "partner_friction": 0.1}, "has one material"),
         ({"rolling": "sds"}, "must be given with rolling = 'sds'"),
     ],
 )
@@ -80,6 +81,21 @@ def test_one_material_for_two(first, nu, second, other):
                         partner_poisson_ratio=other)  # fmt: skip
     assert law.one_material.moduli == pytest.approx(law.moduli, rel=1e-9)
     assert not law.one_material.two_materials
+
+
+@given(st.floats(1e-3, 1.0), st.floats(1e-3, 1.0), st.sampled_from(["geometric", "arithmetic"]))
+def test_coefficients_of_a_pair_lie_between_those_of_each(first, second, kind):
+    law = HERTZ.replace(damping="tsuji", restitution=first, partner_restitution=second,
+                        tangential="mindlin", tangential_damping=0.0, friction=first,
+                        partner_friction=second)  # fmt: skip
+    pair, swapped = law.mixed(kind, "least"), law.of_each[::-1]
+    assert not pair.two_materials
+    assert pair.friction == min(first, second)
+    low, high = sorted((first, second))
+    assert low * (1.0 - 1e-15) <= pair.restitution <= high * (1.0 + 1e-15)
+    assert [own.restitution for own in swapped] == [second, first]
+    same = law.replace(partner_restitution=first, partner_friction=first)
+    assert same.mixed(kind, kind).restitution == pytest.approx(first, rel=1e-15)
 
 
 def test_other_units_keep_the_damping_ratio():

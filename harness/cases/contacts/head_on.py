@@ -66,9 +66,10 @@ class HeadOnCase(ContactCase[HeadOn]):
     )  # fmt: skip
     laws: ClassVar = tables.laws(
         "normal", "cohesive", "old", "mdr_damping", "mdr_yield", "mdr_bulk", "old_clipped",
-        "mdr_together", "clipped",
+        "mdr_together", "clipped", "restitution_of_each",
     )  # fmt: skip
-    systems: ClassVar = tables.SYSTEMS | tables.TWO_MATERIALS
+    systems: ClassVar = tables.SYSTEMS | tables.TWO_MATERIALS | tables.MIXED
+    always = tuple(tables.MIXED)
     varied = tuple(
         tables.laws(
             "normal", "cohesive", "old", "mdr_damping", "mdr_yield", "mdr_bulk", "mdr_together"

@@ -80,9 +80,10 @@ class ObliqueCase(ContactCase[Oblique]):
     quantities = QUANTITIES
     laws: ClassVar = tables.laws(
         "tangential", "old_tangential", "mdr_friction", "mdr_friction_of_one_size",
-        "further_tangential", "undamped_rolling",
+        "further_tangential", "undamped_rolling", "friction_of_each",
     )  # fmt: skip
-    systems: ClassVar = tables.SYSTEMS | tables.TWO_MATERIALS
+    systems: ClassVar = tables.SYSTEMS | tables.TWO_MATERIALS | tables.MIXED
+    always = tuple(tables.MIXED)
     two_materials_law = "mindlin"
     varied = tuple(
         tables.laws("tangential", "old_tangential", "mdr_friction", "mdr_friction_of_one_size")

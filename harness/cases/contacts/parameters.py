@@ -69,8 +69,8 @@ class ContactSystem(Law):
             raise ValueError(f"heat = {self.heat!r}: must be none in this case")
         if self.materials_as == "mixed" and not self.two_materials:
             raise ValueError(
-                "materials_as = 'mixed': needs two materials (partner_youngs_modulus or "
-                "partner_poisson_ratio)"
+                "materials_as = 'mixed': needs two materials (partner_youngs_modulus, "
+                "partner_poisson_ratio, partner_restitution or partner_friction)"
             )
         if self.normal == "mdr":
             self._check_mdr()

@@ -32,6 +32,9 @@ TWO_MATERIALS: dict[str, Changes] = {
     "two materials, mixed": {**_DENSER, "materials_as": "mixed"},
     "wall of another material": {**SYSTEMS["wall"], **_STIFFER},
 }
+MIXED: dict[str, Changes] = {  # a code mixes restitution and friction of two bodies itself
+    "two spheres, mixed": {**SYSTEMS["two spheres"], "materials_as": "mixed"},
+}
 SLOW_SYSTEMS = ("unequal spheres", "frozen sphere", "two spheres, turned", *TWO_MATERIALS)
 
 
@@ -52,7 +55,7 @@ class LawRow:
         """Return whether the law goes through a system."""
         if system in TWO_MATERIALS:
             return self.two_materials
-        return not self.systems or system in self.systems
+        return system in self.systems or (not self.systems and system not in MIXED)
 
 
 Laws = Mapping[str, LawRow]

@@ -22,6 +22,7 @@ from harness.engines.scene_files import (
     Outcome,
     batches_of,
     check_scene,
+    check_stated,
     check_words,
     contact_mass,
     damping_of,
@@ -122,6 +123,7 @@ def words(scene: Scene) -> dict[str, Any]:
     number for each sphere and wall. Raise Unsupported for a law or scene that Kratos cannot state.
     """
     check_scene(scene)
+    check_stated(scene)
     if scene.setups:
         raise Unsupported("sets no forces up again within a run")
     row = _row(scene)

@@ -55,6 +55,8 @@ def gran_words(law: Law) -> str:
     """
     if law.heat != "none":
         raise Unsupported("pair_style gran/* conducts no heat")
+    if law.partner_friction is not None:
+        raise Unsupported("pair_style gran/* has one friction for all bodies")
     style = "hertz/history" if law.normal == "hertz" else "hooke/history"
     if law.normal == "hooke" and not law.has_spring:
         style = "hooke"

@@ -144,7 +144,7 @@ class Atoms:
         for types, law in self.pair_laws.items():
             if types[0] == types[1] or not law.two_materials:
                 continue
-            for number, one in zip(types, _laws_of_each_material(law), strict=True):
+            for number, one in zip(types, _laws_of_each(law), strict=True):
                 if found.setdefault(number, one) != one:
                     raise Unsupported(f"type {number} has two materials")
         return found
@@ -172,18 +172,14 @@ def _wall_words(law: Law, mass: float | None) -> str:
     return f"granular {granular_words(law.one_material, mass)}"
 
 
-def _laws_of_each_material(law: Law) -> list[Law]:
+def _laws_of_each(law: Law) -> list[Law]:
     """Return the laws of which LAMMPS mixes one of two materials.
 
     mindlin_classic knows no material: its coefficient is that of the pair.
     """
     classic = law.tangential == "mindlin_classic" and law.moduli and not law.tangential_modulus
     shear = {"tangential_modulus": 8.0 * law.moduli[1]} if classic and law.moduli else {}
-    whole = {"partner_youngs_modulus": None, "partner_poisson_ratio": None}
-    return [
-        law.model_copy(update={"youngs_modulus": young, "poisson_ratio": poisson, **whole, **shear})
-        for young, poisson in law.materials or ()
-    ]
+    return [own.model_copy(update=shear) for own in law.of_each]
 
 
 def group_line(name: str, which: Iterable[bool]) -> list[str]:

@@ -21,6 +21,7 @@ from harness.engines.scene_files import (
     PARTS,
     Outcome,
     check_scene,
+    check_stated,
     check_words,
     contact_mass,
     damping_of,
@@ -332,6 +333,7 @@ def words(scene: Scene) -> Words:
     Raise Unsupported for a law or a scene that LIGGGHTS cannot state.
     """
     check_scene(scene)
+    check_stated(scene)
     law = scene.law
     sliding = {"none": "off", "linear_nohistory": "no_history"}.get(law.tangential, "history")
     model, settings, dashpot = _normal_words(law)

@@ -44,6 +44,8 @@ _COMMON = {
     "torsion_frame": "rotated",
     "wall_touches_at_zero": True,
     "bodies_touch_at_zero": True,
+    "restitution_mean": "arithmetic",
+    "friction_mean": "least",
 }
 RULES = {
     ELASTIC: Rules(
@@ -122,17 +124,44 @@ def _elastic(scene: Scene) -> dict[str, Any]:
     check_words(law, "Law2_ScGeom_ViscElPhys_Basic",
                 damping="none velocity mass_velocity damping_ratio coeff_restitution",
                 tangential="none linear_history")  # fmt: skip
+    if law.partner_restitution is not None:
+        return {"law": ELASTIC, "materials": _restitutions(scene), "physics": {}, "options": {}}
     materials = [
         {
             "kn": 2.0 * (law.normal_stiffness or 0.0),
             "cn": eta,
             "ks": 2.0 * (law.tangential_stiffness or 0.0),
             "cs": eta * (law.tangential_damping or 0.0),
-            "frictionAngle": math.atan(law.friction or 0.0),
+            "frictionAngle": angle,
         }
-        for eta in _dashpots(scene)
+        for eta, angle in zip(_dashpots(scene), _friction_angles(scene), strict=True)
     ]
     return {"law": ELASTIC, "materials": materials, "physics": {}, "options": {}}
+
+
+def _restitutions(scene: Scene) -> list[dict[str, float]]:
+    """Return materials by restitution and contact time, of which Yade takes the mean of both.
+
+    k = m* (pi^2 + ln^2 e) / tc^2, with the own mass of a frozen sphere too.
+    """
+    law, (first, *others) = scene.law, scene.bodies
+    if law.tangential != "none" or [body.motion for body in others] != ["free"]:
+        name = "Ip2_ViscElMat_ViscElMat_ViscElPhys"
+        raise Unsupported(f"its {name} mixes restitutions of two free spheres without friction")
+    both = [own.restitution or 1.0 for own in law.of_each]
+    mass = contact_mass(scene, first, others[0])
+    stiffness = law.normal_stiffness or 1.0
+    time = math.hypot(math.pi, math.log(sum(both) / 2.0)) * math.sqrt(mass / stiffness)
+    return [{"tc": time, "en": e, "et": 1.0, "frictionAngle": 0.0} for e in both]
+
+
+def _friction_angles(scene: Scene) -> list[float]:
+    """Return the angles of friction [rad] of bodies and walls, the smaller of which acts."""
+    first, second = scene.law.of_each
+    count = len(scene.bodies) + len(scene.walls)
+    if scene.law.partner_friction is not None and count > 2:
+        raise Unsupported("gets a friction of each body here, of two alone")
+    return [math.atan(law.friction or 0.0) for law in (first, *[second] * (count - 1))]
 
 
 def _dashpots(scene: Scene) -> list[float]:
@@ -198,14 +227,16 @@ def _turning(scene: Scene) -> dict[str, Any]:
         {
             "young": normal / body.radius,
             "poisson": shear / normal,
-            "frictionAngle": math.atan(law.friction or 0.0),
+            "frictionAngle": angle,
             "alphaKr": (law.rolling_stiffness or 0.0) * reduced**2 / turning,
             "etaRoll": (law.rolling_friction or 0.0) * reduced / body.radius,
             "alphaKtw": (law.twisting_stiffness or 0.0) / turning,
             "etaTwist": (law.twisting_friction or 0.0) / body.radius,
             "momentRotationLaw": True,
         }
-        for body in [*scene.bodies, *[first] * len(scene.walls)]
+        for body, angle in zip(
+            [*scene.bodies, *[first] * len(scene.walls)], _friction_angles(scene), strict=True
+        )
     ]
     # only by increments do the springs forget what the limits cut back
     options = {"always_use_moment_law": True, "useIncrementalForm": True}
@@ -234,10 +265,9 @@ def _solid(scene: Scene) -> dict[str, Any]:
     material = {
         "young": law.youngs_modulus,
         "poisson": nu,
-        "frictionAngle": math.atan(law.friction or 0.0),
     }
     options = {"includeAdhesion": law.normal == "dmt", "includeMoment": law.rolling != "none"}
-    materials = [material] * (len(bodies) + len(scene.walls))
+    materials = [{**material, "frictionAngle": angle} for angle in _friction_angles(scene)]
     return {"law": SOLID, "materials": materials, "physics": physics, "options": options}
 
 
@@ -253,6 +283,7 @@ def _check_solid(scene: Scene) -> None:
     refusals = (
         (not material, "takes no modulus but of a material"),
         (law.normal == "dmt" and not bare, "has dmt without dashpot and friction only"),
+        (law.partner_restitution, "gets the restitution of each pair, and mixes none"),
         (law.rolling_damping, "has rolling springs without a dashpot only"),
         (law.rolling != "none" and several, "has rolling springs of one R*"),
         (law.damping != "none" and held, "has no dashpot between a wall and a sphere that is held"),

@@ -152,6 +152,7 @@ def test_law_goes_by_the_ratio_of_stiffnesses(stiffness, law):
         (LINEAR.replace(clipped=True), "tied to the normal one, and limited twice"),
         (HERTZ.replace(tangential="mindlin"), "takes tangential = none or mindlin_rescale/force"),
         (HERTZ.replace(damping="tsuji", restitution=0.5), "none or coeff_restitution, not tsuji"),
+        (HOOKE.replace(**SPRING, partner_friction=0.1), "of each pair, and mixes none"),
         (HERTZ.replace(normal="jkr", surface_energy=0.1), "takes normal = dmt, not jkr"),
     ],
 )

@@ -184,6 +184,9 @@ PLACES = {
     "row of four": row_of_four(),
     "two types": two_types(),
     "two materials": two_types().replace(laws={(1, 2): MINDLIN.replace(**MIXED)}, walls=()),
+    "restitution of each": impact(
+        LAWS["coeff_restitution of hooke"].replace(partner_restitution=0.8), **MOVING,
+        partner="sphere"),
     "two materials, elastic": impact(HERTZ.replace(**MIXED), **MOVING, partner="sphere"),
     "wall of another material": on_wall(Wall(), LOW, MINDLIN.replace(**MIXED)),
     "discs": discs(),

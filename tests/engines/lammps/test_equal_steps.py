@@ -48,7 +48,7 @@ def known_defects(name, scene):
         adhesion = {"mdr_sticking_share": 0.99, "mdr_newton_error": 1e-10}
         return faults.replace(**adhesion, mdr_parts_at_zero=True)
     mixed = scene.law_of(1, 2)
-    if mixed.two_materials and len(scene.bodies) == 2:  # mindlin takes the mixed E* for E
+    if mixed.two_moduli and len(scene.bodies) == 2:  # mindlin takes the mixed E* for E
         nu = math.prod(row[1] for row in mixed.materials) ** 0.5
         mixed_shear = mixed.moduli[0] / (4.0 * (2.0 - nu) * (1.0 + nu))
         return faults.replace(shear_factor=mixed_shear / mixed.moduli[1])

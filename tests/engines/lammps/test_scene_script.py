@@ -32,6 +32,15 @@ def test_coefficient_reaches_the_script(name, part):
         assert script(scene) != script(scene.replace(law=off_by(name, part)))
 
 
+def test_coefficients_of_each_body_are_given_to_lammps():
+    law = LAWS["coeff_restitution of hooke"].replace(partner_restitution=0.8)
+    lines = script(SYSTEMS["spheres"](law)).splitlines()
+    words = [line for line in lines if line.startswith("pair_coeff")]
+    assert [line.split()[1:6] for line in words] == [
+        ["1", "1", "hooke", "100000.0", "0.5"], ["2", "2", "hooke", "100000.0", "0.8"],
+    ]  # fmt: skip
+
+
 def three(law):
     """Return three spheres of different sizes, two of one type."""
     bodies = [
@@ -41,10 +50,12 @@ def three(law):
     return SYSTEMS["spheres"](law).replace(bodies=tuple(bodies))
 
 
+OLD_HISTORY = LAWS["gran/hooke/history"]
 SHELL = sphere(R, 2500.0, inertia=0.6 * MASS * R**2)
 OSCILLATES = {"amplitude": (1e-5, 0.0, 1e-5), "frequency": 600.0}
 UNSUPPORTED = {
     "two materials of one type": three(MINDLIN.replace(**MIXED)),
+    "friction of each of gran/*": SYSTEMS["spheres"](OLD_HISTORY.replace(partner_friction=0.1)),
     "heat of gran/*": SYSTEMS["wall"](LAWS["gran/hooke"].replace(**HEATED)),
     "two laws of gran/*": three(LINEAR).replace(laws={(1, 1): LAWS["gran/hooke"]}),
     "shell": SYSTEMS["wall"](LINEAR).replace(bodies=(SHELL,)),

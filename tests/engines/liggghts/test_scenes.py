@@ -66,6 +66,7 @@ def test_models(law, models):
     [
         (HERTZ.replace(tangential="mindlin/force"), "takes tangential = .* mindlin_classic"),
         (HERTZ.replace(damping="tsuji", restitution=0.5), "takes damping = none or viscoelastic"),
+        (HOOKE.replace(**SPRING, partner_friction=0.1), "of each pair, and mixes none"),
         (HERTZ.replace(normal="jkr", surface_energy=0.1), "takes normal = hertz, not jkr"),
         (HERTZ.replace(damping="coeff_restitution", tangential="mindlin", tangential_damping=0.5),
          "no tangential dashpot but of 0.907485213"),

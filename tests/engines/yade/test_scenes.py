@@ -1,6 +1,7 @@
 """Laws in Yade's words, and the script that Yade runs, with a stand-in for Yade."""
 
 import json
+import math
 from types import SimpleNamespace
 
 import numpy as np
@@ -171,11 +172,28 @@ def test_rolling_and_twisting_springs_are_those_of_the_law():
     assert limits == pytest.approx((0.1 * reduced, 0.1 * reduced))
 
 
+def test_restitution_and_friction_of_each_body():
+    law = HOOKE.replace(damping="coeff_restitution", restitution=0.5, partner_restitution=0.9,
+                        clipped=True)  # fmt: skip
+    scene = struck_pair(law)
+    first, second = words(scene)["materials"]
+    assert (first["en"], second["en"]) == (0.5, 0.9)
+    mass = 0.5 * scene.bodies[0].mass  # Pournin and others (2001), equation 19
+    assert mass * (math.pi**2 + math.log(0.7) ** 2) / first["tc"] ** 2 == pytest.approx(1e5)
+    law = HOOKE.replace(**{**SPRING, "friction": 0.6}, partner_friction=0.2)
+    angles = [material["frictionAngle"] for material in words(struck_floor(law))["materials"]]
+    assert angles == [math.atan(0.6), math.atan(0.2)]
+
+
 def test_conventions_go_by_the_law():
     assert rules(struck_floor(HOOKE)).wall_lever == "height"
     assert rules(struck_floor(HOOKE)).wall_curvature == 0.0
     assert rules(struck_floor(HERTZ)).wall_curvature == 1e-8
     assert rules(struck_floor(HOOKE.replace(**SPRING, **ROLLS))).wall_lever == "contact_point"
+
+
+EACH = {"damping": "coeff_restitution", "restitution": 0.5, "partner_restitution": 0.9,
+        "clipped": True}  # fmt: skip
 
 
 @pytest.mark.parametrize(
@@ -188,6 +206,8 @@ def test_conventions_go_by_the_law():
          "has dmt without dashpot and friction only"),
         (struck_floor(HERTZ.replace(normal="jkr", surface_energy=0.1)), "not jkr"),
         (struck_pair(HOOKE.replace(**SPRING, **ROLLS)).replace(walls=(Wall(),)), "has one R"),
+        (struck_floor(HOOKE.replace(**EACH)), "of two free spheres without friction"),
+        (struck_pair(HERTZ.replace(**EACH)), "gets the restitution of each pair, and mixes none"),
     ],
 )  # fmt: skip
 def test_scene_that_it_cannot_state(scene: Scene, reason):

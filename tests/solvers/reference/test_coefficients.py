@@ -12,6 +12,7 @@ from tests.solvers.reference.scenes import (
 )  # fmt: skip
 
 ASLANT = (0.5, 0.3, -1.0)
+TSUJI = HERTZ.replace(damping="tsuji", restitution=0.5)
 WARM = HERTZ.replace(heat="radius", conductance=500.0)
 
 
@@ -49,11 +50,13 @@ SCENES = {
     "yield_stress": (confined, YIELDS),
     "bulk_share": (confined, MDR.replace(bulk_share=SHARE)),
     "damping_coefficient": (slanted, LINEAR),
-    "restitution": (slanted, HERTZ.replace(damping="tsuji", restitution=0.5)),
+    "restitution": (slanted, TSUJI),
+    "partner_restitution": (slanted, TSUJI.replace(partner_restitution=0.8)),
     "tangential_stiffness": (slanted, LINEAR),
     "tangential_modulus": (slanted, MINDLIN.replace(tangential_modulus=3e8)),
     "tangential_damping": (slanted, LINEAR),
     "friction": (slanted, MINDLIN),
+    "partner_friction": (slanted, MINDLIN.replace(partner_friction=0.2)),
     "rolling_stiffness": (slanted, LINEAR.replace(**ROLLS)),
     "rolling_damping": (slanted, LINEAR.replace(**ROLLS)),
     "rolling_friction": (slanted, LINEAR.replace(**ROLLS)),

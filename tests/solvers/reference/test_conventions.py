@@ -101,6 +101,14 @@ RULES = {  # field: (value, scene of a factor of steps, least difference, one li
         ("mfix_euler", lambda k: slanted(HERTZ.replace(**VISCOUS), k), 1e-3, True),
         ("mfix_adams_bashforth", lambda k: slanted(HERTZ.replace(**VISCOUS), k), 1e-4, True),
     ],
+    "restitution_mean": [
+        ("arithmetic", lambda k: slanted(TSUJI.replace(partner_restitution=0.9), k), 1e-3, False),
+        ("least", lambda k: slanted(TSUJI.replace(partner_restitution=0.9), k), 1e-2, False),
+    ],
+    "friction_mean": [
+        ("arithmetic", lambda k: slanted(MINDLIN.replace(partner_friction=0.1), k), 1e-3, False),
+        ("least", lambda k: slanted(MINDLIN.replace(partner_friction=0.1), k), 1e-2, False),
+    ],
     "damping_in_cap": [("sticking_only", lambda k: slanted(LINEAR, k), 5e-3, False)],
     "slides_in_setup": [(True, sliding, 0.1, False)],  # the first force, at any step
     "torque_lever": [("radius", lambda k: slanted(MINDLIN, k, "sphere"), 1e-4, False)],
