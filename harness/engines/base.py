@@ -93,8 +93,8 @@ class Template:
     with one script names it "". ``notes`` is a sentence on each variant for the head of its script.
     ``package`` is where templates of a case outside this project lie, in
     ``templates/<engine>/``. ``allowed`` is what values may be, for scripts that are run by hand:
-    jobs are checked before. ``neutral`` are values that change nothing: one that differs from it
-    must be read by an engine.
+    jobs are checked before; ``about`` is what they are. ``neutral`` are values that change nothing:
+    one that differs from it must be read by an engine.
     """
 
     name: str
@@ -103,6 +103,7 @@ class Template:
     package: str = ""
     allowed: Mapping[str, Allowed] = field(default_factory=dict)
     neutral: Mapping[str, Value] = field(default_factory=dict)
+    about: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def main(self) -> str:

@@ -2,9 +2,9 @@
 
 A template lies in ``templates/<name>.<extension>.j2`` of an engine's folder, or, where the case
 belongs to another package, in ``<package>/templates/<engine>/``. Jinja sees every default as
-:meth:`ScriptSource.literal` writes it, and all as ``defaults``, with ``name`` (the file),
-``version``, ``variant``, ``note``, and ``allowed``: what the variables that the script declares
-may be.
+:meth:`ScriptSource.literal` writes it, and all as ``defaults``, with ``values`` (the same as
+numbers), ``about`` (what they are), ``name`` (the file), ``version``, ``variant``, ``note``, and
+``allowed``: what the variables that the script declares may be.
 """
 
 from __future__ import annotations
@@ -282,6 +282,8 @@ class ScriptSource(Engine):
         values = {
             **defaults,
             "defaults": defaults,
+            "values": settings,
+            "about": template.about,
             "name": name,
             "variant": variant,
             "note": template.notes.get(variant, ""),

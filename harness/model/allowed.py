@@ -71,6 +71,12 @@ def allowed_in(kind: type[BaseModel]) -> dict[str, Allowed]:
     return {name: limits for name, limits in found.items() if limits.bounds or limits.words}
 
 
+def descriptions(kind: type[BaseModel]) -> dict[str, str]:
+    """Return the descriptions of the fields of a class, by name, without the unit of a number."""
+    fields = kind.model_fields.items()
+    return {name: (field.description or "").removeprefix("[-] ") for name, field in fields}
+
+
 def _allowed(schema: Mapping[str, object]) -> Allowed:
     choices = schema.get("anyOf")
     first = choices[0] if isinstance(choices, list) else {}

@@ -33,7 +33,7 @@ from harness.cases.bulk.statistics import (
 )
 from harness.engines.base import Engine, Job, Output, Template
 from harness.errors import EngineError, EngineUndecidedError, Unsupported
-from harness.model.allowed import allowed_in
+from harness.model.allowed import allowed_in, descriptions
 from harness.model.law import Law
 from harness.report.content import Discs, Section
 from harness.results.rows import Kind, Tolerance
@@ -43,6 +43,14 @@ B = TypeVar("B", bound=Bed)
 AT_REST = 0.01  # kinetic energy of a bed at rest over that of its process
 SLOW = 3.0  # [us] of a step of ten particles: slower engines leave long setups to longer levels
 SECONDS_PER_STEP = 4e-6  # of a particle in the slowest code, for time limits
+ABOUT = {  # values of scripts that are no parameters
+    "settle_steps": "before the bed is disturbed",
+    "steps": "after that",
+    "series_every": "steps between two rows of the series",
+    "damping": "of the contacts",
+    "bed": "lattice, or file: the grains of a data file of atom_style sphere",
+    "places": "the data file; large grains are of type 1",
+}
 PARTICLES = "particles"  # value of scripts: 1 writes all particles in place of the series
 ELASTIC = "elastic_ratio"  # energy of the bed's normal springs over the scale of energy gained
 BED_STATE = (
@@ -162,8 +170,14 @@ class BulkCase(Case[B]):
         kind = cls.parameters
         # scripts without rolling resistance run beds without it
         neutral = {"rolling_friction": 0.0} if "rolling_friction" in kind.model_fields else {}
-        allowed = allowed_in(kind) | ALLOWED
-        cls.template = Template(cls.name, {"": kind().values}, allowed=allowed, neutral=neutral)
+        cls.template = Template(
+            cls.name,
+            {"": kind().values},
+            {"": f"{cls.summary} {cls.text}"},
+            allowed=allowed_in(kind) | ALLOWED,
+            neutral=neutral,
+            about=descriptions(kind) | ABOUT,
+        )
 
     # ---- what a case adds
 

@@ -18,14 +18,18 @@ from pydantic import BeforeValidator, Field, model_validator
 from harness.cases.base import Case
 from harness.engines.base import Job, Template, Value
 from harness.errors import EngineLostAtomsError
-from harness.model.allowed import Allowed, allowed_in
+from harness.model.allowed import Allowed, allowed_in, descriptions
 from harness.model.base import Parameters
 from harness.model.contact import Contact, NamedContact, contact_values
 
 Floats = NDArray[np.float64]
 CLIPPED_CONTACT = Contact(name="e = 0.1, clipped", restitution=0.1, tail="clipped")
 SOFTEST = 20.0  # [m g/d] for each layer: the weight presses 5 % of d into the lowest contact
-DISSIPATION = ("damping", "restitution", "damping_ratio")  # of a contact, as values of scripts
+DISSIPATION = {  # of a contact, as values of scripts
+    "damping": "restitution or ratio: which of the two gives zeta",
+    "restitution": "gives zeta of a contact (0: critical); its force never attracts",
+    "damping_ratio": "zeta: the dashpot is 2 zeta sqrt(k m_eff)",
+}
 PREPARED = 20.0  # [sqrt(d/g)] before the angle is set
 SECONDS_PER_STEP = 1e-6  # of a particle, for time limits; LAMMPS takes 0.2 us
 
@@ -155,7 +159,10 @@ class PackingCase(Case[P]):
         allowed = {n: contact[n] for n in DISSIPATION if n in contact}
         values = script_values(cls.parameters())
         cls.template = Template(
-            cls.name, {"": values}, allowed={**allowed_in(cls.parameters), **allowed}
+            cls.name,
+            {"": values},
+            allowed={**allowed_in(cls.parameters), **allowed},
+            about=descriptions(cls.parameters) | DISSIPATION,
         )
 
     def job(self, parameters: P) -> Job:

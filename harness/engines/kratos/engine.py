@@ -82,7 +82,6 @@ class Kratos(ScriptedEngine):
     allowed: ClassVar[Mapping[str, Allowed]] = {
         "scheme": Allowed(words=("Velocity_Verlet", "Symplectic_Euler"))
     }
-    jinja: ClassVar[Mapping[str, bool]] = {"trim_blocks": False, "keep_trailing_newline": False}
 
     def __init__(
         self,

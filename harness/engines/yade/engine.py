@@ -48,7 +48,6 @@ class Yade(ScriptedEngine):
         )
     )
     """Of contacts with friction: refused unless they say nothing."""
-    jinja: ClassVar[Mapping[str, bool]] = {"trim_blocks": False, "keep_trailing_newline": False}
 
     deciding_variables = (*OF_PYTHON, "YADE_PREFIX")
 

@@ -109,7 +109,7 @@ LOST, UNDECIDED = EngineLostAtomsError, EngineUndecidedError
 FAULTS = [  # a hole, a closed orifice, a drum that turns back, no floor, no side, ends that stay
     ("silo", (HOLE, '"open_facets": 20'), LOST),
     ("silo", ("self.spheres.remove_wall(self.floor)", "pass"), UNDECIDED),
-    ("drum", ("turn(self.wall, p.speed)", "turn(self.wall, -p.speed)"), AssertionError),
+    ("drum", ("self.wall, self.p.speed", "self.wall, -self.p.speed"), AssertionError),
     ("penetration", ("for place, normal in walls:", "for place, normal in walls[1:]:"), LOST),
     ("heap", ("in ((low, (0, 1, 0)), (high, (0, -1, 0))):", "in ((high, (0, -1, 0)),):"), LOST),
     ("heap", ("for end in self.ends:", "for end in ():"), UNDECIDED),
@@ -283,7 +283,7 @@ def torque(kind, p, pair, folder, steps, spin, overlap):
         ("compute kinetic all ke",
          f"group last id {len(rows)}\ncompute each last property/atom tqy\n"
          "compute torque last reduce sum c_each\ncompute kinetic all ke"),
-        ("variable kinetic equal c_kinetic+c_turning", "variable kinetic equal c_torque"),
+        ("variable kinetic   equal c_kinetic+c_turning", "variable kinetic equal c_torque"),
     )  # fmt: skip
     still = changed(kind, lambda text: replaced(text, *words))
     values = dict.fromkeys(("large_friction", "small_friction", "mixed_friction"), 0.0)
