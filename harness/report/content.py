@@ -1,4 +1,4 @@
-"""What a report is made of: sections of text, tables and figures, made by cases and workflows.
+"""The content of a report: sections of text, tables and figures, made by cases and workflows.
 
 Tables are DataFrames; figures are drawn when a page is written. One template renders the same
 sections as HTML, another as Markdown.
@@ -22,7 +22,7 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Table:
-    """A table with its title and a sentence about it.
+    """A table with its title and caption.
 
     Cells are numbers or text. A cell that is the name of a verdict has its colours on a page.
     """
@@ -34,7 +34,7 @@ class Table:
 
 @dataclass(frozen=True)
 class Drawing:
-    """A figure: the name of its file, its title, what it shows, and the function that draws it."""
+    """A figure: the name of its file, its title and caption, and the function that draws it."""
 
     name: str
     title: str
@@ -73,7 +73,7 @@ class Section:
 
 @dataclass(frozen=True)
 class Discs:
-    """The discs of a film: centres of M samples of N bodies [m], and what does not move.
+    """The discs of a film: centres of M samples of N bodies [m], and fixed discs and walls.
 
     ``time`` [s] (M,), ``x`` and ``y`` (M, N), ``radius`` (N,) or (M, N); ``fixed`` are discs
     (K, 3) of x, y and radius, ``lines`` walls (L, 2, 2) of two points each. ``value`` (M, N)

@@ -9,54 +9,59 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib import resources
+from itertools import pairwise
 from numbers import Real
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
-from markupsafe import Markup, escape
+from markupsafe import Markup
 
+from harness.report.rows import ORDER, Badge
 from harness.report.text import number, one_line, printable
-from harness.results.rows import Verdict
 
 if TYPE_CHECKING:
     import pandas as pd
     from jinja2 import Environment
     from markdown_it.token import Token
 
-VERDICTS = frozenset(map(str, Verdict))
 # characters that Markdown takes for markup: within a line, and at its beginning a list or a heading
-_MARKUP = re.compile(r"([\\`*\[\]|]|(?<![^\W_])_|_(?![^\W_])|^(?:[-+#](?= )|>))|^(\d+)(?=[.)] )")
-
-
-class Badge(NamedTuple):
-    """A cell of a table, or a part of one, in the colours of a verdict, with a link."""
-
-    text: str
-    verdict: str = ""
-    address: str = ""
+MARKUP = re.compile(r"([\\`*\[\]|]|(?<![^\W_])_|_(?![^\W_])|^(?:[-+#](?= )|>))|^(\d+)(?=[.)] )")
 
 
 def html_page(template: str, **values: Any) -> Markup:
-    """Return a page, or a part of one, from an HTML template of this room; values are escaped."""
+    """Return a page, or a part of one, from an HTML template; values are escaped."""
     return Markup(_templates(html=True).get_template(template).render(**values))
 
 
 def markdown_page(template: str, **values: Any) -> str:
-    """Return a page from a Markdown template of this room, without runs of empty lines."""
+    """Return a page from a Markdown template, without runs of empty lines."""
     text = _templates(html=False).get_template(template).render(**values)
     return re.sub(r"\n{3,}", "\n\n", text).strip() + "\n"
-
-
-def file(name: str) -> Markup:
-    """Return a file of the templates as it is: the style and the script of pages."""
-    text = resources.files("harness.report").joinpath("templates", name).read_text("utf-8")
-    return Markup(text)
 
 
 def markdown_text(text: object) -> str:
     """Return text so that Markdown shows it as it is: no markup, tag, table cell or mention."""
     line = one_line(str(text)).replace("&", "&amp;").replace("<", "&lt;")
-    escaped = _MARKUP.sub(lambda m: f"{m[2]}\\" if m[2] else f"\\{m[0]}", line)
+    escaped = MARKUP.sub(lambda m: f"{m[2]}\\" if m[2] else f"\\{m[0]}", line)
     return escaped.replace("@", "@\u200b")
+
+
+def html_table(frame: pd.DataFrame, label: str = "") -> Markup:
+    """Return a table as HTML: numbers to the right, verdicts and badges in their colours."""
+    return html_page("table.html.j2", grid=_grid(frame), label=label)
+
+
+def markdown_table(frame: pd.DataFrame, most: int = 0) -> str:
+    """Return a table as Markdown, its first ``most`` rows if given; text in it is escaped."""
+    grid = _grid(frame)
+    rows = grid.rows[:most] if most else grid.rows
+    texts = [[", ".join(map(_markdown_badge, badges)) for badges in row] for row in rows]
+    lines = [
+        _markdown_row([markdown_text(name) for name in grid.names]),
+        "|" + "|".join("--:" if right else "---" for right in grid.numeric) + "|",
+        *map(_markdown_row, texts),
+    ]
+    rest = len(grid.rows) - len(rows)
+    return "\n".join(lines) + (f"\n\n{rest} more rows are left out." if rest else "")
 
 
 @dataclass(frozen=True)
@@ -84,52 +89,16 @@ def document(text: str, link: Callable[[str], str] = str) -> Document:
     parser = MarkdownIt("commonmark", {"html": False}).enable("table")
     tokens = parser.parse(printable(text))
     headings, ids = [], Counter[str]()
-    for token, following in zip(tokens, [*tokens[1:], None], strict=False):
-        _follow_links(token.children or [], link)
-        if token.type == "heading_open" and following is not None:
+    for token, following in pairwise(tokens):
+        _follow_links(following.children or [], link)
+        if token.type == "heading_open":
             words = "".join(child.content for child in following.children or ())
             headings.append(words)
             name = re.sub(r"[^\w\- ]", "", words.lower()).replace(" ", "-")
             ids[name] += 1
             token.attrs["id"] = name if ids[name] == 1 else f"{name}-{ids[name] - 1}"
-    body = Markup(_tables_scroll(parser.renderer.render(tokens, parser.options, {})))
+    body = Markup(_with_table_markup(parser.renderer.render(tokens, parser.options, {})))
     return Document(headings[0] if headings else "", body)
-
-
-def html_table(frame: pd.DataFrame, label: str = "") -> Markup:
-    """Return a table as HTML: numbers to the right, verdicts and badges in their colours."""
-    names, numeric, rows = _cells(frame)
-    head = Markup("").join(
-        Markup('<th scope="col"{}>{}</th>').format(_right(right), name)
-        for name, right in zip(names, numeric, strict=True)
-    )
-    body = Markup("\n").join(
-        Markup("<tr>{}</tr>").format(
-            Markup("").join(
-                Markup("<td{}>{}</td>").format(_right(right), _html_cell(cell))
-                for cell, right in zip(row, numeric, strict=True)
-            )
-        )
-        for row in rows
-    )
-    title = Markup(' aria-label="{}"').format(label) if label else Markup("")
-    return Markup(
-        '<div class="table" tabindex="0"><table{}>\n<thead><tr>{}</tr></thead>\n'
-        "<tbody>{}</tbody></table></div>"
-    ).format(title, head, body)
-
-
-def markdown_table(frame: pd.DataFrame, most: int = 0) -> str:
-    """Return a table as Markdown, its first ``most`` rows if given; text in it is escaped."""
-    names, numeric, rows = _cells(frame)
-    shown = rows[:most] if most else rows
-    lines = [
-        _markdown_row(map(markdown_text, names)),
-        "|" + "|".join("--:" if right else "---" for right in numeric) + "|",
-        *(_markdown_row(map(_markdown_cell, row)) for row in shown),
-    ]
-    rest = len(rows) - len(shown)
-    return "\n".join(lines) + (f"\n\n{rest} more rows are left out." if rest else "")
 
 
 def _follow_links(tokens: Sequence[Token], link: Callable[[str], str]) -> None:
@@ -138,13 +107,28 @@ def _follow_links(tokens: Sequence[Token], link: Callable[[str], str]) -> None:
         if not name:
             continue
         address = link(str(token.attrs[name]))
-        external = token.type == "image" and "://" in address
-        if external or (not address and token.type == "image"):
+        if token.type == "image" and (not address or "://" in address):
             token.type = "text"
         elif address:
             token.attrs[name] = address
         else:
             del token.attrs[name]
+
+
+def _with_table_markup(html: str) -> str:
+    replacements = {
+        "<table>": '<div class="table" tabindex="0"><table>',
+        "</table>": "</table></div>",
+        "<pre>": '<pre tabindex="0">',
+        ' style="text-align:right"': ' class="n"',
+    }
+    for old, new in replacements.items():
+        html = html.replace(old, new)
+    html = re.sub(r"<th(?= |>)", '<th scope="col"', html)
+    for verdict in ORDER:
+        badge = f'<span class="badge {verdict.replace(" ", "-")}">{verdict}</span>'
+        html = re.sub(f"(<td[^>]*>){verdict}</td>", rf"\1{badge}</td>", html)
+    return html
 
 
 @cache
@@ -161,10 +145,10 @@ def _templates(*, html: bool) -> Environment:
         finalize=_without_controls,
     )
     environment.filters |= {
-        "md": markdown_text, "number": number, "rendered": rendered,
-        "html_table": html_table, "markdown_table": markdown_table, "line": one_line,
+        "md": markdown_text, "rendered": rendered, "html_table": html_table,
+        "markdown_table": markdown_table,
     }  # fmt: skip
-    environment.globals |= {"file": file}
+    environment.globals["file"] = _template_file
     return environment
 
 
@@ -173,59 +157,45 @@ def _without_controls(value: Any) -> Any:
     return printable(value) if plain_text else value
 
 
-def _cells(frame: pd.DataFrame) -> tuple[list[str], list[bool], list[list[Any]]]:
-    """Return the heads of a table, which columns are of numbers, and the cells."""
+def _template_file(name: str) -> Markup:
+    return Markup(resources.files("harness.report").joinpath("templates", name).read_text("utf-8"))
+
+
+@dataclass(frozen=True)
+class _Grid:
+    """The texts of a table: names of columns, which of them are numbers, badges of each cell."""
+
+    names: list[str]
+    numeric: list[bool]
+    rows: list[list[tuple[Badge, ...]]]
+
+
+def _grid(frame: pd.DataFrame) -> _Grid:
     import pandas as pd
 
     plain = frame if isinstance(frame.index, pd.RangeIndex) else frame.reset_index()
-    names = [str(name) for name in plain.columns]
     rows = [list(row) for row in plain.itertuples(index=False, name=None)]
-    numeric = [
-        any(_is_number(row[n]) for row in rows)
-        and all(_is_number(row[n]) or _cell_text(row[n]) in ("", "-") for row in rows)
-        for n in range(len(names))
-    ]
-    return names, numeric, rows
+    badges = [[tuple(_badges(value)) for value in row] for row in rows]
+    numeric = [_is_numeric([row[n] for row in rows]) for n in range(plain.shape[1])]
+    return _Grid([str(name) for name in plain.columns], numeric, badges)
 
 
-def _is_number(value: Any) -> bool:
-    return isinstance(value, Real) and not isinstance(value, bool)
+def _is_numeric(column: Sequence[Any]) -> bool:
+    numbers = [isinstance(v, Real) and not isinstance(v, bool) for v in column]
+    others = [v for v, is_number in zip(column, numbers, strict=True) if not is_number]
+    return any(numbers) and all(v is None or v in ("", "-") for v in others)
 
 
-def _cell_text(value: Any) -> str:
-    if isinstance(value, Badge):
-        return value.text
-    if value is None or (isinstance(value, float) and math.isnan(value)):
-        return ""
-    if _is_number(value):
-        return number(float(value))
-    return one_line(str(value))
-
-
-def _parts(value: Any) -> Iterator[Badge]:
+def _badges(value: Any) -> Iterator[Badge]:
     if isinstance(value, Badge):
         yield value
     elif isinstance(value, Sequence) and not isinstance(value, str):
-        yield from (part for item in value for part in _parts(item))
+        yield from (badge for item in value for badge in _badges(item))
+    elif isinstance(value, Real) and not isinstance(value, bool):
+        yield Badge("" if math.isnan(value) else number(float(value)))
     else:
-        text = _cell_text(value)
-        yield Badge(text, text if text in VERDICTS else "")
-
-
-def _html_cell(value: Any) -> Markup:
-    return Markup(" ").join(_html_badge(part) for part in _parts(value))
-
-
-def _html_badge(part: Badge) -> Markup:
-    text: Markup = escape(part.text)
-    if part.verdict:
-        look = part.verdict.replace(" ", "-")
-        text = Markup('<span class="badge {}">{}</span>').format(look, part.text)
-    return Markup('<a href="{}">{}</a>').format(part.address, text) if part.address else text
-
-
-def _markdown_cell(value: Any) -> str:
-    return ", ".join(_markdown_badge(part) for part in _parts(value))
+        text = "" if value is None else one_line(str(value))
+        yield Badge(text, text if text in ORDER else "")
 
 
 def _markdown_badge(part: Badge) -> str:
@@ -233,20 +203,5 @@ def _markdown_badge(part: Badge) -> str:
     return f"[{text}]({part.address})" if part.address else text
 
 
-def _markdown_row(cells: Iterator[str] | map[str]) -> str:
+def _markdown_row(cells: Sequence[str]) -> str:
     return "| " + " | ".join(cells) + " |"
-
-
-def _right(numeric: bool) -> Markup:
-    return Markup(' class="n"') if numeric else Markup("")
-
-
-def _tables_scroll(html: str) -> str:
-    html = html.replace("<table>", '<div class="table" tabindex="0"><table>')
-    html = html.replace("</table>", "</table></div>").replace("<pre>", '<pre tabindex="0">')
-    html = re.sub(r"<th(?= |>)", '<th scope="col"', html)
-    html = html.replace(' style="text-align:right"', ' class="n"')
-    for verdict in VERDICTS:
-        badge = f'<span class="badge {verdict.replace(" ", "-")}">{verdict}</span>'
-        html = re.sub(f"(<td[^>]*>){verdict}</td>", rf"\1{badge}</td>", html)
-    return html

@@ -26,20 +26,12 @@ from matplotlib.ticker import LogFormatterSciNotation
 from harness.report.text import power as power
 
 # Okabe and Ito (2008), ordered so that neighbours differ in grey too
-BLACK, RED, BLUE, GREEN, PURPLE, ORANGE, SKY = (
-    "#000000",
-    "#D55E00",
-    "#0072B2",
-    "#009E73",
-    "#CC79A7",
-    "#E69F00",
-    "#56B4E9",
-)
+BLACK, RED, BLUE, GREEN = "#000000", "#D55E00", "#0072B2", "#009E73"
+PURPLE, ORANGE, SKY = "#CC79A7", "#E69F00", "#56B4E9"
 COLOURS = (BLACK, RED, BLUE, GREEN, PURPLE, ORANGE, SKY)
 STYLES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)), (0, (1, 3)))
 MARKERS = ("o", "s", "^", "D", "v", "x")
 FONTS = ("DejaVu Sans", "Verdana")  # the second is as wide, where the first is not installed
-MOST_TICKS = 6  # of an axis whose ticks are values
 SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 LOOK: Mapping[Any, Any] = {
@@ -136,9 +128,8 @@ class PowersOfTen(LogFormatterSciNotation):
 
 def set_power_ticks(figure: mpl_figure.Figure) -> None:
     """Write the ticks of all logarithmic axes of a figure by :class:`PowersOfTen`."""
-    for axes in figure.axes:
-        for one in (axes.xaxis, axes.yaxis):
-            if type(one.get_major_formatter()) is LogFormatterSciNotation:
-                one.set_major_formatter(PowersOfTen())
-            if type(one.get_minor_formatter()) is LogFormatterSciNotation:
-                one.set_minor_formatter(PowersOfTen())
+    for line in (line for axes in figure.axes for line in (axes.xaxis, axes.yaxis)):
+        if type(line.get_major_formatter()) is LogFormatterSciNotation:
+            line.set_major_formatter(PowersOfTen())
+        if type(line.get_minor_formatter()) is LogFormatterSciNotation:
+            line.set_minor_formatter(PowersOfTen())

@@ -58,20 +58,6 @@ def power(value: float) -> str:
     return f"{float(factor):g}e{int(exponent)}"
 
 
-def count(number: int, noun: str) -> str:
-    """Return a number with its noun.
-
-    >>> count(1, "row"), count(3, "row")
-    ('1 row', '3 rows')
-    """
-    return f"{number} {noun}{'s' * (number != 1)}"
-
-
-def words(name: str) -> str:
-    """Return the name of a quantity in words: ``critical_angle`` is "critical angle"."""
-    return name.replace("_", " ")
-
-
 def printable(text: str) -> str:
     """Return text without escape sequences of terminals, other control characters as ``?``."""
     return _CONTROLS.sub("?", _ESCAPES.sub("", text.replace("\r\n", "\n")))

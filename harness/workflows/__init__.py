@@ -20,7 +20,7 @@ _HOMES = {
     "harness.workflows.progress": "progress_bars",
     "harness.workflows.results": "accept defects diff",
     "harness.workflows.release_runs": "releases",
-    "harness.workflows.static_site": "site",
+    "harness.report.site": "site",
     "harness.workflows.runs": "run",
     "harness.workflows.sweeps": "sweep",
     "harness.workflows.verification": "verify",
@@ -35,12 +35,12 @@ if TYPE_CHECKING:
     from harness.cases.tower.impulse import impulse_angles
     from harness.cases.tower.impulse import impulse_angles as impulse
     from harness.cases.tower.runs import tower
+    from harness.report.site import site
     from harness.workflows.lists import cases, engines, inputs, outdated_inputs
     from harness.workflows.progress import progress_bars
     from harness.workflows.release_runs import releases
     from harness.workflows.results import accept, defects, diff
     from harness.workflows.runs import run
-    from harness.workflows.static_site import site
     from harness.workflows.sweeps import sweep
     from harness.workflows.verification import verify
 

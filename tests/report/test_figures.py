@@ -9,16 +9,16 @@ import pytest
 
 from harness.report import style, text
 from harness.report.content import Drawing
-from harness.report.figures import draw, draw_all
+from harness.report.figures import draw
 from harness.report.style import MARKERS, axis, label, legend_below, panels
 from harness.report.text import value_text
 
 
-def convergence(shift=0.0):
+def convergence():
     figure = panels(1, 2)
     steps = np.logspace(-5, -2, 7)
     for axes in figure.axes:
-        axes.loglog(steps, steps + shift, MARKERS[0], label="LAMMPS")
+        axes.loglog(steps, steps, MARKERS[0], label="LAMMPS")
         label(axes, axis("time step", "s"), axis("error", "1"), "first order")
     legend_below(figure)
     return figure
@@ -62,25 +62,16 @@ def test_a_figure_is_the_same_file_each_time_and_one_valid_svg_without_outside_a
     assert "http" not in plain
 
 
-def test_a_figure_that_cannot_be_drawn_leaves_the_others():
+def test_an_error_of_a_function_is_the_picture_s():
     def broken():
         raise ZeroDivisionError("no\nrows")
 
-    good, bad = draw_all([drawing(), drawing("bad", broken)], png=True)
-    assert good.png.startswith(b"\x89PNG")
-    assert not good.error
-    assert bad.error == "ZeroDivisionError: no rows"
-    assert not bad.svg
-
-
-def test_forked_processes_draw_what_one_process_draws():
-    drawings = [drawing(str(n), lambda n=n: convergence(n)) for n in range(3)]
-    assert [one.svg for one in draw_all(drawings)] == [draw(one).svg for one in drawings]
+    assert draw(drawing(), png=True).png.startswith(b"\x89PNG")
+    bad = draw(drawing("bad", broken))
+    assert (bad.error, bad.svg) == ("ZeroDivisionError: no rows", "")
 
 
 def test_text_in_a_compact_figure_keeps_its_digits():
     figure = panels(1, 1)
     figure.text(0.5, 0.5, "theory 10.20782 deg, 7.0 to 0.00012")
-    drawing = Drawing("digits", "Digits", "", lambda: figure)
-    (picture,) = draw_all([drawing])
-    assert "theory 10.20782 deg, 7.0 to 0.00012" in picture.svg
+    assert "theory 10.20782 deg, 7.0 to 0.00012" in draw(drawing(draw=lambda: figure)).svg

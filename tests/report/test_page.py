@@ -1,23 +1,24 @@
-"""The report of a run: it holds every row and every failure, escaped, without scripts, offline."""
+"""The report of a run: every row and failure is in it, escaped, offline; causes and matrices."""
 
+import base64
+import gzip
+import json
 import re
 from dataclasses import replace
 from html.parser import HTMLParser
 
-import pandas as pd
 import pytest
 from markdown_it import MarkdownIt
 
-from harness.report.causes import causes, entries_of
 from harness.report.content import Section, Table
-from harness.report.matrix import divided_setups, matrix, worst_verdicts
 from harness.report.page import report_files
+from harness.report.rows import COLUMNS, causes, divided_setups, entries_of, matrix
 from harness.results.rows import Kind, Row, Verdict, rows_of, table
-from tests.report.conftest import DEFECTS, HOSTILE
+from tests.report.conftest import ANGLE, DEFECTS, HOSTILE
 
 
 class Page(HTMLParser):
-    """The tags of a page with their attributes, its text, and ids that links lead to."""
+    """The tags of a page with their attributes, its text, and its packed rows."""
 
     def __init__(self, html):
         super().__init__()
@@ -36,6 +37,12 @@ class Page(HTMLParser):
         return [attributes[name] for _, attributes in self.tags if attributes.get(name)]
 
 
+def unpacked(html):
+    """Return the packed rows of a page, a tuple of texts each."""
+    text = json.loads(re.search(r'id="packed">(.*?)</script>', html)[1])
+    return list(zip(*json.loads(gzip.decompress(base64.b64decode(text))), strict=True))
+
+
 @pytest.fixture(scope="module")
 def files(run, sections):
     return report_files(run, sections, defects=DEFECTS)
@@ -46,18 +53,30 @@ def page(files):
     return Page(files["report.html"])
 
 
-def test_a_page_has_every_row_once_with_its_numbers(page, files, run):
-    ids = [one for one in page.values("id") if one.startswith("row-")]
-    assert len(ids) == len(set(ids)) == len(run.rows)
-    lines = re.findall(r'<tr id="row-\d+">.*?</tr>', files["report.html"], re.DOTALL)
-    texts = [Page(line).text for line in lines]
+def test_a_page_has_every_row_once_with_its_numbers_note_and_log(files, run):
+    lines = unpacked(files["report.html"])
+    assert len(lines) == len(run.rows)
     for row in rows_of(run.rows):
-        found = [text for text in texts if row.quantity in text and row.engine in text
-                 and text.startswith(row.verdict)]  # fmt: skip
-        assert any(row.value != row.value or f"{row.value:.8g}" in text for text in found), row.name
+        key = (row.verdict, row.engine, row.quantity, row.setup.split("\x1b")[0])
+        (line,) = [t for t in lines if key[:2] == (t[0], t[3]) and all(w in t[1] for w in key[2:])]
+        assert row.value != row.value or f"{row.value:.8g}" == line[COLUMNS.index("value")]
+        assert row.log in line
+        assert row.note.split("\x1b")[0] in "".join(line)
+    assert "\x1b" not in str(lines)
 
 
-def test_every_failure_is_on_both_pages_with_reason_log_and_command(page, files, run):
+def test_a_page_of_thousands_of_rows_is_small_and_shows_the_gravest_without_a_script(run):
+    passed = [replace(ANGLE, verdict=Verdict.PASS, setup=f"{n} steps") for n in range(5000)]
+    failed = replace(ANGLE, verdict=Verdict.FAIL, setup="bad")
+    html = report_files(replace(run, rows=table([*passed, failed])), [])["report.html"]
+    assert len(html) < 150_000
+    assert len(unpacked(html)) == 5001
+    lines = re.findall(r'<tr id="row-\d+">.*?</tr>', html, re.DOTALL)
+    assert len(lines) == 25
+    assert Page(lines[0]).text.startswith("fail slope: bad: critical_angle")
+
+
+def test_every_failure_is_on_both_pages_with_reason_and_command(page, files, run):
     for row in rows_of(run.rows):
         if row.verdict is Verdict.FAIL:
             assert row.name.replace("|", "") in page.text.replace("|", "")
@@ -66,9 +85,6 @@ def test_every_failure_is_on_both_pages_with_reason_log_and_command(page, files,
     assert "dem-harness verify --only 'slope/clipped | 50 steps/critical_angle' --engines toy" in (
         page.text
     )
-
-
-def test_a_known_defect_has_its_cause_and_releases_and_untested_rows_their_reasons(page, files):
     for text in (page.text, files["report.md"]):
         assert "Walls have no friction. Releases from 2023." in text
         assert "its walls mix no materials" in text
@@ -85,7 +101,7 @@ def test_scripts_are_linked_by_the_names_of_their_files_and_a_page_does_not_grow
 
 def test_nothing_of_a_page_comes_from_an_address_and_text_stays_text(page, files):
     assert all(source.startswith("data:") for source in page.values("src"))
-    assert [tag for tag, _ in page.tags].count("script") == 1
+    assert [attrs.get("id", "") for tag, attrs in page.tags if tag == "script"] == ["packed", ""]
     assert not [name for _, attributes in page.tags for name in attributes if name[:2] == "on"]
     for name in ("report.html", "report.md"):
         assert "\x1b" not in files[name]
@@ -109,11 +125,14 @@ def test_the_first_screen_has_the_answer_the_verdicts_and_what_is_not_tested(pag
         assert text in top
 
 
-def test_a_run_without_changes_text_or_scripts_has_a_page(run):
+def test_runs_with_one_row_or_none_and_empty_tables_have_a_page(run):
     bare = replace(run, rows=run.rows.iloc[:1], changes=None, scripts={}, logs={})
     files = report_files(bare, [Section("Nothing", tables=(Table("Empty", run.rows.iloc[:0]),))])
     assert "All verdicts hold" in files["report.html"]
     assert set(files) == {"report.html", "report.md"}
+    none = report_files(replace(bare, rows=run.rows.iloc[:0]), [])
+    assert "Nothing was judged" in none["report.html"]
+    assert unpacked(none["report.html"]) == []
 
 
 # ---- causes and matrices
@@ -121,23 +140,22 @@ def test_a_run_without_changes_text_or_scripts_has_a_page(run):
 
 def test_rows_of_one_defect_are_one_cause_and_failures_differ_by_engine_and_class(run):
     entries = entries_of(run.rows)
-    found = causes(entries, DEFECTS)
-    assert [cause.verdict for cause in found] == ["fail", "fail", "known defect", "not tested"]
-    apart = [entry for entry in entries if entry.row.verdict in
-             ("fail", "known defect", "fixed", "not tested")]  # fmt: skip
-    assert sorted(e.id for cause in found for e in cause.entries) == sorted(e.id for e in apart)
-    assert dict(found[-1].reasons)["its walls mix no materials"] == 1
+    groups = causes(entries, DEFECTS)
+    assert [cause.verdict for cause in groups] == ["fail", "fail", "known defect", "not tested"]
+    judged = [entry.number for entry in entries if entry.row.verdict not in
+              ("pass", "finding", "recorded")]  # fmt: skip
+    assert sorted(entry.number for cause in groups for entry in cause.entries) == judged
+    assert dict(groups[-1].reasons)["its walls mix no materials"] == 1
 
 
-def test_used_is_the_part_of_the_tolerance():
-    row = Row(case="a", setup="", quantity="x", engine="e", value=3.0, expected=1.0, tolerance=4.0,
-              kind=Kind.ANALYTIC, verdict=Verdict.PASS)  # fmt: skip
-    (entry,) = entries_of(table([row]))
-    assert (entry.used, entry.percent) == (0.5, "50 %")
-    (exact,) = entries_of(table([replace(row, tolerance=0.0, value=1.0)]))
-    assert exact.used == 0.0
-    (without,) = entries_of(table([replace(row, tolerance=0.0)]))
-    assert without.percent == ""
+@pytest.mark.parametrize(
+    ("value", "tolerance", "percent"),
+    [(3.0, 4.0, "50 %"), (1.0, 0.0, "0 %"), (3.0, 0.0, ""), (1e6, 1.0, "> 1e4 %")],
+)
+def test_used_is_the_ratio_of_difference_and_tolerance(value, tolerance, percent):
+    row = Row(case="a", setup="", quantity="x", engine="e", value=value, expected=1.0,
+              tolerance=tolerance, kind=Kind.ANALYTIC, verdict=Verdict.PASS)  # fmt: skip
+    assert entries_of(table([row]))[0].percent == percent
 
 
 def test_a_matrix_counts_verdicts_and_names_the_gravest(run):
@@ -147,14 +165,8 @@ def test_a_matrix_counts_verdicts_and_names_the_gravest(run):
     ]  # fmt: skip
     total = sum(int(badge.text.split()[0]) for cell in counted.loc["slope"] for badge in cell)
     assert total == len(run.rows)
-    worst = worst_verdicts(run.rows, ("case", "setup"), "engine")
-    assert worst.loc[("slope", "wall"), "toy"] == "known defect"
-    assert worst.loc[("slope", "hangs"), "toy"] == ""
-    assert ("slope", "plastic, 50 steps") not in divided_setups(run.rows).index
-
-
-def test_an_empty_table_is_shown(run):
-    files = report_files(replace(run, rows=run.rows.iloc[:0], changes=None), [])
-    assert "Nothing was judged" in files["report.html"]
-    assert isinstance(run.rows, pd.DataFrame)
-    assert HOSTILE not in files["report.html"]
+    divided = divided_setups(run.rows)
+    assert divided.loc[("slope", "wall"), "toy"] == "known defect"
+    assert divided.loc[("slope", "hangs"), "toy"] == ""
+    assert ("slope", "plastic, 50 steps") not in divided.index
+    assert HOSTILE not in divided.index.unique("setup")

@@ -8,10 +8,10 @@ from urllib.parse import unquote, urlsplit
 import pytest
 
 from harness.errors import RequestError
+from harness.report.site import LIST, site
 from harness.results.rows import Kind, Row, Verdict, table
 from harness.store.runs import Meta, Run, write_run
 from harness.store.tables import rows_text
-from harness.workflows.static_site import LIST, site
 
 README = """# The harness
 

@@ -202,9 +202,9 @@ def test_a_stored_reproduction_has_its_pages_and_compares_with_itself(run, tmp_p
 
 
 def test_every_figure_is_drawn():
-    from harness.report.figures import draw_all
+    from harness.report.figures import draw
     from harness.reproduction.figures import drawings
 
-    drawn = draw_all(drawings())
+    drawn = [draw(drawing) for drawing in drawings()]
     assert [picture.error for picture in drawn] == [""] * len(drawn)
     assert 10 <= len(drawn) <= 12

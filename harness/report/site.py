@@ -13,34 +13,33 @@ import tomllib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 from urllib.parse import quote, unquote
+
+import pandas as pd
 
 import harness
 from harness.engines.provenance import release_of
 from harness.errors import RequestError
 from harness.files import check_writable, safe_path, whole_folder
-from harness.report.causes import defect_releases, defect_sentence
-from harness.report.matrix import matrix, verdict_badges
-from harness.report.render import Badge, document, html_page
+from harness.report.render import document, html_page
+from harness.report.rows import Badge, defect_releases, defect_sentence, matrix, verdict_badges
 from harness.results.rows import KEY, Verdict, table
 from harness.store.runs import Run, read_run
 from harness.store.tables import read_rows
 
-if TYPE_CHECKING:
-    import pandas as pd
-
 TITLE = "DEM codes against theory"
 START, DEFECTS, LIST = "index.html", "defects.html", "site.json"
-ROWS = "reports/accepted/*/*/rows.csv"
+ACCEPTED_ROWS = "reports/accepted/*/*/rows.csv"
 RELEASES_OF = "lammps"  # the engine whose releases are a board
 LARGEST_FILE = 5_000_000  # bytes of a linked file that is copied
-Navigation = tuple[tuple[str, str], ...]
+NAVIGATION = {"README.md": "README", "reports/README.md": "How to read a report"}
+INDEX_FILES = ("README.md", "report.md", "report.html")  # of a folder that is linked to
 
 
 @dataclass(frozen=True)
 class Site:
-    """A site that was built: its folder, its pages with their sizes [bytes], other files.
+    """A site: its folder, its pages with their sizes [bytes], other files.
 
     ``unlinked`` are page and address of each link whose file the site does not have.
     """
@@ -56,10 +55,10 @@ class Site:
         return self.folder / START
 
     def summary(self) -> dict[str, str]:
-        """Return the first page, and how much the site has."""
-        numbers = (("pages", self.pages), ("other files", self.files))
-        return {"site": str(self.start), **{name: str(len(part)) for name, part in numbers},
-                "links without a file": str(len(self.unlinked))}  # fmt: skip
+        """Return the first page, and the numbers of pages, files and broken links."""
+        numbers = {"pages": self.pages, "other files": self.files,
+                   "links without a file": self.unlinked}  # fmt: skip
+        return {"site": str(self.start)} | {name: str(len(part)) for name, part in numbers.items()}
 
     def to_json(self) -> dict[str, Any]:
         """Return the same, JSON-ready, with each page and each link without a file."""
@@ -82,104 +81,111 @@ def site(output: Path, runs: Sequence[Path] = (), *, project: Path | None = None
     output = Path(output)
     _check_output(output)
     root = project or Path(harness.__file__).parent.parent
-    named = {safe_path(Path(folder).resolve().name): Path(folder) for folder in runs}
-    if len(named) != len(runs):
+    folders = {safe_path(Path(folder).resolve().name): Path(folder) for folder in runs}
+    if len(folders) != len(runs):
         raise RequestError("RUN: two folders of one name; rename one")
-    read = {name: read_run(folder) for name, folder in named.items()}
-    if not (root / "reports").is_dir() and not read:
+    named_runs = {name: read_run(folder) for name, folder in folders.items()}
+    if not (root / "reports").is_dir() and not folders:
         raise RequestError("RUN: there are no committed reports; name folders of `verify --output`")
-    pages = Pages(root, _navigation(root))
+    pages, rows = _Pages(root), _accepted_rows(root)
     pages.add_committed()
-    defects = read_defects(root)
-    rows = committed_rows(root)
-    pages.add_page(DEFECTS, "Known defects", defects_html(root, defects, rows))
-    pages.files |= {
-        path: root / path for one in defects.values() for path in defect_files(root, one)
-    }
-    pages.add_page(START, TITLE, start_html(root, rows, read, pages.contents))
-    return _written(pages, named, output)
-
-
-# ---- pages
+    defects = _defects(root)
+    pages.add_page(DEFECTS, "Known defects", _defects_html(root, defects, rows))
+    for defect in defects.values():
+        pages.files |= {path: root / path for path in _defect_files(root, defect)}
+    pages.add_page(START, TITLE, _start_html(rows, named_runs, pages.reports))
+    return _write(pages, folders, output)
 
 
 @dataclass
-class Pages:
-    """Pages and files of a site, by their address; both are found by the links of pages."""
+class _Pages:
+    """Pages and files of a site, by their address.
+
+    ``reports`` are title, address and folder of the committed reports.
+    """
 
     root: Path
-    navigation: Navigation
     contents: dict[str, str] = field(default_factory=dict)
     files: dict[str, Path] = field(default_factory=dict)
     unlinked: list[tuple[str, str]] = field(default_factory=list)
+    reports: list[tuple[str, str, str]] = field(default_factory=list)
 
     def add_committed(self) -> None:
-        """Add the README, the committed reports, and what they link to."""
-        self._waiting = [self.root / "README.md", *sorted((self.root / "reports").rglob("*.md"))]
+        """Add the README, the committed reports, and all that they link to."""
+        sources = [self.root / "README.md", *sorted((self.root / "reports").rglob("*.md"))]
         runs = self.root / "reports" / "runs"
+        self._waiting = [s for s in sources if s.is_file() and not s.is_relative_to(runs)]
         while self._waiting:
-            source = self._waiting.pop()
-            if source.is_file() and not source.is_relative_to(runs):
-                self._add_markdown(source)
+            self._add_markdown(self._waiting.pop())
+        self.reports.sort(key=lambda report: report[1])
 
     def add_page(self, address: str, title: str, body: str) -> None:
         """Add a page with the navigation of the site."""
-        up = "../" * address.count("/")
+        links = [("Start", START), ("Known defects", DEFECTS)]
+        links += [(n, _page_of(f)) for f, n in NAVIGATION.items() if (self.root / f).is_file()]
         self.contents[address] = html_page(
-            "site.html.j2", title=title, body=body, navigation=self.navigation, up=up, here=address
-        )
+            "site.html.j2", title=title, body=body, navigation=links,
+            up="../" * address.count("/"), here=address,
+        )  # fmt: skip
 
     def _add_markdown(self, source: Path) -> None:
         page = source.relative_to(self.root).as_posix()
-        address = _page_address(page)
+        address, text = _page_of(page), source.read_text(encoding="utf-8")
+        if address in self.contents or address in self.files:
+            return
         finished = source.with_suffix(".html")
         if finished.is_file():  # a report has its own page
             self.files[address] = finished
-            return
-        if address in self.contents:
-            return
-        self.contents[address] = ""  # known, so that a link back finds it
-        text = source.read_text(encoding="utf-8")
-        found = document(text, lambda link: self._address(page, link))
-        self.add_page(address, found.title or source.stem, found.body)
+            title = document(text).title
+        else:
+            self.contents[address] = ""  # so that a link back finds it
+            rendered = document(text, lambda link: self._address(page, link))
+            title = rendered.title or source.stem
+            self.add_page(address, title, rendered.body)
+        if page.startswith("reports/"):
+            self.reports.append((title, address, posixpath.dirname(address)))
 
     def _address(self, page: str, link: str) -> str:
         """Return the address of a link of a page in the site, empty where it leads to no file."""
         path, mark, place = link.partition("#")
         if "://" in link or link.startswith("mailto:") or not path:
             return link
-        target = posixpath.normpath(posixpath.join(posixpath.dirname(page), unquote(path)))
-        found = self._found(target)
-        if found is None:
+        target = self._target(posixpath.join(posixpath.dirname(page), unquote(path)))
+        if not target:
             self.unlinked.append((page, link))
             return ""
-        relative = posixpath.relpath(found, posixpath.dirname(_page_address(page)) or ".")
+        relative = posixpath.relpath(target, posixpath.dirname(page) or ".")
         return quote(relative) + mark + place
 
-    def _found(self, target: str) -> str | None:
-        """Return the address of a file of the project, which is added where it is not yet."""
-        source = self.root / target
-        if target.startswith("..") or not source.exists():
-            return None
+    def _target(self, path: str) -> str:
+        """Return the address of a file of the project, and add the file; empty where it lacks."""
+        path = posixpath.normpath(path)
+        source = self.root / path
+        if path.startswith("..") or not source.exists():
+            return ""
         if source.is_dir():
-            names = ("README.md", "report.md", "report.html")
-            index = next((source / name for name in names if (source / name).is_file()), None)
-            return None if index is None else self._found(index.relative_to(self.root).as_posix())
+            index = next((name for name in INDEX_FILES if (source / name).is_file()), "")
+            return self._target(f"{path}/{index}") if index else ""
         if source.suffix == ".md":
             self._waiting.append(source)
-            return _page_address(target)
+            return _page_of(path)
         if source.stat().st_size > LARGEST_FILE:
-            return None
-        self.files[target] = source
-        return target
+            return ""
+        self.files[path] = source
+        return path
 
 
-def start_html(
-    root: Path, rows: pd.DataFrame, runs: Mapping[str, Run], pages: Mapping[str, str]
+def _page_of(file: str) -> str:
+    return file.removesuffix(".md") + ".html"
+
+
+# ---- the start page
+
+
+def _start_html(
+    rows: pd.DataFrame, runs: Mapping[str, Run], reports: Sequence[tuple[str, str, str]]
 ) -> str:
     """Return the text of the start page: boards, runs, and committed reports."""
-    import pandas as pd
-
     boards = [] if rows.empty else list(_boards(rows))
     if runs:
         lines = [
@@ -193,8 +199,9 @@ def start_html(
             for name, run in runs.items()
         ]
         boards.insert(0, ("Runs", "Runs of this machine.", pd.DataFrame(lines)))
-    reports = pd.DataFrame(_reports(root, pages), columns=["report", "folder"])
-    return html_page("start.html.j2", title=TITLE, boards=boards, reports=reports)
+    links = [(Badge(title, "", address), folder) for title, address, folder in reports]
+    frame = pd.DataFrame(links, columns=["report", "folder"])
+    return html_page("start.html.j2", title=TITLE, boards=boards, reports=frame)
 
 
 def _boards(rows: pd.DataFrame) -> Iterator[tuple[str, str, pd.DataFrame]]:
@@ -213,11 +220,9 @@ def _boards(rows: pd.DataFrame) -> Iterator[tuple[str, str, pd.DataFrame]]:
     )
 
 
-def committed_rows(root: Path) -> pd.DataFrame:
+def _accepted_rows(root: Path) -> pd.DataFrame:
     """Return the rows of accepted runs, one for each key and version."""
-    import pandas as pd
-
-    tables = [read_rows(file) for file in sorted(root.glob(ROWS))]
+    tables = [read_rows(file) for file in sorted(root.glob(ACCEPTED_ROWS))]
     if not tables:
         return table(())
     return pd.concat(tables, ignore_index=True).drop_duplicates([*KEY, "version"])
@@ -226,28 +231,23 @@ def committed_rows(root: Path) -> pd.DataFrame:
 # ---- known defects
 
 
-def read_defects(root: Path) -> dict[str, dict[str, Any]]:
-    """Return the known defects of a project by name, none where it has no file of them."""
+def _defects(root: Path) -> dict[str, dict[str, Any]]:
     file = root / "inputs" / "known-defects.toml"
-    if not file.is_file():
-        return {}
-    defects: dict[str, dict[str, Any]] = tomllib.loads(file.read_text("utf-8")).get("defect", {})
-    return defects
+    text = file.read_text("utf-8") if file.is_file() else ""
+    return dict(tomllib.loads(text).get("defect", {}))
 
 
-def defect_files(root: Path, defect: Mapping[str, Any]) -> list[str]:
+def _defect_files(root: Path, defect: Mapping[str, Any]) -> list[str]:
     """Return the paths of a defect's script and of the test for the code's own suite."""
     script = defect.get("script", "")
     paths = [script, posixpath.join(posixpath.dirname(script), "test.yaml")] if script else []
     return [path for path in paths if (root / path).is_file()]
 
 
-def defects_html(root: Path, defects: Mapping[str, Mapping[str, Any]], rows: pd.DataFrame) -> str:
+def _defects_html(root: Path, defects: Mapping[str, Mapping[str, Any]], rows: pd.DataFrame) -> str:
     """Return the text of the page of known defects: causes, releases and scripts."""
-    import pandas as pd
-
-    found = rows[rows["verdict"] == Verdict.KNOWN_DEFECT].groupby(["version", "defect"]).size()
-    versions = sorted(found.index.unique("version"), key=release_of)
+    numbers = rows[rows["verdict"] == Verdict.KNOWN_DEFECT].groupby(["version", "defect"]).size()
+    versions = sorted(numbers.index.unique("version"), key=release_of)
     lines, details = [], []
     for name, defect in defects.items():
         line = {
@@ -255,33 +255,13 @@ def defects_html(root: Path, defects: Mapping[str, Mapping[str, Any]], rows: pd.
             "engine": defect["engine"],
             "releases": defect_releases(defect) or "all known",
         }
-        lines.append(line | {version: found.get((version, name), "") for version in versions})
-        scripts = [(path, (root / path).read_text("utf-8")) for path in defect_files(root, defect)]
+        lines.append(line | {version: numbers.get((version, name), "") for version in versions})
+        scripts = [(path, (root / path).read_text("utf-8")) for path in _defect_files(root, defect)]
         details.append((name, defect_sentence(defect), defect, scripts))
     return html_page("defects.html.j2", table=pd.DataFrame(lines), defects=details)
 
 
 # ---- files
-
-
-def _navigation(root: Path) -> Navigation:
-    pages = (("README", "README.md"), ("How to read a report", "reports/README.md"))
-    present = [(name, _page_address(file)) for name, file in pages if (root / file).is_file()]
-    return (("Start", START), ("Known defects", DEFECTS), *present)
-
-
-def _page_address(file: str) -> str:
-    """Return the address of the page of a Markdown file."""
-    return file.removesuffix(".md") + ".html"
-
-
-def _reports(root: Path, pages: Mapping[str, str]) -> Iterator[tuple[Badge, str]]:
-    """Yield title, with a link, and folder of each committed report."""
-    for source in sorted((root / "reports").rglob("*.md")):
-        address = _page_address(source.relative_to(root).as_posix())
-        if address in pages or source.with_suffix(".html").is_file():
-            title = document(source.read_text(encoding="utf-8")).title
-            yield Badge(title, "", address), posixpath.dirname(address)
 
 
 def _check_output(folder: Path) -> None:
@@ -292,17 +272,17 @@ def _check_output(folder: Path) -> None:
     check_writable(folder)
 
 
-def _written(pages: Pages, runs: Mapping[str, Path], output: Path) -> Site:
+def _write(pages: _Pages, runs: Mapping[str, Path], output: Path) -> Site:
     sizes = {address: len(text.encode()) for address, text in sorted(pages.contents.items())}
     built = Site(output, sizes, sorted(pages.files), pages.unlinked)
-    with whole_folder(output, replace=True) as aside:
-        for name, folder in runs.items():
-            shutil.copytree(folder, aside / "runs" / name)
+    with whole_folder(output, replace=True) as folder:
+        for name, source in runs.items():
+            shutil.copytree(source, folder / "runs" / name)
         for address, source in pages.files.items():
-            (aside / address).parent.mkdir(parents=True, exist_ok=True)
-            shutil.copyfile(source, aside / address)
-        for address, text in pages.contents.items():
-            (aside / address).parent.mkdir(parents=True, exist_ok=True)
-            (aside / address).write_text(text, encoding="utf-8")
-        (aside / LIST).write_text(json.dumps(built.to_json(), indent=1), encoding="utf-8")
+            (folder / address).parent.mkdir(parents=True, exist_ok=True)
+            shutil.copyfile(source, folder / address)
+        contents = pages.contents | {LIST: json.dumps(built.to_json(), indent=1)}
+        for address, text in contents.items():
+            (folder / address).parent.mkdir(parents=True, exist_ok=True)
+            (folder / address).write_text(text, encoding="utf-8")
     return built
