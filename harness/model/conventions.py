@@ -50,6 +50,14 @@ class Rules(Parameters):
     wall_spin: Literal["spin", "levered"] = Field(
         "spin", description="[-] of rolling and twisting at a wall: w, or (r - d/2) / (r - d) w "
         "(LIGGGHTS, epsd*); d/r")
+    rolling_axis: Literal["across", "projected", "whole"] = Field(
+        "across", description="[-] of the constant torque of rolling: w' / |w'|, w' across n; "
+        "w' / |w| (LIGGGHTS, cdt); or w / |w| (Kratos, Yade); 1")
+    rolling_load: Literal["normal", "elastic"] = Field(
+        "normal", description="[-] of that torque: |F_n|, or the elastic force (LIGGGHTS, cdt); 1")
+    rolling_lever: Literal["effective_radius", "shortened"] = Field(
+        "effective_radius", description="[-] of that torque: R*, or R* l / r with the lever l of "
+        "w in u (Kratos); d/r")
     frozen_mass: Literal["infinite", "own"] = Field(
         "infinite", description="[-] of a frozen partner in m*: infinite, or its own (MFiX); 1")
     wall_curvature: float = Field(
@@ -139,6 +147,11 @@ class Faults(Parameters):
     )
     springs_lost_in_setup: bool = Field(
         False, description="[-] a later setup forgets tangential springs (LAMMPS, old restarts)"
+    )
+    rolling_by_rate: bool = Field(
+        False,
+        description="[-] the constant torque of rolling is mu_r R* |F_n| w, w in rad/s (Yade, "
+        "ViscoelasticPM.cpp: normalized() changes nothing)",
     )
     forgets_setup: bool = Field(
         False,

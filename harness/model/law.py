@@ -4,9 +4,10 @@ Names and units follow the manual of LAMMPS's pair style granular. Sources of th
 Johnson, Contact Mechanics (1985); Derjaguin, Muller and Toporov, J. Colloid Interface Sci. 53, 314
 (1975); Johnson, Kendall and Roberts, Proc. R. Soc. A 324, 301 (1971); Tsuji, Tanaka and Ishida,
 Powder Technol. 71, 239 (1992); Brilliantov et al., Phys. Rev. E 53, 5382 (1996); Luding, Granular
-Matter 10, 235 (2008); Marshall, J. Comput. Phys. 228, 1541 (2009); Thornton, Cummins and Cleary,
-Powder Technol. 233, 30 (2013); Zunker and Kamrin, J. Mech. Phys. Solids 183, 105492 and 105493
-(2024).
+Matter 10, 235 (2008); Marshall, J. Comput. Phys. 228, 1541 (2009); Ai, Chen, Rotter and Ooi,
+Powder Technol. 206, 269 (2011), whose model A is the constant torque of rolling, sds model C;
+Thornton, Cummins and Cleary, Powder Technol. 233, 30 (2013); Zunker and Kamrin, J. Mech. Phys.
+Solids 183, 105492 and 105493 (2024).
 
 Symbols: m* effective mass, R* effective radius, E* and G* effective moduli, a contact radius, d
 overlap, F elastic force, n normal, w angular velocity.
@@ -31,7 +32,7 @@ Tangential = Literal[
     "none", "linear_nohistory", "linear_history", "linear_history_classic", "mindlin",
     "mindlin/force", "mindlin_rescale", "mindlin_rescale/force", "mindlin_classic",
 ]  # fmt: skip
-Rolling = Literal["none", "sds"]
+Rolling = Literal["none", "sds", "constant"]
 Twisting = Literal["none", "sds", "marshall"]
 Heat = Literal["none", "radius", "area"]
 Mean = Literal["geometric", "arithmetic", "least"]
@@ -104,6 +105,7 @@ TANGENTIAL: Table = {
 ROLLING: Table = {
     "sds": Submodel("spring and dashpot of the velocity R* (w_i - w_j) x n, at most mu_r R* |F_n|",
                     ("rolling_stiffness", "rolling_damping", "rolling_friction")),
+    "constant": Submodel("torque mu_r R* |F_n| against w_i - w_j across n", ("rolling_friction",)),
 }
 TWISTING: Table = {
     "sds": Submodel("spring and dashpot of the angle about n, at most mu_w |F_n|",

@@ -47,9 +47,13 @@ def words(kind: type[Parameters], name: str) -> dict[str, int]:
 
 HOOKE, DMT, JKR, MDR = (words(Law, "normal")[w] for w in ("hooke", "dmt", "jkr", "mdr"))
 MARSHALL, WITHIN_RADIUS = words(Law, "twisting")["marshall"], words(Law, "heat")["radius"]
+CONSTANT = words(Law, "rolling")["constant"]
 VERLET, EULER = (words(Rules, "scheme")[w] for w in ("velocity_verlet", "mfix_euler"))
 STICKING_ONLY = words(Rules, "damping_in_cap")["sticking_only"]
 RADIUS, HEIGHT = (words(Rules, "wall_lever")[w] for w in ("radius", "height"))
+ACROSS, PROJECTED_AXIS = (words(Rules, "rolling_axis")[w] for w in ("across", "projected"))
+ELASTIC = words(Rules, "rolling_load")["elastic"]
+SHORTENED = words(Rules, "rolling_lever")["shortened"]
 LEVERED = words(Rules, "wall_spin")["levered"]
 TURNED, PROJECTED, ROTATED, FINITE_ROTATION = (
     words(Rules, "spring_frame")[w] for w in ("turned", "projected", "rotated", "finite_rotation")
@@ -101,18 +105,20 @@ class Touch(NamedTuple):
 
 
 class Slip(NamedTuple):
-    """A contact in a step: R*, a [m], eta [kg/s], load of friction [N], d [m], and how it slips."""
+    """A contact in a step: R*, a [m], eta [kg/s], forces [N], d [m], and how it slips."""
 
     radius: float
     a: float
     eta: float
-    load: float
+    load: float  # of friction
+    elastic: float
     overlap: float
     velocity: Triple  # [m/s] along the surface
     moved: Triple  # [m] in the step
     along: float  # [m] along the normal in the step
     spin: Triple  # [rad/s] of the first body against the second
     both: Triple  # [rad/s] of both together
+    arm: float  # [m] R* by the share of the first radius that its lever has
 
 
 # ---- steps
@@ -398,7 +404,7 @@ def _add_contact(system: System, c: int, touch: Touch, radius: float, h: float) 
     along = couple = NONE
     if law.rubs:
         motion = relative, _vector(state[i, SPIN]), _vector(state[j, SPIN]) if j >= 0 else NONE
-        slip = Slip(radius, a, eta, load, touch.overlap, n, n, 0.0, n, n)
+        slip = Slip(radius, a, eta, load, pressed, touch.overlap, n, n, 0.0, n, n, radius)
         slip = _slip(rules, j >= 0, touch, system.bodies[i].radius, motion, h, slip)
         along = _tangential_force(contact, law, rules, n, slip, h)
         couple = _rolling_torque(contact, law, rules, n, slip, h)
@@ -548,7 +554,8 @@ def _slip(
         felt = _scale((radius - 0.5 * touch.overlap) / (radius - touch.overlap), felt)
     both = _add(spin, other)
     return Slip(
-        slip.radius, slip.a, slip.eta, slip.load, slip.overlap, u, moved, along, felt, both
+        slip.radius, slip.a, slip.eta, slip.load, slip.elastic, slip.overlap, u, moved, along,
+        felt, both, slip.radius * first / radius,
     )  # fmt: skip
 
 
@@ -649,12 +656,31 @@ def _rolling_torque(
     turned = rules.torsion_frame == STAYS_TURNED
     if law.rolling_friction <= 0.0:
         return NONE
+    if law.rolling == CONSTANT:
+        return _constant_torque(law, rules, n, slip)
     u = _cross(slip.spin, n) if turned else _project(slip.spin, n)
     force = _torsion(
         contact, rules, n, slip, h, 1, _scale(slip.radius, u),
         (law.rolling_stiffness, law.rolling_damping, law.rolling_friction * slip.load),
     )  # fmt: skip
     return _scale(slip.radius, _cross(n, force) if turned else force)
+
+
+@kernel
+def _constant_torque(law: Records, rules: Records, n: Triple, slip: Slip) -> Triple:
+    """Return the torque [N m] on the first body: -mu_r R* |F_n| w / |w| of the rolling spin w.
+
+    Model A of Ai and others (2011). A body at rest turns back and forth by the spin of a step.
+    """
+    across = _project(slip.spin, n)
+    axis = across if rules.rolling_axis in (ACROSS, PROJECTED_AXIS) else slip.spin
+    size = _size(across if rules.rolling_axis == ACROSS else slip.spin)
+    if size == 0.0:
+        return NONE
+    force = abs(slip.elastic) if rules.rolling_load == ELASTIC else slip.load
+    arm = slip.arm if rules.rolling_lever == SHORTENED else slip.radius
+    torque = law.rolling_friction * arm * force
+    return _scale(-torque / (1.0 if rules.rolling_by_rate else size), axis)
 
 
 @kernel

@@ -642,6 +642,29 @@ def on_an_incline(
     return [state[:4] * scales for state in reached]
 
 
+def against_constant_torque(
+    time: float, speed: float, pull: float, mass: float, stiffness: float,
+    limits: tuple[float, float],
+) -> tuple[float, float] | None:  # fmt: skip
+    """Return speed and rim speed [m/s] of a sphere that rolls against a constant torque, at a time.
+
+    Model A of Ai and others, Powder Technol. 206, 269 (2011). It rolls at a ``speed`` [m/s] at the
+    start; ``pull`` is gravity along the floor [m/s2]. ``limits`` are those of friction and of the
+    torque over the radius [N]: mu N and D = mu_r N. The spring s of friction, without a dashpot,
+    follows s'' = p + 5/2 D/m - 7/2 k s/m, so that rolling changes by 5/7 (p - D/m). None where it
+    slides, and where it may have stopped.
+    """
+    friction, drag = limits[0], limits[1] / mass
+    rate, w = pull + 2.5 * drag, math.sqrt(3.5 * stiffness / mass)
+    swing = abs(rate) / w
+    stopped = speed + 5.0 / 7.0 * (pull - drag) * time <= 9.0 / 7.0 * swing
+    if stopped or 4.0 / 7.0 * abs(rate) * mass > friction:
+        return None
+    slip = rate / w * math.sin(w * time)
+    moved = speed + 5.0 / 7.0 * (pull - drag) * time + 2.0 / 7.0 * slip
+    return moved, moved - slip
+
+
 # ---- a sphere that a fluid drags, and heat through a contact
 #
 # m u' = m g - gamma u, from rest; LAMMPS's fix viscous. Heat: C_i T_i' = -+ G (T_1 - T_2), G = 2 k

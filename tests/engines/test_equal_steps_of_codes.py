@@ -28,6 +28,7 @@ from tests.solvers.reference.scenes import (
     LEADS,
     LINEAR,
     RHO,
+    TORQUE,
     VISCOUS,
     R,
     guided,
@@ -39,7 +40,11 @@ pytestmark = [pytest.mark.live, pytest.mark.slow]
 CODES = {"liggghts": liggghts, "yade": yade, "kratos": kratos}
 ALL = pytest.mark.parametrize("code", CODES)
 TOLERANCE = 1e-9
-FAULTS = {"kratos": kratos.FAULTS, "liggghts": Faults(forgets_setup=True)}
+FAULTS = {
+    "kratos": kratos.FAULTS,
+    "liggghts": Faults(forgets_setup=True),
+    "yade": Faults(rolling_by_rate=True),
+}
 
 SPRING = {"tangential": "linear_history", "tangential_stiffness": 3e4, "friction": 0.3}
 STIFF = {**SPRING, "tangential_stiffness": 2e5}
@@ -74,6 +79,14 @@ LAWS = {
     "rolling and twisting": HOOKE.replace(
         **SPRING, **ROLLS, **TWISTS, rolling_stiffness=3e4, twisting_stiffness=1.0
     ),
+    # as Yade has it, small spheres are unstable from mu_r R* |F_n| h / I = 2 on
+    "rolling, constant": LINEAR.replace(**{**TORQUE, "rolling_friction": 2e-3}, clipped=True),
+    "rolling, constant, elastic": HOOKE.replace(**SPRING, **TORQUE),
+    "restitution of each": HOOKE.replace(**CLIPPED, partner_restitution=0.9),
+    "friction of each": HOOKE.replace(**SPRING, partner_friction=0.1),
+    "friction of each, mindlin/force": HERTZ.replace(
+        tangential="mindlin/force", **FRICTION, partner_friction=0.1
+    ),
     "hertz": HERTZ,
     "hertz, modulus": Law(normal="hertz", normal_modulus=1e8),
     "viscoelastic": HERTZ.replace(**VISCOUS),
@@ -94,19 +107,20 @@ LAWS = {
 STATED = {
     "liggghts": {
         *(name for name in LAWS if name not in ("dmt", "rolling and twisting")
-          and "/force" not in name),
+          and "/force" not in name and "of each" not in name),
     },
     "yade": {
         "hooke", "velocity, clipped", "mass_velocity", "damping_ratio", "coeff_restitution",
         "linear_history", "linear_history, stiff", "linear_history, damped, clipped",
         "rolling, tied", "twisting, tied", "rolling and twisting", "hertz",
         "hertz, coeff_restitution", "mindlin/force", "mindlin/force, coeff_restitution",
-        "mindlin/force, rolling", "dmt",
+        "mindlin/force, rolling", "dmt", "rolling, constant", "rolling, constant, elastic",
+        "restitution of each", "friction of each", "friction of each, mindlin/force",
     },
     "kratos": {
         "hooke", "velocity, clipped", "mass_velocity", "damping_ratio", "coeff_restitution",
         "linear_history", "linear_history, stiff", "hertz", "hertz, coeff_restitution",
-        "mindlin_rescale/force", "dmt",
+        "mindlin_rescale/force", "dmt", "rolling, constant, elastic",
     },
 }  # fmt: skip
 

@@ -3,6 +3,7 @@
 import math
 
 import pytest
+from scipy.integrate import solve_ivp
 
 from harness.theory import contact
 from tests.theory import closed_forms
@@ -54,6 +55,34 @@ def test_rolling_resistance_slows_a_rolling_sphere():
     balance = 0.05 * MASS * G * RADIUS / (0.4 * MASS * RADIUS**2 + MASS * RADIUS**2)
     assert expected == pytest.approx(balance, rel=1e-14)
     assert -(end - halfway)[2] / RADIUS / 0.01 == pytest.approx(expected, rel=1e-6)
+
+
+@pytest.mark.parametrize(("speed", "pull"), [(0.5, 0.0), (0.5, -1.0), (0.02, 1.5)])
+def test_a_constant_torque_slows_a_sphere_that_rolls(speed, pull):
+    load, end = MASS * G, 0.01
+    limits = FRICTION * load, 0.05 * load
+
+    def newton(_, y):
+        spring, u, rim = y
+        force = ALONG * spring
+        return u - rim, pull - force / MASS, (force - limits[1]) / (0.4 * MASS)
+
+    ran = solve_ivp(newton, (0.0, end), (0.0, speed, speed), "DOP853", rtol=1e-13, atol=1e-18)
+    state = contact.against_constant_torque(end, speed, pull, MASS, ALONG, limits)
+    assert state == pytest.approx(ran.y[1:, -1], rel=1e-9)
+    # a stiff spring: it rolls, and the torque takes 5/7 mu_r g from 5/7 of the pull
+    rigid = contact.against_constant_torque(end, speed, pull, MASS, 1e22, limits)
+    assert rigid[0] == pytest.approx(speed + 5 / 7 * (pull - 0.05 * G) * end, rel=1e-9)
+    assert rigid[1] == pytest.approx(rigid[0], rel=1e-7)
+
+
+def test_a_constant_torque_without_a_motion_in_closed_form():
+    load = MASS * G
+    down = contact.against_constant_torque(1.0, 0.0, 1.0, MASS, 1e22, (load, 0.0))
+    expected = contact.down_an_incline(math.asin(1.0 / G), 1.0, G)
+    assert down == pytest.approx((expected.acceleration, expected.turning), rel=1e-8)
+    for limits, time in (((0.01 * load, 0.05 * load), 0.01), ((load, 0.05 * load), 2.0)):
+        assert contact.against_constant_torque(time, 0.5, 0.0, MASS, ALONG, limits) is None
 
 
 @pytest.mark.parametrize("angle", [0.0175, 0.07])

@@ -22,8 +22,10 @@ class InclineRest(InclineRoll):
     def check(self) -> None:
         """Raise ValueError for values that have no meaning together."""
         super().check()
-        if self.rolling == "none":
-            raise ValueError("rolling = 'none': must be sds in this case, to hold a sphere")
+        if self.rolling != "sds":
+            raise ValueError(
+                f"rolling = {self.rolling!r}: must be sds in this case, to hold a sphere"
+            )
         for name in ("rolling_friction", "rolling_stiffness", "friction"):
             if not getattr(self, name):
                 raise ValueError(f"{name} = {getattr(self, name)!r}: must be greater than 0 here")

@@ -80,7 +80,15 @@ class Simulation:
         made = self.parts[0].CreateNewProperties(number)
         made[self.variable("YOUNG_MODULUS")] = young
         made[self.variable("POISSON_RATIO")] = self.code["poisson"]
+        self.resist_rolling(made)
         return made
+
+    def resist_rolling(self, properties: Any) -> None:
+        """Set the model of rolling friction, of a body and of a contact alike."""
+        if self.code["rolling"]:
+            properties[self.variable("DEM_ROLLING_FRICTION_MODEL_NAME")] = self.code["rolling"]
+            model = getattr(self.dem, self.code["rolling"])()
+            model.SetAPrototypeOfThisInProperties(properties, False)
 
     def contact(self, number: int, gamma: float) -> Any:
         """Return the contact with the material of a number."""
@@ -88,6 +96,7 @@ class Simulation:
         for name, value in {**self.code["values"], "DAMPING_GAMMA": gamma}.items():
             made[self.variable(name)] = value
         getattr(self.dem, self.code["law"])().SetConstitutiveLawInProperties(made, False)
+        self.resist_rolling(made)
         return made
 
     def add_sphere(self, k: int) -> Any:
@@ -135,6 +144,7 @@ class Simulation:
             "DELTA_TIME": step,
             "NODAL_MASS_COEFF": 1.0,
             "ROTATION_OPTION": 1,
+            "ROLLING_FRICTION_OPTION": int(bool(self.code["rolling"])),
             "SEARCH_CONTROL": 1,
             # a search that finds all there is needs no other
             "SEARCH_RADIUS_INCREMENT": reach,

@@ -27,6 +27,7 @@ from harness.engines.scene_files import (
     contact_mass,
     damping_of,
     nearest_body,
+    partners,
     room,
     script_with,
 )
@@ -40,10 +41,11 @@ from harness.errors import (
 from harness.model.base import ZERO
 from harness.model.conventions import Faults, Rules
 from harness.model.law import damping_ratio
-from harness.model.scene import Body, Scene
+from harness.model.scene import Body, Scene, effective_radius
 
 SCRIPT = Path(__file__).with_name("run_scenes.py")
 LINEAR, CUSTOM = "DEM_D_Linear_viscous_Coulomb", "DEM_D_Linear_Custom_Constants"
+TORQUE = "DEMRollingFrictionModelConstantTorque"
 HERTZ, DMT = "DEM_D_Hertz_viscous_Coulomb", "DEM_D_Hertz_viscous_Coulomb_DMT"
 SAME = 1e-9  # relative difference of places on a row
 MOST_SHEAR = 4.0 / 3.0  # of k_n: 2 (1 - nu) / (2 - nu) of a material is less
@@ -56,6 +58,7 @@ RULES = Rules(
     rescaled_from="displacement",
     looks_set_up=False,
 )
+CONSTANT_TORQUE = {"rolling_axis": "whole", "rolling_lever": "shortened"}
 FAULTS = Faults(small_angle_quaternion=True)  # of 10.2 to 10.4
 
 
@@ -66,7 +69,7 @@ FAREWELL = "Deregistering "  # how the lines begin that Kratos prints at its end
 def rules(scene: Scene) -> Rules:
     """Return Kratos's conventions; raise Unsupported for a scene that it cannot state."""
     words(scene)
-    return RULES
+    return RULES.replace(**CONSTANT_TORQUE) if scene.law.rolling == "constant" else RULES
 
 
 def motions(
@@ -132,8 +135,8 @@ def words(scene: Scene) -> dict[str, Any]:
     name, law = _name(scene), scene.law
     friction = law.friction or 0.0
     values = {"STATIC_FRICTION": friction, "DYNAMIC_FRICTION": friction}
-    unused = ("FRICTION_DECAY", "ROLLING_FRICTION", "COEFFICIENT_OF_RESTITUTION")
-    values |= dict.fromkeys(unused, 0.0)
+    values |= dict.fromkeys(("FRICTION_DECAY", "COEFFICIENT_OF_RESTITUTION"), 0.0)
+    values["ROLLING_FRICTION"] = _rolling_friction(scene)
     if name == DMT:  # of both surfaces: F = 2 pi PARTICLE_COHESION R*
         values["PARTICLE_COHESION"] = 2.0 * (law.surface_energy or 0.0)
     elif name == CUSTOM:
@@ -145,6 +148,7 @@ def words(scene: Scene) -> dict[str, Any]:
     return {
         "law": name,
         "values": values,
+        "rolling": "" if law.rolling == "none" else TORQUE,
         "young": young,
         "poisson": poisson,
         "wall_young": wall_young,
@@ -184,11 +188,12 @@ def _name(scene: Scene) -> str:
         name = CUSTOM if ratio >= MOST_SHEAR else LINEAR
         check_words(law, name,
                     damping="none velocity mass_velocity damping_ratio coeff_restitution",
-                    tangential="none linear_history", rolling="none", twisting="none")  # fmt: skip
+                    tangential="none linear_history", rolling="none constant",
+                    twisting="none")  # fmt: skip
     elif law.normal == "hertz":
         name = HERTZ
         check_words(law, name, damping="none coeff_restitution",
-                    tangential="none mindlin_rescale/force", rolling="none",
+                    tangential="none mindlin_rescale/force", rolling="none constant",
                     twisting="none")  # fmt: skip
     else:
         name = DMT
@@ -226,6 +231,17 @@ def _material(scene: Scene, name: str) -> tuple[float, float, list[float]]:
         young = 2.0 * modulus / BETWEEN_SPHERES * (1.0 / bodies[0].radius + 1.0 / bodies[1].radius)
     both = [modulus / AT_WALLS / nearest_body(scene, wall).radius for wall in walls]
     return young, poisson, [1.0 / (1.0 / one - 1.0 / young) for one in both]
+
+
+def _rolling_friction(scene: Scene) -> float:
+    """Return Kratos's coefficient of rolling, whose arm is the radius of each sphere, not R*."""
+    if scene.law.rolling == "none":
+        return 0.0
+    pairs = partners(scene)
+    shares = {effective_radius(first, second) / first.radius for first, second in pairs}
+    if len(shares) > 1 or any(second and second.radius != first.radius for first, second in pairs):
+        raise Unsupported("has opposite torques of rolling for spheres of one size, or at walls")
+    return (scene.law.rolling_friction or 0.0) * min(shares)
 
 
 def _gamma(scene: Scene, first: Body, second: Body | None) -> float:

@@ -37,6 +37,8 @@ def granular_words(law: Law, mass: float | None) -> str:
     """
     name, eta = _dashpot(law, mass)
     words = [_normal_words(law, eta), f"damping {name}", f"tangential {_tangential_words(law)}"]
+    if law.rolling == "constant":
+        raise Unsupported("pair_style granular has rolling sds alone, no constant torque")
     if law.rolling == "sds":
         words.append(f"rolling sds {_sds_numbers(law, 'rolling')}")
     if law.twisting == "sds":

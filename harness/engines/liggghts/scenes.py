@@ -51,12 +51,13 @@ RULES = Rules(
     torsion_frame="room",
     wall_touches_at_zero=True,
 )
+CONSTANT_TORQUE = {"rolling_axis": "projected", "rolling_load": "elastic"}  # rolling friction cdt
 
 
 def rules(scene: Scene) -> Rules:
     """Return LIGGGHTS's conventions; raise Unsupported for a scene that it cannot state."""
     words(scene)
-    return RULES
+    return RULES.replace(**CONSTANT_TORQUE) if scene.law.rolling == "constant" else RULES
 
 
 def motions(
@@ -348,7 +349,7 @@ def _normal_words(law: Law) -> tuple[str, str, str]:
         dampings = "none velocity mass_velocity damping_ratio coeff_restitution"
         check_words(law, "hooke/stiffness", damping=dampings, twisting="none sds")
         return "hooke/stiffness", "absolute_damping on tangential_damping on", "gamman_abs"
-    check_words(law, "hertz", normal="hertz", rolling="none", twisting="none")
+    check_words(law, "hertz", normal="hertz", rolling="none constant", twisting="none")
     if law.damping != "coeff_restitution":
         tangentials = "none linear_nohistory mindlin mindlin_classic"
         check_words(law, "hertz/stiffness", damping="none viscoelastic", tangential=tangentials)
@@ -368,13 +369,16 @@ def _normal_words(law: Law) -> tuple[str, str, str]:
 def _rolling_words(scene: Scene) -> tuple[str, str, float]:
     """Return rolling model, its setting and the factor of its spring.
 
-    epsd2 has the tangential spring and no dashpot; epsd 2.25 k_n mu_r^2; epsd3 any factor from 1
-    on (``global_properties.cpp``). ``torsionTorque`` has mu_w in the place of mu_r.
+    cdt has a constant torque; epsd2 the tangential spring and no dashpot; epsd 2.25 k_n mu_r^2;
+    epsd3 any factor from 1 on (``global_properties.cpp``). ``torsionTorque`` has mu_w in the place
+    of mu_r.
     """
     law = scene.law
     if law.rolling == law.twisting == "none":
         return "off", "", 1.0
-    if law.rolling == law.twisting:
+    if law.rolling == "constant" and law.twisting == "none":
+        return "cdt", "", 1.0
+    if "none" not in (law.rolling, law.twisting):
         raise Unsupported("its rolling models resist rolling or twisting, not both")
     name, power, turning = "rolling", 0, ""
     if law.twisting != "none":
@@ -437,7 +441,7 @@ def _rolling_coefficients(law: Law, first: Body, second: Body | None) -> tuple[f
     name = "twisting" if power else "rolling"
     spring = getattr(law, f"{name}_stiffness")
     if spring is None:
-        return 0.0, 0.0
+        return law.rolling_friction or 0.0, 0.0
     moments = [1.4 * body.mass * body.radius**2 for body in (first, second) if body]
     moment = 1.0 / sum(1.0 / value for value in moments)
     damping = getattr(law, f"{name}_damping") * radius ** (1 - power)

@@ -31,7 +31,7 @@ from harness.engines.scene_files import (
 from harness.errors import Unsupported
 from harness.model.conventions import Rules
 from harness.model.law import Law, damping_ratio
-from harness.model.scene import Scene
+from harness.model.scene import Scene, effective_radius
 
 SCRIPT = Path(__file__).with_name("run_scenes.py")
 WALL_RADIUS = 1e8  # [radius of a sphere] of a wall in Hertz's law; Yade's walls have a radius
@@ -44,9 +44,8 @@ _COMMON = {
     "torsion_frame": "rotated",
     "wall_touches_at_zero": True,
     "bodies_touch_at_zero": True,
-    "restitution_mean": "arithmetic",
-    "friction_mean": "least",
 }
+OF_EACH = {"restitution_mean": "arithmetic", "friction_mean": "least"}
 RULES = {
     ELASTIC: Rules(
         damping_in_cap="sticking_only",
@@ -62,7 +61,10 @@ RULES[SOLID] = RULES[ELASTIC].replace(wall_curvature=1.0 / WALL_RADIUS)
 
 def rules(scene: Scene) -> Rules:
     """Return Yade's conventions; raise Unsupported for a scene that it cannot state."""
-    return RULES[words(scene)["law"]]
+    law = scene.law
+    changes = OF_EACH if law.two_materials else {}
+    changes = {**changes, "rolling_axis": "whole"} if law.rolling == "constant" else changes
+    return RULES[words(scene)["law"]].replace(**changes)
 
 
 def motions(
@@ -116,7 +118,8 @@ def words(scene: Scene) -> dict[str, Any]:
         raise Unsupported("never attracts (clipped = True)")
     if law.normal != "hooke":
         return _solid(scene)
-    return _elastic(scene) if law.rolling == law.twisting == "none" else _turning(scene)
+    turns = law.rolling == "sds" or law.twisting != "none"
+    return _turning(scene) if turns else _elastic(scene)
 
 
 def _elastic(scene: Scene) -> dict[str, Any]:
@@ -126,6 +129,7 @@ def _elastic(scene: Scene) -> dict[str, Any]:
                 tangential="none linear_history")  # fmt: skip
     if law.partner_restitution is not None:
         return {"law": ELASTIC, "materials": _restitutions(scene), "physics": {}, "options": {}}
+    resists = {} if law.rolling == "none" else {"mR": _rolling_arm(scene), "mRtype": 1}
     materials = [
         {
             "kn": 2.0 * (law.normal_stiffness or 0.0),
@@ -133,6 +137,7 @@ def _elastic(scene: Scene) -> dict[str, Any]:
             "ks": 2.0 * (law.tangential_stiffness or 0.0),
             "cs": eta * (law.tangential_damping or 0.0),
             "frictionAngle": angle,
+            **resists,
         }
         for eta, angle in zip(_dashpots(scene), _friction_angles(scene), strict=True)
     ]
@@ -145,7 +150,8 @@ def _restitutions(scene: Scene) -> list[dict[str, float]]:
     k = m* (pi^2 + ln^2 e) / tc^2, with the own mass of a frozen sphere too.
     """
     law, (first, *others) = scene.law, scene.bodies
-    if law.tangential != "none" or [body.motion for body in others] != ["free"]:
+    two = not scene.walls and [body.motion for body in scene.bodies] == ["free", "free"]
+    if law.tangential != "none" or not two:
         name = "Ip2_ViscElMat_ViscElMat_ViscElPhys"
         raise Unsupported(f"its {name} mixes restitutions of two free spheres without friction")
     both = [own.restitution or 1.0 for own in law.of_each]
@@ -153,6 +159,14 @@ def _restitutions(scene: Scene) -> list[dict[str, float]]:
     stiffness = law.normal_stiffness or 1.0
     time = math.hypot(math.pi, math.log(sum(both) / 2.0)) * math.sqrt(mass / stiffness)
     return [{"tc": time, "en": e, "et": 1.0, "frictionAngle": 0.0} for e in both]
+
+
+def _rolling_arm(scene: Scene) -> float:
+    """Return mu_r R* [m] of all contacts: Zhou and others, Physica A 269, 536 (1999)."""
+    radii = {effective_radius(*pair) for pair in partners(scene)}
+    if len(radii) > 1:
+        raise Unsupported("has a constant torque of rolling for contacts of one R*")
+    return (scene.law.rolling_friction or 0.0) * min(radii)
 
 
 def _friction_angles(scene: Scene) -> list[float]:
@@ -210,7 +224,8 @@ def _turning(scene: Scene) -> dict[str, Any]:
     """
     law, first, last = scene.law, scene.bodies[0], scene.bodies[-1]
     name = "Law2_ScGeom6D_CohFrictPhys_CohesionMoment"
-    check_words(law, name, damping="none", tangential="none linear_history", twisting="none sds")
+    check_words(law, name, damping="none", tangential="none linear_history", rolling="none sds",
+                twisting="none sds")  # fmt: skip
     for spring in ("rolling", "twisting"):
         if getattr(law, f"{spring}_damping"):
             raise Unsupported(f"has {spring} springs without a dashpot only")
@@ -275,7 +290,7 @@ def _check_solid(scene: Scene) -> None:
     law: Law = scene.law
     check_words(law, "Law2_ScGeom_MindlinPhys_Mindlin", normal="hertz dmt",
                 damping="none coeff_restitution", tangential="none mindlin/force",
-                twisting="none")  # fmt: skip
+                rolling="none sds", twisting="none")  # fmt: skip
     material = law.youngs_modulus is not None and law.tangential_modulus is None
     bare = law.damping == law.tangential == "none"
     several = len(scene.bodies) + bool(scene.walls) > 2

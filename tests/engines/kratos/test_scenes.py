@@ -137,6 +137,14 @@ def test_dashpots_are_the_law_s(motion):
     assert 2.0 * gamma * math.sqrt(own * 1e5) == pytest.approx(expected)
 
 
+def test_coefficient_of_rolling_is_over_the_radius():
+    law = HOOKE.replace(**SPRING, rolling="constant", rolling_friction=0.1)
+    assert words(struck_floor(law))["values"]["ROLLING_FRICTION"] == 0.1
+    assert words(struck_pair(law))["values"]["ROLLING_FRICTION"] == pytest.approx(0.05)
+    with pytest.raises(Unsupported, match="for spheres of one size"):
+        words(struck_pair(law, 0.6))
+
+
 @pytest.mark.parametrize(("stiffness", "law"), [(1.2e5, "viscous_Coulomb"), (1.4e5, "Custom")])
 def test_law_goes_by_the_ratio_of_stiffnesses(stiffness, law):
     code = words(struck_floor(HOOKE.replace(**SPRING, tangential_stiffness=stiffness)))

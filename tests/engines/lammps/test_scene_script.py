@@ -56,6 +56,7 @@ OSCILLATES = {"amplitude": (1e-5, 0.0, 1e-5), "frequency": 600.0}
 UNSUPPORTED = {
     "two materials of one type": three(MINDLIN.replace(**MIXED)),
     "friction of each of gran/*": SYSTEMS["spheres"](OLD_HISTORY.replace(partner_friction=0.1)),
+    "constant torque": SYSTEMS["wall"](LINEAR.replace(rolling="constant", rolling_friction=0.1)),
     "heat of gran/*": SYSTEMS["wall"](LAWS["gran/hooke"].replace(**HEATED)),
     "two laws of gran/*": three(LINEAR).replace(laws={(1, 1): LAWS["gran/hooke"]}),
     "shell": SYSTEMS["wall"](LINEAR).replace(bodies=(SHELL,)),

@@ -52,6 +52,7 @@ def test_frozen_mass_is_infinite_and_a_prescribed_one_its_own():
         (HOOKE.replace(**SPRING, **ROLLS, rolling_stiffness=3e4), "rolling_friction epsd2"),
         (HOOKE.replace(**SPRING, **ROLLS, rolling_stiffness=2250.0), "rolling_friction epsd"),
         (HOOKE.replace(**SPRING, **ROLLS, rolling_stiffness=1001.0), "rolling_friction epsd3"),
+        (HERTZ.replace(rolling="constant", rolling_friction=0.1), "rolling_friction cdt"),
         (HERTZ.replace(**VISCOUS), "model hertz/stiffness tangential off"),
         (HERTZ.replace(tangential="mindlin"), "model hertz/stiffness tangential history"),
         (HERTZ.replace(damping="coeff_restitution"), "model hertz tangential off"),

@@ -185,6 +185,16 @@ def test_restitution_and_friction_of_each_body():
     assert angles == [math.atan(0.6), math.atan(0.2)]
 
 
+def test_constant_torque_of_rolling_has_one_arm():
+    law = HOOKE.replace(**SPRING, rolling="constant", rolling_friction=0.1)
+    scene = struck_pair(law, 0.6)
+    one, other = (body.radius for body in scene.bodies)
+    arms = [material["mR"] for material in words(scene)["materials"]]
+    assert arms == pytest.approx([0.1 * one * other / (one + other)] * 2)
+    with pytest.raises(Unsupported, match="of one R"):
+        words(scene.replace(walls=(Wall(),)))
+
+
 def test_conventions_go_by_the_law():
     assert rules(struck_floor(HOOKE)).wall_lever == "height"
     assert rules(struck_floor(HOOKE)).wall_curvature == 0.0

@@ -24,6 +24,7 @@ LINEAR = HOOKE.replace(
 MINDLIN = HERTZ.replace(**VISCOUS, tangential="mindlin", **SLIDER)
 ROLLS = {"rolling": "sds", "rolling_stiffness": 2e4, "rolling_damping": 0.5,
          "rolling_friction": 0.05}  # fmt: skip
+TORQUE = {"rolling": "constant", "rolling_friction": 0.05}
 TWISTS = {"twisting": "sds", "twisting_stiffness": 1.0, "twisting_damping": 1e-4,
           "twisting_friction": 1e-4}  # fmt: skip
 JKR = HERTZ.replace(normal="jkr", surface_energy=0.5)

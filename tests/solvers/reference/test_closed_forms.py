@@ -12,10 +12,11 @@ from harness.solvers import contacts, reference
 from harness.theory import contact
 from tests.solvers.reference.scenes import (
     DAMPED, DMT, FLOOR, G, HERTZ, HOOKE, JKR, LINEAR, MASS, MDR, MINDLIN, R, RHO, ROLLS, STILL,
-    TWISTS, VISCOUS, final, guided, impact, resting,
+    TORQUE, TWISTS, VISCOUS, final, guided, impact, resting,
 )  # fmt: skip
 
 DOWN = (0.0, 0.0, -1.0)
+UNDAMPED = HOOKE.replace(tangential="linear_history", tangential_stiffness=2e5 / 7, friction=0.3)
 
 
 def restitution(law, speed=1.0, lasts=2.0, tolerance=3e-7, **more):
@@ -310,6 +311,33 @@ def test_rolling_resistance():
                          rolling_friction=0.05)  # fmt: skip
     velocity, _ = final(resting(law, 0.1, 40_000, velocity=(0.1, 0.0, 0.0), spin=(0.0, 10.0, 0.0)))
     assert 0.1 - velocity[0] == pytest.approx(5 / 7 * 0.05 * G * 0.1, rel=2e-3)
+
+
+def test_constant_torque_of_rolling():
+    law, time = UNDAMPED.replace(**TORQUE), 0.01
+    moved = contact.against_constant_torque(time, 0.1, 0.0, MASS, 2e5 / 7, (
+        0.3 * MASS * G, 0.05 * MASS * G))  # fmt: skip
+    start = {"velocity": (0.1, 0.0, 0.0), "spin": (0.0, 10.0, 0.0)}
+
+    def measure(steps):
+        velocity, rim = final(resting(law, time, steps, **start))
+        return {"speed": velocity[0], "rim": rim[1]}
+
+    limits = reference.limit(measure, 1e-9, first=1000)
+    assert (limits["speed"].value, limits["rim"].value) == pytest.approx(moved, abs=2e-9)
+
+
+@pytest.mark.parametrize("angle", [1.0, 2.5])
+def test_sphere_that_a_constant_torque_holds_creeps_down_by_the_step(angle):
+    """The sign of the torque changes from step to step: by 5/2 g sin(angle) h, to 0 with h."""
+    law, tilt = UNDAMPED.replace(**TORQUE), math.radians(angle)
+    assert math.tan(tilt) < 0.05
+    pull, creep = (G * math.sin(tilt), 0.0, -G * math.cos(tilt)), []
+    for steps in (20_000, 40_000):
+        motion = reference.run(resting(law, 0.4, steps, gravity=pull, every=steps // 2))
+        way = float(motion.position[2, 0, 0] - motion.position[1, 0, 0])
+        creep.append(way / 0.2 / (0.4 / steps * pull[0]))
+    assert creep == pytest.approx([2.5, 2.5], rel=0.1)
 
 
 def test_rests_on_an_incline():

@@ -10,8 +10,8 @@ from harness.model.conventions import Faults, Rules
 from harness.model.scene import Scene, Segment, Stage, Wall, sphere
 from harness.solvers import reference
 from tests.solvers.reference.scenes import (
-    DAMPED, DMT, HERTZ, HOOKE, JKR, LEADS, LINEAR, MASS, MDR, MINDLIN, R, RHO, ROLLS, STILL, TWISTS,
-    VISCOUS, YIELDS, difference, guided, impact,
+    DAMPED, DMT, HERTZ, HOOKE, JKR, LEADS, LINEAR, MASS, MDR, MINDLIN, R, RHO, ROLLS, STILL, TORQUE,
+    TWISTS, VISCOUS, YIELDS, difference, guided, impact,
 )  # fmt: skip
 
 ASLANT, ALL = (0.5, 0.3, -1.0), {**ROLLS, **TWISTS}
@@ -118,6 +118,12 @@ RULES = {  # field: (value, scene of a factor of steps, least difference, one li
         ("height", lambda k: slanted(MINDLIN, k), 1e-3, False),
     ],
     "wall_spin": [("levered", lambda k: led(TORSION, k, "wall"), 1e-5, False)],
+    "rolling_axis": [
+        ("projected", lambda k: slanted(LINEAR.replace(**TORQUE), k), 1e-3, False),
+        ("whole", lambda k: slanted(LINEAR.replace(**TORQUE), k), 1e-3, False),
+    ],
+    "rolling_load": [("elastic", lambda k: slanted(LINEAR.replace(**TORQUE), k), 1e-3, False)],
+    "rolling_lever": [("shortened", lambda k: slanted(LINEAR.replace(**TORQUE), k), 1e-4, False)],
     "frozen_mass": [("own", lambda k: slanted(HERTZ.replace(**VISCOUS), k, "frozen"), 1e-2, False)],
     "wall_curvature": [(1e-8, lambda k: slanted(HERTZ, k), 1e-9, False)],
     "least_overlap": [(1e-15, lambda _: touching(R - np.nextafter(R, 0.0)), 1e-3, False)],
@@ -144,7 +150,9 @@ RULE_CASES = [(name, *case) for name, cases in RULES.items() for case in cases]
 
 def moved(scene, field, value):
     """Return how far a convention moves a scene, beside the others that it needs."""
-    return difference(reference.run(scene), reference.run(scene, Rules(**{field: value})))
+    needs = Rules(wall_lever="height") if field == "rolling_lever" else Rules()
+    plain = reference.run(scene, needs)
+    return difference(plain, reference.run(scene, needs.replace(**{field: value})))
 
 
 def test_every_convention_has_a_case():
@@ -194,6 +202,7 @@ FAULTS = {  # field: (value, scene, least difference)
         True, lambda: slanted(MINDLIN, partner="sphere").replace(setups=(60,)), 1e-3,
     ),
     "wall_at_rest_in_setup": (True, taken_along, 1e-5),
+    "rolling_by_rate": (True, lambda: slanted(LINEAR.replace(**TORQUE)), 1e-2),
     "forgets_setup": (True, lambda: rolled(1), 1e-5),
     "tsuji_again_in_setup": (True, lambda: impact(TSUJI, DOWN).replace(setups=(50,)), 1e-2),
     "setup_torque": ((0.0, 1e-3, 0.0), taken_along, 1e-4),
