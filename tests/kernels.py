@@ -5,7 +5,7 @@ In a new home they take more than a minute of a core, which each worker would sp
 
 import fcntl
 
-from harness.cases.columns.system import Columns, scene_of
+from harness.cases.incline.columns import Columns, scene_of
 from harness.cases.tower.parameters import LAWS, Tower
 from harness.cases.tower.runs import solve
 from harness.solvers import hard_sphere, reference

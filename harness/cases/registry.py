@@ -23,7 +23,7 @@ QUALIFYING = ("drop",)  # cases of this package that an engine must pass before 
 
 _INCLINE = {
     "incline": "harness.cases.incline.case:CASE",
-    "columns": "harness.cases.columns.case:CASE",
+    "columns": "harness.cases.incline.columns:CASE",
 }
 _CONTACTS = {
     "drop": "harness.cases.drop.case:CASE",

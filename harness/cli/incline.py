@@ -129,7 +129,7 @@ def critical_angle(
 
         dem-harness critical-angle --engine yade --contact clipped
     """
-    from harness.cases.incline.closed_form import angles_beside
+    from harness.cases.incline.closed_form import angles_to_compare
     from harness.cases.registry import get_case
     from harness.engines.registry import engine_class
     from harness.workflows import critical_angle as by_search
@@ -156,7 +156,7 @@ def critical_angle(
                 case, method=choice.method, tolerance_deg=choice.tolerance, wells=choice.wells,
                 engine=engine, progress=progress,
             ).to_json()  # fmt: skip
-    return opener.answer({**angles_beside(case.contact), **found}, choice.engine, json, _print)
+    return opener.answer({**angles_to_compare(case.contact), **found}, choice.engine, json, _print)
 
 
 def theory(  # noqa: PLR0913 - the options of a user

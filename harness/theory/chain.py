@@ -17,6 +17,9 @@ from scipy.special import jn_zeros, jv
 
 from harness.errors import RequestError
 
+Law = Literal["overlap", "deformable"]
+LAWS: tuple[Law, ...] = ("overlap", "deformable")  # what DEM codes do, and the source's
+
 # ---- the contact of two spheres
 #
 # The source calls this case without analytical solution; it is a half-wave.
@@ -45,12 +48,6 @@ def impulse_on_fixed(mass: float, stiffness: float, speed: float, gravity: float
     """Return the impulse of that contact on the grain [N s], ``2 m v0 + m g t0``."""
     t0 = contact_time_on_fixed(mass, stiffness, speed, gravity)
     return 2 * mass * speed + mass * gravity * t0
-
-
-def peak_force_on_fixed(mass: float, stiffness: float, speed: float, gravity: float) -> float:
-    """Return the largest force of that contact [N], ``m g + sqrt((m g)^2 + k m v0^2)``."""
-    weight = mass * gravity
-    return weight + math.sqrt(weight**2 + stiffness * mass * speed**2)
 
 
 # ---- a grain that hits a free row, without gravity

@@ -203,14 +203,6 @@ def contact_time(mass: float, coefficient: float, speed: float) -> float:
     return periods * largest_hertz_overlap(mass, coefficient, speed) / speed
 
 
-def relaxation(damping_coefficient: float, mass: float, radius: float, coefficient: float) -> float:
-    """Return A [s] of a dashpot eta_n = eta_0 m* a, a^2 = R* overlap: eta_0 m* sqrt(R*) / K.
-
-    ``harness.theory.contact.impact`` takes A v / overlap and returns the restitution.
-    """
-    return damping_coefficient * mass * math.sqrt(radius) / coefficient
-
-
 # ---- a sphere that bounces under gravity on a linear spring and dashpot
 #
 # Flight: a parabola. Contact: x'' = g - 2 zeta omega x' - omega^2 x from x = 0 at speed v until x
@@ -344,19 +336,6 @@ def _root(excess: Callable[[float], float], low: float, high: float) -> float:
 #
 # u is the tangential velocity at the contact, v the normal speed; a tangential impulse J changes u
 # by 7/2 J / m* of solid spheres, of any two masses and of a sphere on a wall alike.
-
-
-def sliding_impulse(friction: float, restitution: float, speed: float) -> float:
-    """Return the tangential impulse over m* [m/s] of an impact that slides: mu (1 + e) v.
-
-    A sphere on a wall loses that much tangential velocity, and 5/2 of it is its change of r omega.
-    """
-    return friction * (1.0 + restitution) * speed
-
-
-def slides_throughout(friction: float, restitution: float) -> float:
-    """Return u / v from which on a rigid contact slides to its end: 7/2 mu (1 + e)."""
-    return 3.5 * friction * (1.0 + restitution)
 
 
 def held(stiffness: float, dashpot: float, duration: float) -> float:

@@ -1,9 +1,11 @@
-"""Rigid grain on a row of spheres, with Coulomb friction in shocks and on arcs, and its angles.
+"""Rigid grain on a row of spheres with Coulomb friction: arcs, shocks, critical angle.
 
-Equations, units and symbols are those of :mod:`harness.theory.incline_friction`. This is the model
-between its closed forms, for friction up to ``LARGEST_FRICTION``. Shocks are plastic; the grain
-rolls where Coulomb's limit allows it, else it slides. The critical angle is the tilt at which a
-grain that leaves a crest from rest just reaches the next one.
+Equations, units and symbols are those of :mod:`harness.theory.incline`. An arc is
+v dv/dpsi = sin(psi) - f and beta v dw/dpsi = f, with the friction f against slip, the normal force
+N = cos(psi) - v^2 and the angle psi from the vertical, positive behind the crest. The grain rolls
+as long as beta / (1 + beta) |sin(psi)| <= mu N; otherwise it slides with |f| = mu N. Shocks are
+plastic. The critical angle is the tilt at which a grain that leaves a crest from rest just reaches
+the next one.
 
 Slight friction leaves the grain almost without spin, retards it, and raises the critical angle: of
 equal spheres to 10.687 deg at mu = 0.016. There (mu < 0.022) steady motion carries spin over the
@@ -20,12 +22,16 @@ import numpy as np
 from scipy.optimize import brentq
 
 from harness.errors import RequestError
-from harness.theory.incline_friction import flight_angle, kept_speed, size_ratio
+from harness.theory import incline
+from harness.theory.incline import INERTIA, Shape
 
 ANGLE_TOLERANCE = 1e-12  # [rad]
 MOST_ROUNDS = 60  # of three wells each, until motion is steady
 LARGEST_FRICTION = 100.0  # nothing slides beyond, but for the last 1e-3 deg before flight
 TINY_SPEED = 1e-8  # [sqrt(g a)] of turning points, where the quadrature of w divides by v
+FRICTIONLESS = "closed form, no friction"
+ROLLING = "closed form, rolls without slip"
+INTEGRATED = "integrated: rigid grain, Coulomb friction in shock and on arcs"
 
 # double exponential quadrature on -1 to 1, for integrands that are steep or singular at the ends
 _TIMES = np.linspace(-3.2, 3.2, 161)
@@ -43,6 +49,11 @@ class Grain(NamedTuple):
     friction: float
     inertia: float
 
+    @classmethod
+    def of(cls, friction: float, shape: Shape) -> Grain:
+        """Return a grain of a shape, with a friction up to the largest that makes a difference."""
+        return cls(min(friction, LARGEST_FRICTION), INERTIA[shape])
+
 
 class State(NamedTuple):
     """A grain on a sphere: angle from the vertical [rad], speeds of centre and rim [sqrt(g a)]."""
@@ -58,6 +69,24 @@ class State(NamedTuple):
 
 
 CREST = State(0.0, 0.0, 0.0)  # at rest
+
+
+# ---- critical angle and bounds
+
+
+def angle_with_friction(friction: float, shape: Shape, half_angle_deg: float) -> tuple[float, str]:
+    """Return the critical angle [deg] of rigid grains without rebound, and its model.
+
+    Raise LeavesRow for a grain that leaves the row at a smaller tilt.
+    """
+    beta = INERTIA[shape]
+    if friction == 0.0:
+        if half_angle_deg > largest_half_angle(Grain(0.0, beta)):
+            raise LeavesRow("the grain leaves the row below its critical angle")
+        return incline.critical_angle_without_loss(half_angle_deg, 0.0), FRICTIONLESS
+    if friction >= incline.rolling_friction(half_angle_deg, beta):
+        return incline.critical_angle_without_loss(half_angle_deg, beta), ROLLING
+    return integrated_critical_angle(half_angle_deg, Grain.of(friction, shape)), INTEGRATED
 
 
 def integrated_critical_angle(half_angle_deg: float, grain: Grain) -> float:
@@ -78,8 +107,9 @@ def largest_half_angle(grain: Grain) -> float:
 
     def margin(phi: float) -> float:
         if grain.friction == 0.0:
-            s = kept_speed(math.degrees(phi), 0.0)
-            return s * s * (1.0 - math.cos(takeoff)) - 1.0 + math.cos(2.0 * phi - takeoff)
+            half = math.degrees(phi)
+            shock = incline.kept_speed(half, 0.0) ** 2
+            return incline.passage_margin(math.degrees(takeoff) - half, shock, half)
         return passage_margin(takeoff - phi, grain, phi)
 
     return math.degrees(_root(margin, takeoff / 2.0, takeoff))
@@ -87,7 +117,7 @@ def largest_half_angle(grain: Grain) -> float:
 
 def smallest_size_ratio(grain: Grain) -> float:
     """Return the least size R/r of a grain that stays on the row at its critical angle."""
-    return size_ratio(largest_half_angle(grain))
+    return incline.size_ratio(largest_half_angle(grain))
 
 
 def integrated_no_flight_bound(half_angle_deg: float, grain: Grain) -> float | None:
@@ -122,10 +152,46 @@ def passage_margin(angle: float, grain: Grain, half_angle: float) -> float:
     Where it does not reach the crest, the energy that it lacks, negative. Angles in rad. Raise
     LeavesRow for flight.
     """
-    reached = over_arc(after_well(CREST, angle, grain, half_angle), 0.0, grain)
-    if reached.angle < 0.0:
-        return -2.0 * math.sin(reached.angle / 2.0) ** 2
-    return (1.0 + grain.inertia) / 2.0 * reached.speed**2
+    end = over_arc(after_well(CREST, angle, grain, half_angle), 0.0, grain)
+    if end.angle < 0.0:
+        return -2.0 * math.sin(end.angle / 2.0) ** 2
+    return (1.0 + grain.inertia) / 2.0 * end.speed**2
+
+
+def _takeoff(grain: Grain) -> float:
+    """Return the angle [rad] at which a grain that left the crest from rest flies off."""
+    if grain.friction == 0.0:
+        return math.radians(incline.flight_angle(0.0))
+    latest = math.radians(incline.flight_angle(grain.inertia))  # rolling; sliding is faster
+    sliding = _Sliding(_roll(CREST, latest, grain), grain)
+    return _root(sliding.normal_force, sliding.start.angle, latest) - 10.0 * ANGLE_TOLERANCE
+
+
+def _stays(angle: float, grain: Grain, half_angle: float) -> bool | None:
+    """Return whether a grain that starts from rest stays on the row until its motion is steady.
+
+    None where it is not steady after MOST_ROUNDS. States after shocks are extrapolated: their v^2
+    are a geometric series (Aitken).
+    """
+    state = CREST
+    try:
+        for _ in range(MOST_ROUNDS):
+            first = after_well(state, angle, grain, half_angle)
+            second = after_well(first, angle, grain, half_angle)
+            state = after_well(second, angle, grain, half_angle)
+            gains = second.speed**2 - first.speed**2, state.speed**2 - second.speed**2
+            if 0.0 < gains[1] < gains[0]:
+                speed = math.sqrt(state.speed**2 + gains[1] ** 2 / (gains[0] - gains[1]))
+                rolls = state.rim == state.speed
+                state = State(state.angle, speed, speed if rolls else state.rim)
+            if abs(state.speed - first.speed) + abs(state.rim - first.rim) < 1e-9:
+                return True
+    except LeavesRow:
+        return False
+    return None
+
+
+# ---- one well: an arc, a shock
 
 
 def after_well(state: State, angle: float, grain: Grain, half_angle: float) -> State:
@@ -155,19 +221,12 @@ def over_arc(start: State, end: float, grain: Grain) -> State:
 
     Raise LeavesRow where the normal force vanishes.
     """
-    state = start
+    state, rolls = start, start.speed == start.rim
     while True:
-        if state.speed == state.rim:
-            state = _roll(state, end, grain)
-            if _is_over(state, end):
-                return state
-        state = _slide(state, end, grain)
-        if _is_over(state, end):
+        state = (_roll if rolls else _slide)(state, end, grain)
+        if state.angle >= end or (state.speed <= 0.0 and state.angle < 0.0):
             return state
-
-
-def _is_over(state: State, end: float) -> bool:
-    return state.angle >= end or (state.speed <= 0.0 and state.angle < 0.0)
+        rolls = not rolls
 
 
 def _roll(state: State, end: float, grain: Grain) -> State:
@@ -223,7 +282,7 @@ class _Sliding:
 
     def squared(self, angle: Any) -> Any:
         """Return v^2 at an angle, or at an array of angles."""
-        first = self.start.angle  # differences to it, as v^2 may be small beside 1
+        first = self.start.angle  # differences to it, as v^2 may be small against 1
         half, middle = np.sin((angle - first) / 2.0), (angle + first) / 2.0
         grown = np.expm1(2.0 * self.mu * (angle - first))
         return (
@@ -280,43 +339,6 @@ class _Sliding:
         if not growing and at_last > 0.0:
             latest = _root(self.slip_rate, first, last)
         return _root(self.slip, first, latest) if self.slip(latest) <= 0.0 else None
-
-
-def _takeoff(grain: Grain) -> float:
-    """Return the angle [rad] at which a grain that left the crest from rest flies off."""
-    if grain.friction == 0.0:
-        return math.radians(flight_angle(0.0))
-    latest = math.radians(flight_angle(grain.inertia))  # of one that rolls: sliding is faster
-    sliding = _Sliding(_roll(CREST, latest, grain), grain)
-    return _root(sliding.normal_force, sliding.start.angle, latest) - 10.0 * ANGLE_TOLERANCE
-
-
-def _stays(angle: float, grain: Grain, half_angle: float) -> bool | None:
-    """Return whether a grain that starts from rest stays on the row until its motion is steady.
-
-    None where it is not steady after MOST_ROUNDS.
-    """
-    state = CREST
-    try:
-        for _ in range(MOST_ROUNDS):
-            run = [state]
-            for _ in range(3):
-                run.append(after_well(run[-1], angle, grain, half_angle))
-            state = _extrapolated(*run[1:])
-            if abs(state.speed - run[1].speed) + abs(state.rim - run[1].rim) < 1e-9:
-                return True
-    except LeavesRow:
-        return False
-    return None
-
-
-def _extrapolated(first: State, second: State, third: State) -> State:
-    """Return the limit of three states after shocks, whose v^2 are a geometric series (Aitken)."""
-    before, after = second.speed**2 - first.speed**2, third.speed**2 - second.speed**2
-    if not 0.0 < after < before:
-        return third
-    speed = math.sqrt(third.speed**2 + after**2 / (before - after))
-    return State(third.angle, speed, speed if third.rim == third.speed else third.rim)
 
 
 def _root(function: Callable[[float], float], low: float, high: float) -> float:

@@ -11,9 +11,8 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 _HOMES = {
-    "harness.cases.incline.angle": "critical_angle critical_angles",
+    "harness.cases.incline.angle": "critical_angle extrapolated_critical_angle",
     "harness.cases.incline.closed_form": "theory",
-    "harness.cases.incline.extrapolation": "extrapolated_critical_angle",
     "harness.cases.tower.impulse": "impulse impulse_angles",
     "harness.cases.tower.runs": "tower",
     "harness.workflows.lists": "cases engines inputs outdated_inputs",
@@ -29,9 +28,8 @@ _ALIASES = {"impulse": "impulse_angles"}
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names.split()}
 
 if TYPE_CHECKING:
-    from harness.cases.incline.angle import critical_angle, critical_angles
+    from harness.cases.incline.angle import critical_angle, extrapolated_critical_angle
     from harness.cases.incline.closed_form import theory
-    from harness.cases.incline.extrapolation import extrapolated_critical_angle
     from harness.cases.tower.impulse import impulse_angles
     from harness.cases.tower.impulse import impulse_angles as impulse
     from harness.cases.tower.runs import tower
@@ -45,7 +43,7 @@ if TYPE_CHECKING:
     from harness.workflows.verification import verify
 
 __all__ = [
-    "accept", "cases", "critical_angle", "critical_angles", "defects", "diff",
+    "accept", "cases", "critical_angle", "defects", "diff",
     "engines", "extrapolated_critical_angle", "impulse",
     "impulse_angles", "inputs", "outdated_inputs",
     "progress_bars", "releases", "run", "site", "sweep", "theory", "tower", "verify",

@@ -14,7 +14,6 @@ from harness.theory import chain
 from harness.theory import contact as bounce
 from harness.theory import contact as cohesion
 from harness.theory import contact as dashpot
-from harness.theory import contact as oblique
 
 Floats = NDArray[np.float64]
 
@@ -120,7 +119,7 @@ def slides_throughout_elastic(friction: float, stiffness_ratio: float) -> float:
     :func:`sticks_at_first` where that is larger.
     """
     recovery = sticks_at_first(friction, stiffness_ratio)
-    return max(oblique.slides_throughout(friction, 1.0) - recovery, recovery)
+    return max(slides_throughout(friction, 1.0) - recovery, recovery)
 
 
 def sticking_restitution(stiffness_ratio: float, damping_ratio: float, *, clipped: bool) -> float:
@@ -253,3 +252,30 @@ def stacked_motion(
     first = np.concatenate([place, np.zeros(size), [1.0]])
     states = np.array([expm(rates * time) @ first for time in np.atleast_1d(times)])
     return states[:, :size], states[:, size:-1]
+
+
+def peak_force_on_fixed(mass: float, stiffness: float, speed: float, gravity: float) -> float:
+    """Return the largest force [N] on one fixed particle, m g + sqrt((m g)^2 + k m v0^2)."""
+    weight = mass * gravity
+    return weight + math.sqrt(weight**2 + stiffness * mass * speed**2)
+
+
+def relaxation(damping_coefficient: float, mass: float, radius: float, coefficient: float) -> float:
+    """Return A [s] of a dashpot eta_n = eta_0 m* a, a^2 = R* overlap: eta_0 m* sqrt(R*) / K.
+
+    ``harness.theory.contact.impact`` takes A v / overlap and returns the restitution.
+    """
+    return damping_coefficient * mass * math.sqrt(radius) / coefficient
+
+
+def sliding_impulse(friction: float, restitution: float, speed: float) -> float:
+    """Return the tangential impulse over m* [m/s] of an impact that slides: mu (1 + e) v.
+
+    A sphere on a wall loses that much tangential velocity, and 5/2 of it is its change of r omega.
+    """
+    return friction * (1.0 + restitution) * speed
+
+
+def slides_throughout(friction: float, restitution: float) -> float:
+    """Return u / v from which on a rigid contact slides to its end: 7/2 mu (1 + e)."""
+    return 3.5 * friction * (1.0 + restitution)

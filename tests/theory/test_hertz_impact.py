@@ -51,6 +51,6 @@ def test_the_series_of_the_viscoelastic_restitution_has_an_error_of_third_order(
 
 def test_the_relaxation_gives_the_dashpot():
     k, radius, mass, overlap, eta = contact.stiffness(1e9, 0.02), 0.02, 0.3, 1e-5, 5e4
-    relaxation = contact.relaxation(eta, mass, radius, k)
+    relaxation = closed_forms.relaxation(eta, mass, radius, k)
     dashpot = k * relaxation * math.sqrt(overlap)
     assert dashpot == pytest.approx(eta * mass * math.sqrt(radius * overlap))

@@ -8,9 +8,8 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from harness.theory import incline
+from harness.theory import incline as theory
 from harness.theory import incline_coulomb as coulomb
-from harness.theory import incline_friction as theory
 from harness.theory.incline_coulomb import CREST, Grain, State, integrated_critical_angle
 
 SPHERE, DISC = 0.4, 0.5
@@ -88,27 +87,28 @@ def test_the_energy_over_a_well_returns_at_the_critical_angle(inertia, ratio, fr
         return share**2 * down - up
 
     root = math.degrees(brentq(returned, 0.0, phi, xtol=1e-15))
-    assert theory.critical_angle(math.degrees(phi), coupled) == pytest.approx(root, abs=1e-12)
+    assert theory.critical_angle_without_loss(math.degrees(phi), coupled) == pytest.approx(
+        root, abs=1e-12
+    )
 
 
 # ---- values, limits and bounds
 
 
 def test_closed_forms():
-    angles = [theory.critical_angle(30.0, beta) for beta in (0.0, SPHERE, DISC)]
+    angles = [theory.critical_angle_without_loss(30.0, beta) for beta in (0.0, SPHERE, DISC)]
     assert angles == pytest.approx([10.2078187, 6.6674041, 6.1350746], abs=5e-8)
-    assert theory.critical_angle(theory.well_half_angle(2.0), 0.0) == pytest.approx(
+    assert theory.critical_angle_without_loss(theory.well_half_angle(2.0), 0.0) == pytest.approx(
         2.45722, abs=5e-6
     )
-    assert angles[0] == pytest.approx(incline.critical_angle(), abs=1e-12)
-    assert theory.no_flight_bound(30.0, 0.0) == pytest.approx(incline.no_flight_bound(), abs=1e-12)
+    assert angles[0] == pytest.approx(theory.critical_angle(), abs=1e-12)
 
 
 @given(HALF_ANGLES, INERTIAS)
 def test_from_the_bound_on_the_grain_rolls_and_the_closed_form_holds(half, inertia):
     bound = theory.rolling_friction(half, inertia)
     assert bound > theory.sticking_friction(half, inertia)
-    closed = theory.critical_angle(half, inertia)
+    closed = theory.critical_angle_without_loss(half, inertia)
     assert integrated_critical_angle(half, Grain(1.001 * bound, inertia)) == pytest.approx(
         closed, rel=1e-6
     )
@@ -118,16 +118,16 @@ def test_from_the_bound_on_the_grain_rolls_and_the_closed_form_holds(half, inert
 
 @given(HALF_ANGLES, INERTIAS)
 def test_without_friction_or_inertia_the_frictionless_angle(half, inertia):
-    frictionless = theory.critical_angle(half, 0.0)
+    frictionless = theory.critical_angle_without_loss(half, 0.0)
     slight = integrated_critical_angle(half, Grain(1e-8, inertia))
     assert slight == pytest.approx(frictionless, rel=1e-4)
-    assert theory.critical_angle(half, 1e-12) == pytest.approx(frictionless, rel=1e-9)
+    assert theory.critical_angle_without_loss(half, 1e-12) == pytest.approx(frictionless, rel=1e-9)
 
 
 def test_a_large_grain_feels_a_smooth_row():
     for inertia, factor in ((0.0, 1.0), (SPHERE, 1 / 1.4)):  # phi^3 / (1 + beta)
         phi = half_angle(1000.0)
-        angle = math.radians(theory.critical_angle(math.degrees(phi), inertia))
+        angle = math.radians(theory.critical_angle_without_loss(math.degrees(phi), inertia))
         assert angle == pytest.approx(factor * phi**3, rel=1e-5)
 
 
@@ -135,7 +135,7 @@ def test_a_large_grain_feels_a_smooth_row():
 def test_slight_friction_raises_the_angle(friction, angle):
     found = integrated_critical_angle(30.0, Grain(friction, SPHERE))
     assert found == pytest.approx(angle, abs=5e-6)
-    assert found > theory.critical_angle(30.0, 0.0)
+    assert found > theory.critical_angle_without_loss(30.0, 0.0)
 
 
 def keeps_moving(grain, tilt_deg, wells=600):
@@ -166,7 +166,9 @@ def test_the_smallest_grain_takes_off_at_its_critical_angle(friction, ratio):
         with pytest.raises(coulomb.LeavesRow):
             integrated_critical_angle(half + 1e-3, grain)
     else:
-        assert half + theory.critical_angle(half, 0.0) == pytest.approx(theory.flight_angle(0.0))
+        assert half + theory.critical_angle_without_loss(half, 0.0) == pytest.approx(
+            theory.flight_angle(0.0)
+        )
 
 
 @pytest.mark.parametrize("half", [30.0, 9.6])
@@ -174,6 +176,10 @@ def test_a_grain_that_slides_leaves_the_row_at_less_tilt_than_one_that_rolls(hal
     slides, rolls = (
         coulomb.integrated_no_flight_bound(half, Grain(mu, SPHERE)) for mu in (0.1, 99)
     )
-    assert rolls == pytest.approx(theory.no_flight_bound(half, SPHERE), abs=5e-3)
-    assert 0.9 * theory.no_flight_bound(half, 0.0) < slides < rolls
+    frictionless, rolling = (
+        theory.no_flight_bound(theory.kept_speed(half, beta) ** 2, half, beta)
+        for beta in (0.0, SPHERE)
+    )
+    assert rolls == pytest.approx(rolling, abs=5e-3)
+    assert 0.9 * frictionless < slides < rolls
     assert coulomb.integrated_no_flight_bound(half, Grain(1e-5, SPHERE)) is None

@@ -12,8 +12,8 @@ import pytest
 from harness.model.law import Law
 from harness.model.scene import Body, Scene
 from harness.solvers import reference
+from harness.theory import incline as theory
 from harness.theory import incline_coulomb as coulomb
-from harness.theory import incline_friction as theory
 from harness.theory.incline_coulomb import CREST, Grain, State
 
 SPHERE, DISC, GRAVITY = 0.4, 0.5, 9.81

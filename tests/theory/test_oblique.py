@@ -85,12 +85,12 @@ def stuck(k, damping, x_t, *, clipped):
 
 def test_the_impulse_of_sliding_is_that_of_momentum_balance():
     lost = FRICTION * normal_motion(SPRINGS).y[2, -1]
-    assert contact.sliding_impulse(FRICTION, 1.0, 1.0) == pytest.approx(lost, rel=1e-11)
+    assert closed_forms.sliding_impulse(FRICTION, 1.0, 1.0) == pytest.approx(lost, rel=1e-11)
 
 
 def test_the_angle_of_kharaz():
     """Chung and Ooi (2011), test 4: sliding throughout above 32.52 degrees."""
-    angle = math.degrees(math.atan(contact.slides_throughout(0.092, 0.98)))
+    angle = math.degrees(math.atan(closed_forms.slides_throughout(0.092, 0.98)))
     assert angle == pytest.approx(32.52, abs=0.005)
 
 

@@ -1,25 +1,52 @@
-"""Critical angles of the incline, measured in an engine: as functions, and on a bench."""
+"""Critical angles of the incline in an engine: at one stiffness and step, and extrapolated.
+
+The angle of rigid spheres is the limit of the step to zero, then of the stiffness to infinity, by
+passage with the plastic contact. LAMMPS damps by the velocity of half a step ago: the angle is
+of first order in the step. In the stiffness the order k^(-1/2) cancels, as the grain is pressed in
+and comes back while it moves on; the error falls as 1/k with a next term k^(-3/2). With friction
+so little that shocks slide, the order k^(-1/2) does not cancel: -8.5 deg zeta / sqrt(k) at
+mu = 0.03, k in N/m.
+"""
 
 from __future__ import annotations
 
-import itertools
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from itertools import groupby
+from typing import TYPE_CHECKING, Any
+
+from pydantic import Field, model_validator
 
 from harness import __version__
 from harness.cases.bench import Bench
+from harness.cases.incline.closed_form import check_passage, rigid_angle
 from harness.cases.incline.runs import Run, read
 from harness.cases.incline.search import PHASES, CriticalAngle, Measure, prepared, search
-from harness.cases.incline.system import Incline, Route, job_of, scene_of
-from harness.engines.base import Output
+from harness.cases.incline.system import Incline, Route, friction_text, job_of, scene_of
+from harness.engines.base import Job, Output
 from harness.engines.jobs import cores, parallel_map
 from harness.engines.provenance import Provenance
 from harness.engines.scene_tables import motion_tables
 from harness.errors import EngineError, Unsupported
+from harness.model.base import Parameters
+from harness.model.contact import PLASTIC
+from harness.report.notebook import Shown
+from harness.report.text import power, value_text
+from harness.results.limits import Limit, limit
 from harness.store.cache import EngineChoice, opened
+from harness.theory.incline import sticking_friction
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from harness.report.style import Figure
 
 Progress = Callable[[str, int, int], None]  # stage, done, expected
 REFERENCE = Provenance("reference", __version__, how="compiled")
+STEP_EXPONENTS, STIFFNESS_EXPONENTS = (1.0,), (1.0, 1.5)
+SLIDING_EXPONENTS = (0.5, 1.0)  # of the stiffness, where shocks slide
+RUNS: dict[Route, int] = {"passage": 12, "steady": 16}  # of a search, about
 
 
 def critical_angle(
@@ -41,52 +68,39 @@ def critical_angle(
     unless given; ``fresh`` runs again what was kept. Raise EngineError for a run that failed,
     RequestError for a contact that rebounds too much for a passage.
     """
-    case = prepared(case or Incline(), method, wells)
+    case, done = prepared(case or Incline(), method, wells), 0
     with opened(engine, fresh=fresh) as running:
-        measure = _counted(engine_measure(Bench(running), method), method, progress)
+        run = engine_measure(Bench(running), method)
+
+        def measure(cases: Sequence[Incline]) -> Sequence[Run]:
+            nonlocal done
+            runs = run(cases)
+            done += len(runs)
+            if progress is not None:
+                progress(f"runs, {method}", done, max(RUNS[method], done))
+            return runs
+
         return search(measure, case, method, tolerance_deg, phases)
 
 
-def critical_angles(
-    cases: Sequence[Incline],
-    engine: EngineChoice = None,
+def extrapolated_critical_angle(
+    case: Incline | None = None,
     *,
-    method: Route = "passage",
-    phases: int = PHASES,
+    ladder: Ladder | None = None,
+    engine: EngineChoice = None,
     fresh: bool = False,
     progress: Progress | None = None,
-) -> list[CriticalAngle | EngineError]:
-    """Return the critical angle [deg] of each case, measured side by side; errors in place."""
+) -> ExtrapolatedAngle:
+    """Return the critical angle [deg] with the step to zero, then the stiffness to infinity.
+
+    By passage, with the plastic contact unless a case is given. Raise the first EngineError;
+    raise RequestError for a contact that rebounds too much, before any run.
+    """
+    case, ladder = case or Incline(contact=PLASTIC), ladder or Ladder()
+    for refined in ladder.cases(case):
+        check_passage(refined)
     with opened(engine, fresh=fresh) as running:
-        measure = engine_measure(Bench(running), method)
-        count, total = itertools.count(1), len(cases)
-
-        def angle_of(case: Incline) -> CriticalAngle | EngineError:
-            try:
-                return search(measure, prepared(case, method), method, phases=phases)
-            except EngineError as error:
-                return error
-            finally:
-                if progress is not None:
-                    progress("critical angles", next(count), total)
-
-        return parallel_map(angle_of, cases, cores())
-
-
-def _counted(measure: Measure, route: Route, progress: Progress | None) -> Measure:
-    """Return a measure that reports its runs, done and expected so far."""
-    if progress is None:
-        return measure
-    done = 0
-
-    def counting(cases: Sequence[Incline]) -> Sequence[Run]:
-        nonlocal done
-        runs = measure(cases)
-        done += len(runs)
-        progress(f"runs, {route}", done, max(12 if route == "passage" else 16, done))
-        return runs
-
-    return counting
+        return extrapolated_on(Bench(running), ladder, case, progress)
 
 
 # ---- on a bench, where each search is made once
@@ -99,14 +113,28 @@ def angle_on(
     return bench.once(_angle_on, bench, case, method, tolerance_deg)
 
 
-def known_angle(bench: Bench, case: Incline) -> CriticalAngle | None:
+def reference_angle(bench: Bench, case: Incline, method: Route = "passage") -> CriticalAngle:
+    """Return the critical angle in the reference, by the conventions of the bench's engine."""
+    return bench.once(_reference_angle, bench, case, method)
+
+
+def extrapolated_on(
+    bench: Bench, ladder: Ladder, case: Incline, progress: Progress | None = None
+) -> ExtrapolatedAngle:
+    """Return the limit of the critical angle in the engine of a bench."""
+    return bench.once(_extrapolated_on, bench, ladder, case, progress)
+
+
+def measured_angle(bench: Bench, case: Incline) -> CriticalAngle | None:
     """Return :func:`angle_on` by passage where it was measured, None where it was not."""
     return bench.known(_angle_on, bench, case, "passage", None)
 
 
-def known_reference(bench: Bench, case: Incline) -> CriticalAngle | None:
-    """Return :func:`reference_angle` by passage where it was measured, None where it was not."""
-    return bench.known(_reference_angle, bench, case, "passage")
+def measured_limit(bench: Bench, case: Incline) -> ExtrapolatedAngle | None:
+    """Return the limit of the longest ladder that was measured, None where there is none."""
+    ladders = (FULL_LADDER, Ladder(), QUICK_LADDER)
+    limits = (bench.known(_extrapolated_on, bench, ladder, case, None) for ladder in ladders)
+    return next((one for one in limits if one is not None), None)
 
 
 def _angle_on(
@@ -115,45 +143,52 @@ def _angle_on(
     return search(engine_measure(bench, method), prepared(case, method), method, tolerance_deg)
 
 
-def reference_angle(bench: Bench, case: Incline, method: Route = "passage") -> CriticalAngle:
-    """Return the critical angle in the reference, by the conventions of the bench's engine."""
-    return bench.once(_reference_angle, bench, case, method)
-
-
 def _reference_angle(bench: Bench, case: Incline, method: Route) -> CriticalAngle:
     return search(reference_measure(bench, method), prepared(case, method), method)
 
 
-def engine_measure(bench: Bench, route: Route) -> Measure:
+def _extrapolated_on(
+    bench: Bench, ladder: Ladder, case: Incline, progress: Progress | None
+) -> ExtrapolatedAngle:
+    cases, done = ladder.cases(case), 0
+
+    def angle_of(refined: Incline) -> CriticalAngle:
+        nonlocal done
+        angle = angle_on(bench, refined)
+        done += 1
+        if progress is not None:
+            progress("critical angles", done, len(cases))
+        return angle
+
+    return extrapolate(parallel_map(angle_of, cases, cores()))
+
+
+def engine_measure(
+    bench: Bench,
+    route: Route,
+    job: Callable[[Incline, Route], Job] = job_of,
+    reader: Callable[[Incline, Route, Output], Run] = read,
+) -> Measure:
     """Return a function that runs cases in the engine of a bench.
 
     Raise Unsupported for a case that the engine refuses, the first EngineError of a run.
     """
 
     def measure(cases: Sequence[Incline]) -> list[Run]:
-        jobs = [job_of(case, route) for case in cases]
-        for job in jobs:
-            if reason := bench.refusal(job):
-                raise Unsupported(reason)
+        jobs = [job(case, route) for case in cases]
+        if reason := next(filter(None, map(bench.refusal, jobs)), ""):
+            raise Unsupported(reason)
         runs = []
         for case, outcome in zip(cases, bench.outcomes(jobs), strict=True):
             if isinstance(outcome, EngineError):
                 raise outcome
-            with _log_of(outcome):
-                runs.append(read(case, route, outcome))
+            try:
+                runs.append(reader(case, route, outcome))
+            except EngineError as error:
+                raise error.with_log(error.log or outcome.log) from None
         return runs
 
     return measure
-
-
-@contextmanager
-def _log_of(output: Output) -> Iterator[None]:
-    """Attach the log of an output to an EngineError in reading it."""
-    try:
-        yield
-    except EngineError as error:
-        error.log = error.log or output.log
-        raise
 
 
 def reference_measure(bench: Bench, route: Route) -> Measure:
@@ -169,3 +204,143 @@ def reference_measure(bench: Bench, route: Route) -> Measure:
         return read(case, route, Output((), REFERENCE, tables, title="the reference"))
 
     return lambda cases: parallel_map(run, cases, cores())
+
+
+# ---- step to zero, stiffness to infinity
+
+
+class Ladder(Parameters):
+    """Stiffnesses over that of a case, and steps per contact time, of an extrapolation."""
+
+    # fmt: off
+    factors: tuple[float, ...] = Field(
+        (0.1, 10**-0.5, 1.0, 10**0.5, 10.0), description="[-] stiffness over the case's stiffness")
+    steps_per_contact: tuple[float, ...] = Field(
+        (50.0, 100.0, 200.0, 400.0), description="[-] steps per contact time")
+    # fmt: on
+
+    @model_validator(mode="after")
+    def _check(self) -> Ladder:
+        if len(set(self.factors)) < 4 or min(self.factors) <= 0.0:
+            raise ValueError(f"factors = {self.factors}: needs four different positive ones")
+        if len(set(self.steps_per_contact)) < 3:
+            raise ValueError(f"steps_per_contact = {self.steps_per_contact}: needs three different")
+        return self
+
+    def cases(self, case: Incline) -> list[Incline]:
+        """Return the refined cases, the costliest first so that no core idles at the end."""
+        refined = [
+            case.replace(stiffness=case.stiffness * factor, steps_per_contact=steps)
+            for factor in self.factors
+            for steps in self.steps_per_contact
+        ]
+        return sorted(refined, key=lambda one: one.step)
+
+
+QUICK_LADDER = Ladder(factors=(0.1, 10**-0.5, 1.0, 10**0.5), steps_per_contact=(50.0, 100.0, 200.0))
+FULL_LADDER = Ladder(factors=(0.1, 10**-0.5, 1.0, 10**0.5, 10.0, 10**1.5, 100.0))
+
+
+@dataclass(frozen=True, repr=False)
+class ExtrapolatedAngle(Shown):
+    """The critical angle of rigid spheres from an engine, with the angles behind it.
+
+    ``at_stiffness`` has the limit in the step at each stiffness [N/m], ``rigid`` the limit of
+    those in the inverse stiffness.
+    """
+
+    angles: tuple[CriticalAngle, ...]
+    at_stiffness: dict[float, Limit]
+    rigid: Limit
+
+    @property
+    def value(self) -> float:
+        """Return the extrapolated critical angle [deg]."""
+        return self.rigid.value
+
+    @property
+    def uncertainty(self) -> float:
+        """Return its uncertainty [deg]."""
+        return self.rigid.uncertainty
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the result, JSON-ready; stiffness and step are null: extrapolated."""
+        return {
+            **self.angles[0].to_json(),
+            "critical_angle_deg": self.value,
+            "uncertainty_deg": self.uncertainty,
+            "extrapolated": True,
+            "stiffness_N_per_m": None,
+            "steps_per_contact": None,
+            "runs": sum(len(angle.runs) for angle in self.angles),
+            "steps": sum(angle.steps for angle in self.angles),
+            "order_in_stiffness": self.rigid.order,
+            "order_in_stiffness_interval": list(self.rigid.order_interval),
+            "limits": [
+                {
+                    "stiffness_N_per_m": stiffness,
+                    "critical_angle_deg": one.value,
+                    "uncertainty_deg": one.uncertainty,
+                    "order_in_step": one.order,
+                    "order_in_step_interval": list(one.order_interval),
+                }
+                for stiffness, one in self.at_stiffness.items()
+            ],
+            "ladder": self.to_frame().to_dict(orient="records"),
+        }
+
+    def to_frame(self) -> pd.DataFrame:
+        """Return the angles as a table: stiffness, steps per contact, angle, uncertainty."""
+        import pandas as pd
+
+        names = ("stiffness_N_per_m", "steps_per_contact", "critical_angle_deg", "uncertainty_deg")
+        return pd.DataFrame([{name: a.to_json()[name] for name in names} for a in self.angles])
+
+    def summary(self) -> dict[str, str]:
+        """Return the angle, the contact, the stiffnesses, the expected angle and the engine."""
+        first, stiffnesses = self.angles[0], [*self.at_stiffness]
+        expected, model = rigid_angle(first.case)
+        return {
+            "critical angle": value_text(self.value, self.uncertainty, "deg"),
+            "case": f"incline, {first.case.contact.name} contact{friction_text(first.case)}, step "
+            "to zero, then stiffness to infinity",
+            "ladder": f"{len(self.angles)} angles, k = {power(min(stiffnesses))} to "
+            f"{power(max(stiffnesses))} N/m",
+            "theory": f"{expected:.5f} deg ({model})",
+            "engine": first.output.provenance.label,
+        }
+
+    def draw(self) -> Figure:
+        """Draw the limits in the step, and their limit in the stiffness."""
+        from harness.cases.incline.figures import extrapolation
+
+        return extrapolation(self)
+
+
+def extrapolate(angles: Sequence[CriticalAngle]) -> ExtrapolatedAngle:
+    """Return the limit of angles over stiffnesses and steps.
+
+    Raise RequestError for fewer than three steps at a stiffness or fewer than four stiffnesses.
+    """
+
+    def stiffness(angle: CriticalAngle) -> float:
+        return angle.case.stiffness
+
+    def step_limit(group: Sequence[CriticalAngle]) -> Limit:
+        steps = [1.0 / angle.case.steps_per_contact for angle in group]
+        values, errors = [a.value for a in group], [a.mean_error for a in group]
+        return limit(steps, values, errors, STEP_EXPONENTS)
+
+    ordered = sorted(angles, key=lambda a: (stiffness(a), a.case.steps_per_contact))
+    limits = {k: step_limit(list(group)) for k, group in groupby(ordered, key=stiffness)}
+    values = [one.value for one in limits.values()]
+    errors = [one.uncertainty for one in limits.values()]
+    exponents = SLIDING_EXPONENTS if _shocks_slide(angles[0].case) else STIFFNESS_EXPONENTS
+    rigid = limit([1.0 / k for k in limits], values, errors, exponents)
+    return ExtrapolatedAngle(tuple(ordered), limits, rigid)
+
+
+def _shocks_slide(case: Incline) -> bool:
+    """Return whether the friction of a case is too small for the shock of a rolling grain."""
+    half = math.degrees(case.half_angle)
+    return 0.0 < case.friction < sticking_friction(half, case.inertia)

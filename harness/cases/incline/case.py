@@ -6,30 +6,27 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
 from pydantic import Field
 
 from harness.cases.base import Case, Check, Level, Quantity, Value
 from harness.cases.bench import OWN, Bench
-from harness.cases.incline import angle, checks
+from harness.cases.incline import checks
+from harness.cases.incline.angle import engine_measure
 from harness.cases.incline.closed_form import ONE_SHOCK, expected_angle, rebound
 from harness.cases.incline.runs import read
-from harness.cases.incline.search import PHASES, prepared, search
+from harness.cases.incline.search import PHASES, CriticalAngle, Measure, prepared, search
 from harness.cases.incline.system import Incline, Route, expected_steps, job_of, scene_of
-from harness.cases.plane import path_in
 from harness.engines.base import Engine, Job, Output
 from harness.errors import RequestError
 from harness.model.base import Parameters
 from harness.model.contact import CONTACTS, PLASTIC, SOURCE
-from harness.report.content import Discs
-from harness.theory import incline_friction
+from harness.theory.incline import kept_speed, passage_margin
 
 if TYPE_CHECKING:
     from harness.model.scene import Scene
-    from harness.report.content import Section
+    from harness.report.content import Discs, Section
 
 HARD_SPHERE = "hard-sphere"
-ANGLE = ("critical_angle_deg", "uncertainty_deg", "monotone", "runs")  # of one search
 
 
 class Search(Parameters):
@@ -44,6 +41,22 @@ class Search(Parameters):
     starts: int = Field(
         PHASES, ge=1, le=1000, description="[-] starts within a step, a passage is their mean")
     # fmt: on
+
+    def angle(self, measure: Measure, case: Incline) -> CriticalAngle:
+        """Return the critical angle of a case; raise RequestError for what it cannot measure."""
+        case = prepared(case, self.method)
+        return search(measure, case, self.method, self.tolerance, self.starts)
+
+
+def searched(names: Sequence[str], angle: CriticalAngle) -> dict[str, Value]:
+    """Return the quantities of a search, by name."""
+    values = {
+        "critical_angle_deg": Value(angle.value, angle.uncertainty),
+        "uncertainty_deg": Value(angle.uncertainty),
+        "monotone": Value(float(angle.monotone)),
+        "runs": Value(float(len(angle.runs))),
+    }
+    return {name: value for name, value in values.items() if name in names}
 
 
 class InclineCase(Case[Incline]):
@@ -89,19 +102,15 @@ class InclineCase(Case[Incline]):
         return scene_of(parameters, "passage")
 
     def exact(self, parameters: Incline) -> Mapping[str, float]:
-        """Return the margin and the critical angle of rigid grains, of contacts that allow it.
-
-        The margin has a closed form without friction, s^2 (C + dE) - C in m g (R + r).
-        """
-        found, e = {}, rebound(parameters.contact)
-        if e <= ONE_SHOCK and parameters.friction == 0.0:
-            phi, tilt = parameters.half_angle, math.radians(parameters.angle)
-            s = incline_friction.kept_speed(math.degrees(phi), 0.0)
-            left = s * s * (1.0 - math.cos(phi + tilt)) - 1.0 + math.cos(phi - tilt)
-            found["margin_over_mgd"] = left * parameters.arm / parameters.diameter
-        if (value := expected_angle(parameters)) is not None:
-            found["critical_angle_deg"] = value
-        return found
+        """Return the margin and the critical angle of rigid grains, of contacts that allow it."""
+        p, values = parameters, dict[str, float]()
+        if rebound(p.contact) <= ONE_SHOCK and p.friction == 0.0:
+            half = math.degrees(p.half_angle)
+            margin = passage_margin(p.angle, kept_speed(half, 0.0) ** 2, half)
+            values["margin_over_mgd"] = margin * p.arm / p.diameter
+        if (angle := expected_angle(p)) is not None:
+            values["critical_angle_deg"] = angle
+        return values
 
     def cost(self, parameters: Incline) -> float:
         """Return the steps of a passage times the bodies, for an estimate of its time."""
@@ -131,18 +140,13 @@ class InclineCase(Case[Incline]):
 
         Raise RequestError for a contact that the method cannot measure.
         """
-        wanted = Search(**options)
-        case = prepared(parameters, wanted.method)
-        measure = angle.engine_measure(bench, wanted.method)
+        chosen = Search(**options)
+        measure = engine_measure(bench, chosen.method)
         try:
-            found = search(measure, case, wanted.method, wanted.tolerance, wanted.starts)
+            return searched(names, chosen.angle(measure, parameters))
         except RequestError as error:
             text = str(error).replace("use method 'steady'", "use --set method=steady")
             raise RequestError(text.replace("method = 'passage'", "--set method=passage")) from None
-        values = (found.value, found.uncertainty, float(found.monotone), float(len(found.runs)))
-        errors = (found.uncertainty, 0.0, 0.0, 0.0)
-        pairs = zip(ANGLE, map(Value, values, errors), strict=True)
-        return {name: value for name, value in pairs if name in names}
 
     # ---- verification and report
 
@@ -155,8 +159,8 @@ class InclineCase(Case[Incline]):
         return checks.checks(engine, level)
 
     def sections(self, benches: Mapping[str, Bench]) -> Sequence[Section]:
-        """Return the sections of a report: angles, their extrapolation, friction, a path."""
-        from harness.cases.incline.sections import sections
+        """Return the sections of a report: angles, their extrapolation, friction."""
+        from harness.cases.incline.show import sections
 
         return sections({name: bench for name, bench in benches.items() if name != OWN})
 
@@ -167,27 +171,9 @@ class InclineCase(Case[Incline]):
 
     def discs(self, parameters: Incline, output: Output) -> Discs:
         """Return the grain over the row, tilted as it is, with its speed [m/s]."""
-        path = path_in(output)
-        tilt, d = math.radians(parameters.angle), parameters.diameter
-        x, y = (path[name] for name in ("x_m", "y_m"))
-        places = np.arange(math.floor(float(x.min()) / d), math.ceil(float(x.max()) / d) + 2) * d
+        from harness.cases.incline.show import discs
 
-        def tilted(along: Any, above: Any) -> tuple[Any, Any]:
-            sine, cosine = math.sin(tilt), math.cos(tilt)
-            return along * cosine + above * sine, above * cosine - along * sine
-
-        row = np.column_stack([*tilted(places, 0.0 * places), np.full(len(places), 0.5 * d)])
-        grain_x, grain_y = tilted(x, y)
-        return Discs(
-            f"The grain over the bumps at {parameters.angle:g} deg",
-            path["time_s"],
-            grain_x[:, None],
-            grain_y[:, None],
-            np.array([0.5 * parameters.grain]),
-            fixed=row,
-            value=np.hypot(path["vx_m_per_s"], path["vy_m_per_s"])[:, None],
-            value_label="speed (m/s)",
-        )
+        return discs(parameters, output)
 
 
 CASE = InclineCase()

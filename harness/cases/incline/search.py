@@ -16,7 +16,7 @@ angles around each change are probed.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
@@ -26,12 +26,12 @@ from scipy.optimize import brentq, root_scalar
 
 from harness.cases.incline.closed_form import check_passage, refuse_passage
 from harness.cases.incline.runs import Fate, Run
-from harness.cases.incline.system import Incline, Route
+from harness.cases.incline.system import Incline, Route, friction_text
 from harness.engines.base import Output
 from harness.errors import EngineOutputError
 from harness.report.notebook import Shown
 from harness.report.text import power, value_text
-from harness.theory.incline_friction import kept_speed
+from harness.theory.incline import kept_speed
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -73,7 +73,7 @@ def _wells_to_steady_motion(case: Incline) -> int:
 
     Each leaves the share s^2. Little friction takes some 1 / mu wells to change a spin.
     """
-    s = kept_speed(math.degrees(case.half_angle), case.inertia if case.friction else 0.0)
+    s = kept_speed(math.degrees(case.half_angle), case.rolling_inertia)
     spin = 1.0 + SPIN_WELLS / case.friction if case.friction else 1.0
     return math.ceil(spin * WELLS * math.log(4.0) / -math.log(max(s * s, 1e-3)))
 
@@ -81,11 +81,16 @@ def _wells_to_steady_motion(case: Incline) -> int:
 def first_cases(case: Incline, method: Route) -> list[Incline]:
     """Return the cases that a search runs first, at once."""
     if method == "passage":
-        return [case.replace(angle=angle) for angle in _share_of_well(case, FIRST_ANGLES)]
+        return at_angles(case, _parts_of_well(case, FIRST_ANGLES))
     case, angles = prepared(case, method), _scanned_angles(case)
     if _is_monotone(case):
-        case, angles = _with_half_the_wells(case), [angles[0], angles[-1]]
-    return [case.replace(angle=angle) for angle in angles]
+        return at_angles(_with_half_the_wells(case), [angles[0], angles[-1]])
+    return at_angles(case, angles)
+
+
+def at_angles(case: Incline, angles: Iterable[float]) -> list[Incline]:
+    """Return a case at each of some angles [deg]."""
+    return [case.replace(angle=float(angle)) for angle in angles]
 
 
 def search(
@@ -111,7 +116,7 @@ def by_passage(
 ) -> CriticalAngle:
     """Return the root of the margin, averaged over starts within a step.
 
-    The root is found at phase 0; then runs with the start shifted by fractions of a step show how
+    The root is that of phase 0; then runs with the start shifted by fractions of a step show how
     much it depends on where in a step a contact begins. Raise EngineOutputError without a root
     between 0 and 30 deg, RequestError for a grain in flight, whose margin is not defined.
     """
@@ -125,13 +130,15 @@ def by_passage(
             return first[angle]
         if not 0.0 <= angle <= 30.0:
             raise EngineOutputError(f"no critical angle between 0 and 30 deg (search at {angle:g})")
-        runs.extend(measure([case.replace(angle=float(angle))]))
+        runs.extend(measure(at_angles(case, [angle])))
         return runs[-1].margin
 
     xtol, (x0, x1) = tolerance_deg / 4.0, first
     solution = root_scalar(margin, method="secant", x0=x0, x1=x1, xtol=xtol, maxiter=MOST_SECANTS)
     root = float(solution.root) if solution.converged else _bracketed(margin, runs, xtol)
-    slope = _slope(runs)
+    # the outermost angles give the slope: there jitter matters least
+    low, *_, high = sorted(runs, key=lambda run: run.case.angle)
+    slope = (high.margin - low.margin) / (high.case.angle - low.case.angle)
     cases = [case.replace(angle=root, phase=phase / phases) for phase in range(phases)]
     shifted = list(measure(cases))
     if not all(run.touching for run in shifted):
@@ -151,10 +158,9 @@ def by_passage(
     )
 
 
-def _share_of_well(case: Incline, shares: tuple[float, float]) -> tuple[float, float]:
+def _parts_of_well(case: Incline, parts: tuple[float, float]) -> tuple[float, float]:
     degrees = round(math.degrees(case.half_angle), 12)
-    low, high = (round(share * degrees, 12) for share in shares)
-    return low, high
+    return round(parts[0] * degrees, 12), round(parts[1] * degrees, 12)
 
 
 def _bracketed(margin: Callable[[float], float], runs: Sequence[Run], xtol: float) -> float:
@@ -166,33 +172,10 @@ def _bracketed(margin: Callable[[float], float], runs: Sequence[Run], xtol: floa
     raise EngineOutputError("the energy margin changes sign at no angle that was run")
 
 
-def _slope(runs: Sequence[Run]) -> float:
-    """Return dM/dangle [1/deg] from the two outermost angles: jitter matters least there."""
-    ordered = sorted(runs, key=lambda run: run.case.angle)
-    low, high = ordered[0], ordered[-1]
-    return (high.margin - low.margin) / (high.case.angle - low.case.angle)
-
-
-def _result(runs: Sequence[Run], case: Incline, method: Route, **more: Any) -> CriticalAngle:
-    samples = [Sample(run.case.angle, run.case.phase, str(run.fate), run.margin) for run in runs]
-    return CriticalAngle(
-        method=method,
-        case=case,
-        output=replace(runs[-1].output, tables={}, log=""),
-        runs=tuple(samples),
-        steps=sum(run.steps for run in runs),
-        **more,
-    )
-
-
 # ---- by steady motion
 
 
-def by_steady_motion(
-    measure: Measure,
-    case: Incline,
-    tolerance_deg: float = 5e-3,
-) -> CriticalAngle:
+def by_steady_motion(measure: Measure, case: Incline, tolerance_deg: float = 5e-3) -> CriticalAngle:
     """Return the middle of the lowest interval from a trapped to a moving angle.
 
     The uncertainty is half of it, and reaches up to the highest trapped angle. Undecided runs
@@ -227,7 +210,7 @@ def _with_half_the_wells(case: Incline) -> Incline:
 
 
 def _scanned_angles(case: Incline) -> list[float]:
-    return [float(angle) for angle in np.linspace(*_share_of_well(case, WINDOW), SCAN)]
+    return [float(angle) for angle in np.linspace(*_parts_of_well(case, WINDOW), SCAN)]
 
 
 def _bisected(measure: Measure, case: Incline, tolerance_deg: float) -> list[Run]:
@@ -237,31 +220,31 @@ def _bisected(measure: Measure, case: Incline, tolerance_deg: float) -> list[Run
     that moves on with hardly a margin passes all of them, and so does the last that moves on.
     """
     few, angles = _with_half_the_wells(case), _scanned_angles(case)
-    found = {run.case.angle: run for run in measure(first_cases(case, "steady"))}
-    if [run.fate for run in found.values()] != [Fate.TRAPPED, Fate.MOVES_ON]:
+    runs = {run.case.angle: run for run in measure(first_cases(case, "steady"))}
+    if [run.fate for run in runs.values()] != [Fate.TRAPPED, Fate.MOVES_ON]:
         return []
     while True:
-        low = max(angle for angle, run in found.items() if run.fate is Fate.TRAPPED)
-        high = min(angle for angle, run in found.items() if run.fate is Fate.MOVES_ON)
-        if low > high or len({run.fate for run in found.values()}) > 2:
+        low = max(angle for angle, run in runs.items() if run.fate is Fate.TRAPPED)
+        high = min(angle for angle, run in runs.items() if run.fate is Fate.MOVES_ON)
+        if low > high or any(run.fate is Fate.UNDECIDED for run in runs.values()):
             return []
         inside, after = [angle for angle in angles if low < angle < high], few
         angle = inside[(len(inside) - 1) // 2] if inside else 0.5 * (low + high)
         if not inside and high - low <= 2.0 * tolerance_deg:
-            if found[high].case.wells == case.wells:
-                return [found[angle] for angle in sorted(found)]
+            if runs[high].case.wells == case.wells:
+                return [runs[angle] for angle in sorted(runs)]
             angle, after = high, case
-        (run,) = measure([after.replace(angle=angle)])
+        (run,) = measure(at_angles(after, [angle]))
         if run.fate is Fate.MOVES_ON and run.margin < HARDLY_A_MARGIN and after is few:
-            (run,) = measure([case.replace(angle=angle)])
-        found[angle] = run
+            (run,) = measure(at_angles(case, [angle]))
+        runs[angle] = run
 
 
 def _scanned(measure: Measure, case: Incline, tolerance_deg: float) -> list[Run]:
     """Return the runs of a scan, of the intervals in which the fate changes, and of probes."""
     runs, parts = _scan(measure, case), FINE_SCAN
     while angles := _inside_changes(runs, 2.0 * tolerance_deg, parts) or _probes(runs, case):
-        fresh = measure([case.replace(angle=angle) for angle in angles])
+        fresh = measure(at_angles(case, angles))
         runs = sorted([*runs, *fresh], key=lambda run: run.case.angle)
         parts = 2
     return runs
@@ -271,17 +254,16 @@ def _scan(measure: Measure, case: Incline) -> list[Run]:
     """Run the angles of the window, widened until the fate changes in it."""
     angles = _scanned_angles(case)
     low, high = angles[0], angles[-1]
-    runs = list(measure([case.replace(angle=angle) for angle in angles]))
+    runs = list(measure(at_angles(case, angles)))
     while runs[0].fate is not Fate.TRAPPED and low > 0.0:
         low = max(0.0, low - (high - low))
-        runs.insert(0, measure([case.replace(angle=low)])[0])
+        runs.insert(0, measure(at_angles(case, [low]))[0])
     while runs[-1].fate is not Fate.MOVES_ON and high < 30.0:
         high = min(30.0, high + (high - low))
-        runs.append(measure([case.replace(angle=high)])[0])
-    if not any(run.fate is Fate.TRAPPED for run in runs):
-        raise EngineOutputError("no angle from 0 to 30 deg was trapped")
-    if not any(run.fate is Fate.MOVES_ON for run in runs):
-        raise EngineOutputError("no angle from 0 to 30 deg kept moving")
+        runs.append(measure(at_angles(case, [high]))[0])
+    for fate, words in ((Fate.TRAPPED, "was trapped"), (Fate.MOVES_ON, "kept moving")):
+        if not any(run.fate is fate for run in runs):
+            raise EngineOutputError(f"no angle from 0 to 30 deg {words}")
     return runs
 
 
@@ -322,16 +304,6 @@ def _probes(runs: Sequence[Run], case: Incline) -> list[float]:
 # ---- the result
 
 
-@dataclass(frozen=True)
-class Sample:
-    """One run of a search; margin in m g d."""
-
-    angle_deg: float
-    phase: float
-    motion: str
-    margin: float
-
-
 @dataclass(frozen=True, repr=False)
 class CriticalAngle(Shown):
     """A critical angle [deg] at one stiffness and step.
@@ -339,6 +311,7 @@ class CriticalAngle(Shown):
     ``uncertainty`` [deg] is the range of a single start, and of the search. ``mean_error`` [deg] is
     the error of the value as a mean over starts within a step. Neither contains the error of a
     finite stiffness or step. ``monotone`` is False where an angle above a moving one was trapped.
+    ``runs`` are those of the search: angle [deg], phase, motion, margin [m g d].
     """
 
     value: float
@@ -347,7 +320,7 @@ class CriticalAngle(Shown):
     method: Route
     case: Incline
     output: Output = field(repr=False)  # of the last run
-    runs: tuple[Sample, ...] = ()
+    runs: tuple[dict[str, Any], ...] = ()
     monotone: bool = True
     note: str = ""
     steps: int = 0
@@ -355,9 +328,7 @@ class CriticalAngle(Shown):
     def to_json(self) -> dict[str, Any]:
         """Return the result, JSON-ready, SI units and degrees in the keys."""
         case = self.case
-        friction = {} if case.is_plain else {
-            "friction": case.friction, "grain_diameter_m": case.grain, "shape": case.shape,
-        }  # fmt: skip
+        friction = {"friction": case.friction, "grain_diameter_m": case.grain, "shape": case.shape}
         return {
             "critical_angle_deg": self.value,
             "uncertainty_deg": self.uncertainty,
@@ -372,7 +343,7 @@ class CriticalAngle(Shown):
             "diameter_m": case.diameter,
             "density_kg_per_m3": case.density,
             "gravity_m_per_s2": case.gravity,
-            **friction,
+            **({} if case.is_plain else friction),
             **({"wells": case.wells} if self.method == "steady" else {}),
             "monotone": self.monotone,
             "note": self.note,
@@ -385,10 +356,10 @@ class CriticalAngle(Shown):
         """Return the runs behind the value as a table, sorted by angle."""
         import pandas as pd
 
-        return pd.DataFrame([asdict(run) for run in self.runs]).sort_values("angle_deg")
+        return pd.DataFrame(self.runs).sort_values("angle_deg")
 
     def summary(self) -> dict[str, str]:
-        """Return the angle, the case and who measured it."""
+        """Return the angle, the case and what measured it."""
         case = self.case
         return {
             "critical angle": value_text(self.value, self.uncertainty, "deg"),
@@ -406,9 +377,10 @@ class CriticalAngle(Shown):
         return runs_of_an_angle(self)
 
 
-def friction_text(case: Incline) -> str:
-    """Return friction, size and shape of a grain in words, empty for a plain one."""
-    words = [f", friction {case.friction:g}"] if case.friction else []
-    words += [f", grain of {case.grain / case.diameter:g} d"] if case.grain != case.diameter else []
-    words += [", disc"] if case.friction and case.shape == "disc" else []
-    return "".join(words)
+def _result(runs: Sequence[Run], case: Incline, method: Route, **more: Any) -> CriticalAngle:
+    samples = tuple(
+        {"angle_deg": run.case.angle, "phase": run.case.phase, "motion": str(run.fate),
+         "margin": run.margin} for run in runs
+    )  # fmt: skip
+    output, steps = replace(runs[-1].output, tables={}, log=""), sum(run.steps for run in runs)
+    return CriticalAngle(method=method, case=case, output=output, runs=samples, steps=steps, **more)

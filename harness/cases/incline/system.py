@@ -20,10 +20,9 @@ from typing import Any, Literal, Self, get_args
 import numpy as np
 from pydantic import Field, model_validator
 
-from harness.cases.plane import UNIT_MASS_DENSITY
+from harness.cases.plane import EqualSpheres
 from harness.engines.base import Job, Template, Value
 from harness.model.allowed import COUNT, Allowed, allowed_in
-from harness.model.base import Parameters
 from harness.model.contact import (
     CLIPPED,
     PLASTIC,
@@ -34,9 +33,9 @@ from harness.model.contact import (
 )
 from harness.model.law import Law
 from harness.model.scene import Body, Scene, Stage
-from harness.theory.incline_coulomb import LARGEST_FRICTION, Grain
+from harness.theory.incline import INERTIA, Shape
+from harness.theory.incline_coulomb import Grain
 from harness.theory.incline_coulomb import smallest_size_ratio as smallest_ratio
-from harness.theory.incline_friction import INERTIA, Shape
 
 Route = Literal["passage", "steady"]
 
@@ -50,20 +49,10 @@ PASSAGE, SLIDING_PASSAGE, WELL = 2.1, 8.0, 4.5  # [sqrt(d/g)] of a passage, of e
 MOST_SCENE_SPHERES = 9  # a longer periodic row is the same system
 
 
-class Incline(Parameters):
-    """One run of a grain over the row, in SI units.
-
-    The row is periodic. The grain has the density of the row, and its size unless given.
-    """
+class OverRow(EqualSpheres):
+    """One run of a grain over a periodic row of spheres, in SI units."""
 
     # fmt: off
-    contact: NamedContact = Field(SOURCE, description="[-] dissipation of the contact")
-    stiffness: float = Field(1e6, gt=0.0, description="[N/m] normal stiffness")
-    steps_per_contact: float = Field(
-        50.0, gt=0.0, le=1e5, description="[-] steps per contact time pi sqrt(m/k)")
-    diameter: float = Field(1.0, gt=0.0, description="[m] diameter of all spheres")
-    density: float = Field(UNIT_MASS_DENSITY, gt=0.0, description="[kg/m3] density of the grain")
-    gravity: float = Field(9.81, gt=0.0, description="[m/s2] acceleration of gravity")
     angle: float = Field(10.2, ge=0.0, le=30.0, description="[deg] tilt of the row")
     spheres: int = Field(9, ge=4, le=100_000, description="[-] fixed spheres in the periodic row")
     wells: int = Field(10, ge=1, le=10_000, description="[-] wells to pass in the steady route")
@@ -71,6 +60,60 @@ class Incline(Parameters):
         0.0, ge=0.0, le=1.0, description="[-] fraction of a step by which the start is shifted")
     time_limit: float = Field(
         400.0, gt=0.0, description="[-] longest motion, in units of sqrt(diameter / gravity)")
+    # fmt: on
+
+    @property
+    def tilt(self) -> float:
+        """Return the angle [rad]."""
+        return math.radians(self.angle)
+
+    @property
+    def weight(self) -> float:
+        """Return m g [N]."""
+        return self.mass * self.gravity
+
+    @property
+    def unit_of_time(self) -> float:
+        """Return sqrt(d / g) [s]."""
+        return math.sqrt(self.diameter / self.gravity)
+
+    @property
+    def weight_energy(self) -> float:
+        """Return m g d [J], the unit of energy."""
+        return self.weight * self.diameter
+
+    @property
+    def static_overlap(self) -> float:
+        """Return m g / (k d) [-], the overlap under the weight in diameters of the row."""
+        return self.weight / (self.stiffness * self.diameter)
+
+    @property
+    def weight_along(self) -> tuple[float, float, float]:
+        """Return gravity [m/s2] along the row, normal to it and sideways."""
+        g = self.gravity
+        return (g * math.sin(self.tilt), -g * math.cos(self.tilt), 0.0)
+
+    @property
+    def most_steps(self) -> int:
+        """Return the steps until the time limit."""
+        return math.ceil(self.time_limit * self.unit_of_time / self.step)
+
+    def check_step(self, fewest: float) -> None:
+        """Raise ValueError unless a contact has more than so many steps."""
+        if self.steps_per_contact <= fewest:
+            raise ValueError(
+                f"steps_per_contact = {self.steps_per_contact:g} is unstable at damping ratio "
+                f"{self.contact.zeta:.4g}: must be greater than {fewest:.3f}"
+            )
+
+
+class Incline(OverRow):
+    """One run of a grain over the row; it has the row's density, and its size unless given."""
+
+    # fmt: off
+    contact: NamedContact = Field(SOURCE, description="[-] dissipation of the contact")
+    steps_per_contact: float = Field(
+        50.0, gt=0.0, le=1e5, description="[-] steps per contact time pi sqrt(m/k)")
     friction: float = Field(0.0, ge=0.0, le=1e9, description="[-] Coulomb's mu of the contact")
     grain_diameter: float | None = Field(
         None, gt=0.0, description="[m] diameter of the grain, that of the row unless given")
@@ -89,30 +132,25 @@ class Incline(Parameters):
                 f"diameter = {self.diameter:g} m with density = {self.density:g} kg/m3 gives a "
                 "mass that is beyond floating point: must be from about 1e-297 to 1e297 kg"
             )
-        self._check_size()
+        if not self.is_plain:
+            self._check_size()
         if self.static_overlap > 0.01:
             raise ValueError(
                 f"stiffness = {self.stiffness:g} N/m is too soft: the grain's weight would press "
                 f"it {100 * self.static_overlap:.3g} % of a diameter into the row; must be at "
-                f"least {100 * self.mass * self.gravity / self.diameter:.4g} N/m (1 %)"
+                f"least {100 * self.weight / self.diameter:.4g} N/m (1 %)"
             )
-        if self.steps_per_contact <= self.fewest_steps_per_contact:
-            raise ValueError(
-                f"steps_per_contact = {self.steps_per_contact:g} is unstable at damping ratio "
-                f"{self.contact.zeta:.4g}: must be greater than {self.fewest_steps_per_contact:.3f}"
-            )
+        self.check_step(self.fewest_steps_per_contact)
         return self
 
     def _check_size(self) -> None:
-        if self.is_plain:
-            return
         most = self.spheres * self.diameter / 2.0
+        least = smallest_size_ratio(self.friction, self.shape) * self.diameter
         if self.grain > most:
             raise ValueError(
                 f"grain_diameter = {self.grain:g} m: must be at most {most:g} m, half of a row of "
                 f"{self.spheres} spheres"
             )
-        least = smallest_size_ratio(self.friction, self.shape) * self.diameter
         if self.grain < least:
             raise ValueError(
                 f"grain_diameter = {self.grain:g} m: must be at least {least * (1 + 1e-6):.6g} m "
@@ -146,34 +184,14 @@ class Incline(Parameters):
         return INERTIA[self.shape]
 
     @property
+    def rolling_inertia(self) -> float:
+        """Return beta [-] of a grain that rolls, 0 of one without friction."""
+        return self.inertia if self.friction else 0.0
+
+    @property
     def mass(self) -> float:
         """Return the grain's mass [kg]."""
         return self.density * math.pi / 6.0 * self.grain**3
-
-    @property
-    def contact_time(self) -> float:
-        """Return pi sqrt(m / k) [s], the undamped contact time in which steps are counted."""
-        return math.pi * math.sqrt(self.mass / self.stiffness)
-
-    @property
-    def step(self) -> float:
-        """Return the time step [s]."""
-        return self.contact_time / self.steps_per_contact
-
-    @property
-    def unit_of_time(self) -> float:
-        """Return sqrt(d / g) [s]."""
-        return math.sqrt(self.diameter / self.gravity)
-
-    @property
-    def weight_energy(self) -> float:
-        """Return m g d [J], the unit of energy."""
-        return self.mass * self.gravity * self.diameter
-
-    @property
-    def static_overlap(self) -> float:
-        """Return m g / (k d) [-], the overlap under the weight in diameters of the row."""
-        return self.mass * self.gravity / (self.stiffness * self.diameter)
 
     @property
     def fewest_steps_per_contact(self) -> float:
@@ -196,9 +214,8 @@ class Incline(Parameters):
     def tangential_ratios(self) -> tuple[float, float]:
         """Return tangential over normal stiffness and damping, beta / (1 + beta) unless given."""
         share = self.inertia / (1.0 + self.inertia)
-        given = (self.tangential_stiffness, self.tangential_damping)
-        stiffness, damping = (share if ratio is None else ratio for ratio in given)
-        return stiffness, damping
+        stiffness, damping = self.tangential_stiffness, self.tangential_damping
+        return (share if stiffness is None else stiffness, share if damping is None else damping)
 
     @property
     def law(self) -> Law:
@@ -218,7 +235,15 @@ class Incline(Parameters):
 @cache
 def smallest_size_ratio(friction: float, shape: Shape) -> float:
     """Return the least diameter of a grain over that of the row with which it stays on the row."""
-    return smallest_ratio(Grain(min(friction, LARGEST_FRICTION), INERTIA[shape]))
+    return smallest_ratio(Grain.of(friction, shape))
+
+
+def friction_text(case: Incline) -> str:
+    """Return friction, size and shape of a grain in words, empty for a plain one."""
+    words = [f", friction {case.friction:g}"] if case.friction else []
+    words += [f", grain of {case.grain / case.diameter:g} d"] if case.grain != case.diameter else []
+    words += [", disc"] if case.friction and case.shape == "disc" else []
+    return "".join(words)
 
 
 # ---- energies
@@ -226,13 +251,12 @@ def smallest_size_ratio(friction: float, shape: Shape) -> float:
 
 def crest_radius(case: Incline) -> float:
     """Return the distance [m] of a grain at rest on a crest from the sphere below it."""
-    return case.arm - case.mass * case.gravity / case.stiffness
+    return case.arm - case.weight / case.stiffness
 
 
 def crest_energy(case: Incline) -> float:
     """Return the energy [J] of a grain at rest on the first crest, pressed in."""
-    weight = case.mass * case.gravity
-    return weight * crest_radius(case) + 0.5 * weight**2 / case.stiffness
+    return case.weight * crest_radius(case) + 0.5 * case.weight**2 / case.stiffness
 
 
 def overlaps(case: Incline, x: Any, y: Any) -> tuple[Any, Any]:
@@ -247,12 +271,11 @@ def margin(case: Incline, well: int, state: Sequence[Any]) -> Any:
     ``state`` is x, y [m], vx, vy [m/s], numbers or arrays of one shape.
     """
     x, y, vx, vy = state
-    tilt, weight = math.radians(case.angle), case.mass * case.gravity
-    height = y * math.cos(tilt) - x * math.sin(tilt)
+    height = y * math.cos(case.tilt) - x * math.sin(case.tilt)
     behind, ahead = (np.maximum(overlap, 0.0) for overlap in overlaps(case, x, y))
     springs = 0.5 * case.stiffness * (behind**2 + ahead**2)
-    total = 0.5 * case.mass * (vx * vx + vy * vy) + weight * height + springs
-    fall = weight * well * case.diameter * math.sin(tilt)
+    total = 0.5 * case.mass * (vx * vx + vy * vy) + case.weight * height + springs
+    fall = case.weight * well * case.diameter * math.sin(case.tilt)
     return (total - crest_energy(case) + fall) / case.weight_energy
 
 
@@ -278,17 +301,15 @@ def _start_behind_crest(case: Incline) -> tuple[float, float, float, float, floa
     A grain with friction rolls, v^2 = 2 g a (1 - cos(phi)) / (1 + beta); without, beta = 0. The
     overlap balances the normal force, N = m g ((3 + beta) cos(phi) - 2) / (1 + beta).
     """
-    weight, a, beta = case.mass * case.gravity, case.arm, case.inertia if case.friction else 0.0
-    behind = math.radians(start_degrees(case))
+    a, beta, behind = case.arm, case.rolling_inertia, math.radians(start_degrees(case))
     rate = math.sqrt(2.0 * case.gravity * (1.0 - math.cos(behind)) / a / (1.0 + beta))
     phi = behind + case.phase * rate * case.step
-    overlap = weight * ((3.0 + beta) * math.cos(phi) - 2.0) / (1.0 + beta) / case.stiffness
+    overlap = case.weight * ((3.0 + beta) * math.cos(phi) - 2.0) / (1.0 + beta) / case.stiffness
     r, spring = a - overlap, 0.5 * case.stiffness * overlap**2
-    slope = (3.0 + beta) * weight * math.sin(phi) / (1.0 + beta) / case.stiffness  # dr/dphi
-    kinetic = crest_energy(case) - weight * r * math.cos(phi) - spring
+    slope = (3.0 + beta) * case.weight * math.sin(phi) / (1.0 + beta) / case.stiffness  # dr/dphi
+    kinetic = crest_energy(case) - case.weight * r * math.cos(phi) - spring
     omega = math.sqrt(2.0 * kinetic / case.mass / ((1.0 + beta) * r * r + slope * slope))
-    tilted = phi - math.radians(case.angle)
-    sine, cosine = math.sin(tilted), math.cos(tilted)
+    sine, cosine = math.sin(phi - case.tilt), math.cos(phi - case.tilt)
     return (
         r * sine,
         r * cosine,
@@ -310,9 +331,8 @@ def _rolling_spin(case: Incline, speed: float) -> float:
 
 def end_of(case: Incline, route: Route, well: int) -> float:
     """Return the x [m] that ends a well: the crest, or before it where a passage has settled."""
-    tilt = math.radians(case.angle)
     before = settled_before(case) if route == "passage" else 0.0
-    return well * case.diameter - crest_radius(case) * math.sin(tilt + before)
+    return well * case.diameter - crest_radius(case) * math.sin(case.tilt + before)
 
 
 def settled_before(case: Incline) -> float:
@@ -328,8 +348,7 @@ def settled_before(case: Incline) -> float:
     slowest = zeta + math.sqrt(zeta * zeta - 1.0) if zeta >= 1.0 else 1.0 / (zeta + 1e-9)
     speed = SPEED_AFTER_SHOCK * math.sqrt(case.gravity / case.arm) * case.half_angle * 6.0 / math.pi
     swept = SETTLING_TIMES * slowest / omega * speed
-    left = case.half_angle - math.radians(case.angle) - swept
-    return min(max(left, 0.0), math.radians(START_BEHIND_CREST))
+    return min(max(case.half_angle - case.tilt - swept, 0.0), math.radians(START_BEHIND_CREST))
 
 
 def may_slide(case: Incline) -> bool:
@@ -338,7 +357,7 @@ def may_slide(case: Incline) -> bool:
     A grain that rolls from rest on a crest needs the most friction at the end of the arc, at the
     angle psi = phi + tilt: beta sin(psi) / ((3 + beta) cos(psi) - 2).
     """
-    psi, beta = case.half_angle + math.radians(case.angle), case.inertia
+    psi, beta = case.half_angle + case.tilt, case.inertia
     normal = (3.0 + beta) * math.cos(psi) - 2.0
     return case.friction > 0.0 and case.friction * normal < beta * math.sin(psi)
 
@@ -351,58 +370,54 @@ def scene_of(case: Incline, route: Route, every: int | None = None) -> Scene:
 
     Without ``every`` the start is the only sample: the ends of stages are enough to judge a run.
     """
-    tilt, weight = math.radians(case.angle), case.mass * case.gravity
-    fall = weight * case.diameter * math.sin(tilt)
-    wells = range(1, wells_of(case, route) + 1)
-    floor = weight * crest_radius(case)  # a Stage's energy has no springs
-    steps = math.ceil(case.time_limit * case.unit_of_time / case.step)
+    fall = case.weight * case.diameter * math.sin(case.tilt)
+    floor = case.weight * crest_radius(case)  # a Stage's energy has no springs
     return Scene(
         bodies=_bodies(case, route),
         law=case.law,
-        gravity=(case.gravity * math.sin(tilt), -case.gravity * math.cos(tilt), 0.0),
+        gravity=case.weight_along,
         period=(min(case.spheres, MOST_SCENE_SPHERES) * case.diameter, None, None),
         step=case.step,
-        steps=steps,
-        every=every or steps,
+        steps=case.most_steps,
+        every=every or case.most_steps,
         stages=tuple(
-            Stage(place=end_of(case, route, well), floor=floor - well * fall) for well in wells
+            Stage(place=end_of(case, route, well), floor=floor - well * fall)
+            for well in range(1, wells_of(case, route) + 1)
         ),
     )
 
 
 def _bodies(case: Incline, route: Route) -> tuple[Body, ...]:
     x, y, vx, vy, spin = start_of(case, route)
+    fixed: Any = "frozen" if case.contact.effective_mass == "full" else "held"
     row_mass = case.density * math.pi / 6.0 * case.diameter**3
-    held: Any = "frozen" if case.contact.effective_mass == "full" else "held"
     grain = _body(case, case.grain, case.mass).replace(
         position=(x, y, 0.0), velocity=(vx, vy, 0.0), angular_velocity=(0.0, 0.0, spin)
     )
-    fixed = _body(case, case.diameter, row_mass).replace(motion=held)
-    count = min(case.spheres, MOST_SCENE_SPHERES)
-    row = [fixed.replace(position=(j * case.diameter, 0.0, 0.0)) for j in range(count)]
-    return (grain, *row)
+    sphere = _body(case, case.diameter, row_mass).replace(motion=fixed)
+    places = case.diameter * np.arange(min(case.spheres, MOST_SCENE_SPHERES))
+    return (grain, *(sphere.replace(position=(float(x), 0.0, 0.0)) for x in places))
 
 
 def _body(case: Incline, diameter: float, mass: float) -> Body:
-    radius = 0.5 * diameter
-    inertia = case.inertia * mass * radius**2 if case.shape == "disc" else None
-    return Body(radius=radius, mass=mass, inertia=inertia)
+    inertia = case.inertia * mass * (0.5 * diameter) ** 2 if case.shape == "disc" else None
+    return Body(radius=0.5 * diameter, mass=mass, inertia=inertia)
 
 
-def wells_of(case: Incline, route: Route) -> int:
+def wells_of(case: OverRow, route: Route) -> int:
     """Return how many wells a run passes."""
     return 1 if route == "passage" else case.wells
 
 
 def values_of(case: Incline, route: Route, every: int | None = None) -> dict[str, Value]:
     """Return the values of a script for a run, sampled every so many steps."""
-    own = ("angle", "stiffness", "steps_per_contact", "gravity", "diameter", "density", "wells",
-           "time_limit", "spheres", "phase", "friction", "shape")  # fmt: skip
+    same = ("angle", "stiffness", "steps_per_contact", "gravity", "diameter", "density", "wells",
+            "time_limit", "spheres", "phase", "friction", "shape")  # fmt: skip
     stiffness, damping = case.tangential_ratios
     sampled: dict[str, Value] = {} if every is None else {"series_every": every}
     return {
         "route": route,
-        **{name: getattr(case, name) for name in own},
+        **{name: getattr(case, name) for name in same},
         "grain_diameter": case.grain_diameter or 0.0,
         "tangential_stiffness": stiffness,
         "tangential_damping": damping,

@@ -9,10 +9,10 @@ from pydantic import Field, model_validator
 
 from harness.errors import RequestError
 from harness.model.base import Parameters
+from harness.theory.chain import LAWS as LAWS
+from harness.theory.chain import Law as Law
 
 Property = Literal["mass", "stiffness", "diameter"]
-Law = Literal["overlap", "deformable"]
-LAWS: tuple[Law, ...] = ("overlap", "deformable")
 PROPERTIES: dict[Property, str] = {"mass": "kg", "stiffness": "N_per_m", "diameter": "m"}
 MOST_CONTACTS = 10_000_000  # kernels take some 160 bytes a particle
 MOST_COMPRESSION = 0.25  # [diameters] of the lowest contact at rest: two neighbours, twice that

@@ -27,11 +27,8 @@ class EnergyMap:
         angle = case.angle + self.shift(case)
         left = self.margin(angle) if self.margin else passage_margin(angle, self.shock)
         fate = Fate.MOVES_ON if left >= 0.0 else Fate.TRAPPED
-        none = np.empty(0)
-        return Run(
-            case, self.fate(case.angle) if self.fate else fate, left, self.touching, 1.0, 10,
-            none, none, MAP,
-        )  # fmt: skip
+        fate = self.fate(case.angle) if self.fate else fate
+        return Run(case, fate, left, self.touching, 1.0, 10, np.empty(0), MAP)
 
 
 # ---- faults of a scene

@@ -6,13 +6,12 @@ import pytest
 from harness.cases.bench import Bench
 from harness.cases.incline.case import CASE
 from harness.cases.incline.runs import Fate, read
-from harness.cases.incline.system import Incline, job_of
+from harness.cases.incline.system import Incline
 from harness.cases.plane import COLUMNS, path_in
 from harness.engines.output import Output
 from harness.engines.provenance import Provenance
 from harness.engines.reference import Reference
 from harness.errors import EngineOutputError, RequestError
-from harness.theory.incline import passage_margin
 
 WHO = Provenance("engine", "1")
 
@@ -41,15 +40,21 @@ def test_a_script_that_judges_is_read():
         ({"angle_deg": "10.3"}, "says that it ran with angle_deg = 10.3"),
         ({"verdict": "flew"}, "incomplete result"),
         ({"touching": "yes"}, "incomplete result"),
-        ({"steps": "200"}, "took 200 steps .* and printed"),
-        ({"crests": []}, "moves_on after 0 crests of 1"),
-        ({"verdict": "trapped"}, "trapped after 1 crests of 1"),
-        ({"crests": ["2 0.001 0.5 1"]}, "after 1 crests"),
-        ({"crests": ["1 9.0 0.5 1"]}, "passed a crest after the end"),
         ({"crests": ["1 0.001 0.5"]}, "incomplete result"),
-        ({"crests": ["1 0.001 0.5 1"]}, "another time or energy than at its last crest"),
-        ({"margin_J": "1.0"}, "another time or energy than at its last crest"),
+        *(
+            (changes, "which contradict")
+            for changes in (
+                {"steps": "200"},
+                {"crests": []},
+                {"verdict": "trapped"},
+                {"crests": ["2 0.001 0.5 1"]},
+                {"crests": ["1 9.0 0.5 1"]},
+                {"crests": ["1 0.001 0.5 1"]},
+                {"margin_J": "1.0"},
+            )
+        ),
     ],
+    ids=str,
 )
 def test_a_result_that_contradicts_itself_is_no_result(changes, words):
     case = Incline()
@@ -60,7 +65,7 @@ def test_a_result_that_contradicts_itself_is_no_result(changes, words):
 def test_every_well_must_have_its_crest():
     case = Incline(wells=3)
     rows = [f"{n} {25 * (n + 1) * case.step!r} 0.5 1" for n in (1, 2, 3)]
-    assert len(read(case, "steady", printed(case, crests=rows)).crest_times_s) == 3
+    assert len(read(case, "steady", printed(case, crests=rows)).crest_margins) == 3
     for broken in (rows[:2], [rows[0], rows[2]], [rows[1], rows[0], rows[2]]):
         with pytest.raises(EngineOutputError, match="crests of 3"):
             read(case, "steady", printed(case, crests=broken))
@@ -77,9 +82,9 @@ def test_a_path_is_judged_by_its_margin():
     case = Incline(wells=2)
     over, back = (1.0, 1.0, 1.0, 0.0), (0.5, 0.9, -0.1, 0.0)
     run = read(case, "steady", path(case, [(0.5, 0.9, 1.0, 0.0), over, (2.0, 1.0, 1.0, 0.0)]))
-    assert (run.fate, run.steps, len(run.crest_times_s)) == (Fate.MOVES_ON, 100, 2)
+    assert (run.fate, run.steps, len(run.crest_margins)) == (Fate.MOVES_ON, 100, 2)
     trapped = read(case, "steady", path(case, [(0.5, 0.9, 1.0, 0.0), back, over]))
-    assert (trapped.fate, trapped.steps, len(trapped.crest_times_s)) == (Fate.TRAPPED, 50, 0)
+    assert (trapped.fate, trapped.steps, len(trapped.crest_margins)) == (Fate.TRAPPED, 50, 0)
     assert trapped.margin < 0.0
 
 
@@ -99,7 +104,6 @@ def test_one_passage_has_the_margin_of_the_closed_form_within_its_bias(preset):
     with Reference() as engine:
         found = CASE.measure(case, Bench(engine).output(CASE.job(case)))
     expected = CASE.exact(case)["margin_over_mgd"]
-    assert expected == pytest.approx(passage_margin(case.angle, 0.25), abs=1e-12)
     # the slope is 0.0087 per degree: the bias of the angle is 0.01 deg at most
     assert found["margin_over_mgd"] == pytest.approx(expected, abs=2e-4)
     assert found["moves_on"] == float(found["margin_over_mgd"] >= 0.0)
@@ -128,9 +132,3 @@ def test_rigid_spheres_are_a_solver_without_friction():
         CASE.solve(case.replace(friction=0.1), "hard-sphere")
     with pytest.raises(RequestError):
         CASE.solve(case, "soft-sphere")
-
-
-def test_runs_of_engines_are_jobs_of_the_bench():
-    with Reference() as engine:
-        bench, job = Bench(engine), job_of(Incline(), "passage")
-        assert bench.output(job) is bench.output(job)

@@ -46,7 +46,7 @@ def test_a_grain_on_one_fixed_particle(law, gravity):
         expected = theory.impulse_on_fixed(*values)
         assert windows.impulse(found, window) == pytest.approx(expected, rel=1e-10)
     assert windows.peak_force(found) == pytest.approx(
-        theory.peak_force_on_fixed(*values), rel=1e-10
+        closed_forms.peak_force_on_fixed(*values), rel=1e-10
     )
 
 

@@ -14,6 +14,7 @@ from tests.solvers.reference.scenes import (
     DAMPED, DMT, FLOOR, G, HERTZ, HOOKE, JKR, LINEAR, MASS, MDR, MINDLIN, R, RHO, ROLLS, STILL,
     TORQUE, TWISTS, VISCOUS, final, guided, impact, resting,
 )  # fmt: skip
+from tests.theory import closed_forms
 
 DOWN = (0.0, 0.0, -1.0)
 UNDAMPED = HOOKE.replace(tangential="linear_history", tangential_stiffness=2e5 / 7, friction=0.3)
@@ -78,7 +79,7 @@ def test_tsuji(e):
 def test_viscoelastic(clipped):
     law = HERTZ.replace(**VISCOUS, clipped=clipped)
     k = contact.stiffness(law.moduli[0], R)
-    relaxation = contact.relaxation(4e5, MASS, R, k)
+    relaxation = closed_forms.relaxation(4e5, MASS, R, k)
     damping = relaxation / contact.largest_hertz_overlap(MASS, k, 1.0)
     expected = contact.impact(damping, clipped=clipped).restitution
     within(restitution(law, lasts=3.0), expected, 1e-6)
@@ -201,14 +202,14 @@ def test_slides_throughout(law, partner):
         stiff = {"normal_stiffness": 1e15} if law.normal == "hooke" else {"youngs_modulus": 1e20}
         law = law.replace(**stiff)
         law = law.replace(tangential_stiffness=3e14) if law.tangential_stiffness else law
-    vx = 4.0 * contact.slides_throughout(0.3, 1.0)
+    vx = 4.0 * closed_forms.slides_throughout(0.3, 1.0)
 
     def measure(steps):
         velocity, rim = final(impact(law, (vx, 0.0, -1.0), steps, partner=partner))
         return {"slowed": vx - velocity[0], "rim": rim[1]}
 
     found, share = reference.limit(measure, 1e-6), 0.5 if partner == "sphere" else 1.0
-    loss = contact.sliding_impulse(0.3, 1.0, 1.0) * share
+    loss = closed_forms.sliding_impulse(0.3, 1.0, 1.0) * share
     assert found["slowed"].value == pytest.approx(loss, abs=2e-5)
     assert found["rim"].value == pytest.approx(2.5 * loss, abs=5e-5)
 
@@ -243,7 +244,7 @@ def test_curve_of_maw(name):
 
 
 def test_oblique_impact_of_chung_and_ooi_slides_from_its_angle_on():
-    tangent = contact.slides_throughout(0.092, 0.98)
+    tangent = closed_forms.slides_throughout(0.092, 0.98)
     assert math.degrees(math.atan(tangent)) == pytest.approx(32.52, abs=0.01)
     law = Law(normal="hertz", youngs_modulus=760e9, poisson_ratio=0.23, friction=0.092,
               damping="coeff_restitution", restitution=0.98, tangential="mindlin")  # fmt: skip

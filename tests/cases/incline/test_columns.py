@@ -7,27 +7,31 @@ import pytest
 
 from harness.cases.bench import Bench
 from harness.cases.checks import run_checks, selected
-from harness.cases.columns.case import CASE
-from harness.cases.columns.runs import critical_angle, read_run, run_at_equal_steps
-from harness.cases.columns.system import (
+from harness.cases.incline import system as incline
+from harness.cases.incline.columns import (
+    CASE,
+    SOURCE_ANGLES,
     Columns,
     crest_energy,
+    critical_angle,
     job_of,
     loaded,
+    read_run,
+    run_at_equal_steps,
     scene_of,
     sinking,
     start_load,
     start_of,
 )
-from harness.cases.incline import system as incline
 from harness.cases.incline.runs import Fate
-from harness.cases.tower.parameters import LAWS
+from harness.cases.tower.impulse import source_angles
 from harness.engines.lammps.engine import Lammps
 from harness.engines.output import Output
 from harness.errors import EngineOutputError, RequestError
 from harness.results.rows import Verdict
 from harness.solvers import reference
 from harness.solvers.chain import columns as chain_columns
+from harness.theory.chain import LAWS
 from harness.theory.incline import critical_angle as rigid_angle
 from tests.engine_doubles import Twin
 
@@ -101,7 +105,12 @@ def test_damped_columns_hardly_lower_the_angle_and_elastic_ones_raise_it():
         assert run_at_equal_steps(OWN, elastic).fate is Fate.TRAPPED
 
 
-def test_findings_beside_the_source():
+def test_the_angles_of_the_source_are_those_of_towers():
+    for (law, height), angles in SOURCE_ANGLES.items():
+        assert angles == pytest.approx(source_angles(height, law), rel=1e-12)
+
+
+def test_findings_against_the_source():
     rows = run_checks("columns", selected("columns", CASE.own_checks(), "quick"), OWN)
     assert {row.verdict for row in rows} == {Verdict.FINDING}
     assert len(rows) == 4

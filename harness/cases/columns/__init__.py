@@ -1,1 +1,0 @@
-"""Columns: the incline's grain over columns of particles that give way."""

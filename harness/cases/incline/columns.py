@@ -1,0 +1,580 @@
+"""The case ``columns``: the incline's grain over columns of particles that give way.
+
+Each sphere of the incline's row is the top of a column normal to it, of n particles that move along
+its axis; the last one is fixed. The source explains the lower angle of thick layers by the impulse
+that such a column takes. But without friction every impulse on the grain stands normal to the
+sphere ahead: the half of the velocity along it survives the shock whatever the column does. Stiff
+columns that damp as the grain's contact does give nothing back, and leave the 10.2078 deg of one
+sphere; elastic ones give part of it back, which can only raise the angle.
+
+At rest the grain presses a top with N along the contact's normal, at an angle beta to the column,
+which bears L = N cos(beta) besides its own weight. Its contacts are the grain's (0) and those below
+its particles 1 ... n - 1; compressions are c_0 = N/k and c_i = (L + i w)/k with the weight
+w = m g cos(theta) of a particle along the column. Overlaps are c (overlap law) or T c (deformable
+law, T = tridiag(1/2, 1, 1/2)). All is linear in the loads: above the columns' rest without a grain
+the energy is (N delta_0 + L s) / 2, with the overlap delta_0 and the sinking s of the top.
+
+A run is judged at the crest ahead by the grain's own energy. What the columns hold is not counted:
+at rest on a crest they hold the same each time. That is why a passage goes on to the crest itself.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from functools import partial
+from itertools import product
+from typing import Any, Literal, NamedTuple, Self
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from harness import __version__
+from harness.cases.base import Case, Check, Level, Quantity, Value
+from harness.cases.bench import OWN, Bench
+from harness.cases.incline.angle import engine_measure
+from harness.cases.incline.case import CASE as INCLINE
+from harness.cases.incline.case import Search, searched
+from harness.cases.incline.runs import Fate, Floats, Run, read
+from harness.cases.incline.search import CriticalAngle, Measure
+from harness.cases.incline.system import (
+    START_BEHIND_CREST,
+    START_SPEED,
+    Incline,
+    OverRow,
+    Route,
+    wells_of,
+)
+from harness.cases.incline.system import TEMPLATE as INCLINE_TEMPLATE
+from harness.cases.incline.system import job_of as incline_job
+from harness.cases.incline.system import values_of as incline_values
+from harness.cases.plane import COLUMNS, path_in
+from harness.engines.base import Engine, Job, Output, Template
+from harness.engines.jobs import cores, parallel_map
+from harness.engines.provenance import Provenance
+from harness.engines.scene_tables import STAGES
+from harness.errors import EngineOutputError
+from harness.model.allowed import allowed_in
+from harness.model.base import ZERO
+from harness.model.contact import CONTACTS, SOURCE
+from harness.model.law import Law as ContactLaw
+from harness.model.motion import STAGE_COLUMNS
+from harness.model.scene import Body, Scene, Stage
+from harness.report.content import Section
+from harness.results.limits import Limit, limit
+from harness.results.rows import Kind, Tolerance
+from harness.theory.chain import LAWS, Law
+from harness.theory.incline import critical_angle as rigid_angle
+
+Inside = Literal["damped", "elastic"]
+INSIDE: tuple[Inside, ...] = ("damped", "elastic")
+CHAIN = Provenance("harness", __version__, how="compiled")
+MOST_SUNK = 0.1  # [d] of a column under its own weight: more is another geometry
+OF_FRICTION = (
+    "friction", "grain_diameter", "shape", "tangential_stiffness", "tangential_damping",
+)  # fmt: skip
+PATH_EVERY, LEAST_PATH = 50, 100  # steps between samples of a path, samples that are compared
+LADDER = (100.0, 200.0, 400.0, 800.0)  # steps per contact time
+STIFFNESSES = tuple(10.0 ** (5.5 + 0.5 * i) for i in range(4))  # [N/m]
+STIFFNESS_EXPONENTS = (0.5, 1.0)
+HEIGHTS: dict[int, Level] = {2: "quick", 4: "default", 8: "full"}
+# [deg] the source's angle of a tower of n contacts by law, where the impulse rescales the velocity
+# kept or lost (`dem-harness impulse`; a test computes them again)
+SOURCE_ANGLES: dict[tuple[Law, int], dict[str, float]] = {
+    ("overlap", 2): {"kept": 15.956349693142592, "lost": 5.695374311336745},
+    ("overlap", 4): {"kept": 17.109059806204137, "lost": 5.014130101617324},
+    ("overlap", 8): {"kept": 17.109451943338847, "lost": 5.01390789497349},
+    ("deformable", 2): {"kept": 10.933001044140903, "lost": 9.506874102424511},
+    ("deformable", 4): {"kept": 17.627495660015608, "lost": 4.725687899522059},
+    ("deformable", 8): {"kept": 17.6016086468081, "lost": 4.7398419351556775},
+}
+SAME_PATH = Tolerance(
+    absolute=1e-11, reason="columns of one particle are the incline's row: round-off of 1e4 steps"
+)
+SAME_STEPS: dict[Inside, Tolerance] = {
+    "damped": Tolerance(absolute=1e-11, reason="the same steps: round-off of 1e3 steps"),
+    "elastic": Tolerance(
+        absolute=1e-8, reason="the same steps: round-off, which the rattling magnifies"
+    ),
+}
+EXPECTED = """\
+The source explains the lower angle of thick layers by deformation: of the impulse on a grain that
+falls on a column of n particles, a part alpha(n) is left, and with it the shock. Here the column is
+taken literally: each sphere of the row is the top of a column, whose particles move along it and
+whose last one is fixed. All impulses on the grain during a shock are normal to the sphere ahead, so
+the half of its velocity along that sphere survives, as on fixed ones. Columns that damp as the
+grain's contact does give nothing back and leave 10.2078 deg at every n; elastic ones give a part
+back, the grain hops, and the angle can only be higher, as with restitution."""
+
+
+class Columns(OverRow):
+    """One run of a grain over columns of ``n`` particles, in SI units.
+
+    With ``n`` = 1 it is the incline. The contact of the grain with a top is the incline's,
+    coefficient by coefficient, whatever ``n``.
+    """
+
+    # fmt: off
+    spheres: int = Field(4, ge=4, le=100_000, description="[-] columns in the periodic row")
+    n: int = Field(4, ge=1, le=100, strict=True, description="[-] particles of a column")
+    law: Law = Field(
+        "overlap", description="[-] contact law, the source's or that of DEM codes")
+    inside: Inside = Field(
+        "damped", description="[-] contacts within columns: with the grain's dashpot or without")
+    # fmt: on
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        case = self.incline  # raises RequestError for what the incline refuses
+        pairs = 0.5 * self.n * (self.n - 1) * (2.0 if self.deformable else 1.0)
+        if (sunk := pairs * case.static_overlap) > MOST_SUNK:
+            raise ValueError(
+                f"stiffness = {self.stiffness:g} N/m is too soft for columns of n = {self.n}: "
+                f"under their own weight they would sink by {sunk:.3g} diameters; must be at "
+                f"least {self.stiffness * sunk / MOST_SUNK:.4g} N/m ({MOST_SUNK:g} diameters)"
+            )
+        self.check_step(self.fewest_steps_per_contact)
+        return self
+
+    @property
+    def incline(self) -> Incline:
+        """Return the incline with the same parameters."""
+        return Incline(**{n: v for n, v in self if n in Incline.model_fields})
+
+    @property
+    def deformable(self) -> bool:
+        """Return whether the source's law couples the contacts of a particle."""
+        return self.law == "deformable" and self.n > 1
+
+    @property
+    def fewest_steps_per_contact(self) -> float:
+        """Return the bound below which velocity Verlet is unstable.
+
+        Where the spring of the fastest motion is ``lambda`` contacts' and its dashpot ``mu``
+        contacts', Jury's criterion asks for lambda a^2 + 4 zeta mu a < 4 with a = omega dt. Both
+        are 4 over columns, the largest sum of a row of D M^-1 D^T (of the contacts of a grain in a
+        well: 2 + 1/2 + 1). The deformable law divides the spring by the lowest eigenvalue of T,
+        tau = 2 sin^2(pi / (2 (n + 1))): D M^-1 D^T <= 4 - 2 T + 1/2, so lambda = 4.5 / tau - 2.
+        """
+        if self.n == 1:
+            return self.incline.fewest_steps_per_contact
+        spring = 4.0
+        if self.deformable:
+            spring = 4.5 / (2.0 * math.sin(math.pi / (2.0 * (self.n + 1))) ** 2) - 2.0
+        dashpot = 8.0 * self.contact.zeta_against_full_mass / spring
+        return math.pi / (math.sqrt(dashpot**2 + 4.0 / spring) - dashpot)
+
+
+# ---- rest
+
+
+class Loaded(NamedTuple):
+    """A grain's contact and the column below: overlap [m], sinking of the top [m], energy [J]."""
+
+    overlap: float
+    sunk: float
+    energy: float
+
+
+def loaded(case: Columns, force: float, beta: float) -> Loaded:
+    """Return the contact and the column under a ``force`` [N] at ``beta`` [rad] to the column."""
+    load, k, half = force * math.cos(beta), case.stiffness, 0.5 if case.deformable else 0.0
+    added = (force + half * load) / k
+    top = (_top_compliance(case) * load + half * force) / k
+    overlap = added + half * case.weight * math.cos(case.tilt) / k
+    return Loaded(overlap, top, 0.5 * (force * added + load * top))
+
+
+def sinking(case: Columns, force: float = 0.0, beta: float = 0.0) -> Floats:
+    """Return how deep the particles of a column at rest lie below touching [m], (n,), top first."""
+    weights = np.arange(1, case.n) * case.weight * math.cos(case.tilt)
+    press = np.concatenate([[force], force * math.cos(beta) + weights]) / case.stiffness
+    overlap = press.copy()
+    if case.deformable:
+        overlap[1:] += 0.5 * press[:-1]
+        overlap[:-1] += 0.5 * press[1:]
+    return np.concatenate([np.cumsum(overlap[:0:-1])[::-1], [0.0]])
+
+
+def _top_compliance(case: Columns) -> int:
+    """Return the sinking of a column's top under a load on it, in load / k."""
+    return 2 * case.n - 3 if case.deformable else case.n - 1
+
+
+def _on_crest(case: Columns) -> Loaded:
+    return loaded(case, case.weight, case.tilt)
+
+
+def crest_energy(case: Columns) -> float:
+    """Return the energy [J] of a grain at rest on the first crest: its height, no springs."""
+    crest = _on_crest(case)
+    top = float(sinking(case)[0]) + crest.sunk
+    return case.weight * (case.diameter - crest.overlap - top * math.cos(case.tilt))
+
+
+def crest_place(case: Columns, well: int) -> float:
+    """Return the x [m] of the crest after ``well`` wells."""
+    radius = case.diameter - _on_crest(case).overlap
+    return well * case.diameter - radius * math.sin(case.tilt)
+
+
+def allowed_margin(case: Columns) -> float:
+    """Return the margin [J] up to which a grain that moves back is trapped.
+
+    The grain's own energy is not highest at the crest: the sinking of the top changes there as the
+    load turns, by (compliance m g / k) sin(theta) per radian, which adds m g (s' cos(theta))^2 / 2
+    d. Four times this is allowed.
+    """
+    turn = _top_compliance(case) * case.weight / case.stiffness
+    turn *= math.sin(case.tilt) * math.cos(case.tilt)
+    return 2.0 * case.weight / case.diameter * turn**2
+
+
+# ---- starts
+
+
+def start_load(case: Columns) -> tuple[float, float]:
+    """Return the force [N] of the grain on the first top where a passage starts, and its beta."""
+    phi = _start_angle(case)
+    return case.weight * (3.0 * math.cos(phi) - 2.0), phi - case.tilt
+
+
+def _start_angle(case: Columns) -> float:
+    behind = math.radians(START_BEHIND_CREST)
+    rate = math.sqrt(2.0 * case.gravity * (1.0 - math.cos(behind)) / case.diameter)
+    return behind + case.phase * rate * case.step
+
+
+def start_of(case: Columns, route: Route) -> tuple[float, float, float, float]:
+    """Return x, y [m], vx, vy [m/s] at the start of a route.
+
+    A passage has the energy of the crest, with contact and column in balance; the column starts at
+    rest, as its speed is of order 1/k. Steady motion starts in a well.
+    """
+    d, weight, sunk = case.diameter, case.weight, float(sinking(case)[0])
+    if route == "steady":
+        speed = START_SPEED * math.sqrt(case.gravity * d)
+        return 0.5 * d, math.sqrt(0.75) * d - sunk, speed * math.sqrt(0.75), 0.5 * speed
+    phi, (force, beta) = _start_angle(case), start_load(case)
+    start, crest = loaded(case, force, beta), _on_crest(case)
+    change = -3.0 * weight * math.sin(phi)  # of the force, with phi
+    half = 0.5 if case.deformable else 0.0
+    load_change = change * math.cos(beta) - force * math.sin(beta)
+    slope, r = -(change + half * load_change) / case.stiffness, d - start.overlap
+    kinetic = weight * (d - crest.overlap - r * math.cos(phi)) + crest.energy - start.energy
+    kinetic += weight * (start.sunk - crest.sunk) * math.cos(case.tilt)
+    omega = math.sqrt(2.0 * kinetic / case.mass / (r * r + slope * slope))
+    sine, cosine = math.sin(beta), math.cos(beta)
+    return (
+        r * sine,
+        r * cosine - sunk - start.sunk,
+        omega * (r * cosine + slope * sine),
+        omega * (slope * cosine - r * sine),
+    )
+
+
+# ---- jobs and runs
+
+
+def job_of(case: Columns, route: Route = "passage", every: int | None = None) -> Job:
+    """Return the job of a run: of one particle that of the incline's row, too."""
+    scene = None if case.deformable else scene_of(case, route, every)
+    return Job(TEMPLATE, values_of(case, route, every), sampled=every is not None, scene=scene)
+
+
+def values_of(case: Columns, route: Route, every: int | None = None) -> dict[str, Any]:
+    """Return the values of the script: the incline's without friction, and the columns'."""
+    values = incline_values(case.incline, route, every)
+    plain = {name: value for name, value in values.items() if name not in OF_FRICTION}
+    return {**plain, "n": case.n, "law": case.law, "inside": case.inside}
+
+
+TEMPLATE = Template(
+    name="columns",
+    variants={"": values_of(Columns(), "passage")},
+    allowed={
+        **{n: limits for n, limits in INCLINE_TEMPLATE.allowed.items() if n not in OF_FRICTION},
+        **allowed_in(Columns),
+    },
+)
+
+
+def scene_of(case: Columns, route: Route = "passage", every: int | None = None) -> Scene:
+    """Return the grain, the first body, over columns, with a stage for each well.
+
+    Its laws are those of the overlap law; under the deformable law the columns rest elsewhere.
+    """
+    fall = case.weight * case.diameter * math.sin(case.tilt)
+    floor = crest_energy(case) + allowed_margin(case)
+    law = ContactLaw(
+        normal_stiffness=case.stiffness,
+        damping="velocity",
+        damping_coefficient=case.contact.dashpot(case.stiffness, case.mass),
+        clipped=case.contact.clipped,
+    )
+    # the grain with each top, and the neighbours within a column
+    places = product(range(case.spheres), range(case.n))
+    pairs = tuple((i * case.n + j if j else 0, i * case.n + j + 1) for i, j in places)
+    return Scene(
+        bodies=_bodies(case, route),
+        law=law,
+        laws={(1, 1): law.replace(damping="none")} if case.inside == "elastic" else {},
+        gravity=case.weight_along,
+        period=(case.spheres * case.diameter, None, None),
+        step=case.step,
+        steps=case.most_steps,
+        every=every or case.most_steps,
+        stages=tuple(
+            Stage(place=crest_place(case, well), floor=floor - well * fall)
+            for well in range(1, wells_of(case, route) + 1)
+        ),
+        pairs=pairs if case.n > 1 else None,
+    )
+
+
+def _bodies(case: Columns, route: Route) -> tuple[Body, ...]:
+    x, y, vx, vy = start_of(case, route)
+    grain = Body(
+        radius=0.5 * case.diameter,
+        mass=case.mass,
+        type=2,
+        position=(x, y, 0.0),
+        velocity=(vx, vy, 0.0),
+    )
+    guided = grain.replace(type=1, velocity=ZERO, axes=(False, True, False))
+    fixed = grain.replace(type=1, velocity=ZERO, motion="frozen")
+    depth = case.diameter * np.arange(case.n) + sinking(case)
+    first = case.diameter * np.arange(case.n) + sinking(case, *start_load(case))
+    bodies = [grain]
+    for i in range(case.spheres):
+        below = first if i == 0 and route == "passage" else depth
+        places = [(i * case.diameter, -float(deep), 0.0) for deep in below]
+        bodies += [guided.replace(position=place) for place in places[:-1]]
+        bodies.append(fixed.replace(position=places[-1]))
+    return tuple(bodies)
+
+
+def read_run(case: Columns, route: Route, output: Output) -> Run:
+    """Return the run in an output: judged by LAMMPS's script, else by the ends of its stages."""
+    plain = case.incline
+    if output.results:
+        return read(plain, route, output)
+    table = output.table(("step", *COLUMNS), name=STAGES)
+    x, y, vx, vy = (table[name][1:] for name in COLUMNS[1:])
+    if not x.size:
+        raise EngineOutputError(f"{output.who} left no end of a stage")
+    number = np.arange(1, x.size + 1)
+    height = y * math.cos(case.tilt) - x * math.sin(case.tilt)
+    energy = 0.5 * plain.mass * (vx * vx + vy * vy) + case.weight * height - crest_energy(case)
+    margins = energy / plain.weight_energy + number * math.sin(case.tilt)
+    beyond = x > np.array([crest_place(case, int(well)) for well in number])
+    fate = Fate.MOVES_ON if beyond.all() and x.size == wells_of(plain, route) else Fate.TRAPPED
+    if not beyond[-1] and not vx[-1] < 0.0:
+        fate = Fate.UNDECIDED
+    if route == "passage" and fate is Fate.MOVES_ON and margins[-1] < 0.0:
+        fate = Fate.TRAPPED
+    passed = int(np.count_nonzero(beyond))
+    # of a top that rests without a grain: a grain in contact presses it further down
+    distance = math.hypot(x[-1] - x.size * case.diameter, y[-1] + float(sinking(case)[0]))
+    return Run(
+        plain, fate, float(margins[-1]), distance < case.diameter, float(table["time_s"][-1]),
+        int(table["step"][-1]), margins[:passed], output,
+    )  # fmt: skip
+
+
+def run_at_equal_steps(bench: Bench, case: Columns, route: Route = "passage") -> Run:
+    """Return a run at equal steps: by the reference, under the deformable law by the chain's."""
+    scene = scene_of(case, route)
+    if not case.deformable:
+        return read_run(case, route, bench.reference_output(scene))
+    from harness.solvers.chain import columns
+
+    stages = dict(zip(STAGE_COLUMNS, columns.run(scene, case.n).T, strict=True))
+    return read_run(case, route, Output((), CHAIN, {STAGES: stages}, title="the chain solver"))
+
+
+def critical_angle(case: Columns, bench: Bench, **options: Any) -> CriticalAngle:
+    """Return the critical angle [deg] of a case; ``options`` are those of the incline's search.
+
+    On the bench of this package's solvers it is that at equal steps.
+    """
+    chosen = Search(**options)
+
+    def varied(plain: Incline) -> Columns:
+        names = ("angle", "phase", "wells", "time_limit")
+        return case.replace(**{name: getattr(plain, name) for name in names})
+
+    def at_equal_steps(cases: Sequence[Incline]) -> list[Run]:
+        run = partial(run_at_equal_steps, bench, route=chosen.method)
+        return parallel_map(run, map(varied, cases), cores())
+
+    measure: Measure = at_equal_steps
+    if bench.name != OWN:
+        measure = engine_measure(
+            bench,
+            chosen.method,
+            lambda plain, route: job_of(varied(plain), route),
+            lambda plain, route, output: read_run(varied(plain), route, output),
+        )
+    return chosen.angle(measure, case.incline)
+
+
+# ---- the case
+
+
+def _size(quantity: Quantity[Incline], case: Columns) -> float:
+    return quantity.size(case.incline)
+
+
+class ColumnsCase(Case[Columns]):
+    """The incline's grain on columns of n particles, the last one fixed: critical angle."""
+
+    name = "columns"
+    group = "incline"
+    summary = "The incline's grain on columns of n particles, the last one fixed: critical angle."
+    parameters = Columns
+    quantities = tuple(
+        replace(quantity, scale=partial(_size, quantity)) for quantity in INCLINE.quantities
+    )
+    search_options = Search
+    presets = {  # noqa: RUF012 - as the base declares it
+        "plastic": Columns(),
+        **{
+            f"{contact.name}, {law}": Columns(contact=contact, law=law)
+            for law in LAWS
+            for contact in CONTACTS.values()
+            if (contact.name, law) != ("plastic", "overlap")
+        },
+    }
+
+    def job(self, parameters: Columns) -> Job:
+        """Return the job of one passage."""
+        return job_of(parameters)
+
+    def measure(self, parameters: Columns, output: Output) -> Mapping[str, float]:
+        """Return the outcome of one passage."""
+        return read_run(parameters, "passage", output).quantities
+
+    def exact(self, parameters: Columns) -> Mapping[str, float]:
+        """Return the values of rigid spheres; none for columns that rebound."""
+        rebounds = parameters.n > 1 and parameters.inside == "elastic"
+        return {} if rebounds else INCLINE.exact(parameters.incline)
+
+    def search(
+        self, names: Sequence[str], parameters: Columns, bench: Bench, **options: Any
+    ) -> Mapping[str, Value]:
+        """Search for the critical angle; ``options`` as of the incline's."""
+        return searched(names, critical_angle(parameters, bench, **options))
+
+    def checks(self, engine: Engine) -> Iterable[Check]:
+        """Return the path over one particle, and margins at equal steps."""
+        return engine_checks()
+
+    def own_checks(self) -> Iterable[Check]:
+        """Return critical angles in the reference, compared with those of the source."""
+        return solver_checks()
+
+    def sections(self, benches: Mapping[str, Bench]) -> Sequence[Section]:
+        """Return what to expect of columns."""
+        return [Section("Columns: the grain on particles that give way", EXPECTED)]
+
+
+def engine_checks() -> Iterator[Check]:
+    """Yield the path over one particle, and margins over three at equal steps."""
+    one = Columns(n=1, stiffness=1e5, angle=10.6, wells=3)
+    jobs = [job_of(one, "steady", PATH_EVERY), incline_job(one.incline, "steady", PATH_EVERY)]
+    yield Check(
+        setup="n = 1, three wells",
+        quantity="path_difference_m",
+        unit="m",
+        measure=partial(_path_difference, jobs),
+        expected=0.0,
+        tolerance=SAME_PATH,
+        jobs=jobs,
+        note="largest distance from the path over the incline's row",
+    )
+    for law, inside in product(LAWS, INSIDE):
+        # soft and with the source's contact: an external force costs a millisecond a step
+        case = Columns(
+            n=3, law=law, inside=inside, contact=SOURCE, steps_per_contact=50.0, stiffness=2e3,
+            angle=10.6,
+        )  # fmt: skip
+        yield Check(
+            setup=f"{law} law, {inside}, n = {case.n}, k = 2e3 N/m",
+            quantity="margin_over_mgd",
+            unit="1",
+            check="equal steps",
+            measure=partial(_margin, case),
+            expected=partial(_reference_margin, case),
+            tolerance=SAME_STEPS[inside],
+            jobs=[job_of(case)],
+        )
+
+
+def _path_difference(jobs: Sequence[Job], bench: Bench) -> float:
+    paths = [path_in(bench.output(job)) for job in jobs]
+    rows = min(len(path["x_m"]) for path in paths)
+    if rows < LEAST_PATH:
+        raise EngineOutputError(f"paths of {rows} samples: {LEAST_PATH} are needed")
+    x, y = (paths[0][name][:rows] - paths[1][name][:rows] for name in ("x_m", "y_m"))
+    return float(np.hypot(x, y).max())
+
+
+def _margin(case: Columns, bench: Bench) -> float:
+    return read_run(case, "passage", bench.output(job_of(case))).margin
+
+
+def _reference_margin(case: Columns, bench: Bench) -> float:
+    return run_at_equal_steps(bench, case).margin
+
+
+def solver_checks() -> Iterator[Check]:
+    """Yield findings: angles over columns against the source's, and the limit of stiff ones."""
+    angle = partial(Check, quantity="critical_angle_deg", unit="deg", kind=Kind.FINDING)
+    yield angle(
+        setup="overlap law, damped, n = 4, stiff limit",
+        measure=stiff_limit,
+        expected=rigid_angle(),
+        level="full",
+        note="rigid spheres: the closed form of one fixed sphere",
+    )
+    for law, (height, level) in product(LAWS, HEIGHTS.items()):
+        case = Columns(n=height, law=law, stiffness=1e5, steps_per_contact=200.0)
+        for reading, expected in SOURCE_ANGLES[law, height].items():
+            yield angle(
+                setup=f"{law} law, damped, n = {height}, k = 1e5 N/m",
+                check=f"source, velocity {reading}",
+                measure=partial(_angle, case),
+                expected=expected,
+                level=level,
+                note=f"{rigid_angle():.4f} deg over one fixed sphere",
+            )
+
+
+def _angle(case: Columns, bench: Bench) -> Value:
+    angle = bench.once(critical_angle, case, bench, starts=4)
+    return Value(angle.value, angle.uncertainty)
+
+
+def stiff_limit(bench: Bench) -> Value:
+    """Return the critical angle with the step to zero and then the stiffness to infinity.
+
+    The order k^(-1/2), which cancels on fixed spheres, does not over columns, and two terms from
+    four stiffnesses leave it uncertain by 3e-4 deg.
+    """
+    limits = [bench.once(step_limit, bench, k) for k in STIFFNESSES]
+    values, errors = [one.value for one in limits], [one.uncertainty for one in limits]
+    rigid = limit([1.0 / k for k in STIFFNESSES], values, errors, STIFFNESS_EXPONENTS)
+    return Value(rigid.value, rigid.uncertainty)
+
+
+def step_limit(bench: Bench, stiffness: float) -> Limit:
+    """Return the critical angle [deg] over four damped particles, with the step to zero."""
+    cases = [Columns(stiffness=stiffness, steps_per_contact=steps) for steps in LADDER]
+    angles = parallel_map(partial(critical_angle, bench=bench), cases, cores())
+    steps, errors = [case.step for case in cases], [angle.mean_error for angle in angles]
+    return limit(steps, [angle.value for angle in angles], errors)
+
+
+CASE = ColumnsCase()

@@ -1,0 +1,184 @@
+"""The incline without friction: geometry, energy map, critical angle, and their second routes."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.optimize import brentq
+
+from harness.errors import RequestError
+from harness.theory import incline
+from harness.theory.chain import shock_from_impulse_ratio
+from harness.theory.incline import (
+    STATIC_ANGLE_DEG,
+    after_next_shock,
+    critical_angle,
+    energies,
+    gain_per_crest,
+    no_flight_bound,
+    passage_margin,
+    steady_energy,
+    well_depth,
+)
+from tests.theory.closed_forms import slid_over_sphere
+
+ANGLES, SHOCKS = st.floats(0.0, 30.0), st.floats(0.0, 1.0)
+
+
+# ---- geometry, which the closed forms were derived without
+
+
+def height(point, angle):
+    return incline.turned(point, angle)[1]
+
+
+@given(ANGLES)
+def test_well_depth_and_gain_are_differences_of_height(angle):
+    crests = [height(incline.crest(i, angle), angle) for i in (0, 1)]
+    well = height(incline.well(0), angle)
+    assert crests[1] - well == pytest.approx(well_depth(angle), abs=1e-14)
+    assert crests[0] - crests[1] == pytest.approx(gain_per_crest(angle), abs=1e-14)
+
+
+@given(ANGLES)
+def test_the_path_touches_the_row_and_is_highest_at_the_crest(angle):
+    path = incline.path(0, 3)
+    distances = np.linalg.norm(path[:, None] - incline.row(4), axis=2)
+    assert distances.min(axis=1) == pytest.approx(1.0, abs=1e-12)
+    wells = np.flatnonzero(np.sort(distances, axis=1)[:, 1] < 1.0 + 1e-9)
+    assert {tuple(path[i].round(12)) for i in wells} == {
+        tuple(incline.well(i).round(12)) for i in range(3)
+    }
+    over = path[np.abs(path[:, 0] - 1) < 0.5]
+    highest, crest = max(height(p, angle) for p in over), height(incline.crest(1, angle), angle)
+    assert highest <= crest + 1e-12
+    assert highest == pytest.approx(crest, abs=1e-3)
+
+
+def test_at_the_static_angle_the_well_is_the_crest():
+    assert incline.crest(1, STATIC_ANGLE_DEG) == pytest.approx(incline.well(0))
+
+
+# ---- energy map
+
+
+@pytest.mark.parametrize("angle", [5.0, 10.2, 15.0])
+def test_one_cycle_agrees_with_sliding_motion_integrated_over_a_sphere(angle):
+    start, theta = well_depth(angle) + 0.05, math.radians(angle)
+    arrival = slid_over_sphere(theta, start).y_events[0][0][1]
+    survives = (arrival * math.cos(math.radians(60))) ** 2 / 2
+    assert after_next_shock(start, angle, 0.25) == pytest.approx(survives, rel=1e-8)
+
+
+@given(st.floats(0.0, 2.0), st.integers(1, 40), ANGLES, SHOCKS)
+def test_closed_form_energies_are_the_recursion_iterated(start, shocks, angle, shock):
+    energy, expected = start, []
+    for _ in range(shocks):
+        energy = shock * (energy + gain_per_crest(angle))
+        expected.append(energy)
+    # E* cancels in the closed form: its error grows as 1 / (1 - shock)
+    tolerance = 1e-12 * (1.0 + (steady_energy(angle, shock) if shock < 1.0 else shocks))
+    assert energies(start, shocks, angle, shock) == pytest.approx(expected, abs=tolerance)
+
+
+@given(ANGLES, st.floats(0.0, 0.99))
+def test_the_steady_energy_is_a_fixed_point_and_clears_the_crest_with_a_margin(angle, shock):
+    rest = steady_energy(angle, shock)
+    assert after_next_shock(rest, angle, shock) == pytest.approx(rest, rel=1e-12, abs=1e-15)
+    excess = rest - well_depth(angle)
+    assert passage_margin(angle, shock) == pytest.approx((1.0 - shock) * excess, abs=1e-12)
+
+
+def test_without_loss_the_energy_grows_for_ever():
+    assert steady_energy(10.0, 1.0) == steady_energy(10.0, 1.5) == math.inf
+
+
+# ---- critical angle
+
+
+def keeps_moving(angle, shock, energy=5.0, wells=4000):
+    theta = math.radians(angle)
+    ahead, behind = (1 - math.cos(math.pi / 6 + sign * theta) for sign in (-1, 1))
+    for _ in range(wells):
+        if energy < ahead:
+            return False
+        energy = shock * (energy - ahead + behind)
+    return True
+
+
+@pytest.mark.parametrize("shock", [0.01, 0.1, 0.25, 0.5, 0.9])
+def test_the_angle_is_the_root_of_the_steady_state_and_where_the_fate_changes(shock):
+    root = brentq(lambda a: steady_energy(a, shock) - well_depth(a), 0.0, 30.0, xtol=1e-12)
+    assert critical_angle(shock) == pytest.approx(root, abs=1e-9)
+    assert keeps_moving(critical_angle(shock) + 1e-6, shock)
+    assert not keeps_moving(critical_angle(shock) - 1e-6, shock)
+
+
+def test_limits_of_the_shock():
+    assert critical_angle() == pytest.approx(10.20782, abs=5e-6)  # the source's value
+    assert critical_angle(0.0) == pytest.approx(STATIC_ANGLE_DEG, rel=1e-14)
+    assert critical_angle(1e-12) == pytest.approx(30.0, abs=1e-4)
+    assert critical_angle(1.0 - 1e-12) == pytest.approx(0.0, abs=1e-9)
+
+
+@given(SHOCKS, SHOCKS)
+def test_the_angle_falls_with_the_shock_and_stays_in_range(one, other):
+    low, high = sorted((one, other))
+    assert 0.0 <= critical_angle(high) <= critical_angle(low) <= STATIC_ANGLE_DEG * (1 + 1e-14)
+
+
+@pytest.mark.parametrize(("ratio", "angle"), [(0.53, 4.7), (0.54, 4.8), (0.947, 9.5)])
+def test_reduced_impulse_of_tall_towers_lowers_the_angle(ratio, angle):
+    assert critical_angle(shock_from_impulse_ratio(ratio)) == pytest.approx(angle, abs=0.1)
+
+
+@pytest.mark.parametrize(("divisor", "angle"), [(4, 13.87), (2, 10.21)])
+def test_erratum_only_half_of_the_angle_gives_the_angle_of_the_source(divisor, angle):
+    def printed(angle):  # the steady state as the source prints it, with theta / divisor
+        theta = math.radians(angle)
+        return 0.25 / 0.75 - 2 * math.sin(math.pi / 12 - theta / divisor) ** 2 / math.sin(theta)
+
+    root = brentq(printed, 0.1, 30.0)
+    assert root == pytest.approx(angle, abs=0.005)
+    assert (abs(root - critical_angle()) < 1e-9) is (divisor == 2)
+
+
+def test_the_bound_of_flight_is_where_the_integrated_contact_force_vanishes():
+    def smallest_force(angle):  # [m g] in steady motion, from well to well
+        slid = slid_over_sphere(math.radians(angle), steady_energy(angle, 0.25))
+        return float(np.min(np.cos(slid.y[0]) - slid.y[1] ** 2))
+
+    root = brentq(smallest_force, 12.0, 20.0, xtol=1e-8)
+    assert no_flight_bound() == pytest.approx(root, abs=1e-6)
+    bounds = [no_flight_bound(shock) for shock in np.linspace(0.0, 0.99, 9)]
+    assert bounds[-1] > 0.0
+    assert bounds == sorted(bounds, reverse=True)
+
+
+@pytest.mark.parametrize("value", [-0.1, 1.1, math.nan, math.inf])
+@pytest.mark.parametrize("function", [critical_angle, no_flight_bound])
+def test_a_shock_out_of_range_is_named(function, value):
+    with pytest.raises(RequestError, match=r"^shock = \S+ is not allowed: must be from 0 to "):
+        function(value)
+    with pytest.raises(RequestError, match="below 1"):
+        no_flight_bound(1.0)
+
+
+# ---- the energy argument
+
+
+@pytest.mark.parametrize("springs", range(1, incline.LARGEST_HEIGHT + 1))
+def test_the_impulse_ratio_is_the_inverse_of_the_speed_that_a_row_of_springs_takes_up(springs):
+    """Static equilibrium of a row of nodes: K x = f, then the energy spring by spring."""
+    stiff = 2 * np.eye(springs) - np.eye(springs, k=1) - np.eye(springs, k=-1)
+    stiff[-1, -1] = 1.0  # the far end is free and pulled, the near one is fixed
+    stretch = np.diff(np.linalg.solve(stiff, np.eye(springs)[-1]), prepend=0.0)
+    speed = math.sqrt(float(np.sum(stretch**2)))
+    assert incline.impulse_ratio(springs) == pytest.approx(1.0 / speed, rel=1e-12)
+
+
+def test_heights_below_one_are_named():
+    with pytest.raises(RequestError, match=r"^height = 0 is not allowed: .* at least 1$"):
+        incline.impulse_ratio(0)
