@@ -34,26 +34,6 @@ MaybeWhole = Annotated[int | None, Parameter(converter=whole_number)]
 Force = Annotated[
     bool, Parameter(help="Run also what is expected to take more than ten minutes of a core.")
 ]
-
-
-def default_text(value: Any) -> str | None:
-    """Return the text of a default in the help; None for a flag or an empty one."""
-    if value is None or value is False or value in ("", ()):
-        return None
-    return f"{value:g}" if isinstance(value, float) else str(value)
-
-
-def usage_error(error: CycloptsError) -> str:
-    """Return an error of parsing in two lines: option, value and what is allowed; the help."""
-    error.verbose = False
-    cause = error.__cause__
-    message = str(cause) if isinstance(cause, RequestError) else " ".join(str(error).split())
-    if isinstance(error, UnusedCliTokensError) and error.unused_tokens:
-        message = f"{error.unused_tokens[0]!r}: is more than the command takes"
-    command = " ".join(["dem-harness", *(error.command_chain or ())])
-    return f"{message}\nsee {command} --help"
-
-
 HELP = (
     "Check discrete element (DEM) codes against theory.\n\n"
     "The frictionless incline (critical angle 10.2078 deg), the tower hit by a dropped grain, "
@@ -65,8 +45,8 @@ HELP = (
 )
 COMMANDS = {
     "verify": ("verify:verify", "Hold engines against theory and accepted runs, and report."),
-    "run": ("run:run", "Run a case once: what it measures, and what is expected."),
-    "sweep": ("sweep:sweep", "Run a case over values of its parameters and over engines."),
+    "run": ("runs:run", "Run a case once: what it measures, and what is expected."),
+    "sweep": ("runs:sweep", "Run a case over values of its parameters and over engines."),
     "theory": ("incline:theory", "Critical angle of the incline in closed form."),
     "critical-angle": ("incline:critical_angle", "Critical angle of the incline in an engine."),
     "tower": ("tower:tower", "Drop a grain on a tower: force, impulse and contacts."),
@@ -77,11 +57,11 @@ COMMANDS = {
     "diff": ("results:diff", "Compare runs: what moved, and by how much."),
     "accept": ("results:accept", "Merge the rows of a run into the accepted runs."),
     "releases": ("results:releases", "Run the same cases in several LAMMPS releases."),
-    "defect": ("results:defect", "Show known defects: cause, releases, script."),
+    "defect": ("lists:defect", "Show known defects: cause, releases, script."),
     "upstream": ("results:upstream", "Run LAMMPS's own granular tests against the reference."),
     "reproduce": ("results:reproduce", "Recompute what the source states: ledger and figures."),
     "site": ("results:site", "Build a static site of the committed reports and of runs."),
-    "cache": ("results:cache", "Show what is kept, or clear it."),
+    "cache": ("lists:cache", "Show what is kept, or clear it."),
 }
 """Module and function of each command, imported when it is run, and its line in the help."""
 
@@ -106,3 +86,21 @@ def make_app(words: Sequence[str]) -> App:
         app.command(f"harness.cli.{home}", name=name, sort_key=place, help=line)
     app.register_install_completion_command()
     return app
+
+
+def default_text(value: Any) -> str | None:
+    """Return the text of a default in the help; None for a flag or an empty one."""
+    if value is None or value is False or value in ("", ()):
+        return None
+    return f"{value:g}" if isinstance(value, float) else str(value)
+
+
+def usage_error(error: CycloptsError) -> str:
+    """Return an error of parsing in two lines: option, value and what is allowed; the help."""
+    error.verbose = False
+    cause = error.__cause__
+    message = str(cause) if isinstance(cause, RequestError) else " ".join(str(error).split())
+    if isinstance(error, UnusedCliTokensError) and error.unused_tokens:
+        message = f"{error.unused_tokens[0]!r}: is more than the command takes"
+    command = " ".join(["dem-harness", *(error.command_chain or ())])
+    return f"{message}\nsee {command} --help"

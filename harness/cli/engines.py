@@ -23,6 +23,11 @@ if TYPE_CHECKING:
     from harness.store.entries import Entries
     from harness.workflows.progress import Progress
 
+OWN_OPTIONS = {"lammps": {"lmp": "--lmp", "launcher": "--mpirun"},
+               "reference": {"integrator": "--integrator"}}  # fmt: skip
+"""Options of engines' classes that the command line has a word of its own for."""
+UNQUALIFIED = ("lammps", "reference")  # need not qualify: one is tested, one is held against
+
 
 @Parameter(name="*", group=KEPT)
 @dataclass(frozen=True, kw_only=True)
@@ -61,17 +66,14 @@ class ProgramOptions:
 
         names = list(names)
         programs = registry.named_values(self.program or (), "--program")
+        settings = registry.engine_settings(self.engine_option or ())
         registry.check_known(programs, "--program")
-        registry.check_names(
-            programs, registry.engine_settings(self.engine_option or ()), names, option
-        )
-        for own, value, engine in (
-            ("--lmp", self.lmp, "lammps"),
-            ("--mpirun", self.mpirun, "lammps"),
-            ("--integrator", self.integrator, "reference"),
-        ):
-            if value is not None and engine not in names:
-                raise RequestError(f"{own} {value!r}: goes with {option} {engine} only")
+        registry.check_names(programs, settings, names, option)
+        for engine, words in OWN_OPTIONS.items():
+            for word in words.values():
+                value = getattr(self, word.removeprefix("--"))
+                if value is not None and engine not in names:
+                    raise RequestError(f"{word} {value!r}: goes with {option} {engine} only")
         registry.check_launcher(self.mpirun)
 
     def opening(self, name: str) -> dict[str, Any]:
@@ -80,23 +82,15 @@ class ProgramOptions:
 
         programs = registry.named_values(self.program or (), "--program")
         settings = registry.engine_settings(self.engine_option or ()).get(name, {})
-        own: dict[str, dict[str, str | None]] = {
-            "lammps": {"lmp": self.lmp, "launcher": self.mpirun},
-            "reference": {"integrator": self.integrator},
-        }
-        return registry.chosen_options(name, programs.get(name), settings, **own.get(name, {}))
+        words = OWN_OPTIONS.get(name, {}).items()
+        own = {key: getattr(self, word.removeprefix("--")) for key, word in words}
+        return registry.chosen_options(name, programs.get(name), settings, **own)
 
 
 @Parameter(name="*", group=ENGINE)
 @dataclass(frozen=True, kw_only=True)
 class EngineOptions(ProgramOptions, CacheOptions):
-    """Programs of engines, and kept results."""
-
-
-@Parameter(name="*", group=ENGINE)
-@dataclass(frozen=True, kw_only=True)
-class ClusterOptions(EngineOptions):
-    """The same, and a cluster."""
+    """Programs of engines, kept results, and a cluster."""
 
     dask: Annotated[str | None, Parameter(metavar="ADDRESS|slurm")] = None
     """Run in the workers of a Dask cluster, at its scheduler's address; or in SLURM with the
@@ -113,12 +107,15 @@ class ClusterOptions(EngineOptions):
 
 @dataclass
 class Opener:
-    """Opens engines by name, qualifies them, and counts their runs."""
+    """Opens engines by name, qualifies them, and counts their runs.
+
+    ``failures`` has the reason why an engine does not qualify, empty where it does, by name.
+    """
 
     options: EngineOptions
     executor: Executor | None = None
     engines: dict[str, CachedEngine] = field(default_factory=dict)
-    qualification: dict[str, Any] = field(default_factory=dict)
+    failures: dict[str, str] = field(default_factory=dict)
 
     @contextmanager
     def __call__(self, name: str) -> Iterator[Engine]:
@@ -128,8 +125,8 @@ class Opener:
         from harness.workflows.executors import ExecutorEngine
 
         options, entries = self.options.opening(name), self.entries()
-        with engine_class(name)(**options) as opened:
-            engine: Engine = opened
+        with engine_class(name)(**options) as bare:
+            engine: Engine = bare
             if self.executor is not None:
                 engine = ExecutorEngine(engine, self.executor, name, options)
             if entries is not None:
@@ -139,22 +136,30 @@ class Opener:
 
     @contextmanager
     def qualified(self, name: str, *, progress: Progress) -> Iterator[Engine]:
-        """Yield an engine; after its use keep in ``qualification`` whether it qualifies.
-
-        A wrong request is refused before. LAMMPS and the reference need not qualify.
-        """
-        from harness.workflows.session import qualification
+        """Yield an engine; after its use find out whether it qualifies, where it needs to."""
+        from harness.workflows.verification import qualification
 
         with self(name) as engine:
             yield engine
-            if engine.name in ("lammps", "reference"):
+            if engine.name in UNQUALIFIED:
                 return
             progress(f"qualification of {engine.name}", 0, 1)
             try:
-                reason = qualification(engine)
+                self.failures[name] = qualification(engine)
             except EngineError as error:
-                reason = str(error)
-            self.qualification = {"qualified": not reason, "qualification_failures": reason}
+                self.failures[name] = str(error)
+
+    @contextmanager
+    def measuring(self, name: str, title: str, *, quiet: bool) -> Iterator[dict[str, Any]]:
+        """Yield a qualified engine and its progress, as arguments of a workflow."""
+        from harness.workflows.progress import progress_bars
+
+        with (
+            progress_bars(title, quiet=quiet) as progress,
+            self.options.executor() as self.executor,
+            self.qualified(name, progress=progress) as engine,
+        ):
+            yield {"engine": engine, "progress": progress}
 
     def entries(self) -> Entries | None:
         """Return the cache; None, with a note, where the default place cannot be written.
@@ -176,26 +181,31 @@ class Opener:
 
     def runs(self) -> dict[str, int]:
         """Return the numbers of runs that were made and that were kept."""
-        kept = self.engines.values()
-        counts = {"engine_runs": sum(engine.ran for engine in kept)}
-        counts["engine_runs_from_cache"] = sum(engine.read for engine in kept)
-        return counts if kept else {}
+        if not self.engines:
+            return {}
+        engines = self.engines.values()
+        counts = sum(engine.ran for engine in engines), sum(engine.read for engine in engines)
+        return {"engine_runs": counts[0], "engine_runs_from_cache": counts[1]}
 
     def answer(
         self,
         record: Mapping[str, Any],
-        engine: str,
         json: bool,
         show: Callable[[Mapping[str, Any]], object],
     ) -> int:
-        """Print a record; return 0, or 3, with the reason, where its engine did not qualify."""
-        record = {**record, **self.qualification, **self.runs()}
+        """Print the record of an engine; return 0, or 3, with the reason, if it did not qualify."""
+        qualification = {
+            key: value
+            for reason in self.failures.values()
+            for key, value in (("qualified", not reason), ("qualification_failures", reason))
+        }
+        record = {**record, **qualification, **self.runs()}
         (print_json if json else show)(record)
-        if record.get("qualified", True):
-            return 0
-        reason = record["qualification_failures"]
-        tell(f"engine {engine!r} did not qualify, its result is not to be used: {reason}")
-        return HarnessError.exit_status
+        for name, reason in self.failures.items():
+            if reason:
+                tell(f"engine {name!r} did not qualify, its result is not to be used: {reason}")
+                return HarnessError.exit_status
+        return 0
 
 
 def duration_check(force: bool, work: str, instead: str = "") -> Callable[[float], None]:

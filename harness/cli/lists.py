@@ -1,7 +1,9 @@
-"""``dem-harness cases``, ``engines`` and ``inputs``."""
+"""``dem-harness cases``, ``engines``, ``inputs``, ``defect`` and ``cache``."""
 
 from __future__ import annotations
 
+import math
+import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any
@@ -10,7 +12,15 @@ from cyclopts import Parameter
 
 from harness.cli.app import Folder, Json, Name
 from harness.cli.engines import ProgramOptions
-from harness.cli.output import print_columns, print_json, print_wrapped, short, tell
+from harness.cli.output import (
+    print_columns,
+    print_json,
+    print_record,
+    print_wrapped,
+    short,
+    tell,
+)
+from harness.errors import RequestError
 
 
 def cases(name: str | None = None, /, *, json: Json = False) -> int:
@@ -33,7 +43,7 @@ def cases(name: str | None = None, /, *, json: Json = False) -> int:
 
     for fault in plugin_faults():
         tell(fault)
-    records = [case.to_json() for case in list_cases(name)]
+    records = list_cases(name)
     if json:
         print_json({"cases": records})
         return 0
@@ -79,15 +89,12 @@ def engines(
     for fault in refused_plugins():
         tell(fault)
     if json:
-        print_json({"engines": [status.to_json() for status in statuses]})
+        print_json({"engines": statuses})
         return 0
-    lines = []
-    for status in statuses:
-        found = status.provenance
-        version, where = ("missing", status.reason) if found is None else (
-            found.engine_version, found.executable)  # fmt: skip
-        lines.append((status.engine, status.how, version, where))
-    print_columns(lines)
+    print_columns([
+        (s["engine"], s["how"], s["engine_version"] or "missing", s["reason"] or s["executable"])
+        for s in statuses
+    ])  # fmt: skip
     return 0
 
 
@@ -115,7 +122,6 @@ def inputs(
     output
         The folder of the scripts. [default: inputs]
     """
-    from harness.errors import RequestError
     from harness.workflows import inputs as write_inputs
     from harness.workflows import outdated_inputs
 
@@ -139,21 +145,104 @@ def inputs(
     return 0
 
 
+def defect(name: str | None = None, /, *, json: Json = False) -> int:
+    """Show a known defect: its cause, releases, effect, and the script that shows it.
+
+    For example:
+
+        dem-harness defect tsuji-restitution
+
+    Parameters
+    ----------
+    name
+        Name of a known defect; without one, all of them in a line each.
+    """
+    from harness.workflows import defects
+
+    records = defects(name)
+    if json:
+        print_json({"defects": records})
+    elif name is None:
+        print_columns([(r["name"], f"{r['since']} to {r['until']}", r["cause"]) for r in records])
+    else:
+        script = records[0].pop("script", "")
+        print_record(records[0])
+        print(f"\n{script}" if script else "")
+    return 0
+
+
+def cache(
+    *,
+    clear: bool = False,
+    older_than: Annotated[float | None, Parameter(metavar="DAYS")] = None,
+    case: Annotated[str | None, Parameter(metavar="NAME")] = None,
+    kept: Annotated[Folder, Parameter(name="--cache")] = None,
+    json: Json = False,
+) -> int:
+    """Show what is kept: path, size and sort; or clear it, by age or case.
+
+    Besides results the cache has environments of releases and compiled kernels. What is cleared is
+    computed, installed or compiled again when it is needed.
+
+    For example:
+
+        dem-harness cache --clear --older-than 30
+
+    Parameters
+    ----------
+    clear
+        Remove what fits the two options below; all without them.
+    older_than
+        Only what was not used for so many days.
+    case
+        Only results of a case that `dem-harness cases` lists.
+    kept
+        The cache. [default: DEM_HARNESS_HOME/cache, else ~/.cache/dem-harness]
+    """
+    from harness.cases.registry import get_case
+    from harness.files import cache_place
+    from harness.store.entries import clear as clear_entries
+    from harness.store.entries import contents, sorts
+
+    if older_than is not None and not older_than >= 0.0:
+        raise RequestError(f"--older-than {older_than}: must be 0 days or more")
+    if case is not None:
+        get_case(case)
+    folder = cache_place(kept).path
+    if kept is not None and not kept.is_dir() and kept.exists():
+        raise RequestError(f"--cache {kept}: is a file; name a folder")
+    oldest = math.inf if older_than is None else time.time() - 86400.0 * older_than
+    found = [e for e in contents(folder) if e.used < oldest and (case is None or case in e.cases)]
+    record = {"cache": str(folder), "cleared": clear}
+    counts = sorts(clear_entries(folder, found) if clear else found)
+    if json:
+        print_json({**record, "sorts": counts})
+        return 0
+    print(f"cache: {folder}")
+    for sort, count in counts.items():
+        state = "cleared" if clear else "kept"
+        print(f"{sort}: {count['entries']} {state}, {count['bytes'] / 1e6:.3g} MB")
+    return 0
+
+
 def _print_details(case: Mapping[str, Any]) -> None:
-    heading = ("name", "default", "unit", "allowed", "meaning")
-    presets = [("name", "source", "values")]
-    for name, entry in case["preset_details"].items():
-        values = ", ".join(f"{key}={short(value)}" for key, value in entry["values"].items())
-        presets.append((name, entry["source"] or "this package", values or "the defaults"))
-    meanings, units = case["meanings"], ("name", "unit", "meaning")
-    tables: dict[str, Sequence[Sequence[str]]] = {
+    heading, units = ("name", "default", "unit", "allowed", "meaning"), ("name", "unit", "meaning")
+    meanings, refused = case["meanings"], case["refused_by"]
+    engines = [(n, "not by default" if n in refused else "runs it") for n in case["engines"]]
+    engines += [(name, "runs it") for name in case["solvers"]]
+    engines += [(name, "cannot") for name in refused if name not in case["engines"]]
+    solver = dict.fromkeys(case["solvers"], "a solver of this package")
+    tables: dict[str, list[Sequence[str]]] = {
         "parameters, by --set NAME=VALUE": [heading, *_parameters(case["parameters"])],
-        "presets, by --set preset=NAME": presets,
+        "presets, by --set preset=NAME": [
+            ("name", "source", "values"),
+            *((name, preset["source"] or "this package", _values(preset["values"]))
+              for name, preset in case["preset_details"].items())],
         "quantities": [units, *((n, u, meanings[n]) for n, u in case["quantities"].items())],
         "quantities of several runs, by --quantity NAME": [
             units, *((n, u, meanings[n]) for n, u in case["derived"].items())],
         "their own parameters": [heading, *_parameters(case["derived_parameters"])],
-        "engines": [("name", "", ""), *_engines(case)],
+        "engines": [("", "", ""), *((n, r, refused.get(n, solver.get(n, ""))) for n, r in engines)],
     }  # fmt: skip
     for title, lines in tables.items():
         if len(lines) > 1:
@@ -163,16 +252,11 @@ def _print_details(case: Mapping[str, Any]) -> None:
 
 def _parameters(parameters: Mapping[str, Any]) -> list[tuple[str, ...]]:
     return [
-        (name, "-" if e["default"] is None else short(e["default"]), e["unit"], e["allowed"],
-         e["description"])
-        for name, e in parameters.items()
+        (name, "-" if r["default"] is None else short(r["default"]), r["unit"], r["allowed"],
+         r["description"])
+        for name, r in parameters.items()
     ]  # fmt: skip
 
 
-def _engines(case: Mapping[str, Any]) -> list[tuple[str, str, str]]:
-    refused = case["refused_by"]
-    lines = [(name, "not by default" if name in refused else "runs it", refused.get(name, ""))
-             for name in case["engines"]]  # fmt: skip
-    lines += [(name, "runs it", "a solver of this package") for name in case["solvers"]]
-    others = [name for name in refused if name not in case["engines"]]
-    return lines + [(name, "cannot", refused[name]) for name in others]
+def _values(values: Mapping[str, Any]) -> str:
+    return ", ".join(f"{key}={short(value)}" for key, value in values.items()) or "the defaults"

@@ -1,9 +1,7 @@
-"""``dem-harness diff``, ``accept``, ``releases``, ``defect``, ``upstream``, ``site``, ``cache``."""
+"""``dem-harness diff``, ``accept``, ``releases``, ``upstream``, ``site`` and ``reproduce``."""
 
 from __future__ import annotations
 
-import math
-import time
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
@@ -15,13 +13,11 @@ from harness.cli.app import Folder, Json, Names
 from harness.cli.engines import CacheOptions
 from harness.cli.output import (
     output_folder,
-    print_columns,
     print_frame,
     print_json,
     print_record,
     show,
 )
-from harness.errors import RequestError
 
 if TYPE_CHECKING:
     from harness.workflows.release_runs import ReleaseComparison
@@ -135,32 +131,6 @@ def releases(
     return _show(found, json)
 
 
-def defect(name: str | None = None, /, *, json: Json = False) -> int:
-    """Show a known defect: its cause, releases, effect, and the script that shows it.
-
-    For example:
-
-        dem-harness defect tsuji-restitution
-
-    Parameters
-    ----------
-    name
-        Name of a known defect; without one, all of them in a line each.
-    """
-    from harness.workflows import defects
-
-    records = [found.to_json() for found in defects(name)]
-    if json:
-        print_json({"defects": records})
-    elif name is None:
-        print_columns([(r["name"], f"{r['since']} to {r['until']}", r["cause"]) for r in records])
-    else:
-        script = records[0].pop("script", "")
-        print_record(records[0])
-        print(f"\n{script}" if script else "")
-    return 0
-
-
 def upstream(
     path: Path,
     /,
@@ -245,60 +215,6 @@ def site(
     from harness.workflows import site as build_site
 
     show(build_site(output, runs or []), json)
-    return 0
-
-
-def cache(
-    *,
-    clear: bool = False,
-    older_than: Annotated[float | None, Parameter(metavar="DAYS")] = None,
-    case: Annotated[str | None, Parameter(metavar="NAME")] = None,
-    kept: Annotated[Folder, Parameter(name="--cache")] = None,
-    json: Json = False,
-) -> int:
-    """Show what is kept: path, size and sort; or clear it, by age or case.
-
-    Besides results the cache has environments of releases and compiled kernels. What is cleared is
-    computed, installed or compiled again when it is needed.
-
-    For example:
-
-        dem-harness cache --clear --older-than 30
-
-    Parameters
-    ----------
-    clear
-        Remove what fits the two options below; all without them.
-    older_than
-        Only what was not used for so many days.
-    case
-        Only results of a case that `dem-harness cases` lists.
-    kept
-        The cache. [default: DEM_HARNESS_HOME/cache, else ~/.cache/dem-harness]
-    """
-    from harness.cases.registry import get_case
-    from harness.files import cache_place
-    from harness.store.entries import clear as clear_entries
-    from harness.store.entries import contents, sorts
-
-    if older_than is not None and not older_than >= 0.0:
-        raise RequestError(f"--older-than {older_than}: must be 0 days or more")
-    if case is not None:
-        get_case(case)
-    folder = cache_place(kept).path
-    if kept is not None and not kept.is_dir() and kept.exists():
-        raise RequestError(f"--cache {kept}: is a file; name a folder")
-    oldest = math.inf if older_than is None else time.time() - 86400.0 * older_than
-    found = [e for e in contents(folder) if e.used < oldest and (case is None or case in e.cases)]
-    record = {"cache": str(folder), "cleared": clear}
-    counts = sorts(clear_entries(folder, found) if clear else found)
-    if json:
-        print_json({**record, "sorts": counts})
-        return 0
-    print(f"cache: {folder}")
-    for sort, count in counts.items():
-        state = "cleared" if clear else "kept"
-        print(f"{sort}: {count['entries']} {state}, {count['bytes'] / 1e6:.3g} MB")
     return 0
 
 

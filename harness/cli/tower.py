@@ -13,17 +13,16 @@ from cyclopts import Parameter
 
 from harness.cli.app import ENGINE, File, Force, Json, Whole
 from harness.cli.engines import EngineOptions, Opener, duration_check
-from harness.cli.output import check_target, print_frame, print_record, write_all, write_csv
-from harness.cli.sweep import figure_writer
+from harness.cli.output import check_target, print_frame, print_record, write_all
 from harness.errors import RequestError
 
 if TYPE_CHECKING:
     from harness.engines.base import Traits
 
-OWN = ("rk4", "exact")  # solvers of this package; --help must not wait for numba
-FORMATS = (".svg", ".png", ".pdf")
+SOLVERS = ("rk4", "exact")  # of this package; --help must not wait for numba
+WINDOWS = ("turnaround", "structure", "first-contact")
 MOST_HEIGHT = 10_000
-Window = Literal["turnaround", "structure", "first-contact"]
+Numbers = Annotated[list[str], Parameter(metavar="NUMBERS")]
 
 
 @Parameter(name="*", group=ENGINE)
@@ -39,27 +38,25 @@ class SolverOptions:
         """Return those of the engine, None for a solver; RequestError for an unknown name."""
         from harness.engines.registry import engine_class
 
-        if self.solver in OWN:
-            return None
         try:
-            return engine_class(self.solver).traits
+            return None if self.solver in SOLVERS else engine_class(self.solver).traits
         except RequestError as error:
-            text = str(error).replace("--engine", "--solver", 1)
-            raise RequestError(f"{text}; or a solver of this package: {', '.join(OWN)}") from None
+            text, names = str(error).replace("--engine", "--solver", 1), ", ".join(SOLVERS)
+            raise RequestError(f"{text}; or a solver of this package: {names}") from None
 
     @contextmanager
-    def open(self, opener: Opener, title: str, quiet: bool) -> Iterator[dict[str, Any]]:
-        """Yield solver, engine and progress of a workflow; raise RequestError likewise."""
+    def running(self, opener: Opener, title: str, quiet: bool) -> Iterator[dict[str, Any]]:
+        """Yield solver, engine and progress, as arguments of a workflow."""
         from harness.workflows.progress import progress_bars
 
-        is_own = self.traits() is None
-        opener.options.check({self.solver} - set(OWN), "--solver")
-        with progress_bars(title, quiet=quiet) as progress:
-            if is_own:
-                yield {"solver": self.solver, "engine": None, "progress": progress}
-                return
-            with opener.qualified(self.solver, progress=progress) as engine:
-                yield {"solver": None, "engine": engine, "progress": progress}
+        is_engine = self.traits() is not None
+        opener.options.check({self.solver} - set(SOLVERS), "--solver")
+        if is_engine:
+            with opener.measuring(self.solver, title, quiet=quiet) as options:
+                yield options
+        else:
+            with progress_bars(title, quiet=quiet) as progress:
+                yield {"solver": self.solver, "progress": progress}
 
 
 @Parameter(name="*")
@@ -85,7 +82,7 @@ class TowerOptions:
     """How long, in contact times t0 of grain and one fixed particle."""
     steps_per_contact: float | None = None
     """Steps in pi sqrt(m/k). [default: 4000 rk4, 1000 engines]"""
-    window: Window = "turnaround"
+    window: Literal["turnaround", "structure", "first-contact"] = "turnaround"
     """What the impulse is summed over."""
     series: File = None
     """Write the series to this CSV file."""
@@ -117,23 +114,25 @@ def tower(
     from harness.cases.tower.windows import summary
     from harness.workflows import tower as run_tower
     from harness.workflows.runs import run_seconds
+    from harness.workflows.sweeps import write_table
 
     check_target(choice.series, "--series")
-    names = vars(choice).keys() & Tower.model_fields.keys()
-    case = Tower(**{name: getattr(choice, name) for name in names})
-    chosen, opener = get_case("tower"), Opener(engines)
+    tower_case, opener = get_case("tower"), Opener(engines)
+    case = Tower(
+        **{name: value for name, value in vars(choice).items() if name in Tower.model_fields}
+    )
     timing = {"duration": max(choice.duration, 3.0), "steps_per_contact": choice.steps_per_contact}
-    seconds = run_seconds(chosen, chosen.parameters(**{**dict(case), **timing}), solver.traits())
+    parameters = tower_case.parameters(**{**dict(case), **timing})
     work = f"the tower (--height {choice.height} --duration {choice.duration:g})"
-    duration_check(choice.force, work)(seconds)
-    with solver.open(opener, "tower", json) as options:
-        found = run_tower(
+    duration_check(choice.force, work)(run_seconds(tower_case, parameters, solver.traits()))
+    with solver.running(opener, "tower", json) as options:
+        run = run_tower(
             case, duration=choice.duration, steps_per_contact=choice.steps_per_contact, **options
         )
-        longer = Runner(options["solver"] or OWN[0], options["engine"])
-        record = summary(found, choice.window, longer.covering(found, choice.window))
-    write_all({("--series", choice.series): partial(write_csv, found.to_frame())})
-    return opener.answer(record, solver.solver, json, print_record)
+        longer = Runner(options.get("solver", ""), options.get("engine"))
+        record = summary(run, choice.window, longer.covering(run, choice.window))
+    write_all({("--series", choice.series): partial(write_table, run.to_frame())})
+    return opener.answer(record, json, print_record)
 
 
 @Parameter(name="*")
@@ -143,9 +142,9 @@ class ImpulseOptions:
 
     heights: str = "1-19"
     """Heights, as `1-19` or `1,2,5`."""
-    stiffness: Annotated[list[str], Parameter(metavar="NUMBERS")] = field(default_factory=list)
+    stiffness: Numbers = field(default_factory=list)
     """Normal stiffnesses [N/m], commas or repeated. [default: 1e5,1e6,1e7]"""
-    speed: Annotated[list[str], Parameter(metavar="NUMBERS")] = field(default_factory=list)
+    speed: Numbers = field(default_factory=list)
     """Speeds of the grain [m/s], commas or repeated. [default: 2,4]"""
     law: Literal["overlap", "deformable", "both"] = "both"
     """Contact law: what DEM codes do, the source's, or both."""
@@ -168,26 +167,16 @@ class ImpulseOptions:
     """Write the table to this file."""
     force: Force = False
 
-    def over(self) -> dict[str, Any]:
+    def ranges(self) -> dict[str, Any]:
         """Return the ranges of the table; raise RequestError for lists that cannot be read."""
-        ranges: dict[str, Any] = {"heights": _heights(self.heights)}
-        if self.stiffness:
-            ranges["stiffnesses"] = _numbers(self.stiffness, "--stiffness")
-        if self.speed:
-            ranges["speeds"] = _numbers(self.speed, "--speed")
-        if self.law != "both":
-            ranges["laws"] = (self.law,)
-        windows = ("turnaround", "structure", "first-contact")
-        return ranges | {"windows": windows if self.window == "all" else (self.window,)}
-
-    def check_files(self) -> None:
-        """Raise RequestError for files that cannot be written."""
-        check_target(self.figure, "--figure", FORMATS)
-        check_target(self.csv, "--csv")
-        if self.figure and self.csv and self.figure.resolve() == self.csv.resolve():
-            raise RequestError(f"--figure and --csv {self.csv}: must be two files")
-        if self.reference is not None and self.figure is None:
-            raise RequestError(f"--reference {self.reference}: goes with --figure FILE only")
+        ranges = {
+            "heights": _numbers([self.heights], "--heights", int),
+            "stiffnesses": _numbers(self.stiffness, "--stiffness", float),
+            "speeds": _numbers(self.speed, "--speed", float),
+            "laws": [] if self.law == "both" else [self.law],
+            "windows": WINDOWS if self.window == "all" else (self.window,),
+        }
+        return {name: values for name, values in ranges.items() if values}
 
 
 def impulse(
@@ -212,49 +201,47 @@ def impulse(
     from harness.cases.tower.parameters import Tower
     from harness.cases.tower.show import angle_figure
     from harness.workflows import impulse as tabulate
-    from harness.workflows.points import read_points
+    from harness.workflows.sweep_figure import figure_writer, read_points
+    from harness.workflows.sweeps import write_table
 
-    choice.check_files()
-    file, over = choice.reference, choice.over()
-    points = None if file is None else read_points(file, "h_over_d", "theta_deg")
+    check_target(choice.figure, "--figure", (".svg", ".png", ".pdf"))
+    check_target(choice.csv, "--csv")
+    if choice.figure and choice.csv and choice.figure.resolve() == choice.csv.resolve():
+        raise RequestError(f"--figure and --csv {choice.csv}: must be two files")
+    if choice.reference is not None and choice.figure is None:
+        raise RequestError(f"--reference {choice.reference}: goes with --figure FILE only")
+    ranges, measured = choice.ranges(), None
+    if choice.reference is not None:
+        points = read_points(choice.reference, "h_over_d", "theta_deg")
+        measured = (points.x.tolist(), points.y.tolist())
     case, opener = Tower(mass=choice.mass, gravity=choice.gravity), Opener(engines)
-    with solver.open(opener, "impulse", json) as options:
-        frame = tabulate(case=case, reading=choice.reading, **options, **over)
-    measured = None if points is None else (points.x.tolist(), points.y.tolist())
+    with solver.running(opener, "impulse", json) as options:
+        frame = tabulate(case=case, reading=choice.reading, **options, **ranges)
     draw = partial(angle_figure, frame, readings=(choice.reading,), measured=measured)
-    suffix = "" if choice.figure is None else choice.figure.suffix
-    write_all({("--csv", choice.csv): partial(write_csv, frame),
-               ("--figure", choice.figure): figure_writer(draw, suffix)})  # fmt: skip
+    write_all({("--csv", choice.csv): partial(write_table, frame),
+               ("--figure", choice.figure): figure_writer(draw)})  # fmt: skip
     record: dict[str, Any] = {"solver": solver.solver, "reading": choice.reading}
     record["rows"] = frame.to_dict(orient="records")
     if measured is not None:
         pairs = zip(*measured, strict=True)
         record["reference"] = [{"h_over_d": h, "theta_deg": angle} for h, angle in pairs]
-    return opener.answer(record, solver.solver, json, lambda _: print_frame(frame, len(frame)))
+    return opener.answer(record, json, lambda _: print_frame(frame, len(frame)))
 
 
-def _heights(text: str) -> list[int]:
-    """Return the heights of ``1-19,30``, each once. Raise RequestError for anything else."""
-    numbers: dict[int, None] = {}
-    for part in text.split(","):
-        ends = re.fullmatch(r"(\d{1,9})(?:-(\d{1,9}))?", part.strip(), re.ASCII)
-        first, last = (int(ends[1]), int(ends[2] or ends[1])) if ends else (0, 0)
-        if not 1 <= first <= last <= MOST_HEIGHT:
-            raise RequestError(
-                f"--heights {text!r}: {part.strip()!r} must be a whole number or a range that "
-                f"rises, as 1-19, within 1 to {MOST_HEIGHT}"
-            )
-        numbers |= dict.fromkeys(range(first, last + 1))
-    return list(numbers)
-
-
-def _numbers(texts: Sequence[str], option: str) -> list[float]:
-    """Return the numbers of ``["1e5,1e6", "1e7"]``, each once. Raise RequestError for others."""
-    numbers: dict[float, None] = {}
+def _numbers(texts: Sequence[str], option: str, kind: type[Any]) -> list[Any]:
+    """Return numbers with commas, each once, whole ones also as ``1-19``; or raise RequestError."""
+    numbers: dict[Any, None] = {}
     for text in texts:
         for part in text.split(","):
+            ends = re.fullmatch(r"(\d{1,9})(?:-(\d{1,9}))?", part.strip(), re.ASCII)
+            first, last = (int(ends[1]), int(ends[2] or ends[1])) if ends else (0, 0)
+            if kind is int and not 1 <= first <= last <= MOST_HEIGHT:
+                raise RequestError(
+                    f"{option} {text!r}: {part.strip()!r} must be a whole number or a range that "
+                    f"rises, as 1-19, within 1 to {MOST_HEIGHT}"
+                )
             try:
-                numbers[float(part)] = None
+                numbers |= dict.fromkeys(range(first, last + 1) if kind is int else [float(part)])
             except ValueError:
                 raise RequestError(f"{option} {text!r}: {part!r} must be a number") from None
     return list(numbers)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import Parameter
 
 from harness.cli.app import File, Folder, Force, Json
-from harness.cli.engines import ClusterOptions, EngineOptions, Opener, duration_check
+from harness.cli.engines import EngineOptions, Opener, duration_check
 from harness.cli.output import closed_pipe_allowed, output_folder, print_json, print_wrapped, tell
 from harness.errors import RequestError
 
@@ -64,7 +64,7 @@ class VerifyOptions:
 
 def verify(
     choice: VerifyOptions = VerifyOptions(),
-    engines: ClusterOptions = ClusterOptions(),
+    engines: EngineOptions = EngineOptions(),
     *,
     json: Json = False,
 ) -> int:
@@ -98,7 +98,7 @@ def verify(
 def check_request(choice: VerifyOptions, engines: EngineOptions) -> None:
     """Raise RequestError for options that contradict one another, and for unknown names."""
     from harness.cases.registry import selected_names
-    from harness.workflows.selection import selected_engines
+    from harness.workflows.settings import selected_engines
 
     assert choice.level
     selected_names(choice.cases)
@@ -108,7 +108,7 @@ def check_request(choice: VerifyOptions, engines: EngineOptions) -> None:
 
 
 def verified(
-    choice: VerifyOptions, engines: ClusterOptions, folder: Path, progress: Progress
+    choice: VerifyOptions, engines: EngineOptions, folder: Path, progress: Progress
 ) -> dict[str, Any]:
     """Verify, or take what was verified before; write the report and return its record."""
     from harness.store.entries import keep_verification, kept_verification
@@ -167,7 +167,7 @@ def _key(choice: VerifyOptions, engines: EngineOptions) -> str | None:
     from harness.engines.registry import fingerprint_of
     from harness.store.committed import accepted_folder
     from harness.store.entries import digest_of_tree, key_of, machine, source_digest, versions
-    from harness.workflows.selection import selected_engines
+    from harness.workflows.settings import selected_engines
 
     prints = {}
     for name in selected_engines(choice.engines):

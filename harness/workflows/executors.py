@@ -14,16 +14,11 @@ import subprocess
 import threading
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import (
-    BrokenExecutor,
-    CancelledError,
-    Executor,
-    Future,
-    ThreadPoolExecutor,
-    as_completed,
-)
+from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future, as_completed
+from concurrent.futures import ThreadPoolExecutor as Threads
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
 from importlib import import_module
 from typing import Any, TypeVar
 
@@ -39,8 +34,9 @@ CONNECT_SECONDS = 10.0
 SUBMIT_SECONDS = 60.0  # for sbatch to check the job of a worker
 SLURM, SLURM_JOBS = "slurm", 8
 IDLE_SECONDS = 60  # until a job of SLURM without runs is ended: another one may have to queue
-MOST_WORDS = 200  # characters of what a library reports
+MOST_CHARACTERS = 200  # of what a library reports
 LOST = "lost with its worker or the scheduler: the same command runs it again"
+LOSSES = ("KilledWorker", "FutureCancelledError")  # exceptions of Dask
 Outcome = Output | EngineError
 Result = TypeVar("Result")
 
@@ -72,25 +68,19 @@ class ExecutorEngine(WrappedEngine):
         """Yield the place and the outcome of each job as soon as its piece is done."""
         self._engine.check(jobs)
         size = max(1, min(LARGEST_PIECE, len(jobs) // PIECES))
-        pieces = [range(first, min(first + size, len(jobs))) for first in range(0, len(jobs), size)]
-        calls = [(self._opening, [jobs[place] for place in piece]) for piece in pieces]
-        for number, found in completed(self._executor, run_jobs, calls):
-            piece = pieces[number]
-            outcomes = [found] * len(piece) if isinstance(found, EngineError) else found
-            yield from zip(piece, outcomes, strict=True)
+        firsts = range(0, len(jobs), size)
+        calls = [(self._opening, jobs[first : first + size]) for first in firsts]
+        for number, result in completed(self._executor, run_jobs, calls):
+            count = len(calls[number][1])
+            outcomes = [result] * count if isinstance(result, EngineError) else result
+            yield from zip(range(firsts[number], firsts[number] + count), outcomes, strict=True)
 
 
 @contextmanager
-def opened_on(
-    executor: Executor,
-    name: str,
-    *,
-    fresh: bool = False,
-    options: Mapping[str, Any] | None = None,
-) -> Iterator[Engine]:
+def opened_on(executor: Executor, name: str) -> Iterator[Engine]:
     """Yield an engine whose jobs run in an executor and are kept here; close it after use."""
-    with open_engine(name, options=options) as local:
-        yield keeping(ExecutorEngine(local, executor, name, options or {}), fresh=fresh)
+    with open_engine(name) as local:
+        yield keeping(ExecutorEngine(local, executor, name, {}))
 
 
 def completed(
@@ -107,7 +97,7 @@ def completed(
             try:
                 futures[executor.submit(function, *arguments)] = number
             except Exception as error:  # of an executor that is broken or closed
-                yield number, EngineCrashError(f"no worker took it: {_words(error)}")
+                yield number, EngineCrashError(f"no worker took it: {_one_line(error)}")
         for future in as_completed(futures):
             yield futures.pop(future), _result(future)
     finally:
@@ -115,12 +105,29 @@ def completed(
             future.cancel()
 
 
+def _result(future: Future[Any]) -> Any:
+    try:
+        return future.result()
+    except Exception as error:  # of Dask, of pickling, of an engine of another package
+        is_lost = isinstance(error, CancelledError | BrokenExecutor)
+        if is_lost or type(error).__name__ in LOSSES:
+            return EngineCrashError(LOST)
+        return EngineCrashError(f"failed on its worker: {_one_line(error)}")
+
+
+def _one_line(error: BaseException) -> str:
+    return (" ".join(str(error).split()) or type(error).__name__)[:MOST_CHARACTERS]
+
+
+# ---- in a worker
+
+
 def identity(engine: Engine) -> dict[str, Any]:
     """Return what decides the results of an engine here, by a word for each; no paths."""
-    found = dict(engine.fingerprint() or {"version": engine.identify().engine_version})
-    found.pop("program", None)  # the path
+    facts = dict(engine.fingerprint() or {"version": engine.identify().engine_version})
+    facts.pop("program", None)  # the path
     return {
-        "program of the engine": key_of(found),
+        "program of the engine": key_of(facts),
         "source of dem-harness": source_digest(*SOURCES),
         **versions("numpy", "pandas"),
     }
@@ -160,17 +167,6 @@ def _close() -> None:
         _open_engines.popitem()[1].close()
 
 
-def _result(future: Future[Any]) -> Any:
-    try:
-        return future.result()
-    except (CancelledError, BrokenExecutor):
-        return EngineCrashError(LOST)
-    except Exception as error:  # of Dask, of pickling, of an engine of another package
-        if type(error).__name__ in ("KilledWorker", "FutureCancelledError"):
-            return EngineCrashError(LOST)
-        return EngineCrashError(f"failed on its worker: {_words(error)}")
-
-
 # ---- Dask
 
 
@@ -184,28 +180,16 @@ def dask_executor(
     ``note`` is called where no worker is there yet. Raise RequestError where Dask is not installed,
     nobody answers, or SLURM refuses the job of a worker.
     """
-    name, _, jobs = cluster.partition(":")
-    if name == SLURM:
-        most = str(SLURM_JOBS) if cluster == SLURM else jobs
-        if not (most.isascii() and most.isdigit() and 1 <= int(most) <= 10_000):
-            raise RequestError(f"--dask {cluster}: must be {SLURM}:JOBS, from 1 to 10000 jobs")
-        with _slurm_cluster(int(most)) as made, _client(made) as executor:
-            yield executor
+    options = {"timeout": CONNECT_SECONDS, "set_as_default": False}
+    client = partial(_imported("distributed", "Client"), **options)
+    if cluster.partition(":")[0] == SLURM:
+        with _slurm_cluster(cluster) as jobs, client(jobs) as connected:
+            yield connected.get_executor(pure=False)
         return
-    workers = _workers_at(cluster)
-    if not workers:
+    if not _workers_at(cluster):
         note(f"--dask {cluster}: no worker is there yet; runs wait for one")
-    with _client(cluster) as executor:
-        yield executor
-
-
-@contextmanager
-def _client(cluster: Any) -> Iterator[Executor]:
-    with _imported("distributed", "Client")(
-        cluster, timeout=CONNECT_SECONDS, set_as_default=False
-    ) as client:
-        executor: Executor = client.get_executor(pure=False)
-        yield executor
+    with client(cluster) as connected:
+        yield connected.get_executor(pure=False)
 
 
 def _workers_at(address: str) -> int:
@@ -214,17 +198,19 @@ def _workers_at(address: str) -> int:
 
     async def identify() -> Mapping[str, Any]:
         async with rpc(address, timeout=CONNECT_SECONDS) as scheduler:
-            found: Mapping[str, Any] = await asyncio.wait_for(scheduler.identity(), CONNECT_SECONDS)
-            return found
+            answer: Mapping[str, Any] = await asyncio.wait_for(
+                scheduler.identity(), CONNECT_SECONDS
+            )
+            return answer
 
     try:
-        with ThreadPoolExecutor(1) as thread:  # a notebook's own thread has a loop that runs
-            found = thread.submit(asyncio.run, identify()).result()
-        if found["type"] == "Scheduler":
-            return len(found["workers"])
-        reason = f"a {str(found['type']).lower()} does"
+        with Threads(1) as thread:  # a notebook's own thread has a loop that runs
+            answer = thread.submit(asyncio.run, identify()).result()
+        if answer["type"] == "Scheduler":
+            return len(answer["workers"])
+        reason = f"a {str(answer['type']).lower()} does"
     except Exception as error:  # whatever an address that is none, or another program, leads to
-        reason = _words(error)
+        reason = _one_line(error)
     raise RequestError(
         f"--dask {address}: no scheduler answers there ({reason}); must be the address of one, as "
         f"tcp://head:8786, or {SLURM}"
@@ -232,8 +218,11 @@ def _workers_at(address: str) -> int:
 
 
 @contextmanager
-def _slurm_cluster(jobs: int) -> Iterator[Any]:
+def _slurm_cluster(name: str) -> Iterator[Any]:
     """Yield a cluster of SLURM jobs, which begin with the runs and end when nothing is left."""
+    jobs = str(SLURM_JOBS) if name == SLURM else name.removeprefix(f"{SLURM}:")
+    if not (jobs.isascii() and jobs.isdigit() and 1 <= int(jobs) <= 10_000):
+        raise RequestError(f"--dask {name}: must be {SLURM}:JOBS, from 1 to 10000 jobs")
     make = _imported("dask_jobqueue", "SLURMCluster")
     if shutil.which("sbatch") is None:
         raise RequestError(f"--dask {SLURM}: there is no sbatch on the path")
@@ -242,36 +231,36 @@ def _slurm_cluster(jobs: int) -> Iterator[Any]:
             warnings.filterwarnings("ignore", "Port .* is already in use")  # of the dashboard
             cluster = make()
     except (OSError, ValueError, RuntimeError) as error:
-        raise RequestError(f"--dask {SLURM}: jobqueue.yaml: {_words(error)}") from None
+        raise RequestError(f"--dask {SLURM}: jobqueue.yaml: {_one_line(error)}") from None
     with cluster:
         _check_job(cluster.job_script())
-        cluster.adapt(minimum=0, maximum_jobs=jobs, wait_count=IDLE_SECONDS, interval="1s")
+        cluster.adapt(minimum=0, maximum_jobs=int(jobs), wait_count=IDLE_SECONDS, interval="1s")
         yield cluster
 
 
 def _check_job(script: str) -> None:
     """Raise RequestError where sbatch refuses the job of a worker, which Dask would repeat."""
+    command = ["sbatch", "--test-only"]
     try:
-        test = subprocess.run(
-            ["sbatch", "--test-only"], input=script, capture_output=True, text=True,
-            timeout=SUBMIT_SECONDS, check=False,
-        )  # fmt: skip
-        refusal = test.stderr if test.returncode else ""
-    except (OSError, subprocess.TimeoutExpired) as error:
-        refusal = str(error)
-    if refusal:
-        words = " ".join(refusal.split())[:MOST_WORDS]
-        raise RequestError(f"--dask {SLURM}: sbatch refuses a job as in jobqueue.yaml: {words}")
+        subprocess.run(
+            command,
+            input=script,
+            capture_output=True,
+            text=True,
+            timeout=SUBMIT_SECONDS,
+            check=True,
+        )
+    except (OSError, subprocess.SubprocessError) as error:
+        reason = " ".join(str(getattr(error, "stderr", None) or error).split())[:MOST_CHARACTERS]
+        raise RequestError(
+            f"--dask {SLURM}: sbatch refuses a job as in jobqueue.yaml: {reason}"
+        ) from None
 
 
 def _imported(module: str, name: str) -> Callable[..., Any]:
     try:
-        found: Callable[..., Any] = getattr(import_module(module), name)
+        member: Callable[..., Any] = getattr(import_module(module), name)
     except ImportError as error:
         install = "pip install 'dem-harness[dask]'"
         raise RequestError(f"--dask: {error.name} is not installed: {install}") from None
-    return found
-
-
-def _words(error: BaseException) -> str:
-    return (" ".join(str(error).split()) or type(error).__name__)[:MOST_WORDS]
+    return member

@@ -1,134 +1,56 @@
-"""Lists: the cases, the engines that are here, and the scripts of LAMMPS that are committed."""
+"""Lists: the cases, the engines that are here, and the committed scripts of LAMMPS."""
 
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any
 
 from harness.cases.base import Case
 from harness.cases.registry import DEFAULT as DEFAULT_CASES
 from harness.cases.registry import get_case, homes, usable_cases
-from harness.engines.base import Template, Traits
+from harness.engines.base import SCENE_NAME, Traits
 from harness.engines.provenance import Provenance
 from harness.engines.registry import DEFAULT, ENGINES, engine_class, engine_names, open_engine
 from harness.errors import EngineError, RequestError
 from harness.files import check_folder, text_writer, write_files
-from harness.model.base import Parameters
 from harness.workflows.progress import Progress, silent
 from harness.workflows.runs import takes_job
-from harness.workflows.settings import parameter_infos
+from harness.workflows.settings import parameter_records
 
 if TYPE_CHECKING:
     import pandas as pd
 
-T = TypeVar("T")
+Record = dict[str, Any]
 UNKNOWN = Traits("", (), "")  # of an engine whose class cannot be imported
 
 
-class Listing(list[T]):
-    """Records that a notebook shows as a table."""
+class Listing(list[Record]):
+    """JSON-ready records that a notebook shows as a table."""
 
     def to_frame(self) -> pd.DataFrame:
-        """Return a row for each record, its JSON keys as columns."""
+        """Return a row for each record."""
         import pandas as pd
 
-        return pd.DataFrame([record.to_json() for record in self])  # type: ignore[attr-defined]
+        return pd.DataFrame(list(self))
 
     def _repr_html_(self) -> str:
         return str(self.to_frame().to_html(index=False, na_rep=""))
 
 
-@dataclass(frozen=True)
-class CaseInfo:
-    """A case as it is listed, or ``in_full``."""
-
-    case: Case[Any]
-    in_full: bool = False
-
-    def to_json(self) -> dict[str, Any]:
-        """Return the case as a JSON-ready mapping.
-
-        ``parameters`` by name, of nested ones with a dot; ``quantities`` and, of several runs,
-        ``derived`` map names to units; ``engines`` have a script for the case, or take its scene;
-        ``solvers`` are of this package. In full with meanings, presets and refusals.
-        """
-        case, parameters = self.case, _records(self.case.default)
-        for info in parameters.values() if not self.in_full else ():
-            del info["allowed"]
-        record = {
-            "name": case.name,
-            "group": case.group,
-            "summary": case.summary,
-            "parameters": parameters,
-            "quantities": {q.name: q.unit for q in case.quantities if not q.varies},
-            "engines": tuple(name for name in engine_names() if _takes(name, case)),
-            "solvers": tuple(case.solvers),
-            "presets": tuple(case.presets),
-            "by_default": case.name in DEFAULT_CASES,
-            "derived": {q.name: q.unit for q in case.quantities if q.varies},
-        }
-        return record | (self._details() if self.in_full else {})
-
-    def _details(self) -> dict[str, Any]:
-        case, default = self.case, parameter_infos(self.case.default)
-        presets = {}
-        for name, preset in case.presets.items():
-            found = {n: i.default for n, i in parameter_infos(preset).items() if n in default}
-            values = {n: value for n, value in found.items() if value != default[n].default}
-            presets[name] = {"source": case.sources.get(name, ""), "values": values}
-        refusals = {name: _refusal(name, case) for name in engine_names()}
-        return {
-            "meanings": {quantity.name: quantity.meaning for quantity in case.quantities},
-            "preset_details": presets,
-            "derived_parameters": _records(case.search_options()),
-            "refused_by": {name: reason for name, reason in refusals.items() if reason},
-        }
-
-
-@dataclass(frozen=True)
-class EngineStatus:
-    """An engine: who it is, or why it is missing; and how to get it."""
-
-    engine: str
-    provenance: Provenance | None
-    how: str = ""
-    reason: str = ""
-    traits: Traits = UNKNOWN
-
-    @property
-    def available(self) -> bool:
-        """Return whether the engine was found."""
-        return self.provenance is not None
-
-    def to_json(self) -> dict[str, Any]:
-        """Return the status as a JSON-ready mapping."""
-        found = self.provenance or Provenance("", "")
-        return {
-            "engine": self.engine,
-            "how": self.how,
-            "available": self.available,
-            "engine_version": found.engine_version,
-            "executable": found.executable,
-            "packages": list(found.packages),
-            "reason": self.reason,
-            "install_hint": self.traits.install_hint,
-            "lineage": self.traits.lineage,
-            "integrator": self.traits.integrator,
-            "digits": self.traits.digits,
-        }
-
-
-def cases(name: str | None = None) -> Listing[CaseInfo]:
+def cases(name: str | None = None) -> Listing:
     """Return every case that can be used, those of this package first; or one, in full.
 
-    Raise RequestError for an unknown name.
+    ``parameters`` are by name, of nested ones with a dot; ``quantities`` and, of several runs,
+    ``derived`` map names to units; ``engines`` have a script for the case, or take its scene;
+    ``solvers`` are of this package. In full with meanings, presets and refusals. Raise RequestError
+    for an unknown name.
     """
     if name is None:
-        return Listing(map(CaseInfo, usable_cases().values()))
-    return Listing([CaseInfo(get_case(name), in_full=True)])
+        return Listing(map(_case, usable_cases().values()))
+    case = get_case(name)
+    return Listing([{**_case(case, in_full=True), **_details(case)}])
 
 
 def engines(
@@ -137,28 +59,28 @@ def engines(
     lmp: str | None = None,
     launcher: str | None = None,
     progress: Progress = silent,
-) -> Listing[EngineStatus]:
+) -> Listing:
     """Return the status of every engine, and of its other way to run where it has one.
 
     ``programs`` are executables by engine; ``lmp`` and ``launcher`` are those of LAMMPS.
     """
-    statuses: Listing[EngineStatus] = Listing()
-    names = engine_names()
+    records, names = Listing(), engine_names()
     for done, name in enumerate(names):
         progress("engines", done, len(names))
         options = {"program": programs[name]} if programs and name in programs else {}
         try:
-            twin = engine_class(name).twin_options(**options)
+            kind = engine_class(name)
+            twin = kind.twin_options(**options)
         except RequestError as error:
-            statuses.append(EngineStatus(name, None, reason=str(error)))
+            records.append(_engine(name, "", str(error), UNKNOWN))
             continue
-        statuses.append(_status(name, options))
+        records.append(_status(name, options, kind.traits))
         if twin is not None:
-            mine = {"lmp": lmp, "launcher": launcher} if name == DEFAULT else {}
-            given = {key: value for key, value in mine.items() if value is not None}
-            statuses.append(_status(name, {**twin, **given}))
+            given = {"lmp": lmp, "launcher": launcher} if name == DEFAULT else {}
+            more = {key: value for key, value in given.items() if value is not None}
+            records.append(_status(name, {**twin, **more}, kind.traits))
     progress("engines", len(names), len(names))
-    return statuses
+    return records
 
 
 def inputs(folder: Path, engine: str | None = None) -> list[Path]:
@@ -178,17 +100,16 @@ def outdated_inputs(folder: Path) -> dict[str, str]:
     """Return the difference of each script in a folder that is missing or not up to date."""
     if not folder.is_dir():
         raise RequestError(f"--output {folder}: no such folder; name the one with the scripts")
-    found = {}
+    differences = {}
     for name, text in input_texts().items():
         file = folder / name
-        old = file.read_text(encoding="utf-8", errors="replace") if file.is_file() else ""
         if not file.is_file():
-            found[name] = "is missing"
-        elif old != text:
+            differences[name] = "is missing"
+        elif (old := file.read_bytes().decode(errors="replace")) != text:
             lines = (old.splitlines(), text.splitlines())
             diff = difflib.unified_diff(*lines, "committed", "generated", lineterm="", n=0)
-            found[name] = "\n".join(diff) or "differs in its line ends"
-    return found
+            differences[name] = "\n".join(diff) or "differs in its line ends"
+    return differences
 
 
 def input_texts(engine: str = DEFAULT) -> dict[str, str]:
@@ -196,7 +117,8 @@ def input_texts(engine: str = DEFAULT) -> dict[str, str]:
 
     Raise RequestError for an unknown engine, and for one that runs without scripts.
     """
-    templates = list(_templates())
+    jobs = [case.job(case.default) for case in map(get_case, homes())]
+    templates = [job.template for job in jobs if job.template.name != SCENE_NAME]
     if texts := engine_class(engine).inputs(templates):
         return texts
     names = [name for name in ENGINES if engine_class(name).inputs(templates)]
@@ -205,16 +127,38 @@ def input_texts(engine: str = DEFAULT) -> dict[str, str]:
     )
 
 
-def _templates() -> Iterable[Template]:
-    for name in homes():
-        case = get_case(name)
-        template = case.job(case.default).template
-        if template.name != "contact-scene":
-            yield template
+def _case(case: Case[Any], *, in_full: bool = False) -> Record:
+    parameters = parameter_records(case.default)
+    for record in parameters.values() if not in_full else ():
+        del record["allowed"]
+    return {
+        "name": case.name,
+        "group": case.group,
+        "summary": case.summary,
+        "parameters": parameters,
+        "quantities": {q.name: q.unit for q in case.quantities if not q.varies},
+        "engines": [name for name in engine_names() if _takes(name, case)],
+        "solvers": list(case.solvers),
+        "presets": list(case.presets),
+        "by_default": case.name in DEFAULT_CASES,
+        "derived": {q.name: q.unit for q in case.quantities if q.varies},
+    }
 
 
-def _records(parameters: Parameters) -> dict[str, dict[str, Any]]:
-    return {name: dict(vars(info)) for name, info in parameter_infos(parameters).items()}
+def _details(case: Case[Any]) -> Record:
+    defaults = {name: r["default"] for name, r in parameter_records(case.default).items()}
+    presets = {}
+    for name, preset in case.presets.items():
+        values = {n: r["default"] for n, r in parameter_records(preset).items() if n in defaults}
+        changes = {n: value for n, value in values.items() if value != defaults[n]}
+        presets[name] = {"source": case.sources.get(name, ""), "values": changes}
+    refusals = {name: _refusal(name, case) for name in engine_names()}
+    return {
+        "meanings": {quantity.name: quantity.meaning for quantity in case.quantities},
+        "preset_details": presets,
+        "derived_parameters": parameter_records(case.search_options()),
+        "refused_by": {name: reason for name, reason in refusals.items() if reason},
+    }
 
 
 def _takes(engine: str, case: Case[Any]) -> bool:
@@ -235,12 +179,30 @@ def _refusal(engine: str, case: Case[Any]) -> str:
         return str(error)
 
 
-def _status(name: str, options: Mapping[str, Any]) -> EngineStatus:
-    traits = engine_class(name).traits
+def _status(name: str, options: Mapping[str, Any], traits: Traits) -> Record:
     how = str(options.get("launcher") or ("executable" if options else "-"))
     try:
         with open_engine(name, options=options) as engine:
-            found = engine.identify()
+            provenance = engine.identify()
     except (EngineError, RequestError) as error:
-        return EngineStatus(name, None, how, traits.missing(str(error)), traits)
-    return EngineStatus(name, found, found.how or how, "", traits)
+        return _engine(name, how, traits.missing(str(error)), traits)
+    return _engine(name, provenance.how or how, "", traits, provenance)
+
+
+def _engine(
+    name: str, how: str, reason: str, traits: Traits, provenance: Provenance | None = None
+) -> Record:
+    program = provenance or Provenance("", "")
+    return {
+        "engine": name,
+        "how": how,
+        "available": provenance is not None,
+        "engine_version": program.engine_version,
+        "executable": program.executable,
+        "packages": list(program.packages),
+        "reason": reason,
+        "install_hint": traits.install_hint,
+        "lineage": traits.lineage,
+        "integrator": traits.integrator,
+        "digits": traits.digits,
+    }

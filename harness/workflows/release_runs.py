@@ -8,7 +8,9 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+import pandas as pd
 
 from harness.engines.base import Engine
 from harness.engines.registry import DEFAULT, engine_class
@@ -22,9 +24,6 @@ from harness.store.runs import Run, json_records
 from harness.store.tables import exact_texts
 from harness.workflows.progress import Progress, silent
 from harness.workflows.verification import verify
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 HOLDING = (Verdict.PASS, Verdict.RECORDED, Verdict.FINDING)
 MOST_MOVED = 200  # rows of the page; rows.csv has all
@@ -63,48 +62,39 @@ class ReleaseComparison(Summarized):
         if any(run.status == 3 for run in self.runs.values()):
             return 3
         failed = any((rows["verdict"] == Verdict.FAIL).any() for rows in self.rows.values())
-        moved = self.changes()["change"].isin([Change.MOVED, Change.OTHER_INPUT]).any()
-        return int(failed or moved)
-
-    def matrix(self) -> pd.DataFrame:
-        """Return the change of each row in each release, the values in the reference."""
-        first = {self.reference: self.rows[self.reference]}
-        return matrix(first | self.rows)[list(self.runs)]
+        return int(failed or not self.moved.empty)
 
     def cells(self) -> pd.DataFrame:
         """Return the worst verdict of each case and setup that does not hold in every release."""
-        found = cells(self.rows)
-        return found[~found.isin([str(verdict) for verdict in HOLDING]).all(axis="columns")]
+        verdicts = cells(self.rows)
+        return verdicts[~verdicts.isin([str(verdict) for verdict in HOLDING]).all(axis="columns")]
 
-    def defects(self) -> pd.DataFrame:
-        """Return in how many cells each known defect was found, release by release."""
-        return defect_counts(self.rows)
+    @cached_property
+    def matrix(self) -> pd.DataFrame:
+        """The change of each row in each release, the values in the reference."""
+        first = {self.reference: self.rows[self.reference]}
+        return matrix(first | self.rows)[list(self.runs)]
 
-    def changes(self) -> pd.DataFrame:
-        """Return all changes against the reference, with the columns ``release, version``."""
-        import pandas as pd
-
+    @cached_property
+    def moved(self) -> pd.DataFrame:
+        """The rows whose value or input is another than in the reference, by release."""
         before = self.rows[self.reference]
-        parts = [
-            compare(before, rows).assign(release=name, version=self.versions[name])
-            for name, rows in self.rows.items()
-            if name != self.reference
-        ]
-        return pd.concat(parts) if parts else compare(before, before).assign(release="", version="")
+        changes = pd.concat(
+            [compare(before, rows).assign(release=name) for name, rows in self.rows.items()]
+        )
+        return changes[changes["change"].isin([Change.MOVED, Change.OTHER_INPUT])]
 
     def to_frame(self) -> pd.DataFrame:
         """Return the rows of all releases in one table, with the columns ``run`` and ``change``."""
         long = trend(list(self.rows.items()))
-        wide = self.matrix().assign(**{self.reference: "reference"}).stack()
+        wide = self.matrix.assign(**{self.reference: "reference"}).stack()
         places = zip(*(long[name] for name in (*KEY, "run")), strict=True)
         return long.assign(change=[wide[place] for place in places])
 
     def counts(self) -> dict[str, dict[str, int]]:
         """Return how many rows of each release have each change; of the reference, each verdict."""
-        table = self.matrix()
-        found = {name: Counter(filter(None, table[name])) for name in table}
-        found[self.reference] = Counter(self.rows[self.reference]["verdict"])
-        return {name: dict(found[name]) for name in self.runs}
+        numbers = {name: dict(Counter(filter(None, self.matrix[name]))) for name in self.runs}
+        return numbers | {self.reference: dict(Counter(self.rows[self.reference]["verdict"]))}
 
     def to_json(self) -> dict[str, Any]:
         """Return status, reference, releases, rows, defects and cells, JSON-ready."""
@@ -120,18 +110,17 @@ class ReleaseComparison(Summarized):
                 for name, run in self.runs.items()
             ],
             "rows": json_records(self.to_frame()),
-            "known_defects": self.defects().T.to_dict(),
+            "known_defects": defect_counts(self.rows).T.to_dict(),
             "cells": json_records(self.cells().reset_index()),
         }  # fmt: skip
 
     def summary(self) -> dict[str, str]:
         """Return what became of the rows in each release."""
-        numbers = self.counts()
         return {
             f"{name} ({self.versions[name] or 'did not run'})": ", ".join(
-                f"{number} {word}" for word, number in numbers[name].items()
+                f"{number} {word}" for word, number in numbers.items()
             )
-            for name in self.runs
+            for name, numbers in self.counts().items()
         }
 
     def _repr_html_(self) -> str:
@@ -139,21 +128,13 @@ class ReleaseComparison(Summarized):
 
     def write(self, folder: Path) -> None:
         """Write report.md and rows.csv into a new folder, whole or not at all."""
-        check_folder(folder)
-        with whole_folder(folder) as aside:
-            exact_texts(self.to_frame()).to_csv(aside / "rows.csv", index=False)
-            (aside / "report.md").write_text(self._markdown(), encoding="utf-8")
-
-    def _markdown(self) -> str:
         from harness.report.render import markdown_table
 
-        moved = self.changes()
-        moved = moved[moved["change"].isin([Change.MOVED, Change.OTHER_INPUT])]
-        shown = [*KEY, "release", "change", "value_before", "value_after", "unit_after"]
+        columns = [*KEY, "release", "change", "value_before", "value_after", "unit_after"]
         tables = {
             "Setups that do not hold in every release": self.cells().reset_index(),
-            "Known defects, by the number of setups": self.defects().reset_index(),
-            "Values that moved": moved[shown],
+            "Known defects, by the number of setups": defect_counts(self.rows).reset_index(),
+            "Values that moved": self.moved[columns],
         }
         lines = [f"# {self.engine} in {len(self.runs)} releases", ""]
         lines += [f"- {name}: {text}" for name, text in self.summary().items()]
@@ -161,7 +142,10 @@ class ReleaseComparison(Summarized):
         for title, frame in tables.items():
             if len(frame):
                 lines += ["", f"## {title}", "", markdown_table(frame, MOST_MOVED)]
-        return "\n".join(lines) + "\n"
+        check_folder(folder)
+        with whole_folder(folder) as aside:
+            exact_texts(self.to_frame()).to_csv(aside / "rows.csv", index=False)
+            (aside / "report.md").write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
 def releases(  # noqa: PLR0913 - the options of a user
@@ -179,7 +163,7 @@ def releases(  # noqa: PLR0913 - the options of a user
     """Verify the same cases in several releases of an engine.
 
     ``names`` are releases, installed below the cache (or ``folder``) where they are missing, or
-    commands of executables. A release that cannot be installed or run is shown as such. Raise
+    commands of executables. A release that cannot be installed or run is a row. Raise
     RequestError for a name that is neither or is given twice, and for an engine without releases.
     """
     kind: Any = engine_class(engine)
@@ -187,28 +171,30 @@ def releases(  # noqa: PLR0913 - the options of a user
         raise RequestError(f"--engine {engine!r}: has no releases that can be installed")
     if not names:
         raise RequestError("releases: name at least one release, or an executable")
-    for name in names:
-        if list(names).count(name) > 1:
+    for name, count in Counter(names).items():
+        if count > 1:
             raise RequestError(f"release {name!r}: is named twice")
         kind.check_release(name)
     if output is not None:
         check_folder(output)
-    runs = {}
-    for place, name in enumerate(names):
-        progress("releases", place, len(names))
 
+    def verified(name: str) -> Run:
         @contextmanager
-        def opened(_: str, name: str = name) -> Iterator[Engine]:
+        def open_release(_: str) -> Iterator[Engine]:
             with kind.release(name, folder) as installed:
                 yield keeping(installed, fresh=fresh)
 
-        def note(stage: str, done: int, total: int, name: str = name) -> None:
+        def note(stage: str, done: int, total: int) -> None:
             progress(f"{name}: {stage}", done, total)
 
-        runs[name] = verify(
-            level, cases=cases, engines=engine, only=only, open_engine=opened, progress=note
+        return verify(
+            level, cases=cases, engines=engine, only=only, open_engine=open_release, progress=note
         )
-    progress("releases", len(names), len(names))
+
+    runs = {}
+    for done, name in enumerate(names, 1):
+        runs[name] = verified(name)
+        progress("releases", done, len(names))
     compared = ReleaseComparison(engine, level, runs)
     if output is not None:
         compared.write(output)

@@ -5,9 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import Executor
-from contextlib import AbstractContextManager, suppress
+from contextlib import AbstractContextManager, nullcontext, suppress
 from dataclasses import dataclass, field
-from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from harness import __version__
@@ -16,32 +15,37 @@ from harness.cases.bench import Bench
 from harness.cases.registry import get_case
 from harness.engines.base import Engine, Output, Traits
 from harness.engines.cost import PARTICLES, job_seconds
+from harness.engines.provenance import Provenance
 from harness.engines.registry import DEFAULT, engine_class, engine_names
+from harness.engines.scene_tables import motion_tables
 from harness.errors import EngineError, HarnessError, RequestError, Unsupported
 from harness.model.base import Parameters
-from harness.report.notebook import Shown
+from harness.report.notebook import Summarized
 from harness.store.cache import EngineChoice, opened
 from harness.workflows.executors import opened_on
-from harness.workflows.limits import limits_of
 from harness.workflows.progress import Progress, silent
 from harness.workflows.settings import flat, parameters_of, quantity_names, split_settings
 
 if TYPE_CHECKING:
     import pandas as pd
 
+    from harness.model.scene import Scene
     from harness.report.content import Discs
-    from harness.report.style import Figure
 
 EQUAL_STEPS, CLOSED_FORM, NONE = "equal steps", "closed form", "none"
 COLUMNS = ("value", "unit", "reference", "reference_kind", "difference", "limit", "step_error")
 SEARCH_RUNS = 30  # runs of a search, for the estimate of its time
 SOLVER_MICROSECONDS = 0.02  # of a body and step in a solver of this package, likewise
+LIMIT_TARGET = 1e-9  # of a quantity's scale: error at which no finer run is made
+RESOLVED = 1e-6  # of a quantity's scale, or
+RESOLVED_SHARE = 0.1  # of the step's error: largest error of a limit that is returned
+MOST_BODY_STEPS = 2_000_000  # steps times bodies of the finest run: a second in all
 OpenEngine = Callable[[str], AbstractContextManager[Engine]]
 
 
 @dataclass(frozen=True)
 class Result:
-    """A measured quantity with what is known of it, in its unit; NaN for what is not known.
+    """A measured quantity with its reference and limit, in its unit; NaN for what is not known.
 
     ``reference`` is the value at equal steps, else the closed form, as ``reference_kind`` says;
     ``limit`` is the value of small steps, ``step_error`` how far equal steps are from it.
@@ -70,9 +74,19 @@ class Result:
         record = {name: getattr(self, name) for name in COLUMNS}
         return record | ({"uncertainty": self.uncertainty} if self.uncertainty else {})
 
+    def __str__(self) -> str:
+        text = f"{self.value:.10g} {self.unit if self.unit != '1' else ''}".rstrip()
+        text += f" +- {self.uncertainty:.2g}" if self.uncertainty else ""
+        if self.reference_kind == NONE:
+            return text
+        text += f"; {self.reference:.10g} by {self.reference_kind}, {self.difference:+.2g} off"
+        if math.isnan(self.step_error):
+            return text
+        return f"{text}; limit {self.limit:.8g}, the step's error {self.step_error:+.2g}"
+
 
 @dataclass(frozen=True, repr=False)
-class RunResult(Shown):
+class RunResult(Summarized):
     """One run of a case: who ran it, with which parameters, and what was measured.
 
     ``profile`` are columns of one length of a case that has a profile, ``script`` the plain script
@@ -95,7 +109,7 @@ class RunResult(Shown):
             "engine": self.engine,
             "engine_version": self.engine_version,
             "parameters": dict(self.parameters),
-            "quantities": {name: found.to_json() for name, found in self.quantities.items()},
+            "quantities": {name: result.to_json() for name, result in self.quantities.items()},
         }
         return record | ({"profile": dict(self.profile)} if self.profile else {})
 
@@ -110,27 +124,11 @@ class RunResult(Shown):
         """Return who ran the case with what, and the quantities with their references."""
         values = ", ".join(f"{name} = {value}" for name, value in flat(self.parameters).items())
         lines = {self.case: f"{self.engine} {self.engine_version}", "parameters": values}
-        lines |= {name: quantity_text(found) for name, found in self.quantities.items()}
-        more = [q.name for q in get_case(self.case).quantities if q.varies]
-        of_search = not more or self.quantities.keys() & set(more)
-        return lines if of_search else lines | {"by --quantity, of several runs": ", ".join(more)}
-
-    def draw(self) -> Figure:
-        """Draw the difference of each quantity from its reference, over the reference."""
-        from harness.report.style import Figure, label
-
-        figure = Figure(figsize=(7.0, 1.3 + 0.4 * len(self.quantities)), layout="constrained")
-        axes = figure.add_subplot()
-        for place, found in enumerate(self.quantities.values()):
-            axes.plot(found.difference / (abs(found.reference) or 1.0), place, "o")
-            if found.reference_kind == NONE:
-                across = axes.get_yaxis_transform()
-                axes.text(0.5, place, "no reference", va="center", transform=across)
-        axes.axvline(0.0, color="black", ls="--", lw=1)
-        axes.set_yticks(range(len(self.quantities)), [*self.quantities])
-        axes.set_ylim(len(self.quantities) - 0.5, -0.5)
-        label(axes, "difference over the reference (over 1 where that is 0)", "", self.case)
-        return figure
+        lines |= {name: str(result) for name, result in self.quantities.items()}
+        searched = [q.name for q in get_case(self.case).quantities if q.varies]
+        if not searched or self.quantities.keys() & set(searched):
+            return lines
+        return lines | {"by --quantity, of several runs": ", ".join(searched)}
 
 
 def run(  # noqa: PLR0913 - the options of a user
@@ -150,71 +148,61 @@ def run(  # noqa: PLR0913 - the options of a user
     """Run a case once and return its quantities with their references.
 
     ``settings`` are values by the names of parameters, of nested ones with a dot, in SI units and
-    degrees, and ``preset`` for a known set. ``engine`` is an open engine, or the name of an engine
-    or of a solver of the case. ``quantities`` are names of those to return; one that is searched
-    for, such as ``critical_angle_deg``, takes several runs. ``profile``, ``script`` and
-    ``film_frames`` (a number of samples) request these parts of the result. With an ``executor``
-    its workers run the engine of a name, in place of ``open_engine``. ``check_duration`` is called
-    with the expected time on one core [s], and may raise.
+    degrees, and ``preset`` for a published set. ``engine`` is an open engine, or the name of an
+    engine or of a solver of the case. ``quantities`` are names of those to return; a search, such
+    as ``critical_angle_deg``, takes several runs. ``profile``, ``script`` and ``film_frames`` (a
+    number of samples) request these parts of the result. With an ``executor`` its workers run the
+    engine of a name, in place of ``open_engine``. ``check_duration`` is called with the expected
+    time on one core [s], and may raise.
 
     Raise RequestError for a name or value that is not allowed, and for an engine that cannot run
     the case, with the reason; EngineError for a run that failed.
     """
     chosen = get_case(case)
     names = quantity_names(chosen, quantities)
-    given = {n: "none" if value is None else str(value) for n, value in (settings or {}).items()}
-    texts, options = split_settings(chosen, given, names)
+    texts = {n: "none" if value is None else str(value) for n, value in (settings or {}).items()}
+    texts, options = split_settings(chosen, texts, names)
     parameters = parameters_of(chosen, texts)
-    if not isinstance(engine, Engine):
+    if isinstance(engine, Engine):
+        opening: AbstractContextManager[Engine] = nullcontext(engine)
+    else:
         name = runner_name(chosen, engine)
         if is_solver(chosen, name):
-            if script or film_frames or profile:
-                part = "--script" if script else "--film" if film_frames else "--profile"
-                raise RequestError(f"{part}: {name!r} is a solver, an engine is needed")
+            parts = {"--script": script, "--film": film_frames, "--profile": profile}
+            if option := next((option for option, wanted in parts.items() if wanted), None):
+                raise RequestError(f"{option}: {name!r} is a solver, an engine is needed")
             check_duration(run_seconds(chosen, parameters, None, names))
-            return _solved(chosen, parameters, name, names)
-        opening = open_engine if executor is None else partial(opened_on, executor)
-        with opening(name) as running:
-            return run(
-                case, settings, running, quantities=quantities, profile=profile, script=script,
-                film_frames=film_frames, check_duration=check_duration, progress=progress,
-            )  # fmt: skip
-    job = chosen.job(parameters)
-    if reason := engine.refuses(job):
-        raise RequestError(f"--engine {engine.name!r}: cannot run {chosen.name!r}: {reason}")
-    if profile and type(chosen).profile is Case.profile:
-        raise RequestError(f"--profile: case {chosen.name!r} has no profile")
-    text = engine.script_text(job) if script else ""
-    if script and not text:
-        raise RequestError(f"--script: {engine.title} runs case {chosen.name!r} without a script")
-    check_duration(run_seconds(chosen, parameters, engine.traits, names))
-    progress(case, 0, 1)
-    bench, version = Bench(engine), engine.identify().engine_version
-    if searched(chosen, names):
-        found = chosen.search(names, parameters, bench, **options)
-        results = {n: _searched(chosen, parameters, n, found[n]) for n in names if n in found}
-        varied = {name for n in names for name in chosen.quantity(n).varies}
-        values = parameters.model_dump(mode="json", exclude=varied)
-        return RunResult(case, engine.name, version, values, results)
-    output = bench.output(job)
-    discs = None
-    if film_frames:
-        filmed = bench.output(chosen.film_job(parameters, film_frames))
-        discs = chosen.discs(parameters, filmed)
-    return RunResult(
-        case, engine.name, version, parameters.model_dump(mode="json"),
-        measured(chosen, parameters, bench, output, names),
-        chosen.profile(parameters, output) if profile else {}, text, discs,
-    )  # fmt: skip
+            runner = (name, f"dem-harness {__version__}")
+            solved = chosen.solve(parameters, name)
+            return _without_reference(chosen, parameters, names, runner, solved)
+        opening = open_engine(name) if executor is None else opened_on(executor, name)
+    with opening as running:
+        text = _checked_script(chosen, parameters, running, script=script, profile=profile)
+        check_duration(run_seconds(chosen, parameters, running.traits, names))
+        progress(case, 0, 1)
+        bench, runner = Bench(running), (running.name, running.identify().engine_version)
+        if is_search(chosen, names):
+            values = chosen.search(names, parameters, bench, **options)
+            return _without_reference(chosen, parameters, names, runner, values)
+        output = bench.output(chosen.job(parameters))
+        discs = None
+        if film_frames:
+            film = bench.output(chosen.film_job(parameters, film_frames))
+            discs = chosen.discs(parameters, film)
+        return RunResult(
+            case, *runner, parameters.model_dump(mode="json"),
+            measured(chosen, parameters, bench, output, names),
+            chosen.profile(parameters, output) if profile else {}, text, discs,
+        )  # fmt: skip
 
 
 def runner_name(case: Case[Any], name: str | None) -> str:
     """Return the engine or solver of a name, the usual one for None; RequestError for others."""
     if name is None:
         return usual_runner(case)
-    known = [*engine_names(), *case.solvers]
-    if name not in known and ":" not in name:
-        raise RequestError(f"--engine {name!r} is not known: must be one of {', '.join(known)}")
+    names = [*engine_names(), *case.solvers]
+    if name not in names and ":" not in name:
+        raise RequestError(f"--engine {name!r} is not known: must be one of {', '.join(names)}")
     return name
 
 
@@ -236,7 +224,7 @@ def is_solver(case: Case[Any], name: str) -> bool:
     return name in case.solvers and name not in engine_names()
 
 
-def searched(case: Case[Any], names: Sequence[str]) -> bool:
+def is_search(case: Case[Any], names: Sequence[str]) -> bool:
     """Return whether quantities take several runs."""
     return any(case.quantity(name).varies for name in names)
 
@@ -245,7 +233,7 @@ def run_seconds(
     case: Case[Any], parameters: Parameters, traits: Traits | None, names: Sequence[str] = ()
 ) -> float:
     """Return the expected time of a run on one core [s]; ``traits`` is None for a solver."""
-    runs = SEARCH_RUNS if searched(case, names) else 1
+    runs = SEARCH_RUNS if is_search(case, names) else 1
     if traits is None:
         return runs * case.cost(parameters) * SOLVER_MICROSECONDS * 1e-6
     job = case.job(parameters)
@@ -264,57 +252,110 @@ def measured(
         limits = limits_of(case, parameters, bench, [n for n in values if n not in exact])
     except (Unsupported, EngineError):
         reference, limits = {}, {}
-    results = {}
+    return _results(case, values, names, exact, reference, limits)
+
+
+def _results(
+    case: Case[Any],
+    values: Mapping[str, Value | float],
+    names: Sequence[str],
+    exact: Mapping[str, float],
+    reference: Mapping[str, float] | None = None,
+    limits: Mapping[str, float] | None = None,
+) -> dict[str, Result]:
+    reference, limits, results = reference or {}, {**(limits or {}), **exact}, {}
     for quantity in case.quantities:
         name = quantity.name
-        if name in values and (not names or name in names):
-            kind, expected = _reference(name, reference, exact)
-            limit = exact.get(name, limits.get(name, math.nan))
-            value = float(values[name])
-            results[name] = Result(value, quantity.unit, float(expected), kind, float(limit))
+        if name not in values or (names and name not in names):
+            continue
+        value = values[name]
+        value = value if isinstance(value, Value) else Value(float(value))
+        expected = float({**exact, **reference}.get(name, math.nan))
+        closed = NONE if math.isnan(expected) else CLOSED_FORM
+        results[name] = Result(
+            value=value.value,
+            unit=quantity.unit,
+            reference=expected,
+            reference_kind=EQUAL_STEPS if name in reference else closed,
+            limit=float(limits.get(name, math.nan)),
+            uncertainty=value.uncertainty,
+        )
     return results
 
 
-def quantity_text(found: Result) -> str:
-    """Return a quantity in words: value, reference and difference."""
-    text = f"{found.value:.10g} {found.unit if found.unit != '1' else ''}".rstrip()
-    text += f" +- {found.uncertainty:.2g}" if found.uncertainty else ""
-    if found.reference_kind == NONE:
-        return text
-    text += f"; {found.reference:.10g} by {found.reference_kind}, {found.difference:+.2g} off"
-    if math.isnan(found.step_error):
-        return text
-    return f"{text}; limit {found.limit:.8g}, the step's error {found.step_error:+.2g}"
+def limits_of(
+    case: Case[Any], parameters: Parameters, bench: Bench, names: Sequence[str]
+) -> dict[str, float]:
+    """Return the limits of small steps by name, of those quantities where it is resolved.
+
+    None for a case whose reference is not one scene.
+    """
+    from harness.solvers import reference
+
+    scene = case.scene(parameters)
+    if not names or scene is None or type(case).reference is not Case.reference:
+        return {}
+    rules, first = bench.rules(scene), scene.steps
+
+    def quantities(steps: int) -> Mapping[str, float]:
+        finer = refined(scene, steps // first)
+        tables = motion_tables(reference.run(finer, rules), scene)  # at the times of its samples
+        output = Output((), Provenance("reference", ""), tables, title="the reference")
+        values = case.measure(parameters, output)
+        return {name: values[name] for name in names if name in values}
+
+    scales = {name: case.quantity(name).size(parameters) for name in names}
+    targets = {name: LIMIT_TARGET * scale for name, scale in scales.items()}
+    most = max(MOST_BODY_STEPS // len(scene.bodies), first)
+    try:
+        limits = reference.limit(quantities, targets, first=first, most=most)
+    except (EngineError, RequestError):  # a finer run overflows, or is another system
+        return {}
+    coarse = quantities(first)
+    largest = {
+        name: max(RESOLVED * scales[name], RESOLVED_SHARE * abs(limit.value - coarse[name]))
+        for name, limit in limits.items()
+    }
+    return {name: limit.value for name, limit in limits.items() if limit.error <= largest[name]}
 
 
-def _reference(
-    name: str, reference: Mapping[str, float], exact: Mapping[str, float]
-) -> tuple[str, float]:
-    if name in reference:
-        return EQUAL_STEPS, reference[name]
-    found = exact.get(name, math.nan)
-    return (NONE if math.isnan(found) else CLOSED_FORM), found
+def refined(scene: Scene, factor: int) -> Scene:
+    """Return a scene with steps that are a whole factor smaller, sampled at the same times."""
+    return scene.replace(
+        step=scene.step / factor,
+        steps=scene.steps * factor,
+        every=scene.every * factor,
+        segments=tuple(part.replace(steps=part.steps * factor) for part in scene.segments),
+        setups=tuple(at * factor for at in scene.setups),
+    )
 
 
-def _solved(
-    case: Case[Any], parameters: Parameters, solver: str, names: Sequence[str]
+def _checked_script(
+    case: Case[Any], parameters: Parameters, engine: Engine, *, script: bool, profile: bool
+) -> str:
+    """Return the script of a run if requested; raise RequestError for what the engine cannot do."""
+    job = case.job(parameters)
+    if reason := engine.refuses(job):
+        raise RequestError(f"--engine {engine.name!r}: cannot run {case.name!r}: {reason}")
+    if profile and type(case).profile is Case.profile:
+        raise RequestError(f"--profile: case {case.name!r} has no profile")
+    text = engine.script_text(job) if script else ""
+    if script and not text:
+        raise RequestError(f"--script: {engine.title} runs case {case.name!r} without a script")
+    return text
+
+
+def _without_reference(
+    case: Case[Any],
+    parameters: Parameters,
+    names: Sequence[str],
+    runner: tuple[str, str],
+    values: Mapping[str, Value | float],
 ) -> RunResult:
-    values, exact = case.solve(parameters, solver), case.exact(parameters)
-    results = {}
-    for quantity in case.quantities:
-        if quantity.name in values and (not names or quantity.name in names):
-            kind, expected = _reference(quantity.name, {}, exact)
-            value = float(values[quantity.name])
-            results[quantity.name] = Result(value, quantity.unit, expected, kind, expected)
-    version = f"dem-harness {__version__}"
-    return RunResult(case.name, solver, version, parameters.model_dump(mode="json"), results)
-
-
-def _searched(case: Case[Any], parameters: Parameters, name: str, found: Value | float) -> Result:
-    value = found if isinstance(found, Value) else Value(float(found))
+    """Return the values of a solver or a search beside closed forms; ``runner`` made them."""
     exact: Mapping[str, float] = {}
     with suppress(HarnessError):  # a closed form may not exist for these parameters
         exact = case.exact(parameters)
-    kind, expected = _reference(name, {}, exact)
-    unit = case.quantity(name).unit
-    return Result(value.value, unit, expected, kind, expected, value.uncertainty)
+    varied = {parameter for name in names for parameter in case.quantity(name).varies}
+    record = parameters.model_dump(mode="json", exclude=varied)
+    return RunResult(case.name, *runner, record, _results(case, values, names, exact))

@@ -5,27 +5,50 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
-from dataclasses import dataclass
 from typing import Any, get_args
 
 from harness.cases.base import Case
+from harness.cases.registry import ALL
+from harness.engines.registry import engine_class, engine_names
 from harness.errors import CombinationError, RequestError
 from harness.model.allowed import allowed_in
 from harness.model.base import Parameters, unit
 
 PRESET = "preset"
-NONE = "none"  # text of a value that is left out
-Tree = dict[str, Any]  # settings by name; nested ones are a tree of their own
+NONE = "none"  # text of an optional value that is not given
 
 
-@dataclass(frozen=True)
-class ParameterInfo:
-    """A parameter: its default, unit, meaning, and what is ``allowed`` in words."""
+def words_in(texts: str | Iterable[str]) -> list[str]:
+    """Return the words of a text with commas, or of several texts, each once."""
+    many = texts.split(",") if isinstance(texts, str) else texts
+    return list(dict.fromkeys(text.strip() for text in many if text.strip()))
 
-    default: Any
-    unit: str
-    description: str
-    allowed: str = ""
+
+def selected_engines(engines: str | Iterable[str], solvers: Iterable[str] = ()) -> list[str]:
+    """Return the names of engines and solvers; ``all`` stands for every one, in their order.
+
+    Raise RequestError for an unknown name, and for none.
+    """
+    names, every = words_in(engines), [*engine_names(), *solvers]
+    for name in names:
+        if ":" in name:
+            engine_class(name)  # module:Class, which raises where there is none
+        elif name not in (ALL, *every):
+            must = f"{ALL}, or one or more of {', '.join(every)}"
+            raise RequestError(f"--engines {name!r} is not known: must be {must}")
+    if not names:
+        raise RequestError(f"--engines {engines!r}: names no engine")
+    if ALL not in names:
+        return names
+    return list(dict.fromkeys([*every, *(name for name in names if name != ALL)]))
+
+
+def quantity_names(case: Case[Any], text: str | Iterable[str]) -> list[str]:
+    """Return the names of quantities in a text with commas; RequestError for an unknown one."""
+    names = words_in(text)
+    if len({bool(case.quantity(name).varies) for name in names}) > 1:
+        raise RequestError(f"--quantity {','.join(names)}: a search is another run than the others")
+    return names
 
 
 def parameters_of(case: Case[Any], settings: Mapping[str, str]) -> Parameters:
@@ -34,12 +57,13 @@ def parameters_of(case: Case[Any], settings: Mapping[str, str]) -> Parameters:
     Raise RequestError, naming setting, value and what is allowed, for a wrong name or value;
     CombinationError for values that are not allowed together.
     """
-    base = _preset(case, settings[PRESET]) if PRESET in settings else case.default
-    changes = {name: text for name, text in settings.items() if name != PRESET}
-    try:
-        return _changed(base, _tree(changes))
-    except RequestError as error:
-        raise type(error)(f"--set {error}") from None
+    base: Parameters = case.default
+    if (preset := settings.get(PRESET)) is not None:
+        if preset not in case.presets:
+            names = ", ".join(case.presets)
+            raise RequestError(f"--set preset={preset}: case {case.name!r} has the presets {names}")
+        base = case.presets[preset]
+    return changed(base, {name: text for name, text in settings.items() if name != PRESET})
 
 
 def split_settings(
@@ -50,7 +74,8 @@ def split_settings(
     Raise RequestError for an option without a search, and for a parameter that a search varies.
     """
     searched = [q for name in quantities if (q := case.quantity(name)).varies]
-    options = {n: t for n, t in settings.items() if n in case.search_options.model_fields}
+    fields = case.search_options.model_fields
+    options = {name: text for name, text in settings.items() if name in fields}
     for quantity in searched:
         for name in quantity.varies:
             if name in settings:
@@ -58,33 +83,48 @@ def split_settings(
     if options and not searched:
         names = ", ".join(q.name for q in case.quantities if q.varies)
         raise RequestError(f"--set {next(iter(options))}: goes with --quantity {names} only")
+    chosen = changed(case.search_options(), options)
+    return {name: text for name, text in settings.items() if name not in options}, dict(chosen)
+
+
+def changed(parameters: Parameters, texts: Mapping[str, str], path: str = "") -> Parameters:
+    """Return parameters with settings on top; ``path`` leads to parameters that are nested."""
+    kind = type(parameters)
+    values = {name: _value(kind, name, text) for name, text in texts.items() if "." not in name}
+    parts: dict[str, dict[str, str]] = {}
+    for name, text in texts.items():
+        outer, dot, inner = name.partition(".")
+        if dot:
+            parts.setdefault(outer, {})[inner] = text
+    for name, inner_texts in parts.items():
+        nested = getattr(parameters, name, None)
+        if name in values:
+            raise RequestError(f"--set {path}{name}: is set as a whole already")
+        if isinstance(nested, Parameters):
+            values[name] = changed(nested, inner_texts, f"{path}{name}.")
+        elif name in kind.model_fields:
+            raise RequestError(f"--set {path}{name}.{min(inner_texts)}: {name} has no parts")
+        else:
+            values[name] = inner_texts  # refused by name, with the names that there are
     try:
-        chosen = _changed(case.search_options(), _tree(options))
+        return parameters.replace(**values)
+    except CombinationError as error:
+        raise CombinationError(f"--set {error}") from None
     except RequestError as error:
-        raise type(error)(f"--set {error}") from None
-    return {n: t for n, t in settings.items() if n not in options}, dict(chosen)
+        raise RequestError(f"--set {path}{error}") from None
 
 
-def quantity_names(case: Case[Any], text: str | Iterable[str]) -> list[str]:
-    """Return the names of quantities in a text with commas; RequestError for an unknown one."""
-    texts = text.split(",") if isinstance(text, str) else list(text)
-    names = list(dict.fromkeys(name.strip() for name in texts if name.strip()))
-    for name in names:
-        case.quantity(name)
-    kinds = {bool(case.quantity(name).varies) for name in names}
-    if len(kinds) > 1:
-        raise RequestError(f"--quantity {','.join(names)}: a search is another run than the others")
-    return names
+def parameter_records(values: Parameters, path: str = "") -> dict[str, dict[str, Any]]:
+    """Return default, unit, description and what is allowed of all parameters, by name.
 
-
-def parameter_infos(values: Parameters) -> dict[str, ParameterInfo]:
-    """Return all parameters by name, of nested ones with a dot; their values are the defaults."""
-    return dict(_infos(values, ""))
+    The name of a nested parameter has a dot; the values are the defaults.
+    """
+    return dict(_records(values, path))
 
 
 def flat_values(values: Parameters) -> dict[str, Any]:
     """Return the values of all parameters by name; lists and tables as JSON text."""
-    return {name: _cell(info.default) for name, info in parameter_infos(values).items()}
+    return {name: _cell(record["default"]) for name, record in parameter_records(values).items()}
 
 
 def as_text(values: Any) -> str:
@@ -93,95 +133,51 @@ def as_text(values: Any) -> str:
     return ",".join(NONE if value is None else str(value) for value in many)
 
 
-def flat(tree: Mapping[str, Any], prefix: str = "") -> dict[str, str]:
+def flat(tree: Mapping[str, Any], path: str = "") -> dict[str, str]:
     """Return the values of nested tables as text, with dots in their names."""
     values: dict[str, str] = {}
     for name, value in tree.items():
         if isinstance(value, Mapping):
-            values |= flat(value, f"{prefix}{name}.")
+            values |= flat(value, f"{path}{name}.")
         else:
-            values[prefix + name] = as_text(value)
+            values[path + name] = as_text(value)
     return values
 
 
-def _infos(values: Parameters, prefix: str) -> Iterator[tuple[str, ParameterInfo]]:
+def _records(values: Parameters, path: str) -> Iterator[tuple[str, dict[str, Any]]]:
     kind = type(values)
     allowed = allowed_in(kind)
     for name, field in kind.model_fields.items():
-        value = getattr(values, name)
+        value, limits = getattr(values, name), allowed.get(name)
         if isinstance(value, Parameters):
-            yield from _infos(value, f"{prefix}{name}.")
+            yield from _records(value, f"{path}{name}.")
             continue
-        meaning = (field.description or "").partition("]")[2].strip()
-        limits = allowed.get(name)
-        text = ", ".join(limits.words) or limits.range if limits else ""
-        info = ParameterInfo(value, unit(kind, name), meaning, text)
-        yield prefix + name, info
+        yield (
+            path + name,
+            {
+                "default": value,
+                "unit": unit(kind, name),
+                "description": (field.description or "").partition("]")[2].strip(),
+                "allowed": (", ".join(limits.words) or limits.range) if limits else "",
+            },
+        )
 
 
 def _cell(value: Any) -> Any:
     if value is None or isinstance(value, bool | int | float | str):
         return value
-    return json.dumps(value, default=lambda x: x.model_dump(mode="json"))
-
-
-def _preset(case: Case[Any], name: str) -> Parameters:
-    if name not in case.presets:
-        presets = ", ".join(case.presets)
-        raise RequestError(f"--set preset={name}: case {case.name!r} has the presets {presets}")
-    preset: Parameters = case.presets[name]
-    return preset
-
-
-def _tree(settings: Mapping[str, str]) -> Tree:
-    tree: Tree = {}
-    for name, text in settings.items():
-        *outer, last = name.split(".")
-        inner = tree
-        for key in outer:
-            inner = inner.setdefault(key, {})
-            if not isinstance(inner, dict):
-                raise RequestError(f"{name}: {key} is set as a whole already")
-        if last in inner:
-            raise RequestError(f"{name}: parts of it are set already")
-        inner[last] = text
-    return tree
-
-
-def _changed(parameters: Parameters, tree: Tree) -> Parameters:
-    kind, changes = type(parameters), {}
-    for name, part in tree.items():
-        inner = getattr(parameters, name, None)
-        if not isinstance(part, dict):
-            changes[name] = _value(kind, name, part)
-        elif isinstance(inner, Parameters):
-            changes[name] = _changed_part(inner, part, name)
-        elif name in kind.model_fields:
-            raise RequestError(f"{name}.{next(iter(part))}: {name} has no parts")
-        else:
-            changes[name] = part  # refused by name, with the names that there are
-    return parameters.replace(**changes)
-
-
-def _changed_part(inner: Parameters, part: Tree, name: str) -> Parameters:
-    try:
-        return _changed(inner, part)
-    except CombinationError:
-        raise
-    except RequestError as error:  # its text begins with the name of the field
-        raise RequestError(f"{name}.{error}") from None
+    return json.dumps(value, default=lambda part: part.model_dump(mode="json"))
 
 
 def _value(kind: type[Parameters], name: str, text: str) -> Any:
     field = kind.model_fields.get(name)
-    if field is None:
-        return text
-    if text == NONE and type(None) in get_args(field.annotation):
+    types = () if field is None else (field.annotation, *get_args(field.annotation))
+    if text == NONE and type(None) in types:
         return None
-    if field.annotation is int or int in get_args(field.annotation):
+    if int in types:
         with suppress(ValueError):
             return int(text)
-    if text[:1] in "[(":
+    if types and text[:1] in "[(":
         with suppress(ValueError):
             return json.loads(text.replace("(", "[").replace(")", "]"))
     return text

@@ -1,73 +1,131 @@
-"""The figure of a sweep: its first quantity over the first parameter, a line for each other."""
+"""The figure of a sweep: its first quantity over the first parameter, beside measured points."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from harness.engines.registry import engine_names, engine_title
-from harness.errors import HarnessError
+import numpy as np
+import pandas as pd
+
+from harness.engines.registry import engine_title
+from harness.errors import HarnessError, RequestError
+from harness.files import Writer
 from harness.model.base import unit
-from harness.report.style import Figure, axis, label
-from harness.workflows.points import Points
-from harness.workflows.sweep_plan import SweepPlan
+from harness.model.motion import Floats
+from harness.report.style import Figure, axis, house_style, label
 
 if TYPE_CHECKING:
-    import pandas as pd
     from matplotlib.axes import Axes
+
+    from harness.workflows.sweeps import Sweep
 
 LOGARITHMIC = 20.0  # ratio of largest to smallest value from which an axis is logarithmic
 MARKERS = "osD^v<>p*h"
+UNDATED = {"svg": {"Date": None}, "png": {"Software": None}, "pdf": {"CreationDate": None}}
 
 
-def sweep_figure(plan: SweepPlan, frame: pd.DataFrame, points: Points | None) -> Figure | None:
-    """Return the figure of a sweep's table; None where the quantity was measured in no run."""
-    over, (name, column) = plan.request.over, next(iter(plan.columns().items()))
-    across = over[0]
+@dataclass(frozen=True)
+class Points:
+    """Measured points of a user, with the name of their file."""
+
+    name: str
+    x: Floats
+    y: Floats
+    uncertainty: Floats | None = None
+
+
+def sweep_figure(sweep: Sweep, points: Points | None) -> Figure | None:
+    """Return the figure of a sweep; None where the quantity was measured in no run."""
+    over, (name, column) = sweep.request.swept, next(iter(sweep.columns.items()))
+    frame, across = sweep.to_frame(), over[0]
     done = frame[frame["status"] == "done"]
     if across not in done or column not in done or done[column].isna().all():
         return None
     figure = Figure(layout="constrained")
     axes = figure.add_subplot()
-    second = [over[1]] if len(over) > 1 and over[1] in done else []
+    second = [parameter for parameter in over[1:2] if parameter in done]
     for place, (key, rows) in enumerate(done.groupby(["engine", *second], sort=False)):
         rows = rows.drop_duplicates(across).sort_values(across)
-        error = rows.get(plan.uncertainty_column(name))
-        axes.errorbar(rows[across], rows[column], yerr=error, ls=":", ms=5, capsize=2,
-                      marker=MARKERS[place % len(MARKERS)], label=_label(key, second))  # fmt: skip
-    _draw_closed_form(axes, plan, name, across)
+        engine, *values = key
+        others = [f"{n} = {v}" for n, v in zip(second, values, strict=True)]
+        axes.errorbar(rows[across], rows[column], yerr=rows.get(sweep.uncertainty_column(name)),
+                      ls=":", ms=5, capsize=2, marker=MARKERS[place % len(MARKERS)],
+                      label=", ".join([engine_title(str(engine)), *others]))  # fmt: skip
+    _draw_closed_form(axes, sweep, name, across)
     if points is not None:
         axes.errorbar(points.x, points.y, yerr=points.uncertainty, fmt="kx", label=points.name)
-    numbers = done[across].map(lambda v: isinstance(v, (int, float)) and v > 0)
-    if numbers.all() and done[across].max() >= LOGARITHMIC * done[across].min():
+    numbers = pd.to_numeric(done[across], errors="coerce")
+    if (numbers > 0).all() and numbers.max() >= LOGARITHMIC * numbers.min():
         axes.set_xscale("log")
-    x_unit, y_unit = unit(type(plan.case.default), across), plan.case.quantity(name).unit
-    label(axes, axis(across, x_unit), axis(name, y_unit), plan.case.name)
+    x_unit, y_unit = unit(type(sweep.case.default), across), sweep.case.quantity(name).unit
+    label(axes, axis(across, x_unit), axis(name, y_unit), sweep.case.name)
     axes.legend()
     return figure
 
 
-def _draw_closed_form(axes: Axes, plan: SweepPlan, name: str, across: str) -> None:
-    curves: dict[tuple[str, ...], dict[Any, float]] = {}
-    for point in plan.points:
-        if point.parameters is None or across not in point.swept:
-            continue
+def _draw_closed_form(axes: Axes, sweep: Sweep, name: str, across: str) -> None:
+    curves: dict[tuple[str, ...], dict[float, float]] = {}
+    for point in sweep.points:
         try:
-            value = plan.case.exact(point.parameters).get(name, math.nan)
+            value = sweep.case.exact(point.parameters).get(name, math.nan)
             x = float(point.swept[across])
-        except (HarnessError, ValueError):
+        except (HarnessError, AttributeError, KeyError, ValueError):  # refused, or a word
             continue
         others = tuple(text for key, text in point.swept.items() if key != across)
-        curves.setdefault(others, {})[x] = value
+        if math.isfinite(value):
+            curves.setdefault(others, {})[x] = value
     for place, curve in enumerate(curves.values()):
-        xs = sorted(x for x in curve if math.isfinite(curve[x]))
-        if xs:
-            title = None if place else "closed form"
-            axes.plot(xs, [curve[x] for x in xs], "k-", lw=1, zorder=0, label=title)
+        axes.plot(
+            *zip(*sorted(curve.items()), strict=True),
+            "k-",
+            lw=1,
+            zorder=0,
+            label=None if place else "closed form",
+        )
 
 
-def _label(key: Any, second: Iterable[str]) -> str:
-    engine, *values = key if isinstance(key, tuple) else (key,)
-    title = engine_title(engine) if engine in engine_names() else str(engine)
-    return ", ".join([title, *(f"{n} = {v}" for n, v in zip(second, values, strict=True))])
+def figure_writer(draw: Callable[[], Any]) -> Writer:
+    """Return a function that writes a figure, by its suffix; the same figure is the same file."""
+
+    def write(path: Path) -> None:
+        kind = path.suffix.lower().removeprefix(".")
+        with house_style():
+            draw().savefig(path, format=kind, metadata=UNDATED[kind])
+
+    return write
+
+
+def read_points(path: Path, x: str, y: str, uncertainty: str = "") -> Points:
+    """Return the points of columns ``x`` and ``y``. Raise RequestError in a line for a bad file."""
+    option = f"--reference {path}"
+    if path.exists() and not path.is_file():
+        raise RequestError(f"{option}: is no file")
+    try:
+        frame = pd.read_csv(path, comment="#", skipinitialspace=True, encoding="utf-8-sig")
+    except OSError as error:
+        raise RequestError(f"{option}: {error.strerror or error}") from None
+    except ValueError as error:  # also of pandas, and of text that is not UTF-8
+        raise RequestError(f"{option}: is no CSV table ({' '.join(str(error).split())})") from None
+    for name in (x, y):
+        if name not in frame:
+            columns = ", ".join(map(str, frame.columns))
+            raise RequestError(f"{option}: has no column {name!r}, but {columns}")
+    if frame.empty:
+        raise RequestError(f"{option}: has no rows")
+    numbers = {
+        name: pd.to_numeric(frame[name], errors="coerce")
+        for name in (x, y, uncertainty)
+        if name in frame
+    }
+    for name, values in numbers.items():
+        for row in np.flatnonzero(~np.isfinite(values)):
+            value = frame[name].iloc[row]
+            raise RequestError(f"{option}, row {row + 2}: {name} = {value!r}: must be a number")
+    errors = numbers.get(uncertainty)
+    if errors is not None and (errors < 0.0).any():
+        raise RequestError(f"{option}: {uncertainty} must not be negative")
+    return Points(path.name, *(values.to_numpy(float) for values in numbers.values()))

@@ -5,23 +5,27 @@ The cache is the memory: a run that is done is not made again, and a sweep that 
 
 from __future__ import annotations
 
-import contextlib
 import fcntl
 import json
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+import time
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import Executor
-from dataclasses import asdict, dataclass, field, replace
-from functools import partial
+from contextlib import ExitStack, contextmanager, nullcontext
+from dataclasses import dataclass, field
+from functools import cached_property, partial
+from importlib.util import find_spec
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from harness import __version__
-from harness.cases.base import Value
-from harness.cases.bench import Bench, job_key
+from harness.cases.base import Case, Value
+from harness.cases.bench import Bench
 from harness.cases.registry import ALL, get_case
 from harness.engines.base import Engine, Job
 from harness.engines.jobs import cores, parallel_each
+from harness.engines.registry import engine_class
 from harness.errors import (
     EngineError,
     EngineMissingError,
@@ -30,59 +34,117 @@ from harness.errors import (
     HarnessError,
     RequestError,
 )
-from harness.files import check_writable, lock_file, text_writer, write_files
+from harness.files import Writer, check_writable, lock_file, text_writer, write_files
 from harness.report.notebook import Shown
 from harness.store.cache import opened
 from harness.workflows.executors import completed, opened_on
 from harness.workflows.progress import Progress, silent
-from harness.workflows.runs import OpenEngine, searched
-from harness.workflows.settings import PRESET, as_text, flat_values
-from harness.workflows.sweep_plan import Point, SweepPlan, SweepRequest, plan
+from harness.workflows.runs import (
+    OpenEngine,
+    is_search,
+    is_solver,
+    run_seconds,
+    takes_job,
+    usual_runner,
+)
+from harness.workflows.settings import PRESET, as_text, quantity_names, selected_engines, words_in
+from harness.workflows.sweep_plan import Point, SweepRequest, points_of, request_in
 
 if TYPE_CHECKING:
     import pandas as pd
 
     from harness.report.style import Figure
-    from harness.workflows.points import Points
+    from harness.workflows.sweep_figure import Points
 
 CHUNK = 512  # runs whose jobs are in memory at a time
 SEARCHES = 64  # that wait for the runs of an executor at a time
-LOCK, REQUEST = ".lock", "sweep.json"
+LOCK, REQUEST, ROWS = ".lock", "sweep.json", "rows.csv"
+TABLE_SHARE, TABLE_SECONDS = 0.05, 1.0  # of the time for partial tables, least between two
 DONE, FAILED, NOT_TESTED = "done", "failed", "not tested"
 UNDECIDED, REFUSED, PENDING = "undecided", "refused", "pending"
 STATUSES = (DONE, UNDECIDED, FAILED, NOT_TESTED, REFUSED, PENDING)
-Row = Mapping[str, Any]
-
-
-@dataclass(frozen=True)
-class Ran:
-    """What became of a run: its values by quantity, or the error; ``seconds`` of wall time."""
-
-    values: Mapping[str, Value] = field(default_factory=dict)
-    version: str = ""
-    seconds: float | None = None
-    error: HarnessError | None = None
-
-    @property
-    def status(self) -> str:
-        """Return the status of its row."""
-        if self.error is None:
-            return DONE
-        if isinstance(self.error, EngineUndecidedError):
-            return UNDECIDED
-        return FAILED if isinstance(self.error, EngineError) else NOT_TESTED
+FIXED_COLUMNS = ("engine", "engine_version", PRESET, "status", "reason", "wall_time_s")
+NO_FIGURE = "no figure: its quantity was measured in no run"
+NO_PARQUET = (
+    "rows.parquet is not written: pyarrow is not installed: pip install 'dem-harness[parquet]'"
+)
+FORMULA = tuple("=+-@")  # first characters of what a spreadsheet takes for a formula
+Row = dict[str, Any]
+Outcome = Mapping[str, Value | float] | HarnessError
 
 
 @dataclass(frozen=True, repr=False)
 class Sweep(Shown):
-    """The rows of a sweep, flat: engine, parameters, quantities, status.
+    """A sweep as a table: a row for each point in each engine or solver, pending until it is run.
 
-    ``missing`` are engines of ``all`` that could not be opened, with the reason.
+    ``table`` has the rows by engine, in the order of the points; ``missing`` are engines of ``all``
+    that could not be opened, with the reason.
     """
 
-    plan: SweepPlan
-    rows: tuple[Row, ...]
-    missing: Mapping[str, str] = field(default_factory=dict)
+    request: SweepRequest
+    case: Case[Any]
+    engines: tuple[str, ...]
+    quantities: tuple[str, ...]
+    points: tuple[Point, ...]
+    table: dict[str, list[Row]] = field(default_factory=dict)
+    missing: dict[str, str] = field(default_factory=dict)
+    notes: list[str] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        values = [(c, self.uncertainties[name]) for name, c in self.columns.items()]
+        columns = dict.fromkeys(name for pair in values for name in pair if name)
+        for engine in self.engines:
+            self.table[engine] = [
+                {
+                    **{"engine": engine, "engine_version": "", **point.columns, **columns},
+                    "status": REFUSED if point.refusal else PENDING,
+                    "reason": point.refusal,
+                    "wall_time_s": None,
+                }
+                for point in self.points
+            ]
+
+    @property
+    def rows(self) -> list[Row]:
+        """Return the rows of all engines that are not missing."""
+        engines = [rows for name, rows in self.table.items() if name not in self.missing]
+        return list(chain.from_iterable(engines))
+
+    @cached_property
+    def columns(self) -> dict[str, str]:
+        """Return the column of each quantity: its name, or ``measured_NAME`` where that is taken.
+
+        The requested quantities come first; all others of the same search join them, and without
+        a request all that one run measures.
+        """
+        requested = [self.case.quantity(name) for name in self.quantities]
+        varies = requested[0].varies if requested else ()
+        alike = [q for q in self.case.quantities if q.varies == varies]
+        measured = requested if requested and not varies else [*requested, *alike]
+        taken = {*FIXED_COLUMNS, *self.case.parameters.model_fields}
+        names = dict.fromkeys(quantity.name for quantity in measured)
+        return {name: f"measured_{name}" if name in taken else name for name in names}
+
+    @cached_property
+    def uncertainties(self) -> dict[str, str]:
+        """Return the column of each quantity's uncertainty; empty where another quantity is it."""
+        columns = {}
+        for quantity in map(self.case.quantity, self.columns):
+            is_own = quantity.varies and f"uncertainty_{quantity.unit}" not in self.columns
+            columns[quantity.name] = f"uncertainty_{quantity.name}" if is_own else ""
+        return columns
+
+    def uncertainty_column(self, name: str) -> str:
+        """Return the column of a quantity's uncertainty: its own, or another quantity's."""
+        return self.uncertainties[name] or f"uncertainty_{self.case.quantity(name).unit}"
+
+    def seconds(self) -> float:
+        """Return the expected time of all runs on one core [s], cached ones among them."""
+        runs, total = [p.parameters for p in self.points if p.parameters is not None], 0.0
+        for name in self.engines:
+            traits = None if is_solver(self.case, name) else engine_class(name).traits
+            total += sum(run_seconds(self.case, run, traits, self.quantities) for run in runs)
+        return total
 
     def count(self, status: str) -> int:
         """Return how many rows have a status, one of :data:`STATUSES`."""
@@ -91,162 +153,239 @@ class Sweep(Shown):
     def to_json(self) -> dict[str, Any]:
         """Return the sweep as a JSON-ready mapping."""
         counts = {s.replace(" ", "_"): self.count(s) for s in STATUSES if s != PENDING}
-        record = {"case": self.plan.case.name, "over": list(self.plan.request.over), **counts}
-        rows = [dict(row) for row in self.rows]
-        return {**record, "missing_engines": dict(self.missing), "rows": rows}
+        record = {"case": self.case.name, "over": list(self.request.swept), **counts}
+        return {**record, "missing_engines": self.missing, "rows": self.rows}
 
     def to_frame(self) -> pd.DataFrame:
         """Return the rows as a table; what a run does not have is NaN."""
-        return as_frame(self.rows)
+        import pandas as pd
+
+        rows = [{k: math.nan if v is None else v for k, v in row.items()} for row in self.rows]
+        return pd.DataFrame(rows)
 
     def summary(self) -> dict[str, str]:
         """Return the number of runs, the case and the engines."""
         counts = ((self.count(status), status) for status in STATUSES)
         return {
             "runs": ", ".join(f"{number} {status}" for number, status in counts if number),
-            "case": f"{self.plan.case.name} over {', '.join(self.plan.request.over)}",
-            "engines": ", ".join(self.plan.engines),
+            "case": f"{self.case.name} over {', '.join(self.request.swept)}",
+            "engines": ", ".join(self.engines),
         }
 
     def draw(self) -> Figure:
         """Draw the first quantity over the first parameters; RequestError where there is none."""
         if (figure := self.figure()) is None:
-            raise RequestError(f"no run of this sweep of {self.plan.case.name} measured anything")
+            raise RequestError(f"no run of this sweep of {self.case.name} measured anything")
         return figure
 
     def figure(self, points: Points | None = None) -> Figure | None:
         """Return the figure, with the user's points; None where nothing was measured."""
         from harness.workflows.sweep_figure import sweep_figure
 
-        return sweep_figure(self.plan, self.to_frame(), points)
+        return sweep_figure(self, points)
+
+    def cells(self, outcome: Outcome) -> Row:
+        """Return the cells of a run that is over: values, status and the reason of an error."""
+        values: Mapping[str, Value | float] = {}
+        match outcome:
+            case EngineUndecidedError():
+                values, status = outcome.values, UNDECIDED
+            case EngineError():
+                status = FAILED
+            case HarnessError():
+                status = NOT_TESTED
+            case _:
+                values, status = outcome, DONE
+        cells: Row = {"status": status}
+        if isinstance(outcome, HarnessError):
+            cells["reason"] = " ".join(str(outcome).split())
+        for name in self.columns.keys() & values.keys():
+            value = values[name]
+            value = value if isinstance(value, Value) else Value(float(value))
+            cells[self.columns[name]] = value.value
+            if column := self.uncertainties[name]:
+                cells[column] = value.uncertainty
+        return cells
 
 
-def sweep(
+def sweep(  # noqa: PLR0913 - the options of a user
     case: str,
-    over: Mapping[str, Any],
+    over: Mapping[str, Any] | None = None,
     *,
     fixed: Mapping[str, Any] | None = None,
     engines: str | Iterable[str] = "",
     quantities: str | Iterable[str] = "",
+    output: Path | None = None,
     open_engine: OpenEngine = opened,
     executor: Executor | None = None,
     progress: Progress = silent,
 ) -> Sweep:
     """Run a case at every combination of the values of its parameters, in each engine.
 
-    ``over`` maps names of parameters, of nested ones with a dot, to sequences of values or to text
-    such as ``1e5:1e7:log5``; ``fixed`` are values of all runs. ``engines`` are engines and solvers
-    of the case. With an ``executor`` its workers make the runs, in place of ``open_engine``. A run
-    that fails is a row. Raise RequestError for a name or value that is not allowed;
-    EngineMissingError for an engine that is not here.
+    ``case`` is a name, or a file ``*.toml`` with a sweep. ``over`` maps names of parameters, of
+    nested ones with a dot, to sequences of values or to text such as ``1e5:1e7:log5``; ``fixed``
+    are values of all runs. ``engines`` are engines and solvers of the case. With an ``executor``
+    its workers make the runs, in place of ``open_engine``. ``output`` is a folder for table and
+    figure, where the same sweep goes on. A run that fails is a row. Raise RequestError for a name
+    or value that is not allowed; EngineMissingError for an engine that is not here.
     """
-    texts = {name: as_text(values) for name, values in over.items()}
-    same = {name: as_text(value) for name, value in (fixed or {}).items()}
-    request = SweepRequest(case, (texts,), same, as_text(engines), as_text(quantities))
-    runner = Runner(open_engine if executor is None else partial(opened_on, executor), executor)
-    return run_plan(plan(request), runner, progress=progress)
+    planned = plan(case, over, fixed, engines, quantities)
+    opening = open_engine if executor is None else partial(opened_on, executor)
+    return run_sweep(planned, opening, output=output, executor=executor, progress=progress)
 
 
-@dataclass(frozen=True)
-class Runner:
-    """Makes the runs of a sweep: in engines, in processes of an executor if there is one."""
-
-    open_engine: OpenEngine = opened
-    executor: Executor | None = None
-
-    def outcomes(self, chosen: SweepPlan, engine: str) -> Iterator[tuple[int, Ran]]:
-        """Yield the place and the outcome of each run as soon as it is over, in any order.
-
-        Raise EngineError where the engine cannot be opened.
-        """
-        places = [i for i, point in enumerate(chosen.points) if point.parameters is not None]
-        points = [chosen.points[place] for place in places]
-        if chosen.solves(engine):
-            calls = [(chosen.case.name, point.parameters, engine) for point in points]
-            found: Iterable[tuple[int, Ran | EngineError]]
-            if self.executor is None:
-                found = ((i, solved(*call)) for i, call in enumerate(calls))
-            else:
-                found = completed(self.executor, solved, calls)
-            for index, ran in found:
-                yield places[index], Ran(error=ran) if isinstance(ran, EngineError) else ran
-            return
-        with self.open_engine(engine) as running:
-            if searched(chosen.case, chosen.quantities):
-                search = partial(_searched, chosen, running)
-                at_once = SEARCHES if self.executor else cores()
-                for index, ran in parallel_each(search, points, at_once):
-                    yield places[index], ran
-                return
-            for first in range(0, len(places), CHUNK):
-                yield from _in_engine(chosen, running, places[first : first + CHUNK])
-
-
-def solved(case: str, parameters: Any, solver: str) -> Ran:
-    """Return what a solver of a case finds, or its error."""
-    return _tried(lambda: get_case(case).solve(parameters, solver), f"dem-harness {__version__}")
-
-
-def run_plan(
-    chosen: SweepPlan,
-    runner: Runner,
-    *,
-    progress: Progress = silent,
-    partial_table: Callable[[Callable[[], Sequence[Row]]], None] = lambda _: None,
+def plan(
+    case: str,
+    over: Mapping[str, Any] | None = None,
+    fixed: Mapping[str, Any] | None = None,
+    engines: str | Iterable[str] = "",
+    quantities: str | Iterable[str] = "",
 ) -> Sweep:
-    """Make the runs of a plan; ``partial_table`` gets a function of the rows after each run."""
-    ran: dict[tuple[str, int], Ran] = {}
-    missing: dict[str, str] = {}
-    everything = ALL in chosen.request.engines.split(",")
+    """Return a sweep whose rows are pending; takes and raises what :func:`sweep` does.
 
-    def rows() -> tuple[Row, ...]:
-        kept = [engine for engine in chosen.engines if engine not in missing]
-        pairs = [(engine, i) for engine in kept for i in range(len(chosen.points))]
-        return tuple(row_of(chosen, engine, i, ran.get((engine, i))) for engine, i in pairs)
-
-    count = len([point for point in chosen.points if not point.refused])
-    for engine in chosen.engines:
-        progress(engine, 0, count)
-        try:
-            for done, (place, outcome) in enumerate(runner.outcomes(chosen, engine), 1):
-                ran[engine, place] = outcome
-                progress(engine, done, count)
-                partial_table(rows)
-        except EngineMissingError as error:
-            if not everything:
-                raise
-            missing[engine] = str(error)
-    return Sweep(chosen, rows(), missing)
-
-
-def row_of(chosen: SweepPlan, engine: str, place: int, ran: Ran | None) -> Row:
-    """Return the row of a run; that of one that has not ended is pending."""
-    point = chosen.points[place]
-    row: dict[str, Any] = {"engine": engine, "engine_version": ran.version if ran else ""}
-    if PRESET in chosen.request.over or PRESET in chosen.request.fixed:
-        row[PRESET] = {**chosen.request.fixed, **point.swept}[PRESET]
-    row |= _parameter_columns(chosen, point)
-    for name, column in chosen.columns().items():
-        value = ran.values.get(name) if ran else None
-        row[column] = value.value if value else None
-        uncertainty = chosen.uncertainty_column(name)
-        if chosen.case.quantity(name).varies and uncertainty not in chosen.measured:
-            row[uncertainty] = value.uncertainty if value else None
-    status = REFUSED if point.refused else ran.status if ran else PENDING
-    reason = point.refused or (str(ran.error) if ran and ran.error else "")
-    seconds = ran.seconds if ran else None
-    return {**row, "status": status, "reason": " ".join(reason.split()), "wall_time_s": seconds}
+    What is given here wins over the file.
+    """
+    file = Path(case) if case.endswith(".toml") else None
+    base = SweepRequest(case=case) if file is None else request_in(file)
+    given = {name: as_text(values) for name, values in (over or {}).items()}
+    same = {name: as_text(value) for name, value in (fixed or {}).items()}
+    grids = base.over or (({},) if given else ())
+    request = base.replace(
+        over=tuple({**grid, **given} for grid in grids),
+        set={**base.set, **same},
+        engines=as_text(engines) or base.engines,
+        quantity=as_text(quantities) or base.quantity,
+    )
+    try:
+        chosen = get_case(request.case)
+        names = tuple(quantity_names(chosen, request.quantity))
+        points = points_of(chosen, request, names)
+        return Sweep(request, chosen, _engines(chosen, request.engines), names, tuple(points))
+    except RequestError as error:
+        if file is None:
+            raise
+        raise RequestError(f"{file}: {error}") from None
 
 
-def as_frame(rows: Sequence[Row]) -> pd.DataFrame:
-    """Return flat rows as a table; what a row does not have is NaN."""
-    import pandas as pd
+def _engines(case: Case[Any], text: str) -> tuple[str, ...]:
+    """Return engines and solvers; of ``all`` those that can run the case."""
+    if not text:
+        return (usual_runner(case),)
+    always = {*words_in(text), *case.solvers}
+    return tuple(
+        name
+        for name in selected_engines(text, case.solvers)
+        if name in always or takes_job(engine_class(name), case)
+    )
 
-    return pd.DataFrame([{k: math.nan if v is None else v for k, v in r.items()} for r in rows])
+
+# ---- runs
 
 
-@contextlib.contextmanager
-def held_sweep(folder: Path, request: SweepRequest) -> Iterator[None]:
+def run_sweep(
+    planned: Sweep,
+    open_engine: OpenEngine = opened,
+    *,
+    output: Path | None = None,
+    points: Points | None = None,
+    executor: Executor | None = None,
+    progress: Progress = silent,
+) -> Sweep:
+    """Make the runs of a sweep and return it; write table and figure where ``output`` is given.
+
+    ``points`` of the user join the figure. ``notes`` of the sweep tell what was not written. Raise
+    EngineError where an engine that is named cannot be opened, RequestError for a folder that
+    another sweep has.
+    """
+    count = sum(not point.refusal for point in planned.points)
+    with nullcontext() if output is None else locked(output, planned.request):
+        write_table_so_far = _occasionally(planned, output)
+        for engine in planned.engines:
+            progress(engine, 0, count)
+            try:
+                runs = _runs(planned, engine, open_engine, executor)
+                for done, (place, outcome, facts) in enumerate(runs, 1):
+                    planned.table[engine][place] |= {**planned.cells(outcome), **facts}
+                    progress(engine, done, count)
+                    write_table_so_far()
+            except EngineMissingError as error:
+                if ALL not in words_in(planned.request.engines):
+                    raise
+                planned.missing[engine] = str(error)
+        if output is not None:
+            _write(planned, output, points)
+    return planned
+
+
+def _runs(
+    planned: Sweep, name: str, open_engine: OpenEngine, executor: Executor | None
+) -> Iterator[tuple[int, Outcome, Row]]:
+    """Yield place, outcome and other cells of each run as soon as it is over, in any order."""
+    case, points = planned.case, planned.points
+    places = [place for place, point in enumerate(points) if not point.refusal]
+    if is_solver(case, name):
+        calls = [(case.name, points[place].parameters, name) for place in places]
+        local = ((index, solved(*call)) for index, call in enumerate(calls))
+        for index, outcome in local if executor is None else completed(executor, solved, calls):
+            yield places[index], outcome, {"engine_version": f"dem-harness {__version__}"}
+        return
+    with open_engine(name) as engine:
+        facts: Row = {"engine_version": engine.identify().engine_version}
+        if is_search(case, planned.quantities):
+            search = partial(_searched, planned, engine)
+            at_once = SEARCHES if executor else cores()
+            for index, outcome in parallel_each(search, [points[i] for i in places], at_once):
+                yield places[index], outcome, facts
+            return
+        for first in range(0, len(places), CHUNK):
+            tried = {i: _job(case, points[i], engine) for i in places[first : first + CHUNK]}
+            yield from ((i, job, facts) for i, job in tried.items() if not isinstance(job, Job))
+            jobs = [(i, job) for i, job in tried.items() if isinstance(job, Job)]
+            for index, output in engine.outcomes([job for _, job in jobs]) if jobs else ():
+                place = jobs[index][0]
+                if isinstance(output, EngineError):
+                    yield place, output, facts
+                else:
+                    outcome = _tried(case.measure, points[place].parameters, output)
+                    yield place, outcome, {**facts, "wall_time_s": output.seconds}
+
+
+def solved(case: str, parameters: Any, solver: str) -> Outcome:
+    """Return what a solver of a case returns, or its error."""
+    return _tried(get_case(case).solve, parameters, solver)
+
+
+def _searched(planned: Sweep, engine: Engine, point: Point) -> Outcome:
+    job, case = _job(planned.case, point, engine), planned.case
+    if not isinstance(job, Job):
+        return job
+    return _tried(case.search, [*planned.columns], point.parameters, Bench(engine), **point.options)
+
+
+def _job(case: Case[Any], point: Point, engine: Engine) -> Job | HarnessError:
+    try:
+        job = case.job(point.parameters)
+        reason = engine.refuses(job)
+    except HarnessError as error:
+        return error
+    return RequestError(reason) if reason else job
+
+
+def _tried(measure: Callable[..., Mapping[str, Any]], *arguments: Any, **options: Any) -> Outcome:
+    """Return what a measurement returns, or its error: one run must not cost the others."""
+    try:
+        return dict(measure(*arguments, **options))
+    except HarnessError as error:
+        return error
+    except Exception as error:  # a case of another package may raise anything
+        return EngineOutputError(f"{type(error).__name__}: {error}")
+
+
+# ---- the folder
+
+
+@contextmanager
+def locked(folder: Path, request: SweepRequest) -> Iterator[None]:
     """Lock a folder for a sweep until the block, or the process, ends.
 
     Raise RequestError for a folder that another process sweeps in, that has another sweep or other
@@ -256,10 +395,10 @@ def held_sweep(folder: Path, request: SweepRequest) -> Iterator[None]:
         raise RequestError(f"--output {folder}: is a file; name a folder")
     check_writable(folder)
     folder.mkdir(parents=True, exist_ok=True)
-    there = {path.name for path in folder.iterdir() if not path.name.startswith(".")}
-    if there and REQUEST not in there:
+    file = folder / REQUEST
+    if not file.is_file() and any(not path.name.startswith(".") for path in folder.iterdir()):
         raise RequestError(f"--output {folder}: holds files of no sweep; name another")
-    with contextlib.ExitStack() as stack:
+    with ExitStack() as stack:
         try:
             lock = stack.enter_context(lock_file(folder / LOCK))
             fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
@@ -267,85 +406,50 @@ def held_sweep(folder: Path, request: SweepRequest) -> Iterator[None]:
             raise RequestError(f"--output {folder}: another sweep runs in it") from None
         except OSError as error:
             raise RequestError(f"--output {folder}: {LOCK}: {error.strerror}") from None
-        _write_request(folder, json.dumps(asdict(request), indent=2) + "\n")
+        text = json.dumps(request.model_dump(), indent=2) + "\n"
+        if not file.is_file():
+            write_files({("--output", file): text_writer(text)})
+        elif file.read_text(encoding="utf-8", errors="replace") != text:
+            raise RequestError(f"--output {folder}: has another sweep, see {REQUEST}; name another")
         yield
 
 
-def _write_request(folder: Path, text: str) -> None:
-    file = folder / REQUEST
-    if not file.is_file():
-        write_files({("--output", file): text_writer(text)})
-    elif file.read_text(encoding="utf-8", errors="replace") != text:
-        raise RequestError(f"--output {folder}: has another sweep, see {REQUEST}; name another")
+def _occasionally(planned: Sweep, folder: Path | None) -> Callable[[], None]:
+    """Return a function that writes the table so far, whole, in a twentieth of the time."""
+    due = math.inf if folder is None else 0.0
+
+    def write() -> None:
+        nonlocal due
+        if folder is None or (started := time.monotonic()) < due:
+            return
+        write_files({("table", folder / ROWS): partial(write_table, planned.to_frame())})
+        taken = time.monotonic() - started if due else 0.0  # the first has the time of imports
+        due = time.monotonic() + max(TABLE_SECONDS, taken / TABLE_SHARE)
+
+    return write
 
 
-def _in_engine(
-    chosen: SweepPlan, engine: Engine, places: Sequence[int]
-) -> Iterator[tuple[int, Ran]]:
-    version = engine.identify().engine_version
-    jobs: dict[Any, tuple[Job, list[int]]] = {}
-    for place in places:
-        try:
-            job = chosen.case.job(chosen.points[place].parameters)
-            if reason := engine.refuses(job):
-                raise RequestError(reason)
-        except HarnessError as error:
-            yield place, Ran(version=version, error=error)
-        else:
-            jobs.setdefault(job_key(job), (job, []))[1].append(place)
-    same = list(jobs.values())
-    for index, outcome in engine.outcomes([job for job, _ in same]) if same else ():
-        for place in same[index][1]:
-            if isinstance(outcome, EngineError):
-                yield place, _undecided(Ran(version=version, error=outcome))
-                continue
-            measure = partial(chosen.case.measure, chosen.points[place].parameters, outcome)
-            yield place, replace(_tried(measure, version), seconds=outcome.seconds)
+def _write(planned: Sweep, folder: Path, points: Points | None) -> None:
+    from harness.workflows.sweep_figure import figure_writer
+
+    frame, figure = planned.to_frame(), planned.figure(points)
+    files: dict[tuple[str, Path], Writer] = {("table", folder / ROWS): partial(write_table, frame)}
+    if find_spec("pyarrow") is not None:
+        files["table", folder / "rows.parquet"] = partial(frame.to_parquet, index=False)
+    else:
+        planned.notes.append(NO_PARQUET)
+    if figure is None:
+        planned.notes.append(NO_FIGURE)
+    else:
+        for suffix in (".svg", ".png"):
+            files["figure", folder / f"figure{suffix}"] = figure_writer(lambda: figure)
+    write_files(files)
 
 
-def _searched(chosen: SweepPlan, engine: Engine, point: Point) -> Ran:
-    case, version = chosen.case, engine.identify().engine_version
-    parameters = point.parameters
-
-    def search() -> Mapping[str, Value | float]:
-        if reason := engine.refuses(case.job(parameters)):
-            raise RequestError(reason)
-        return case.search(chosen.measured, parameters, Bench(engine), **point.options)
-
-    return _tried(search, version)
-
-
-def _tried(measure: Callable[[], Mapping[str, Value | float]], version: str) -> Ran:
-    """Return what a measurement finds, or its error: one value must not cost the others."""
-    try:
-        found = measure().items()
-        return Ran({n: v if isinstance(v, Value) else Value(float(v)) for n, v in found}, version)
-    except HarnessError as error:
-        return _undecided(Ran(version=version, error=error))
-    except Exception as error:  # a case of another package may raise anything
-        text = f"{type(error).__name__}: {error}"
-        return Ran(version=version, error=EngineOutputError(text))
-
-
-def _undecided(ran: Ran) -> Ran:
-    if not isinstance(ran.error, EngineUndecidedError):
-        return ran
-    return replace(ran, values={name: Value(value) for name, value in ran.error.values.items()})
-
-
-def _parameter_columns(chosen: SweepPlan, point: Point) -> dict[str, Any]:
-    """Return the parameters of a point; of a refused one, what was set and swept."""
-    if point.parameters is not None:
-        varied = {v for name in chosen.quantities for v in chosen.case.quantity(name).varies}
-        values = {n: v for n, v in flat_values(point.parameters).items() if n not in varied}
-        return values | dict(point.options)
-    names = flat_values(chosen.case.default)
-    settings = {**chosen.request.fixed, **point.swept}
-    return dict.fromkeys(names) | {n: _number(t) for n, t in settings.items() if n != PRESET}
-
-
-def _number(text: str) -> float | str:
-    try:
-        return float(text)
-    except ValueError:
-        return text
+def write_table(frame: pd.DataFrame, file: Path) -> None:
+    """Write a table with all digits; text that a spreadsheet would compute gets an apostrophe."""
+    texts = {
+        str(name): [f"'{v}" if isinstance(v, str) and v[:1] in FORMULA else v for v in frame[name]]
+        for name in frame.select_dtypes(exclude="number")
+    }
+    frame.assign(**texts).to_csv(file, index=False)

@@ -1,41 +1,64 @@
 """Verify engines: from level, cases and engines to a run.
 
 Every engine is treated alike: it is opened, qualifies, and runs the checks of each case; the
-solvers of this package are one more bench. Then engines are held against one another, and all rows
-against the accepted run. Whatever fails is a row, and the rest goes on.
+solvers of this package are one more bench. Then engines are compared with one another, and all rows
+with the accepted run. Whatever fails is a row, and the rest goes on.
 """
 
 from __future__ import annotations
 
 import platform
 import time
-from collections.abc import Callable, Iterable, Sequence
+from collections import Counter
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import Executor
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
+from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
+from difflib import get_close_matches
+from fnmatch import fnmatchcase
 from functools import partial
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
 from harness import __version__
-from harness.cases.base import Case
+from harness.cases.base import Case, Check
+from harness.cases.bench import OWN, Bench, job_key
+from harness.cases.calls import CaseError, case_error
+from harness.cases.checks import failure_of, run_checks, selected
+from harness.cases.defects import explained
 from harness.cases.defects import known_defects as load_defects
 from harness.cases.registry import (
     ALL,
+    QUALIFYING,
     case_names,
     get_case,
     selected_names,
     usable_cases,
 )
+from harness.engines.base import Engine
+from harness.engines.cost import job_seconds
+from harness.engines.jobs import parallel_each
 from harness.engines.registry import DEFAULT, engine_names
 from harness.errors import (
+    EngineError,
+    EngineMissingError,
+    HarnessError,
     RequestError,
+    Unsupported,
 )
 from harness.report.content import Section
 from harness.results.defects import KnownDefect
 from harness.results.rows import (
     LEVELS,
+    Failure,
     Level,
+    Row,
+    Verdict,
+    failed,
+    finding,
+    not_tested,
     table,
 )
 from harness.store.cache import opened
@@ -43,8 +66,18 @@ from harness.store.committed import accepted_folder, accepted_rows
 from harness.store.runs import Meta, Run, write_run
 from harness.workflows.executors import opened_on
 from harness.workflows.progress import Progress, silent
-from harness.workflows.selection import selected_engines, words_in
-from harness.workflows.session import OpenEngine, Session
+from harness.workflows.runs import OpenEngine
+from harness.workflows.settings import selected_engines, words_in
+
+Key = tuple[str, str]  # engine and case
+SIDE_BY_SIDE = 4  # cases at a time: solvers compute while others wait for an engine
+NO_CHECKS = "the case has no checks of this engine"
+RETURNED = {
+    "checks": (Check, "a list of harness.cases.base.Check"),
+    "own_checks": (Check, "a list of harness.cases.base.Check"),
+    "comparisons": (tuple, "a list of pairs (Engine, Check)"),
+    "sections": (Section, "a list of harness.report.content.Section"),
+}  # by the methods of a case
 
 
 def verify(  # noqa: PLR0913 - the options of a user
@@ -62,11 +95,11 @@ def verify(  # noqa: PLR0913 - the options of a user
     check_duration: Callable[[float], None] = lambda _: None,
     progress: Progress = silent,
 ) -> Run:
-    """Hold engines against theory, one another and the accepted run; return the rows.
+    """Compare engines with theory, with one another and with the accepted run; return the rows.
 
     ``cases`` are names, groups or ``all``; ``engines`` are names or ``all``, every engine that is
     here. ``only`` is a pattern of ``case/setup/quantity``, in all cases unless some are named.
-    ``known_defects`` is a file of defects beside the committed ones; a ``strict`` run fails also
+    ``known_defects`` is a file of defects that join the committed ones; a ``strict`` run fails also
     where a row was not tested. ``output`` is a new folder for the report, with figures as PNG too
     for ``png``. With an ``executor`` its workers run the engines, in place of ``open_engine``.
     ``check_duration`` is called with the expected time on one core [s], and may raise.
@@ -76,56 +109,286 @@ def verify(  # noqa: PLR0913 - the options of a user
     """
     if level not in LEVELS:
         raise RequestError(f"level = {level!r} is not known: must be one of {', '.join(LEVELS)}")
-    chosen, names = selected_cases(cases, only), selected_engines(engines)
+    if only and cases is None:
+        chosen = list(usable_cases().values())
+    else:
+        chosen = [get_case(name) for name in selected_names(cases)]
     started, clock = datetime.now(UTC).isoformat(timespec="seconds"), time.monotonic()
     with ExitStack() as stack:
         session = Session(level, only or "*", chosen, load_defects(known_defects), progress)
         opening = open_engine if executor is None else partial(opened_on, executor)
-        session.open(names, opening, stack)
+        session.open(selected_engines(engines), opening, stack)
         session.plan()
         check_duration(session.seconds())
         session.run()
         everything = ALL in words_in(engines)
-        here = {n: v for n, v in session.versions.items() if v or not everything}
+        versions = {n: v for n, v in session.versions.items() if v or not everything}
         meta = Meta(
             level=level,
             cases=tuple(case.name for case in chosen),
-            engines=here,
-            left_out=tuple(name for name in engine_names() if name not in here),
+            engines=versions,
+            left_out=tuple(name for name in engine_names() if name not in versions),
             named=tuple(word for word in words_in(cases or ()) if word in case_names()),
             only=session.only,
             strict=strict,
             started=started,
             seconds=time.monotonic() - clock,
-            platform=_platform(),
+            platform=f"{platform.system()} {platform.machine()}, Python "
+            f"{platform.python_version()}",
             harness_version=__version__,
         )
-        run = Run(
-            table(session.ordered_rows()), meta, scripts=session.scripts(), logs=session.logs()
-        )
-        run = run.against(accepted_rows(accepted_folder(), here))
+        run = Run(table(session.all_rows()), meta, scripts=session.scripts(), logs=session.logs())
+        run = run.against(accepted_rows(accepted_folder(), versions))
         if output is not None:
+            from harness.report.page import report_files
+
             progress("figures and report", 0, 1)
-            write_run(run, output, _pages(run, session.sections(), session.defects, png=png))
+            by_name = {defect.name: dict(defect) for defect in session.defects}
+            write_run(run, output, report_files(run, session.sections(), defects=by_name, png=png))
             progress("figures and report", 1, 1)
     return run
 
 
-def selected_cases(cases: str | Iterable[str] | None, only: str = "") -> list[Case[Any]]:
-    """Return the cases of names, groups or ``all``; all for a pattern without names."""
-    if only and cases is None:
-        return list(usable_cases().values())
-    return [get_case(name) for name in selected_names(cases)]
+@dataclass
+class Session:
+    """A verification on its way: benches by engine, checks by engine and case, rows so far."""
+
+    level: Level
+    only: str
+    cases: Sequence[Case[Any]]
+    defects: Sequence[KnownDefect]
+    progress: Progress
+    versions: dict[str, str] = field(default_factory=dict)
+    benches: dict[str, Bench] = field(default_factory=dict)
+    checks: dict[Key, list[Check]] = field(default_factory=dict)
+    comparisons: dict[Key, list[Check]] = field(default_factory=dict)
+    rows: dict[Key, list[Row]] = field(default_factory=dict)
+    paths: set[str] = field(default_factory=set)
+
+    @property
+    def engines(self) -> list[Engine]:
+        """Return the engines that are here and qualify."""
+        return [bench.engine for name, bench in self.benches.items() if name != OWN]
+
+    def open(self, names: Sequence[str], open_engine: OpenEngine, stack: ExitStack) -> None:
+        """Open engines until ``stack`` is left; of one that is missing no case is tested."""
+        self.versions[OWN], self.benches[OWN] = __version__, Bench(None, others=self.benches)
+        for name in names:
+            try:
+                engine = stack.enter_context(open_engine(name))
+                version = engine.identify().engine_version
+            except EngineMissingError as error:
+                self.versions[name] = ""
+                self._skip(name, str(error))
+            except EngineError as error:
+                self.versions[name] = ""
+                self.rows[name, ""] = [_error_row(self._blank(name, "engine"), error)]
+            else:
+                if engine.name in self.benches:
+                    raise RequestError(f"--engines: two engines have the name {engine.name!r}")
+                self.versions[engine.name] = version
+                self.benches[engine.name] = Bench(engine, others=self.benches)
+                if version not in (tried := engine.traits.versions):
+                    text = f"not one that it was tried with ({', '.join(tried) or 'none'})"
+                    row = replace(self._blank(engine.name, "engine"), setup="version")
+                    row = finding(replace(row, note=f"version {version}: {text}"))
+                    self.rows[engine.name, ""] = [row]
+
+    def plan(self) -> None:
+        """List the checks; raise RequestError where the pattern selects none of them."""
+        for case in self.cases:
+            self._plan(OWN, case, "own_checks")
+            for engine in self.engines:
+                self._plan(engine.name, case, "checks", engine, self.level)
+        self._plan_comparisons()
+        planned = [*self.checks.values(), *self.comparisons.values()]
+        if self.engines and self.only != "*" and not any(planned):
+            raise self._nothing_matches()
+
+    def seconds(self) -> float:
+        """Return the expected time of all jobs on one core [s]."""
+        total = 0.0
+        for (name, _), checks in chain(self.checks.items(), self.comparisons.items()):
+            if name != OWN:
+                jobs = {job_key(job): job for check in checks for job in check.jobs}.values()
+                traits = self.benches[name].engine.traits
+                total += sum(job_seconds(job, traits) for job in jobs)
+        return total
+
+    def run(self) -> None:
+        """Run qualifications, then cases side by side, then comparisons."""
+        tested = {name for (name, _), checks in self.checks.items() if checks}
+        engines = [engine for engine in self.engines if engine.name in tested]
+        failures = dict(parallel_each(self._qualify, engines, SIDE_BY_SIDE))
+        for engine, wrong in ((engines[place], wrong) for place, wrong in failures.items()):
+            if wrong:
+                more = f" and {len(wrong) - 1} more" if wrong[1:] else ""
+                del self.benches[engine.name]
+                self._skip(engine.name, f"not qualified: {wrong[0]}{more}")
+        if any(failures.values()):
+            self._plan_comparisons()
+        rest = (key for key in self.checks if key not in self.rows and key[0] in self.benches)
+        self._run("", {key: self.checks[key] for key in rest})
+        self._run("comparisons", self.comparisons)
+
+    def all_rows(self) -> list[Row]:
+        """Return the rows by case and engine; a second row of one key is a harness error."""
+        cases = ["", *(case.name for case in self.cases), *QUALIFYING]
+        engines = [*self.benches, *self.versions]  # those that are missing last
+        counts: Counter[tuple[str, ...]] = Counter()
+        rows = []
+        for key in sorted(self.rows, key=lambda k: (cases.index(k[1]), engines.index(k[0]))):
+            for row in self.rows[key]:
+                counts[row.key] += 1
+                if (number := counts[row.key]) > 1:
+                    row = replace(row, check=f"{row.check} ({number})".strip())
+                    row = failed(row, Failure.HARNESS, f"{number} checks of one key")
+                rows.append(row)
+        return rows
+
+    def sections(self) -> list[Section]:
+        """Return the sections of the report; none for a pattern, which runs a part of a case."""
+        sections: list[Section] = []
+        for case in self.cases if self.only == "*" else ():
+            try:
+                sections += returned(case, "sections", self.benches)
+            except (CaseError, EngineError, Unsupported) as error:
+                text = f"The sections of this case could not be made: {error}."
+                sections.append(Section(case.name, text))
+        return sections
+
+    def scripts(self) -> dict[str, str]:
+        """Return the plain script of each setup's first job, by engine, case and setup."""
+        texts: dict[str, str] = {}
+        for (name, case), checks in chain(self.checks.items(), self.comparisons.items()):
+            for check in checks if name in self.benches else ():
+                place = "/".join((name, case, check.setup.replace("/", "-")))
+                if check.jobs and place not in texts:
+                    with suppress(HarnessError, KeyError):  # of a job that was refused
+                        texts[place] = self.benches[name].engine.script_text(check.jobs[0])
+        return {place: text for place, text in texts.items() if text}
+
+    def logs(self) -> dict[str, str]:
+        """Return the log of one finished run of each script, by engine and script."""
+        logs = [(e.name, script, text) for e in self.engines for script, text in e.logs().items()]
+        return {f"{name}/{script}.log": text for name, script, text in logs}
+
+    def _plan(self, engine: str, case: Case[Any], call: str, *arguments: Any) -> None:
+        blank = self._blank(engine, case.name)
+        try:
+            checks = returned(case, call, *arguments)
+        except Unsupported as reason:
+            self._add(not_tested(blank, str(reason)))
+        except (CaseError, EngineError) as error:
+            self._add(failed(blank, Failure.HARNESS, str(error)))
+        else:
+            self.checks[engine, case.name] = self._selected(case, checks)
+            if not checks and engine != OWN and self.only == "*":
+                self._add(not_tested(blank, NO_CHECKS))
+
+    def _plan_comparisons(self) -> None:
+        self.comparisons.clear()
+        for case in self.cases:
+            try:
+                for engine, check in returned(case, "comparisons", self.engines):
+                    checks = self.comparisons.setdefault((engine.name, case.name), [])
+                    checks += self._selected(case, [check])
+            except (CaseError, EngineError, Unsupported) as error:
+                self._add(failed(self._blank(OWN, case.name), Failure.HARNESS, str(error)))
+
+    def _qualify(self, engine: Engine) -> list[str]:
+        """Run the cases that an engine must pass; keep rows that were requested or failed."""
+        wrong: list[str] = []
+        for case in map(get_case, QUALIFYING):
+            key = engine.name, case.name
+            requested = self.checks.get(key, [])
+            self.checks[key] = requested or qualifying(case, engine)
+            rows = self._rows(*key, self.checks[key])
+            failures = [row for row in rows if row.verdict is Verdict.FAIL]
+            self.rows[key] = rows if requested else failures
+            wrong += [row.name for row in failures]
+        return wrong
+
+    def _run(self, stage: str, plan: Mapping[Key, list[Check]]) -> None:
+        items = [(*key, checks) for key, checks in plan.items() if checks]
+        totals, done = Counter(engine for engine, *_ in items), Counter[str]()
+        for place, rows in parallel_each(lambda item: self._rows(*item), items, SIDE_BY_SIDE):
+            engine, case, _ = items[place]
+            self.rows.setdefault((engine, case), []).extend(rows)
+            done[engine] += 1
+            self.progress(f"{engine} {stage}".strip(), done[engine], totals[engine])
+
+    def _rows(self, engine: str, case: str, checks: Sequence[Check]) -> list[Row]:
+        version, blank = self.versions[engine], self._blank(engine, case)
+        explain = None if engine == OWN else explained(self.defects, version)
+        try:
+            return run_checks(case, checks, self.benches[engine], version=version, explain=explain)
+        except EngineMissingError as error:
+            return [not_tested(blank, str(error))]
+        except EngineError as error:
+            return [_error_row(blank, error)]
+        except Exception as error:  # a case of another package may raise anything
+            return [failed(blank, Failure.HARNESS, f"{type(error).__name__}: {error}")]
+
+    def _selected(self, case: Case[Any], checks: Sequence[Check]) -> list[Check]:
+        self.paths |= {f"{case.name}/{check.setup}/{check.quantity}" for check in checks}
+        return selected(case.name, checks, self.level, self.only)
+
+    def _blank(self, engine: str, case: str) -> Row:
+        version = self.versions.get(engine, "")
+        return Row(case=case, setup="", quantity="", engine=engine, version=version)
+
+    def _add(self, row: Row) -> None:
+        """Add the row of a case as a whole, unless a pattern names other cases."""
+        if fnmatchcase(row.case, self.only.partition("/")[0]):
+            self.rows.setdefault((row.engine, row.case), []).append(row)
+
+    def _skip(self, engine: str, reason: str) -> None:
+        for case in self.cases:
+            if (engine, case.name) not in self.rows:
+                self._add(not_tested(self._blank(engine, case.name), reason))
+
+    def _nothing_matches(self) -> RequestError:
+        plain = self.only.strip("*?").casefold()
+        parts = {part.casefold(): part for path in self.paths for part in (path, *path.split("/"))}
+        similar = [name for name in parts if plain and plain in name]
+        similar = similar or get_close_matches(plain, parts, n=5, cutoff=0.4)
+        near = ", ".join(repr(parts[name]) for name in sorted(similar, key=len)[:5])
+        text = f"--only {self.only!r}: matches no case/setup/quantity of this level"
+        return RequestError(text + (f"; near it: {near}" if near else ""))
 
 
-def _platform() -> str:
-    return f"{platform.system()} {platform.machine()}, Python {platform.python_version()}"
+def returned(case: Case[Any], call: str, *arguments: Any) -> list[Any]:
+    """Return the list that a method of a case makes; raise CaseError for anything else."""
+    kind, must = RETURNED[call]
+    method: Callable[..., Any] = case.checks_up_to if call == "checks" else getattr(case, call)
+    try:
+        items = list(method(*arguments))
+    except (Unsupported, EngineError, CaseError):
+        raise
+    except Exception as error:  # a case of another package may raise anything
+        text = " ".join(f"{type(error).__name__}: {error}".split())
+        raise case_error(case, call, f"raised {text}", must) from None
+    for item in items:
+        if not isinstance(item, kind):
+            name = type(item).__name__
+            raise case_error(case, call, f"returned a {name} among its items", must)
+    return items
 
 
-def _pages(
-    run: Run, sections: Sequence[Section], defects: Sequence[KnownDefect], *, png: bool
-) -> dict[str, str | bytes]:
-    from harness.report.page import report_files
+def qualifying(case: Case[Any], engine: Engine) -> list[Check]:
+    """Return the quick checks of a case that an engine must pass before any other."""
+    return selected(case.name, returned(case, "checks", engine, "quick"), "quick")
 
-    by_name = {defect.name: dict(defect) for defect in defects}
-    return report_files(run, sections, defects=by_name, png=png)
+
+def qualification(engine: Engine) -> str:
+    """Return the failed checks of an engine's qualification, empty where it qualifies."""
+    bench, wrong = Bench(engine), []
+    for name in QUALIFYING:
+        rows = run_checks(name, qualifying(get_case(name), engine), bench)
+        wrong += [f"{row.name}: {row.note}" for row in rows if row.verdict is Verdict.FAIL]
+    return "; ".join(wrong)
+
+
+def _error_row(blank: Row, error: EngineError) -> Row:
+    return failed(blank, failure_of(error), f"{error.kind}: {error}", error.log)

@@ -11,7 +11,7 @@ BAD = {
         ("--grain-diameter 0.01", "grain-diameter = 0.01", "at least 0.81797 m"),
     ],
     "critical-angle": [
-        ("--tolerance 5", "--tolerance 5.0", "from 1e-9 to 1 deg"),
+        ("--tolerance 5", "--tolerance", "Must be <= 1.0"),
         ("--wells 3", "--wells 3", "--method steady only"),
         ("--extrapolate --method steady", "--extrapolate", "--method passage only"),
         ("--extrapolate --steps-per-contact 9", "--extrapolate", "--steps-per-contact"),

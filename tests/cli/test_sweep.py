@@ -51,7 +51,7 @@ def test_measured_points_join_the_figure(harness, tmp_path):
         (["bounce", "--over", "steps"], ["--over 'steps'", "NAME=VALUE"]),
         (["nix", "--over", "steps=20"], ["case 'nix'", "bounce, wrong"]),
         (["no.toml"], ["no.toml", "No such file"]),
-        (["bad.toml"], ["bad.toml", "[over] colour=1", "no such parameter"]),
+        (["bad.toml"], ["bad.toml", "--over colour=1", "no such parameter"]),
         (["bounce", "--over", "steps=20", "--engines", "nix"], ["--engines 'nix'", "exact"]),
         (["bounce", "--over", "steps=20", "--reference", "no.csv"], ["--reference no.csv"]),
         (["bounce", "--over", "steps=20", "--output", "bad.toml"], ["--output bad.toml", "file"]),

@@ -15,7 +15,7 @@ def registered(monkeypatch):
 def register(patch):
     patch.setattr(registry, "GROUPS", doubles.GROUPS)
     patch.setattr(registry, "DEFAULT", ("bounce",))
-    for module in ("harness.cases.registry", "harness.workflows.session"):
+    for module in ("harness.cases.registry", "harness.workflows.verification"):
         patch.setattr(f"{module}.QUALIFYING", ("bounce",))
     patch.setattr("harness.workflows.lists.DEFAULT_CASES", ("bounce",))
     patch.setattr(engines, "ENGINES", doubles.ENGINES)

@@ -7,7 +7,7 @@ import pytest
 from harness.engines.registry import open_engine
 from harness.errors import CombinationError, RequestError, Unsupported
 from harness.workflows import run
-from harness.workflows.limits import refined
+from harness.workflows.runs import refined
 from harness.workflows.settings import parameters_of, split_settings
 from tests.workflows import doubles
 
@@ -98,7 +98,8 @@ def test_the_expected_time_of_a_run_is_asked_for():
         ({"preset": "nix"}, "--set preset=nix.*usual, stiff"),
         ({"law.normal": "foo"}, "--set law.normal = 'foo': must be 'hooke', 'hertz'"),
         ({"steps.many": "3"}, "steps has no parts"),
-        ({"law": "1", "law.normal": "hertz"}, "law is set as a whole already"),
+        ({"colour.red": "3"}, "--set colour: no such parameter"),
+        ({"law": "1", "law.normal": "hertz"}, "law: is set as a whole already"),
         ({"method": "x"}, "no such parameter"),
     ],
 )

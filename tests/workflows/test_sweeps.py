@@ -3,6 +3,7 @@
 import json
 from pathlib import Path
 
+import pandas as pd
 import pytest
 
 from harness.engines.registry import open_engine
@@ -10,9 +11,9 @@ from harness.errors import EngineMissingError, RequestError
 from harness.store.cache import CachedEngine
 from harness.store.entries import Entries
 from harness.workflows import sweep
-from harness.workflows.points import read_points
-from harness.workflows.sweep_plan import SweepRequest, plan, request_in, values_of
-from harness.workflows.sweeps import held_sweep
+from harness.workflows.sweep_figure import read_points
+from harness.workflows.sweep_plan import SweepRequest, request_in, values_of
+from harness.workflows.sweeps import locked, plan, run_sweep, write_table
 from tests.workflows import doubles
 
 pytestmark = pytest.mark.usefixtures("registered")
@@ -79,17 +80,15 @@ def test_a_search_measures_all_that_it_finds(monkeypatch):
     more = (*doubles.BounceCase.quantities,
             doubles.Quantity("uncertainty_N/m", "N/m", "of it", varies=("stiffness",)))  # fmt: skip
     monkeypatch.setattr(doubles.BounceCase, "quantities", more)
-    chosen = plan(SweepRequest("bounce", ({"steps": "20"},), {}, "good", "softest"))
-    assert list(chosen.columns()) == ["softest", "uncertainty_N/m"]
+    chosen = plan("bounce", {"steps": "20"}, {}, "good", "softest")
+    assert list(chosen.columns) == ["softest", "uncertainty_N/m"]
     assert chosen.uncertainty_column("softest") == "uncertainty_N/m"
 
 
 def test_text_that_a_spreadsheet_would_compute_is_text(tmp_path):
-    import pandas as pd
-
-    from harness.cli.output import write_csv
-
-    write_csv(pd.DataFrame({"reason": ["=1+1", "fine"], "value": [-1.0, 2.0]}), tmp_path / "a.csv")
+    write_table(
+        pd.DataFrame({"reason": ["=1+1", "fine"], "value": [-1.0, 2.0]}), tmp_path / "a.csv"
+    )
     assert (tmp_path / "a.csv").read_text() == "reason,value\n'=1+1,-1.0\nfine,2.0\n"
 
 
@@ -112,38 +111,35 @@ def test_a_run_that_is_kept_is_not_made_again(tmp_path, monkeypatch):
     assert doubles.Good.ran == 3
 
 
-def test_two_grids_share_a_point():
-    grids = ({"steps": "100,200"}, {"steps": "200,300"})
-    chosen = plan(SweepRequest("bounce", grids, {}))
-    assert [point.swept["steps"] for point in chosen.points] == ["100", "200", "300"]
+def test_two_grids_share_a_point(tmp_path):
+    file = tmp_path / "sweep.toml"
+    file.write_text('case = "bounce"\n[[over]]\nsteps = [100, 200]\n[[over]]\nsteps = [200, 300]')
+    assert [row["steps"] for row in plan(str(file)).rows] == [100, 200, 300]
 
 
 def test_the_table_of_a_sweep_that_runs_has_pending_rows():
-    from harness.workflows.sweeps import Runner, run_plan
-
-    seen = []
-    chosen = plan(SweepRequest("bounce", ({"steps": "100,200"},), {}, "good"))
-    run_plan(chosen, Runner(open_engine),
-             partial_table=lambda rows: seen.append([row["status"] for row in rows()]))  # fmt: skip
-    assert seen == [["done", "pending"], ["done", "done"]]
+    seen, chosen = [], plan("bounce", {"steps": "100,200"}, {}, "good")
+    run_sweep(chosen, open_engine,
+              progress=lambda *_: seen.append([row["status"] for row in chosen.rows]))  # fmt: skip
+    assert seen == [["pending", "pending"], ["done", "pending"], ["done", "done"]]
 
 
 @pytest.mark.parametrize(
-    ("request_", "words"),
+    ("over", "more", "words"),
     [
-        ({"grids": ()}, "--over: must be given"),
-        ({"grids": ({"steps": "a"},)}, "--over steps=a: steps = 'a'"),
-        ({"grids": ({"colour": "1"},)}, "--over colour=1: colour: no such parameter"),
-        ({"grids": ({"steps": "20"},), "fixed": {"steps": "30"}}, "--over steps: is set by --set"),
-        ({"grids": ({"steps": "20"},), "engines": "gut"}, "--engines 'gut'.*exact"),
-        ({"grids": ({"steps": "20"},), "quantity": "mass"}, "--quantity 'mass'.*restitution"),
-        ({"grids": ({"steps": "1:100000:100000", "restitution": "0.1,0.2"},)}, "200000 runs"),
+        ({}, {}, "--over: must be given"),
+        ({"steps": "a"}, {}, "--over steps=a: steps = 'a'"),
+        ({"colour": "1"}, {}, "--over colour=1: colour: no such parameter"),
+        ({"steps": "20"}, {"fixed": {"steps": "30"}}, "--over steps: is set by --set"),
+        ({"steps": "20"}, {"fixed": {"restitution": "2"}}, "--set restitution = '2'"),
+        ({"steps": "20"}, {"engines": "gut"}, "--engines 'gut'.*exact"),
+        ({"steps": "20"}, {"quantities": "mass"}, "--quantity 'mass'.*restitution"),
+        ({"steps": "1:100000:100000", "restitution": "0.1,0.2"}, {}, "200000 points"),
     ],
 )
-def test_a_wrong_sweep_is_refused(request_, words):
-    request_ = {"case": "bounce", "fixed": {}, **request_}
+def test_a_wrong_sweep_is_refused(over, more, words):
     with pytest.raises(RequestError, match=words):
-        plan(SweepRequest(**request_))
+        plan("bounce", over, **more)
 
 
 def test_a_file_has_tables_of_grids(tmp_path):
@@ -151,22 +147,23 @@ def test_a_file_has_tables_of_grids(tmp_path):
     file.write_text('case = "bounce"\nquantity = ["time_s"]\n[set]\nrestitution = 0.5\n'
                     '[[over]]\nsteps = [10, 20]\n[[over]]\nlaw.clipped = true\n')  # fmt: skip
     request = request_in(file)
-    assert request.grids == ({"steps": "10,20"}, {"law.clipped": "True"})
-    assert (request.fixed, request.quantity) == ({"restitution": "0.5"}, "time_s")
-    assert len(plan(request).points) == 3
+    assert request.over == ({"steps": "10,20"}, {"law.clipped": "True"})
+    assert (request.set, request.quantity) == ({"restitution": "0.5"}, "time_s")
+    assert len(plan(str(file)).points) == 3
 
 
 def test_committed_sweeps_can_be_read(inputs):
     for file in (inputs / "sweeps").glob("*.toml"):
-        assert request_in(file).over
+        assert request_in(file).swept
 
 
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("case = 3", "case: must be given"),
-        ("colour = 'red'\ncase = 'bounce'", "'colour' is not known: must be one of case"),
-        ("case = 'bounce'\nover = 3", "over: must be a table"),
+        ("case = 3", "case = 3: must be a valid string"),
+        ("[over]\nsteps = 1", "case: must be given"),
+        ("colour = 'red'\ncase = 'bounce'", "colour: no such parameter.*case, over, set"),
+        ("case = 'bounce'\nover = 3", "over = 3: must be a table"),
         ("case = ", "is not TOML"),
         ("a = " + "[" * 2000, "nested too deep|is not TOML"),
     ],
@@ -179,18 +176,26 @@ def test_a_file_that_is_not_sound_is_named(tmp_path, text, words):
 
 
 def test_a_folder_belongs_to_one_sweep_at_a_time(tmp_path):
-    request, mine = SweepRequest("bounce", ({"steps": "10"},), {}), tmp_path / "mine"
+    request, mine = SweepRequest(case="bounce", over=[{"steps": "10"}]), tmp_path / "mine"
 
     def check_refused(folder, chosen, words):
-        with pytest.raises(RequestError, match=words), held_sweep(folder, chosen):
+        with pytest.raises(RequestError, match=words), locked(folder, chosen):
             pass
 
-    with held_sweep(mine, request):
+    with locked(mine, request):
         check_refused(mine, request, "another sweep runs in it")
     assert json.loads((mine / "sweep.json").read_text())["case"] == "bounce"
-    check_refused(mine, SweepRequest("bounce", ({"steps": "11"},), {}), "has another sweep")
+    check_refused(mine, request.replace(quantity="time_s"), "has another sweep")
     (tmp_path / "letter.txt").touch()
     check_refused(tmp_path, request, "holds files of no sweep")
+
+
+def test_a_sweep_leaves_its_table_and_its_figure_in_a_folder(tmp_path):
+    swept({"steps": "100,200"}, output=tmp_path / "mine")
+    assert {"rows.csv", "figure.svg", "sweep.json"} <= {
+        p.name for p in (tmp_path / "mine").iterdir()
+    }
+    assert pd.read_csv(tmp_path / "mine" / "rows.csv")["steps"].tolist() == [100, 200]
 
 
 def test_the_figure_shows_the_first_quantity_and_the_users_points(tmp_path):
@@ -211,7 +216,7 @@ def test_the_figure_shows_the_first_quantity_and_the_users_points(tmp_path):
         (b"a,b\n1,2\n", "has no column 'x', but a, b"),
         (b"x,y\n1,two\n", "row 2: y = 'two': must be a number"),
         (b"x,y\n", "has no rows"),
-        (b"x,y\n1,\xff\n", "row 2: is not UTF-8"),
+        (b"x,y\n1,\xff\n", "is no CSV table"),
         (b"", "is no CSV table"),
         (b"x,y,e\n1,2,-1\n", "e must not be negative"),
     ],

@@ -160,7 +160,11 @@ def test_a_wrong_request_names_option_value_and_what_is_allowed(request_, words)
 
 @pytest.mark.parametrize(
     ("mode", "found"),
-    [("none", "returned None"), ("raise", "raised ZeroDivisionError"), ("type", "returned a int")],
+    [
+        ("none", "raised TypeError"),
+        ("raise", "raised ZeroDivisionError"),
+        ("type", "returned a int"),
+    ],
 )
 def test_a_case_that_raises_or_returns_a_wrong_type_is_one_row(monkeypatch, mode, found):
     monkeypatch.setattr(doubles.Wrong, "mode", mode)

@@ -21,7 +21,7 @@ from harness.errors import (
     RequestError,
 )
 from harness.results.rows import Verdict
-from harness.workflows.sweep_plan import plan, request_in
+from harness.workflows.sweeps import plan
 
 COLUMNS = [
     *("contact.restitution", "contact.damping_ratio", "contact.tail", "layers", "length_d"),
@@ -220,7 +220,7 @@ def test_single_grain_alone_has_closed_forms():
 
 def test_the_committed_sweep_runs_the_descents_of_the_report():
     root = Path(__file__).parents[3]
-    chosen = plan(request_in(root / "inputs" / "sweeps" / "layers.toml"))
+    chosen = plan(str(root / "inputs" / "sweeps" / "layers.toml"))
     planned = {
         tuple(_column(point.parameters, name) for name in COLUMNS) for point in chosen.points
     }

@@ -1,0 +1,238 @@
+"""``dem-harness run``, one run of a case; ``sweep``, a table and a figure over parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from contextlib import nullcontext
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+from cyclopts import Group, Parameter
+
+from harness.cli.app import ENGINE, File, Folder, Force, Json, MaybeWhole, Name, Settings
+from harness.cli.engines import EngineOptions, Opener, duration_check
+from harness.cli.output import (
+    check_target,
+    output_folder,
+    print_frame,
+    print_json,
+    show,
+    tell,
+    write_all,
+)
+from harness.errors import HarnessError, RequestError
+
+if TYPE_CHECKING:
+    from harness.workflows.sweeps import Sweep
+
+FILM = Group("Film", sort_key=2)
+PICTURES = 120
+
+
+@Parameter(name="*")
+@dataclass(frozen=True, kw_only=True)
+class RunOptions:
+    """What is run and written."""
+
+    settings: Settings = None
+    """A parameter of the case, in SI units and degrees, or `preset=NAME`; repeat it for several."""
+    quantity: Annotated[str, Parameter(metavar="NAMES")] = ""
+    """Quantities to measure and show, with commas between. One such as critical_angle_deg takes
+    several runs. [default: all that a run measures]"""
+    engine: Annotated[Name, Parameter(group=ENGINE)] = None
+    """An engine that `dem-harness engines` lists, `module:Class` of your own, or a solver that
+    `dem-harness cases` lists. [default: lammps, or a solver where it cannot]"""
+    script: File = None
+    """Write the plain script of the run, for the code itself, to this file."""
+    profile: File = None
+    """Write the profile of the run over the height, or its curves over time, to this CSV file, of a
+    case that has one."""
+    film: Annotated[File, Parameter(group=FILM)] = None
+    """Write a film of the motion to this file: .gif, or .mp4 where ffmpeg is on the path. A .png is
+    one picture of it."""
+    frames: Annotated[MaybeWhole, Parameter(group=FILM)] = None
+    """Pictures of the film, 20 a second. [default: 120]"""
+    force: Force = False
+
+    def check(self) -> None:
+        """Raise RequestError, before anything is run, for files that cannot be written."""
+        check_target(self.profile, "--profile", (".csv",))
+        check_target(self.script, "--script")
+        if self.frames is not None and self.film is None:
+            raise RequestError(f"--frames {self.frames}: goes with --film only")
+        if self.film is not None:
+            from harness.report.film import check_film
+
+            check_film(self.film, PICTURES if self.frames is None else self.frames)
+
+
+def run(
+    case: str,
+    /,
+    choice: RunOptions = RunOptions(),
+    engines: EngineOptions = EngineOptions(),
+    *,
+    json: Json = False,
+) -> int:
+    """Run a case once: its parameters, what it measures, and what is expected.
+
+    The reference of a quantity is its value at equal steps where the reference can run the case,
+    else the closed form. The limit is that of small steps.
+
+    For example:
+
+        dem-harness run tower --set height=2 --set speed=4
+
+        dem-harness run layers-flow --set angle=16 --profile profile.csv
+
+        dem-harness run columns --set n=8 --quantity critical_angle_deg --engine reference
+
+    Parameters
+    ----------
+    case
+        A case that `dem-harness cases` lists.
+    """
+    import pandas as pd
+
+    from harness.cases.registry import get_case
+    from harness.engines.registry import named_values
+    from harness.files import text_writer
+    from harness.workflows import run as run_case
+    from harness.workflows.progress import progress_bars
+    from harness.workflows.runs import runner_name
+    from harness.workflows.sweeps import write_table
+
+    choice.check()
+    pictures = PICTURES if choice.frames is None else choice.frames
+    name = runner_name(get_case(case), choice.engine)
+    engines.check([name], "--engine")
+    opener = Opener(engines)
+    with progress_bars("run", quiet=json) as progress, engines.executor() as opener.executor:
+        result = run_case(
+            case,
+            named_values(choice.settings or (), "--set"),
+            name,
+            quantities=choice.quantity,
+            open_engine=partial(opener.qualified, progress=progress),
+            profile=choice.profile is not None,
+            script=choice.script is not None,
+            film_frames=pictures if choice.film is not None else 0,
+            check_duration=duration_check(choice.force, f"case {case!r} with these values"),
+            progress=progress,
+        )
+    profile = partial(write_table, pd.DataFrame(dict(result.profile)))
+    write_all({("--profile", choice.profile): profile,
+               ("--script", choice.script): text_writer(result.script)})  # fmt: skip
+    if choice.film is not None and result.discs is not None:
+        from harness.report.film import write_film
+
+        write_film(result.discs, choice.film, pictures)
+    return opener.answer(result.to_json(), json, lambda _: show(result, False))
+
+
+@Parameter(name="*")
+@dataclass(frozen=True, kw_only=True)
+class SweepOptions:
+    """What is swept, in which engines, and where the table goes."""
+
+    over: Annotated[list[str] | None, Parameter(metavar="NAME=VALUES")] = None
+    """A parameter and its values, in SI units and degrees: a list `1,2,5`, a range
+    `FIRST:LAST:COUNT` of evenly spaced numbers, a range `FIRST:LAST:logCOUNT` evenly spaced in the
+    logarithm, or several with commas between. Repeat it for all combinations."""
+    settings: Settings = None
+    """A parameter that is the same in every run; repeat it for several."""
+    engines: Annotated[str, Parameter(metavar="NAMES", group=ENGINE)] = ""
+    """Engines that `dem-harness engines` lists and solvers of the case, with commas between, or
+    `all`. [default: as of `run`]"""
+    quantity: Annotated[str, Parameter(metavar="NAMES")] = ""
+    """Quantities to measure, with commas between, the first in the figure. Of one such as
+    critical_angle_deg a value takes several runs. [default: all that a run measures]"""
+    output: Folder = None
+    """Where table and figure are written; the same sweep goes on there. [default:
+    reports/runs/DATE-sweep]"""
+    reference: Annotated[Path | None, Parameter(metavar="FILE.csv")] = None
+    """Your measured points for the figure: a CSV table with the columns of rows.csv, the first
+    parameter of --over and the first quantity; its uncertainty gives error bars."""
+    force: Force = False
+
+
+def sweep(
+    target: str,
+    /,
+    choice: SweepOptions = SweepOptions(),
+    engines: EngineOptions = EngineOptions(),
+    *,
+    json: Json = False,
+) -> int:
+    """Run a case over values of its parameters and over engines: one tidy row a run.
+
+    Runs that were made before are not made again, and a sweep that was killed goes on. A run that
+    fails is a row with the reason, and so are values that the case refuses together.
+
+    For example:
+
+        dem-harness sweep tower --over height=1,2,5:20:4 --engines exact,lammps --output mine
+
+        dem-harness sweep oblique --set preset=kharaz --over angle=5:85:9 --reference measured.csv
+
+        dem-harness sweep inputs/sweeps/step-and-stiffness.toml --dask tcp://head:8786
+
+    Parameters
+    ----------
+    target
+        A case that `dem-harness cases` lists, or a file, FILE.toml, that describes a sweep.
+    """
+    from harness.engines.registry import named_values
+    from harness.workflows.progress import progress_bars
+    from harness.workflows.sweep_figure import read_points
+    from harness.workflows.sweeps import plan, run_sweep
+
+    over = named_values(choice.over or (), "--over")
+    fixed = named_values(choice.settings or (), "--set")
+    planned = plan(target, over, fixed, choice.engines, choice.quantity)
+    points = None
+    if choice.reference is not None:
+        name, column = next(iter(planned.columns.items()))
+        across, uncertainty = planned.request.swept[0], planned.uncertainty_column(name)
+        points = read_points(choice.reference, across, column, uncertainty)
+    engines.check(planned.engines, "--engines")
+    work = f"{len(planned.rows)} runs of case {planned.case.name!r}"
+    duration_check(choice.force, work)(planned.seconds())
+    opener = Opener(engines)
+    with (
+        progress_bars("sweep", quiet=json) as progress,
+        engines.executor() as opener.executor,
+        nullcontext(choice.output) if choice.output else output_folder(None, "-sweep") as folder,
+    ):
+        opening = partial(opener.qualified, progress=progress)
+        run_sweep(
+            planned, opening, output=folder, points=points, executor=opener.executor,
+            progress=progress,
+        )  # fmt: skip
+    unqualified = {name: reason for name, reason in opener.failures.items() if reason}
+    notes = planned.notes + [
+        f"engine {name!r} did not qualify: {why}" for name, why in unqualified.items()
+    ]
+    if json:
+        more = {"output": str(folder), "notes": notes}
+        print_json({**planned.to_json(), **opener.runs(), **more})
+    else:
+        _print(planned, notes)
+    ended = planned.count("done") + planned.count("undecided")
+    failed = planned.count("failed") or not ended or unqualified
+    return HarnessError.exit_status if failed else 0
+
+
+def _print(result: Sweep, notes: Sequence[str]) -> None:
+    frame = result.to_frame()
+    columns = [name for name in result.columns.values() if frame[name].notna().any()]
+    swept = [name for name in result.request.swept if name in frame]
+    print_frame(frame[["engine", *swept, *columns, "status"]], rest="rows.csv has all")
+    for reason, count in frame.loc[frame["reason"] != "", "reason"].value_counts().items():
+        tell(f"{count} of {len(frame)} runs: {reason}")
+    for engine, why in result.missing.items():
+        tell(f"engine {engine!r} is left out: {why}")
+    for note in notes:
+        tell(note)
