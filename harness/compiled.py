@@ -1,13 +1,9 @@
 """Compile kernels to machine code at their first call, kept in the cache folder.
 
-Beside the sources, where numba would keep them, they would outlive ``pip uninstall``. A folder
-that the user names in ``NUMBA_CACHE_DIR`` comes first.
-
-Numba compiles again when the file of a kernel changes, but not when a kernel that it calls does,
-in another file. So the machine code lies under a stamp of all files of the kernel's folder.
-
-Kept kernels are pickles, which run code as they are read: they are read only from a folder that
-this user alone may write.
+A folder that the user names in ``NUMBA_CACHE_DIR`` comes first. Numba compiles again when the file
+of a kernel changes, but not when a kernel that it calls does, in another file: so the machine code
+lies under a stamp of all files of the kernel's folder. Kept kernels are pickles, which run code as
+they are read: they are read only from a folder that this user alone may write.
 """
 
 from __future__ import annotations
@@ -31,9 +27,53 @@ from harness.files import KERNELS, cache_place, make_private, writable_by_others
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 Result = TypeVar("Result")
+_CHOOSING = threading.Lock()  # held while numba's folder is set: threads import kernels
 
-_CHOOSING = threading.Lock()
-"""Held while numba's folder is set: threads import kernels side by side."""
+
+def compiled(function: Function) -> Function:
+    """Compile ``function`` to machine code at its first call, keeping its Python type.
+
+    IEEE arithmetic in the order written, and without Python's lock, so that runs go side by side
+    in threads.
+    """
+    return jit(function, error_model="numpy", nogil=True)
+
+
+def jit(function: Function, **options: Any) -> Function:
+    """Compile a function with options of ``numba.njit``, keeping its Python type.
+
+    Where the cache folder cannot be written, numba chooses its own.
+    """
+    config: Any = numba.config
+    with _CHOOSING:
+        chosen = config.CACHE_DIR
+        try:
+            # numba reads the folder here and not again: other users of numba keep theirs
+            place = Path(chosen) if chosen else cache_place().path / KERNELS
+            stamp = _stamp(Path(function.__code__.co_filename).parent)
+            config.CACHE_DIR = str(_kernel_folder(place, stamp))
+            kernel = numba.njit(cache=True, **options)(function)
+            return cast(Function, _surviving_a_full_disk(kernel))
+        except RuntimeError:  # no folder can be written
+            return cast(Function, numba.njit(**options)(function))
+        finally:
+            config.CACHE_DIR = chosen
+
+
+def shielded(kernel: Callable[..., Result], *arguments: Any) -> Result:
+    """Return the result of a kernel, called where an interrupt cannot be raised within.
+
+    The conversion of its arguments and results crashes where Python raises KeyboardInterrupt in
+    it, which happens in the main thread alone: there it is called in another one. An interrupt
+    does not wait for that.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        return kernel(*arguments)
+    pool = ThreadPoolExecutor(1)
+    try:
+        return pool.submit(kernel, *arguments).result()
+    finally:
+        pool.shutdown(wait=False)
 
 
 @cache
@@ -49,7 +89,7 @@ def _stamp(folder: Path) -> str:
 def _kernel_folder(place: Path, stamp: str) -> Path:
     """Return the folder below ``place`` for kernels of a stamp, made if need be.
 
-    In place of one that others can write, or a link, it is a temporary one, with a note on stderr.
+    In place of one that others can write, or a link, it is a temporary one, with a note.
     """
     folder = place / stamp
     with contextlib.suppress(OSError):
@@ -57,81 +97,35 @@ def _kernel_folder(place: Path, stamp: str) -> Path:
     if not folder.is_dir():
         return folder  # it cannot be made: numba chooses one of its own
     linked = "it is a link" if folder.is_symlink() else ""
-    why = linked or writable_by_others(place, 0) or writable_by_others(folder)
-    if not why:
+    reason = linked or writable_by_others(place, 0) or writable_by_others(folder)
+    if not reason:
         return folder
+    _note(f"kernels in {folder} are not used, {reason}: remove it, or name another place in "
+          "DEM_HARNESS_HOME; until then they are compiled in each run")  # fmt: skip
     private = Path(tempfile.mkdtemp(prefix="dem-harness-kernels-"))
     atexit.register(shutil.rmtree, private, ignore_errors=True)
-    print(
-        f"dem-harness: kernels in {folder} are not used, {why}: remove it, or name another place "
-        "in DEM_HARNESS_HOME; until then they are compiled in each run",
-        file=sys.stderr,
-    )
     return private
 
 
-def jit(function: Function, **options: Any) -> Function:
-    """Compile a function with options of ``numba.njit``, keeping its Python type.
-
-    Where the cache folder cannot be written, numba chooses its own.
-    """
-    config: Any = numba.config
-    with _CHOOSING:
-        chosen = config.CACHE_DIR
-        try:
-            # numba asks for the folder here and not again: other users of numba keep theirs
-            place = Path(chosen) if chosen else cache_place().path / KERNELS
-            stamp = _stamp(Path(function.__code__.co_filename).parent)
-            config.CACHE_DIR = str(_kernel_folder(place, stamp))
-            return cast(Function, _kept(numba.njit(cache=True, **options)(function)))
-        except RuntimeError:  # nowhere can it be kept
-            return cast(Function, numba.njit(**options)(function))
-        finally:
-            config.CACHE_DIR = chosen
-
-
-def _kept(dispatcher: Any) -> Any:
-    """Return a kernel whose machine code is kept where it can be: a full disk ends no run."""
-    keeper = getattr(dispatcher, "_cache", None)  # numba has no other way to be asked
+def _surviving_a_full_disk(dispatcher: Any) -> Any:
+    """Return a kernel whose machine code is kept where there is room for it."""
+    keeper = getattr(dispatcher, "_cache", None)  # numba has no public name for it
     if keeper is None:
         return dispatcher
     save = keeper.save_overload
 
-    def save_or_tell(*arguments: Any) -> None:
+    def save_or_note(*arguments: Any) -> None:
         try:
             save(*arguments)
         except OSError as error:
-            _tell_once(f"{keeper.cache_path} cannot be written ({error.strerror or error})")
+            reason = error.strerror or error
+            _note(f"cache of kernels {keeper.cache_path} cannot be written ({reason}); "
+                  "kernels are compiled anew")  # fmt: skip
 
-    keeper.save_overload = save_or_tell
+    keeper.save_overload = save_or_note
     return dispatcher
 
 
-@cache
-def _tell_once(why: str) -> None:
-    print(f"dem-harness: cache of kernels {why}; kernels are compiled anew", file=sys.stderr)
-
-
-def compiled(function: Function) -> Function:
-    """Compile ``function`` to machine code at its first call, keeping its Python type.
-
-    IEEE arithmetic in the order written, and without Python's lock, so that runs go side by side
-    in threads.
-    """
-    return jit(function, error_model="numpy", nogil=True)
-
-
-def shielded(kernel: Callable[..., Result], *arguments: Any) -> Result:
-    """Return what a kernel returns, called where an interrupt cannot be raised within.
-
-    The conversion of its arguments and results crashes where Python raises KeyboardInterrupt in
-    it, which happens in the main thread alone: there it is called in another one. An interrupt
-    does not wait for that.
-    """
-    if threading.current_thread() is not threading.main_thread():
-        return kernel(*arguments)
-    pool = ThreadPoolExecutor(1)
-    try:
-        return pool.submit(kernel, *arguments).result()
-    finally:
-        pool.shutdown(wait=False)
+@cache  # a note is printed once
+def _note(text: str) -> None:
+    print(f"dem-harness: {text}", file=sys.stderr)

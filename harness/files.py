@@ -24,10 +24,7 @@ from harness.errors import RequestError, cannot_write
 
 Writer = Callable[[Path], object]
 
-# ---- a worker process ends with the one that started it, however that one ended
-
-LOOK_SECONDS = 1.0
-"""Between two looks at the parent."""
+# ---- worker processes
 
 
 def end_with(parent: int, clear: Callable[[], object] = lambda: None) -> None:
@@ -47,26 +44,18 @@ def end_with(parent: int, clear: Callable[[], object] = lambda: None) -> None:
 
 
 # ---- shared memory of MPI libraries
-#
-# MPICH unlinks its segment of /dev/shm in MPI_Finalize only. What is started for the harness
-# carries the name of its folder in the environment, by which its segments are known; they are
-# written down in that folder while it runs, and unlinked when it is gone.
 
+LOOK_SECONDS = 1.0  # between two looks at the parent
 SHARED = Path("/dev/shm")
-MARK = "DEM_HARNESS_FOLDER"
-"""Environment variable of every process that is started in a folder: that folder."""
-
-RECORD = "segments"
-"""File of a folder with the names of segments, one a line."""
-
-NEEDED = 6 * 1024**2
-"""[bytes] of a process: MPICH touches 1.0 MiB, UCX below it 4.1 MiB where they are free."""
-
-_NAME = re.compile(r"mpich_shm_[0-9a-f]+_\d+")
+NEEDED = 6 * 1024**2  # [bytes] of a process: MPICH touches 1.0 MiB, UCX below it 4.1 MiB
+_SEGMENT = re.compile(r"mpich_shm_[0-9a-f]+_\d+")
 
 
 def processes_with_room() -> int | None:
-    """Return how many MPI processes find room, one at least; None where that is not known."""
+    """Return the number of MPI processes that shared memory has room for, one at least.
+
+    None where that is not known.
+    """
     try:
         return max(1, shutil.disk_usage(SHARED).free // NEEDED)
     except OSError:
@@ -86,53 +75,22 @@ def advice() -> str:
     )
 
 
-def record_segments(folder: Path, *names: str) -> None:
-    """Write down, in a folder, the segments that the processes marked with it have mapped.
+def remove_segments() -> None:
+    """Unlink this user's segments of MPICH that no process has mapped.
 
-    ``names`` are written down as well, whether there are such segments or not.
+    MPICH unlinks them in MPI_Finalize alone: a program that is killed or crashes leaves them.
     """
-    unknown = {path.name for path in _own_segments()} - _recorded(folder)
-    segments = {*names, *_mapped(unknown, os.fsencode(f"{MARK}={folder}"))}
-    if segments:
-        with (folder / RECORD).open("a", encoding="utf-8") as stream:
-            stream.writelines(f"{name}\n" for name in sorted(segments))
-
-
-def remove_segments(folder: Path, *, mapped: bool = False) -> None:
-    """Unlink the segments written down in a folder and those below it: only this user's.
-
-    Raise BlockingIOError, with nothing unlinked, where a process has one mapped, unless that is
-    allowed: of a process that was killed and is about to end.
-    """
-    names = {name for path in folder.rglob(RECORD) for name in _recorded(path.parent)}
-    removed = [path for path in _own_segments() if path.name in names]
-    if removed and not mapped and _mapped({path.name for path in removed}):
-        raise BlockingIOError(f"{folder}: a process of it is still there")
-    for path in removed:
-        path.unlink(missing_ok=True)
-
-
-def _own_segments() -> Iterator[Path]:
+    segments: dict[str, Path] = {}
     with contextlib.suppress(OSError):
         for path in SHARED.iterdir():
-            if _NAME.fullmatch(path.name) and path.lstat().st_uid == os.geteuid():
-                yield path
-
-
-def _recorded(folder: Path) -> set[str]:
-    with contextlib.suppress(OSError):
-        return set(_NAME.findall((folder / RECORD).read_text(encoding="utf-8", errors="replace")))
-    return set()
-
-
-def _mapped(names: set[str], mark: bytes = b"") -> set[str]:
-    """Return those of the names that some process has mapped, one with the mark if given."""
-    in_use: set[str] = set()
-    for process in Path("/proc").glob("[0-9]*") if names else ():
+            if _SEGMENT.fullmatch(path.name) and path.lstat().st_uid == os.geteuid():
+                segments[path.name] = path
+    for maps in Path("/proc").glob("[0-9]*/maps") if segments else ():
         with contextlib.suppress(OSError):  # another user's, or gone by now
-            if not mark or mark in (process / "environ").read_bytes().split(b"\0"):
-                in_use |= names & set(_NAME.findall((process / "maps").read_text("utf-8")))
-    return in_use
+            for name in _SEGMENT.findall(maps.read_text("utf-8", errors="replace")):
+                segments.pop(name, None)
+    for path in segments.values():
+        path.unlink(missing_ok=True)
 
 
 # ---- the cache folder
@@ -289,7 +247,7 @@ def sweep(parent: Path) -> None:
     for path in parent.glob(f"{PREFIX}*"):
         with contextlib.suppress(OSError), _handle(path) as handle:
             fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            remove_segments(path)
+            remove_segments()
             shutil.rmtree(path, ignore_errors=True)
 
 

@@ -86,7 +86,7 @@ FAULTS = [
     (fault("Wordy", refuses=lambda s, job: "\n".join(Twin.refuses(s, job))),
      REFUSES, "expected a line of reason"),
     (fault("Brave", Clipping, run=lambda s, jobs: s.run_scene_jobs(jobs)), REFUSES, "RequestError"),
-    (altered("Short", lambda outs: outs[:-1]), RETURNS, "returned 7 outcomes, must return"),
+    (altered("Short", lambda outs: outs[:-1]), RETURNS, "returned 7 outcomes of 8 jobs, must"),
     (altered("Reversed", lambda outs: outs[::-1]), RETURNS, "left .* samples|in the drop"),
     (altered("Growing", grown), RETURNS, "position = "),
     (altered("Raising", lambda outs: 1 / (len(outs) - len(outs))), RETURNS, "ZeroDivisionError"),

@@ -1,9 +1,7 @@
-"""The contract of an engine: identify, supported jobs, run; independent of cases.
+"""The contract of an engine: identify, the rules of a scene, run; independent of cases.
 
-Many runs: in one process, after one that fails or hangs, in batches, or each in its own process.
-
-A *job* is a template with values; an *output* is the named numbers and tables of its result,
-with log and provenance. A case makes jobs and reads outputs; only
+A *job* is a template with values, a scene, or both; an *output* is the named numbers and tables of
+its result, with log and provenance. A case makes jobs and reads outputs; only
 ``engines/<code>/templates/<template>`` depends on both a case and a code.
 
 To add an engine, subclass :class:`Engine`, or :class:`harness.engines.programs.ScriptedEngine`
@@ -13,8 +11,8 @@ for a code that runs script files, and name it under the entry point ``dem_harne
 1. ``traits`` describes it; ``identify`` returns its provenance, or raises EngineMissingError with
    what to install;
 2. ``rules`` returns the conventions by which it runs a scene, or raises Unsupported;
-3. ``run`` returns one Output for each job, in order, or the EngineError in its place: a failed
-   run must not affect the others.
+3. ``motions`` returns the motion of each job's scene, in order, or the EngineError in its place: a
+   failed run must not affect the others. Override ``run`` for outputs of another kind.
 
 A job whose template the engine has as a script runs the script with the job's values; another one
 runs the job's scene (:class:`harness.model.scene.Scene`); one without either is refused. Units are
@@ -30,16 +28,11 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
-from harness.engines.border import EXPECTED, checked_call, checked_run
+from harness.engines.border import guard_calls
 from harness.engines.jobs import cores, each_alone, in_batches
 from harness.engines.output import Output
 from harness.engines.provenance import Provenance
-from harness.errors import (
-    EngineError,
-    EngineMissingError,
-    RequestError,
-    Unsupported,
-)
+from harness.errors import EngineError, RequestError, Unsupported
 
 if TYPE_CHECKING:
     from harness.model.allowed import Allowed
@@ -48,14 +41,11 @@ if TYPE_CHECKING:
     from harness.model.scene import Scene
 
 
-Outcome = Output | EngineError
-
 SCENE_NAME = "contact-scene"
 SCENES_AT_ONCE = 500  # a process runs many in the time that it takes to start
 
 Value = str | int | float
 Values = Mapping[str, Value]
-Vector = Sequence[float]
 
 __all__ = ["Engine", "Job", "Output", "Template", "Value", "Values"]
 
@@ -149,78 +139,22 @@ class Engine(ABC):
     """Runs that go side by side."""
     has_lj_units: ClassVar[bool] = False
     ready: bool = False
-    """Whether one run more costs no start of a process, and several threads may ask for one."""
+    """Whether one run more costs no start of a process, and several threads may start one."""
 
     def __init_subclass__(cls, **more: Any) -> None:
         super().__init_subclass__(**more)
-        if "run" in vars(cls):
-            cls.run = checked_run(cls.run)  # type: ignore[assignment, method-assign]
-        for name in EXPECTED.keys() & vars(cls).keys():
-            setattr(cls, name, checked_call(name, getattr(cls, name)))
+        guard_calls(cls)
 
     @property
     def title(self) -> str:
         """Return the engine's name as reports write it."""
         return self.traits.title or self.name.upper()
 
+    # ---- identity
+
     @abstractmethod
     def identify(self) -> Provenance:
         """Return version, packages and executable; raise EngineMissingError with the remedy."""
-
-    @abstractmethod
-    def run(self, jobs: Sequence[Job]) -> list[Output | EngineError]:
-        """Run the jobs, in parallel where that helps, and return their outputs in order.
-
-        Raise RequestError, before anything runs, for a job that :meth:`refuses` names.
-        """
-
-    def outcomes(self, jobs: Sequence[Job]) -> Iterator[tuple[int, Output | EngineError]]:
-        """Yield the place and the outcome of each job as soon as it is known, in any order.
-
-        Scenes in large batches, others job by job where the engine is ``ready``, else in batches.
-        """
-        self.check(jobs)
-        scenes = [
-            k for k, job in enumerate(jobs) if job.scene and not self.has_template(job.template)
-        ]
-        for place, outcome in in_batches([jobs[k] for k in scenes], self.run, SCENES_AT_ONCE):
-            yield scenes[place], outcome
-        others = sorted(set(range(len(jobs))) - set(scenes))
-        rest = [jobs[k] for k in others]
-        if self.ready:
-            found = each_alone(rest, lambda job: self.run([job])[0], self.workers, self.title)
-        else:
-            found = in_batches(rest, self.run, 2 * cores())
-        for place, outcome in found:
-            yield others[place], outcome
-
-    @classmethod
-    def has_template(cls, template: Template) -> bool:  # noqa: ARG003
-        """Return whether the engine has a script of a template: it runs scenes alone."""
-        return False
-
-    def refuses(self, job: Job) -> str:
-        """Return why the engine cannot run a job, or nothing where it can."""
-        if self.has_template(job.template):
-            return ""
-        if job.scene is None:
-            return f"it has no template {job.template.name!r}, and the job has no scene"
-        if job.values.get("units") == "lj" and not self.has_lj_units:
-            return "it has no units lj"
-        try:
-            self.rules(job.scene)
-        except Unsupported as reason:
-            return str(reason)
-        return ""
-
-    def check(self, jobs: Iterable[Job]) -> None:
-        """Raise RequestError for the first job that the engine refuses."""
-        for job in jobs:
-            reason = self.refuses(job)
-            if reason:
-                raise RequestError(
-                    f"engine {self.name!r} cannot run {job.template.name!r}: {reason}"
-                )
 
     def fingerprint(self) -> Mapping[str, Any] | None:
         """Return all that decides a result besides the job, JSON-ready, or None.
@@ -253,6 +187,13 @@ class Engine(ABC):
         """
         return None
 
+    # ---- supported jobs
+
+    @classmethod
+    def has_template(cls, template: Template) -> bool:  # noqa: ARG003
+        """Return whether the engine has a script of a template: it runs scenes alone."""
+        return False
+
     def rules(self, scene: Scene) -> Rules:  # noqa: ARG002
         """Return the conventions by which the engine runs a scene of spheres and walls.
 
@@ -267,6 +208,44 @@ class Engine(ABC):
         """
         return ()
 
+    def scene_of(self, job: Job) -> Scene:
+        """Return the scene that a job runs, with its variation."""
+        assert job.scene is not None
+        name = job.values.get("variation")
+        return dict(self.variations(job.scene))[str(name)] if name else job.scene
+
+    def refuses(self, job: Job) -> str:
+        """Return why the engine cannot run a job, or nothing where it can."""
+        if self.has_template(job.template):
+            return ""
+        if job.scene is None:
+            return f"it has no template {job.template.name!r}, and the job has no scene"
+        if job.values.get("units") == "lj" and not self.has_lj_units:
+            return "it has no units lj"
+        try:
+            self.rules(job.scene)
+        except Unsupported as reason:
+            return str(reason)
+        return ""
+
+    def check(self, jobs: Iterable[Job]) -> None:
+        """Raise RequestError for the first job that the engine refuses."""
+        for job in jobs:
+            if reason := self.refuses(job):
+                raise RequestError(
+                    f"engine {self.name!r} cannot run {job.template.name!r}: {reason}"
+                )
+
+    # ---- runs
+
+    def run(self, jobs: Sequence[Job]) -> list[Output | EngineError]:
+        """Run the jobs, in parallel where that helps, and return their outputs in order.
+
+        Raise RequestError, before anything runs, for a job that :meth:`refuses` names.
+        """
+        self.check(jobs)
+        return self.run_scene_jobs(jobs)
+
     def motions(self, jobs: Sequence[Job]) -> list[Motion | EngineError]:
         """Return the motion of the scene of each job, or the error of its run, in order."""
         raise NotImplementedError
@@ -278,29 +257,33 @@ class Engine(ABC):
         started, provenance = time.monotonic(), self.identify()
         motions = self.motions(jobs) if jobs else []
         seconds = (time.monotonic() - started) / max(1, len(jobs))
-        outputs: list[Output | EngineError] = []
+        outcomes: list[Output | EngineError] = []
         for job, motion in zip(jobs, motions, strict=True):
             if isinstance(motion, EngineError):
-                outputs.append(motion)
-                continue
-            assert job.scene is not None
-            scene = self.scene_of(job)
-            tables = motion_tables(motion, scene, sampled=job.sampled)
-            outputs.append(Output((), provenance, tables, seconds=seconds, title=self.title))
-        return outputs
+                outcomes.append(motion)
+            else:
+                tables = motion_tables(motion, self.scene_of(job), sampled=job.sampled)
+                outcomes.append(Output((), provenance, tables, seconds=seconds, title=self.title))
+        return outcomes
 
-    def scene_of(self, job: Job) -> Scene:
-        """Return the scene that a job runs, with its variation."""
-        assert job.scene is not None
-        name = job.values.get("variation")
-        return dict(self.variations(job.scene))[str(name)] if name else job.scene
+    def outcomes(self, jobs: Sequence[Job]) -> Iterator[tuple[int, Output | EngineError]]:
+        """Yield the place and the outcome of each job as soon as it is known, in any order.
 
-    def on_ranks(self, ranks: int) -> Engine:
-        """Return the same code on so many MPI ranks; close it after use.
-
-        Raise EngineMissingError where there is none.
+        Scenes in large batches, others job by job where the engine is ``ready``, else in batches.
         """
-        raise EngineMissingError(f"{self.title} has no way to run on {ranks} ranks")
+        self.check(jobs)
+        with_script = [self.has_template(job.template) for job in jobs]
+        for scripted, size in ((False, SCENES_AT_ONCE), (True, 2 * cores())):
+            places = [place for place, has in enumerate(with_script) if has is scripted]
+            chosen = [jobs[place] for place in places]
+            if scripted and self.ready:
+                ends = each_alone(chosen, lambda job: self.run([job])[0], self.workers, self.title)
+            else:
+                ends = in_batches(chosen, self.run, size)
+            for place, outcome in ends:
+                yield places[place], outcome
+
+    # ---- texts
 
     def script_digest(self, job: Job) -> str:  # noqa: ARG002
         """Return a digest of the script that a job runs; empty where the engine takes scenes."""
@@ -327,3 +310,6 @@ class Engine(ABC):
 
     def __exit__(self, *_: object) -> None:
         self.close()
+
+
+guard_calls(Engine)

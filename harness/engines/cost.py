@@ -1,7 +1,7 @@
 """The expected time of runs: steps times particles times the cost of a step.
 
-The cost is :attr:`harness.engines.base.Traits.microseconds_per_step`; the product is good to a
-factor of a few, and the limit is for runs that take thousands of times longer than was thought.
+The cost is :attr:`harness.engines.base.Traits.microseconds_per_step`. The product is good to a
+factor of a few; the limit is for runs that take thousands of times longer than was thought.
 """
 
 from __future__ import annotations
@@ -21,26 +21,17 @@ SMALLER = "a coarser step, a softer contact or a smaller system"
 _UNITS = (("years", 31_557_600.0), ("days", 86_400.0), ("hours", 3600.0), ("minutes", 60.0))
 
 
-def engine_seconds(steps: float, particles: int, rules: Traits) -> float:
-    """Return the expected time of so many steps in an engine [s]."""
-    return steps * weight(particles) * rules.microseconds_per_step * 1e-6
-
-
-def weight(particles: int) -> float:
-    """Return the cost of a step of so many particles, in steps of :data:`PARTICLES`."""
-    return max(1.0, particles / PARTICLES)
-
-
-def job_seconds(job: Job, rules: Traits) -> float:
+def job_seconds(job: Job, traits: Traits) -> float:
     """Return the expected time of a job [s]; 0 for a script that states none.
 
     A job states the time of the slowest code, for which ``SLOWEST_STEP`` is the cost of a step.
     """
     if job.seconds:
-        return job.seconds * min(1.0, rules.microseconds_per_step / SLOWEST_STEP)
+        return job.seconds * min(1.0, traits.microseconds_per_step / SLOWEST_STEP)
     if job.scene is None:
         return 0.0
-    return engine_seconds(job.steps or job.scene.steps, len(job.scene.bodies), rules)
+    size = max(1.0, len(job.scene.bodies) / PARTICLES)
+    return (job.steps or job.scene.steps) * size * traits.microseconds_per_step * 1e-6
 
 
 def check_duration(seconds: float, work: str, instead: str = "") -> None:

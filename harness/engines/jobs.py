@@ -1,33 +1,23 @@
 """One way to run many: several in a process, processes side by side, the rest after a crash again.
 
-A :class:`Batches` says how a code is started on the items of a folder, be they scripts or scenes,
-and how it left the result of each. An item that crashes, hangs or is refused ends its process; it
-has failed, and those after it run in another one.
+An item (a script or a scene) that crashes, hangs or is refused ends its process: it has failed, and
+those after it run in another one.
 """
 
 from __future__ import annotations
 
 import os
-import queue
 import signal
 import sys
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass
 from itertools import chain
 from pathlib import Path
 from typing import Generic, TypeVar
 
-from harness.engines.process import (
-    Ended,
-    Limits,
-    Processes,
-    fresh_folder,
-    last_words,
-    progress_in,
-    signal_of,
-)
+from harness.engines.process import Ended, Limits, Processes, fresh_folder, last_words, signal_of
 from harness.errors import EngineCrashError, EngineError, EngineOutputError, EngineTimeoutError
 
 Item = TypeVar("Item")
@@ -35,7 +25,6 @@ Result = TypeVar("Result")
 Places = Sequence[int]
 
 BATCH_SECONDS = 10.0  # what is lost of a batch after kill -9 takes no longer
-CANCEL_SECONDS = 0.5  # between two looks for a signal, which a thread that waits may miss
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -94,10 +83,9 @@ class Batches(Generic[Item, Result]):
         while len(done) < len(items):
             batch = self._process(items[len(done) :], limits, processes)
             done += batch
-            last = batch[-1]
-            hangs = isinstance(last, EngineTimeoutError)
+            hangs = isinstance(batch[-1], EngineTimeoutError)
             if hangs and hung and len(batch) == 1:
-                message = f"{last}; not run after two that hung"
+                message = f"{batch[-1]}; not run after two that hung"
                 done += [EngineTimeoutError(message) for _ in items[len(done) :]]
             hung = hangs
         return done
@@ -106,8 +94,9 @@ class Batches(Generic[Item, Result]):
         self, items: Sequence[Item], limits: Limits, processes: Processes
     ) -> list[Result | EngineError]:
         """Return the outcomes of the items that one process got to, at least of the first."""
+        closed = EngineCrashError(f"{self.title} was closed")
         if processes.closed:
-            return [self.closed_error() for _ in items]
+            return [closed for _ in items]
         with fresh_folder() as folder:
             ended = processes.run(
                 self.write(folder, items),
@@ -115,10 +104,7 @@ class Batches(Generic[Item, Result]):
                 seconds=limits.time_for(sum(map(self.seconds, items))),
                 memory=limits.memory,
                 environment=self.environment(folder),
-                progress=lambda: progress_in(folder),
             )
-            # what was closed died of no fault
-            killed = processes.closed and signal_of(ended.code) is signal.SIGKILL
             outcomes: list[Result | EngineError] = []
             for place, item in enumerate(items):
                 try:
@@ -128,24 +114,19 @@ class Batches(Generic[Item, Result]):
                     continue
                 if result is None:
                     log = self._log(folder, place)
-                    failure = self.closed_error() if killed else self._failure(ended, log)
+                    killed = processes.closed and signal_of(ended.code) is signal.SIGKILL
+                    failure = closed if killed else self._failure(ended, log)
                     texts = dict.fromkeys(filter(None, (log, ended.said)))
                     return [*outcomes, failure.with_log("\n".join(texts))]
                 outcomes.append(result)
-            death = self.error(ended, "")
-            if death is not None:  # who knows what it did to its last result
+            if death := self.error(ended, ""):  # its last result may be spoiled
                 late = EngineCrashError(f"{death}, after its results were written")
                 outcomes[-1] = late.with_log(self._log(folder, len(items) - 1) or ended.said)
             return outcomes
 
-    def closed_error(self) -> EngineError:
-        """Return the error of an item that is given after its engine was closed."""
-        return EngineCrashError(f"{self.title} was closed")
-
     def _failure(self, ended: Ended, log: str) -> EngineError:
-        error = self.error(ended, log)
         words = f"{self.title} ended without a result{last_words(ended.said)}"
-        return error or EngineOutputError(words)
+        return self.error(ended, log) or EngineOutputError(words)
 
     def _log(self, folder: Path, place: int) -> str:
         try:
@@ -211,25 +192,14 @@ def parallel_each(
     An interrupt, or a caller that leaves, does not wait for what runs: closing the engine ends
     that.
     """
-    pool, done = ThreadPoolExecutor(max(1, threads)), queue.SimpleQueue[Future[Result]]()
+    pool = ThreadPoolExecutor(max(1, threads))
     try:
         places = {pool.submit(function, item): place for place, item in enumerate(items)}
-        for future in places:
-            future.add_done_callback(done.put)
-        for _ in places:
-            over = _next(done)
-            yield places[over], over.result()
+        for future in as_completed(places):
+            yield places[future], future.result()
     finally:
         interrupted = isinstance(sys.exception(), (KeyboardInterrupt, GeneratorExit))
         pool.shutdown(wait=not interrupted, cancel_futures=True)
-
-
-def _next(done: queue.SimpleQueue[Future[Result]]) -> Future[Result]:
-    while True:
-        try:
-            return done.get(timeout=CANCEL_SECONDS)
-        except queue.Empty:
-            continue
 
 
 def dealt(count: int, hands: int) -> list[range]:

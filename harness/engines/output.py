@@ -21,24 +21,30 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-
-# arrays are imported where they are made: a kept verification is answered without them
+# numpy is imported where arrays are made: a kept verification is answered without it
 Table: TypeAlias = "Mapping[str, NDArray[np.float64]]"
 """Columns by names that end in the unit (``x_m``), each (M,), or (M, N) for N particles."""
 
-SERIES = "series"
-"""Name of the table of samples."""
-
-CLOCKS = ("time_s", "step")
-"""Columns that rise from row to row."""
-
-PRINTED = 1e-12
-"""Relative difference that a number printed with 15 digits, and the formula for it, may have."""
-
-SHOWN = 80
-"""Characters of a value that a message repeats at most."""
-
+SERIES = "series"  # the table of samples
+CLOCKS = ("time_s", "step")  # columns that rise from row to row
+ROUNDING = 1e-12  # relative, of a number printed with 15 digits
+LONGEST = 80  # characters of a value that a message repeats
 _RESULT = re.compile(r"^RESULT (\w+) = (.*)$", re.MULTILINE)
+_PARTICLE = re.compile(r"(\w+)\[(\d+)\]")
+_HEADER = 9  # lines above the particles of a frame of a dump
+_UNITS = {  # columns of a dump in SI units, by their names there
+    **{f"{axis}u": f"{axis}_m" for axis in "xyz"},
+    **{axis: f"{axis}_m" for axis in "xyz"},
+    **{f"v{axis}": f"v{axis}_m_per_s" for axis in "xyz"},
+    **{f"f{axis}": f"f{axis}_N" for axis in "xyz"},
+    **{f"f_contact[{k}]": f"f{axis}_N" for k, axis in enumerate("xyz", 1)},
+    **{f"omega{axis}": f"w{axis}_rad_per_s" for axis in "xyz"},
+    **{f"tq{axis}": f"t{axis}_N_m" for axis in "xyz"},
+    "radius": "radius_m",
+    "c_warmth": "temperature_K",
+}
+# columns of a dump that are the same to the last digit where a run is taken up
+_STATE = ("xu", "yu", "zu", "vx", "vy", "vz", "omegax", "omegay", "omegaz", "radius")
 
 
 def finished(log: str) -> bool:
@@ -58,9 +64,7 @@ class Output:
     ``results`` are pairs of name and text, in order; ``tables`` map a name to columns;
     ``seconds`` is the wall time [s] of the run, ``ranks`` are those of MPI; ``title`` is the
     engine's name in messages, that of the provenance unless given. Methods raise EngineOutputError
-    for what is
-    missing or cannot be read and EngineNaNError for values that are not finite, both naming
-    the engine.
+    for a value that is missing or cannot be read, and EngineNaNError for one that is not finite.
     """
 
     results: tuple[tuple[str, str], ...]
@@ -82,15 +86,13 @@ class Output:
 
     def text(self, name: str) -> str:
         """Return the result of this name as text; it may come again, but not with another one."""
-        values = dict.fromkeys(value for key, value in self.results if key == name)
+        values = [*dict.fromkeys(value for key, value in self.results if key == name)]
         if not values:
             raise EngineOutputError(f"{self.who} left an incomplete result ({name!r})")
-        first, *others = values
-        if others:
-            raise EngineOutputError(
-                f"{self.who} left two results {name!r}: {first[:SHOWN]} and {others[0][:SHOWN]}"
-            )
-        return first
+        if len(values) > 1:
+            first, second = (value[:LONGEST] for value in values[:2])
+            raise EngineOutputError(f"{self.who} left two results {name!r}: {first} and {second}")
+        return values[0]
 
     def number(self, name: str) -> float:
         """Return the result of this name as a finite number."""
@@ -103,9 +105,9 @@ class Output:
         result is not checked. It may differ by the rounding of 15 printed digits.
         """
         for name, value in expected.items():
-            if self.has(name) and abs(self.number(name) - value) > PRINTED * abs(value):
+            if self.has(name) and abs(self.number(name) - value) > ROUNDING * abs(value):
                 raise EngineOutputError(
-                    f"{self.who} says that it ran with {name} = {self.text(name)[:SHOWN]}, "
+                    f"{self.who} says that it ran with {name} = {self.text(name)[:LONGEST]}, "
                     f"where {value:.15g} {source}"
                 )
 
@@ -120,19 +122,17 @@ class Output:
         return np.array(rows, dtype=np.float64).reshape(-1, columns)
 
     def table(self, columns: Sequence[str], rows: int | None = None, name: str = SERIES) -> Table:
-        """Return a table that holds at least these columns, finite, ``rows`` of them if given.
+        """Return a table that has at least these columns, finite, ``rows`` of them if given.
 
         Raise EngineOutputError also where the first column is a clock and does not rise.
         """
         import numpy as np
 
-        table = self.tables.get(name)
-        missing = [column for column in columns if table is None or column not in table]
-        if table is None or missing:
-            has = ", ".join(table) if table else "no columns"
+        table = self.tables.get(name, {})
+        if missing := [column for column in columns if column not in table]:
             raise EngineOutputError(
                 f"{self.who} left no table with {', '.join(missing)}: run must return them in "
-                f"tables[{name!r}], which has {has}"
+                f"tables[{name!r}], which has {', '.join(table) or 'no columns'}"
             )
         count = table[columns[0]].shape[0]
         if rows is not None and count != rows:
@@ -150,41 +150,21 @@ class Output:
             value = float(text)
         except ValueError:
             raise EngineOutputError(
-                f"{self.who} left an incomplete result ({name} = {text[:SHOWN]!r})"
+                f"{self.who} left an incomplete result ({name} = {text[:LONGEST]!r})"
             ) from None
         if not math.isfinite(value):
-            raise EngineNaNError(f"{self.who} returned {name} = {text[:SHOWN]}")
+            raise EngineNaNError(f"{self.who} returned {name} = {text[:LONGEST]}")
         return value
-
-
-_PARTICLE = re.compile(r"(\w+)\[(\d+)\]")
-_HEADER = 9
-"""Lines above the particles of a frame of a dump."""
-
-_UNITS = {
-    **{f"{axis}u": f"{axis}_m" for axis in "xyz"},
-    **{axis: f"{axis}_m" for axis in "xyz"},
-    **{f"v{axis}": f"v{axis}_m_per_s" for axis in "xyz"},
-    **{f"f{axis}": f"f{axis}_N" for axis in "xyz"},
-    **{f"omega{axis}": f"w{axis}_rad_per_s" for axis in "xyz"},
-    **{f"tq{axis}": f"t{axis}_N_m" for axis in "xyz"},
-    "radius": "radius_m",
-}
-"""Columns of a dump in SI units, by their names there."""
-
-
-_KEPT = ("xu", "yu", "zu", "vx", "vy", "vz", "omegax", "omegay", "omegaz", "radius")
-"""Columns of a dump that are the same to the last digit where a run is taken up."""
 
 
 def read_csv(text: str, program: str, *, rising: bool = False) -> Table:
     """Return the columns of a CSV by its header, each (M,).
 
     Columns ``x_m[1]``, ``x_m[2]``, ... of N particles are one, ``x_m`` (M, N). With ``rising`` a
-    row that is the same as the one before is left out: some codes print a row twice where two
-    stretches of a run meet. Raise EngineOutputError for a text without rows, cut within its last
-    row, or that cannot be read; with ``rising``, also for rows of one time that differ or a time
-    that falls, and EngineNaNError for values that are not finite.
+    row that repeats the one before is left out: some codes print a row twice where two stretches
+    of a run meet. Raise EngineOutputError for a text without rows, cut within its last row, or
+    that cannot be read; with ``rising``, also for rows of one time that differ or a time that
+    falls, and EngineNaNError for values that are not finite.
     """
     import numpy as np
 
@@ -201,12 +181,12 @@ def read_csv(text: str, program: str, *, rising: bool = False) -> Table:
     if rising:
         if not np.isfinite(rows).all():
             raise EngineNaNError(f"{program} wrote a series with values that are not numbers")
-        rows = rows[_once(rows, names[0], program)]
+        rows = rows[_new_rows(rows, names[0], program)]
     return _columns(names, rows, program)
 
 
-def _once(rows: NDArray[np.float64], clock: str, program: str) -> NDArray[np.bool_]:
-    """Return which rows (M, ...) are not those before them again; the first column is the clock.
+def _new_rows(rows: NDArray[np.float64], clock: str, program: str) -> NDArray[np.bool_]:
+    """Return which rows (M, ...) do not repeat the one before; the first column is the clock.
 
     Raise EngineOutputError for another row of the same time, or of an earlier one.
     """
@@ -214,9 +194,7 @@ def _once(rows: NDArray[np.float64], clock: str, program: str) -> NDArray[np.boo
 
     later = np.diff(rows[:, 0], prepend=-np.inf) > 0.0
     same = np.concatenate([[False], (rows[1:] == rows[:-1]).all(axis=1)])
-    wrong = np.flatnonzero(~later & ~same)
-    if wrong.size:
-        row = int(wrong[0])
+    for row in np.flatnonzero(~later & ~same):
         raise EngineOutputError(
             f"{program} wrote a series out of order: row {row + 1} is of {clock} = "
             f"{rows[row, 0]:.9g}, the row before of {rows[row - 1, 0]:.9g}, and differs"
@@ -229,11 +207,10 @@ def _columns(names: list[str], rows: NDArray[np.float64], program: str) -> Table
     table: dict[str, NDArray[np.float64]] = {}
     particles: dict[str, dict[int, int]] = {}
     for index, name in enumerate(names):
-        of_particle = _PARTICLE.fullmatch(name)
-        if of_particle is None:
+        if (particle := _PARTICLE.fullmatch(name)) is None:
             table[name] = rows[:, index]
         else:
-            particles.setdefault(of_particle[1], {})[int(of_particle[2])] = index
+            particles.setdefault(particle[1], {})[int(particle[2])] = index
     for name, places in particles.items():
         if sorted(places) != list(range(1, len(places) + 1)):
             raise EngineOutputError(f"{program} left a series that lacks columns of {name}")
@@ -246,7 +223,7 @@ def read_dump(text: str, program: str) -> Table:
     """Return the columns of a dump, ``step`` (M,) and the rest (M, N), sorted by id.
 
     ``x``, ``vx``, ``fx`` and so on are named with their SI units. A frame that comes again where a
-    run was taken up is left out. Raise EngineOutputError for a dump that is cut, whose frames hold
+    run was taken up is left out. Raise EngineOutputError for a dump that is cut, whose frames have
     different particles, or are of one step with other velocities.
     """
     import numpy as np
@@ -255,8 +232,7 @@ def read_dump(text: str, program: str) -> Table:
     try:
         if not text.endswith("\n") or len(lines) < _HEADER:
             raise ValueError("it is cut")
-        count = int(lines[3])
-        names = lines[_HEADER - 1].split()[2:]
+        count, names = int(lines[3]), lines[_HEADER - 1].split()[2:]
         block = _HEADER + count
         if len(lines) % block:
             raise ValueError(f"{len(lines)} lines, not blocks of {block}")
@@ -274,8 +250,8 @@ def read_dump(text: str, program: str) -> Table:
         raise EngineOutputError(f"{program} wrote a dump that cannot be read ({error})") from None
     frames = np.take_along_axis(frames, order[:, :, None], axis=1)
     # forces are computed anew where a run is taken up, and places wrapped
-    state = frames[:, :, [i for i, name in enumerate(names) if name in _KEPT]]
-    first = _once(np.column_stack([steps, state.reshape(len(steps), -1)]), "step", program)
-    frames = frames[first]
-    table = {_UNITS.get(n, n): frames[:, :, i] for i, n in enumerate(names) if n != "id"}
-    return {"step": steps[first], **table}
+    state = frames[:, :, [i for i, name in enumerate(names) if name in _STATE]]
+    new = _new_rows(np.column_stack([steps, state.reshape(len(steps), -1)]), "step", program)
+    frames = frames[new]
+    columns = {_UNITS.get(n, n): frames[:, :, i] for i, n in enumerate(names) if n != "id"}
+    return {"step": steps[new], **columns}

@@ -1,8 +1,7 @@
-"""Processes of engines: run under limits, in environments of their own.
+"""Processes of engines: run under limits, their deaths as errors, environments of releases.
 
-An environment of a release lies in the cache folder, made once, dropped when that is too full. It
-is a folder with a file :data:`COMPLETE`, written last, whose time is that of the last use.
-A process that uses or makes one holds its lock; only an environment without a holder is dropped.
+An environment of a release is a folder of the cache with a file :data:`COMPLETE`, written last,
+whose time is that of the last use. Who uses or makes one holds its lock; the others may be dropped.
 """
 
 from __future__ import annotations
@@ -20,7 +19,7 @@ import subprocess
 import tempfile
 import threading
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -33,45 +32,32 @@ from harness.errors import (
     EngineTimeoutError,
 )
 from harness.files import (
-    MARK,
     advice,
     cache_place,
     held_folder,
     lock_file,
     make_private,
-    record_segments,
     remove_segments,
 )
 
-LAST_WORDS = 4000
-"""Bytes that are kept of what a program said."""
-
+LAST_WORDS = 4000  # bytes of a program's output that are kept
+LARGEST_FILE = 1024**3  # bytes that a program may write into a file, and that are read of one
+FIRST_LOOK, LOOK_SECONDS = 0.05, 0.5  # to the first look at a program, and at most between two
 REFUSAL = r"ERROR: \w+(?: = .*: must|: no such parameter).*"  # of a generated script
-
+# signals of a program that did not end itself: its output before gives no reason
+FAULTS = frozenset({signal.SIGSEGV, signal.SIGBUS, signal.SIGFPE, signal.SIGILL, signal.SIGKILL})
+OUT_OF_MEMORY = (  # in lower or upper case
+    r"failed to (?:re)?allocate|bad_alloc|MemoryError|out of memory"
+    r"|cannot allocate memory|failed to map segment|can't start new thread"
+)
+# how launchers of MPI begin to report that a rank failed
 LAUNCHERS_WORDS = re.compile(
     r"^(?:Primary job |mpi\S+ (?:detected|noticed) that |MPI_ABORT was invoked "
     r"|Abort\(\d+\) on node |= +BAD TERMINATION)",
     re.MULTILINE,
 )
-"""How launchers of MPI begin to tell that a rank failed."""
-
-FAULTS = frozenset({signal.SIGSEGV, signal.SIGBUS, signal.SIGFPE, signal.SIGILL, signal.SIGKILL})
-"""Signals of a program that did not end itself: what it had written before says nothing of why."""
-
-OUT_OF_MEMORY = (
-    r"failed to (?:re)?allocate|bad_alloc|MemoryError|out of memory"
-    r"|cannot allocate memory|failed to map segment|can't start new thread"
-)
-"""What programs say where an allocation failed; to be searched whatever the case of letters."""
-
-FIRST_LOOK, LOOK_SECONDS = 0.05, 0.5
-"""[s] to the first look at a program, and at most between two."""
-
-LARGEST_FILE = 1024**3
-"""Bytes of a file that a program may write, and that are read of one."""
-
+# leads a process group, and kills it when the harness, which holds its stdin, is gone
 GUARD = ("sh", "-c", "read -r _; kill -KILL 0")
-"""Leads a process group and kills it when the harness, which holds its stdin, is gone."""
 
 
 @dataclass(frozen=True)
@@ -86,13 +72,13 @@ class Limits:
     patience: float = 10.0
 
     def time_for(self, expected: float) -> float:
-        """Return the wall time [s] of runs that are expected to take so long."""
+        """Return the wall time [s] of runs that are expected to take so long [s]."""
         return max(self.seconds, self.patience * expected)
 
 
 @dataclass(frozen=True)
 class Ended:
-    """How a program ended: its last words, exit status, wall time [s], and whether it hung.
+    """The end of a program: last output, exit status, wall time [s], whether it hung.
 
     ``limit`` [s] is the time that it had.
     """
@@ -104,10 +90,7 @@ class Ended:
     limit: float = math.inf
 
     def error(self, engine: str) -> EngineError | None:
-        """Return the error by the end of the process, or None where it ended well.
-
-        ``engine`` is its name in the error.
-        """
+        """Return the error of an engine by the end of its process, None where it ended well."""
         if self.timed_out:
             message = f"{engine} did not finish within {self.limit:g} s"
             return EngineTimeoutError(message).with_log(self.said)
@@ -130,13 +113,12 @@ class Processes:
         seconds: float,
         memory: int,
         environment: Mapping[str, str] | None = None,
-        progress: Callable[[], int] = int,
     ) -> Ended:
         """Run a command in a folder, one thread, its output in ``folder/said``; wait for its end.
 
-        Time is over ``seconds`` after the start, or after ``progress`` last changed. The whole
-        process group is killed then, when the program ends, and when the harness is interrupted
-        or dies. Raise EngineCrashError after :meth:`close`.
+        Time is over after ``seconds`` without a new file or more output. The process group is
+        killed then, when the program ends, and when the harness is interrupted or dies. Raise
+        EngineCrashError after :meth:`close`.
         """
         start = time.monotonic()
         with (folder / "said").open("wb") as stream, self._group() as group:
@@ -149,17 +131,17 @@ class Processes:
                     stdout=stream,
                     stderr=subprocess.STDOUT,
                     cwd=folder,
-                    env=environment_in(folder, environment),
+                    env=one_thread(environment),
                     process_group=group,
                 )
             try:
-                timed_out = _hangs(process, seconds, progress, folder)
-            finally:
-                # also when the harness is interrupted
-                record_segments(folder)  # of its shared memory, in case it is killed
+                timed_out = _hangs(process, seconds, folder)
+            finally:  # also when the harness is interrupted
                 _kill(group)
                 process.wait()
-                remove_segments(folder, mapped=True)
+        if process.returncode:
+            _wait_for_end(group)
+            remove_segments()
         words = last_text(folder / "said")
         return Ended(words, process.returncode, time.monotonic() - start, timed_out, seconds)
 
@@ -183,11 +165,56 @@ class Processes:
                 self._live.discard(guard.pid)
 
 
-def progress_in(folder: Path) -> int:
+def _hangs(process: subprocess.Popen[bytes], seconds: float, folder: Path) -> bool:
+    """Wait for the end of a process; return whether it went ``seconds`` without progress."""
+    state, since, look = _progress(folder), time.monotonic(), FIRST_LOOK
+    while (remaining := since + seconds - time.monotonic()) > 0.0:
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            process.wait(min(remaining, look))
+            return False
+        look = min(2.0 * look, LOOK_SECONDS)
+        if (new := _progress(folder)) != state:
+            state, since = new, time.monotonic()
+    return process.poll() is None
+
+
+def _progress(folder: Path) -> int:
     """Return a number that changes as a process of a folder gets on: files and output."""
-    output = folder / "said"
-    written = output.stat().st_size if output.exists() else 0
-    return written + sum(len(files) for _, _, files in os.walk(folder))
+    return (folder / "said").stat().st_size + sum(len(files) for *_, files in os.walk(folder))
+
+
+def _with_limits(command: Sequence[str], memory: int) -> list[str]:
+    """Return the command under bounds on its address space and files, as its children are."""
+    kilobytes = _allowed(resource.RLIMIT_AS, memory) // 1024
+    blocks = _allowed(resource.RLIMIT_FSIZE, LARGEST_FILE) // 512
+    limits = f'ulimit -v {kilobytes} && ulimit -f {blocks} && exec "$@"'
+    return ["sh", "-c", limits, "sh", *command]
+
+
+def _allowed(kind: int, wanted: int) -> int:
+    """Return a bound, or what the harness itself is allowed where that is less."""
+    bounds = [bound for bound in resource.getrlimit(kind) if bound != resource.RLIM_INFINITY]
+    return min([wanted, *bounds])
+
+
+def _kill(group: int) -> None:
+    """End a process group: a program, the ranks of a launcher, their children."""
+    with contextlib.suppress(ProcessLookupError, PermissionError):
+        os.killpg(group, signal.SIGKILL)
+
+
+def _wait_for_end(group: int) -> None:
+    """Wait until the processes of a group that was killed are gone, a second at most."""
+    end = time.monotonic() + 1.0
+    with contextlib.suppress(ProcessLookupError, PermissionError):
+        while time.monotonic() < end:
+            os.killpg(group, 0)
+            time.sleep(0.01)
+
+
+def one_thread(environment: Mapping[str, str] | None = None) -> dict[str, str]:
+    """Return an environment, the harness's own unless given, with one thread a process."""
+    return {**(os.environ if environment is None else environment), "OMP_NUM_THREADS": "1"}
 
 
 def fresh_folder() -> contextlib.AbstractContextManager[Path]:
@@ -195,21 +222,14 @@ def fresh_folder() -> contextlib.AbstractContextManager[Path]:
     return held_folder(Path(tempfile.gettempdir()))
 
 
-def environment_in(folder: Path, environment: Mapping[str, str] | None = None) -> Mapping[str, str]:
-    """Return the environment of a process of a folder: marked with it, one thread a core.
-
-    The harness's own unless another is given.
-    """
-    base = os.environ if environment is None else environment
-    return {**base, "OMP_NUM_THREADS": "1", MARK: str(folder)}
+# ---- how a program died
 
 
 def signal_of(code: int) -> signal.Signals | None:
     """Return the signal of an exit status, a process's own or its shell's."""
-    if 0 <= code <= 128:
-        return None
     with contextlib.suppress(ValueError):
-        return signal.Signals(-code if code < 0 else code - 128)
+        if code < 0 or code > 128:
+            return signal.Signals(-code if code < 0 else code - 128)
     return None
 
 
@@ -259,8 +279,11 @@ def _last_line(text: str) -> str:
 
 def first_words(text: str) -> str:
     """Return the first line of a program's output, in brackets; nothing for empty output."""
-    lines = re.findall(r".*\w.*", text)
-    return f" (it says: {lines[0].strip()[:120]})" if lines else ""
+    line = re.search(r".*\w.*", text)
+    return f" (it says: {line[0].strip()[:120]})" if line else ""
+
+
+# ---- texts that programs write
 
 
 def text_of(path: Path) -> str:
@@ -288,55 +311,15 @@ def first_text(path: Path, size: int) -> str:
         return stream.read(size).decode(errors="replace")
 
 
-def _hangs(
-    process: subprocess.Popen[bytes], seconds: float, progress: Callable[[], int], folder: Path
-) -> bool:
-    """Wait for the end of a process; return whether it went ``seconds`` without progress."""
-    state, since, look = progress(), time.monotonic(), FIRST_LOOK
-    while (remaining := since + seconds - time.monotonic()) > 0.0:
-        try:
-            process.wait(min(remaining, look))
-        except subprocess.TimeoutExpired:
-            look = min(2.0 * look, LOOK_SECONDS)
-            record_segments(folder)  # of its shared memory, in case it is killed
-            if (new := progress()) != state:
-                state, since = new, time.monotonic()
-        else:
-            return False
-    return process.poll() is None
+# ---- environments of releases
 
-
-def _with_limits(command: Sequence[str], memory: int) -> list[str]:
-    """Return the command under bounds on its address space and files, as its children are."""
-    kilobytes = _allowed(resource.RLIMIT_AS, memory) // 1024
-    blocks = _allowed(resource.RLIMIT_FSIZE, LARGEST_FILE) // 512
-    limits = f'ulimit -v {kilobytes} && ulimit -f {blocks} && exec "$@"'
-    return ["sh", "-c", limits, "sh", *command]
-
-
-def _allowed(kind: int, wanted: int) -> int:
-    """Return a bound, or what the harness itself is allowed where that is less."""
-    bounds = [bound for bound in resource.getrlimit(kind) if bound != resource.RLIM_INFINITY]
-    return min([wanted, *bounds])
-
-
-def _kill(group: int) -> None:
-    """End a process group: a program, the ranks of a launcher, what outlived it."""
-    with contextlib.suppress(ProcessLookupError, PermissionError):
-        os.killpg(group, signal.SIGKILL)
-
-
-FOLDER = "releases"
-COMPLETE = "complete"
+FOLDER, COMPLETE = "releases", "complete"
+USED, MADE = LOCKS = ".used", ".lock"  # endings of the locks of users and of the maker
 
 
 def environments_folder() -> Path:
     """Return the default folder of environments."""
     return cache_place().path / FOLDER
-
-
-USED, MADE = LOCKS = ".used", ".lock"
-"""Endings of the locks of those who use an environment, and of the one who makes it."""
 
 
 @contextlib.contextmanager
@@ -349,7 +332,7 @@ def held(home: Path, lock: str, how: int = fcntl.LOCK_EX) -> Iterator[None]:
 
 
 def last_use_and_size(home: Path) -> tuple[float, int]:
-    """Return when an environment was last used [s since 1970], and its size [bytes].
+    """Return the last use [s since 1970] and the size [bytes] of an environment.
 
     Raise OSError for one that is not complete.
     """

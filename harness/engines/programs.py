@@ -7,21 +7,13 @@ To make such an engine, subclass :class:`ScriptedEngine` beside a folder ``templ
 
 - ``name``, ``traits`` (whose ``title`` messages write), ``programs`` (names on PATH, the first
   that is there is taken), ``extension`` of script files;
-- ``ask_version``: who the program is, from :meth:`~ScriptedEngine.ask`;
-- ``command``: the words that run a batch of tasks in a folder;
-- ``write``: the files of the batch beside its scripts.
+- ``ask_version``: who the program is, from :meth:`~ProgramEngine.ask`;
+- ``command``: the words that run a batch of tasks in a folder.
 
 A script declares the values it takes and prints ``RESULT name = value``, ``RESULT verdict = ...``
-last. The rest has defaults, for a script that has a dictionary ``PARAMETERS`` and writes the lines
-of job i of a batch to ``<i>.txt`` when the job is over, and its series to ``<i>.csv``. Override
-
-- of the scripts (:class:`~harness.engines.scripts.ScriptSource`): ``renders_variants``,
-  ``unused_values``, ``switches``, ``jinja``, ``context``, ``literal``, ``declared``, ``settings``;
-- of the program (:class:`~harness.engines.programs.ProgramEngine`): ``find``, ``self_contained``,
-  ``environment``;
-- of the runs: ``shares``, ``error_of``, ``log_of``, ``ranks_in``, ``read_job``, ``table``,
-  ``command_line``;
-  ``execute`` for another way to run.
+last. By default it has a dictionary ``PARAMETERS``, takes the runs of a batch from a JSON list and
+writes the lines of run i to ``<i>.txt`` when it is over, and its series to ``<i>.csv``. Override
+the other methods and class attributes of :class:`ScriptedEngine` for another form.
 """
 
 from __future__ import annotations
@@ -34,7 +26,7 @@ import shutil
 import subprocess
 import sys
 from abc import abstractmethod
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from functools import cache, cached_property
@@ -44,17 +36,9 @@ from typing import TYPE_CHECKING, Any, ClassVar, Protocol
 from harness.engines.base import Engine, Job
 from harness.engines.jobs import Batches, cores, dealt
 from harness.engines.output import SERIES, Output, Table, finished, read_csv, read_dump, results_in
-from harness.engines.process import (
-    Ended,
-    Limits,
-    Processes,
-    first_text,
-    fresh_folder,
-    progress_in,
-    text_of,
-)
+from harness.engines.process import Ended, Limits, Processes, first_text, fresh_folder, text_of
 from harness.engines.provenance import Provenance
-from harness.engines.scripts import ScriptSource, Task
+from harness.engines.scripts import Script, ScriptSource, Task
 from harness.errors import (
     EngineCrashError,
     EngineError,
@@ -68,14 +52,65 @@ if TYPE_CHECKING:
     from harness.model.motion import Motion
     from harness.model.scene import Scene
 
-LOADER_SECONDS = 10.0
-"""That a dynamic loader takes at most to name libraries."""
-
+ASK_SECONDS, LOADER_SECONDS = 60.0, 10.0
+RUNS = "runs.json"
+# variables that decide which code runs, and likewise in a program that imports modules
 ENVIRONMENT = ("LD_LIBRARY_PATH", "LD_PRELOAD", "DYLD_LIBRARY_PATH")
-"""What else decides which code runs."""
-
 OF_PYTHON = (*ENVIRONMENT, "PYTHONPATH", "PYTHONHOME", "PYTHONUSERBASE")
-"""Likewise, in a program that imports modules."""
+
+
+# ---- programs by name
+
+
+def find_program(option: str, name: str) -> str:
+    """Return the absolute path of a program, on PATH or beside this Python.
+
+    Raise RequestError naming the option, such as ``lmp`` or ``program NAME=``.
+    """
+    path = shutil.which(name) or shutil.which(name, path=str(Path(sys.executable).parent))
+    if path is None:
+        option += "" if option.endswith("=") else " "
+        raise RequestError(
+            f"--{option}{name!r}: no such executable; give a path, or a name found on PATH"
+        )
+    return str(Path(path).absolute())
+
+
+def program_words(option: str, command: str) -> list[str]:
+    """Return the words of a command: the absolute path of its program, then its arguments.
+
+    A file that exists, or a name on PATH, is taken whole, blanks included. Raise RequestError for
+    a command that cannot be split into words, or whose program is not there.
+    """
+    with suppress(RequestError):
+        return [find_program(option, command)]
+    try:
+        program, *arguments = shlex.split(command) or [""]
+    except ValueError as error:
+        raise RequestError(f"--{option} {command!r} cannot be read: {error}") from None
+    return [find_program(option, program), *arguments]
+
+
+def launcher_of(ranks: int, program: str | None = None) -> str:
+    """Return a command that starts ranks of MPI: of the program's installation, else on PATH.
+
+    Another MPI's launcher would start as many runs of one rank. Without a program that is a path,
+    the installation is that of this Python.
+    """
+    path = program if program and Path(program).name != program else sys.executable
+    mpirun = Path(path).with_name("mpirun")
+    return f"{shlex.quote(str(mpirun)) if mpirun.exists() else 'mpirun'} -n {ranks}"
+
+
+def launcher_words(launcher: str | None) -> list[str]:
+    """Return the words of an MPI launcher, its program as a path; of None nothing.
+
+    Raise RequestError for one without words, that cannot be read, or whose program is not there.
+    """
+    return [] if launcher is None else program_words("mpirun", launcher)
+
+
+# ---- programs by content
 
 
 def facts(
@@ -85,7 +120,7 @@ def facts(
     environment: Sequence[str] = ENVIRONMENT,
     options: Mapping[str, str] | None = None,
 ) -> dict[str, Any]:
-    """Return who runs, JSON-ready, by the contents of its files, the program first.
+    """Return the identity of an engine, JSON-ready, by the contents of its files, program first.
 
     ``options`` are those of the engine that no job states and that decide a result.
     """
@@ -108,24 +143,23 @@ def tree_files(folder: Path) -> list[Path]:
 def program_files(program: Path) -> list[Path]:
     """Return a program and all that the loader gives it; nothing for a script."""
     with program.open("rb") as stream:
-        if stream.read(2) == b"#!":
-            return []
-    libraries = with_libraries(program.resolve())
+        is_script = stream.read(2) == b"#!"
+    libraries = [] if is_script else with_libraries(program.resolve())
     return [program, *libraries] if libraries else []
 
 
-@cache
+@cache  # the fingerprint of an engine is needed with every batch of runs
 def with_libraries(program: Path, *more: Path) -> list[Path]:
-    """Return a program or library, what the loader gives it, and ``more``; nothing on failure.
-
-    The loader runs once: the fingerprint of an engine is needed with every batch of runs.
-    """
+    """Return a program or library, what the loader gives it, and ``more``; nothing on failure."""
     done = ask_program(["ldd", str(program)], LOADER_SECONDS)
     if done is None:
         return []
     if done.returncode != 0 and "not a dynamic executable" not in done.stderr + done.stdout:
         return []
-    return [program, *_paths(done.stdout.splitlines()), *more]
+    # as in "libm.so.6 => /lib/libm.so.6 (0x7f...)"
+    lines = [line.split() for line in done.stdout.splitlines()]
+    paths = [Path(next((w for w in words if w.startswith("/")), "")) for words in lines]
+    return [program, *(path for path in paths if path.is_file()), *more]
 
 
 def ask_program(words: Sequence[str], seconds: float) -> subprocess.CompletedProcess[str] | None:
@@ -133,7 +167,7 @@ def ask_program(words: Sequence[str], seconds: float) -> subprocess.CompletedPro
 
     None where it cannot be started or takes longer. It has no input.
     """
-    try:
+    with suppress(OSError, subprocess.TimeoutExpired):
         return subprocess.run(
             words,
             stdin=subprocess.DEVNULL,
@@ -143,17 +177,7 @@ def ask_program(words: Sequence[str], seconds: float) -> subprocess.CompletedPro
             timeout=seconds,
             check=False,
         )
-    except (OSError, subprocess.TimeoutExpired):
-        return None
-
-
-def _paths(lines: Iterable[str]) -> Iterator[Path]:
-    """Yield the files that ``ldd`` names, as in ``libm.so.6 => /lib/libm.so.6 (0x7f...)``."""
-    for line in lines:
-        words = line.split()
-        path = next((word for word in words if word.startswith("/")), None)
-        if path is not None and Path(path).is_file():
-            yield Path(path)
+    return None
 
 
 @cache
@@ -163,25 +187,19 @@ def digest(path: Path) -> str:
         return hashlib.file_digest(stream, lambda: hashlib.blake2b(digest_size=32)).hexdigest()
 
 
-ASK_SECONDS = 60.0
-RUNS = "runs.json"
-NO_FILES: Mapping[str, str] = {}
-
-
 class ProgramEngine(Engine):
     """The part of an engine that is its ``program``, by default the first of ``programs`` on PATH.
 
     ``workers`` processes run in parallel, by default as many as there are cores.
     ``self_contained`` means that a result depends on the program and its libraries alone, else
-    ``installed_files`` may name the other files: runs are cached under their contents. Raise
-    RequestError for no worker, a named program that is not there, EngineMissingError where none is
-    named and there is none.
+    ``installed_files`` may name the other files: runs are cached under their contents, and the
+    ``deciding_variables`` of the environment. Raise RequestError for no worker and a named program
+    that is not there, EngineMissingError where none is named and there is none.
     """
 
     programs: ClassVar[tuple[str, ...]] = ()
     self_contained: ClassVar[bool] = False
     deciding_variables: ClassVar[tuple[str, ...]] = ENVIRONMENT
-    """Of the environment, that decide which code runs."""
 
     def __init__(
         self, program: str | None = None, workers: int | None = None, limits: Limits | None = None
@@ -194,7 +212,6 @@ class ProgramEngine(Engine):
         self.limits = limits or Limits()
         self.workers = workers or cores()
         self.processes = Processes()
-        self._logs: dict[str, str] = {}
 
     @abstractmethod
     def ask_version(self) -> Provenance:
@@ -206,10 +223,8 @@ class ProgramEngine(Engine):
         if program is not None:
             return find_program(f"program {cls.name}=", program)
         for name in cls.programs:
-            try:
+            with suppress(RequestError):
                 return find_program("program", name)
-            except RequestError:
-                continue
         raise EngineMissingError(cls.traits.missing(f"no {' or '.join(cls.programs)} on PATH"))
 
     def environment(self, folder: Path) -> Mapping[str, str] | None:  # noqa: ARG002
@@ -256,13 +271,25 @@ class ProgramEngine(Engine):
     def _fingerprint(self) -> Mapping[str, Any] | None:
         return self.fingerprint_of(**self.opened_with)
 
-    def ask(self, words: Sequence[str], files: Mapping[str, str] = NO_FILES) -> tuple[str, Ended]:
+    def ask(
+        self, words: Sequence[str], files: Mapping[str, str] | None = None
+    ) -> tuple[str, Ended]:
         """Run a command once in a folder with these files; return its first output and its end."""
         with fresh_folder() as folder:
-            for name, text in files.items():
+            for name, text in (files or {}).items():
                 (folder / name).write_text(text, encoding="utf-8")
             ended = self.start(words, folder, ASK_SECONDS)
             return first_text(folder / "said", 100_000), ended
+
+    def start(self, words: Sequence[str], folder: Path, seconds: float) -> Ended:
+        """Run a command in a folder."""
+        return self.processes.run(
+            words,
+            folder,
+            seconds=seconds,
+            memory=self.limits.memory,
+            environment=self.environment(folder),
+        )
 
     def closed_error(self) -> EngineError:
         """Return the error of a job that is given after :meth:`close`."""
@@ -271,73 +298,6 @@ class ProgramEngine(Engine):
     def close(self) -> None:
         """End what runs; whoever waits for it removes its files."""
         self.processes.close()
-
-    def start(self, words: Sequence[str], folder: Path, seconds: float) -> Ended:
-        """Run a command in a folder; a new file there is progress, and so is output."""
-        return self.processes.run(
-            words,
-            folder,
-            seconds=seconds,
-            memory=self.limits.memory,
-            environment=self.environment(folder),
-            progress=lambda: progress_in(folder),
-        )
-
-
-def find_program(option: str, name: str) -> str:
-    """Return the absolute path of a program, on PATH or beside this Python.
-
-    Raise RequestError naming the option, such as ``lmp`` or ``program NAME=``.
-    """
-    python_folder = str(Path(sys.executable).parent)
-    path = shutil.which(name) or shutil.which(name, path=python_folder)
-    if path is None:
-        option += "" if option.endswith("=") else " "
-        raise RequestError(
-            f"--{option}{name!r}: no such executable; give a path, or a name found on PATH"
-        )
-    return str(Path(path).absolute())
-
-
-def program_words(option: str, command: str) -> list[str]:
-    """Return the words of a command: the absolute path of its program, then its arguments.
-
-    A file that exists, or a name on PATH, is taken whole, blanks included. Raise RequestError for
-    a command that cannot be split into words, or whose program is not there.
-    """
-    with suppress(RequestError):
-        return [find_program(option, command)]
-    try:
-        program, *arguments = shlex.split(command) or [""]
-    except ValueError as error:
-        raise RequestError(f"--{option} {command!r} cannot be read: {error}") from None
-    if not arguments:
-        return [find_program(option, program)]
-    with suppress(RequestError):
-        return [find_program(option, program), *arguments]
-    raise RequestError(
-        f"--{option} {program!r}: no such executable (of {command!r}); give a path, or a name "
-        "found on PATH, with its arguments after it"
-    )
-
-
-def launcher_of(ranks: int, program: str | None = None) -> str:
-    """Return a command that starts ranks of MPI: of the program's installation, else on PATH.
-
-    Another MPI's launcher would start as many runs of one rank. Without a program that is a path,
-    the installation is that of this Python.
-    """
-    named = program if program and Path(program).name != program else sys.executable
-    mpirun = Path(named).with_name("mpirun")
-    return f"{shlex.quote(str(mpirun)) if mpirun.exists() else 'mpirun'} -n {ranks}"
-
-
-def launcher_words(launcher: str | None) -> list[str]:
-    """Return the words of an MPI launcher, its program as a path; of None nothing.
-
-    Raise RequestError for one without words, that cannot be read, or whose program is not there.
-    """
-    return [] if launcher is None else program_words("mpirun", launcher)
 
 
 class Scenes(Protocol):
@@ -364,38 +324,34 @@ class ScriptedEngine(ScriptSource, ProgramEngine):
 
     scenes: ClassVar[Scenes | None] = None
 
-    # ---- what a subclass gives -------------------------------------------------------------
+    def __init__(
+        self, program: str | None = None, workers: int | None = None, limits: Limits | None = None
+    ) -> None:
+        super().__init__(program, workers, limits)
+        self._logs: dict[str, str] = {}
 
     @abstractmethod
     def command(self, folder: Path, tasks: Sequence[Task]) -> list[str]:
         """Return the words that run tasks, written into a folder, in one process."""
 
+    # ---- the form of scripts and their files
+
     def write(self, folder: Path, tasks: Sequence[Task]) -> None:
-        """Write the files of a batch: its scripts, by their names, and the list of its runs.
-
-        Each run with the files that it writes, :data:`RUNS`.
-        """
-        for script in {task.script.name: task.script for task in tasks}.values():
-            (folder / script.name).write_text(script.text, encoding="utf-8")
-        runs = [
-            {
-                **task.values,
-                "series": f"{index}.csv" if task.job.sampled else "",
-                "results": f"{index}.txt",
-            }
-            for index, task in enumerate(tasks)
-        ]
+        """Write the scripts of a batch, by their names, and the list of its runs."""
+        runs = []
+        for place, task in enumerate(tasks):
+            (folder / task.script.name).write_text(task.script.text, encoding="utf-8")
+            series = f"{place}.csv" if task.job.sampled else ""
+            runs.append({**task.values, "series": series, "results": f"{place}.txt"})
         (folder / RUNS).write_text(json.dumps(runs), encoding="utf-8")
-
-    # ---- what it may override --------------------------------------------------------------
 
     def shares(self, tasks: Sequence[Task]) -> list[list[int]]:
         """Return the indices of the tasks of each process: those of one script, dealt out."""
-        scripts: dict[str, list[int]] = {}
-        for index, task in enumerate(tasks):
-            scripts.setdefault(task.script.sha256, []).append(index)
+        scripts: dict[Script, list[int]] = {}
+        for place, task in enumerate(tasks):
+            scripts.setdefault(task.script, []).append(place)
         return [
-            [same[i] for i in hand]
+            [same[k] for k in hand]
             for same in scripts.values()
             for hand in dealt(len(same), self.workers)
         ]
@@ -414,9 +370,8 @@ class ScriptedEngine(ScriptSource, ProgramEngine):
 
     def table(self, series: str) -> Table:
         """Return the columns of a series: of a dump, or of a CSV."""
-        if series.startswith("ITEM:"):
-            return read_dump(series, self.title)
-        return read_csv(series, self.title)
+        read = read_dump if series.startswith("ITEM:") else read_csv
+        return read(series, self.title)
 
     def error_of(self, ended: Ended, log: str) -> EngineError | None:  # noqa: ARG002
         """Return the error by the end of a process, or None where it ended well.
@@ -439,24 +394,6 @@ class ScriptedEngine(ScriptSource, ProgramEngine):
         if not finished(log):
             return None
         return self.output(task, log, text_of(folder / f"{index}.csv"), seconds)
-
-    def execute(self, tasks: Sequence[Task]) -> list[Output | EngineError]:
-        """Run tasks, shared out over processes, and return their outputs in order."""
-
-        def write(folder: Path, some: Sequence[Task]) -> list[str]:
-            self.write(folder, some)
-            return self.command(folder, some)
-
-        batches = Batches(
-            title=self.title,
-            write=write,
-            read=self.read_job,
-            error=self.error_of,
-            log=self.log_of,
-            environment=self.environment,
-            seconds=lambda task: task.job.seconds,
-        )
-        return batches.run(tasks, self.workers, self.limits, self.processes, self.shares(tasks))
 
     # ---- scenes
 
@@ -482,34 +419,53 @@ class ScriptedEngine(ScriptSource, ProgramEngine):
         """Return the script of a template below the command that runs it."""
         return f"# {self.command_line(task)}\n{task.script.text}"
 
-    # ---- what every one does ---------------------------------------------------------------
+    # ---- runs
 
     def run(self, jobs: Sequence[Job]) -> list[Output | EngineError]:
-        """Run the scripts of jobs, and return their outputs in order."""
+        """Run the scripts of jobs, and the scenes of those without, and return their outputs."""
         self.check(jobs)
-        if not jobs:
-            return []
         if self.processes.closed:
             return [self.closed_error() for _ in jobs]
-        self.identify()
-        of_script = [self.has_template(job.template) for job in jobs]
         outcomes: dict[int, Output | EngineError] = {}
         for scripted, run in ((False, self.run_scene_jobs), (True, self._run_scripts)):
-            if places := [place for place, has in enumerate(of_script) if has is scripted]:
+            places = [
+                k for k, job in enumerate(jobs) if self.has_template(job.template) is scripted
+            ]
+            if places:
                 outcomes.update(zip(places, run([jobs[k] for k in places]), strict=True))
         return [outcomes[place] for place in range(len(jobs))]
 
     def _run_scripts(self, jobs: Sequence[Job]) -> list[Output | EngineError]:
+        self.identify()
         tasks = [self.task(job) for job in jobs]
-        outputs: list[Output | EngineError] = []
-        for task, output in zip(tasks, self.execute(tasks), strict=True):
-            log = self.headed(task, output.log)
-            if isinstance(output, EngineError):
-                outputs.append(output.with_log(log))
+        outcomes: list[Output | EngineError] = []
+        for task, outcome in zip(tasks, self.execute(tasks), strict=True):
+            head = f"# {self.command_line(task)}\n# sha256 of the script: {task.script.sha256}"
+            log = f"{head}\n{outcome.log or f'{self.title} left no log.'}\n"
+            if isinstance(outcome, EngineError):
+                outcomes.append(outcome.with_log(log))
             else:
                 self._logs.setdefault(task.script.name, log)
-                outputs.append(replace(output, log=log))
-        return outputs
+                outcomes.append(replace(outcome, log=log))
+        return outcomes
+
+    def execute(self, tasks: Sequence[Task]) -> list[Output | EngineError]:
+        """Run tasks, shared out over processes, and return their outputs in order."""
+
+        def write(folder: Path, some: Sequence[Task]) -> list[str]:
+            self.write(folder, some)
+            return self.command(folder, some)
+
+        batches = Batches(
+            title=self.title,
+            write=write,
+            read=self.read_job,
+            error=self.error_of,
+            log=self.log_of,
+            environment=self.environment,
+            seconds=lambda task: task.job.seconds,
+        )
+        return batches.run(tasks, self.workers, self.limits, self.processes, self.shares(tasks))
 
     def output(self, task: Task, log: str, series: str, seconds: float) -> Output:
         """Return the output of a task from its log and its series."""
@@ -520,14 +476,9 @@ class ScriptedEngine(ScriptSource, ProgramEngine):
         output = Output(results_in(log), provenance, tables, log, seconds, self.title, ranks)
         if output.has("verdict") and output.text("verdict") == "not_a_number":
             raise EngineNaNError(f"{self.title} met a place or velocity that is not a number")
-        return (
-            replace(output, seconds=output.number("seconds")) if output.has("seconds") else output
-        )
-
-    def headed(self, task: Task, log: str) -> str:
-        """Return a log below the command that runs the same again."""
-        head = f"# {self.command_line(task)}\n# sha256 of the script: {task.script.sha256}"
-        return f"{head}\n{log or f'{self.title} left no log.'}\n"
+        if output.has("seconds"):
+            return replace(output, seconds=output.number("seconds"))
+        return output
 
     def logs(self) -> dict[str, str]:
         """Return, for each script, the log of the first run of it that finished."""

@@ -21,7 +21,7 @@ from harness.engines.process import Limits
 from harness.engines.programs import find_program
 from harness.errors import RequestError
 
-ENGINES: dict[str, str] = {
+ENGINES: dict[str, str] = {  # imported when one is opened: none pays for another's imports
     "lammps": "harness.engines.lammps.engine:Lammps",
     "reference": "harness.engines.reference:Reference",
     "liggghts": "harness.engines.liggghts.engine:Liggghts",
@@ -29,16 +29,14 @@ ENGINES: dict[str, str] = {
     "kratos": "harness.engines.kratos.engine:Kratos",
     "mfix": "harness.engines.mfix.engine:Mfix",
 }
-"""Where each engine's class is. Imported when it is asked for: none pays for another's imports."""
-
-DEFAULT = "lammps"
-"""The engine that is verified unless another is named."""
-
+DEFAULT = "lammps"  # the engine that is verified unless another is named
 GROUP = "dem_harness.engines"
-"""The entry point under which other packages name their engines."""
-
+MOST_LIMIT = 1e7  # [s] that a run may be given
+# options with a word of their own on the command line
 SPELLED = {"lmp": "--lmp", "launcher": "--mpirun", "integrator": "--integrator"}
-"""Options that the command line has a word of its own for."""
+
+
+# ---- engines by name
 
 
 def engine_names() -> list[str]:
@@ -54,37 +52,22 @@ def refused_plugins() -> tuple[str, ...]:
 def engine_class(name: str) -> type[Engine]:
     """Return the class of an engine, whose code need not be here.
 
-    Raise RequestError for a name that is not known, or an engine of another package that cannot
-    be imported or is none.
+    Raise RequestError for an unknown name, or an engine of another package that cannot be imported
+    or is none.
     """
     if name in ENGINES:
-        engine: type[Engine] = _named(ENGINES[name])
-        return engine
-    plugin = _plugins()[0].get(name)
-    if plugin is not None:
+        return _class_at(ENGINES[name], f"engine {name!r}")
+    if plugin := _plugins()[0].get(name):
         return _class_at(plugin.value, f"engine {name!r} of package {_package(plugin)!r}")
-    if ":" in name:
-        if str(Path.cwd()) not in sys.path:
-            sys.path.append(str(Path.cwd()))
-        return _class_at(name, f"--engine {name!r}")
-    raise RequestError(
-        f"--engine {name!r} is not known: must be one of {', '.join(engine_names())}, "
-        "or module:Class"
-    )
-
-
-def check_known(names: Iterable[str], option: str) -> None:
-    """Raise RequestError for a name of no engine; ``option`` is the option that has it."""
-    known = engine_names()
-    for name in names:
-        if name not in known and ":" not in name:
-            raise RequestError(
-                f"{option} {name}: is not known: must be one of {', '.join(known)}, or module:Class"
-            )
+    if ":" not in name:
+        raise RequestError(f"--engine {name!r} is not known: {_must_be_one()}")
+    if str(Path.cwd()) not in sys.path:
+        sys.path.append(str(Path.cwd()))
+    return _class_at(name, f"--engine {name!r}")
 
 
 def engine_title(name: str) -> str:
-    """Return what tables and figures call an engine; any other name as it is."""
+    """Return the name of an engine in tables and figures; any other name as it is."""
     if name not in engine_names() and ":" not in name:
         return name
     return engine_class(name).traits.title or name.upper()
@@ -102,36 +85,14 @@ def open_engine(
     ``program`` is its executable; ``options`` are the keyword arguments of its class, as text or as
     they are, and so are ``more`` that are not None (``lmp``, ``launcher``, ``integrator``).
 
-    Raise RequestError for a name that is not known or an option that the engine does not take,
+    Raise RequestError for an unknown name or an option that the engine does not take,
     EngineMissingError when the engine is not here.
     """
     return engine_class(name)(**chosen_options(name, program, options, **more))
 
 
-def chosen_options(
-    name: str,
-    program: str | None = None,
-    options: Mapping[str, Any] | None = None,
-    **more: str | None,
-) -> dict[str, Any]:
-    """Return the arguments of an engine's class, checked; takes what ``open_engine`` takes."""
-    values = {**(options or {}), **more, "program": program}
-    values = {key: value for key, value in values.items() if value is not None}
-    if not values:
-        return {}
-    kind = engine_class(name)
-    taken = {key: hint for key, hint in _hints(kind).items() if key not in ("self", "return")}
-    for key, value in values.items():
-        if key not in taken:
-            spelled = "--program" if key == "program" else SPELLED.get(key)
-            option = f"{spelled} {value!r}" if spelled else f"--engine-option {name}.{key}={value}"
-            allowed = ", ".join(sorted(taken)) or "none"
-            raise RequestError(f"{option}: engine {name!r} takes the options: {allowed}")
-    return {key: _read(f"{name}.{key}", value, taken[key]) for key, value in values.items()}
-
-
 def fingerprint_of(name: str, options: Mapping[str, Any]) -> Mapping[str, Any] | None:
-    """Return what identifies an engine and its twin by content, or None where that is not known.
+    """Return the identity of an engine and its twin by content, None where it is not known.
 
     Nothing is opened. ``options`` are those of its class. Raise RequestError for a program that
     is not there.
@@ -151,19 +112,15 @@ def fingerprint_of(name: str, options: Mapping[str, Any]) -> Mapping[str, Any] |
 def _plugins() -> tuple[dict[str, EntryPoint], list[str]]:
     """Return the engines of other packages by name, and why others are refused."""
     points: dict[str, EntryPoint] = {}
-    refused: list[str] = []
+    refused = []
     for point in entry_points(group=GROUP):
-        package = _package(point)
-        other = "this package" if point.name in ENGINES else ""
-        if point.name in points:
-            other = f"package {_package(points[point.name])!r}"
-        if other:
-            refused.append(
-                f"engine {point.name!r} of package {package!r} is left out: {other} has one of "
-                "that name"
-            )
-        else:
+        if point.name not in {**points, **ENGINES}:
             points[point.name] = point
+            continue
+        other = points.get(point.name)
+        where = f"package {_package(other)!r}" if other else "this package"
+        refused.append(f"engine {point.name!r} of package {_package(point)!r} is left out: {where} "
+                       "has one of that name")  # fmt: skip
     return points, refused
 
 
@@ -173,8 +130,9 @@ def _package(point: EntryPoint) -> str:
 
 def _class_at(where: str, label: str) -> type[Engine]:
     """Return the engine's class at ``module:Class``; raise RequestError for anything else."""
+    module, _, name = where.partition(":")
     try:
-        kind = _named(where)
+        kind = getattr(import_module(module), name)
     except (Exception, SystemExit) as error:
         reason = (str(error).splitlines() or [""])[0]
         raise RequestError(
@@ -182,38 +140,57 @@ def _class_at(where: str, label: str) -> type[Engine]:
         ) from None
     if not (isinstance(kind, type) and issubclass(kind, Engine)):
         raise RequestError(f"{label}: {where!r} is no subclass of harness.engines.base.Engine")
-    lacks = sorted(kind.__abstractmethods__)
-    lacks += [name for name in ("name", "traits") if not hasattr(kind, name)]
-    if lacks:
-        raise RequestError(f"{label}: class {kind.__name__} has no {', '.join(lacks)}")
+    missing = sorted(kind.__abstractmethods__)
+    missing += [name for name in ("name", "traits") if not hasattr(kind, name)]
+    if missing:
+        raise RequestError(f"{label}: class {kind.__name__} has no {', '.join(missing)}")
     return kind
 
 
-def _named(where: str) -> Any:
-    module, _, name = where.partition(":")
-    return getattr(import_module(module), name)
+def _must_be_one() -> str:
+    return f"must be one of {', '.join(engine_names())}, or module:Class"
 
 
-def _hints(kind: type[Engine]) -> dict[str, Any]:
-    return get_type_hints(inspect.unwrap(kind.__init__))
+# ---- options of an engine's class
+
+
+def chosen_options(
+    name: str,
+    program: str | None = None,
+    options: Mapping[str, Any] | None = None,
+    **more: str | None,
+) -> dict[str, Any]:
+    """Return the arguments of an engine's class, checked; takes what ``open_engine`` takes."""
+    values = {**(options or {}), **more, "program": program}
+    values = {key: value for key, value in values.items() if value is not None}
+    if not values:
+        return {}
+    hints = get_type_hints(inspect.unwrap(engine_class(name).__init__))
+    hints.pop("return", None)
+    for key, value in values.items():
+        if key not in hints:
+            word = "--program" if key == "program" else SPELLED.get(key)
+            option = f"{word} {value!r}" if word else f"--engine-option {name}.{key}={value}"
+            allowed = ", ".join(sorted(hints)) or "none"
+            raise RequestError(f"{option}: engine {name!r} takes the options: {allowed}")
+    return {key: _read(f"{name}.{key}", value, hints[key]) for key, value in values.items()}
 
 
 def _read(option: str, value: Any, hint: Any) -> Any:
     """Return an option's value as the type it is declared with; raise RequestError if it is not."""
-    kinds = get_args(hint) if get_origin(hint) is not Literal else (hint,)
-    for kind in [kind for kind in kinds or (hint,) if kind is not type(None)]:
+    kinds = (hint,) if get_origin(hint) is Literal else get_args(hint) or (hint,)
+    for kind in kinds:
         if get_origin(kind) is Literal:
             if value in get_args(kind):
                 return value
             must = f"one of {', '.join(map(str, get_args(kind)))}"
-        elif not isinstance(value, str) or kind is str:
-            return value
-        elif kind in _READERS:
+        elif kind in _READERS and isinstance(value, str):
+            read, must = _READERS[kind]
             try:
-                return _READERS[kind](value)
+                return read(value)
             except ValueError:
-                must = _MUST[kind]
-        else:
+                continue
+        elif kind is not type(None):
             return value
     raise RequestError(f"--engine-option {option}={value}: must be {must}")
 
@@ -226,24 +203,18 @@ def _limits(text: str) -> Limits:
     return Limits(seconds=seconds, patience=0.0)
 
 
-MOST_LIMIT = 1e7
-"""[s] that a run may be given; what waits for one takes no more than 300 years."""
-
-_READERS: dict[Any, Any] = {int: int, float: float, Limits: _limits}
-"""How options are read from text; of limits, the seconds that a run may take."""
-
-_MUST = {
-    int: "a whole number",
-    float: "a number",
-    Limits: f"a number of seconds greater than 0 and at most {MOST_LIMIT:g}",
+_READERS: dict[Any, tuple[Any, str]] = {  # of text, and what it must be
+    int: (int, "a whole number"),
+    float: (float, "a number"),
+    Limits: (_limits, f"a number of seconds greater than 0 and at most {MOST_LIMIT:g}"),
 }
 
 
-# ---- options as they are typed: pairs as NAME=VALUE, and whose each one is
+# ---- options as they are typed: pairs as NAME=VALUE, each of an engine
 
 
 def named_values(texts: Iterable[str], option: str) -> dict[str, str]:
-    """Return the pairs of ``NAME=VALUE``; raise RequestError for what is none, or comes twice."""
+    """Return the pairs of ``NAME=VALUE``; raise RequestError for another form, or a name twice."""
     values: dict[str, str] = {}
     for text in texts:
         name, equals, value = (part.strip() for part in text.partition("="))
@@ -266,6 +237,13 @@ def engine_settings(texts: Iterable[str]) -> dict[str, dict[str, str]]:
     return settings
 
 
+def check_known(names: Iterable[str], option: str) -> None:
+    """Raise RequestError for a name of no engine; ``option`` is the option that has it."""
+    for name in names:
+        if name not in engine_names() and ":" not in name:
+            raise RequestError(f"{option} {name}: is not known: {_must_be_one()}")
+
+
 def check_names(
     programs: Mapping[str, str],
     settings: Mapping[str, Any],
@@ -277,14 +255,14 @@ def check_names(
     ``programs`` and ``settings`` are by the engines' names, ``engines`` are those that will run,
     ``option`` is the option that names them.
     """
+    words = {name: f"--program {name}={path}" for name, path in programs.items()}
+    words |= {name: f"--engine-option {name}" for name in settings if name not in programs}
     names = set(engines)
+    for name, word in words.items():
+        if name not in names:
+            raise RequestError(f"{word}: goes with {option} {name} only")
     for name, path in programs.items():
-        if name not in names:
-            raise RequestError(f"--program {name}={path}: goes with {option} {name} only")
         find_program(f"program {name}", path)
-    for name in settings:
-        if name not in names:
-            raise RequestError(f"--engine-option {name}: goes with {option} {name} only")
 
 
 def check_launcher(command: str | None) -> None:

@@ -15,15 +15,16 @@ import numpy as np
 
 from harness.engines.jobs import Batches
 from harness.engines.process import Ended, text_of
-from harness.errors import EngineError, EngineNaNError, EngineOutputError, Unsupported
+from harness.engines.scene_tables import COLUMNS, checked_motion
+from harness.errors import EngineError, EngineOutputError, Unsupported
 from harness.model.base import ZERO
 from harness.model.law import Law
-from harness.model.motion import STAGE_COLUMNS, Floats, Motion
+from harness.model.motion import Floats, Motion
 from harness.model.scene import UNBOUNDED, Body, Scene, Wall
 
 Outcome = Motion | EngineError
-PARTS = ("position", "velocity", "angular_velocity", "force", "torque")
 SCENES = "scenes.json"
+PARTS = tuple(COLUMNS)  # of a motion
 Rows = Sequence[tuple[Scene, Mapping[str, Any]]]  # scenes, each with its words in a code
 
 
@@ -70,7 +71,7 @@ def _scenes_text(rows: Rows) -> str:
 def read_motion(title: str, folder: Path, place: int, scene: Scene) -> Motion | None:
     """Return the motion in ``<place>.json``, None without the file.
 
-    It holds the sampled ``step``, the parts of a motion, each (samples, bodies, 3), and ``stages``
+    It has the sampled ``step``, the parts of a motion, each (samples, bodies, 3), and ``stages``
     of a scene with stages. Raise EngineOutputError for another shape, EngineNaNError for a number
     that is not finite.
     """
@@ -79,8 +80,8 @@ def read_motion(title: str, folder: Path, place: int, scene: Scene) -> Motion | 
         return None
     try:
         table = json.loads(text)
-        steps, parts = table.pop("step"), {name: np.array(table.pop(name), float) for name in PARTS}
-        stages = np.array(table.pop("stages", []), float)
+        steps, parts = table["step"], {name: np.array(table[name], float) for name in PARTS}
+        stages = np.array(table["stages"], float) if scene.stages else None
     except (ValueError, TypeError, KeyError) as error:
         raise EngineOutputError(f"{title} wrote samples that cannot be read ({error})") from None
     return motion_of(title, scene, steps, parts, stages)
@@ -90,52 +91,13 @@ def motion_of(
     title: str, scene: Scene, steps: Sequence[int], parts: Mapping[str, Any],
     stages: Floats | None = None,
 ) -> Motion:  # fmt: skip
-    """Return samples as a motion, after a check of steps, shapes and finiteness.
-
-    ``stages`` (K, 7) are those of a scene with stages, whose last one ends the samples. Forces on
-    bodies that are not free may be unknown.
-    """
-    ends = _checked_stages(title, scene, stages) if scene.stages else None
-    last = scene.steps if ends is None else int(ends[-1, 0])
-    expected = list(range(0, last + 1, scene.every))
-    if list(steps) != expected:
-        found = f"the last of step {steps[-1]}" if len(steps) else "none"
-        raise EngineOutputError(
-            f"{title} wrote {len(steps)} samples ({found}), not {len(expected)} up to "
-            f"{expected[-1]}"
-        )
-    shape = (len(expected), len(scene.bodies), 3)
-    free = [bool(scene.segments) or body.motion == "free" for body in scene.bodies]
-    for name, values in parts.items():
-        if values.shape != shape:
-            raise EngineOutputError(f"{title} wrote {name} of shape {values.shape}, not {shape}")
-        known = values[:, free] if name in ("force", "torque") else values
-        if not np.isfinite(known).all():
-            step = expected[int(np.argwhere(~np.isfinite(known))[0, 0])]
-            raise EngineNaNError(f"{title} wrote {name} that is not finite (NaN) at step {step}")
-    _check_pairs(title, scene, parts["position"])
-    position, velocity, spin, force, torque = (parts[name] for name in PARTS)
-    time = np.array(expected) * scene.step
-    return Motion(time, position, velocity, spin, force, torque, stages=ends)
-
-
-def _checked_stages(title: str, scene: Scene, stages: Floats | None) -> Floats:
-    if stages is None or stages.ndim != 2 or stages.shape[1] != len(STAGE_COLUMNS):
-        raise EngineOutputError(f"{title} wrote no {len(STAGE_COLUMNS)} columns of stages")
-    if not np.isfinite(stages).all():
-        raise EngineNaNError(f"{title} wrote a stage that is not finite (NaN)")
-    steps = stages[:, 0]
-    if len(steps) < 2 or steps[0] != 0 or steps[-1] > scene.steps or np.any(np.diff(steps) < 0):
-        raise EngineOutputError(f"{title} wrote stages at steps {steps.tolist()}")
-    return stages
-
-
-def _check_pairs(title: str, scene: Scene, position: Floats) -> None:
-    """Raise EngineOutputError where two bodies met that the scene keeps from touching."""
+    """Return samples as a motion, checked, of which no two bodies met that must not touch."""
+    motion = checked_motion(title, scene, steps, parts, stages)
     for i, j in _omitted_pairs(scene):
-        apart = np.linalg.norm(position[:, i] - position[:, j], axis=1)
-        if (apart < scene.bodies[i].radius + scene.bodies[j].radius).any():
+        distance = np.linalg.norm(motion.position[:, i] - motion.position[:, j], axis=1)
+        if (distance < scene.bodies[i].radius + scene.bodies[j].radius).any():
             raise EngineOutputError(f"{title} lets bodies {i} and {j} touch, the scene does not")
+    return motion
 
 
 # ---- scenes that none of these codes can state, and contacts
@@ -227,11 +189,11 @@ def _lies_still(wall: Wall) -> bool:
 def partners(scene: Scene) -> list[tuple[Body, Body | None]]:
     """Return the pairs of bodies, one of each kind, that may touch; None is a wall."""
     bodies, pairs = scene.bodies, dict[Any, tuple[Body, Body | None]]()
-    led = bool(scene.segments)
+    prescribed = bool(scene.segments)
     for i, first in enumerate(bodies):
         others: list[Body | None] = [*bodies[i + 1 :], *([None] if scene.walls else [])]
         for second in others:
-            if not (led or first.motion == "free" or (second and second.motion == "free")):
+            if not (prescribed or first.motion == "free" or (second and second.motion == "free")):
                 continue
             pairs.setdefault((kind(first), second and kind(second)), (first, second))
     return list(pairs.values())

@@ -6,7 +6,8 @@ of the first body: :data:`harness.model.motion.STAGE_COLUMNS`, each (K,).
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -17,7 +18,7 @@ from harness.model.motion import STAGE_COLUMNS, Floats, Motion
 if TYPE_CHECKING:
     from harness.model.scene import Scene
 
-PARTS = {
+COLUMNS = {
     "position": ("x_m", "y_m", "z_m"),
     "velocity": ("vx_m_per_s", "vy_m_per_s", "vz_m_per_s"),
     "angular_velocity": ("wx_rad_per_s", "wy_rad_per_s", "wz_rad_per_s"),
@@ -40,49 +41,72 @@ def motion_table(motion: Motion, scene: Scene) -> Table:
     """Return the samples of a motion as columns, (M,) and (M, N)."""
     steps = scene.every * np.arange(len(motion), dtype=np.float64)
     table = {"step": steps, "time_s": motion.time}
-    for part, names in PARTS.items():
+    for part, names in COLUMNS.items():
         table |= zip(names, np.moveaxis(getattr(motion, part), 2, 0), strict=True)
     return table if motion.temperature is None else {**table, TEMPERATURE: motion.temperature}
 
 
 def motion_in(output: Output, scene: Scene) -> Motion:
-    """Return the motion in an output, of a scene with stages up to its end.
+    """Return the motion in an output, of a scene with stages up to its end, checked."""
+    stages = None
+    if scene.stages:
+        table = output.table(STAGE_COLUMNS, name=STAGES)
+        stages = np.stack([table[name] for name in STAGE_COLUMNS], axis=1)
+    return motion_of_table(output.who, scene, output.tables.get(SERIES, {}), stages)
 
-    Raise EngineOutputError for samples that are missing or of another shape, EngineNaNError for
-    one that is not finite; forces on frozen bodies may be unknown, and those of a code that writes
-    none are.
+
+def motion_of_table(who: str, scene: Scene, table: Table, stages: Floats | None = None) -> Motion:
+    """Return the motion in the columns of an engine's table, checked."""
+    parts = {}
+    for part, names in COLUMNS.items():
+        try:
+            parts[part] = np.stack([table[name] for name in names], axis=-1)
+        except (KeyError, ValueError) as error:
+            raise EngineOutputError(f"{who} left no samples of {part} ({error})") from None
+    if any(law.heat != "none" for law in scene.all_laws):
+        parts["temperature"] = table.get(TEMPERATURE, np.empty(0))
+    return checked_motion(who, scene, table.get("step", ()), parts, stages)
+
+
+def checked_motion(
+    who: str, scene: Scene, steps: Any, parts: Mapping[str, Any], stages: Floats | None = None
+) -> Motion:
+    """Return samples as a motion, after a check of steps, shapes and finiteness.
+
+    ``parts`` are those of a motion, each (samples, bodies, 3), and the temperature where heat
+    flows. ``stages`` (K, 7) are those of a scene with stages, whose last one ends the samples.
+    Forces on bodies that are not free may be NaN, and components that a code never writes. Raise
+    EngineOutputError, and EngineNaNError for a number that is not finite.
     """
-    table = output.tables.get(SERIES, {})
-    stages = _stages(output) if scene.stages else None
-    last = scene.steps if stages is None else int(stages[-1, 0])
-    steps = scene.every * np.arange(last // scene.every + 1)
-    if not np.array_equal(table.get("step", ()), steps):
-        found = len(table.get("step", ()))
-        raise EngineOutputError(f"{output.who} left {found} samples, not {len(steps)}")
-    warms = any(law.heat != "none" for law in scene.all_laws)
-    names = [name for names in PARTS.values() for name in names] + [TEMPERATURE] * warms
-    for name in names:
-        _check_column(output, name, scene, len(steps))
-    parts = {part: np.stack([table[n] for n in names], axis=2) for part, names in PARTS.items()}
-    times = np.asarray(steps * scene.step, dtype=np.float64)
-    return Motion(times, **parts, temperature=table[TEMPERATURE] if warms else None,
-                  stages=stages)  # fmt: skip
+    last = scene.steps
+    if scene.stages:
+        last = int(_checked_stages(who, scene, stages)[-1, 0])
+    expected = np.arange(0, last + 1, scene.every)
+    if not np.array_equal(steps, expected):
+        raise EngineOutputError(f"{who} left {len(steps)} samples, not {len(expected)}")
+    free = [bool(scene.segments) or body.motion == "free" for body in scene.bodies]
+    bad: list[int] = []  # places of samples
+    for name, values in parts.items():
+        shape = (len(expected), len(scene.bodies), 3)[: 2 if name == "temperature" else 3]
+        if values.shape != shape:
+            raise EngineOutputError(f"{who} left {name} of shape {values.shape}, not {shape}")
+        known = values
+        if name in ("force", "torque"):
+            known = values[:, free][..., ~np.isnan(values).all(axis=(0, 1))]
+        bad += np.argwhere(~np.isfinite(known))[:1, 0].tolist()
+    if bad:
+        step = expected[min(bad)]
+        raise EngineNaNError(f"{who} wrote a value that is not finite (NaN) at step {step}")
+    ends = stages if scene.stages else None
+    return Motion(np.float64(scene.step) * expected, **parts, stages=ends)
 
 
-def _stages(output: Output) -> Floats:
-    table = output.table(STAGE_COLUMNS, name=STAGES)
-    return np.stack([table[name] for name in STAGE_COLUMNS], axis=1)
-
-
-def _check_column(output: Output, name: str, scene: Scene, samples: int) -> None:
-    column = output.tables[SERIES].get(name)
-    shape = (samples, len(scene.bodies))
-    if column is None or column.shape != shape:
-        found = "no samples" if column is None else f"samples of shape {column.shape}"
-        raise EngineOutputError(f"{output.who} left {found} of {name}, not {shape}")
-    of_force = name in (*PARTS["force"], *PARTS["torque"]) and not scene.segments
-    known = [not of_force or body.motion == "free" for body in scene.bodies]
-    if of_force and np.isnan(column).all():  # of a code that writes none
-        return
-    if not np.isfinite(column[:, known]).all():
-        raise EngineNaNError(f"{output.who} left a value of {name} that is not finite (NaN)")
+def _checked_stages(who: str, scene: Scene, stages: Floats | None) -> Floats:
+    if stages is None or stages.ndim != 2 or stages.shape[1] != len(STAGE_COLUMNS):
+        raise EngineOutputError(f"{who} left no {len(STAGE_COLUMNS)} columns of stages")
+    if not np.isfinite(stages).all():
+        raise EngineNaNError(f"{who} left a stage that is not finite (NaN)")
+    steps = stages[:, 0]
+    if len(steps) < 2 or steps[0] != 0 or steps[-1] > scene.steps or np.any(np.diff(steps) < 0):
+        raise EngineOutputError(f"{who} left stages at steps {steps.tolist()}")
+    return stages

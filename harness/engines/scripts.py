@@ -3,19 +3,16 @@
 A template lies in ``templates/<name>.<extension>.j2`` of an engine's folder, or, where the case
 belongs to another package, in ``<package>/templates/<engine>/``. Jinja sees every default as
 :meth:`ScriptSource.literal` writes it, and all as ``defaults``, with ``values`` (the same as
-numbers), ``about`` (what they are), ``name`` (the file), ``version``, ``variant``, ``note``, and
-``allowed``: what the variables that the script declares may be.
+numbers), ``about`` (their descriptions), ``name`` (the file), ``version``, ``variant``, ``note``,
+``look`` and ``allowed``: the allowed values of the variables that the script declares.
 """
 
 from __future__ import annotations
 
-import contextlib
 import hashlib
 import inspect
 import re
-import threading
-import traceback
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache, cached_property
 from importlib import import_module, resources
@@ -32,75 +29,42 @@ from harness.model.allowed import Allowed
 if TYPE_CHECKING:
     from jinja2 import Environment
 
-
 Folder = Traversable | Path
-
-
-def text_in(folders: Sequence[Folder], file: str) -> str | None:
-    """Return the text of a template of this name, or None where no folder has it."""
-    for folder in folders:
-        path = folder / file
-        if path.is_file():
-            return path.read_text(encoding="utf-8")
-    return None
 
 
 def renderer(
     folders: Sequence[Folder], file: str, options: Mapping[str, bool]
 ) -> Callable[[Mapping[str, Any]], str]:
     """Return a function from the values of a template to its text, ended by a line feed."""
-    with _named(file):
-        template = _environment(tuple(folders), tuple(sorted(options.items()))).get_template(file)
 
     def rendered(values: Mapping[str, Any]) -> str:
-        with _named(file):
-            text = template.render(version=__version__, **values)
+        try:
+            environment = _environment(tuple(folders), tuple(sorted(options.items())))
+            text = environment.get_template(file).render(version=__version__, **values)
+        except HarnessError:
+            raise
+        except Exception as error:
+            message = " ".join(str(error).split())[:160]
+            raise EngineError(
+                f"template {file} cannot be rendered: {type(error).__name__}: {message}"
+            ) from error
         return text if text.endswith("\n") else text + "\n"
 
     return rendered
-
-
-@contextlib.contextmanager
-def _named(file: str) -> Iterator[None]:
-    """Raise EngineError, with file and line, for a template that cannot be rendered."""
-    try:
-        yield
-    except HarnessError:
-        raise
-    except Exception as error:
-        frames = traceback.extract_tb(error.__traceback__)
-        places = [(frame.filename, frame.lineno) for frame in frames if ".j2" in frame.filename]
-        if (line := getattr(error, "lineno", None)) is not None:
-            places.append((getattr(error, "name", None) or file, line))
-        where, line = places[-1] if places else (file, None)
-        place = f"{where}, line {line}" if line else where
-        message = " ".join(str(error).split())[:160]
-        raise EngineError(
-            f"template {place} cannot be rendered: {type(error).__name__}: {message}"
-        ) from error
-
-
-def _source(folders: Sequence[Folder], name: str) -> tuple[str, str, None] | None:
-    """Return a template with its name, for errors."""
-    text = text_in(folders, name)
-    return None if text is None else (text, name, None)
 
 
 @cache  # what templates include is compiled once
 def _environment(folders: tuple[Folder, ...], options: tuple[tuple[str, bool], ...]) -> Environment:
     from jinja2 import Environment, FunctionLoader, StrictUndefined
 
-    chosen: dict[str, Any] = {
-        "trim_blocks": True,
-        "lstrip_blocks": False,
-        "keep_trailing_newline": True,
-    }
-    chosen |= options
+    def source(name: str) -> tuple[str, str, None] | None:
+        paths = (folder / name for folder in folders)
+        path = next((path for path in paths if path.is_file()), None)
+        return None if path is None else (path.read_text(encoding="utf-8"), name, None)
+
+    chosen: dict[str, Any] = {"trim_blocks": True, "keep_trailing_newline": True, **dict(options)}
     return Environment(
-        loader=FunctionLoader(lambda name: _source(folders, name)),
-        undefined=StrictUndefined,
-        autoescape=False,
-        **chosen,
+        loader=FunctionLoader(source), undefined=StrictUndefined, autoescape=False, **chosen
     )
 
 
@@ -119,15 +83,6 @@ class Script:
     def sha256(self) -> str:
         """Return the SHA-256 of the text, in hexadecimal."""
         return hashlib.sha256(self.text.encode()).hexdigest()
-
-
-@cache  # asked for each value of each job
-def _ignored(script: Script, name: str) -> bool:
-    """Return whether the text has a value's name no more often than it declares it."""
-    stem = name.rpartition("_")[0] + "_"
-    declared = [v for v in script.variables if v == name or v.startswith(stem)]
-    # it may be put together of its stem and a letter
-    return script.text.count(stem if "_" in name else name) <= len(declared)
 
 
 @dataclass(frozen=True)
@@ -178,14 +133,8 @@ class ScriptSource(Engine):
 
     @classmethod
     def has_template(cls, template: Template) -> bool:
-        """Return whether there is a script of this name, or one was rendered."""
-        if template.name == SCENE_NAME:
-            return False
-        key = (cls, template.package, template.name)
-        with _LOCK:
-            if any(rendered[:3] == key for rendered in _RENDERED):
-                return True
-        return cls._source(template) is not None
+        """Return whether there is a script of this name."""
+        return template.name != SCENE_NAME and _has_file(cls, template.package, template.name)
 
     @classmethod
     def script(cls, template: Template, variant: str = "") -> Script:
@@ -202,51 +151,31 @@ class ScriptSource(Engine):
         if not cls.renders_variants:
             chosen = template.main
         key = (cls, template.package, template.name, chosen)
-        with _LOCK:
-            kept = _RENDERED.get(key)
-            if kept is None or kept[0] != template:
-                kept = _RENDERED[key] = (template, cls._render(template, chosen))
-            return kept[1]
-
-    @classmethod
-    def rendered(cls) -> list[Script]:
-        """Return the scripts of this engine that were rendered so far."""
-        with _LOCK:
-            return [script for (kind, *_), (_, script) in _RENDERED.items() if kind is cls]
+        if key not in _RENDERED or _RENDERED[key][0] != template:
+            _RENDERED[key] = (template, cls._render(template, chosen))
+        return _RENDERED[key][1]
 
     @classmethod
     def inputs(cls, templates: Iterable[Template]) -> dict[str, str]:
         """Return the scripts of all variants that the engine renders, by their names."""
-        texts = {}
-        for template in templates:
-            if cls.has_template(template):
-                for variant in template.variants:
-                    script = cls.script(template, variant)
-                    texts[script.name] = script.text
-        return texts
+        scripts = [
+            cls.script(template, variant)
+            for template in templates
+            if cls.has_template(template)
+            for variant in template.variants
+        ]
+        return {script.name: script.text for script in scripts}
 
     def refuses(self, job: Job) -> str:
         """Return why the engine cannot run a job: no template, its rules, an unknown value."""
         reason = super().refuses(job)
         if reason or not self.has_template(job.template):
             return reason
-        script, values = self.script(job.template, job.variant), self._values(job)
-        neutral = job.template.neutral
-        for name, value in values.items():
-            if name in script.variables:
-                continue
-            says_nothing = name in self.unused_values and name not in neutral
-            if not says_nothing and value != neutral.get(name):
+        script, neutral = self.script(job.template, job.variant), job.template.neutral
+        for name, value in self._values(job).items():
+            unused = name in self.unused_values and name not in neutral
+            if name not in script.variables and not unused and value != neutral.get(name):
                 return f"its script {script.name} has no variable {name!r} ({name} = {value!r})"
-        return self._unused(job, script)
-
-    @staticmethod
-    def _unused(job: Job, script: Script) -> str:
-        """Return which value a script declares and never uses, where that changes the motion."""
-        neutral = job.template.neutral
-        for name, value in job.values.items():
-            if name in neutral and value != neutral[name] and _ignored(script, name):
-                return f"its script {script.name} declares {name!r} and never uses it ({value!r})"
         return ""
 
     def task(self, job: Job) -> Task:
@@ -257,9 +186,8 @@ class ScriptSource(Engine):
 
     def script_digest(self, job: Job) -> str:
         """Return the SHA-256 of the script that a job runs; empty for a scene."""
-        if not self.has_template(job.template):
-            return ""
-        return self.script(job.template, job.variant).sha256
+        has_script = self.has_template(job.template)
+        return self.script(job.template, job.variant).sha256 if has_script else ""
 
     def _values(self, job: Job) -> Values:
         """Return the values of a job, with the defaults of a variant that has no script."""
@@ -271,13 +199,11 @@ class ScriptSource(Engine):
     def _render(cls, template: Template, variant: str) -> Script:
         from harness.model.scene import LOOK  # pydantic, which workers of LAMMPS do without
 
-        source = cls._source(template)
-        stem, settings = template.name, template.variants[variant]
-        if source is None:
+        if not cls.has_template(template):
             raise RequestError(f"engine {cls.name!r} has no template {template.name!r}")
-        if variant and cls.renders_variants:
-            stem = f"{template.name}-{variant}"
+        stem = f"{template.name}-{variant}" if variant and cls.renders_variants else template.name
         name = f"{stem}.{cls.extension}"
+        settings = template.variants[variant]
         defaults = {key: cls.literal(value) for key, value in settings.items()}
         values = {
             **defaults,
@@ -291,51 +217,46 @@ class ScriptSource(Engine):
             "look": LOOK,
             **cls.context(template, variant),
         }
-        folders = [*cls._folders(template), *(folder for _, folder in cls._template_folders())]
+        folders = [*cls._folders(template.package), *map(_folder, cls._scripted())]
+        render = renderer(folders, f"{template.name}.{cls.extension}.j2", cls.jinja)
         try:
-            render = renderer(folders, source, cls.jinja)
             variables = cls.declared(render(values))
+            allowed = {**template.allowed, **cls.allowed}
+            values["allowed"] = {n: limits for n, limits in allowed.items() if n in variables}
+            return Script(name, render(values), variables)
         except EngineError as error:
             package = f" of package {template.package!r}" if template.package else ""
-            raise EngineError(
-                f"{engine_label(cls)}: case {template.name!r}{package}: {error}"
-            ) from error
-        allowed = {**template.allowed, **cls.allowed}
-        values["allowed"] = {n: limits for n, limits in allowed.items() if n in variables}
-        return Script(name, render(values), variables)
+            where = f"{engine_label(cls)}: case {template.name!r}{package}"
+            raise EngineError(f"{where}: {error}") from error
 
     @classmethod
-    def _source(cls, template: Template) -> str | None:
-        """Return the file of a template, or None where no folder has it."""
-        file = f"{template.name}.{cls.extension}.j2"
-        return None if text_in(cls._folders(template), file) is None else file
+    def _scripted(cls) -> list[type]:
+        """Return the classes of scripts behind this one, whose templates may be included."""
+        return [base for base in cls.__mro__ if issubclass(base, ScriptSource)]
 
     @classmethod
-    def _folders(cls, template: Template) -> list[Folder]:
+    def _folders(cls, package: str) -> list[Folder]:
         """Return where templates are looked for: the case's package, then the engine's folders."""
-        folders: list[Folder] = []
-        if template.package:
-            try:
-                folders.append(resources.files(import_module(template.package)))
-            except (ImportError, TypeError) as error:
-                raise RequestError(
-                    f"template {template.name!r}: package {template.package!r} cannot be "
-                    f"imported ({error})"
-                ) from None
-            folders[0] = folders[0] / "templates" / cls.name
-        return [*folders, *cls.own_folders()]
+        own = [_folder(base) for base in cls._scripted() if not inspect.isabstract(base)]
+        if not package:
+            return own
+        try:
+            root = resources.files(import_module(package))
+        except (ImportError, TypeError) as error:
+            raise RequestError(
+                f"templates of package {package!r}: it cannot be imported ({error})"
+            ) from None
+        return [root / "templates" / cls.name, *own]
 
-    @classmethod
-    def own_folders(cls) -> list[Path]:
-        """Return the folders of templates beside the engine's class and those it grew out of."""
-        return [f for base, f in cls._template_folders() if not inspect.isabstract(base)]
 
-    @classmethod
-    def _template_folders(cls) -> list[tuple[type, Path]]:
-        """Return each class of scripts behind this one with its folder; templates include all."""
-        scripted = [base for base in cls.__mro__ if issubclass(base, ScriptSource)]
-        return [(base, Path(inspect.getfile(base)).parent / "templates") for base in scripted]
+def _folder(kind: type) -> Folder:
+    return Path(inspect.getfile(kind)).parent / "templates"
+
+
+@cache
+def _has_file(kind: type[ScriptSource], package: str, name: str) -> bool:
+    file = f"{name}.{kind.extension}.j2"
+    return any((folder / file).is_file() for folder in kind._folders(package))
 
 
 _RENDERED: dict[tuple[type, str, str, str], tuple[Template, Script]] = {}
-_LOCK = threading.RLock()

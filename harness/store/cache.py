@@ -85,7 +85,7 @@ class CachedEngine(WrappedEngine):
     read is that of its run.
     """
 
-    overrides = WrappedEngine.overrides | {"ran", "read", "on_ranks"}
+    overrides = WrappedEngine.overrides | {"ran", "read"}
 
     def __init__(self, engine: Engine, entries: Entries, *, fresh: bool = False) -> None:
         super().__init__(engine)
@@ -111,10 +111,6 @@ class CachedEngine(WrappedEngine):
                 cases = (jobs[place].template.name,)
                 self._entries.put(keys[place], pack_output(outcome), "run", cases)
             yield place, outcome
-
-    def on_ranks(self, ranks: int) -> Engine:
-        """Return the engine on so many MPI ranks, whose outputs are stored as well."""
-        return CachedEngine(self._engine.on_ranks(ranks), self._entries, fresh=self._fresh)
 
     def _stored(self, key: str) -> Output | None:
         if (data := self._entries.get(key)) is None:

