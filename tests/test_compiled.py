@@ -15,7 +15,6 @@ from harness.compiled import jit
 from harness.files import VARIABLE
 
 PROJECT = Path(__file__).parents[1]
-
 KERNEL = """
 from harness.compiled import jit
 
@@ -29,26 +28,43 @@ print(repr(numba.config.CACHE_DIR))
 """
 
 
-@pytest.mark.parametrize("own", ["", "mine"])
-def test_a_kernel_is_kept_in_the_cache_folder_or_where_the_user_says(tmp_path, own):
-    (tmp_path / "kernel.py").write_text(KERNEL)
-    home, mine = tmp_path / "home", str(tmp_path / own) if own else ""
+def run_python(source, folder, home, numba_cache=""):
+    """Run Python in a folder and return the process; files it makes others may write."""
     environment = {**os.environ, "PYTHONPATH": str(PROJECT), VARIABLE: str(home)}
-    environment["NUMBA_CACHE_DIR"] = mine
-    said = subprocess.run(
-        [sys.executable, "-c", "import kernel"],
-        cwd=tmp_path,
-        env=environment,
-        capture_output=True,
-        text=True,
-        check=True,
-    ).stdout
+    environment["NUMBA_CACHE_DIR"] = str(numba_cache)
+    command = [sys.executable, "-B", "-c", source]
+    return subprocess.run(
+        command, cwd=folder, env=environment, capture_output=True, text=True, check=True,
+        umask=0o002,
+    )  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def compiled(tmp_path_factory):
+    """Return the folder of a kernel and the home in which it is kept, compiled once."""
+    source, home = tmp_path_factory.mktemp("source"), tmp_path_factory.mktemp("kept") / "home"
+    (source / "kernel.py").write_text(KERNEL)
+    assert run_python("import kernel", source, home).stderr == ""
+    return source, home
+
+
+@pytest.fixture
+def kernel(tmp_path, compiled):
+    """Return a function that runs the kernel again in a copy of its home, and the folder of it."""
+    source, home = compiled
+    shutil.copytree(home, tmp_path / "home")
+    (folder,) = (tmp_path / "home" / "cache" / "numba").iterdir()
+    return lambda: run_python("import kernel", source, tmp_path / "home").stderr, folder
+
+
+def test_a_kernel_is_kept_where_the_user_says(tmp_path):
+    (tmp_path / "kernel.py").write_text(KERNEL)
+    run = run_python("import kernel", tmp_path, tmp_path / "home", tmp_path / "mine")
     kept = [path for path in tmp_path.rglob("*") if path.suffix in (".nbi", ".nbc")]
     assert len(kept) == 2
-    where = tmp_path / own if own else home / "cache" / "numba"
-    assert all(path.is_relative_to(where) for path in kept)
+    assert all(path.is_relative_to(tmp_path / "mine") for path in kept)
     # other users of numba in the same process keep their own place
-    assert said.strip() == repr(mine)
+    assert run.stdout.strip() == repr(str(tmp_path / "mine"))
 
 
 def test_a_full_disk_costs_a_line_and_no_run(monkeypatch, capsys, tmp_path):
@@ -64,6 +80,7 @@ def test_a_full_disk_costs_a_line_and_no_run(monkeypatch, capsys, tmp_path):
     assert "kernels are compiled anew" in said
 
 
+PART = "from harness.compiled import jit\n@jit\ndef part(x):\n    return {factor} * x\n"
 CALLER = """
 from harness.compiled import jit
 from part import part
@@ -75,27 +92,14 @@ def whole(x):
 print(whole(1.0))
 """
 
-PART = """
-from harness.compiled import jit
-
-@jit
-def part(x):
-    return {factor} * x
-"""
-
 
 def test_a_kernel_is_compiled_again_when_one_that_it_calls_has_changed(tmp_path):
     (tmp_path / "caller.py").write_text(CALLER)
-    environment = {**os.environ, "PYTHONPATH": str(PROJECT), VARIABLE: str(tmp_path / "home")}
-    said = []
+    values = []
     for factor in (2.0, 3.0):
         (tmp_path / "part.py").write_text(PART.format(factor=factor))
-        command = [sys.executable, "-B", "-c", "import caller"]
-        run = subprocess.run(
-            command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=True
-        )
-        said.append(float(run.stdout))
-    assert said == [2.5, 3.5]
+        values.append(float(run_python("import caller", tmp_path, tmp_path / "home").stdout))
+    assert values == [2.5, 3.5]
 
 
 class Runs:
@@ -108,34 +112,6 @@ class Runs:
         return os.mkdir, (self.mark,)
 
 
-def run_kernel(source, home):
-    """Run a kernel in a process of its own, whose files others may write; return its stderr."""
-    environment = {**os.environ, "PYTHONPATH": str(PROJECT), VARIABLE: str(home)}
-    environment["NUMBA_CACHE_DIR"] = ""
-    command = [sys.executable, "-B", "-c", "import kernel"]
-    return subprocess.run(
-        command, cwd=source, env=environment, capture_output=True, text=True, check=True,
-        umask=0o002,
-    ).stderr  # fmt: skip
-
-
-@pytest.fixture(scope="module")
-def compiled(tmp_path_factory):
-    """Return the folder of a kernel and the home in which it is kept, compiled once."""
-    source, home = tmp_path_factory.mktemp("source"), tmp_path_factory.mktemp("kept") / "home"
-    (source / "kernel.py").write_text(KERNEL)
-    assert run_kernel(source, home) == ""
-    return source, home
-
-
-@pytest.fixture
-def kernel(tmp_path, compiled):
-    """Return a function that runs the kernel again, in a copy of its home."""
-    source, home = compiled
-    shutil.copytree(home, tmp_path / "home")
-    return lambda: run_kernel(source, tmp_path / "home")
-
-
 def plant(folder, mark):
     """Put a pickle that runs code in the place of each kept kernel."""
     planted = list(folder.rglob("*.nbi"))
@@ -145,30 +121,26 @@ def plant(folder, mark):
 
 
 def test_kernels_are_kept_for_this_user_alone_whatever_the_umask(tmp_path, kernel):
-    (folder,) = (tmp_path / "home" / "cache" / "numba").iterdir()
+    run, folder = kernel
     for path in (folder, folder.parent, folder.parent.parent):
         assert path.stat().st_mode & 0o777 == 0o700
-    plant(folder, tmp_path / "mark")  # it is this user's: what lies there is read
+    plant(folder, tmp_path / "mark")  # it is this user's: it is read
     with contextlib.suppress(subprocess.CalledProcessError):
-        kernel()
+        run()
     assert (tmp_path / "mark").is_dir()
 
 
-def test_kernels_that_others_could_write_are_not_read(tmp_path, kernel):
-    (folder,) = (tmp_path / "home" / "cache" / "numba").iterdir()
-    folder.chmod(0o775)
+@pytest.mark.parametrize("way", ["others may write it (mode 775)", "it is a link"])
+def test_kernels_that_others_could_write_are_not_read(tmp_path, kernel, way):
+    run, folder = kernel
     plant(folder, tmp_path / "mark")
-    assert f"kernels in {folder} are not used, others may write it (mode 775)" in kernel()
-    assert not (tmp_path / "mark").exists()
-
-
-def test_kernels_behind_a_link_are_not_read(tmp_path, kernel):
-    (folder,) = (tmp_path / "home" / "cache" / "numba").iterdir()
-    plant(folder, tmp_path / "mark")
-    folder.rename(tmp_path / "elsewhere")
-    folder.symlink_to(tmp_path / "elsewhere")
-    said = kernel()
+    if way == "it is a link":
+        folder.rename(tmp_path / "elsewhere")
+        folder.symlink_to(tmp_path / "elsewhere")
+    else:
+        folder.chmod(0o775)
+    said = run()
     assert not (tmp_path / "mark").exists()
     assert said.count("\n") == 1
-    assert f"kernels in {folder} are not used, it is a link" in said
+    assert f"kernels in {folder} are not used, {way}" in said
     assert "DEM_HARNESS_HOME" in said

@@ -2,19 +2,16 @@
 
 import json
 import sys
+import threading
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from harness.cases.drop.system import TEMPLATE
-from harness.engines.jobs import Batches, in_batches
-from harness.engines.lammps.engine import Lammps
-from harness.engines.output import finished
+from harness.engines.jobs import Batches, dealt, in_batches, parallel_map
 from harness.engines.process import Ended, Limits
 from harness.errors import EngineCrashError, EngineNaNError, EngineOutputError, EngineTimeoutError
 
-DONE = "RESULT verdict = finished\n"
 CODE = """
 import json, os, sys, time
 ways = json.load(open("ways.json"))
@@ -40,13 +37,14 @@ def read(folder, place, way, seconds):
     return path.read_text() if path.exists() else None
 
 
-ECHO = Batches(
-    title="Echo",
-    write=write,
-    read=read,
-    error=lambda ended, log: EngineNaNError(log) if "nan" in log else ended.error("Echo"),
-    log=lambda folder, place: "begun\n",  # noqa: ARG005
-)
+OPTIONS = {
+    "title": "Echo",
+    "write": write,
+    "read": read,
+    "error": lambda ended, log: EngineNaNError(log) if "nan" in log else ended.error("Echo"),
+    "log": lambda folder, place: "begun\n",  # noqa: ARG005
+}
+ECHO = Batches(**OPTIONS)
 CASES = {
     "a crash costs one item": (
         ["well", "death", "well", "death"],
@@ -69,7 +67,7 @@ CASES = {
 @pytest.mark.parametrize("name", CASES)
 def test_outcomes_of_items(name):
     ways, kinds = CASES[name]
-    outcomes = ECHO.run(ways, 1, Limits(seconds=2.0))
+    outcomes = ECHO.run(ways, 1, Limits(seconds=1.0))
     assert [type(outcome) for outcome in outcomes] == kinds
     for way, outcome in zip(ways, outcomes, strict=True):
         assert outcome == way or outcome.log.startswith("begun") or "not run" in str(outcome)
@@ -95,20 +93,19 @@ class Recorded(Batches):
     st.integers(min_value=1, max_value=4),
 )
 def test_each_item_has_its_outcome_in_its_place(ways, workers):
-    fake = Recorded(title="", write=write, read=read, error=lambda ended, log: None)  # noqa: ARG005
-    for way, outcome in zip(ways, fake.run(ways, workers), strict=True):
+    for way, outcome in zip(ways, Recorded(**OPTIONS).run(ways, workers), strict=True):
         given_up = "not run after two that hung" in str(outcome)
         assert outcome == way or str(outcome) == way or given_up
 
 
 def test_shares_are_run_in_processes_of_their_own():
-    fake = Recorded(title="", write=write, read=read, error=lambda ended, log: None)  # noqa: ARG005
-    assert fake.run(["a", "death", "c"], 1, shares=[[2], [1, 0]])[::2] == ["a", "c"]
+    outcomes = Recorded(**OPTIONS).run(["a", "death", "c"], 1, shares=[[2], [1, 0]])
+    assert outcomes[::2] == ["a", "c"]
 
 
 def test_the_error_is_by_the_end_and_the_log():
     ended = Ended("", 0, 1.0, timed_out=False)
-    assert isinstance(ECHO.error(ended, "nan"), EngineNaNError)
+    assert isinstance(ECHO._failure(ended, "nan"), EngineNaNError)
     assert isinstance(ECHO._failure(ended, ""), EngineOutputError)
 
 
@@ -123,6 +120,22 @@ def test_batches_grow():
     assert sizes == [2, 4, 8, 6]
 
 
-def test_an_echo_of_the_last_line_is_no_end():
-    assert finished("x\n" + DONE)
-    assert not finished(Lammps.script(TEMPLATE).text)
+def test_results_keep_the_order_of_items_and_an_exception_starts_no_more():
+    barrier = threading.Barrier(2, timeout=10.0)  # two run side by side
+    assert parallel_map(lambda item: (barrier.wait(), item)[1], range(4), 2) == [0, 1, 2, 3]
+    done = []
+
+    def fail(item):
+        done.append(item)
+        raise ValueError
+
+    with pytest.raises(ValueError):  # noqa: PT011
+        parallel_map(fail, range(100), 1)
+    assert len(done) < 100
+
+
+@given(st.integers(0, 50), st.integers(1, 9))
+def test_indices_are_dealt_out_evenly(count, hands):
+    shares = dealt(count, hands)
+    assert sorted(index for share in shares for index in share) == list(range(count))
+    assert max(map(len, shares)) - min(map(len, shares)) <= 1

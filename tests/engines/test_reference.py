@@ -9,11 +9,11 @@ from harness.engines.reference import Reference
 from harness.engines.registry import open_engine
 from harness.engines.scene_tables import STAGES, motion_in
 from harness.errors import EngineNaNError, EngineOutputError, EngineTimeoutError, RequestError
-from harness.model.motion import STAGE_COLUMNS
 from harness.solvers import reference
 from tests.solvers.reference.scenes import HOOKE, difference, impact, on_row
 
 ROW = Template("row", {"": {}})
+STAGED, IMPACT = on_row(wells=1, steps=40_000, every=100), impact(HOOKE, (0.0, 0.0, -1.0), every=20)
 
 
 def output_of(scene, engine=None, *, sampled=True):
@@ -23,31 +23,19 @@ def output_of(scene, engine=None, *, sampled=True):
 
 
 def test_job_of_a_template_that_is_no_script_runs_its_scene():
-    scene = on_row(wells=2, steps=40_000, every=100)
-    output = output_of(scene)
-    expected = reference.run(scene, Reference().rules(scene))
-    assert difference(motion_in(output, scene), expected) == 0.0
-    assert list(output.tables[STAGES]) == list(STAGE_COLUMNS)
-    assert np.array_equal(motion_in(output, scene).stages, expected.stages)
-    assert output.provenance.integrator == "velocity-verlet"
-
-
-def test_samples_are_left_out_where_they_are_not_wanted():
-    assert list(output_of(on_row(wells=1), sampled=False).tables) == [STAGES]
-
-
-def test_scene_without_stages_has_samples_alone():
-    scene = impact(HOOKE, (0.0, 0.0, -1.0), every=20)
-    (output,) = Reference().run([scene_job(scene)])
-    assert list(output.tables) == [SERIES]
+    output = output_of(STAGED)
+    expected = reference.run(STAGED, Reference().rules(STAGED))
+    assert difference(motion_in(output, STAGED), expected) == 0.0
+    assert np.array_equal(motion_in(output, STAGED).stages, expected.stages)
+    assert list(output_of(STAGED, sampled=False).tables) == [STAGES]
+    assert list(output_of(IMPACT).tables) == [SERIES]
 
 
 @pytest.mark.parametrize("integrator", ["velocity-verlet", "mfix-euler", "mfix-adams-bashforth"])
 def test_integrators(integrator):
     engine = open_engine("reference", options={"integrator": integrator})
-    scene = impact(HOOKE, (0.0, 0.0, -1.0), every=20)
-    assert engine.rules(scene).scheme == integrator.replace("-", "_")
-    assert output_of(scene, engine).provenance.integrator == integrator
+    assert engine.rules(IMPACT).scheme == integrator.replace("-", "_")
+    assert output_of(IMPACT, engine).provenance.integrator == integrator
 
 
 def test_refusals():
@@ -58,21 +46,16 @@ def test_refusals():
 
 
 def test_errors_of_one_run_leave_the_others():
-    scene = impact(HOOKE, (0.0, 0.0, -1.0), every=20)
-    body = scene.bodies[0].replace(velocity=(1e300, 0.0, 0.0))
-    bad = scene.replace(bodies=(body,), walls=(), step=1e10, steps=10)
-    outcomes = Reference().run([scene_job(one) for one in (scene, bad, scene)])
+    body = IMPACT.bodies[0].replace(velocity=(1e300, 0.0, 0.0))
+    bad = IMPACT.replace(bodies=(body,), walls=(), step=1e10, steps=10)
+    outcomes = Reference().run([scene_job(one) for one in (IMPACT, bad, IMPACT)])
     assert [type(one) for one in outcomes] == [Output, EngineNaNError, Output]
-
-
-def test_run_that_takes_too_long():
-    (outcome,) = Reference(seconds=0.0).run([scene_job(on_row(steps=1000))])
-    assert isinstance(outcome, EngineTimeoutError)
+    (late,) = Reference(seconds=0.0).run([scene_job(on_row(steps=1000))])
+    assert isinstance(late, EngineTimeoutError)
 
 
 def test_motion_of_stages_that_lacks_samples_is_an_error():
-    scene = on_row(wells=1, steps=40_000, every=100)
-    output = output_of(scene)
+    output = output_of(STAGED)
     cut = {SERIES: {n: v[:-1] for n, v in output.tables[SERIES].items()}}
     with pytest.raises(EngineOutputError, match="samples"):
-        motion_in(Output((), output.provenance, {**output.tables, **cut}), scene)
+        motion_in(Output((), output.provenance, {**output.tables, **cut}), STAGED)

@@ -1,3 +1,5 @@
+"""Engines by name: those of this package and of others, and the options that they take."""
+
 import sys
 from importlib.metadata import EntryPoint
 
@@ -20,6 +22,9 @@ PLUGIN = """
 from typing import Literal
 from harness.engines.base import Engine, Traits
 
+class Half(Engine):
+    name = "half"
+
 class Mine(Engine):
     name = "mine"
     traits = Traits("pip install mine", ("1",), "")
@@ -27,15 +32,6 @@ class Mine(Engine):
     def __init__(self, program: str | None = None, scheme: Literal["euler", "verlet"] = "euler",
                  order: int = 2, gap: float | None = None):
         self.options = (program, scheme, order, gap)
-
-    def identify(self):
-        raise NotImplementedError
-
-    def run(self, jobs):
-        return []
-
-class Half(Engine):
-    name = "half"
 
     def identify(self):
         raise NotImplementedError
@@ -70,48 +66,27 @@ def plugins(tmp_path, monkeypatch):
         sys.modules.pop(name, None)
 
 
-def test_unknown_engine_is_named_with_those_that_exist():
-    with pytest.raises(
-        RequestError, match=r"^--engine 'granoo' is not known: must be one of lammps, .*reference"
-    ):
-        open_engine("granoo")
-
-
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        ({"lmp": "/no/such/lmp"}, r"--lmp '/no/such/lmp': no such executable"),
-        ({"program": "/no/such/lmp"}, r"--lmp '/no/such/lmp': no such executable"),
-        ({"lmp": "sh", "launcher": "no-such-mpirun -np 2"}, r"--mpirun 'no-such-mpirun': no such"),
-        ({"lmp": "sh", "launcher": '"'}, r"--mpirun '\"' cannot be read"),
-    ],
-)
-def test_program_that_is_missing_is_a_wrong_request(options, message):
-    with pytest.raises(RequestError, match=message):
-        open_engine("lammps", **options)
-
-
 @pytest.mark.parametrize(
     ("name", "options", "message"),
     [
+        ("granoo", {}, r"^--engine 'granoo' is not known: must be one of lammps, .*reference"),
+        ("lammps", {"lmp": "/no/such/lmp"}, r"--lmp '/no/such/lmp': no such executable"),
+        ("lammps", {"program": "/no/such/lmp"}, r"--lmp '/no/such/lmp': no such executable"),
+        ("lammps", {"lmp": "sh", "launcher": "no-such-mpirun -np 2"}, r"--mpirun 'no-such-mpirun'"),
+        ("lammps", {"lmp": "sh", "launcher": '"'}, r"--mpirun '\"' cannot be read"),
         ("liggghts", {"lmp": "lmp"}, r"--lmp 'lmp': engine 'liggghts' takes the options: limits, "),
         ("reference", {"program": "sh"}, r"--program 'sh': engine 'reference' takes the options: "),
-        (
-            "liggghts",
-            {"options": {"launcher": "x", "walls": "3"}},
-            r"--mpirun 'x': engine 'liggghts'",
-        ),
+        ("liggghts", {"options": {"launcher": "x"}}, r"--mpirun 'x': engine 'liggghts'"),
         ("lammps", {"options": {"colour": "red"}}, "--engine-option lammps.colour=red: engine"),
         ("lammps", {"options": {"workers": "two"}}, "lammps.workers=two: must be a whole number"),
-        ("lammps", {"options": {"limits": "soon"}}, "lammps.limits=soon: must be a number"),
         ("lammps", {"options": {"workers": "-1"}}, "workers = -1: must be at least 1"),
         *(
             ("lammps", {"options": {"limits": value}}, f"limits={value}: must be .* at most 1e")
-            for value in ("nan", "-1", "0", "inf", "1e308")
+            for value in ("soon", "nan", "-1", "inf", "1e308")
         ),
     ],
 )
-def test_an_option_that_the_engine_does_not_take_is_refused(name, options, message):
+def test_a_wrong_engine_program_or_option_is_named(name, options, message):
     with pytest.raises(RequestError, match=message):
         open_engine(name, **options)
 
@@ -120,8 +95,6 @@ def test_options_are_read_as_the_engine_declares_them():
     given = {"workers": "2", "limits": "7.5", "lmp": None}
     named = Limits(seconds=7.5, patience=0.0)  # no run has longer
     assert chosen_options("lammps", options=given) == {"workers": 2, "limits": named}
-    with open_engine("lammps", options=given) as engine:
-        assert (engine.workers, engine.limits.seconds) == (2, 7.5)
 
 
 def test_an_engine_of_another_package_opens_by_its_name_with_its_options(plugins):
@@ -135,43 +108,42 @@ def test_an_engine_of_another_package_opens_by_its_name_with_its_options(plugins
 
 
 @pytest.mark.parametrize(
-    ("point", "said"),
+    ("value", "reason"),
     [
-        (("bad", "broken:X", "bad-dem"), "ModuleNotFoundError: No module named 'no_such_library'"),
-        (("bad", "leaves:X", "bad-dem"), r"\(SystemExit: bye\)"),
-        (("bad", "mine:Nothing", "bad-dem"), "AttributeError: module 'mine' has no attribute"),
-        (("bad", "mine:NOT_A_CLASS", "bad-dem"), "is no subclass of harness.engines.base"),
-        (("bad", "mine:Half", "bad-dem"), "class Half has no run, traits"),
+        ("broken:X", "ModuleNotFoundError: No module named 'no_such_library'"),
+        ("leaves:X", r"\(SystemExit: bye\)"),
+        ("mine:Nothing", "AttributeError: module 'mine' has no attribute"),
+        ("mine:NOT_A_CLASS", "is no subclass of harness.engines.base"),
+        ("mine:Half", "class Half has no identify, traits"),
     ],
 )
 def test_an_engine_that_is_broken_is_named_with_its_package_and_harms_no_other(
-    plugins, point, said
+    plugins, value, reason
 ):
-    plugins(Point(*point), Point("mine", "mine:Mine", "mine-dem"))
+    plugins(Point("bad", value, "bad-dem"), Point("mine", "mine:Mine", "mine-dem"))
     assert engine_names() == [*ENGINES, "bad", "mine"]
-    with pytest.raises(RequestError, match=rf"^engine 'bad' of package 'bad-dem'.*{said}") as found:
+    with pytest.raises(
+        RequestError, match=f"^engine 'bad' of package 'bad-dem'.*{reason}"
+    ) as error:
         engine_class("bad")
-    assert "\n" not in str(found.value)
+    assert "\n" not in str(error.value)
     assert engine_class("mine").name == "mine"
     assert engine_class("lammps") is Lammps
 
 
 def test_an_engine_with_the_name_of_another_is_left_out_and_named(plugins):
-    plugins(
-        Point("yade", "mine:Mine", "thief"),
-        Point("mine", "mine:Mine", "first"),
-        Point("mine", "mine:Mine", "second"),
-    )
+    points = [("yade", "thief"), ("mine", "first"), ("mine", "second")]
+    plugins(*(Point(name, "mine:Mine", package) for name, package in points))
     assert engine_names() == [*ENGINES, "mine"]
-    texts = refused_plugins()
-    assert ["'thief' is left out" in texts[0], "'second' is left out" in texts[1]] == [True, True]
-    assert not any("\n" in text for text in texts)
+    thief, second = refused_plugins()
+    assert "'thief' is left out: this package has one" in thief
+    assert "'second' is left out: package 'first' has one" in second
 
 
 def test_a_class_is_an_engine_for_a_try(plugins, tmp_path, monkeypatch):
     plugins()
     assert engine_class("mine:Mine").name == "mine"
-    with pytest.raises(RequestError, match=r"^--engine 'mine:Half': class Half has no run, traits"):
+    with pytest.raises(RequestError, match=r"^--engine 'mine:Half': class Half has no identify"):
         open_engine("mine:Half")
     (tmp_path / "here").mkdir()
     (tmp_path / "here" / "own_engine.py").write_text(PLUGIN)

@@ -1,26 +1,17 @@
-"""Scenes in processes: a crash, a hang, lost samples, NaN; scenes that no code states."""
+"""Files of scenes and samples: lost samples, NaN; scenes that no code states."""
 
 import json
 import shutil
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from harness.engines.jobs import Batches
 from harness.engines.kratos import scenes as kratos
 from harness.engines.liggghts import scenes as liggghts
-from harness.engines.process import Limits
 from harness.engines.scene_files import PARTS, read_motion, write_scenes
 from harness.engines.yade import scenes as yade
-from harness.errors import (
-    EngineCrashError,
-    EngineNaNError,
-    EngineOutputError,
-    EngineTimeoutError,
-    Unsupported,
-)
+from harness.errors import EngineNaNError, EngineOutputError, Unsupported
 from harness.model.scene import Scene, Stage, Wall, sphere
 from harness.solvers import reference
 from tests.engines.struck import STRUCK, STRUCK_ELASTIC, error, struck_floor, struck_pair
@@ -42,49 +33,6 @@ RECORDED = {
     "yade": ("struck.json", STRUCK),
     "kratos": ("struck.json", STRUCK_ELASTIC),
 }
-
-# It writes a motion without forces; a scene of 7 steps crashes it, one of 8 hangs.
-FAKE = """
-import json, os, sys, time
-for place, scene in enumerate(json.load(open("scenes.json"))):
-    if scene["steps"] == 7: os.abort()
-    if scene["steps"] == 8: time.sleep(60)
-    still = [[[0.0] * 3 for _ in scene["bodies"]] for _ in range(scene["steps"] + 1)]
-    names = ("position", "velocity", "angular_velocity", "force", "torque")
-    samples = {"step": list(range(scene["steps"] + 1)), **{name: still for name in names}}
-    json.dump(samples, open(f"{place}.part", "w"))
-    os.rename(f"{place}.part", f"{place}.json")
-"""
-
-
-def fake_write(folder, scenes):
-    write_scenes(folder, [(scene, {}) for scene in scenes])
-    return [sys.executable, "-c", FAKE]
-
-
-FAKE_CODE = Batches(
-    title="Fake",
-    write=fake_write,
-    read=lambda folder, place, scene, _: read_motion("Fake", folder, place, scene),
-    error=lambda ended, _: ended.error("Fake"),
-)
-
-
-@pytest.mark.parametrize("workers", [1, 2])
-def test_rest_of_a_chunk_runs_again_after_a_crash(workers):
-    steps = [3, 7, 4, 7, 8, 5]
-    scenes = [STRUCK.replace(steps=number, every=1) for number in steps]
-    outcomes = FAKE_CODE.run(scenes, workers, Limits(seconds=2.0))
-    kinds = {7: EngineCrashError, 8: EngineTimeoutError}
-    for number, outcome in zip(steps, outcomes, strict=True):
-        if number in kinds:
-            assert isinstance(outcome, kinds[number])
-        else:
-            assert len(outcome) == number + 1
-
-
-def test_no_scene_needs_no_process():
-    assert FAKE_CODE.run([]) == []
 
 
 @pytest.mark.parametrize("scene", [STRUCK, struck_floor(HERTZ), resting(LINEAR, 1e-3, 100)])

@@ -1,14 +1,50 @@
-"""Tables of scripts: CSV by its header, dumps of LAMMPS and LIGGGHTS by their columns."""
+"""Outputs of runs, and their tables: CSV by its header, dumps by their columns."""
 
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from harness.engines.output import read_csv, read_dump
+from harness.cases.drop.system import TEMPLATE
+from harness.engines.lammps.engine import Lammps
+from harness.engines.output import Output, finished, read_csv, read_dump, results_in
+from harness.engines.provenance import Provenance
 from harness.errors import EngineNaNError, EngineOutputError
 
 RECORDED = Path(__file__).parent / "liggghts" / "recorded"
+LOG = "RESULT a = 1\nRESULT b = x\nRESULT c = nan\nRESULT d = 1\nRESULT d = 2\nRESULT row = 1 2\n"
+SERIES = {"time_s": np.array([0.0, 1.0]), "x_m": np.array([1.0, np.nan]), "back": np.ones(2)}
+OUTPUT = Output(results_in(LOG), Provenance("it", "1"), {"series": SERIES})
+
+
+def test_results_by_name():
+    assert OUTPUT.number("a") == 1.0
+    assert OUTPUT.rows("row", 2).tolist() == [[1.0, 2.0]]
+    OUTPUT.check_numbers({"a": 1.0 + 1e-13, "missing": 3.0})
+
+
+@pytest.mark.parametrize(
+    ("call", "error", "words"),
+    [
+        (lambda: OUTPUT.text("e"), EngineOutputError, r"incomplete result \('e'\)"),
+        (lambda: OUTPUT.text("d"), EngineOutputError, "two results 'd': 1 and 2"),
+        (lambda: OUTPUT.number("b"), EngineOutputError, "incomplete result"),
+        (lambda: OUTPUT.number("c"), EngineNaNError, "c = nan"),
+        (lambda: OUTPUT.rows("row", 3), EngineOutputError, "incomplete result"),
+        (lambda: OUTPUT.check_numbers({"a": 1.1}), EngineOutputError, "a = 1, where 1.1"),
+        (lambda: OUTPUT.table(["y_m"]), EngineOutputError, "no table with y_m: .* has time_s, x_m"),
+        (lambda: OUTPUT.table(["time_s"], 3), EngineOutputError, "2 rows of a series of 3"),
+        (lambda: OUTPUT.table(["x_m"]), EngineNaNError, "not numbers"),
+    ],
+)
+def test_what_is_missing_or_no_number_is_an_error(call, error, words):
+    with pytest.raises(error, match=words):
+        call()
+
+
+def test_an_echo_of_the_last_line_is_no_end():
+    assert finished("x\nRESULT verdict = finished\n")
+    assert not finished(Lammps.script(TEMPLATE).text)
 
 
 def dump(*frames, columns="id x vx fx"):
@@ -22,14 +58,14 @@ def dump(*frames, columns="id x vx fx"):
 
 
 def test_columns_of_a_csv_have_the_names_of_its_header():
-    table = read_csv("time_s,x_m\n0,1.5\n0.1,1e-300\n", "it")
-    assert list(table) == ["time_s", "x_m"]
-    assert table["x_m"].tolist() == [1.5, 1e-300]
-    assert read_csv('# "time_s", x_m\n0,2\n', "it")["x_m"].tolist() == [2.0]
+    table = read_csv('# "time_s", x_m\n0,1.5\n0.1,1e-300\n', "it")
+    assert {name: column.tolist() for name, column in table.items()} == {
+        "time_s": [0.0, 0.1], "x_m": [1.5, 1e-300]
+    }  # fmt: skip
 
 
 def test_columns_of_particles_are_one_in_the_order_of_their_numbers():
-    table = read_csv("time_s,x_m[2],x_m[1],x_m[10]\n0,2,1,10\n".replace("[10]", "[3]"), "it")
+    table = read_csv("time_s,x_m[2],x_m[1],x_m[3]\n0,2,1,10\n", "it")
     assert table["x_m"].tolist() == [[1.0, 2.0, 10.0]]
     with pytest.raises(EngineOutputError, match="it left a series that lacks columns of x_m"):
         read_csv("time_s,x_m[1],x_m[3]\n0,1,2\n", "it")
@@ -43,7 +79,20 @@ def test_a_csv_that_is_cut_or_damaged_is_bad_output(text):
         read_csv(text, "it")
 
 
-def test_a_frame_that_comes_again_where_a_run_was_taken_up_is_left_out():
+ROWS = "time_s,x_m\n0,1\n0.1,2\n0.1,2\n0.2,3\n"
+
+
+def test_a_row_that_comes_again_is_one_and_another_of_its_time_is_an_error():
+    assert read_csv(ROWS, "it", rising=True)["time_s"].tolist() == [0.0, 0.1, 0.2]
+    with pytest.raises(EngineOutputError, match=r"row 3 is of time_s = 0.1, .* and differs"):
+        read_csv(ROWS.replace("2\n0.2", "2.1\n0.2"), "it", rising=True)
+    with pytest.raises(EngineOutputError, match=r"row 4 is of time_s = 0.05, the row before of"):
+        read_csv(ROWS.replace("0.2", "0.05"), "it", rising=True)
+    with pytest.raises(EngineNaNError, match="not numbers"):
+        read_csv(ROWS.replace("0.2", "nan"), "it", rising=True)
+
+
+def test_a_frame_that_comes_again_is_left_out_unless_it_differs():
     text = dump([(1, 10.0, 0.1, -1.0)], [(1, 11.0, 0.1, -1.0)])
     again = dump([], [(1, 12.0, 0.1, -2.0)], [(1, 13.0, 0.2, -2.0)]).partition("\n5\n")
     table = read_dump(text + "ITEM: TIMESTEP" + again[1] + again[2], "it")
@@ -80,27 +129,9 @@ def test_a_dump_whose_particles_change_or_that_is_damaged_is_bad_output(frames):
 
 def test_any_cut_of_a_recorded_dump_is_seen():
     text = (RECORDED / "struck.dump").read_text(encoding="utf-8")
-    whole = read_dump(text, "it")
-    samples = len(whole["step"])
-    assert whole["x_m"].shape == (samples, 2)
-    block = len(text.splitlines()) // samples
+    samples = len(read_dump(text, "it")["step"])
     ends = np.cumsum([len(line) + 1 for line in text.splitlines()])
-    whole_frames = {int(end) for end in ends[block - 1 :: block]}
-    for cut in range(0, len(text), 29):
-        if cut not in whole_frames:
-            with pytest.raises(EngineOutputError, match="dump"):
-                read_dump(text[:cut], "it")
-
-
-ROWS = "time_s,x_m\n0,1\n0.1,2\n0.1,2\n0.2,3\n"
-
-
-def test_a_row_that_comes_again_is_one_and_another_of_its_time_is_an_error():
-    table = read_csv(ROWS, "it", rising=True)
-    assert table["time_s"].tolist() == [0.0, 0.1, 0.2]
-    with pytest.raises(EngineOutputError, match=r"row 3 is of time_s = 0.1, .* and differs"):
-        read_csv(ROWS.replace("2\n0.2", "2.1\n0.2"), "it", rising=True)
-    with pytest.raises(EngineOutputError, match=r"row 4 is of time_s = 0.05, the row before of"):
-        read_csv(ROWS.replace("0.2", "0.05"), "it", rising=True)
-    with pytest.raises(EngineNaNError, match="not numbers"):
-        read_csv(ROWS.replace("0.2", "nan"), "it", rising=True)
+    block = len(ends) // samples
+    for cut in {*range(0, len(text), 29)} - set(ends[block - 1 :: block].tolist()):
+        with pytest.raises(EngineOutputError, match="dump"):
+            read_dump(text[:cut], "it")

@@ -242,7 +242,7 @@ class Lammps(LammpsLanguage):
 
     def _missing_submodel(self, job: Job) -> str:
         """Return the submodel among a script's values that this release does not have."""
-        from harness.engines.lammps.law_words import FIRST_RELEASES
+        from harness.engines.lammps.words import FIRST_RELEASES
 
         for name, first in FIRST_RELEASES.items():
             if name in job.values.values() and self._is_before(first):
@@ -269,7 +269,7 @@ class Lammps(LammpsLanguage):
         By 23 Jun 2022 types that are mixed have the models that are in memory as they are made:
         none, hooke, in a process that has run nothing else, and any after others.
         """
-        from harness.engines.lammps.law_words import MIXES_SUBMODELS
+        from harness.engines.lammps.words import MIXES_SUBMODELS
 
         mixed = [float(task.values.get("partner_youngs_modulus", 0.0)) > 0.0 for task in tasks]
         alone = [k for k, mixes in enumerate(mixed) if mixes and self._is_before(MIXES_SUBMODELS)]

@@ -5,8 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator
 
-from harness.engines.lammps.law_words import gran_words, granular_words
-from harness.engines.lammps.wall_words import wall_lines
+from harness.engines.lammps.words import gran_words, granular_words, wall_lines
 from harness.errors import Unsupported
 from harness.model.law import Law
 from harness.model.scene import Scene, effective_mass
@@ -17,30 +16,37 @@ Pair = tuple[int, int]
 class Atoms:
     """Bodies with a number from 1 on, and a type: by ``Body.type``, or one for each body.
 
-    ``contacts`` are the pairs that may touch, by place from 0 on, ``excluded`` those
-    that ``Scene.pairs`` leaves out. With ``mixed``, LAMMPS mixes coefficients of different types.
+    ``contacts`` are the pairs that may touch, by place from 0 on, ``excluded`` those that
+    ``Scene.pairs`` leaves out. With ``mixed``, LAMMPS mixes coefficients of different types.
     Methods raise Unsupported for laws that types cannot state.
     """
 
     def __init__(self, scene: Scene, *, own_types: bool = False, mixed: bool = False) -> None:
-        self.scene, self.mixed, self.by_type = scene, mixed, own_types or mixed
+        self.scene, self.mixed = scene, mixed
         prescribed = bool(scene.segments)
         self.bodies = [body.replace(motion="held") if prescribed else body for body in scene.bodies]
         self.free = [body.motion == "free" for body in self.bodies]
         self.touching = [prescribed or free for free in self.free]
         places = range(len(self.bodies))
         every = [(i, j) for i in places for j in places if i < j]
-        named = {(min(pair), max(pair)) for pair in (every if scene.pairs is None else scene.pairs)}
-        self.excluded = [pair for pair in every if pair not in named]
+        pairs = {(min(pair), max(pair)) for pair in (every if scene.pairs is None else scene.pairs)}
+        self.excluded = [pair for pair in every if pair not in pairs]
         self.contacts = [
-            (i, j) for i, j in every if (i, j) in named and (self.touching[i] or self.touching[j])
+            (i, j) for i, j in every if (i, j) in pairs and (self.touching[i] or self.touching[j])
         ]
-        self.by_type = self.by_type or self._has_ratios_of_masses()
+        # damping ratios of several effective masses are coefficients of each pair
+        ratios = any(law.damping == "damping_ratio" for law in scene.all_laws)
+        masses = {self._effective_mass(*pair) for pair in self.contacts}
+        self.by_type = own_types or mixed or (ratios and len(masses) > 1)
         self.types = self._types()
         numbers = {kind: body.type for kind, body in zip(self.types, self.bodies, strict=True)}
         self.pair_laws = {
             (k, m): scene.law_of(numbers[k], numbers[m]) for k in numbers for m in numbers if k <= m
         }
+        # the laws that the pair style is for: those of contacts, or all without any
+        laws = [self.pair_laws[self.type_pair(pair)] for pair in self.contacts]
+        self.style_laws = [*dict.fromkeys(laws or self.pair_laws.values())]
+        self.is_old = any(law.interface == "old" for law in self.style_laws)
 
     def _types(self) -> list[int]:
         types = [body.type for body in self.bodies]
@@ -48,11 +54,6 @@ class Atoms:
         if self.by_type or self.excluded or two_materials:
             return list(range(1, len(types) + 1))
         return [1 + sorted(set(types)).index(number) for number in types]
-
-    def _has_ratios_of_masses(self) -> bool:
-        """Return whether damping ratios are those of several effective masses, each its own eta."""
-        ratios = any(law.damping == "damping_ratio" for law in self.scene.all_laws)
-        return ratios and len({self._effective_mass(*pair) for pair in self.contacts}) > 1
 
     def type_pair(self, pair: Pair) -> Pair:
         """Return the types of a pair of bodies, the smaller one first."""
@@ -62,19 +63,9 @@ class Atoms:
     @property
     def laws(self) -> list[Law]:
         """Return the laws of all contacts that there may be."""
-        scene, of_pairs = self.scene, self._style_laws() if self.contacts else []
+        scene, of_pairs = self.scene, self.style_laws if self.contacts else []
         at_walls = [scene.law_of(b.type, w.type) for b in self.bodies for w in scene.walls]
         return [*dict.fromkeys([*of_pairs, *at_walls])]
-
-    def _style_laws(self) -> list[Law]:
-        """Return the laws that the pair style is for: those of contacts, or all without any."""
-        laws = [self.pair_laws[self.type_pair(pair)] for pair in self.contacts]
-        return [*dict.fromkeys(laws or self.pair_laws.values())]
-
-    @property
-    def is_old(self) -> bool:
-        """Return whether the pair style is an earlier one."""
-        return any(law.interface == "old" for law in self._style_laws())
 
     @property
     def mixes(self) -> bool:
@@ -86,10 +77,7 @@ class Atoms:
 
     def are_discs(self) -> bool:
         """Return whether bodies turn as discs in a plane; raise Unsupported for other inertias."""
-        turning = any(
-            law.tangential != "none" or law.rolling != "none" or law.twisting != "none"
-            for law in self.laws
-        )
+        turning = any({law.tangential, law.rolling, law.twisting} != {"none"} for law in self.laws)
         shares = [body.moment_of_inertia / (body.mass * body.radius**2) for body in self.bodies]
         if not turning or all(math.isclose(share, 0.4, rel_tol=1e-12) for share in shares):
             return False
@@ -104,7 +92,7 @@ class Atoms:
 
     def pair_lines(self) -> list[str]:
         """Return the pair style and the coefficients of all types."""
-        law, *more = self._style_laws()
+        law, *more = self.style_laws
         if self.is_old:
             if more:
                 raise Unsupported("pair_style gran/* has one law for all bodies")
@@ -130,60 +118,65 @@ class Atoms:
             if self._is_mixed(types):
                 continue
             contacts = [pair for pair in self.contacts if self.type_pair(pair) == types]
-            own = materials.get(types[0], law) if types[0] == types[1] else law
-            if contacts and (own != law or law.two_materials):
+            pure = materials.get(types[0], law) if types[0] == types[1] else law
+            if contacts and (pure != law or law.two_materials):
                 raise Unsupported(
                     f"bodies of type {types[0]} touch, which has one of two materials"
                 )
-            words = self._words(own, contacts or self.contacts[:1])
+            words = self._words(pure, contacts or self.contacts[:1])
             yield f"pair_coeff {types[0]} {types[1]} {words}"
 
     def _materials(self) -> dict[int, Law]:
         """Return the law of one material of each type that is mixed with another."""
-        found: dict[int, Law] = {}
+        materials: dict[int, Law] = {}
         for types, law in self.pair_laws.items():
             if types[0] == types[1] or not law.two_materials:
                 continue
-            for number, one in zip(types, _laws_of_each(law), strict=True):
-                if found.setdefault(number, one) != one:
+            for number, pure in zip(types, _laws_of_each_material(law), strict=True):
+                if materials.setdefault(number, pure) != pure:
                     raise Unsupported(f"type {number} has two materials")
-        return found
+        return materials
 
     # ---- walls
 
     def wall_lines(self) -> Iterator[str]:
         """Yield the lines of each wall: one fix for each law that bodies have with it."""
         for number, wall in enumerate(self.scene.walls, 1):
-            laws = [self.scene.law_of(body.type, wall.type) for body in self.bodies]
-            kinds = dict.fromkeys(law for law, one in zip(laws, self.touching, strict=True) if one)
+            laws = [
+                self.scene.law_of(body.type, wall.type) if touches else None
+                for body, touches in zip(self.bodies, self.touching, strict=True)
+            ]
+            kinds = [law for law in dict.fromkeys(laws) if law is not None]
             for part, law in enumerate(kinds, 1):
                 name = f"wall{number}" if len(kinds) == 1 else f"wall{number}_{part}"
-                which = [one and law == own for one, own in zip(self.touching, laws, strict=True)]
-                group = name if not all(which) else "all"
+                which = [own == law for own in laws]
                 yield from group_line(name, which)
-                masses = {body.mass for body, one in zip(self.bodies, which, strict=True) if one}
-                words = _wall_words(law, masses.pop() if len(masses) == 1 else None)
-                yield from wall_lines(name, group, wall, words, law)
+                masses = {b.mass for b, touches in zip(self.bodies, which, strict=True) if touches}
+                mass = masses.pop() if len(masses) == 1 else None
+                words = (
+                    gran_words(law)
+                    if law.interface == "old"
+                    else f"granular {granular_words(law.one_material, mass)}"
+                )
+                yield from wall_lines(name, "all" if all(which) else name, wall, words, law)
 
 
-def _wall_words(law: Law, mass: float | None) -> str:
-    if law.interface == "old":
-        return gran_words(law)
-    return f"granular {granular_words(law.one_material, mass)}"
-
-
-def _laws_of_each(law: Law) -> list[Law]:
+def _laws_of_each_material(law: Law) -> list[Law]:
     """Return the laws of which LAMMPS mixes one of two materials.
 
     mindlin_classic knows no material: its coefficient is that of the pair.
     """
     classic = law.tangential == "mindlin_classic" and law.moduli and not law.tangential_modulus
     shear = {"tangential_modulus": 8.0 * law.moduli[1]} if classic and law.moduli else {}
-    return [own.model_copy(update=shear) for own in law.of_each]
+    whole = {"partner_youngs_modulus": None, "partner_poisson_ratio": None}
+    return [
+        law.model_copy(update={"youngs_modulus": young, "poisson_ratio": poisson, **whole, **shear})
+        for young, poisson in law.materials or ()
+    ]
 
 
 def group_line(name: str, which: Iterable[bool]) -> list[str]:
     """Return the line that defines a group of some bodies; none for all, or for nobody."""
     which = list(which)
-    ids = [str(number) for number, one in enumerate(which, 1) if one]
+    ids = [str(number) for number, member in enumerate(which, 1) if member]
     return [f"group {name} id {' '.join(ids)}"] if ids and len(ids) < len(which) else []

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-from harness.engines.lammps.law_words import MIXES_SUBMODELS, check_release
 from harness.engines.lammps.scene_atoms import Atoms, group_line
+from harness.engines.lammps.words import AXES, MIXES_SUBMODELS, check_release, numbers_of
 from harness.engines.provenance import release_of
 from harness.model.base import Vector
 from harness.model.conventions import Rules
@@ -16,6 +16,8 @@ from harness.model.scene import ALL_AXES, Body, Scene, Segment
 
 SAMPLES, RESTART = "motion.dump", "motion.restart"
 MOST_BINS = 8  # from the middle of the box on
+# [r_i + r_j] the script of a grain in a well rounds its places: what just touches is no contact
+ROUNDED_START = 1e-15
 COLUMNS = (
     "id xu yu zu vx vy vz omegax omegay omegaz f_contact[1] f_contact[2] f_contact[3] tqx tqy tqz"
 )
@@ -31,9 +33,7 @@ class Variation:
     rebuild: bool = False  # a new neighbour list at every step, needed or not
     skin: float = 0.5  # [radius of the smallest body] of neighbour lists
     grid: tuple[int, int, int] = (1, 1, 1)  # of MPI ranks
-    middle: Vector | None = (
-        None  # [m] of the box; there bins end, and an even number of ranks meets
-    )
+    middle: Vector | None = None  # [m] of the box: an end of bins, and of an even number of ranks
     pause: int = 0  # [step] at which a run ends and goes on without a setup, 0 for none
     restart: bool = False  # each later setup follows a restart from a file
     coefficients: Literal["together", "by type", "mixed"] = "together"  # then bodies have own types
@@ -46,8 +46,6 @@ class Variation:
 
 
 PLAIN = Variation()
-# [r_i + r_j] the script of a grain in a well rounds its places: what just touches is no contact
-ROUNDED_START = 1e-15
 
 
 def rules(scene: Scene, release: str | None = None) -> Rules:
@@ -116,7 +114,10 @@ class _Script:
         self.discs = self.atoms.are_discs()
         self.heats = any(law.heat != "none" for law in scene.all_laws)
         self.largest = max(body.radius for body in scene.bodies)
+        columns = [*zip(*(body.position for body in scene.bodies), strict=True)]
+        self.spread = [(min(column), max(column)) for column in columns]
         self.room = self._room()
+        self.bin_size = self.room / min(max(1, int(self.room / (4.0 * self.largest))), MOST_BINS)
 
     def _room(self) -> float:
         """Return half of the width of a box that no body leaves [m]."""
@@ -130,26 +131,18 @@ class _Script:
             for w in scene.walls
         ]
         path = 2.0 * time * (max(speeds) + max(walls, default=0.0))
-        spread = max(high - low for low, high in self._spread())
+        spread = max(high - low for low, high in self.spread)
         return 10.0 * self.largest + spread + path + time * time * math.hypot(*scene.gravity)
 
-    def _spread(self) -> list[tuple[float, float]]:
-        columns = zip(*(body.position for body in self.scene.bodies), strict=True)
-        return [(min(column), max(column)) for column in columns]
-
-    @property
-    def _bin_size(self) -> float:
-        return self.room / min(max(1, int(self.room / (4.0 * self.largest))), MOST_BINS)
-
     def settings(self) -> list[str]:
-        """Return what stands before the box."""
+        """Return the lines before the box."""
         v, edges = self.variation, ["f" if p is None else "p" for p in self.scene.period]
         grows = any(law.normal == "mdr" for law in self.atoms.laws)
         lines = [f"units {v.units}", f"atom_style sphere{' 1' if grows else ''}"]
         if self.discs:
             lines.append("dimension 2")
             edges[2] = "p"
-        sort = f"{v.sort_every} {self._bin_size!r}" if v.sort_every else "0 0"
+        sort = f"{v.sort_every} {self.bin_size!r}" if v.sort_every else "0 0"
         lines += [
             f"atom_modify map array sort {sort}",
             f"newton {'on' if v.newton else 'off'}",
@@ -160,47 +153,45 @@ class _Script:
             lines.append(f"processors {' '.join(map(str, v.grid))}")
         return lines
 
+    def box(self) -> list[str]:
+        """Return the box and the atoms in it."""
+        bounds = self._bounds()
+        lines = [
+            f"region box block {numbers_of(x for pair in bounds for x in pair)} units box",
+            f"create_box {max(self.atoms.types)} box",
+            *self.heat_store(),
+        ]
+        for atom, (body, kind) in enumerate(
+            zip(self.scene.bodies, self.atoms.types, strict=True), 1
+        ):
+            lines += self._atom_lines(atom, kind, body, [low for low, _ in bounds])
+        return lines
+
     def _bounds(self) -> list[tuple[float, float]]:
-        middle: Sequence[float] = [0.5 * (low + high) for low, high in self._spread()]
+        middle: Sequence[float] = [0.5 * (low + high) for low, high in self.spread]
         middle = self.variation.middle or middle
         halves = [self.room if p is None else 0.5 * p for p in self.scene.period]
         bounds = [(x - half, x + half) for x, half in zip(middle, halves, strict=True)]
         return [*bounds[:2], (-self.largest, self.largest)] if self.discs else bounds
 
-    def box(self) -> list[str]:
-        """Return the box and the atoms in it."""
-        bounds = self._bounds()
+    def _atom_lines(self, atom: int, kind: int, body: Body, lows: Sequence[float]) -> list[str]:
+        """Return the lines of an atom, in its image of a periodic box."""
+        periods, places, images = self.scene.period, [], []
+        for x, low, period in zip(body.position, lows, periods, strict=True):
+            image = 0 if period is None else math.floor((x - low) / period)
+            images.append(image)
+            places.append(x - image * (period or 0.0))
+        warmth = f" temperature {body.temperature!r}" if self.heats else ""
         lines = [
-            f"region box block {_numbers(x for pair in bounds for x in pair)} units box",
-            f"create_box {max(self.atoms.types)} box",
-            *self.heat_store(),
+            f"create_atoms {kind} single {numbers_of(places)} units box",
+            f"set atom {atom} diameter {2.0 * body.radius!r} mass {body.mass!r}{warmth}",
+            _moving(atom, body.velocity, body.angular_velocity),
         ]
-        rows = zip(self.scene.bodies, self.atoms.types, strict=True)
-        for atom, (body, kind) in enumerate(rows, 1):
-            images = [
-                0 if period is None else math.floor((x - low) / period)
-                for x, (low, _), period in zip(
-                    body.position, bounds, self.scene.period, strict=True
-                )
-            ]
-            lines += [
-                f"create_atoms {kind} single {_numbers(self._inside(body, images))} units box",
-                f"set atom {atom} diameter {2.0 * body.radius!r} mass {body.mass!r}"
-                + (f" temperature {body.temperature!r}" if self.heats else ""),
-                _moving(atom, body.velocity, body.angular_velocity),
-            ]
-            if any(images):
-                lines.append(f"set atom {atom} image {self._image_words(images)}")
+        if any(images):
+            rows = zip(images, periods, strict=True)
+            words = " ".join("NULL" if period is None else str(image) for image, period in rows)
+            lines.append(f"set atom {atom} image {words}")
         return lines
-
-    def _inside(self, body: Body, images: Sequence[int]) -> list[float]:
-        """Return the position of a body in a periodic box [m]."""
-        rows = zip(body.position, images, self.scene.period, strict=True)
-        return [x - image * (period or 0.0) for x, image, period in rows]
-
-    def _image_words(self, images: Sequence[int]) -> str:
-        rows = zip(images, self.scene.period, strict=True)
-        return " ".join("NULL" if period is None else str(image) for image, period in rows)
 
     def heat_store(self) -> list[str]:
         """Return the line that gives atoms a temperature."""
@@ -226,9 +217,10 @@ class _Script:
         ]
 
     def _groups(self) -> list[str]:
-        frozen = [body.motion == "frozen" for body in self.atoms.bodies]
-        lines = [*group_line("free", self.atoms.free), *group_line("frozen", frozen)]
-        return [*lines, *group_line("still", [not one for one in self.atoms.free])]
+        free, frozen = self.atoms.free, [body.motion == "frozen" for body in self.atoms.bodies]
+        still = [not moves for moves in free]
+        groups = {"free": free, "frozen": frozen, "still": still}
+        return [line for name, which in groups.items() for line in group_line(name, which)]
 
     def _neighbours(self) -> list[str]:
         v, atoms = self.variation, self.atoms
@@ -238,7 +230,7 @@ class _Script:
             f"neigh_modify delay 0 every 1 check {'no' if v.rebuild else 'yes'}",
         ]
         if v.bins:
-            lines.append(f"neigh_modify binsize {self._bin_size!r}")
+            lines.append(f"neigh_modify binsize {self.bin_size!r}")
         if sum(not touching for touching in atoms.touching) > 1:
             lines.append("neigh_modify exclude group still still")
         pairs = [" ".join(map(str, atoms.type_pair(pair))) for pair in atoms.excluded]
@@ -257,7 +249,7 @@ class _Script:
         yield "compute warmth all property/atom temperature"
         capacities = [body.heat_capacity for body in self.atoms.bodies]
         for number, capacity in enumerate(sorted(set(capacities)), 1):
-            which = [one == capacity for one in capacities]
+            which = [own == capacity for own in capacities]
             group = "all" if all(which) else f"capacity{number}"
             yield from group_line(group, which)
             yield f"fix warm{number} {group} heat/flow constant {capacity!r}"
@@ -270,13 +262,14 @@ class _Script:
             lines.append(f"fix drag {group} viscous {scene.drag!r}")
         lines.append("fix contact all store/force  # of contacts and drag, without weight")
         if weight and any(self.atoms.free):
-            lines.append(f"fix weight {group} gravity {weight!r} vector {_numbers(scene.gravity)}")
+            vector = numbers_of(scene.gravity)
+            lines.append(f"fix weight {group} gravity {weight!r} vector {vector}")
         for axes in sorted({b.axes for b in bodies if b.motion == "free"} - {ALL_AXES}):
             which = [body.motion == "free" and body.axes == axes for body in bodies]
-            name = "along_" + "".join(a for a, moves in zip("xyz", axes, strict=True) if moves)
-            held = " ".join("NULL" if moves else "0.0" for moves in axes)
+            name = "along_" + "".join(a for a, moves in zip(AXES, axes, strict=True) if moves)
+            forces = " ".join("NULL" if moves else "0.0" for moves in axes)
             guided = "all" if all(which) else name
-            lines += [*group_line(name, which), f"fix {name} {guided} setforce {held}"]
+            lines += [*group_line(name, which), f"fix {name} {guided} setforce {forces}"]
         if self.discs:
             lines.append("fix plane all enforce2d")
         if any(body.motion == "frozen" for body in bodies):
@@ -290,8 +283,4 @@ def _speed(velocity: Vector, spin: Vector, radius: float) -> float:
 
 def _moving(atom: int, velocity: Vector, spin: Vector) -> str:
     vx, vy, vz = velocity
-    return f"set atom {atom} vx {vx!r} vy {vy!r} vz {vz!r} omega {_numbers(spin)}"
-
-
-def _numbers(values: Iterable[float]) -> str:
-    return " ".join(map(repr, values))
+    return f"set atom {atom} vx {vx!r} vy {vy!r} vz {vz!r} omega {numbers_of(spin)}"

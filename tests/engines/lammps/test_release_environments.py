@@ -1,21 +1,31 @@
+"""Releases of the wheel: their names, their environments, the fingerprints of programs."""
+
+import os
+import shutil
 import subprocess
 
 import pytest
 
 from harness.engines.lammps import releases
+from harness.engines.lammps.engine import Lammps
 from harness.engines.lammps.releases import (
     COMPLETE,
     executable_of,
+    fingerprint,
     in_use,
     install,
     is_release,
 )
 from harness.engines.process import drop
+from harness.engines.programs import digest
+from harness.engines.registry import fingerprint_of
 from harness.errors import EngineMissingError, EngineTimeoutError, RequestError
+
+NAME = "2024.8.29.3.0"
 
 
 @pytest.fixture
-def calls(monkeypatch):
+def calls(monkeypatch, tmp_path):
     """Record what would be run, in place of venv and pip; ``calls.answer`` is how it ends."""
 
     class Calls(list):
@@ -29,47 +39,32 @@ def calls(monkeypatch):
             raise seen.answer
         code, said = seen.answer if "pip" in command else (0, "")
         if "venv" in command:
-            (seen.folder / command[-1]).mkdir(parents=True, exist_ok=True)
+            (tmp_path / command[-1]).mkdir(parents=True, exist_ok=True)
         return subprocess.CompletedProcess(command, code, "", said)
 
     monkeypatch.setattr(releases.subprocess, "run", run)
     return seen
 
 
-@pytest.mark.parametrize(
-    ("text", "expected"),
-    [
-        ("2025.7.22.4.0", True),
-        ("2022.6.23.4.0", True),
-        ("2024.8.29", True),
-        ("2025", False),
-        ("1.2.3.4", False),
-        ("lammps", False),
-        ("2025.7.22.4.0; rm -rf", False),
-        ("--index-url=x", False),
-    ],
-)
-def test_form_of_a_release(text, expected):
-    assert is_release(text) is expected
+def test_names_of_releases_and_of_programs(tmp_path):
+    assert all(map(is_release, (NAME, "2022.6.23.4.0", "2024.8.29")))
+    others = ("2025", "1.2.3.4", "lammps", f"{NAME}; rm -rf", "--index-url=x")
+    assert not any(map(is_release, others))
+    assert executable_of("sh -sf omp", tmp_path) == "sh -sf omp"
+    with pytest.raises(RequestError, match=r"release 'lammps-nine': must be a release"):
+        executable_of("lammps-nine", tmp_path)
 
 
-def test_release_is_installed_once(calls, tmp_path):
-    calls.folder = tmp_path
-    first = install("2024.8.29.3.0", tmp_path)
-    assert first == tmp_path / "2024.8.29.3.0" / "bin" / "lmp"
-    assert "lammps==2024.8.29.3.0" in calls[1]
-    assert install("2024.8.29.3.0", tmp_path) == first
+def test_a_release_is_installed_once_and_one_that_is_half_made_again(calls, tmp_path):
+    assert install(NAME, tmp_path) == tmp_path / NAME / "bin" / "lmp"
+    assert f"lammps=={NAME}" in calls[1]
+    install(NAME, tmp_path)
     assert len(calls) == 2
-
-
-def test_environment_left_half_made_is_made_again(calls, tmp_path):
-    calls.folder = tmp_path
-    install("2024.8.29.3.0", tmp_path)
-    (tmp_path / "2024.8.29.3.0" / COMPLETE).unlink()
-    (tmp_path / "2024.8.29.3.0" / "rest").write_text("")
-    install("2024.8.29.3.0", tmp_path)
+    (tmp_path / NAME / COMPLETE).unlink()
+    (tmp_path / NAME / "rest").write_text("")
+    install(NAME, tmp_path)
     assert len(calls) == 4
-    assert not (tmp_path / "2024.8.29.3.0" / "rest").exists()
+    assert not (tmp_path / NAME / "rest").exists()
 
 
 @pytest.mark.parametrize(
@@ -85,33 +80,67 @@ def test_environment_left_half_made_is_made_again(calls, tmp_path):
         (OSError(28, "No space left on device"), EngineMissingError, "No space left"),
     ],
 )
-def test_what_cannot_be_installed_is_an_engine_error_in_one_line(
+def test_an_installation_that_fails_is_an_engine_error_in_one_line(
     calls, tmp_path, answer, error, said
 ):
-    calls.folder, calls.answer = tmp_path, answer
+    calls.answer = answer
     with pytest.raises(error) as caught:
         install("2019.1.1", tmp_path)
     assert said in str(caught.value)
     assert "\n" not in str(caught.value)
-    assert caught.value.exit_status == 3
     assert not (tmp_path / "2019.1.1" / COMPLETE).exists()
 
 
-def test_neither_a_release_nor_a_program(tmp_path):
-    with pytest.raises(RequestError, match=r"release 'lammps-nine': must be a release"):
-        executable_of("lammps-nine", tmp_path)
-    assert executable_of("sh", tmp_path) == "sh"
-    assert executable_of("sh -sf omp", tmp_path) == "sh -sf omp"
-
-
-def test_an_environment_in_use_is_not_dropped(calls, tmp_path):
-    calls.folder = tmp_path
-    install("2024.8.29.3.0", tmp_path)
-    home = tmp_path / "2024.8.29.3.0"
-    with in_use("2024.8.29.3.0", tmp_path):
+@pytest.mark.usefixtures("calls")
+def test_an_environment_in_use_is_not_dropped(tmp_path):
+    install(NAME, tmp_path)
+    with in_use(NAME, tmp_path):
         with pytest.raises(BlockingIOError):
-            drop(home)
-        assert install("2024.8.29.3.0", tmp_path) == home / "bin" / "lmp"
-        assert len(calls) == 2
-    drop(home)
-    assert not home.exists()
+            drop(tmp_path / NAME)
+        assert install(NAME, tmp_path).parent.parent.is_dir()
+    drop(tmp_path / NAME)
+    assert not (tmp_path / NAME).exists()
+
+
+# ---- fingerprints
+
+
+@pytest.fixture
+def program(tmp_path):
+    """A program with libraries, at a place of its own."""
+    path = tmp_path / "lmp"
+    shutil.copy(shutil.which("env") or "/usr/bin/env", path)
+    return path
+
+
+def test_a_program_is_known_by_its_content_and_that_of_its_libraries(program):
+    first = fingerprint(str(program))
+    assert any("libc" in name for name in first["files"])
+    os.utime(program, (1, 1))
+    digest.cache_clear()
+    assert fingerprint(str(program)) == first
+    with program.open("ab") as stream:
+        stream.write(b"\0")
+    digest.cache_clear()
+    assert fingerprint(str(program)) != first
+
+
+def test_launcher_ranks_and_arguments_count(program):
+    launched = [fingerprint(str(program), start) for start in (None, "env A=2", "env A=4")]
+    words = [fingerprint(f"{program}{more}") for more in (" -sf omp", " -sf opt")]
+    assert len({str(one) for one in (*launched, *words)}) == 5
+
+
+def test_the_twin_of_the_library_counts_and_an_executable_has_none(program):
+    assert Lammps.twin_options() == {"lmp": "lmp"}
+    assert Lammps.twin_options(lmp=str(program)) is None
+    assert "twin" not in fingerprint_of("lammps", {"lmp": str(program)})
+
+
+@pytest.mark.usefixtures("lammps_here")
+def test_the_library_of_this_environment_is_known_without_loading_it():
+    files = " ".join(fingerprint_of("lammps", {})["files"])
+    assert "liblammps" in files
+    assert "libmpi" in files
+    with Lammps() as engine:
+        assert engine.fingerprint() == fingerprint() == Lammps.fingerprint_of()
