@@ -114,7 +114,7 @@ class _Script:
         self.discs = self.atoms.are_discs()
         self.heats = any(law.heat != "none" for law in scene.all_laws)
         self.largest = max(body.radius for body in scene.bodies)
-        columns = [*zip(*(body.position for body in scene.bodies), strict=True)]
+        columns: list[tuple[float, ...]] = [*zip(*(b.position for b in scene.bodies), strict=True)]
         self.spread = [(min(column), max(column)) for column in columns]
         self.room = self._room()
         self.bin_size = self.room / min(max(1, int(self.room / (4.0 * self.largest))), MOST_BINS)
