@@ -54,7 +54,7 @@ __all__ = ["Engine", "Job", "Output", "Template", "Value", "Values"]
 class Traits:
     """What an engine is.
 
-    ``install_hint`` says in one line how to get it, ``versions`` with which ones it was tried.
+    ``install_hint`` is a line on how to get it, ``versions`` are those it was tried with.
     ``integrator`` is the scheme of its steps, by the reference's name. ``digits`` are those of its
     output: a check's tolerance is not below them. ``microseconds_per_step`` is the cost of a step
     of ten particles, rounded up; 0 where runs have no step. ``lineage`` is the engine it grew out
@@ -197,7 +197,7 @@ class Engine(ABC):
     def rules(self, scene: Scene) -> Rules:  # noqa: ARG002
         """Return the conventions by which the engine runs a scene of spheres and walls.
 
-        Raise Unsupported for a scene that it cannot state.
+        Raise Unsupported for a scene that it cannot run.
         """
         raise Unsupported("it runs no scenes of spheres and walls")
 

@@ -22,9 +22,9 @@ _UNITS = (("years", 31_557_600.0), ("days", 86_400.0), ("hours", 3600.0), ("minu
 
 
 def job_seconds(job: Job, traits: Traits) -> float:
-    """Return the expected time of a job [s]; 0 for a script that states none.
+    """Return the expected time of a job [s]; 0 for a script without one.
 
-    A job states the time of the slowest code, for which ``SLOWEST_STEP`` is the cost of a step.
+    The time of a job is that of the slowest code, for which ``SLOWEST_STEP`` is the cost of a step.
     """
     if job.seconds:
         return job.seconds * min(1.0, traits.microseconds_per_step / SLOWEST_STEP)

@@ -110,10 +110,10 @@ class Batches(Generic[Item, Result]):
                 try:
                     result = self.read(folder, place, item, ended.seconds / len(items))
                 except EngineError as error:
-                    outcomes.append(error.with_log(self._log(folder, place) or ended.said))
+                    outcomes.append(error.with_log(self.log(folder, place) or ended.said))
                     continue
                 if result is None:
-                    log = self._log(folder, place)
+                    log = self.log(folder, place)
                     killed = processes.closed and signal_of(ended.code) is signal.SIGKILL
                     failure = closed if killed else self._failure(ended, log)
                     texts = dict.fromkeys(filter(None, (log, ended.said)))
@@ -121,18 +121,12 @@ class Batches(Generic[Item, Result]):
                 outcomes.append(result)
             if death := self.error(ended, ""):  # its last result may be spoiled
                 late = EngineCrashError(f"{death}, after its results were written")
-                outcomes[-1] = late.with_log(self._log(folder, len(items) - 1) or ended.said)
+                outcomes[-1] = late.with_log(self.log(folder, len(items) - 1) or ended.said)
             return outcomes
 
     def _failure(self, ended: Ended, log: str) -> EngineError:
         words = f"{self.title} ended without a result{last_words(ended.said)}"
         return self.error(ended, log) or EngineOutputError(words)
-
-    def _log(self, folder: Path, place: int) -> str:
-        try:
-            return self.log(folder, place)
-        except EngineOutputError:  # too long to be read
-            return ""
 
 
 def in_batches(

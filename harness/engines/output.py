@@ -161,7 +161,7 @@ def read_csv(text: str, program: str, *, rising: bool = False) -> Table:
     """Return the columns of a CSV by its header, each (M,).
 
     Columns ``x_m[1]``, ``x_m[2]``, ... of N particles are one, ``x_m`` (M, N). With ``rising`` a
-    row that repeats the one before is left out: some codes print a row twice where two stretches
+    row that repeats the one before is dropped: some codes print a row twice where two stretches
     of a run meet. Raise EngineOutputError for a text without rows, cut within its last row, or
     that cannot be read; with ``rising``, also for rows of one time that differ or a time that
     falls, and EngineNaNError for values that are not finite.
@@ -223,7 +223,7 @@ def read_dump(text: str, program: str) -> Table:
     """Return the columns of a dump, ``step`` (M,) and the rest (M, N), sorted by id.
 
     ``x``, ``vx``, ``fx`` and so on are named with their SI units. A frame that comes again where a
-    run was taken up is left out. Raise EngineOutputError for a dump that is cut, whose frames have
+    run was taken up is dropped. Raise EngineOutputError for a dump that is cut, whose frames have
     different particles, or are of one step with other velocities.
     """
     import numpy as np

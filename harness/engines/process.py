@@ -1,7 +1,7 @@
 """Processes of engines: run under limits, their deaths as errors, environments of releases.
 
 An environment of a release is a folder of the cache with a file :data:`COMPLETE`, written last,
-whose time is that of the last use. Who uses or makes one holds its lock; the others may be dropped.
+whose time is that of the last use. Who uses or makes one locks it; the others may be dropped.
 """
 
 from __future__ import annotations
@@ -26,7 +26,6 @@ from pathlib import Path
 from harness.errors import (
     EngineCrashError,
     EngineError,
-    EngineInputError,
     EngineMemoryError,
     EngineOutputError,
     EngineTimeoutError,
@@ -41,20 +40,13 @@ from harness.files import (
 )
 
 LAST_WORDS = 4000  # bytes of a program's output that are kept
-LARGEST_FILE = 1024**3  # bytes that a program may write into a file, and that are read of one
+LARGEST_FILE = 1024**3  # bytes that a program may write into a file
 FIRST_LOOK, LOOK_SECONDS = 0.05, 0.5  # to the first look at a program, and at most between two
-REFUSAL = r"ERROR: \w+(?: = .*: must|: no such parameter).*"  # of a generated script
 # signals of a program that did not end itself: its output before gives no reason
 FAULTS = frozenset({signal.SIGSEGV, signal.SIGBUS, signal.SIGFPE, signal.SIGILL, signal.SIGKILL})
 OUT_OF_MEMORY = (  # in lower or upper case
     r"failed to (?:re)?allocate|bad_alloc|MemoryError|out of memory"
     r"|cannot allocate memory|failed to map segment|can't start new thread"
-)
-# how launchers of MPI begin to report that a rank failed
-LAUNCHERS_WORDS = re.compile(
-    r"^(?:Primary job |mpi\S+ (?:detected|noticed) that |MPI_ABORT was invoked "
-    r"|Abort\(\d+\) on node |= +BAD TERMINATION)",
-    re.MULTILINE,
 )
 # leads a process group, and kills it when the harness, which holds its stdin, is gone
 GUARD = ("sh", "-c", "read -r _; kill -KILL 0")
@@ -114,7 +106,7 @@ class Processes:
         memory: int,
         environment: Mapping[str, str] | None = None,
     ) -> Ended:
-        """Run a command in a folder, one thread, its output in ``folder/said``; wait for its end.
+        """Run a command in a folder, one thread, its output in a file; wait for its end.
 
         Time is over after ``seconds`` without a new file or more output. The process group is
         killed then, when the program ends, and when the harness is interrupted or dies. Raise
@@ -257,24 +249,13 @@ def death(engine: str, code: int, text: str) -> EngineError:
         )
     if re.search(OUT_OF_MEMORY, last if number in FAULTS else text, re.IGNORECASE):
         return EngineMemoryError(f"{engine} ran out of memory{last}")
-    refused = re.fullmatch(REFUSAL, _last_line(text))
-    if refused is not None and number not in FAULTS:
-        return EngineInputError(f"{engine} refused its input: {refused[0][:160]}")
     return EngineCrashError(f"{engine} died: {ending}{last}")
 
 
 def last_words(text: str) -> str:
     """Return the last line of a program's output, in brackets; nothing for empty output."""
-    line = _last_line(text)
-    return f" (its last line: {line[:160]})" if line else ""
-
-
-def _last_line(text: str) -> str:
-    """Return the last line that a program itself wrote, not its launcher; empty without any."""
-    before_launcher = LAUNCHERS_WORDS.split(text, maxsplit=1)[0]
-    # not the dashes in which launchers frame an error
-    lines = re.findall(r".*\w.*", before_launcher if before_launcher.strip("-\n ") else text)
-    return str(lines[-1]).strip() if lines else ""
+    lines = re.findall(r".*\w.*", text)
+    return f" (its last line: {lines[-1].strip()[:160]})" if lines else ""
 
 
 def first_words(text: str) -> str:
@@ -287,15 +268,8 @@ def first_words(text: str) -> str:
 
 
 def text_of(path: Path) -> str:
-    """Return the text of a file, or nothing where there is none.
-
-    Raise EngineOutputError for one of LARGEST_FILE bytes or more.
-    """
-    if not path.is_file():
-        return ""
-    if (size := path.stat().st_size) >= LARGEST_FILE:
-        raise EngineOutputError(f"{path.name} holds {size} bytes: must be below {LARGEST_FILE}")
-    return path.read_text(encoding="utf-8", errors="replace")
+    """Return the text of a file, or nothing where there is none."""
+    return path.read_text(encoding="utf-8", errors="replace") if path.is_file() else ""
 
 
 def last_text(path: Path) -> str:
@@ -323,8 +297,8 @@ def environments_folder() -> Path:
 
 
 @contextlib.contextmanager
-def held(home: Path, lock: str, how: int = fcntl.LOCK_EX) -> Iterator[None]:
-    """Hold a lock of an environment; raise BlockingIOError with LOCK_NB where another does."""
+def locked(home: Path, lock: str, how: int = fcntl.LOCK_EX) -> Iterator[None]:
+    """Keep a lock of an environment; raise BlockingIOError with LOCK_NB where another does."""
     make_private(home.parent)
     with lock_file(home.with_name(home.name + lock)) as file:
         fcntl.flock(file, how)
@@ -343,6 +317,6 @@ def last_use_and_size(home: Path) -> tuple[float, int]:
 def drop(home: Path) -> None:
     """Remove an environment; raise BlockingIOError where somebody uses or makes it."""
     now = fcntl.LOCK_EX | fcntl.LOCK_NB
-    with held(home, USED, now), held(home, MADE, now):
+    with locked(home, USED, now), locked(home, MADE, now):
         (home / COMPLETE).unlink(missing_ok=True)
         shutil.rmtree(home, ignore_errors=True)

@@ -2,8 +2,8 @@
 
 A program is identified by its content: a modified release may print the same version.
 
-To make such an engine, subclass :class:`ScriptedEngine` beside a folder ``templates`` with a file
-``<template>.<extension>.j2`` for each template of a case that the code can state, and give
+To make such an engine, subclass :class:`ScriptedEngine` next to a folder ``templates`` with a file
+``<template>.<extension>.j2`` for each template of a case that the code can run, and give
 
 - ``name``, ``traits`` (whose ``title`` messages write), ``programs`` (names on PATH, the first
   that is there is taken), ``extension`` of script files;
@@ -31,7 +31,7 @@ from contextlib import suppress
 from dataclasses import replace
 from functools import cache, cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, Protocol
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from harness.engines.base import Engine, Job
 from harness.engines.jobs import Batches, cores, dealt
@@ -63,7 +63,7 @@ OF_PYTHON = (*ENVIRONMENT, "PYTHONPATH", "PYTHONHOME", "PYTHONUSERBASE")
 
 
 def find_program(option: str, name: str) -> str:
-    """Return the absolute path of a program, on PATH or beside this Python.
+    """Return the absolute path of a program, on PATH or next to this Python.
 
     Raise RequestError naming the option, such as ``lmp`` or ``program NAME=``.
     """
@@ -122,7 +122,7 @@ def facts(
 ) -> dict[str, Any]:
     """Return the identity of an engine, JSON-ready, by the contents of its files, program first.
 
-    ``options`` are those of the engine that no job states and that decide a result.
+    ``options`` are those of the engine that no job has and that decide a result.
     """
     return {
         "engine": engine,
@@ -212,6 +212,7 @@ class ProgramEngine(Engine):
         self.limits = limits or Limits()
         self.workers = workers or cores()
         self.processes = Processes()
+        self._logs: dict[str, str] = {}
 
     @abstractmethod
     def ask_version(self) -> Provenance:
@@ -260,7 +261,7 @@ class ProgramEngine(Engine):
 
     @classmethod
     def deciding(cls, **options: Any) -> Mapping[str, str]:  # noqa: ARG003
-        """Return the options, given or not, that decide a result and that no job states."""
+        """Return the options, also by default, that decide a result and that no job has."""
         return {}
 
     def fingerprint(self) -> Mapping[str, Any] | None:
@@ -300,35 +301,14 @@ class ProgramEngine(Engine):
         self.processes.close()
 
 
-class Scenes(Protocol):
-    """A module that states scenes in the terms of a code, runs them and reads their motions."""
-
-    def rules(self, scene: Scene, /) -> Rules:
-        """Return the conventions by which a scene is run; raise Unsupported."""
-
-    def motions(
-        self, executable: str, scenes: Sequence[Scene], /, *, workers: int, limits: Limits,
-        processes: Processes,
-    ) -> list[Motion | EngineError]:  # fmt: skip
-        """Return the motion of each scene, or the error of its run, in order."""
-
-    def script(self, scene: Scene, /) -> str:
-        """Return the script of a scene, to be run by hand."""
-
-
 class ScriptedEngine(ScriptSource, ProgramEngine):
     """A code that runs scripts through its program, in as many processes as it has workers.
 
-    ``scenes`` is the module that runs scenes, where the code takes them.
+    ``scenes`` is the module that runs scenes, where the code takes them: its ``rules(scene)``,
+    ``script(scene)`` and ``motions(program, scenes, workers=, limits=, processes=)``.
     """
 
-    scenes: ClassVar[Scenes | None] = None
-
-    def __init__(
-        self, program: str | None = None, workers: int | None = None, limits: Limits | None = None
-    ) -> None:
-        super().__init__(program, workers, limits)
-        self._logs: dict[str, str] = {}
+    scenes: ClassVar[Any] = None
 
     @abstractmethod
     def command(self, folder: Path, tasks: Sequence[Task]) -> list[str]:
@@ -381,7 +361,7 @@ class ScriptedEngine(ScriptSource, ProgramEngine):
         return ended.error(self.title)
 
     def log_of(self, folder: Path, index: int) -> str:
-        """Return what the task of this index left, nothing before it has begun."""
+        """Return the log of the task of this index, nothing before it has begun."""
         return text_of(folder / f"{index}.txt")
 
     def read_job(self, folder: Path, index: int, task: Task, seconds: float) -> Output | None:
@@ -399,21 +379,24 @@ class ScriptedEngine(ScriptSource, ProgramEngine):
 
     def rules(self, scene: Scene) -> Rules:
         """Return the conventions by which a scene is run; raise Unsupported."""
-        return super().rules(scene) if self.scenes is None else self.scenes.rules(scene)
+        if self.scenes is None:
+            return super().rules(scene)
+        conventions: Rules = self.scenes.rules(scene)
+        return conventions
 
     def motions(self, jobs: Sequence[Job]) -> list[Motion | EngineError]:
         """Return the motion of the scene of each job, or the error of its run, in order."""
-        assert self.scenes is not None
-        return self.scenes.motions(
+        motions: list[Motion | EngineError] = self.scenes.motions(
             self.program, [self.scene_of(job) for job in jobs], workers=self.workers,
             limits=self.limits, processes=self.processes,
         )  # fmt: skip
+        return motions
 
     def script_text(self, job: Job) -> str:
         """Return the plain script of a job: of its template, else of its scene."""
         if self.scenes is None or job.scene is None or self.has_template(job.template):
             return self.template_text(self.task(job))
-        return self.scenes.script(self.scene_of(job))
+        return str(self.scenes.script(self.scene_of(job)))
 
     def template_text(self, task: Task) -> str:
         """Return the script of a template below the command that runs it."""

@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, Any, Literal, get_args
 from harness import __version__
 from harness.engines.base import Engine, Job, Traits
 from harness.engines.jobs import cores, parallel_map
-from harness.engines.output import Output
 from harness.engines.provenance import Provenance
 from harness.errors import EngineError, EngineTimeoutError, RequestError
 
@@ -39,11 +38,7 @@ class Reference(Engine):
 
     name = "reference"
     traits = Traits(
-        install_hint="comes with the harness",
-        versions=(__version__,),
-        integrator=DEFAULT,
-        microseconds_per_step=0.05,
-        title="reference DEM",
+        "comes with the harness", (__version__,), microseconds_per_step=0.05, title="reference DEM"
     )
     ready = True
     has_lj_units = True
@@ -64,9 +59,7 @@ class Reference(Engine):
 
     def identify(self) -> Provenance:
         """Return the version, which is the harness's own, and the integrator."""
-        return Provenance(
-            engine=self.name, engine_version=__version__, how="compiled", integrator=self.integrator
-        )
+        return Provenance(self.name, __version__, how="compiled", integrator=self.integrator)
 
     def fingerprint(self) -> Mapping[str, Any]:
         """Return the integrator and the compiler; the sources of the harness are in every key."""
@@ -78,11 +71,6 @@ class Reference(Engine):
         from harness.model.conventions import Rules
 
         return Rules(scheme=self.integrator.replace("-", "_"), least_overlap=LEAST_OVERLAP)
-
-    def run(self, jobs: Sequence[Job]) -> list[Output | EngineError]:
-        """Run the scenes of jobs side by side, and return their outputs in order."""
-        self.check(jobs)
-        return self.run_scene_jobs(jobs)
 
     def motions(self, jobs: Sequence[Job]) -> list[Motion | EngineError]:
         """Return the motion of each job's scene, or the error of its run, in order."""

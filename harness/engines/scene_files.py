@@ -1,4 +1,4 @@
-"""Scenes as files of codes, their samples as motions, and what such codes cannot state.
+"""Scenes as files of codes, their samples as motions, and the limits of such codes.
 
 :func:`check_scene` refuses what LIGGGHTS, Yade and Kratos have in common.
 """
@@ -154,7 +154,7 @@ def _omitted_pairs(scene: Scene) -> list[tuple[int, int]]:
 def _is_selective(scene: Scene) -> bool:
     """Return whether a pair that may not touch is nearer than twice its reach at the start.
 
-    One that is further apart, as the next but one in a line, is watched: :func:`motion_of`.
+    One at a larger distance, as the next but one in a line, is watched: :func:`motion_of`.
     """
     for i, j in _omitted_pairs(scene):
         first, second = scene.bodies[i], scene.bodies[j]
@@ -166,7 +166,7 @@ def _is_selective(scene: Scene) -> bool:
 def _stays_on_axes(scene: Scene, body: Body) -> bool:
     """Return whether nothing pushes a body along an axis that it does not move along."""
     barred = [axis for axis in range(3) if not body.axes[axis]]
-    level = [one.position[axis] == body.position[axis] for one in scene.bodies for axis in barred]
+    level = [b.position[axis] == body.position[axis] for b in scene.bodies for axis in barred]
     pushed = [scene.gravity[axis] or body.velocity[axis] for axis in barred]
     return not barred or (all(level) and not any(pushed) and scene.law.tangential == "none")
 

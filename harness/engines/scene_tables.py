@@ -7,16 +7,15 @@ of the first body: :data:`harness.model.motion.STAGE_COLUMNS`, each (K,).
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from harness.engines.output import SERIES, Output, Table
 from harness.errors import EngineNaNError, EngineOutputError
 from harness.model.motion import STAGE_COLUMNS, Floats, Motion
-
-if TYPE_CHECKING:
-    from harness.model.scene import Scene
+from harness.model.scene import LOOK, Scene
 
 COLUMNS = {
     "position": ("x_m", "y_m", "z_m"),
@@ -30,7 +29,7 @@ STAGES = "stages"
 
 
 def motion_tables(motion: Motion, scene: Scene, *, sampled: bool = True) -> dict[str, Table]:
-    """Return the tables of a motion; samples are left out where they are not wanted."""
+    """Return the tables of a motion; without samples where they are not wanted."""
     tables = {SERIES: motion_table(motion, scene)} if sampled else {}
     if motion.stages is not None:
         tables[STAGES] = dict(zip(STAGE_COLUMNS, motion.stages.T, strict=True))
@@ -90,10 +89,10 @@ def checked_motion(
         shape = (len(expected), len(scene.bodies), 3)[: 2 if name == "temperature" else 3]
         if values.shape != shape:
             raise EngineOutputError(f"{who} left {name} of shape {values.shape}, not {shape}")
-        known = values
+        checked = values
         if name in ("force", "torque"):
-            known = values[:, free][..., ~np.isnan(values).all(axis=(0, 1))]
-        bad += np.argwhere(~np.isfinite(known))[:1, 0].tolist()
+            checked = values[:, free][..., ~np.isnan(values).all(axis=(0, 1))]
+        bad += np.argwhere(~np.isfinite(checked))[:1, 0].tolist()
     if bad:
         step = expected[min(bad)]
         raise EngineNaNError(f"{who} wrote a value that is not finite (NaN) at step {step}")
@@ -110,3 +109,44 @@ def _checked_stages(who: str, scene: Scene, stages: Floats | None) -> Floats:
     if len(steps) < 2 or steps[0] != 0 or steps[-1] > scene.steps or np.any(np.diff(steps) < 0):
         raise EngineOutputError(f"{who} left stages at steps {steps.tolist()}")
     return stages
+
+
+# ---- stages of a path that was sampled
+
+
+def stages_of(scene: Scene, step: NDArray[np.int64], x: Floats, v: Floats) -> Floats | None:
+    """Return the stages of a path (M, 2) of the first body, by looks at its samples.
+
+    For an engine that cannot look while it runs. None for a scene without stages. The last row is
+    undecided where the path ends too early.
+    """
+    if not scene.stages:
+        return None
+    looked = ((step % LOOK == 0) | (step == scene.steps)) & (step <= scene.steps)
+    rows = np.column_stack([step, step * scene.step, x, v, np.zeros(len(step))])[looked]
+    mass, gravity = scene.bodies[0].mass, np.array(scene.gravity[:2])
+    energy = mass * (0.5 * (rows[:, 4:6] ** 2).sum(axis=1) - rows[:, 2:4] @ gravity)
+    ends, stage = [0], 0
+    for place in range(1, len(rows)):
+        beyond = rows[place, 2] > scene.stages[stage].place
+        stops = rows[place, 4] < 0.0 and energy[place] < scene.stages[stage].floor
+        if beyond:
+            stage += 1
+        if beyond or stops:
+            ends.append(place)
+        if stage == len(scene.stages) or (stops and not beyond):
+            break
+    else:
+        ends += [len(rows) - 1] * (ends[-1] < len(rows) - 1)
+    return np.asarray(rows[ends])
+
+
+def decided(scene: Scene, stages: Floats) -> bool:
+    """Return whether a path is over: beyond the last place, given up, or out of time."""
+    *_, last = stages
+    mass, gravity = scene.bodies[0].mass, np.array(scene.gravity[:2])
+    passed = sum(row[2] > stage.place for row, stage in zip(stages[1:], scene.stages, strict=False))
+    if passed == len(scene.stages) or last[0] >= scene.steps:
+        return True
+    energy = mass * (0.5 * (last[4:6] ** 2).sum() - last[2:4] @ gravity)
+    return bool(last[4] < 0.0 and energy < scene.stages[passed].floor)

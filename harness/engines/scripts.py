@@ -237,16 +237,16 @@ class ScriptSource(Engine):
     @classmethod
     def _folders(cls, package: str) -> list[Folder]:
         """Return where templates are looked for: the case's package, then the engine's folders."""
-        own = [_folder(base) for base in cls._scripted() if not inspect.isabstract(base)]
+        folders = [_folder(base) for base in cls._scripted() if not inspect.isabstract(base)]
         if not package:
-            return own
+            return folders
         try:
             root = resources.files(import_module(package))
         except (ImportError, TypeError) as error:
             raise RequestError(
                 f"templates of package {package!r}: it cannot be imported ({error})"
             ) from None
-        return [root / "templates" / cls.name, *own]
+        return [root / "templates" / cls.name, *folders]
 
 
 def _folder(kind: type) -> Folder:

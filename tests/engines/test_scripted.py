@@ -12,11 +12,11 @@ from harness.engines.programs import ScriptedEngine
 from harness.engines.provenance import Provenance
 from harness.engines.registry import ENGINES, engine_class
 from harness.engines.scripts import ScriptSource
-from harness.errors import EngineError, EngineOutputError, RequestError
+from harness.errors import EngineError, RequestError
 from harness.workflows.lists import _templates
 
 SCRIPT = """# {{ name }}, made by dem-harness {{ version }}: {{ variant }} {{ note }}
-import json, signal, sys
+import json, sys
 PARAMETERS = {
     "size": {{ size }},
     "mode": "{{ mode }}",
@@ -27,15 +27,6 @@ for run in json.load(open(sys.argv[1])):
     mode, size = run["mode"], run["size"]
     if mode == "raise":
         raise ValueError("no size at all")
-    if mode.startswith("flood"):  # a file of 102,400 bytes is as long as one may be
-        if mode == "flood words":
-            signal.signal(signal.SIGXFSZ, signal.SIG_DFL)
-            for _ in range(3):
-                print("x" * 60_000, flush=True)
-        name = run["results"] if mode == "flood log" else run["series"]
-        open(name, "wb").write(bytes(102_400))
-        if mode == "flood log":
-            continue
     if run["record"] == "yes":
         open(run["series"], "a").write(f"time_s,x_m\\n0,{size}\\n1,{size}\\n")
     open(run["results"], "w").write(f"RESULT size = {size}\\nRESULT verdict = finished\\n")
@@ -170,15 +161,6 @@ def test_templates_of_another_package_and_of_other_defaults(tmp_path, monkeypatc
         Toy.has_template(Template("ball", BALL.variants, package="no_such_package"))
 
 
-@pytest.mark.parametrize("file", ["log", "series", "words"])
-def test_a_file_that_is_too_long_to_be_read_costs_only_its_own_run(toy, monkeypatch, file):
-    monkeypatch.setattr("harness.engines.process.LARGEST_FILE", 102_400)
-    bad, good = toy.run([job(mode=f"flood {file}", sampled=True), job(sampled=True)])
-    assert type(bad) is EngineOutputError
-    assert "102400" in str(bad)
-    assert isinstance(good, Output)
-
-
 @pytest.mark.parametrize(
     ("text", "words"),
     [
@@ -198,12 +180,12 @@ def test_a_template_that_fails_is_named_with_its_engine(tmp_path, text, words):
 
 
 @pytest.mark.parametrize("name", ENGINES)
-def test_every_variable_that_a_script_declares_is_used(name):
+def test_no_script_declares_a_value_that_changes_the_motion_and_never_uses_it(name):
     kind = engine_class(name)
     for template in _templates() if issubclass(kind, ScriptSource) else ():
         for variant in template.variants if kind.has_template(template) else ():
             script = kind.script(template, variant)
-            for variable in script.variables:
+            for variable in script.variables & template.neutral.keys():
                 stem = variable.rpartition("_")[0] + "_"  # a name may be put together of its stem
                 stems = [v for v in script.variables if v == variable or v.startswith(stem)]
                 uses = script.text.count(stem if "_" in variable else variable)

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from harness.engines.process import COMPLETE, USED, held
+from harness.engines.process import COMPLETE, USED, locked
 from harness.store.entries import (
     Entries,
     clear,
@@ -94,7 +94,7 @@ def homes(tmp_path):
 def test_environments_count_and_those_in_use_stay(tmp_path, homes):
     entries = Entries(tmp_path, limit=20_000)
     entries.put(KEY, bytes(500))  # 18,600: pruned from 20,000 on
-    with held(homes[1], USED, fcntl.LOCK_SH):
+    with locked(homes[1], USED, fcntl.LOCK_SH):
         entries.put(OTHER, bytes(9000))
     assert [home.exists() for home in homes] == [False, True, False]
     assert entries.get(OTHER) == bytes(9000)
@@ -114,7 +114,7 @@ def test_contents_are_listed_by_sort_and_cleared_and_nothing_else_is(tmp_path, h
     assert {name: count["entries"] for name, count in sorts(items).items()} == {
         "kernel": 1, "run": 1, "environment": 3}  # fmt: skip
     assert [item.cases for item in items if item.sort == "run"] == [("drop",)]
-    with held(homes[1], USED, fcntl.LOCK_SH):
+    with locked(homes[1], USED, fcntl.LOCK_SH):
         assert len(clear(tmp_path, items)) == 4
     assert [item.path for item in contents(tmp_path)] == [homes[1]]
 

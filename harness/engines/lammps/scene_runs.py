@@ -56,7 +56,7 @@ def motions(
     ``launcher`` starts it on MPI ranks of its own. ``release`` is the date of the executable, as
     in 29 Aug 2024. ``workers`` processes run side by side, as many as there are cores unless
     given; a scene has ``limits.seconds``. Torques on frozen bodies are NaN. Raise Unsupported for
-    a scene that LAMMPS cannot state.
+    a scene that LAMMPS cannot run.
     """
     program = [executable] if isinstance(executable, str) else [*executable]
     each = [variation] * len(scenes) if isinstance(variation, Variation) else variation

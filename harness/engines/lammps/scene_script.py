@@ -52,7 +52,7 @@ def rules(scene: Scene, release: str | None = None) -> Rules:
     """Return the conventions by which LAMMPS runs a scene.
 
     ``release`` is its date, as in 29 Aug 2024, the newest unless given. Raise Unsupported for a
-    scene that LAMMPS, or this release, cannot state.
+    scene that LAMMPS, or this release, cannot run.
     """
     script(scene)
     atoms = _atoms(scene, PLAIN)
@@ -64,7 +64,7 @@ def rules(scene: Scene, release: str | None = None) -> Rules:
 
 
 def needs_new_process(scene: Scene, variation: Variation, release: str | None) -> bool:
-    """Return whether a release mixes into types what earlier scenes left in memory."""
+    """Return whether a release mixes into types the models of earlier scenes in memory."""
     early = release is not None and release_of(release) < release_of(MIXES_SUBMODELS)
     return early and _atoms(scene, variation).mixes
 
@@ -72,7 +72,7 @@ def needs_new_process(scene: Scene, variation: Variation, release: str | None) -
 def script(scene: Scene, variation: Variation = PLAIN) -> str:
     """Return the LAMMPS script of a scene, which writes its samples to ``motion.dump``.
 
-    Raise Unsupported for a scene that LAMMPS cannot state.
+    Raise Unsupported for a scene that LAMMPS cannot run.
     """
     parts = _Script(scene, variation)
     lines, number = [*parts.settings(), *parts.box(), *parts.surroundings()], 0
@@ -117,7 +117,11 @@ class _Script:
         columns: list[tuple[float, ...]] = [*zip(*(b.position for b in scene.bodies), strict=True)]
         self.spread = [(min(column), max(column)) for column in columns]
         self.room = self._room()
-        self.bin_size = self.room / min(max(1, int(self.room / (4.0 * self.largest))), MOST_BINS)
+
+    @property
+    def bin_size(self) -> float:
+        """Return the size of bins, of which an edge lies in the middle of the box [m]."""
+        return self.room / min(max(1, int(self.room / (4.0 * self.largest))), MOST_BINS)
 
     def _room(self) -> float:
         """Return half of the width of a box that no body leaves [m]."""
@@ -249,7 +253,7 @@ class _Script:
         yield "compute warmth all property/atom temperature"
         capacities = [body.heat_capacity for body in self.atoms.bodies]
         for number, capacity in enumerate(sorted(set(capacities)), 1):
-            which = [own == capacity for own in capacities]
+            which = [other == capacity for other in capacities]
             group = "all" if all(which) else f"capacity{number}"
             yield from group_line(group, which)
             yield f"fix warm{number} {group} heat/flow constant {capacity!r}"

@@ -44,6 +44,8 @@ def granular_words(law: Law, mass: float | None) -> str:
     ``mass`` is m* [kg] of its contacts, None where they have several. Raise Unsupported for a
     dashpot that LAMMPS lacks, and one by a damping ratio that no coefficient makes.
     """
+    if law.rolling == "constant":
+        raise Unsupported("pair_style granular has rolling sds alone, no constant torque")
     name, eta = _dashpot(law, mass)
     words = [_normal_words(law, eta), f"damping {name}", f"tangential {_tangential_words(law)}"]
     words += [f"{part} {_sds_words(law, part)}" for part in ("rolling", "twisting")
@@ -62,6 +64,8 @@ def gran_words(law: Law) -> str:
     """
     if law.heat != "none":
         raise Unsupported("pair_style gran/* conducts no heat")
+    if law.partner_friction is not None:
+        raise Unsupported("pair_style gran/* has one friction for all bodies")
     style = "hertz/history" if law.normal == "hertz" else "hooke/history"
     if law.normal == "hooke" and not law.has_spring:
         style = "hooke"
@@ -136,7 +140,7 @@ def _sds_words(law: Law, part: str) -> str:
 def wall_lines(name: str, group: str, wall: Wall, words: str, law: Law) -> Iterator[str]:
     """Yield the lines of a wall that touches a group of bodies by a law, in ``words``.
 
-    Raise Unsupported for a wall that neither a style nor a region states.
+    Raise Unsupported for a wall that neither a style nor a region can be.
     """
     if wall.bodies is not None:
         raise Unsupported("walls act on all bodies here")

@@ -21,8 +21,8 @@ from harness.engines.output import Output
 from harness.engines.process import Ended, Limits, first_words, fresh_folder, way_of_death
 from harness.engines.programs import ProgramEngine
 from harness.engines.provenance import Provenance
+from harness.engines.scene_tables import decided
 from harness.engines.scripts import renderer
-from harness.engines.stages import decided
 from harness.errors import (
     EngineError,
     EngineInputError,

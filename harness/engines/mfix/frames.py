@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from harness.engines.mfix.scenes import System
-from harness.engines.stages import stages_of
+from harness.engines.scene_tables import stages_of
 from harness.errors import EngineNaNError, EngineOutputError
 from harness.model.motion import Floats, Motion
 

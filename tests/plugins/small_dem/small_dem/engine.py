@@ -5,7 +5,7 @@ import numpy as np
 
 from harness.engines.base import Engine, Traits
 from harness.engines.provenance import Provenance
-from harness.engines.stages import decided, stages_of
+from harness.engines.scene_tables import decided, stages_of
 from harness.errors import EngineNaNError, Unsupported
 from harness.model.conventions import Rules
 from harness.model.motion import Motion
@@ -72,11 +72,6 @@ class SmallDem(Engine):
         if {law.tangential, law.rolling, law.twisting, law.heat} != {"none"}:
             raise Unsupported("it has no friction, no rolling and no heat")
         return Rules(least_overlap=1e-15, looks_set_up=False)
-
-    def run(self, jobs):
-        """Run the scenes of jobs."""
-        self.check(jobs)
-        return self.run_scene_jobs(jobs)
 
     def motions(self, jobs):
         """Return the motion of each scene, or the error in its place."""
