@@ -1,12 +1,13 @@
-"""Figures of the source, drawn from our own runs."""
+"""Figures of the source, drawn from runs of this package."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from matplotlib.patches import Circle
 from matplotlib.ticker import MaxNLocator
 
 from harness.cases.tower.impulse import READINGS, SPEEDS, STIFFNESSES, angle_from_impulse_ratio
@@ -29,46 +30,44 @@ from harness.report.style import (
     panels,
     power,
 )
+from harness.reproduction.appendix import intervals
 from harness.reproduction.methods import ERROR_STIFFNESSES, STEP, peak_errors
 from harness.reproduction.results import scaled_angle
 from harness.reproduction.samples import MEDIAN, free_collision, ratios, run, structure_angles
 from harness.theory import incline
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
-    from harness.cases.tower.runs import TowerRun
     from harness.report.style import Figure
 
 TIME = "time t/t0"
 HEIGHTS = range(1, 20)
-FELT = 1e-3  # of the peak: a contact that a figure shows
+TOUCHING = 1e-3  # [-] of the peak: a contact that a figure shows
+EXACT = "Deformable law, exact propagator"
 
 
 def drawings() -> tuple[Drawing, ...]:
     """Return the figures that the source's can be compared with, in its order."""
-    exact = "Deformable law, exact propagator"
-    shown: tuple[tuple[str, str, str, Callable[[], Figure]], ...] = (
+    figures: tuple[tuple[str, str, str, Callable[[], Figure]], ...] = (
         ("fig-02-quartier", "The Quartier system",
          "The grain at crest A, in well B and at crest C, at the critical angle.", quartier),
         ("fig-06-two-and-three", "Velocity and deformation of two and three particles",
-         f"{exact}, 1e6 N/m, 2 m/s, no gravity, last particle free.", two_and_three),
+         f"{EXACT}, 1e6 N/m, 2 m/s, no gravity, last particle free.", two_and_three),
         ("fig-07-error", "Error of the peak deformation against stiffness",
          "Two particles by RK4. The source reports an error that falls, below 0.5 % from 1e4 N/m "
          "on.", error_against_stiffness),
         ("fig-08-force", "Force and contacts of 2, 3, 10 and 20 particles",
-         f"{exact}, 1e6 N/m, 2 m/s.", lambda: force_and_contacts((1, 2, 9, 19))),
+         f"{EXACT}, 1e6 N/m, 2 m/s.", force_and_contacts),
         ("fig-09-collapse", "Collapse across rigidity",
-         f"{exact}, ten particles, 2 m/s: force over v0 sqrt(k m).", collapse),
+         f"{EXACT}, ten particles, 2 m/s: force over v0 sqrt(k m).", collapse),
         ("fig-10-ratio", "Impulse ratio against height",
-         f"{exact}, turnaround window, the source's six runs.", impulse_ratios),
+         f"{EXACT}, turnaround window, the source's six runs.", impulse_ratios),
         ("fig-11-angle", "Critical angle against height",
          "From the same impulses. Filled: the impulse rescales the velocity lost; open: the "
          "velocity kept. The band is published (Peyneau and Roux, 2008).", critical_angles),
         ("fig-13-energy", "Energy scaling",
          "Critical angle of alpha = 1/sqrt(n), which has no asymptote.", energy_scaling),
         ("fig-14-separation", "Contacts of the grain over time",
-         f"{exact}, 1e6 N/m, 2 m/s: when the grain touches anything.", separation),
+         f"{EXACT}, 1e6 N/m, 2 m/s: when the grain touches anything.", separation),
         ("fig-15-structure", "Critical angle of the structure window",
          "Missing points: the chain never swings from all contacts to one.", structure_window),
         ("fig-16-window", "Choice of the window",
@@ -76,11 +75,8 @@ def drawings() -> tuple[Drawing, ...]:
     )  # fmt: skip
     return tuple(
         Drawing(name, f"Figure {int(name[4:6])} of the source: {title}", caption, draw)
-        for name, title, caption, draw in shown
+        for name, title, caption, draw in figures
     )
-
-
-# ---- the incline
 
 
 def quartier() -> Figure:
@@ -88,26 +84,19 @@ def quartier() -> Figure:
     angle = incline.critical_angle()
     figure = panels(1, 1, 7.6, 3.6)
     axes = figure.axes[0]
-    _circles(axes, incline.turned(incline.row(4), angle), "#d8d8d8")
-    for name, place in (("A", incline.crest(1, angle)), ("B", incline.well(1)),
-                        ("C", incline.crest(2, angle))):  # fmt: skip
-        ((x, y),) = incline.turned([place], angle)
-        _circles(axes, [(x, y)], "#fbe3b5" if name == "B" else "none")
+    places = {"A": incline.crest(1, angle), "B": incline.well(1), "C": incline.crest(2, angle)}
+    discs = [(centre, "#d8d8d8") for centre in incline.turned(incline.row(4), angle)]
+    for name, (x, y) in zip(places, incline.turned(list(places.values()), angle), strict=True):
+        discs.append(((x, y), "#fbe3b5" if name == "B" else "none"))
         axes.text(x, y + 0.1, name, ha="center", weight="bold")
+    for (x, y), colour in discs:
+        axes.add_patch(Circle((x, y), 0.5, facecolor=colour, edgecolor="0.45"))
     path = incline.turned(incline.path(1, 2), angle)
     axes.plot(*np.transpose(path), color=BLUE, label="path of the grain's centre")
     label(axes, "across (diameters)", "up (diameters)", f"tilted by {angle:.2f} deg")
     axes.set_aspect("equal")
     legend_below(figure)
     return figure
-
-
-def _circles(axes: Axes, centres: object, colour: str) -> None:
-    from matplotlib.patches import Circle
-
-    for x, y in np.asarray(centres, float).reshape(-1, 2):
-        axes.add_patch(Circle((x, y), 0.5, facecolor=colour, edgecolor="0.45"))
-    axes.autoscale_view()
 
 
 # ---- towers in time
@@ -117,16 +106,13 @@ def two_and_three() -> Figure:
     """Draw velocities and deformations of two and of three particles."""
     figure = panels(2, 2, 4.2, 2.5)
     for column, count in enumerate((2, 3)):
-        pair = free_collision(count)
+        motion = free_collision(count)
         above, below = figure.axes[column], figure.axes[2 + column]
         for i in range(count):
-            look: dict[str, Any] = {
-                "color": COLOURS[i],
-                "ls": STYLES[i],
-                "label": f"particle {i + 1}",
-            }
-            above.plot(pair.time_over_t0, pair.velocities[:, i], **look)
-            below.plot(pair.time_over_t0, 1e3 * pair.deformations[:, i], **look)
+            look: dict[str, Any] = {"color": COLOURS[i], "ls": STYLES[i]}
+            above.plot(motion.time_over_t0, motion.velocities[:, i], label=f"particle {i + 1}",
+                       **look)  # fmt: skip
+            below.plot(motion.time_over_t0, 1e3 * motion.deformations[:, i], **look)
         label(above, TIME, axis("velocity", "m/s"), f"{count} particles")
         label(below, TIME, axis("deformation", "mm"))
     legend_below(figure, 3)
@@ -147,14 +133,14 @@ def error_against_stiffness() -> Figure:
     return figure
 
 
-def force_and_contacts(heights: tuple[int, ...]) -> Figure:
+def force_and_contacts() -> Figure:
     """Draw the force on the grain and the contacts of its chain over time."""
-    figure = panels(2, len(heights), 2.6, 2.2)
-    for column, height in enumerate(heights):
+    figure = panels(2, 4, 2.6, 2.2)
+    for column, height in enumerate((1, 2, 9, 19)):
         tower = run(Tower(height=height))
-        above, below = figure.axes[column], figure.axes[len(heights) + column]
+        above, below = figure.axes[column], figure.axes[4 + column]
         above.plot(tower.time_over_t0, 1e-3 * tower.grain_force, color=BLUE)
-        contacts = tower.contacts_above(FELT * float(tower.grain_force.max()))
+        contacts = tower.contacts_above(TOUCHING * float(tower.grain_force.max()))
         below.step(tower.time_over_t0, contacts, where="post", color=BLACK)
         label(above, "", axis("force", "kN") if column == 0 else "", f"{height + 1} particles")
         label(below, TIME, "contacts" if column == 0 else "")
@@ -166,11 +152,9 @@ def collapse() -> Figure:
     figure = panels(1, 1, 6.4, 3.4)
     for i, stiffness in enumerate(STIFFNESSES):
         tower = run(Tower(height=9, stiffness=stiffness))
-        scale = tower.tower.speed * tower.tower.omega
-        figure.axes[0].plot(
-            tower.time_over_t0, tower.grain_force / scale, color=COLOURS[i], ls=STYLES[i],
-            label=f"k = {power(stiffness)} N/m",
-        )  # fmt: skip
+        force = tower.grain_force / (tower.tower.speed * tower.tower.omega)
+        figure.axes[0].plot(tower.time_over_t0, force, color=COLOURS[i], ls=STYLES[i],
+                            label=f"k = {power(stiffness)} N/m")  # fmt: skip
     label(figure.axes[0], TIME, "force / (v0 sqrt(k m))")
     legend_below(figure, 3)
     return figure
@@ -178,8 +162,6 @@ def collapse() -> Figure:
 
 def separation() -> Figure:
     """Draw when the grain touches anything, for chains of several lengths."""
-    from harness.reproduction.appendix import intervals
-
     figure = panels(1, 1, 7.0, 2.8)
     heights = (1, 2, 3, 9, 19)
     for row, height in enumerate(heights):
@@ -191,99 +173,88 @@ def separation() -> Figure:
 
 
 def window_selection() -> Figure:
-    """Draw the approach of grain and base with its maximum, and the contacts of the grain."""
+    """Draw the approach of grain and base with its maximum, and the end of the structure window."""
     figure = panels(1, 3, 2.9, 2.6)
     for axes, height in zip(figure.axes, (2, 3, 4), strict=True):
         tower = run(Tower(height=height))
         t0 = tower.tower.contact_time
         axes.plot(tower.time_over_t0, 1e3 * tower.compression, color=BLUE, label="approach")
         axes.axvline(turnaround(tower) / t0, color=BLACK, ls="--", label="largest approach")
-        if (end := _structure_end(tower)) < math.inf:
-            axes.axvline(end / t0, color=ORANGE, ls=":", label="end of the structure window")
+        try:
+            end = structure_end(tower) / t0
+        except RequestError:
+            end = math.nan
+        axes.axvline(end, color=ORANGE, ls=":", label="end of the structure window")
         label(axes, TIME, axis("approach", "mm"), f"{height + 1} particles")
     legend_below(figure, 3)
     return figure
 
 
-def _structure_end(tower: TowerRun) -> float:
-    try:
-        return structure_end(tower)
-    except RequestError:
-        return math.inf
-
-
 # ---- over height
+
+Curve = tuple[Mapping[int, float], dict[str, Any]]  # values by height, and options of the line
 
 
 def impulse_ratios() -> Figure:
     """Draw alpha(n) of the six runs."""
-    figure = panels(1, 1, 6.4, 3.8)
-    for look, (case, alpha) in _looks():
-        figure.axes[0].plot(list(alpha), list(alpha.values()), label=_name(case), **look)
-    _label_heights(figure.axes[0], "impulse ratio alpha(n)")
-    legend_below(figure, 3)
-    return figure
+    return _over_height("impulse ratio alpha(n)", _six_runs())
 
 
 def critical_angles() -> Figure:
     """Draw theta_c(n) of the six runs, by both readings."""
-    figure = panels(1, 1, 6.4, 4.0)
-    axes = figure.axes[0]
-    for look, (case, alpha) in _looks():
+    curves: list[Curve] = []
+    for alpha, look in _six_runs():
         for reading in READINGS:
-            angles = [angle_from_impulse_ratio(a, reading) for a in alpha.values()]
-            open_ = {"mfc": "none", "ls": ":"} if reading == "kept" else {}
-            name = _name(case) if reading == "lost" else None
-            axes.plot(list(alpha), angles, label=name, **{**look, **open_})
-    _band(axes)
-    _label_heights(axes, axis("critical angle", "deg"))
-    legend_below(figure, 3)
-    return figure
+            kept = {"mfc": "none", "ls": ":", "label": None} if reading == "kept" else {}
+            angles = {n: angle_from_impulse_ratio(a, reading) for n, a in alpha.items()}
+            curves.append((angles, {**look, **kept}))
+    return _angles_over_height(curves)
 
 
 def energy_scaling() -> Figure:
-    """Draw the critical angle of alpha = 1/sqrt(n), beside that of the impulses."""
-    figure = panels(1, 1, 6.4, 3.4)
-    axes, alpha = figure.axes[0], ratios()[MEDIAN]
-    axes.plot(HEIGHTS, [scaled_angle(n) for n in HEIGHTS], "o-", color=RED, label="1/sqrt(n)")
-    angles = [angle_from_impulse_ratio(alpha[n]) for n in HEIGHTS]
-    axes.plot(HEIGHTS, angles, "s--", color=BLUE, label="impulses, 1e6 N/m, 2 m/s")
-    _band(axes)
-    _label_heights(axes, axis("critical angle", "deg"))
-    legend_below(figure, 3)
-    return figure
+    """Draw the critical angle of alpha = 1/sqrt(n), and that of the impulses."""
+    impulses = {n: angle_from_impulse_ratio(ratios()[MEDIAN][n]) for n in HEIGHTS}
+    return _angles_over_height([
+        ({n: scaled_angle(n) for n in HEIGHTS},
+         {"marker": "o", "ls": "-", "color": RED, "label": "1/sqrt(n)"}),
+        (impulses,
+         {"marker": "s", "ls": "--", "color": BLUE, "label": "impulses, 1e6 N/m, 2 m/s"}),
+    ])  # fmt: skip
 
 
 def structure_window() -> Figure:
     """Draw the critical angle of the structure window by law."""
-    figure = panels(1, 1, 6.4, 3.4)
+    curves: list[Curve] = []
     for i, law in enumerate(LAWS):
-        table = structure_angles(law, 6)
-        look: dict[str, Any] = {"color": COLOURS[i + 1], "marker": MARKERS[i]}
-        angles = table["critical_angle_deg"]
-        figure.axes[0].plot(table["height"], angles, label=f"{law} law", **look)
-    _band(figure.axes[0])
-    _label_heights(figure.axes[0], axis("critical angle", "deg"))
-    legend_below(figure, 3)
-    return figure
+        angles = structure_angles(law, 6).set_index("height")["critical_angle_deg"].to_dict()
+        look = {"color": COLOURS[i + 1], "marker": MARKERS[i], "label": f"{law} law"}
+        curves.append((angles, look))
+    return _angles_over_height(curves)
 
 
-def _looks() -> Iterator[tuple[dict[str, Any], tuple[tuple[float, float], dict[int, float]]]]:
-    for case, alpha in ratios().items():
-        k, speed = STIFFNESSES.index(case[0]), SPEEDS.index(case[1])
-        look: dict[str, Any] = {"color": COLOURS[k + 1], "marker": MARKERS[k], "ms": 4}
-        yield {**look, "ls": STYLES[speed]}, (case, alpha)
+def _six_runs() -> list[Curve]:
+    curves: list[Curve] = []
+    for (stiffness, speed), alpha in ratios().items():
+        k, v = STIFFNESSES.index(stiffness), SPEEDS.index(speed)
+        name = f"{power(stiffness)} N/m, {speed:g} m/s"
+        look = {"color": COLOURS[k + 1], "marker": MARKERS[k], "ms": 4, "ls": STYLES[v]}
+        curves.append((alpha, {**look, "label": name}))
+    return curves
 
 
-def _name(case: tuple[float, float]) -> str:
-    return f"{power(case[0])} N/m, {case[1]:g} m/s"
+def _angles_over_height(curves: list[Curve]) -> Figure:
+    return _over_height(axis("critical angle", "deg"), curves, QUASI_STATIC)
 
 
-def _label_heights(axes: Axes, y: str) -> None:
+def _over_height(y: str, curves: list[Curve], band: tuple[float, float] | None = None) -> Figure:
+    figure = panels(1, 1, 6.4, 3.8)
+    axes = figure.axes[0]
+    for values, look in curves:
+        axes.plot(list(values), list(values.values()), **look)
+    if band is not None:
+        middle, half = band
+        axes.axhspan(middle - half, middle + half, color="0.85", label="published, quasi-static")
     label(axes, "height n (contacts)", y)
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
-
-
-def _band(axes: Axes) -> None:
-    middle, half = QUASI_STATIC
-    axes.axhspan(middle - half, middle + half, color="0.85", label="published, quasi-static")
+    legend_below(figure, 3)
+    return figure

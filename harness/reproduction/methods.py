@@ -14,9 +14,10 @@ from scipy.optimize import brentq
 from harness.cases.tower.impulse import STIFFNESSES
 from harness.cases.tower.parameters import Tower
 from harness.cases.tower.runs import solve
+from harness.reproduction.background import HALF_DIGIT
 from harness.reproduction.samples import (
     RADIUS,
-    ParticleRow,
+    Particles,
     damped_contact,
     free_collision,
     generator,
@@ -36,19 +37,20 @@ GRAVITY, CONTACT_TIME, CREST_TIME = 9.81, 0.007, 0.41  # [m/s2], [s], [s] as pri
 GLASS_MODULUS, GLASS_DENSITY, PACKING, DEPTH = 70e9, 2500.0, 0.6, 0.5  # [Pa], [kg/m3], [1], [m]
 STEP = 1e-4  # [s] of the runs with a fixed step
 ERROR_STIFFNESSES = (1e2, 1e3, 1e4, 1e5, 1e6)  # [N/m]
-PAIR = Tower(height=1, base="free", gravity=0.0)
-LAST_DIGIT = "half of the last digit"
+RIGIDITY = "Methods, after eq. (10)"
+PAIR = "Methods, after eq. (15)"
+THREE = "Methods, before eq. (16)"
+END = "Methods, before Results"
+DIFFERENCES = "central difference of energies of 1e4 J over 1e-7 m"
 Floats = NDArray[np.float64]
 
 
 # ---- rigidity and times
 
 
-@statement(
-    "eq-10", "Methods, eq. (10)", "kappa = k/P is a number without dimension",
-    correction="kappa = k/(P d); as printed for disks only, whose P is a force per length",
-)  # fmt: skip
-def _rigidity() -> Outcome:
+@statement("Methods, eq. (10)", "kappa = k/P is a number without dimension",
+           correction="kappa = k/(P d); as printed for disks, whose P is per length")  # fmt: skip
+def _eq_10() -> Outcome:
     metres, centimetres = (1e5, 9.81, 1.0), (1e5 / 100, 9.81 / 100**2, 100.0)  # k, P, d
     printed = [k / pressure for k, pressure, _ in (metres, centimetres)]
     right = [k / (pressure * d) for k, pressure, d in (metres, centimetres)]
@@ -57,34 +59,32 @@ def _rigidity() -> Outcome:
     return holds(same[0], note, corrected=same[1])
 
 
-@statement("glass-bead", "Methods, after eq. (10)",
-           "a glass bead under 50 cm of beads has a rigidity of 40,000", 5000.0,
-           reason=LAST_DIGIT)  # fmt: skip
+@statement(RIGIDITY, "a glass bead under 50 cm of beads has a rigidity of 40,000", 5000.0,
+           reason=HALF_DIGIT)  # fmt: skip
 def _glass_bead() -> Outcome:
     pressure = GLASS_DENSITY * PACKING * GRAVITY * DEPTH
     return Outcome((GLASS_MODULUS / pressure) ** (2 / 3), 40_000.0, note="Hertz, (E/P)^(2/3)")
 
 
-@statement("orders-of-magnitude", "Methods, after eq. (10); Results, before Fig. 10",
-           "rigidities of 1e4 to 1e6 span three orders of magnitude", 0.5, reason=LAST_DIGIT,
+@statement(f"{RIGIDITY}; Results, before Fig. 10",
+           "rigidities of 1e4 to 1e6 span three orders of magnitude", 0.5, reason=HALF_DIGIT,
            correction="three values, two orders of magnitude")  # fmt: skip
 def _orders_of_magnitude() -> Outcome:
     return Outcome(math.log10(1e6 / 1e4), 3.0, float(len(STIFFNESSES) - 1))
 
 
-@statement("stiffness", "Methods, after eq. (10)",
-           "rigidities 1e4 and 1e6 are stiffnesses of 1e5 and 1e7 N/m at 9.81 m/s2", 0.5,
+@statement(RIGIDITY, "rigidities 1e4 and 1e6 are stiffnesses of 1e5 and 1e7 N/m at 9.81 m/s2", 0.5,
            reason="half of the last digit, of each rigidity")  # fmt: skip
-def _stiffnesses() -> Outcome:
+def _stiffness() -> Outcome:
     weight = 1.0 * GRAVITY / 1.0  # [N/m] pressure of a row of disks, 1 kg and 1 m
     return Outcome([1e5 / weight / 1e4, 1e7 / weight / 1e6], [1.0, 1.0], note="over the printed")
 
 
-@statement("eq-11", "Methods, eq. (11)", "t_c = 1/4 sqrt(2g 2r (1 - sin 60)) cos 60/g", unit="s")
-def _crest_formula() -> Outcome:
+@statement("Methods, eq. (11)", "t_c = 1/4 sqrt(2g 2r (1 - sin 60)) cos 60/g", unit="s")
+def _eq_11() -> Outcome:
     drop = 1 - math.sqrt(3) / 2  # [d] from crest to well of a level row, Pythagoras
-    found = math.sqrt(2 * GRAVITY * drop * 2.0) / 8 / GRAVITY
-    return Outcome(found, crest_time(1.0), note="an eighth of the speed of escape over g, r = 1 m")
+    time = math.sqrt(2 * GRAVITY * drop * 2.0) / 8 / GRAVITY
+    return Outcome(time, crest_time(1.0), note="an eighth of the speed of escape over g, r = 1 m")
 
 
 def crest_time(radius: float) -> float:
@@ -93,9 +93,9 @@ def crest_time(radius: float) -> float:
     return 0.25 * math.sqrt(2 * GRAVITY * 2 * radius * rise) * math.cos(math.pi / 3) / GRAVITY
 
 
-@statement("t-c", "Methods, eq. (11)", "the formula gives t_c = 0.41 s", 0.005, "s",
-           reason=LAST_DIGIT, correction="t_c = 0.029 s by the formula")  # fmt: skip
-def _crest_time() -> Outcome:
+@statement("Methods, eq. (11)", "the formula gives t_c = 0.41 s", 0.005, "s", HALF_DIGIT,
+           correction="t_c = 0.029 s by the formula")  # fmt: skip
+def _t_c() -> Outcome:
     needed = float(brentq(lambda r: crest_time(r) - CREST_TIME, 1e-3, 1e6))
     return Outcome(crest_time(1.0), CREST_TIME, note=f"0.41 s needs a radius of {needed:.0f} m")
 
@@ -111,37 +111,32 @@ def rise_time(angle_deg: float) -> float:
     return float(quad(slowness, 0.0, rise)[0]) * math.sqrt(1.0 / GRAVITY)
 
 
-@statement("crest-time", "Methods, before eq. (11)",
-           "the grain takes about 0.41 s from well to crest",
+@statement("Methods, before eq. (11)", "the grain takes about 0.41 s from well to crest",
            reason="between the shortest and the longest rise in steady motion")  # fmt: skip
-def _rise() -> Outcome:
+def _crest_time() -> Outcome:
     fastest, slow = rise_time(no_flight_bound()), rise_time(critical_angle() + 1e-6)
-    note = f"steady motion takes {fastest:.3f} s at most and {slow:.2f} s just above theta_c"
-    return holds(fastest <= CREST_TIME <= slow, note.replace("at most", "at the flight bound"))
+    note = f"{fastest:.3f} s at the flight bound and {slow:.2f} s just above theta_c"
+    return holds(fastest <= CREST_TIME <= slow, f"steady motion takes {note}")
 
 
-@statement(
-    "eq-12", "Methods, eq. (12)", "t_n = pi (k/m_eff - (gamma/m_eff)^2)^(-1/2)", 1e-8, "s",
-    reason="integration with a relative tolerance of 1e-11",
-    correction="(gamma/(2 m_eff))^2; without damping, as here, nothing changes",
-)  # fmt: skip
-def _damped_time() -> Outcome:
+@statement("Methods, eq. (12)", "t_n = pi (k/m_eff - (gamma/m_eff)^2)^(-1/2)", 1e-8, "s",
+           "integration with a relative tolerance of 1e-11",
+           correction="(gamma/(2 m_eff))^2; without damping, as here, nothing changes")  # fmt: skip
+def _eq_12() -> Outcome:
     k, m, gamma = generator().uniform([50, 0.3, 0.5], [200, 1.0, 5.0], (50, 3)).T
-    found = [damped_contact(*case).time for case in zip(k, m, gamma, strict=True)]
+    times = [damped_contact(*case)[0] for case in zip(k, m, gamma, strict=True)]
     printed = np.pi / np.sqrt(k / m - (gamma / m) ** 2)
-    return Outcome(found, printed, np.pi / np.sqrt(k / m - (gamma / (2 * m)) ** 2))
+    return Outcome(times, printed, np.pi / np.sqrt(k / m - (gamma / (2 * m)) ** 2))
 
 
-@statement("t-n", "Methods, eq. (12)", "t_n = 0.007 s at 100,000 N/m", 5e-4, "s",
-           reason=LAST_DIGIT)  # fmt: skip
-def _contact_time() -> Outcome:
-    held = Tower(stiffness=1e5, gravity=0.0).contact_time
-    found = math.pi / math.sqrt(2 * 1e5)
-    return Outcome(found, CONTACT_TIME, note=f"two free particles; {held:.5f} s on a fixed one")
+@statement("Methods, eq. (12)", "t_n = 0.007 s at 100,000 N/m", 5e-4, "s", HALF_DIGIT)
+def _t_n() -> Outcome:
+    fixed = Tower(stiffness=1e5, gravity=0.0).contact_time
+    note = f"two free particles; {fixed:.5f} s on a fixed one"
+    return Outcome(math.pi / math.sqrt(2 * 1e5), CONTACT_TIME, note=note)
 
 
-@statement("separation", "Methods, after eq. (12)",
-           "contacts are over long before the grain is on the crest",
+@statement("Methods, after eq. (12)", "contacts are over long before the grain is on the crest",
            reason="ten contacts or more to a rise")  # fmt: skip
 def _separation() -> Outcome:
     fastest, longest = rise_time(no_flight_bound()), impulses()["window_s"].max()
@@ -151,44 +146,39 @@ def _separation() -> Outcome:
 
 # ---- the rescaled impulse
 
+ALPHA = np.linspace(0.3, 1.0, 15)
 
-@statement("eq-13-reference", "Methods, eq. (13); Results, before Fig. 10",
+
+@statement("Methods, eq. (13); Results, before Fig. 10",
            "J_0, the impulse of the ideal shock, is that of the two-particle run", unit="m v",
            correction="alpha(n) = J(n)/J(1), a ratio of two elastic runs")  # fmt: skip
-def _reference_impulse() -> Outcome:
+def _eq_13_reference() -> Outcome:
     elastic = chain.impulse_on_fixed(1.0, 1e6, 1.0, 0.0)
     return Outcome(1.0, elastic, note="the ideal shock has e_n = 0, the two-particle run rebounds")
 
 
-@statement(
-    "eq-13", "Methods, eq. (13)",
-    "v_i(n) = v_i alpha(n), hence shock(n) = |(v_0 - v_s alpha(n))/v_0|^2",
-    correction="alpha scales the velocity lost: v_i(n) = v_0 - alpha (v_0 - v_i)",
-)  # fmt: skip
-def _rescaled_velocity() -> Outcome:
-    alpha = np.linspace(0.3, 1.0, 15)
-    third, second = (1 - 0.5 * alpha) ** 2, (0.5 * alpha) ** 2
-    angles = [critical_angle(float(shock)) for shock in ((1 - 0.27) ** 2, 0.27**2)]
+@statement("Methods, eq. (13)",
+           "v_i(n) = v_i alpha(n), hence shock(n) = |(v_0 - v_s alpha(n))/v_0|^2",
+           correction="alpha scales the loss: v_i(n) = v_0 - alpha (v_0 - v_i)")  # fmt: skip
+def _eq_13() -> Outcome:
+    angles = [critical_angle(shock) for shock in ((1 - 0.27) ** 2, 0.27**2)]
     note = f"at alpha = 0.54 theta_c = {angles[0]:.2f} deg (third line), {angles[1]:.2f} (second)"
-    return Outcome(second, third, note=note)
+    return Outcome((0.5 * ALPHA) ** 2, (1 - 0.5 * ALPHA) ** 2, note=note)
 
 
-@statement(
-    "eq-13-direction", "Methods, eq. (13)",
-    "a contact that gives alpha of the impulse leaves |1 - alpha/2|^2 of the energy",
-    correction="1/4 + 3/4 (1 - alpha)^2: the impulse acts along the contact's normal",
-)  # fmt: skip
-def _direction_of_impulse() -> Outcome:
-    alpha = np.linspace(0.3, 1.0, 15)
+@statement("Methods, eq. (13)",
+           "a contact that gives alpha of the impulse leaves |1 - alpha/2|^2 of the energy",
+           correction="1/4 + 3/4 (1 - alpha)^2: the impulse acts along the normal")  # fmt: skip
+def _eq_13_direction() -> Outcome:
     normal, tangential = math.sqrt(3) / 2, 0.5
-    found = (normal * (1 - alpha)) ** 2 + tangential**2
-    return Outcome(found, (1 - alpha / 2) ** 2, 0.25 + 0.75 * (1 - alpha) ** 2)
+    kept = (normal * (1 - ALPHA)) ** 2 + tangential**2
+    return Outcome(kept, (1 - ALPHA / 2) ** 2, 0.25 + 0.75 * (1 - ALPHA) ** 2)
 
 
 # ---- two particles
 
 
-def slope_of_energy(x: Floats, law_step: float = 1e-7) -> Floats:
+def slope_of_energy(x: Floats, step: float = 1e-7) -> Floats:
     """Return the forces [N] on particles at ``x`` (N,) [m], k = 1e6 N/m, from the elastic energy.
 
     The energy sum f c/2 is differentiated centrally, so that no sign is put in by hand.
@@ -198,47 +188,46 @@ def slope_of_energy(x: Floats, law_step: float = 1e-7) -> Floats:
         force = contact_forces(place, 2 * RADIUS, 1e6)
         return float(0.5 * force @ (2 * RADIUS - np.diff(place)))
 
-    steps = law_step * np.eye(x.size)
-    return np.array([(energy(x - step) - energy(x + step)) / (2 * law_step) for step in steps])
+    moves = step * np.eye(x.size)
+    return np.array([(energy(x - move) - energy(x + move)) / (2 * step) for move in moves])
 
 
 @cache
 def _pairs() -> tuple[Floats, Floats]:
-    """Return distances [m] of two particles and the forces on them (50, 2) [N]."""
+    """Return k times the overlaps of 50 pairs [N], and the forces on both (50, 2) [N]."""
     distances = 1.0 - generator().uniform(1e-4, 0.2, 50)
-    return distances, np.array([slope_of_energy(np.array([0.0, d])) for d in distances])
+    forces = np.array([slope_of_energy(np.array([0.0, d])) for d in distances])
+    return 1e6 * (1.0 - distances), forces
 
 
-@statement("eq-14", "Methods, eq. (14)", "F = k dx, for two particles", 0.01, "N",
-           reason="central difference of energies of 1e4 J over 1e-7 m")  # fmt: skip
-def _force_of_pair() -> Outcome:
-    distances, forces = _pairs()
-    return Outcome(np.abs(forces[:, 0]), 1e6 * (1.0 - distances), note="slope of the energy")
+@statement("Methods, eq. (14)", "F = k dx, for two particles", 0.01, "N", DIFFERENCES)
+def _eq_14() -> Outcome:
+    printed, forces = _pairs()
+    return Outcome(np.abs(forces[:, 0]), printed, note="slope of the energy")
 
 
-@statement("eq-15", "Methods, eq. (15)",
-           "a_1 = k/m (2r_0 - (x_2 - x_1)), a_2 = -k/m (2r_0 - (x_2 - x_1))", 0.01, "m/s2",
-           reason="central difference of energies of 1e4 J over 1e-7 m",
+@statement("Methods, eq. (15)", "a_1 = k/m (2r_0 - (x_2 - x_1)), a_2 = -k/m (2r_0 - (x_2 - x_1))",
+           0.01, "m/s2", DIFFERENCES,
            correction="signs of a_1 and a_2 exchanged, for x_1 < x_2")  # fmt: skip
-def _accelerations() -> Outcome:
-    distances, forces = _pairs()
-    printed = 1e6 * (1.0 - distances)[:, None] * np.array([1.0, -1.0])
+def _eq_15() -> Outcome:
+    size, forces = _pairs()
+    printed = np.outer(size, [1.0, -1.0])
     return Outcome(forces, printed, -printed)
 
 
-@statement("no-solution", "Methods, after eq. (15)", "there is no analytical solution",
+@statement(PAIR, "there is no analytical solution",
            correction="harmonic: half a wave, over after pi sqrt(m/2k)")  # fmt: skip
-def _closed_form_of_pair() -> Outcome:
+def _no_solution() -> Outcome:
     pair, t0 = free_collision(2), chain.contact_time(1.0, 1e6)
     inside, peak = pair.time <= t0, chain.peak_overlap(1.0, 1e6, 2.0)
     wave = peak * np.sin(np.pi * pair.time[inside] / t0)
-    off = float(np.abs(pair.compression[inside] - wave).max()) / peak
-    note = f"the sine differs from the motion by {off:.0e} of the peak"
-    return holds(off > 1e-6, note, corrected=off < 1e-9)
+    error = float(np.abs(pair.compression[inside] - wave).max()) / peak
+    note = f"the sine differs from the motion by {error:.0e} of the peak"
+    return holds(error > 1e-6, note, corrected=error < 1e-9)
 
 
-@statement("exchange", "Methods, after eq. (15)", "two particles exchange their velocities", 1e-9,
-           "m/s", reason="exact propagator at 2 m/s: round-off")  # fmt: skip
+@statement(PAIR, "two particles exchange their velocities", 1e-9, "m/s",
+           "exact propagator at 2 m/s: round-off")  # fmt: skip
 def _exchange() -> Outcome:
     return Outcome(free_collision(2).final_velocity, [0.0, 2.0])
 
@@ -246,11 +235,10 @@ def _exchange() -> Outcome:
 @cache
 def peak_error(stiffness: float, steps_per_contact: float) -> float:
     """Return the error of the largest deformation of an RK4 run against v sqrt(m/2k) [%]."""
-    case = PAIR.replace(stiffness=stiffness)
-    found = solve(
-        case, "rk4", duration=1.0, steps_per_contact=steps_per_contact, samples=100_000
-    ).compression.max()
-    return 100 * abs(float(found) / chain.peak_overlap(1.0, stiffness, case.speed) - 1)
+    case = Tower(height=1, base="free", gravity=0.0, stiffness=stiffness)
+    motion = solve(case, "rk4", duration=1.0, steps_per_contact=steps_per_contact, samples=100_000)
+    exact = chain.peak_overlap(1.0, stiffness, case.speed)
+    return 100 * abs(float(motion.compression.max()) / exact - 1)
 
 
 def peak_errors() -> tuple[list[float], list[float]]:
@@ -259,45 +247,24 @@ def peak_errors() -> tuple[list[float], list[float]]:
     return scaled, [peak_error(k, math.pi / math.sqrt(k) / STEP) for k in ERROR_STIFFNESSES]
 
 
-@statement("error-size", "Methods, after eq. (15), and Fig. 7",
+@statement(f"{PAIR}, and Fig. 7",
            "the error of the peak deformation is below 0.5 % from 10,000 N/m on",
            reason="the printed bound, for a step that follows the stiffness")  # fmt: skip
-def _size_of_error() -> Outcome:
-    scaled, _ = peak_errors()
-    return holds(max(scaled[2:]) < 0.5, f"RK4, contact time/50: {max(scaled[2:]):.1e} % at most")
+def _error_size() -> Outcome:
+    largest = max(peak_errors()[0][2:])
+    return holds(largest < 0.5, f"RK4, contact time/50: {largest:.1e} % at most")
 
 
-@statement("error-falls", "Methods, after eq. (15), and Fig. 7",
-           "the error of the peak deformation falls with stiffness",
+@statement(f"{PAIR}, and Fig. 7", "the error of the peak deformation falls with stiffness",
            reason="to a tenth from 1e2 to 1e6 N/m, by a scaled or a fixed step",
            correction="RK4's error depends on omega times the step alone")  # fmt: skip
-def _fall_of_error() -> Outcome:
+def _error_falls() -> Outcome:
     scaled, fixed = peak_errors()
     note = f"from {scaled[0]:.1e} to {scaled[-1]:.1e} % scaled, {fixed[0]:.1e} to {fixed[-1]:.1e}"
     return holds(scaled[-1] < 0.1 * scaled[0] or fixed[-1] < 0.1 * fixed[0], f"{note} % fixed")
 
 
 # ---- three particles and chains
-
-
-@statement("asymmetric", "Methods, before eq. (16)",
-           "first two particles deform alike, once the third joins the second deforms more",
-           reason="to 1e-9 of the peak before, at every sample after")  # fmt: skip
-def _asymmetry() -> Outcome:
-    first, second, _, both = _deformations_of_three()
-    start = int(np.argmax(both))
-    before = float(np.abs(first - second)[:start].max() / first.max())
-    return holds(before < 1e-9 and (second[both] > first[both]).all())
-
-
-@statement("least-deformed", "Methods, before eq. (16)",
-           "the third particle is the least deformed of the chain of three",
-           correction="at first only, not once the grain rebounds")  # fmt: skip
-def _least_deformed() -> Outcome:
-    first, _, third, both = _deformations_of_three()
-    least = third[both] < first[both]
-    note = f"true of {100 * float(np.mean(least)):.0f} % of the time in which all touch"
-    return holds(least.all(), note, corrected=least[1:20].all())
 
 
 def _deformations_of_three() -> tuple[Floats, Floats, Floats, NDArray[np.bool_]]:
@@ -307,11 +274,29 @@ def _deformations_of_three() -> tuple[Floats, Floats, Floats, NDArray[np.bool_]]
     return first, second, third, np.asarray((three.forces > 0).all(axis=1))
 
 
-@statement("closest-pair", "Methods, before eq. (16); Appendix A, proof by contradiction",
+@statement(THREE,
+           "first two particles deform alike, once the third joins the second deforms more",
+           reason="to 1e-9 of the peak before, at every sample after")  # fmt: skip
+def _asymmetric() -> Outcome:
+    first, second, _, both = _deformations_of_three()
+    before = np.abs(first - second)[: int(np.argmax(both))]
+    return holds(before.max() / first.max() < 1e-9 and (second[both] > first[both]).all())
+
+
+@statement(THREE, "the third particle is the least deformed of the chain of three",
+           correction="at first only, not once the grain rebounds")  # fmt: skip
+def _least_deformed() -> Outcome:
+    first, _, third, both = _deformations_of_three()
+    least = third[both] < first[both]
+    note = f"true of {100 * float(np.mean(least)):.0f} % of the time in which all touch"
+    return holds(least.all(), note, corrected=least[1:20].all())
+
+
+@statement(f"{THREE}; Appendix A, proof by contradiction",
            "the two particles whose centres are closest are in contact",
            correction="only if they are closer than a diameter")  # fmt: skip
 def _closest_pair() -> Outcome:
-    def touch(some: Sequence[ParticleRow]) -> list[bool]:
+    def touch(some: Sequence[Particles]) -> list[bool]:
         return [bool(row.compressions[np.argmin(row.distances)] > 0) for row in some]
 
     near, far = rows(closest=(0.9, 1.1)), rows(closest=(1.0001, 1.2))
@@ -320,65 +305,56 @@ def _closest_pair() -> Outcome:
     return holds(all(touch([*near, *far])), note, corrected=all(closer))
 
 
-@statement("eq-16", "Methods, eq. (16); Appendix A, eq. (A7)",
+@statement("Methods, eq. (16); Appendix A, eq. (A7)",
            "b_0 = ((-1)^n r_0 + sum (-1)^(i+1) (2(n-i)+1) x_i)/n", unit="m",
            correction="the r_0 term is ((-1)^n - 1)/2 r_0: none for even n")  # fmt: skip
-def _first_boundary() -> Outcome:
+def _eq_16() -> Outcome:
     def formula(centres: Floats) -> float:
         n = centres.size
         i = np.arange(1, n + 1)
-        weights = (-1.0) ** (i + 1) * (2 * (n - i) + 1)
-        return float((-1) ** n * RADIUS + weights @ centres) / n
+        return float((-1) ** n * RADIUS + ((-1.0) ** (i + 1) * (2 * (n - i) + 1)) @ centres) / n
 
     chains = touching_chains()
-    return Outcome(
-        [float(c.boundaries[0]) for c in chains],
-        [formula(c.centres) for c in chains],
-        [source.first_boundary(c.centres, RADIUS) for c in chains],
-        f"{len(chains)} chains of 2 to 9 particles, laid out from b_0",
-    )
+    values, printed = [c.boundaries[0] for c in chains], [formula(c.centres) for c in chains]
+    right = [source.first_boundary(c.centres, RADIUS) for c in chains]
+    return Outcome(values, printed, right, "200 chains of 2 to 9 particles, laid out from b_0")
 
 
-@statement("eq-17", "Methods, eq. (17)", "b_n = x_n + (x_n - b_(n-1))", unit="m")
-def _last_boundary() -> Outcome:
+@statement("Methods, eq. (17)", "b_n = x_n + (x_n - b_(n-1))", unit="m")
+def _eq_17() -> Outcome:
     chains = touching_chains()
     printed = [2 * c.centres[-1] - c.boundaries[-2] for c in chains]
     return Outcome([c.boundaries[-1] for c in chains], printed)
 
 
-@statement("unique", "Methods, after eq. (17)",
+@statement("Methods, after eq. (17)",
            "positions and constraints fix contacts and deformations uniquely",
            reason="eigenvalues above 0; two methods without common code to 1e-12 m")  # fmt: skip
-def _uniqueness() -> Outcome:
+def _unique() -> Outcome:
     lowest = min(float(np.linalg.eigvalsh(chain.compliance(n, True))[0]) for n in range(1, 20))
-    off = sweep_difference()
     note = f"the matrix of the complementarity problem is positive definite ({lowest:.4f})"
-    return holds(lowest > 0 and off < 1e-12, note)
+    return holds(lowest > 0 and sweep_difference() < 1e-12, note)
 
 
-@statement("incomplete", "Methods, before Results",
-           "with three particles the transfer of momentum is incomplete: the grain rebounds", 1e-9,
-           reason="exact propagator and matrix exponentials to 1e-9")  # fmt: skip
-def _rebound() -> Outcome:
-    found = free_collision(3).final_velocity / 2.0
-    return Outcome(found, chain.final_velocities(3, deformable=True), note=f"{found[0]:.4f} v")
+@statement(END, "with three particles the transfer of momentum is incomplete: the grain rebounds",
+           1e-9, reason="exact propagator and matrix exponentials to 1e-9")  # fmt: skip
+def _incomplete() -> Outcome:
+    kept = free_collision(3).final_velocity / 2.0
+    return Outcome(kept, chain.final_velocities(3, deformable=True), note=f"{kept[0]:.4f} v")
 
 
-@statement("stored", "Methods, before Results; Discussion",
+@statement(f"{END}; Discussion",
            "three particles deform more in total, and store more energy, than two")  # fmt: skip
 def _stored() -> Outcome:
-    two, three = free_collision(2), free_collision(3)
-    total = [float(pair.deformations.sum(axis=1).max()) for pair in (two, three)]
-    stored = [float(pair.elastic_energy.max() / pair.kinetic_energy[0]) for pair in (two, three)]
-    note = (
-        f"{100 * (total[1] / total[0] - 1):+.1f} % deformation, {stored[1] / stored[0]:.2f} energy"
-    )
-    return holds(total[1] > total[0] and stored[1] > stored[0], note)
+    runs = free_collision(2), free_collision(3)
+    total = [float(run.deformations.sum(axis=1).max()) for run in runs]
+    stored = [float(run.elastic_energy.max() / run.kinetic_energy[0]) for run in runs]
+    change, energy = 100 * (total[1] / total[0] - 1), stored[1] / stored[0]
+    return holds(change > 0 and energy > 1, f"{change:+.1f} % deformation, {energy:.2f} energy")
 
 
-@statement("softer", "Methods, before Results",
-           "to the grain three particles are like one particle of reduced stiffness", 1e-3, "v_0",
-           reason="one free particle of any stiffness leaves the grain at rest",
+@statement(END, "to the grain three particles are like one particle of reduced stiffness", 1e-3,
+           "v_0", "one free particle of any stiffness leaves the grain at rest",
            correction="a rebound takes a larger mass as well")  # fmt: skip
 def _softer() -> Outcome:
     softer = Tower(stiffness=(1e6, 5e5), base="free", gravity=0.0)

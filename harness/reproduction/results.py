@@ -8,63 +8,72 @@ from itertools import pairwise
 
 import numpy as np
 
-from harness.cases.tower.impulse import angle_from_impulse_ratio
+from harness.cases.tower.impulse import STIFFNESSES, angle_from_impulse_ratio
 from harness.cases.tower.parameters import LAWS, Tower
 from harness.cases.tower.show import QUASI_STATIC
 from harness.cases.tower.windows import impulse
-from harness.reproduction.background import stiffness_of_springs
-from harness.reproduction.samples import MEDIAN, contact_intervals, generator, ratios, run
+from harness.reproduction.background import HALF_DIGIT
+from harness.reproduction.samples import (
+    MEDIAN,
+    Floats,
+    contact_intervals,
+    generator,
+    ratios,
+    row_energy,
+    run,
+    springs_in_series,
+)
 from harness.reproduction.statements import Outcome, holds, statement
 from harness.theory import incline
-from harness.theory.chain import compliance, contact_time_on_fixed
+from harness.theory.chain import contact_time_on_fixed
 
 FLAT = 0.01  # of alpha: a change that a figure shows
 TALLEST, LONGEST = 19, 10  # contacts of the tallest tower, and of the longest chain as printed
 N = np.arange(1, 11)
+THREE = "Results, three particles of Fig. 8"
+AFTER_RATIO = "Results, after Fig. 10"
+ENERGIES = "Discussion, after the displays"
 READ_OFF = "a time read off a plot, in halves of t0"
 
 
-# ---- three particles of Fig. 8
+# ---- runs of Figs. 8 and 9
 
 
-@statement("unit-of-time", "Results, Fig. 8", "t_0 is the contact of two particles", 1e-9, "s",
-           reason="the exact propagator locates the end of a contact to round-off")  # fmt: skip
+@statement("Results, Fig. 8", "t_0 is the contact of two particles", 1e-9, "s",
+           "the exact propagator locates the end of a contact to round-off")  # fmt: skip
 def _unit_of_time() -> Outcome:
-    single = run(Tower(height=1))
-    end = contact_intervals(single)[0][1] * single.tower.contact_time
+    single = Tower(height=1)
+    end = contact_intervals(single)[0][1] * single.contact_time
     return Outcome(end, contact_time_on_fixed(1.0, 1e6, 2.0, 9.81), note="grain on a fixed one")
 
 
-@statement("collapse", "Results, Fig. 9",
+@statement("Results, Fig. 9",
            "t/t_0 collapses runs whose stiffnesses are an order of magnitude apart",
            reason="a tenth of the two-particle peak, all along 3 t0")  # fmt: skip
 def _collapse() -> Outcome:
-    grid, off = np.linspace(0.0, 3.0, 601), []
-    for height in (2, 9):
-        curves = []
-        for stiffness in (1e5, 1e6, 1e7):
-            tall, single = (run(Tower(height=n, stiffness=stiffness)) for n in (height, 1))
-            force = np.interp(grid, tall.time_over_t0, tall.grain_force)
-            curves.append(force / single.grain_force.max())
-        off += [float(np.abs(second - first).max()) for first, second in pairwise(curves)]
-    return holds(max(off) < 0.1, f"forces of neighbours differ by {max(off):.3f} of the peak")
+    def curve(height: int, stiffness: float) -> Floats:
+        tall, single = (run(Tower(height=n, stiffness=stiffness)) for n in (height, 1))
+        force = np.interp(np.linspace(0.0, 3.0, 601), tall.time_over_t0, tall.grain_force)
+        return np.asarray(force / single.grain_force.max())
+
+    neighbours = [(n, *pair) for n in (2, 9) for pair in pairwise(STIFFNESSES)]
+    largest = max(float(np.abs(curve(n, b) - curve(n, a)).max()) for n, a, b in neighbours)
+    return holds(largest < 0.1, f"forces of neighbours differ by {largest:.3f} of the peak")
 
 
-@statement("joins", "Results, three particles of Fig. 8",
-           "the third particle joins at about 0.5 t0", 0.1, "t0", reason=READ_OFF)  # fmt: skip
+@statement(THREE, "the third particle joins at about 0.5 t0", 0.1, "t0", READ_OFF)
 def _joins() -> Outcome:
     three = run(Tower(height=2))
     return Outcome(float(three.time_over_t0[np.argmax(three.contacts == 2)]), 0.5)
 
 
-@statement("returns", "Results, three particles of Fig. 8",
-           "the contact of the grain returns at 1 t0 and ends at about 1.5 t0", 0.1, "t0",
-           reason=READ_OFF)  # fmt: skip
+@statement(THREE, "the contact of the grain returns at 1 t0 and ends at about 1.5 t0", 0.1, "t0",
+           READ_OFF)  # fmt: skip
 def _returns() -> Outcome:
-    return Outcome(contact_intervals(run(Tower(height=2)))[1], [1.0, 1.5])
+    return Outcome(contact_intervals(Tower(height=2))[1], [1.0, 1.5])
 
 
-@statement("aligned", "Results, after Fig. 8",
+@statement("Results, after Fig. 8",
            "changes of the force curve fall on changes of the contact structure",
            reason="jumps of a tenth of the largest slope or more")  # fmt: skip
 def _aligned() -> Outcome:
@@ -81,7 +90,7 @@ def _aligned() -> Outcome:
 # ---- impulses over height
 
 
-@statement("null", "Results, before Fig. 10",
+@statement("Results, before Fig. 10",
            "the two-particle impulse stands for direct neighbours only",
            reason="between a rebound, 2 m v0, and a twentieth more")  # fmt: skip
 def _null() -> Outcome:
@@ -94,13 +103,9 @@ def falls(alpha: Mapping[int, float]) -> bool:
     return all(alpha[after] <= alpha[before] + FLAT for before, after in pairwise(sorted(alpha)))
 
 
-@statement(
-    "impulses-decrease",
-    "Results, Fig. 10",
-    "impulses decrease with the length of the chain, in all six runs",
-    reason="never up by more than a hundredth from one height to the next",
-    correction="not at the lowest stiffness and speed, where the tower sinks beyond 3 t0",
-)
+@statement("Results, Fig. 10", "impulses decrease with the length of the chain, in all six runs",
+           reason="never up by more than a hundredth from one height to the next",
+           correction="not at the lowest stiffness and speed, where it sinks on")  # fmt: skip
 def _impulses_decrease() -> Outcome:
     falling = {case: falls(alpha) for case, alpha in ratios().items()}
     rest = all(falls for case, falls in falling.items() if case != (1e5, 2.0))
@@ -108,9 +113,9 @@ def _impulses_decrease() -> Outcome:
 
 
 @cache
-def longest_chains(height: int, duration: float = 3.0) -> tuple[int, int]:
-    """Return the longest chain of the grain, and the longest anywhere, within ``duration`` [t0]."""
-    tower = run(Tower(height=height, stiffness=MEDIAN[0], speed=MEDIAN[1]), duration)
+def longest_chains(height: int) -> tuple[int, int]:
+    """Return the longest chain of the grain, and the longest anywhere, within 3 t0."""
+    tower = run(Tower(height=height, stiffness=MEDIAN[0], speed=MEDIAN[1]))
     longest, length = 0, np.zeros(tower.time.size, int)
     for touching in (tower.forces > 0).T:
         length = np.where(touching, length + 1, 0)
@@ -118,26 +123,23 @@ def longest_chains(height: int, duration: float = 3.0) -> tuple[int, int]:
     return int(tower.contacts.max()), longest
 
 
-@statement("plateau", "Results, after Fig. 10",
-           "the length of chains levels off at about ten contacts", 1.0, "contacts",
-           reason="about ten: to one contact",
+@statement(AFTER_RATIO, "the length of chains levels off at about ten contacts", 1.0, "contacts",
+           "about ten: to one contact",
            correction="the chain of the grain levels off at four contacts")  # fmt: skip
 def _plateau() -> Outcome:
-    grain, anywhere = longest_chains(30)
-    level = float(longest_chains(TALLEST)[0])
-    note = f"grain {level:.0f} at n = 19 and {grain} at 30; anywhere {anywhere} within 3 t0"
-    return Outcome(level, float(LONGEST), note=note)
+    (level, _), (grain, anywhere) = longest_chains(TALLEST), longest_chains(30)
+    note = f"grain {level} at n = 19 and {grain} at 30; anywhere {anywhere} within 3 t0"
+    return Outcome(float(level), float(LONGEST), note=note)
 
 
-@statement("little-effect", "Results, after Fig. 10",
-           "beyond ten contacts height has little to no effect on alpha", FLAT,
+@statement(AFTER_RATIO, "beyond ten contacts height has little to no effect on alpha", FLAT,
            reason="a hundredth of alpha")  # fmt: skip
 def _little_effect() -> Outcome:
     tall = [[a for n, a in alpha.items() if n >= LONGEST] for alpha in ratios().values()]
     return Outcome(max(max(alpha) - min(alpha) for alpha in tall), 0.0, note="largest variation")
 
 
-@statement("angle-falls", "Results, Fig. 11",
+@statement("Results, Fig. 11",
            "the critical angle falls with height, as in thin layer stability",
            reason="by more than a degree, never up by more than a hundredth in alpha")  # fmt: skip
 def _angle_falls() -> Outcome:
@@ -148,9 +150,9 @@ def _angle_falls() -> Outcome:
     return holds(lost[1] < lost[0] - 1 and falls(alpha), note)
 
 
-@statement("tall-limit", "Results, Fig. 11",
-           "tall towers reach the published angle of frictionless spheres", QUASI_STATIC[1], "deg",
-           reason="its uncertainty (Peyneau and Roux, Phys. Rev. E 78, 011307 (2008))")  # fmt: skip
+@statement("Results, Fig. 11", "tall towers reach the published angle of frictionless spheres",
+           QUASI_STATIC[1], "deg",
+           "its uncertainty (Peyneau and Roux, Phys. Rev. E 78, 011307 (2008))")  # fmt: skip
 def _tall_limit() -> Outcome:
     return Outcome(angle_from_impulse_ratio(ratios()[MEDIAN][TALLEST]), QUASI_STATIC[0])
 
@@ -159,71 +161,55 @@ def _tall_limit() -> Outcome:
 
 
 def spring_energy(springs: int, stiffness: float, force: float) -> float:
-    """Return what equal springs in series store under a force [J], from their equilibrium."""
-    return 0.5 * force**2 / (stiffness * stiffness_of_springs(springs))
+    """Return the energy of equal springs in series under a force [J], from their equilibrium."""
+    return 0.5 * force**2 / (stiffness * springs_in_series(springs))
 
 
-def row_energy(contacts: int) -> float:
-    """Return what a row of the source's particles stores [J] at 1 N/m under 1 N.
-
-    It is half the force times the overlaps that the deformable law asks for.
-    """
-    forces = np.ones(contacts)
-    return float(0.5 * forces @ compliance(contacts, deformable=True) @ forces)
-
-
-@statement("eq-u-2", "Discussion, third display",
-           "U_2 = 1/2 (1/2 k)(2 c_1)^2 = 1/4 4 c_1^2 = 2 U_1", 1e-11, "J", reason="round-off",
+@statement("Discussion, third display", "U_2 = 1/2 (1/2 k)(2 c_1)^2 = 1/4 4 c_1^2 = 2 U_1", 1e-11,
+           "J", "round-off",
            correction="1/4 k 4 c_1^2 = k c_1^2: the step before has lost k")  # fmt: skip
-def _two_springs() -> Outcome:
+def _eq_u_2() -> Outcome:
     k, c = generator().uniform([10.0, 0.01], [1000.0, 0.5], (50, 2)).T
-    found = [spring_energy(2, a, a * b) for a, b in zip(k, c, strict=True)]
-    return Outcome(found, c**2, k * c**2)
+    energies = [spring_energy(2, a, a * b) for a, b in zip(k, c, strict=True)]
+    return Outcome(energies, c**2, k * c**2)
 
 
-@statement("u-n", "Discussion, after the displays", "U_n = n U_1", unit="U_1")
-def _energy_of_springs() -> Outcome:
-    found = [spring_energy(int(n), 1.0, 1.0) / spring_energy(1, 1.0, 1.0) for n in N]
-    return Outcome(found, N, note="springs in series under one force")
+@statement(ENERGIES, "U_n = n U_1", unit="U_1")
+def _u_n() -> Outcome:
+    energies = [spring_energy(n, 1.0, 1.0) / spring_energy(1, 1.0, 1.0) for n in N.tolist()]
+    return Outcome(energies, N, note="springs in series under one force")
 
 
-@statement(
-    "u-n-particles",
-    "Discussion, after the displays",
-    "U_n = n U_1 holds for the source's own deformable particles",
-    unit="U_1",
-    correction="U_n = (2n - 1) U_1: those in between are pressed from both sides",
-)
-def _energy_of_particles() -> Outcome:
-    return Outcome([row_energy(int(n)) / row_energy(1) for n in N], N, 2 * N - 1)
+@statement(ENERGIES, "U_n = n U_1 holds for the source's own deformable particles", unit="U_1",
+           correction="U_n = (2n - 1) U_1: inner ones are pressed from both sides")  # fmt: skip
+def _u_n_particles() -> Outcome:
+    return Outcome([row_energy(n) / row_energy(1) for n in N.tolist()], N, 2 * N - 1)
 
 
-@statement(
-    "eq-18",
-    "Discussion, eq. (18)",
-    "1/2 m v^2 = U_n = n U_1 = n (1/2 k c_n)",
-    1e-11,
-    "J",
-    reason="round-off",
-    correction="n (1/2 k c_1^2): squared, and of one spring",
-)
-def _energy_balance() -> Outcome:
+@statement("Discussion, eq. (18)", "1/2 m v^2 = U_n = n U_1 = n (1/2 k c_n)", 1e-11, "J",
+           "round-off", correction="n (1/2 k c_1^2): squared, and of one spring")  # fmt: skip
+def _eq_18() -> Outcome:
     k, first = 100.0, 0.2
-    found = [spring_energy(int(n), k, k * first) for n in N]
-    return Outcome(found, N * 0.5 * k * (N * first), N * 0.5 * k * first**2)
+    energies = [spring_energy(n, k, k * first) for n in N.tolist()]
+    return Outcome(energies, N * 0.5 * k * (N * first), N * 0.5 * k * first**2)
 
 
-@statement("sqrt-n", "Discussion, eq. (18)", "v ~ sqrt(n)", 1e-9, reason="slope of an exact power")
-def _square_root() -> Outcome:
-    energies = [spring_energy(int(n), 1.0, 1.0) for n in N]
-    particles = [row_energy(int(n)) for n in N]
-    found, other = (
-        float(np.polyfit(np.log(N), 0.5 * np.log(some), 1)[0]) for some in (energies, particles)
-    )
-    return Outcome(found, 0.5, note=f"{other:.2f} for the source's own particles")
+@statement("Discussion, eq. (18)", "v ~ sqrt(n)", 1e-9, reason="slope of an exact power")
+def _sqrt_n() -> Outcome:
+    springs, particles = (
+        float(np.polyfit(np.log(N), 0.5 * np.log(energies), 1)[0])
+        for energies in ([spring_energy(n, 1.0, 1.0) for n in N.tolist()],
+                         [row_energy(n) for n in N.tolist()])
+    )  # fmt: skip
+    return Outcome(springs, 0.5, note=f"{particles:.2f} for the source's own particles")
 
 
-@statement("energy-scaling", "Discussion, Fig. 13",
+def scaled_angle(height: int) -> float:
+    """Return the critical angle [deg] of alpha = 1/sqrt(n)."""
+    return angle_from_impulse_ratio(incline.impulse_ratio(height))
+
+
+@statement("Discussion, Fig. 13",
            "velocity lost as 1/sqrt(n) makes the angle fall, without an asymptote",
            reason="still falling by half a degree from ten to twenty")  # fmt: skip
 def _energy_scaling() -> Outcome:
@@ -232,37 +218,30 @@ def _energy_scaling() -> Outcome:
     return holds(falling, f"{angles[0]:.2f}, {angles[2]:.2f}, {angles[3]:.2f} deg at 1, 10, 20")
 
 
-def scaled_angle(height: int) -> float:
-    """Return the critical angle [deg] of alpha = 1/sqrt(n)."""
-    return angle_from_impulse_ratio(incline.impulse_ratio(height))
-
-
-@statement("energy-agrees", "Discussion, Fig. 13",
+@statement("Discussion, Fig. 13",
            "the energy argument gives the behaviour of the impulses, up to ten", 0.5, "deg",
-           reason="the fall from n = 2 to 10 is of several degrees")  # fmt: skip
+           "the fall from n = 2 to 10 is of several degrees")  # fmt: skip
 def _energy_agrees() -> Outcome:
     return Outcome(angle_from_impulse_ratio(ratios()[MEDIAN][LONGEST]), scaled_angle(LONGEST))
 
 
-@statement("longest-chain", "Discussion, after eq. (18)",
-           "no chain over ten particles forms, even for twenty")  # fmt: skip
+@statement("Discussion, after eq. (18)", "no chain over ten particles forms, even for twenty")
 def _longest_chain() -> Outcome:
-    chains = longest_chains(TALLEST)
+    longest = max(longest_chains(TALLEST))
     overlap = int(run(Tower(height=TALLEST, law="overlap")).contacts.max())
-    return holds(max(chains) <= LONGEST, f"{max(chains)} contacts; overlap law {overlap}")
+    return holds(longest <= LONGEST, f"{longest} contacts; overlap law {overlap}")
 
 
-@statement("differences", "Conclusion",
+@statement("Conclusion",
            "forces over an order of magnitude change deformations by less than 1e-6 % at 1e6",
-           1e-6, "%", reason="the bound itself",
+           1e-6, "%", "the bound itself",
            correction="less than 9e-4 % of the diameter")  # fmt: skip
 def _differences() -> Outcome:
     # dx/d is P d/k under a force of P d^2
     return Outcome(100 * (1 / 1e6) * (10 - 1), 0.0, note="from the confining force to ten times it")
 
 
-@statement("halved", "Conclusion", "chains can nearly halve the impulse", 0.05,
-           reason="half of the last digit")  # fmt: skip
+@statement("Conclusion", "chains can nearly halve the impulse", 0.05, reason=HALF_DIGIT)
 def _halved() -> Outcome:
     least = {law: min(min(a.values()) for a in ratios(law).values()) for law in LAWS}
     return Outcome(least["deformable"], 0.5, note=f"overlap law {least['overlap']:.4f}")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import platform
 import time
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -16,34 +16,26 @@ from harness.cases.bench import OWN, Bench
 from harness.report.content import Section, Table
 from harness.report.page import report_files
 from harness.report.rows import Badge
-from harness.reproduction import appendix, background, methods, results, simulations
+from harness.reproduction import appendix, background, methods, results
 from harness.reproduction.figures import drawings
-from harness.reproduction.statements import CASE, CORRECTED, REGISTRY, Statement
+from harness.reproduction.statements import CASE, CORRECTED, REGISTRY
 from harness.results.rows import Verdict, table
 from harness.store.cache import EngineChoice, opened
 from harness.store.runs import Meta, Run, write_run
 
 TITLE = "Harper, Dufek and Breard (arXiv:2409.13633), recomputed"
-REPRODUCED, WITH_CORRECTION, NOT_REPRODUCED, UNTESTED = (
-    "reproduced",
-    "reproduced with a correction",
-    "not reproduced",
-    "not tested",
-)
-LOOKS = {  # verdicts whose colours the statuses have on a page
-    REPRODUCED: "pass",
-    WITH_CORRECTION: "not tested",
-    NOT_REPRODUCED: "fail",
-    UNTESTED: "recorded",
-}
-STATUSES = tuple(LOOKS)
+REPRODUCED, WITH_CORRECTION = "reproduced", "reproduced with a correction"
+NOT_REPRODUCED, UNTESTED = "not reproduced", "not tested"
+COLOURS = {  # verdicts whose colours the statuses have on a page
+    REPRODUCED: "pass", WITH_CORRECTION: "not tested", NOT_REPRODUCED: "fail", UNTESTED: "recorded",
+}  # fmt: skip
 INTRODUCTION = """\
 Each statement of the source that can be recomputed is a row: the printed value is expected, the
 value comes by an independent route. A statement that does not hold is a finding; where a correction
 makes it hold, a second row shows that. Nothing here is typed in."""
 
 # each module registers its statements; in the order of the source
-PARTS = [part.__name__ for part in (background, simulations, methods, results, appendix)]
+PARTS = [part.__name__ for part in (background, methods, results, appendix)]
 STATEMENTS = dict(
     sorted(REGISTRY.items(), key=lambda item: PARTS.index(item[1].measure.__module__))
 )
@@ -67,26 +59,20 @@ def recomputed(bench: Bench | None, progress: Progress = lambda *_: None) -> Run
     """Return the rows of all statements; without a bench those of an engine are not tested."""
     started, clock = datetime.now(UTC).isoformat(timespec="seconds"), time.monotonic()
     rows = []
-    for done, one in enumerate(STATEMENTS.values(), 1):
-        rows += one.rows(bench)
+    for done, statement in enumerate(STATEMENTS.values(), 1):
+        rows += statement.rows(bench)
         progress("statements of the source", done, len(STATEMENTS))
     engines = {row.engine: row.version for row in rows if row.engine != OWN}
-    meta = Meta(
-        level="default",
-        cases=(CASE,),
-        engines=engines | {OWN: __version__},
-        started=started,
-        seconds=time.monotonic() - clock,
-        platform=f"{platform.system()} {platform.machine()}",
-        harness_version=__version__,
-    )
+    meta = Meta(level="default", cases=(CASE,), engines=engines | {OWN: __version__},
+                started=started, seconds=time.monotonic() - clock,
+                platform=f"{platform.system()} {platform.machine()}",
+                harness_version=__version__)  # fmt: skip
     return Run(table(rows), meta)
 
 
-def write_reproduction(run: Run, folder: Path, *, png: bool = False) -> None:
+def write_reproduction(run: Run, folder: Path) -> None:
     """Write rows, pages and figures into a new folder. Raise RequestError as ``write_run`` does."""
-    pages = report_files(run, sections(run), png=png, title=TITLE, headline=headline(run))
-    write_run(run, folder, pages)
+    write_run(run, folder, report_files(run, sections(run), title=TITLE, headline=headline(run)))
 
 
 def statuses(run: Run) -> dict[str, str]:
@@ -107,51 +93,43 @@ def statuses(run: Run) -> dict[str, str]:
 def headline(run: Run) -> str:
     """Return how many statements have each status."""
     numbers = Counter(statuses(run).values())
-    return ", ".join(f"{numbers[status]} {status}" for status in STATUSES if numbers[status])
+    return ", ".join(f"{numbers[status]} {status}" for status in COLOURS if numbers[status])
 
 
 def sections(run: Run) -> list[Section]:
     """Return the ledger of statements, the errata with their evidence, and the figures."""
-    found = statuses(run)
-    numbers = Counter(found.values())
-    counted = pd.DataFrame([{status: numbers[status] for status in STATUSES}])
-    printed = run.rows[run.rows["check"] == ""].set_index("quantity")
-    errata = [one for key, one in STATEMENTS.items() if one.correction and found[key] != REPRODUCED]
+    ledger = _ledger(run)
+    numbers = Counter(ledger["status"])
+    counts = pd.DataFrame([{status: numbers[status] for status in COLOURS}])
+    errata = ledger[(ledger["correction"] != "") & (ledger["status"] != REPRODUCED)]
+    evidence = [
+        f"{value:.7g} recomputed, {printed:.7g} as printed"
+        for value, printed in zip(errata["recomputed"], errata["printed"], strict=True)
+    ]
+    corrections = errata[["where", "the source states", "correction"]].assign(
+        evidence=evidence, status=errata["status"]
+    )
+    badges = [Badge(status, COLOURS[status]) for status in ledger["status"]]
     return [
         Section("Statements", INTRODUCTION, (
-            Table("Status of the statements", counted),
-            Table("Ledger", _ledger(list(STATEMENTS.values()), found, printed)),
+            Table("Status of the statements", counts),
+            Table("Ledger", ledger.drop(columns="correction").assign(status=badges)),
         )),
         Section("Errata", "What has to be changed for a statement to hold.", (
-            Table("Corrections", pd.DataFrame([_erratum(one, found, printed) for one in errata])),
+            Table("Corrections", corrections),
         )),
         Section("Figures", drawings=drawings()),
     ]  # fmt: skip
 
 
-def _ledger(
-    statements: Sequence[Statement], found: dict[str, str], printed: pd.DataFrame
-) -> pd.DataFrame:
+def _ledger(run: Run) -> pd.DataFrame:
+    rows, status = run.rows[run.rows["check"] == ""].set_index("quantity"), statuses(run)
     return pd.DataFrame(
         {
-            "where": one.where,
-            "the source states": one.says,
-            "status": Badge(found[one.key], LOOKS[found[one.key]]),
-            "recomputed": printed.loc[one.key, "value"],
-            "printed": printed.loc[one.key, "expected"],
-            "unit": "" if one.unit == "1" else one.unit,
-            "note": printed.loc[one.key, "note"],
+            "where": statement.where, "the source states": statement.text, "status": status[key],
+            "recomputed": rows.loc[key, "value"], "printed": rows.loc[key, "expected"],
+            "unit": "" if statement.unit == "1" else statement.unit,
+            "note": rows.loc[key, "note"], "correction": statement.correction,
         }
-        for one in statements
-    )
-
-
-def _erratum(one: Statement, found: dict[str, str], printed: pd.DataFrame) -> dict[str, object]:
-    row = printed.loc[one.key]
-    return {
-        "where": one.where,
-        "the source states": one.says,
-        "correction": one.correction,
-        "evidence": f"{row['value']:.7g} recomputed, {row['expected']:.7g} as printed",
-        "status": found[one.key],
-    }
+        for key, statement in STATEMENTS.items()
+    )  # fmt: skip

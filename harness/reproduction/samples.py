@@ -20,6 +20,7 @@ from harness.cases.tower.runs import TowerRun, solve
 from harness.cases.tower.windows import grain_alone
 from harness.solvers.chain import source
 from harness.solvers.chain.contacts import contact_forces
+from harness.theory.chain import compliance
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -37,23 +38,36 @@ def generator() -> np.random.Generator:
     return np.random.default_rng(SEED)
 
 
-@dataclass(frozen=True)
-class TouchingChain:
-    """Particles of diameter 1 m, all touching, with the boundaries they were built from."""
+# ---- particles of diameter 1 m
 
-    compressions: Floats  # (n-1,) [m] partial, all positive
-    centres: Floats  # (n,) [m]
-    boundaries: Floats  # (n+1,) [m]
+
+@dataclass(frozen=True, eq=False)
+class Particles:
+    """N particles in a row, with the partial compressions of their contacts.
+
+    ``boundaries`` (N+1,) [m] are those that a touching chain was laid out from; a row has none.
+    """
+
+    centres: Floats  # (N,) [m]
+    compressions: Floats  # (N-1,) [m] 0 where open
+    boundaries: Floats
 
     @property
     def deformations(self) -> Floats:
-        """Return how much each diameter is shortened (n,) [m]."""
-        return np.asarray(1.0 - np.diff(self.boundaries))
+        """Return how much each diameter is shortened (N,) [m], by the boundaries of a chain."""
+        if self.boundaries.size:
+            return np.asarray(2 * RADIUS - np.diff(self.boundaries))
+        return np.convolve(self.compressions, [1, 1])
+
+    @property
+    def distances(self) -> Floats:
+        """Return the distances of neighbouring centres (N-1,) [m]."""
+        return np.diff(self.centres)
 
 
 @cache
-def touching_chains(count: int = 200, particles: tuple[int, ...] = ()) -> tuple[TouchingChain, ...]:
-    """Return chains of 2 to 9 particles, or of one of the given numbers.
+def touching_chains(count: int = 200, particles: tuple[int, ...] = ()) -> tuple[Particles, ...]:
+    """Return touching chains of 2 to 9 particles, or of one of the given numbers.
 
     They are laid out from a random first boundary: each particle is as wide as its two partial
     compressions leave it, and its centre is its middle.
@@ -64,37 +78,19 @@ def touching_chains(count: int = 200, particles: tuple[int, ...] = ()) -> tuple[
         compressions = random.uniform(0.001, 0.1, n - 1)
         widths = 1.0 - np.convolve(compressions, [1, 1])
         edges = random.uniform(-1, 1) + np.concatenate(([0.0], np.cumsum(widths)))
-        chains.append(TouchingChain(compressions, 0.5 * (edges[1:] + edges[:-1]), edges))
+        chains.append(Particles(0.5 * (edges[1:] + edges[:-1]), compressions, edges))
     return tuple(chains)
 
 
-@dataclass(frozen=True, eq=False)
-class ParticleRow:
-    """Particles of diameter 1 m in a row, with the compressions of the one solution."""
-
-    centres: Floats  # (N,) [m]
-    compressions: Floats  # (N-1,) [m] 0 where open
-
-    @property
-    def deformations(self) -> Floats:
-        """Return how much each diameter is shortened (N,) [m]."""
-        return np.convolve(self.compressions, [1, 1])
-
-    @property
-    def distances(self) -> Floats:
-        """Return the distances of neighbouring centres (N-1,) [m]."""
-        return np.diff(self.centres)
-
-
 @cache
-def rows(count: int = 500, closest: tuple[float, float] = (0.9, 1.1)) -> tuple[ParticleRow, ...]:
-    """Return rows of 3 to 9 particles, neighbours between ``closest`` [m] apart."""
-    random, made = generator(), []
+def rows(count: int = 500, closest: tuple[float, float] = (0.9, 1.1)) -> tuple[Particles, ...]:
+    """Return rows of 3 to 9 particles by their one solution, neighbours ``closest`` [m] apart."""
+    random, sampled = generator(), []
     for _ in range(count):
         distances = random.uniform(*closest, int(random.integers(2, 9)))
         centres = np.concatenate(([0.0], np.cumsum(distances)))
-        made.append(ParticleRow(centres, contact_forces(centres, 1.0, 1.0)))
-    return tuple(made)
+        sampled.append(Particles(centres, contact_forces(centres, 1.0, 1.0), np.empty(0)))
+    return tuple(sampled)
 
 
 def sweep_difference() -> float:
@@ -118,27 +114,43 @@ def open_pairs() -> tuple[OpenPair, ...]:
     """Return every pair of neighbours of the rows that is not in contact."""
     pairs = []
     for row in rows():
-        distances = np.concatenate(([np.inf], row.distances, [np.inf]))
-        for i in np.flatnonzero(row.compressions == 0):
-            deformations = float(row.deformations[i]), float(row.deformations[i + 1])
-            beyond = float(distances[i]), float(distances[i + 2])
-            pairs.append(OpenPair(float(row.distances[i]), deformations, beyond))
+        distances = [np.inf, *row.distances.tolist(), np.inf]
+        for i in np.flatnonzero(row.compressions == 0).tolist():
+            first, second = row.deformations[i : i + 2].tolist()
+            pairs.append(
+                OpenPair(distances[i + 1], (first, second), (distances[i], distances[i + 2]))
+            )
     return tuple(pairs)
 
 
-class ContactEnd(NamedTuple):
-    """The end of a contact that began at speed 1: time [s] and restitution [1]."""
+# ---- springs and contacts
 
-    time: float
-    restitution: float
+
+def springs_in_series(springs: int) -> float:
+    """Return the end-to-end stiffness [k] of equal springs in series, from their equilibrium."""
+    balance = 2 * np.eye(springs) - np.eye(springs, k=1) - np.eye(springs, k=-1)
+    balance[-1, -1] = 1.0
+    force = np.zeros(springs)
+    force[-1] = 1.0
+    return float(1 / np.linalg.solve(balance, force)[-1])
+
+
+def row_energy(contacts: int) -> float:
+    """Return the energy of a row of the source's particles [J] at 1 N/m under 1 N.
+
+    It is half the force times the overlaps of the deformable law.
+    """
+    forces = np.ones(contacts)
+    return float(0.5 * forces @ compliance(contacts, deformable=True) @ forces)
 
 
 def damped_contact(
     stiffness: float, mass: float, damping: float, *, clipped: bool = False
-) -> ContactEnd:
-    """Integrate m x'' + gamma x' + k x = 0 from touching at 1 m/s until the overlap is gone.
+) -> tuple[float, float]:
+    """Return duration [s] and restitution of m x'' + gamma x' + k x = 0, which touches at 1 m/s.
 
-    A ``clipped`` contact ends where its force does. Errors below 1e-10 of both numbers.
+    It is integrated until the overlap is gone, a ``clipped`` contact until its force is. Errors
+    are below 1e-10 of both numbers.
     """
 
     def end(_: float, state: Any) -> float:
@@ -148,13 +160,10 @@ def damped_contact(
     period = (mass / stiffness) ** 0.5
     solution = solve_ivp(
         lambda _, s: [s[1], -(stiffness * s[0] + damping * s[1]) / mass],
-        (0.0, 100 * period),
-        [1e-13 * period, 1.0],
-        events=end,
-        rtol=1e-11,
-        atol=1e-14 * period,
-    )
-    return ContactEnd(float(solution.t[-1]), -float(solution.y[1, -1]))
+        (0.0, 100 * period), [1e-13 * period, 1.0],
+        events=end, rtol=1e-11, atol=1e-14 * period,
+    )  # fmt: skip
+    return float(solution.t[-1]), -float(solution.y[1, -1])
 
 
 # ---- towers
@@ -167,10 +176,9 @@ def run(case: Tower, duration: float = 3.0) -> TowerRun:
 
 
 @cache
-def free_collision(particles: int, law: Law = "deformable") -> TowerRun:
+def free_collision(particles: int) -> TowerRun:
     """Return a grain that runs into free particles, no gravity, until all have parted."""
-    case = Tower(height=particles - 1, base="free", gravity=0.0, law=law)
-    return run(case, 1.0 + 0.5 * particles)
+    return run(Tower(height=particles - 1, base="free", gravity=0.0), 1.0 + 0.5 * particles)
 
 
 @cache
@@ -179,6 +187,7 @@ def impulses(law: Law = "deformable") -> pd.DataFrame:
     return impulse_angles(laws=(law,), solver="exact")
 
 
+@cache
 def ratios(law: Law = "deformable") -> dict[tuple[float, float], dict[int, float]]:
     """Return alpha by (stiffness, speed) and height."""
     by_run: dict[tuple[float, float], dict[int, float]] = {}
@@ -189,12 +198,6 @@ def ratios(law: Law = "deformable") -> dict[tuple[float, float], dict[int, float
 
 
 @cache
-def heights_with_structure_window(law: Law) -> tuple[int, ...]:
-    """Return the heights from 1 to 8 that have a structure window, 1e6 N/m and 2 m/s."""
-    table = structure_angles(law, 8)
-    return tuple(table["height"][table["window_s"].notna()])
-
-
 def structure_angles(law: Law, tallest: int) -> pd.DataFrame:
     """Return the table of the structure window over heights, 1e6 N/m and 2 m/s."""
     return impulse_angles(
@@ -203,10 +206,12 @@ def structure_angles(law: Law, tallest: int) -> pd.DataFrame:
     )  # fmt: skip
 
 
-def contact_intervals(tower_run: TowerRun) -> list[tuple[float, float]]:
+@cache
+def contact_intervals(case: Tower, duration: float = 3.0) -> list[tuple[float, float]]:
     """Return from when to when the grain touches anything [t0], cut by the end of the run."""
-    first, last = float(tower_run.time_over_t0[0]), float(tower_run.time_over_t0[-1])
-    alone = [*grain_alone(tower_run), (last, last)]
+    tower = run(case, duration)
+    first, last = float(tower.time_over_t0[0]), float(tower.time_over_t0[-1])
+    alone = [*grain_alone(tower), (last, last)]
     begins = [first, *(end for _, end in alone)]
     ends = [begin for begin, _ in alone]
     return [pair for pair in zip(begins, ends, strict=False) if pair[0] < pair[1]]
