@@ -160,8 +160,7 @@ def upstream(
     from harness.report.page import report_files
     from harness.store.runs import write_run
     from harness.upstream.definition import read_tests
-    from harness.upstream.judging import run_upstream
-    from harness.upstream.page import sections
+    from harness.upstream.judging import run_upstream, sections
     from harness.workflows.progress import progress_bars
 
     if output is not None:

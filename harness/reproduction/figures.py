@@ -226,7 +226,8 @@ def structure_window() -> Figure:
     """Draw the critical angle of the structure window by law."""
     curves: list[Curve] = []
     for i, law in enumerate(LAWS):
-        angles = structure_angles(law, 6).set_index("height")["critical_angle_deg"].to_dict()
+        table = structure_angles(law, 6)
+        angles = dict(zip(table["height"], table["critical_angle_deg"], strict=True))
         look = {"color": COLOURS[i + 1], "marker": MARKERS[i], "label": f"{law} law"}
         curves.append((angles, look))
     return _angles_over_height(curves)

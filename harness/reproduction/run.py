@@ -109,7 +109,7 @@ def sections(run: Run) -> list[Section]:
     corrections = errata[["where", "the source states", "correction"]].assign(
         evidence=evidence, status=errata["status"]
     )
-    badges = [Badge(status, COLOURS[status]) for status in ledger["status"]]
+    badges = pd.Series([Badge(status, COLOURS[status]) for status in ledger["status"]])
     return [
         Section("Statements", INTRODUCTION, (
             Table("Status of the statements", counts),

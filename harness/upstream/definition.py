@@ -1,4 +1,4 @@
-"""A test of LAMMPS's ``unittest/granular``: its YAML file, and the script that runs it.
+"""A test of LAMMPS's ``unittest/granular``: its YAML file, the script that runs it, and a run.
 
 A file holds the commands that build a system, the steps of each segment, and the recorded
 positions, velocities, torques and angular velocities at the end of each.
@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -17,7 +17,10 @@ import numpy as np
 import yaml
 from numpy.typing import NDArray
 
-from harness.errors import RequestError
+from harness.engines.lammps.language import error_of
+from harness.engines.process import Limits, Processes, fresh_folder, text_of
+from harness.engines.programs import program_words
+from harness.errors import EngineNaNError, EngineOutputError, RequestError
 
 Floats = NDArray[np.float64]
 State = Mapping[str, Floats]  # columns of a dump, and "period" of the box [length], NaN without
@@ -25,16 +28,15 @@ State = Mapping[str, Floats]  # columns of a dump, and "period" of the box [leng
 RECORDED = {"run_pos": ("x", "y", "z"), "run_vel": ("vx", "vy", "vz"),
             "run_torque": ("tqx", "tqy", "tqz"),
             "run_omega": ("omegax", "omegay", "omegaz")}  # fmt: skip
-# recorded tables, and the columns of a dump that they are held against
+# recorded tables, and the columns of a dump with the same quantity
 COLUMNS = ("id", "type", *(name for names in RECORDED.values() for name in names), "fx", "fy",
            "fz", "radius", "mass")  # fmt: skip
 MEMBER = "dem_harness_member_"  # column that is 1 for the atoms of a group
-BLOCKS = ("variables", "pre_commands", "pair_coeff", "post_commands", "run_segments")
 
 
 @dataclass(frozen=True)
 class UpstreamTest:
-    """A test: its commands, segments in steps, and what was recorded.
+    """A test: its commands, segments in steps, and its record.
 
     ``recorded`` maps ``run_pos`` and the like to rows (segment, atom, x, y, z). ``tolerance`` is
     that of upstream's closed form ``model`` after segment ``judged_segment``; NaN without one.
@@ -55,7 +57,8 @@ class UpstreamTest:
         for number, command in enumerate(self.commands):
             lines += [f'print "COMMAND {number}"', command]
         lines += ['print "COMMAND end"', 'print "TIMESTEP $(dt:%.17g)"']
-        lines += [f"variable {MEMBER}{group} atom gmask({group})" for group in self._groups]
+        members = [name for name in self.columns if name.startswith(MEMBER)]
+        lines += [f"variable {name} atom gmask({name.removeprefix(MEMBER)})" for name in members]
         columns = " ".join(self.columns).replace(MEMBER, f"v_{MEMBER}")
         for number, steps in enumerate((0, *self.segments)):
             lines += [
@@ -67,14 +70,63 @@ class UpstreamTest:
     @property
     def columns(self) -> list[str]:
         """Return the columns of its dumps: of the motion, and the members of each group."""
-        return [*COLUMNS, *(f"{MEMBER}{group}" for group in self._groups)]
+        groups = [words for words in map(str.split, self.commands) if words[:1] == ["group"]]
+        names = dict.fromkeys(["all", *(w[1] for w in groups if re.fullmatch(r"\w+", w[1]))])
+        deleted = {words[1] for words in groups if words[2:3] == ["delete"]}
+        return [*COLUMNS, *(f"{MEMBER}{name}" for name in names if name not in deleted)]
 
-    @property
-    def _groups(self) -> list[str]:
-        rows = [words for words in map(str.split, self.commands) if words[:1] == ["group"]]
-        names = dict.fromkeys(words[1] for words in rows if re.fullmatch(r"\w+", words[1]))
-        deleted = {words[1] for words in rows if words[2:3] == ["delete"]}
-        return ["all", *(name for name in names if name not in deleted)]
+
+@dataclass(frozen=True)
+class RunOutput:
+    """The dump before the first step and after each segment, the log, and the step [time]."""
+
+    states: tuple[State, ...]
+    log: str
+    timestep: float
+
+
+def run_test(
+    test: UpstreamTest, lmp: str, *, newton: str = "off", limits: Limits | None = None
+) -> RunOutput:
+    """Run a test once; ``newton`` is on or off. Raise EngineError for a run that failed."""
+    bounds = limits or Limits()
+    with fresh_folder() as folder:
+        (folder / "in.lmp").write_text(test.script(newton), encoding="utf-8")
+        options = ["-in", "in.lmp", "-log", "log.lammps", "-echo", "log", "-nocite"]
+        ended = Processes().run([*program_words("lmp", lmp), *options], folder,
+                                seconds=bounds.seconds, memory=bounds.memory)  # fmt: skip
+        log = text_of(folder / "log.lammps")
+        if (error := error_of(ended, log)) is not None:
+            raise error.with_log(f"{log}\n{ended.said}")
+        numbers = range(len(test.segments) + 1)
+        states = tuple(read_state(folder / f"state.{n}", test.columns) for n in numbers)
+    step = re.search(r"^TIMESTEP (\S+)$", log, flags=re.MULTILINE)
+    if step is None:
+        raise EngineOutputError("LAMMPS's log has no timestep")
+    return RunOutput(states, log, float(step[1]))
+
+
+def read_state(file: Path, columns: Sequence[str] = COLUMNS) -> State:
+    """Return the columns of a dump, (N,) each.
+
+    Raise EngineError for a dump that is cut or has a value that is not finite.
+    """
+    try:
+        lines = file.read_text("utf-8").splitlines()
+        rows = np.array([[float(word) for word in line.split()] for line in lines[9:]])
+        box = np.array([[float(word) for word in line.split()] for line in lines[5:8]])
+        rows = rows.reshape(len(lines) - 9, len(columns))
+    except (OSError, ValueError):
+        raise EngineOutputError(f"LAMMPS left no {file.name} that can be read") from None
+    if not np.isfinite(rows).all():
+        raise EngineNaNError(f"LAMMPS wrote {file.name} with a value that is not a number")
+    periodic = [flags == "pp" for flags in lines[4].split()[-3:]]
+    length = box[:, 1] - box[:, 0] if box.shape[1] == 2 else np.inf  # of a box that is not tilted
+    state = dict(zip(columns, rows.T, strict=True))
+    return {**state, "period": np.where(periodic, length, np.nan)}
+
+
+# ---- files
 
 
 def read_tests(path: Path) -> list[UpstreamTest]:
@@ -97,62 +149,55 @@ def read_test(file: Path) -> UpstreamTest:
         values = yaml.load(file.read_text("utf-8"), Loader=yaml.BaseLoader)
     except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
         raise RequestError(f"{file}: cannot be read: {' '.join(str(error).split())}") from None
-    if not isinstance(values, dict):
-        raise RequestError(f"{file}: must be a mapping of keys, as unittest/granular has them")
+    try:
+        return _test(values, file)
+    except (ValueError, AttributeError, TypeError) as error:
+        raise RequestError(f"{file}: must be a test of unittest/granular: {error}") from None
+
+
+def _test(values: Mapping[str, Any], file: Path) -> UpstreamTest:
+    def lines(name: str) -> list[str]:
+        """Return the lines of a block without comments."""
+        text = values.get(name, "").splitlines()
+        return list(filter(None, (re.sub(r"#[^\"']*$", "", line).strip() for line in text)))
+
+    def number(name: str, default: str) -> float:
+        text = values.get(name) or default
+        try:
+            return float(text)
+        except ValueError:
+            raise ValueError(f"{name} = {text!r}: must be a number") from None
+
+    def table(name: str) -> Floats:
+        """Return rows (segment, atom, x, y, z), shape (M, 5)."""
+        try:
+            return np.array([line.split() for line in lines(name)], float).reshape(-1, 5)
+        except ValueError:
+            message = f"{name}: must be rows of segment, atom and three numbers"
+            raise ValueError(message) from None
+
+    segments = " ".join(lines("run_segments")).split()
+    if not segments or not all(map(str.isdigit, segments)):
+        raise ValueError(f"run_segments = {' '.join(segments)!r}: must be numbers of steps")
     if "pair_style" not in values:
-        raise RequestError(f"{file}: pair_style is missing")
-    variables, before, coefficients, after, runs = (_lines(values, name, file) for name in BLOCKS)
-    segments = " ".join(runs).split()
-    if not segments or not all(word.isdigit() for word in segments):
-        raise RequestError(
-            f"{file}: run_segments = {' '.join(segments)!r}: must be numbers of steps"
-        )
-    named = [line.partition(" ") for line in variables]
+        raise ValueError("pair_style is missing")
+    variables = [line.partition(" ") for line in lines("variables")]
     judged = values.get("analytic_enable", "").strip() in ("yes", "true", "on", "1")
-    at = int(_number(values, "analytic_segment", file, -1.0))
+    at = int(number("analytic_segment", "-1"))
     return UpstreamTest(
         name=file.stem,
         commands=(
             f"variable input_dir index {file.parent.resolve()}",
-            *(f"variable {name} index {value.strip()}" for name, _, value in named),
-            *before,
+            *(f"variable {name} index {value.strip()}" for name, _, value in variables),
+            *lines("pre_commands"),
             f"pair_style {values['pair_style'].strip()}",
-            *(f"pair_coeff {text}" for text in coefficients),
-            *after,
+            *(f"pair_coeff {text}" for text in lines("pair_coeff")),
+            *lines("post_commands"),
         ),
         segments=tuple(map(int, segments)),
-        epsilon=_number(values, "epsilon", file, 1e-10),
-        recorded={name: _rows(values[name], name, file) for name in RECORDED if values.get(name)},
+        epsilon=number("epsilon", "1e-10"),
+        recorded={name: table(name) for name in RECORDED if values.get(name)},
         model=values.get("analytic_model", "").strip() if judged else "",
-        tolerance=_number(values, "analytic_tol", file, math.nan) if judged else math.nan,
+        tolerance=number("analytic_tol", "nan") if judged else math.nan,
         judged_segment=at if 0 <= at < len(segments) else len(segments) - 1,
     )
-
-
-def _lines(values: Mapping[str, Any], name: str, file: Path) -> list[str]:
-    """Return the lines of a block without comments."""
-    text = values.get(name, "")
-    if not isinstance(text, str):
-        raise RequestError(f"{file}: {name}: must be lines of text")
-    stripped = (re.sub(r"#[^\"']*$", "", line).strip() for line in text.splitlines())
-    return [line for line in stripped if line]
-
-
-def _number(values: Mapping[str, Any], name: str, file: Path, default: float) -> float:
-    text = values.get(name) or default
-    try:
-        return float(text)
-    except (TypeError, ValueError):
-        raise RequestError(f"{file}: {name} = {text!r}: must be a number") from None
-
-
-def _rows(text: str, name: str, file: Path) -> Floats:
-    """Return rows (segment, atom, x, y, z), shape (M, 5)."""
-    lines = [line.split() for line in text.splitlines() if not line.strip().startswith("#")]
-    try:
-        rows = np.array([[float(word) for word in words] for words in lines]).reshape(-1, 5)
-    except ValueError:
-        raise RequestError(
-            f"{file}: {name}: must be rows of segment, atom and three numbers"
-        ) from None
-    return rows

@@ -2,10 +2,10 @@
 
 Each test runs with newton on and off in each release, and leaves rows of three quantities:
 
-- ``recorded motion``: does LAMMPS give what upstream recorded, component by component, within the
+- ``recorded motion``: does LAMMPS give upstream's record, component by component, within the
   epsilon of the test? That is a regression of LAMMPS against itself.
-- ``motion``: is it right? LAMMPS at the step of the test is held against the reference, which takes
-  the same steps. A wrong motion that the switch of a known defect reproduces is that defect.
+- ``motion``: is it right? LAMMPS at the step of the test is compared with the reference, which
+  takes the same steps. A wrong motion that the switch of a known defect reproduces is that defect.
 - ``error of the step``: the distance of the test's step from the limit of small steps, a finding.
 """
 
@@ -13,18 +13,26 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from datetime import UTC, datetime
 from importlib.metadata import version
+from itertools import combinations
+from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from harness.cases.checks import failure_of
 from harness.engines.jobs import cores, parallel_map
 from harness.engines.process import Limits
 from harness.engines.programs import find_program
 from harness.errors import EngineError, EngineInputError, RequestError
+from harness.model.motion import Motion
+from harness.model.scene import Scene
+from harness.report.content import Section, Table
+from harness.results.defect_switches import switched_motion
+from harness.results.defects import SWITCHES
 from harness.results.rows import (
     Failure,
     Kind,
@@ -38,24 +46,22 @@ from harness.results.rows import (
     not_tested,
     table,
 )
+from harness.solvers import reference
+from harness.store.committed import known_defects
 from harness.store.runs import Meta, Run
-from harness.upstream.comparison import (
-    EQUAL_STEPS,
-    check_neighbour_list,
-    difference,
-    known_defects_of,
-    reference_motion,
-    step_error,
-)
-from harness.upstream.definition import RECORDED, Floats, UpstreamTest
-from harness.upstream.run import RunOutput, run_test
-from harness.upstream.scene import read_scene
+from harness.upstream.definition import RECORDED, Floats, RunOutput, State, UpstreamTest, run_test
+from harness.upstream.scene import Reading, read_scene
 
 CASE = "upstream"
 RECORDED_MOTION, MOTION, STEP_ERROR = "recorded motion", "motion", "error of the step"
 NOT_THERE = re.compile(
     "unrecognized .* model|Illegal model type|Unrecognized .* style|Unknown .* style|Cannot open"
 )  # LAMMPS's words for a submodel or style that a release does not have, and for a missing file
+EQUAL_STEPS = 1e-9  # difference at equal steps, over the scale of a quantity: round-off is below
+LIMIT_ERROR = 1e-7  # of the limit of small steps, over the largest speed
+MOST_STEPS = 3_000_000  # of its finest run
+MOST_PAIR_STEPS = 3e8  # of one run of the reference: some seconds
+MOST_SWITCHES = 3  # known defects that one motion shows together
 SAME_STEPS = Tolerance(EQUAL_STEPS, reason="the same steps under the same law: round-off")
 Progress = Callable[[str, int, int], None]
 
@@ -70,102 +76,51 @@ def run_upstream(
     programs: Mapping[str, str],
     *,
     limits: Limits | None = None,
-    progress: Progress | None = None,
+    progress: Progress = lambda *_: None,
 ) -> Run:
     """Run tests in each program, by the name of its release, which is the engine of its rows.
 
     A run that fails, hangs or returns NaN is a row; the others go on.
     """
     started = datetime.now(UTC)
-    jobs = [
-        (test, release, newton)
-        for release in programs
-        for test in tests
-        for newton in ("on", "off")
-    ]
+    jobs = [(test, release, mode) for release in programs for test in tests for mode in MODES]
     done = 0
 
     def rows_of_job(job: tuple[UpstreamTest, str, str]) -> list[Row]:
         nonlocal done
         test, release, newton = job
-        rows = list(_rows(test, release, programs[release], newton, limits or Limits()))
+        rows = _rows(test, release, programs[release], newton, limits or Limits())
         done += 1
-        if progress is not None:
-            progress(CASE, done, len(jobs))
+        progress(CASE, done, len(jobs))
         return rows
 
     rows = [row for rows in parallel_map(rows_of_job, jobs, cores()) for row in rows]
     seconds = (datetime.now(UTC) - started).total_seconds()
-    meta = Meta(
-        level="full",
-        cases=(CASE,),
-        engines={release: release for release in programs},
-        started=started.isoformat(timespec="seconds"),
-        seconds=seconds,
-    )
+    meta = Meta(level="full", cases=(CASE,), engines={name: name for name in programs},
+                started=started.isoformat(timespec="seconds"), seconds=seconds)  # fmt: skip
     return Run(table(rows), meta)
 
 
-def recorded_difference(test: UpstreamTest, run: RunOutput) -> tuple[float, str]:
-    """Return the largest difference from the record as upstream takes it, and where it is.
-
-    Differences are relative to the smaller of both values, component by component, and absolute
-    where one is 0. Raise RequestError for a test without a record, or with another atom in it.
-    """
-    if not any(map(len, test.recorded.values())):
-        raise RequestError("nothing is recorded")
-    worst, place = 0.0, ""
-    for name, columns in RECORDED.items():
-        for segment, atom, *expected in test.recorded.get(name, np.zeros((0, 5))):
-            if int(segment) + 1 >= len(run.states):
-                continue
-            state = run.states[int(segment) + 1]
-            row = np.flatnonzero(state["id"] == atom)
-            if not len(row):
-                raise RequestError(f"atom {atom:g} of {name} is not there")
-            measured = np.array([state[column][row[0]] for column in columns])
-            errors = _relative(measured, np.array(expected))
-            if errors.max() > worst:
-                worst = float(errors.max())
-                column = columns[int(errors.argmax())]
-                place = f"{column} of atom {atom:g} after segment {segment:g}"
-    return worst, place
+MODES = ("on", "off")  # of newton
 
 
-def _relative(a: Floats, b: Floats) -> Floats:
-    error, least = np.abs(a - b), np.minimum(np.abs(a), np.abs(b))
-    return np.where(least == 0.0, error, error / np.where(least == 0.0, 1.0, least))
-
-
-def _rows(test: UpstreamTest, release: str, lmp: str, newton: str, limits: Limits) -> Iterator[Row]:
-    """Yield the rows of a test in a release, whatever happens."""
-    blank = Row(
-        case=CASE,
-        setup=test.name,
-        quantity=RECORDED_MOTION,
-        engine=release,
-        check=f"newton {newton}",
-        version=release,
-        unit="1",
-        expected=0.0,
-        kind=Kind.RECORDED,
-    )
-    motion = replace(blank, quantity=MOTION, kind=Kind.CROSS_CODE)
+def _rows(test: UpstreamTest, release: str, lmp: str, newton: str, limits: Limits) -> list[Row]:
+    """Return the rows of a test in a release, whatever happens."""
+    motion = Row(case=CASE, setup=test.name, quantity=MOTION, check=f"newton {newton}", unit="1",
+                 engine=release, version=release, expected=0.0, kind=Kind.CROSS_CODE)  # fmt: skip
+    record = replace(motion, quantity=RECORDED_MOTION, kind=Kind.RECORDED)
     try:
         run = run_test(test, lmp, newton=newton, limits=limits)
-        of_record = _against_record(test, run, blank)
-        of_motion, step = _against_reference(test, run, motion)
+        record = _against_record(test, run, record)
+        rows = _against_reference(test, run, motion)
     except EngineError as error:
-        yield from (_of_error(error, row) for row in (blank, motion))
+        return [_of_error(error, row) for row in (record, motion)]
     except Exception as error:  # an error of this package must not cost the other tests
         note = f"{type(error).__name__}: {error}"
-        yield from (failed(row, Failure.HARNESS, note) for row in (blank, motion))
-    else:
-        if of_motion.defect and of_record.verdict is Verdict.FAIL:
-            of_record = replace(of_record, verdict=Verdict.KNOWN_DEFECT, defect=of_motion.defect)
-        yield from (of_record, of_motion)
-        if newton == "off" and math.isfinite(step.value):
-            yield finding(replace(step, check=""))
+        return [failed(row, Failure.HARNESS, note) for row in (record, motion)]
+    if rows[0].defect and record.verdict is Verdict.FAIL:
+        record = replace(record, verdict=Verdict.KNOWN_DEFECT, defect=rows[0].defect)
+    return [record, *(row for row in rows if row.check == motion.check or newton == "off")]
 
 
 def _of_error(error: EngineError, row: Row) -> Row:
@@ -184,29 +139,269 @@ def _against_record(test: UpstreamTest, run: RunOutput, blank: Row) -> Row:
     return judge(replace(blank, value=worst, note=place if worst > test.epsilon else ""), epsilon)
 
 
-def _against_reference(test: UpstreamTest, run: RunOutput, blank: Row) -> tuple[Row, Row]:
-    """Return the row of the motion, and that of the error of the test's step."""
-    step = replace(blank, quantity=STEP_ERROR)
+def recorded_difference(test: UpstreamTest, run: RunOutput) -> tuple[float, str]:
+    """Return the largest difference from the record as upstream takes it, and its place.
+
+    Differences are relative to the smaller of both values, component by component, and absolute
+    where one is 0. Raise RequestError for a test without a record, or with another atom in it.
+    """
+    if not any(map(len, test.recorded.values())):
+        raise RequestError("nothing is recorded")
+    worst, place = 0.0, ""
+    for name, columns in RECORDED.items():
+        for segment, atom, *expected in test.recorded.get(name, np.zeros((0, 5))):
+            if int(segment) + 1 >= len(run.states):
+                continue
+            state = run.states[int(segment) + 1]
+            row = np.flatnonzero(state["id"] == atom)
+            if not len(row):
+                raise RequestError(f"atom {atom:g} of {name} is not there")
+            for column, target in zip(columns, expected, strict=True):
+                value = float(state[column][row[0]])
+                error = abs(value - target) / (min(abs(value), abs(target)) or 1.0)
+                if error > worst:
+                    worst, place = error, f"{column} of atom {atom:g} after segment {segment:g}"
+    return worst, place
+
+
+def _against_reference(test: UpstreamTest, run: RunOutput, blank: Row) -> list[Row]:
+    """Return the row of the motion, and that of the error of the test's step, if it has one."""
     try:
         reading = read_scene(test, run.log, run.states[0], run.timestep)
         motion = reference_motion(reading)
-        check_neighbour_list(reading, motion)
         worst, place = difference(reading, motion, run.states)
         speeds, _ = difference(reading, motion, run.states, test.judged_segment)
-        step = replace(step, value=step_error(reading, test.judged_segment), note=_allowance(test))
+        step = step_error(reading, test.judged_segment)
     except RequestError as reason:
-        return not_tested(blank, str(reason)), step
+        return [not_tested(blank, str(reason))]
+    allowance = f"upstream's tolerance on its closed form ({test.model}) is {test.tolerance:g}"
+    note = allowance if test.model else ""
+    step_row = replace(blank, quantity=STEP_ERROR, check="", value=step, note=note)
+    step_rows = [finding(step_row)] if math.isfinite(step) else []
     row = judge(replace(blank, value=worst), SAME_STEPS)
     if row.verdict is Verdict.PASS:
-        return row, step
+        return [row, *step_rows]
     hidden = "upstream's tolerance hides it" if speeds <= test.tolerance else ""
     row = replace(row, note=joined(place, f"velocities off by {speeds:.2g}", hidden))
     if defect := known_defects_of(reading, run.states):
         row = replace(row, verdict=Verdict.KNOWN_DEFECT, defect=defect)
-    return row, step
+    return [row, *step_rows]
 
 
-def _allowance(test: UpstreamTest) -> str:
-    if not test.model:
-        return ""
-    return f"upstream's tolerance on its closed form ({test.model}) is {test.tolerance:g}"
+# ---- the reference at the same steps
+
+
+def reference_motion(reading: Reading) -> Motion:
+    """Return the motion of the reference.
+
+    Raise RequestError for a scene that is too large, and where bodies may come nearer than the
+    skin before a neighbour list is made anew.
+    """
+    scene = reading.scene
+    if _pairs(scene) * scene.steps > MOST_PAIR_STEPS:
+        raise RequestError(f"{len(scene.bodies)} spheres for {scene.steps} steps: too many here")
+    motion = reference.run(scene, reading.rules)
+    nearer = 2.0 * scene.step * reading.list_steps * np.abs(motion.velocity).max()
+    if len(scene.bodies) > 1 and not nearer <= reading.skin:
+        raise RequestError(
+            f"neigh_modify: a list of {reading.list_steps} steps and a skin of {reading.skin:g} "
+            "may miss contacts"
+        )
+    return motion
+
+
+def difference(
+    reading: Reading, motion: Motion, states: Sequence[State], segment: int | None = None
+) -> tuple[float, str]:
+    """Return the largest difference at the ends of segments over its scale, and its place.
+
+    With a ``segment`` it is that of velocities, of centres and rims, at the end of it.
+    """
+    scene, at = reading.scene, [end // reading.scene.every for end in reading.ends]
+    if any(len(state["id"]) != len(scene.bodies) for state in states):
+        count = len(states[-1]["id"])
+        raise RequestError(f"{count} of {len(scene.bodies)} spheres are left at the end")
+    radii = np.array([body.radius for body in scene.bodies])[:, None]
+    acted = np.array([bool(scene.segments) or b.motion == "free" for b in scene.bodies])[:, None]
+    mass = np.array([b.mass if b.motion == "free" else 0.0 for b in scene.bodies])[:, None]
+    weight, rims = mass * np.array(scene.gravity), radii * motion.angular_velocity
+    x, v, torque, spin = (_columns(states[1:], names) for names in RECORDED.values())
+    force, period = _columns(states[1:], ("fx", "fy", "fz")), np.array(scene.period, float)
+    moved = x - motion.position[at]
+    moved -= np.nan_to_num(period * np.round(moved / period))
+    lengths, speeds = [radii], [v, radii * spin, motion.velocity, rims]
+    loads = [(force - weight) * acted, torque / radii * acted, weight, motion.force * acted]
+    errors = {  # with the scale of each
+        "": (moved, lengths),
+        "v": (v - motion.velocity[at], speeds),
+        "r omega_": (radii * spin - rims[at], speeds),
+        "f": ((force - weight - motion.force[at]) * acted, loads),
+        "torque/r ": ((torque - motion.torque[at]) / radii * acted, loads),
+    }
+    scaled = np.stack([
+        np.abs(error) / (max(np.abs(part).max() for part in parts) or 1.0)
+        for error, parts in errors.values()
+    ])  # fmt: skip
+    if segment is not None:
+        return float(scaled[1:3, segment].max()), ""
+    label, number, sphere, axis = np.unravel_index(int(scaled.argmax()), scaled.shape)
+    name = f"{list(errors)[label]}{'xyz'[axis]}"
+    return float(scaled.max()), f"{name} of sphere {sphere + 1} after segment {number}"
+
+
+def _columns(states: Sequence[State], names: Sequence[str]) -> Floats:
+    """Return vectors of all spheres at the ends of segments, (segments, N, 3)."""
+    return np.stack([np.column_stack([state[name] for name in names]) for state in states])
+
+
+def step_error(reading: Reading, segment: int) -> float:
+    """Return the error of the test's step after a segment, over the largest speed of the segment.
+
+    It is the difference from the limit of small steps; NaN where no force moves anything.
+    """
+    scene, end = reading.scene, reading.ends[segment]
+    if not end or scene.segments:
+        return math.nan
+    radii = np.array([body.radius for body in scene.bodies])[:, None]
+
+    def speeds(steps: int) -> Floats:
+        finer = steps // end
+        setups = tuple(at * finer for at in scene.setups if at < end)
+        changes = {"step": scene.step / finer, "steps": steps, "every": steps, "setups": setups}
+        motion = reference.run(scene.replace(**changes), reading.rules)
+        return np.hstack([motion.velocity, radii * motion.angular_velocity])
+
+    coarse = speeds(end)
+    if not (scale := np.abs(coarse).max()):
+        return math.nan
+    most = max(4 * end, min(16 * end, int(MOST_STEPS / max(1.0, _pairs(scene)))))
+    limits = reference.limit(
+        lambda steps: {str(n): value for n, value in enumerate(speeds(steps)[-1].flat)},
+        LIMIT_ERROR * scale, first=end, most=most,
+    )  # fmt: skip
+    values = np.array([limit.value for limit in limits.values()])
+    return float(np.abs(coarse[-1].ravel() - values).max() / scale)
+
+
+def _pairs(scene: Scene) -> float:
+    return len(scene.bodies) * (0.5 * (len(scene.bodies) - 1) + len(scene.walls))
+
+
+# ---- known defects
+
+SHOWN_BY: Mapping[str, tuple[str, str, str]] = {
+    "tsuji-restitution": ("damping", "tsuji", "all"),
+    "old-wall-friction": ("tangential", "linear_history_classic", "old walls"),
+    "linear-history-classic": ("tangential", "linear_history_classic", "all"),
+    "old-wall-cap-without-radius": ("tangential", "mindlin_classic", "old walls"),
+    "classic-cap-without-radius": ("tangential", "mindlin_classic", "all"),
+    "marshall-twist-with-mindlin": ("twisting", "marshall", "all"),
+    "twisting-limit-by-rate": ("twisting", "marshall|sds", "all"),
+    "dmt-limit-without-pull-off": ("normal", "dmt|jkr", "all"),
+    "wall-tsuji-again": ("damping", "tsuji", "walls"),
+    "wall-touched-at-no-overlap": ("normal", ".*", "walls"),
+    "wall-youngs-modulus": ("normal", "hertz|dmt|jkr", "walls"),
+    "wall-shear-modulus": ("tangential", "mindlin.*", "walls"),
+    "mixed-tangential-stiffness": ("tangential", "mindlin.*", "all"),
+    "rolling-uninitialised-in-setup": ("rolling", "sds", "all"),
+}  # by known defect: the part of a law, the submodels, and the contacts that can show it
+Switches = dict[str, dict[str, Any]]  # fields of faults, rules and law
+
+
+def known_defects_of(reading: Reading, states: Sequence[State]) -> str:
+    """Return the known defects of LAMMPS that together give a motion, by name, or nothing."""
+    candidates = _candidates(reading, states)
+    for count in range(1, MOST_SWITCHES + 1):
+        for names in combinations(candidates, count):
+            switches: Switches = {part: {} for part in SWITCHES}
+            for name in reversed(names):
+                for part, values in candidates[name].items():
+                    switches[part] |= values
+            scene = reading.scene
+            if "wall-tsuji-again" in names:
+                scene = _with_tsuji_again(scene, reading.setups)
+            motion = switched_motion(scene, reading.rules, switches)
+            if motion is not None and difference(reading, motion, states)[0] <= EQUAL_STEPS:
+                return ", ".join(names)
+    return ""
+
+
+def _candidates(reading: Reading, states: Sequence[State]) -> dict[str, Switches]:
+    """Return the switches of known defects that a scene may show, by name.
+
+    A torque that was never set is that of the first setup beyond the reference's.
+    """
+    kinds = {wall.type for wall in reading.scene.walls}
+    laws = {"all": [row.law for row in reading.scene.laws]}
+    laws["walls"] = [row.law for row in reading.scene.laws if kinds & set(row.types)]
+    laws["old walls"] = [law for law in laws["walls"] if law.interface == "old"]
+    defects = {defect.name: defect for defect in known_defects()}
+    candidates: dict[str, Switches] = {}
+    for name, (part, submodels, contacts) in SHOWN_BY.items():
+        if any(re.fullmatch(submodels, getattr(law, part)) for law in laws[contacts]):
+            candidates[name] = {kind: getattr(defects[name], kind) for kind in SWITCHES}
+    if "rolling-uninitialised-in-setup" in candidates:
+        torque = _columns(states[:1], RECORDED["run_torque"])[0, 0]
+        unset = torque - reference.run(reading.scene, reading.rules).torque[0, 0]
+        candidates["rolling-uninitialised-in-setup"] = {"faults": {"setup_torque": tuple(unset)}}
+    return candidates
+
+
+def _with_tsuji_again(scene: Scene, times: int) -> Scene:
+    """Return a scene in which setups before the first step took alpha(e) of tsuji for e."""
+    laws = {}
+    for types, law in scene.laws:
+        again = law.restitution
+        for _ in range(times if law.damping == "tsuji" and again is not None else 0):
+            again = reference.tsuji(again or 0.0)
+        laws[types] = law.replace(restitution=again)
+    return scene.replace(laws=laws)
+
+
+# ---- the page
+
+TITLE = "LAMMPS's own granular tests"
+INTRODUCTION = """\
+LAMMPS's `unittest/granular` runs a contact at one step and compares it with its own record, and
+with a closed form to a relative tolerance. Here the same commands run in each release, with newton
+on and off, and are compared with the reference, which takes the same steps under the same law.
+
+- **recorded motion**: the motion at the end of each segment is that of the record, to the test's
+  epsilon.
+- **motion**: motion, forces and torques at the end of each segment are those of the reference, to
+  1e-9 of the radius, the largest speed and the largest force.
+- **error of the step**: the distance of the test's step from the limit of small steps, over the
+  largest speed.
+- A motion that fails, and is that of the reference with the switches of known defects, has their
+  names.
+- A test with a word that is not understood is *not tested*, with that word.
+"""
+
+
+def sections(run: Run) -> tuple[Section, ...]:
+    """Return the sections of the page of a run of upstream's tests."""
+    rows = run.rows.rename(columns={"setup": "test", "engine": "release"})
+    judged = rows[rows["quantity"] != STEP_ERROR]
+    counts = pd.crosstab([judged["release"], judged["quantity"]], judged["verdict"]).reset_index()
+    failing = judged[judged["verdict"].isin([Verdict.FAIL, Verdict.KNOWN_DEFECT])]
+    steps = rows[rows["quantity"] == STEP_ERROR][["test", "release", "value"]]
+    failures = failing.merge(steps.rename(columns={"value": STEP_ERROR}), how="left")
+    columns = ["test", "release", "check", "quantity", "verdict", "value", STEP_ERROR, "defect",
+               "note"]  # fmt: skip
+    order = [str(verdict) for verdict in Verdict]
+    cells = judged.pivot_table(
+        "verdict", "test", ["release", "quantity"],
+        aggfunc=lambda verdicts: min(verdicts, key=order.index),
+    ).swaplevel(axis=1)  # fmt: skip
+    both = (cells[RECORDED_MOTION] + " / " + cells[MOTION]).fillna("-").reset_index()
+    untested = judged[judged["verdict"] == Verdict.NOT_TESTED]
+    reasons = untested.assign(reason=untested["note"].str.partition(" (src")[0])
+    numbers = reasons.groupby(["release", "quantity", "reason"])["test"].nunique()
+    return (
+        Section(TITLE, INTRODUCTION, (Table("By release", counts),)),
+        Section("What fails, and why", "", (Table("What fails", failures[columns]),)),
+        Section("All tests, by release", "Recorded motion / motion, newton on and off.",
+                (Table("All tests", both),)),
+        Section("Not tested, and why", "",
+                (Table("Not tested", numbers.reset_index(name="tests")),)),
+    )  # fmt: skip
