@@ -19,7 +19,7 @@ import numpy as np
 from harness.engines.lammps.law_words import DAMPINGS
 from harness.errors import RequestError
 from harness.model.conventions import Rules
-from harness.model.law import SUBMODELS, Law
+from harness.model.law import Law
 from harness.model.scene import Body, Scene, Segment, Wall
 from harness.upstream.definition import MEMBER, RECORDED, Floats, State, UpstreamTest
 
@@ -296,19 +296,25 @@ def _planes(words: Words, kind: int, members: Floats) -> tuple[Law, list[Wall]]:
 
 # ---- laws
 
-ETA, MATERIAL = "damping_coefficient", ("youngs_modulus", "damping_coefficient", "poisson_ratio")
+ETA, SLIDER = "damping_coefficient", ("tangential_damping", "friction")
+MATERIAL = ("youngs_modulus", ETA, "poisson_ratio")
+LINEAR, MINDLIN = ("tangential_stiffness", *SLIDER), ("tangential_modulus", *SLIDER)
+SDS = ("stiffness", "damping", "friction")
 PARTS: Mapping[str, Mapping[str, tuple[str, ...]]] = {
     "normal": {"hooke": ("normal_stiffness", ETA), "hertz": ("normal_modulus", ETA),
-               "hertz/material": MATERIAL, "dmt": (*MATERIAL, "surface_energy"),
-               "jkr": (*MATERIAL, "surface_energy")},
+               "hertz/material": MATERIAL,
+               **dict.fromkeys(("dmt", "jkr"), (*MATERIAL, "surface_energy"))},
     "damping": dict.fromkeys(("none", *DAMPINGS), ()),
-    **{part: {"none": (), **{name: (*row.may_have, *row.needs)
-                             for name, row in SUBMODELS[part].items()}}
-       for part in ("tangential", "rolling", "twisting")},
+    "tangential": {"linear_nohistory": SLIDER,
+                   **dict.fromkeys(("linear_history", "linear_history_classic"), LINEAR),
+                   **dict.fromkeys(("mindlin", "mindlin/force", "mindlin_rescale",
+                                    "mindlin_rescale/force", "mindlin_classic"), MINDLIN)},
+    "rolling": {"none": (), "sds": tuple(f"rolling_{name}" for name in SDS)},
+    "twisting": {"none": (), "marshall": (), "sds": tuple(f"twisting_{name}" for name in SDS)},
     "heat": {"none": ()},
 }  # fmt: skip
 # submodels of pair_style granular, and their coefficients in the order of LAMMPS
-TANGENTIAL = {"tangential", *(name for names in PARTS["tangential"].values() for name in names)}
+TANGENTIAL = {"tangential", *LINEAR, *MINDLIN}
 
 
 def granular_law(words: Words) -> Law:
