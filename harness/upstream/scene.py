@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from harness.engines.lammps.law_words import DAMPINGS
+from harness.engines.lammps.words import DAMPINGS
 from harness.errors import RequestError
 from harness.model.conventions import Rules
 from harness.model.law import Law
