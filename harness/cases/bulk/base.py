@@ -19,22 +19,20 @@ import numpy as np
 
 from harness.cases.base import LEVELS, Case, Check, Level, Quantity, Value
 from harness.cases.bench import OWN, Bench
-from harness.cases.bulk.beds import Bed
+from harness.cases.bulk.beds import Bed, Floats
 from harness.cases.bulk.law import ALLOWED, StatedLaw, bulk_law, stated_law
-from harness.cases.bulk.mixing import Floats
 from harness.cases.bulk.report import Curve, Line, bulk_section, plane_section
-from harness.cases.bulk.statistics import (
+from harness.cases.bulk.samples import (
     BY_CHANCE,
     EQUIVALENT,
-    check_different,
-    mean_interval,
+    TIME,
+    Sample,
     ratio_of_means,
     same_shares,
 )
 from harness.engines.base import Engine, Job, Output, Template
 from harness.errors import EngineError, EngineUndecidedError, Unsupported
 from harness.model.allowed import allowed_in, descriptions
-from harness.model.law import Law
 from harness.report.content import Discs, Section
 from harness.results.rows import Kind, Tolerance
 
@@ -51,46 +49,12 @@ ABOUT = {  # values of scripts that are no parameters
     "bed": "lattice, or file: the grains of a data file of atom_style sphere",
     "places": "the data file; large grains are of type 1",
 }
-PARTICLES = "particles"  # value of scripts: 1 writes all particles in place of the series
 ELASTIC = "elastic_ratio"  # energy of the bed's normal springs over the scale of energy gained
 BED_STATE = (
     Quantity[Any]("bed_solid_fraction", "1", "of the bed at rest, up to its level surface", 0.5),
     Quantity[Any]("bed_coordination", "1", "contacts of a grain in the bed at rest", 5.0),
 )
-TIME = Quantity[Any]("microseconds_per_particle_step", "us",
-                     "wall time of a particle and step, of a run among others")  # fmt: skip
-
-
-class Sample(NamedTuple):
-    """The runs of a setup in an engine: quantities of each run with a value, and its curves.
-
-    ``undecided`` are the reasons of runs that ended without the event that they wait for.
-    """
-
-    rows: tuple[Mapping[str, float], ...]
-    curves: tuple[Mapping[str, Floats], ...]
-    undecided: tuple[str, ...]
-
-    def decided(self) -> Sample:
-        """Return the sample; raise Unsupported where no run has a value."""
-        if not self.rows:
-            runs = len(self.undecided)
-            raise Unsupported(f"{runs} of {runs} runs have no value; {self.undecided[0]}")
-        return self
-
-    def values(self, quantity: str) -> Floats:
-        """Return the values of a quantity over the runs, (runs,); NaN where it is not measured."""
-        return np.array([row.get(quantity, math.nan) for row in self.rows])
-
-    def mean(self, quantity: str) -> float:
-        """Return the mean over the runs."""
-        return float(self.values(quantity).mean())
-
-    def mean_value(self, quantity: str, note: str = "") -> Value:
-        """Return the mean with the half width of its 95 % interval, of few runs without one."""
-        low, high = mean_interval(self.values(quantity))
-        half = 0.0 if math.isnan(low) else 0.5 * (high - low)
-        return Value(self.mean(quantity), half, note)
+WALL_TIME = Quantity[Any](TIME, "us", "wall time of a particle and step, of a run among others")
 
 
 @dataclass(frozen=True)
@@ -118,30 +82,23 @@ def seed_setups(
     parameters: B, seeds: Mapping[Level, int], compared: tuple[str, ...], system: str = ""
 ) -> list[Setup[B]]:
     """Return a setup of a system for each level, from so many seeds."""
-    return [
-        Setup(
-            f"{system}, {count} seeds".removeprefix(", "),
-            system,
-            tuple(parameters.replace(seed=seed) for seed in range(1, count + 1)),
-            level,
-            compared,
-        )
-        for level, count in seeds.items()
-    ]
-
-
-class Side(NamedTuple):
-    """One side of a comparison: an engine, under the law of another one or its own (None)."""
-
-    engine: Engine
-    law: StatedLaw | None = None
+    setups = []
+    for level, count in seeds.items():
+        runs = tuple(parameters.replace(seed=seed) for seed in range(1, count + 1))
+        name = f"{system}, {count} seeds".removeprefix(", ")
+        setups.append(Setup(name, system, runs, level, compared))
+    return setups
 
 
 class Comparison(NamedTuple):
-    """Two sides, of which the first has the rows; ``check`` is their name."""
+    """An engine, perhaps under the law of another one, against a partner under its own.
 
-    first: Side
-    second: Side
+    The engine has the rows; ``check`` is the name of the comparison.
+    """
+
+    engine: Engine
+    law: StatedLaw | None
+    partner: Engine
     check: str
     kind: Kind
     note: str
@@ -151,7 +108,10 @@ Measured = Callable[[Sample], Any]
 
 
 class BulkCase(Case[B]):
-    """A system of many grains, run from several seeds (parameter ``seed``)."""
+    """A system of many grains, run from several seeds (parameter ``seed``).
+
+    Its scripts have the case's name in each engine, and take the parameters as values.
+    """
 
     group = "bulk"
     parameters: ClassVar[type[Bed]]
@@ -203,33 +163,29 @@ class BulkCase(Case[B]):
 
     # ---- runs
 
-    def job(self, parameters: B) -> Job:
-        """Return the job of a run; raise RequestError for a bed that cannot be run."""
+    def job(self, parameters: B, law: StatedLaw | None = None) -> Job:
+        """Return the job of a run, perhaps under a law; raise RequestError for a bad bed."""
+        values = parameters.values if law is None else law.values(parameters.values)
         seconds = SECONDS_PER_STEP * parameters.particle_steps
-        return Job(self.template, parameters.values, sampled=True, seconds=seconds)
-
-    def _job_under(self, parameters: B, law: StatedLaw | None) -> Job:
-        job = self.job(parameters)
-        return job if law is None else replace(job, values=law.values(job.values))
-
-    def film_job(self, parameters: B, frames: int) -> Job:
-        """Return the job whose series is that of all particles."""
-        job = self.job(parameters)
-        every = max(1, int(job.values["steps"]) // (frames - 1))
-        values = {**job.values, "series_every": every}
-        if self.film_radii(parameters) is None:
-            values[PARTICLES] = 1
-        return replace(job, values=values)
-
-    def discs(self, parameters: B, output: Output) -> Discs:
-        """Return the film of a cut through the middle."""
-        p, (y, lines) = parameters, self.plane(parameters)
-        radii = self.film_radii(p)
-        return plane_section(self.title, output, p.settle_steps, p.step_size, y, lines, radii)
+        return Job(self.template, values, sampled=True, seconds=seconds)
 
     def cost(self, parameters: B) -> float:
         """Return the steps of a run times its grains."""
         return parameters.particle_steps
+
+    def film_job(self, parameters: B, frames: int) -> Job:
+        """Return the job whose series is that of all particles."""
+        job = self.job(parameters)
+        values = {**job.values, "series_every": max(1, parameters.steps // (frames - 1))}
+        if self.film_radii(parameters) is None:
+            values["particles"] = 1
+        return replace(job, values=values)
+
+    def discs(self, parameters: B, output: Output) -> Discs:
+        """Return the film of a cut through the middle."""
+        (y, lines), radii = self.plane(parameters), self.film_radii(parameters)
+        step = output.table(("step",))["step"] - parameters.settle_steps
+        return plane_section(self.title, output, step * parameters.step_size, y, lines, radii)
 
     def profile(self, parameters: B, output: Output) -> Mapping[str, Sequence[float]]:
         """Return the curves over the abscissa of the first one."""
@@ -244,7 +200,7 @@ class BulkCase(Case[B]):
 
     def _sample(self, bench: Bench, setup: Setup[B], law: StatedLaw | None) -> Sample:
         rows, curves, undecided = [], [], []
-        outcomes = bench.outcomes([self._job_under(p, law) for p in setup.runs])
+        outcomes = bench.outcomes([self.job(p, law) for p in setup.runs])
         for p, outcome in zip(setup.runs, outcomes, strict=True):
             if isinstance(outcome, EngineError):
                 raise outcome
@@ -333,16 +289,16 @@ class BulkCase(Case[B]):
         for setup in self.setups:
             p = setup.runs[0]
             able = [engine for engine in engines if not engine.refuses(self.job(p))]
-            laws = {engine.name: stated_law(engine, self._law(p)) for engine in able}
+            laws = {engine.name: self._stated(engine, p) for engine in able}
             for pair in combinations(able, 2):
                 level = setup.level_in(*pair)
                 for comparison in self._comparisons(p, *pair, laws):
                     for check in self._ratios(setup, comparison):
-                        yield comparison.first.engine, replace(check, level=level)
+                        yield comparison.engine, replace(check, level=level)
 
-    def _law(self, parameters: B) -> Law:
+    def _stated(self, engine: Engine, parameters: B) -> StatedLaw:
         rolling = getattr(parameters, "rolling_friction", 0.0)
-        return bulk_law(parameters.poisson_ratio, rolling)
+        return stated_law(engine, bulk_law(parameters.poisson_ratio, rolling))
 
     def _comparisons(
         self, parameters: B, first: Engine, second: Engine, laws: Mapping[str, StatedLaw]
@@ -354,47 +310,43 @@ class BulkCase(Case[B]):
         one, other = laws[first.name], laws[second.name]
         kind = Kind.CROSS_CODE if one == other else Kind.FINDING
         note = "" if one == other else f"{first.title}: {one.text}; {second.title}: {other.text}"
-        yield Comparison(Side(first), Side(second), f"over {second.title}", kind, note)
+        yield Comparison(first, None, second, f"over {second.title}", kind, note)
         if one.rules == other.rules:
             return
         for runner, partner, law in ((first, second, other), (second, first, one)):
-            if runner.refuses(self._job_under(parameters, law)):
+            if runner.refuses(self.job(parameters, law)):
                 continue
-            ruled, rules = Side(runner, law), f"the rules of {partner.title}"
+            rules = f"the rules of {partner.title}"
             kind = Kind.FINDING if law.lacks else Kind.CROSS_CODE
             note = f"{partner.title} {law.lacks}" if law.lacks else ""
             check = f"under {rules}, over {partner.title}"
-            yield Comparison(ruled, Side(partner), check, kind, note)
+            yield Comparison(runner, law, partner, check, kind, note)
             effect = "effect of the rules in one code; its sign is not predicted"
-            yield Comparison(ruled, Side(runner), rules, Kind.FINDING, effect)
+            yield Comparison(runner, law, runner, rules, Kind.FINDING, effect)
 
     def _ratios(self, setup: Setup[B], comparison: Comparison) -> Iterator[Check]:
         """Yield the ratio of means of each compared quantity, and Fisher's test of lost runs."""
-        first, second, check, kind, note = comparison
+        engine, law, partner, check, kind, note = comparison
 
-        def samples(bench: Bench) -> list[Sample]:
-            return [
-                self.sample(bench.others.get(side.engine.name, bench), setup, side.law)
-                for side in (first, second)
-            ]
+        def samples(bench: Bench) -> tuple[Sample, Sample]:
+            second = bench.others.get(partner.name, bench)
+            return self.sample(bench, setup, law), self.sample(second, setup)
 
         def ratio(bench: Bench, quantity: str) -> Value:
             pair = [sample.decided() for sample in samples(bench)]
-            for sample, side in zip(pair, (first, second), strict=True):
-                check_different(sample.rows, side.engine.title)
+            for sample, title in zip(pair, (engine.title, partner.title), strict=True):
+                sample.check_spread(title)
             return ratio_of_means(*(sample.values(quantity) for sample in pair))
-
-        def shares(bench: Bench) -> Value:
-            return same_shares(*((len(s.rows), len(s.undecided)) for s in samples(bench)))
 
         common: dict[str, Any] = {
             "setup": setup.name, "check": check, "kind": kind, "note": note, "unit": "1",
-            "expected": 1.0, "jobs": [self._job_under(p, first.law) for p in setup.runs],
+            "expected": 1.0, "jobs": [self.job(p, law) for p in setup.runs],
         }  # fmt: skip
         if setup.runs[0].LEAVING and setup.compared:
             yield Check(
-                quantity="runs_without_value", measure=shares, tolerance=BY_CHANCE, **common
-            )
+                quantity="runs_without_value", tolerance=BY_CHANCE, **common,
+                measure=lambda bench: same_shares(*samples(bench)),
+            )  # fmt: skip
         for name in setup.compared:
             yield Check(
                 quantity=name,
@@ -417,16 +369,15 @@ class BulkCase(Case[B]):
         self, setup: Setup[B], benches: Mapping[str, Bench]
     ) -> Iterator[tuple[str, Sample]]:
         """Yield the title and the sample of each engine that has run a setup, also under rules."""
-        law = self._law(setup.runs[0])
-        own = [bench for name, bench in benches.items() if name != OWN]
+        engines = [bench for name, bench in benches.items() if name != OWN]
         laws: dict[str, StatedLaw | None] = {"": None}
-        for bench in own:
+        for bench in engines:
             words = f" under the rules of {bench.engine.title}"
-            laws[words] = stated_law(bench.engine, law)
-        for bench, (words, stated) in product(own, laws.items()):
-            if bench.has_run([self._job_under(p, stated) for p in setup.runs]):
+            laws[words] = self._stated(bench.engine, setup.runs[0])
+        for bench, (words, law) in product(engines, laws.items()):
+            if bench.has_run([self.job(p, law) for p in setup.runs]):
                 try:
-                    sample = self.sample(bench, setup, stated)
+                    sample = self.sample(bench, setup, law)
                 except EngineError:
                     continue  # its rows have the error
                 if sample.rows:

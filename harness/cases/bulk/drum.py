@@ -8,23 +8,33 @@ everything else is computed here.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 from pydantic import Field
 
 from harness.cases.base import Quantity
 from harness.cases.bulk import beds
-from harness.cases.bulk.base import BED_STATE, ELASTIC, TIME, BulkCase, Setup, seed_setups
-from harness.cases.bulk.beds import PUBLISHED, Bed, Sphere
-from harness.cases.bulk.mixing import Contacts, Floats, find_contacts, lacey_index, surface_angle
-from harness.cases.bulk.places import Cylinder, Radii, read_grains, write_bed
+from harness.cases.bulk.base import BED_STATE, ELASTIC, WALL_TIME, BulkCase, Setup, seed_setups
+from harness.cases.bulk.beds import (
+    PUBLISHED,
+    Bed,
+    Contacts,
+    Cylinder,
+    Floats,
+    Places,
+    Sphere,
+    find_contacts,
+    read_places,
+    write_places,
+)
 from harness.cases.bulk.report import Curve, Line
-from harness.cases.bulk.series import read_series, time_per_step
+from harness.cases.bulk.samples import read_series, time_per_step
 from harness.engines.base import Output
 from harness.engines.base import Value as ScriptValue
 from harness.engines.output import Table
-from harness.errors import EngineLostAtomsError, RequestError
+from harness.errors import EngineLostAtomsError
 
 COLUMNS = ("step", "x_m", "y_m", "z_m")
 STEADY = 1.0 / 3.0  # share of the turn after which the surface is that of a turning drum
@@ -40,7 +50,6 @@ class Drum(Bed):
     """A drum of steel about the y axis: large grains below small ones, then it turns."""
 
     ROWS = 100
-    DERIVED = frozenset({"settle_time", "turn", "cell"})
     FRICTIONS = ("large_friction", "small_friction", "mixed_friction", "steel_friction")
 
     places: str = Field(
@@ -73,14 +82,13 @@ class Drum(Bed):
     cell: float = Field(8e-3, gt=0.0, description="[m] edge of the cells of the mixing index")
     step_size: beds.StepSize = 3.5e-5
 
-    def _check_system(self) -> None:
-        counts = dict(zip(("large", "small"), self.counts, strict=True)) if not self.places else {}
-        for kind, number in counts.items():
-            if number == 0:
-                raise ValueError(
-                    f"{kind}_layers = {getattr(self, f'{kind}_layers')}: no {kind} grain finds "
-                    "room in the drum"
-                )
+    def _flaws(self) -> Iterable[tuple[bool, str]]:
+        yield from super()._flaws()
+        counts = (1, 1) if self.places else self.counts
+        for kind, count in zip(("large", "small"), counts, strict=True):
+            layers = getattr(self, f"{kind}_layers")
+            reason = f"{kind}_layers = {layers}: no {kind} grain finds room in the drum"
+            yield count == 0, reason
 
     @property
     def kinds(self) -> tuple[Sphere, Sphere]:
@@ -98,7 +106,7 @@ class Drum(Bed):
         Of a lattice large ones are in the drum below the split, small ones in layers above it.
         """
         if self.places:
-            large, small = self.bed
+            large, small = read_places(self._file)
             return len(large), len(small)
         split = 2.0 * self.large_layers * self.large_radius * self.spacing
         top = split - self.large_radius * (1.0 + self.scatter)
@@ -121,22 +129,9 @@ class Drum(Bed):
         return int(across * (np.abs(site) <= along).sum())
 
     @property
-    def bed(self) -> tuple[Floats, Floats]:
-        """Return the places of large and of small grains of a file, (N, 3) [m] each.
-
-        Raise RequestError for a bad file, or one without a kind.
-        """
-        rows = read_grains(*self._file)
-        large = rows[:, 0] == self.large_radius
-        for which, (name, radius) in zip((large, ~large), self._file[1], strict=True):
-            if not which.any():
-                raise RequestError(f"places {self.places}: no grain of {name} = {radius:g} m")
-        return rows[large, 1:], rows[~large, 1:]
-
-    @property
-    def _file(self) -> tuple[str, Radii, Cylinder]:
-        radii = (("large_radius", self.large_radius), ("small_radius", self.small_radius))
-        return self.places, radii, Cylinder(self.drum_radius, self.drum_length)
+    def _file(self) -> Places:
+        names = zip(("large_radius", "small_radius"), self.kinds, strict=True)
+        return Places(self.places, Cylinder(self.drum_radius, self.drum_length), tuple(names))
 
     @property
     def grains(self) -> int:
@@ -159,11 +154,11 @@ class Drum(Bed):
         def section(angle: float) -> float:
             return angle - math.sin(angle) * math.cos(angle)
 
-        def off(angle: float) -> float:
+        def difference(angle: float) -> float:
             centre = 2.0 / 3.0 * self.drum_radius * math.sin(angle) ** 3 / section(angle)
             return mean_height + centre
 
-        filled = section(float(brentq(off, 1e-2, math.pi)))
+        filled = section(float(brentq(difference, 1e-2, math.pi)))
         volume = sum(n * kind.volume for n, kind in zip(self.counts, self.kinds, strict=True))
         return volume / (filled * self.drum_radius**2 * self.drum_length)
 
@@ -185,13 +180,54 @@ class Drum(Bed):
     @property
     def values(self) -> dict[str, ScriptValue]:
         """Return the values of a script; places are in a file that is named by its content."""
-        more: dict[str, ScriptValue] = {"bed": "lattice", "places": "none"}
-        if self.places:
-            sizes, room = (self.drum_radius, 0.5 * self.drum_length), 4.0 * self.large_radius
-            rim, half = (size + room for size in sizes)
-            ends = (-rim, rim), (-half, half), (-rim, rim)
-            more = {"bed": "file", "places": str(write_bed(*self._file, self.kinds, ends))}
-        return {**super().values, **more}
+        values = {**super().values, "bed": "lattice", "places": "none"}
+        if not self.places:
+            return values
+        sizes, margin = (self.drum_radius, 0.5 * self.drum_length), 4.0 * self.large_radius
+        rim, half = (size + margin for size in sizes)
+        ends = (-rim, rim), (-half, half), (-rim, rim)
+        return {**values, "bed": "file", "places": write_places(self._file, ends)}
+
+
+def lacey_index(cells: Floats, chosen: NDArray[np.bool_]) -> float:
+    """Return Lacey's mixing index [-]: 0 for unmixed kinds, 1 for a random mixture.
+
+    ``cells`` (N, 2) are column and row of the cell of each grain, ``chosen`` (N,) whether it is of
+    one kind. With n_i grains in a cell, p_i of them chosen, and p of all, the variance is
+    S = sum n_i (p_i - p)^2 / N: p (1 - p) for unmixed kinds, and p (1 - p) (K - 1)/(N - 1)
+    in K cells of a random mixture. The index is the share of the way from the one to the other:
+    Lacey, J. Appl. Chem. 4, 257 (1954), for cells of any content. NaN where all grains are of one
+    kind, or each is in a cell of its own.
+    """
+    _, place = np.unique(cells, axis=0, return_inverse=True)
+    content = np.bincount(place).astype(np.float64)
+    share = np.bincount(place, weights=chosen) / content
+    total, p = len(cells), float(np.mean(chosen))
+    unmixed = p * (1.0 - p)
+    at_random = unmixed * (len(content) - 1) / (total - 1)
+    if unmixed == 0.0 or len(content) == total:
+        return math.nan
+    variance = float((content * (share - p) ** 2).sum() / total)
+    return (unmixed - variance) / (unmixed - at_random)
+
+
+def surface_angle(x: Floats, z: Floats, radius: Floats, half_width: float, step: float) -> float:
+    """Return the angle of the surface [deg], positive where it falls along +x.
+
+    By a straight line through the highest points of the grains (N,) in columns of width ``step``
+    between -``half_width`` and ``half_width`` [m]. NaN where fewer than three columns have grains.
+    """
+    number = round(2.0 * half_width / step)
+    edges = np.linspace(-half_width, half_width, number + 1)
+    column = np.digitize(x, edges) - 1
+    inside = (column >= 0) & (column < number)
+    top = np.full(number, -np.inf)
+    np.maximum.at(top, column[inside], (z + radius)[inside])
+    filled = np.isfinite(top)
+    if filled.sum() < 3:
+        return math.nan
+    middle = 0.5 * (edges[1:] + edges[:-1])
+    return -math.degrees(math.atan(np.polyfit(middle[filled], top[filled], 1)[0]))
 
 
 def elastic_energy(p: Drum, places: Floats, contacts: Contacts) -> float:
@@ -329,7 +365,7 @@ class DrumCase(BulkCase[Drum]):
                  "beyond the work of the drum, over that work at the end", 1e-3),
         Quantity("bed_kinetic_ratio", "1", "kinetic energy of the bed before the drum turns, over "
                  "that of grains at its speed", 1e-3),
-        TIME,
+        WALL_TIME,
     )  # fmt: skip
     presets = {  # noqa: RUF012
         "small": Drum(),
@@ -370,8 +406,7 @@ class DrumCase(BulkCase[Drum]):
         Raise EngineLostAtomsError for a grain beyond a wall.
         """
         p = parameters
-        known = dict(zip(("large", "small"), p.counts, strict=True))
-        table = read_series(p, output, COLUMNS, **known)
+        table = read_series(p, output, COLUMNS, large=p.counts[0], small=p.counts[1])
         curves = curves_over_turn(p, table)
         turned, mixing, angle = (
             curves.pop(name) for name in ("turned_deg", "mixing_index", "surface_angle_deg")
@@ -385,7 +420,7 @@ class DrumCase(BulkCase[Drum]):
             **{name: float(share[-1]) for name, share in curves.items()},
             **self._bed(p, table),
             "bed_kinetic_ratio": output.number("bed_kinetic_J") / kinetic,
-            TIME.name: time_per_step(p, output, table),
+            **time_per_step(p, output, table),
         }
 
     def _bed(self, p: Drum, table: Table) -> dict[str, float]:

@@ -16,11 +16,10 @@ from pydantic import Field
 
 from harness.cases.base import Check, Quantity
 from harness.cases.bulk import beds
-from harness.cases.bulk.base import TIME, BulkCase, Sample, Setup, seed_setups
-from harness.cases.bulk.beds import BedOfOneKind, Sphere
-from harness.cases.bulk.mixing import Floats
+from harness.cases.bulk.base import WALL_TIME, BulkCase, Setup, seed_setups
+from harness.cases.bulk.beds import BedOfOneKind, Floats, Sphere
 from harness.cases.bulk.report import Curve, Line
-from harness.cases.bulk.series import check_grains, energy_rise, read_series, time_per_step
+from harness.cases.bulk.samples import Sample, check_grains, energy_rise, read_series, time_per_step
 from harness.engines.base import Output
 from harness.engines.output import Table
 from harness.errors import EngineUndecidedError
@@ -60,16 +59,18 @@ class Heap(BedOfOneKind):
     duration: beds.Duration = 1.8
     step_size: beds.StepSize = 5e-5
 
-    def _check_system(self) -> None:
-        if self.grains == 0:
-            raise ValueError(
-                f"width = {self.width}: no grain finds room between the sides at spacing = "
-                f"{self.spacing:g} diameters"
-            )
+    def _flaws(self) -> Iterable[tuple[bool, str]]:
+        yield from super()._flaws()
+        yield (
+            self.grains == 0,
+            f"width = {self.width}: no grain finds room between the sides at spacing = "
+            f"{self.spacing:g} diameters",
+        )
 
-    def _room(self) -> tuple[str, float]:
-        """Return the room between two of the largest grains."""
-        return "spacing - 1 - dispersity/2", self.spacing - 1.0 - 0.5 * self.dispersity
+    @property
+    def room(self) -> float:
+        """Return the room between two of the largest grains [diameters]."""
+        return self.spacing - 1.0 - 0.5 * self.dispersity
 
     @property
     def span(self) -> float:
@@ -93,8 +94,7 @@ class Heap(BedOfOneKind):
     @property
     def weight(self) -> float:
         """Return the weight of all grains [N]; the cube of an even range is 1 + dispersity^2/4."""
-        mass = self.grain.mass * (1.0 + 0.25 * self.dispersity**2)
-        return self.grains * mass * self.gravity
+        return super().weight * (1.0 + 0.25 * self.dispersity**2)
 
     @property
     def kinds(self) -> tuple[Sphere, ...]:
@@ -187,7 +187,7 @@ class HeapCase(BulkCase[Heap]):
                  "over that of the grains after a fall by a diameter", 1e-3),
         Quantity("heap_kinetic_ratio", "1", "kinetic energy at the end, over that of the grains "
                  "after a fall by a diameter", 1e-4),
-        TIME,
+        WALL_TIME,
     )  # fmt: skip
     presets = {"small": Heap(), "sliding": SLIDING}  # noqa: RUF012
     sources = dict.fromkeys(presets, "shear box of Roessler and others 2019, with both ends open")
@@ -212,8 +212,7 @@ class HeapCase(BulkCase[Heap]):
         """
         p = parameters
         table = read_series(p, output, COLUMNS)
-        sides = "beyond a side or fell through the glued layer", "the ends were taken away"
-        check_grains(p, output, table, *sides)
+        check_grains(p, output, table, "beyond a side or fell through the glued layer")
         check_decided(p, output.number("mean_height_m"), table)
         left, right = slope_angles(p, table["height_m"][-1])
         angle = self.columns(p, output)["angle_deg"]
@@ -229,7 +228,7 @@ class HeapCase(BulkCase[Heap]):
             "heap_energy_rise_ratio": energy_rise(output, table) / above,
             "filling_kinetic_ratio": output.number("bed_kinetic_J") / (p.grains * fall),
             "heap_kinetic_ratio": table["kinetic_J"][-1] / (remaining * fall),
-            TIME.name: time_per_step(p, output, table),
+            **time_per_step(p, output, table),
         }
 
     def columns(self, parameters: Heap, output: Output) -> Mapping[str, Floats]:

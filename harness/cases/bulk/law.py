@@ -40,7 +40,7 @@ FIT = (
 class StatedLaw:
     """The law by which an engine runs a bulk job.
 
-    ``lacks`` is what no value of a script states of it, in the engine's words.
+    ``lacks`` is the part of it that no value of a script states, in the engine's words.
     """
 
     law: Law
@@ -67,12 +67,8 @@ class StatedLaw:
 
         Without a tail, a restitution becomes that of the same dashpot with a tail.
         """
-        changed = {**values, **self.rules}
-        if self.law.clipped:
-            for name in values:
-                if name.endswith("restitution"):
-                    changed[name] = with_tail(float(values[name]))
-        return changed
+        names = [n for n in values if n.endswith("restitution")] if self.law.clipped else []
+        return {**values, **self.rules, **{n: with_tail(float(values[n])) for n in names}}
 
 
 def bulk_law(poisson_ratio: float = 0.2, rolling_friction: float = 0.0) -> Law:
@@ -101,10 +97,8 @@ def _near(law: Law) -> Iterator[tuple[Law, Law]]:
     That part is the law as a whole, then without rolling, then without dashpots: a code whose
     tangential dashpot is tied to the normal one has the same share of critical damping in both.
     """
-    springs = [
-        law.replace(tangential=spring, clipped=clipped)
-        for spring, clipped in product(SPRINGS, (False, True))
-    ]
+    kinds = product(SPRINGS, (False, True))
+    springs = [law.replace(tangential=spring, clipped=clipped) for spring, clipped in kinds]
     yield from ((near, near) for near in springs)
     yield from ((near, near.replace(rolling="none")) for near in springs)
     nu = law.poisson_ratio or 0.0

@@ -14,12 +14,20 @@ from pydantic import Field
 
 from harness.cases.base import Check, Level, Quantity, Value
 from harness.cases.bulk import beds
-from harness.cases.bulk.base import BED_STATE, ELASTIC, TIME, BulkCase, Sample, Setup, seed_setups
-from harness.cases.bulk.beds import PUBLISHED, BedOfOneKind, Sphere
-from harness.cases.bulk.mixing import Floats
-from harness.cases.bulk.places import PUBLISHED_BOX, Box, Radii, read_grains, write_bed
+from harness.cases.bulk.base import BED_STATE, ELASTIC, WALL_TIME, BulkCase, Setup, seed_setups
+from harness.cases.bulk.beds import (
+    PUBLISHED,
+    PUBLISHED_BOX,
+    BedOfOneKind,
+    Box,
+    Floats,
+    Places,
+    Sphere,
+    read_places,
+    write_places,
+)
 from harness.cases.bulk.report import Curve, Line
-from harness.cases.bulk.series import read_series, time_per_step
+from harness.cases.bulk.samples import Sample, read_series, time_per_step
 from harness.engines.base import Output
 from harness.engines.base import Value as ScriptValue
 from harness.engines.output import Table
@@ -62,65 +70,65 @@ class Penetration(BedOfOneKind):
     duration: beds.Duration = 0.1
     step_size: beds.StepSize = 5e-6
 
-    def _check_system(self) -> None:
-        given = f"length = {self.length:g} m, width = {self.width:g} m: must be "
-        if self.places and not (self.length and self.width):
-            raise ValueError(f"{given}those of the box of places")
-        if not self.places:
-            if self.length or self.width:
-                raise ValueError(f"{given}0 without places, the box is as wide as the lattice")
-            self._check_start()
+    def _flaws(self) -> Iterable[tuple[bool, str]]:
+        yield from super()._flaws()
+        size = f"length = {self.length:g} m, width = {self.width:g} m: must be "
+        sized = bool(self.length), bool(self.width)
+        yield bool(self.places) and not all(sized), f"{size}those of the box of places"
+        yield (
+            not self.places and any(sized),
+            f"{size}0 without places, the box is as wide as the lattice",
+        )
+        if not self.places:  # a file is read later
+            yield self._starts_in_bed
         most = 0.5 * min(self.box.length, self.box.width)
-        if self.steel_radius > most:
-            raise ValueError(
-                f"steel_radius = {self.steel_radius:g} m: must be at most {most:.4g}, half "
-                "the width of the box"
-            )
+        yield (
+            self.steel_radius > most,
+            f"steel_radius = {self.steel_radius:g} m: must be at most {most:.4g}, half the width "
+            "of the box",
+        )
         most = 0.5 * self.box.length - self.steel_radius
-        if abs(self.offset) > most:
-            raise ValueError(
-                f"offset = {self.offset:g} m: the sphere is in a wall; must be within {most:.4g}"
-            )
+        yield (
+            abs(self.offset) > most,
+            f"offset = {self.offset:g} m: the sphere is in a wall; must be within {most:.4g}",
+        )
 
-    def _check_start(self) -> None:
-        """Raise CombinationError where the sphere starts in the bed; reads the file of places."""
+    @property
+    def _starts_in_bed(self) -> tuple[bool, str]:
         lowest = self.bed_top + self.steel_radius
-        if self.start_height < lowest:
-            raise CombinationError(
-                f"start_height = {self.start_height:g} m: the sphere overlaps the grains at the "
-                f"start; must be at least {lowest:.4g}"
-            )
+        return (
+            self.start_height < lowest,
+            f"start_height = {self.start_height:g} m: the sphere overlaps the grains at the "
+            f"start; must be at least {lowest:.4g}",
+        )
 
     @property
     def box(self) -> Box:
         """Return floor and walls."""
         if self.places == PUBLISHED:
-            return Box(self.length, self.width, PUBLISHED_BOX.middle, PUBLISHED_BOX.floor)
+            return PUBLISHED_BOX._replace(length=self.length, width=self.width)
         if self.places:
-            return Box(self.length, self.width, (0.0, 0.0), 0.0)
+            return Box(self.length, self.width)
         size = self.along * self.pitch, self.across * self.pitch
-        return Box(*size, (0.5 * size[0], 0.5 * size[1]), 0.0)
+        return Box(*size, (0.5 * size[0], 0.5 * size[1]))
 
     @property
-    def bed(self) -> Floats:
-        """Return the places of a file (N, 3) [m]; raise RequestError for a bad one."""
-        return read_grains(*self._file)[:, 1:]
-
-    @property
-    def _file(self) -> tuple[str, Radii, Box]:
-        return self.places, (("radius", self.radius),), self.box
+    def _file(self) -> Places:
+        return Places(self.places, self.box, (("radius", self.grain),))
 
     @property
     def bed_top(self) -> float:
-        """Return the height of the bed at the start [m]."""
+        """Return the height of the bed at the start [m]; raise RequestError for a bad file."""
         if self.places:
-            return float(self.bed[:, 2].max()) + self.radius
+            return float(read_places(self._file)[0][:, 2].max()) + self.radius
         return self.layers * self.pitch
 
     @property
     def grains(self) -> int:
-        """Return the number of grains."""
-        return len(self.bed) if self.places else self.along * self.across * self.layers
+        """Return the number of grains; raise RequestError for a bad file."""
+        if self.places:
+            return len(read_places(self._file)[0])
+        return self.along * self.across * self.layers
 
     @property
     def steel(self) -> Sphere:
@@ -158,15 +166,17 @@ class Penetration(BedOfOneKind):
     @property
     def values(self) -> dict[str, ScriptValue]:
         """Return the values of a script; places are in a file that is named by its content."""
-        box = self.box
-        more: dict[str, ScriptValue] = {"bed": "lattice", "places": "none"}
-        if self.places:
-            self._check_start()
-            rim = 4.0 * self.radius
-            top = self.bed_top + 2.0 * (self.start_height + self.steel_radius)
-            ends = (-rim, box.length + rim), (-rim, box.width + rim), (-rim, top)
-            more = {"bed": "file", "places": str(write_bed(*self._file, (self.grain,), ends))}
-        return {**super().values, **more, "length": box.length, "width": box.width}
+        box, values = self.box, super().values
+        values |= {"bed": "lattice", "places": "none", "length": box.length, "width": box.width}
+        if not self.places:
+            return values
+        overlaps, reason = self._starts_in_bed
+        if overlaps:
+            raise CombinationError(reason)
+        rim = 4.0 * self.radius
+        top = self.bed_top + 2.0 * (self.start_height + self.steel_radius)
+        ends = (-rim, box.length + rim), (-rim, box.width + rim), (-rim, top)
+        return {**values, "bed": "file", "places": write_places(self._file, ends)}
 
 
 def height_quantities(p: Penetration, table: Table, released: float) -> dict[str, float]:
@@ -257,7 +267,7 @@ class PenetrationCase(BulkCase[Penetration]):
         *BED_STATE,
         Quantity("bed_kinetic_ratio", "1", "kinetic energy of the bed before the release, over "
                  "that of the sphere", 1e-3),
-        TIME,
+        WALL_TIME,
     )  # fmt: skip
     presets = {  # noqa: RUF012
         "small": Penetration(),
@@ -308,7 +318,7 @@ class PenetrationCase(BulkCase[Penetration]):
             **self._depths(p, output, heights),
             "bed_coordination": output.number("coordination"),
             "bed_kinetic_ratio": moving / p.impact_energy,
-            TIME.name: time_per_step(p, output, table),
+            **time_per_step(p, output, table),
         }
 
     def _elastic(self, p: Penetration, output: Output, dissipated: float) -> dict[str, float]:

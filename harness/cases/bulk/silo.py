@@ -14,11 +14,10 @@ from pydantic import Field
 
 from harness.cases.base import Check, Quantity, Value
 from harness.cases.bulk import beds
-from harness.cases.bulk.base import BED_STATE, ELASTIC, TIME, BulkCase, Sample, Setup, seed_setups
-from harness.cases.bulk.beds import PUBLISHED, BedOfOneKind
-from harness.cases.bulk.mixing import Floats
+from harness.cases.bulk.base import BED_STATE, ELASTIC, WALL_TIME, BulkCase, Setup, seed_setups
+from harness.cases.bulk.beds import PUBLISHED, BedOfOneKind, Floats
 from harness.cases.bulk.report import Curve, Line
-from harness.cases.bulk.series import check_grains, energy_rise, read_series, time_per_step
+from harness.cases.bulk.samples import Sample, check_grains, energy_rise, read_series, time_per_step
 from harness.engines.base import Output
 from harness.engines.output import Table
 from harness.errors import EngineUndecidedError
@@ -46,17 +45,18 @@ class Silo(BedOfOneKind):
     cone_height: float = Field(0.012, gt=0.0, le=10.0, description="[m] from orifice to cylinder")
     step_size: beds.StepSize = 4e-5
 
-    def _check_system(self) -> None:
-        if self.orifice_radius >= self.silo_radius:
-            raise ValueError(
-                f"orifice_radius = {self.orifice_radius:g} m: must be less than silo_radius = "
-                f"{self.silo_radius:g} m"
-            )
-        if self.grains == 0:
-            raise ValueError(
-                f"silo_radius = {self.silo_radius:g} m: no grain of radius = {self.radius:g} m "
-                "finds room; must be some diameters"
-            )
+    def _flaws(self) -> Iterable[tuple[bool, str]]:
+        yield from super()._flaws()
+        yield (
+            self.orifice_radius >= self.silo_radius,
+            f"orifice_radius = {self.orifice_radius:g} m: must be less than silo_radius = "
+            f"{self.silo_radius:g} m",
+        )
+        yield (
+            self.grains == 0,
+            f"silo_radius = {self.silo_radius:g} m: no grain of radius = {self.radius:g} m "
+            "finds room; must be some diameters",
+        )
 
     @property
     def grains(self) -> int:
@@ -65,11 +65,6 @@ class Silo(BedOfOneKind):
         most = max(0, math.ceil(reach / self.pitch))
         x = self.pitch * (np.arange(-most, most) + 0.5)
         return self.layers * int((x[:, None] ** 2 + x**2 <= reach**2).sum())
-
-    @property
-    def weight(self) -> float:
-        """Return the weight of all grains [N]."""
-        return self.grains * self.grain.mass * self.gravity
 
     @property
     def impact_speed(self) -> float:
@@ -95,10 +90,10 @@ class Silo(BedOfOneKind):
         """Return the height of a level bed over the orifice [m] whose grains have a mean height."""
         from scipy.optimize import brentq
 
-        def off(height: float) -> float:
+        def difference(height: float) -> float:
             return self.volume(height, 1) / self.volume(height) - mean_height
 
-        return float(brentq(off, 1e-3 * mean_height, 10.0 * mean_height + self.cone_height))
+        return float(brentq(difference, 1e-3 * mean_height, 10.0 * mean_height + self.cone_height))
 
 
 PUBLISHED_SILO = Silo(
@@ -113,7 +108,7 @@ def discharge(p: Silo, table: Table) -> dict[str, float]:
     """Return rate and times of a series.
 
     The rate is the slope of a straight line through the number that remains, while the share that
-    has left is between 10 % and 60 %. Raise EngineUndecidedError where grains stay.
+    has gone is between 10 % and 60 %. Raise EngineUndecidedError where grains stay.
     """
     after = table["time_s"] > 0.0
     t, remaining = (table[name][after] for name in ("time_s", "remaining"))
@@ -131,12 +126,12 @@ def discharge(p: Silo, table: Table) -> dict[str, float]:
 
 
 def _blockage(p: Silo, t: Floats, remaining: Floats) -> str:
-    left = f"{remaining[-1]:.0f} grains of {p.grains} remain"
+    number = f"{remaining[-1]:.0f} grains of {p.grains} remain"
     stopped = t[remaining == remaining[-1]][0]
     if t[-1] - stopped < 0.1 * p.duration:
-        return f"{left} and still run out at the end; duration = {p.duration:g} s is too short"
+        return f"{number} and still run out at the end; duration = {p.duration:g} s is too short"
     return (
-        f"arching: {left}, none has left since {stopped:.3g} s; orifice_radius = "
+        f"arching: {number}, none has left since {stopped:.3g} s; orifice_radius = "
         f"{p.orifice_radius:g} m is {p.orifice_radius / p.radius:.3g} radii of a grain"
     )
 
@@ -187,7 +182,7 @@ class SiloCase(BulkCase[Silo]):
                  "weight"),
         Quantity("janssen_load_ratio", "1", "the cylinder's share by Janssen's formula, wall "
                  "friction fully mobilised and K = 0.5: the most that is expected", 0.1),
-        TIME,
+        WALL_TIME,
     )  # fmt: skip
     presets = {  # noqa: RUF012
         "small": Silo(),
@@ -220,32 +215,25 @@ class SiloCase(BulkCase[Silo]):
         """
         p = parameters
         table = read_series(p, output, COLUMNS)
-        walls = "beyond the walls", "the opening", "they leave a hole, or "
-        check_grains(p, output, table, *walls)
+        check_grains(p, output, table, "beyond the walls")
         flow = discharge(p, table)
         surface = p.surface(output.number("mean_height_m"))
         solid = p.grains * p.grain.volume / p.volume(surface)
         scale = beverloo_scale(2.0 * p.orifice_radius, 2.0 * p.radius, p.density * solid, p.gravity)
+        above = p.weight * output.number("mean_height_m")
+        elastic = {ELASTIC: output.number("elastic_J") / above} if output.has("elastic_J") else {}
+        steady = slice(*np.searchsorted(-table["remaining"], [-(1 - s) * p.grains for s in STEADY]))
         return {
             **flow,
             "beverloo_factor": flow["discharge_rate_kg_per_s"] / scale if scale else math.nan,
-            **self._energies(p, output, table),
+            "energy_rise_ratio": energy_rise(output, table) / above,
+            **elastic,
+            "bed_kinetic_ratio": output.number("bed_kinetic_J") / table["kinetic_J"][steady].mean(),
             "bed_height_m": surface,
             "bed_solid_fraction": solid,
             "bed_coordination": output.number("coordination"),
             **self._loads(p, output, surface),
-            TIME.name: time_per_step(p, output, table),
-        }
-
-    def _energies(self, p: Silo, output: Output, table: Table) -> dict[str, float]:
-        above = p.weight * output.number("mean_height_m")
-        has_springs = output.has("elastic_J")
-        steady = slice(*np.searchsorted(-table["remaining"], [-(1 - s) * p.grains for s in STEADY]))
-        flowing = table["kinetic_J"][steady].mean()
-        return {
-            "energy_rise_ratio": energy_rise(output, table) / above,
-            **({ELASTIC: output.number("elastic_J") / above} if has_springs else {}),
-            "bed_kinetic_ratio": output.number("bed_kinetic_J") / flowing,
+            **time_per_step(p, output, table),
         }
 
     def _loads(self, p: Silo, output: Output, surface: float) -> dict[str, float]:

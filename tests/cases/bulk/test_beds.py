@@ -1,7 +1,10 @@
-"""Parameters of bulk cases: refusals, steps, published systems; energies of beds at rest."""
+"""Parameters of bulk cases: refusals, steps, files of places, energies of beds at rest."""
 
+import lzma
 import math
+import re
 import subprocess
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,30 +12,26 @@ from scipy.integrate import quad
 from scipy.optimize import brentq
 
 from harness.cases.bulk import beds, drum
-from harness.cases.bulk.beds import PUBLISHED, RAYLEIGH_SHARE, Sphere
-from harness.cases.bulk.mixing import find_contacts
+from harness.cases.bulk.beds import PUBLISHED, RAYLEIGH_SHARE, Box, Places, Sphere, find_contacts
 from harness.engines.lammps.engine import Lammps
 from harness.engines.output import results_in
 from harness.engines.registry import engine_class
 from harness.errors import RequestError
-from tests.cases.bulk.doubles import CASES, SMALL
+from tests.cases.bulk.doubles import CASES, SMALL, needs, run
 
-APART = "scatter = 0.3: grains overlap at the start; must be at most spacing - 1"
+APART = "scatter = 0.3: grains overlap at the start; must be at most 0."
 WRONG = [
     ("silo", {"orifice_radius": 0.03}, "orifice_radius = 0.03 m: must be less than silo_radius ="),
     ("silo", {"radius": 0.03}, "silo_radius = 0.024 m: no grain of radius = 0.03 m finds room"),
-    ("silo", {"cone_height": 0.0}, "cone_height = 0.0 m: must be greater than 0"),
     ("drum", {"large_layers": -5}, "large_layers = -5: no large grain finds room in the drum"),
     ("drum", {"large_layers": 9}, "small_layers = 4: no small grain finds room in the drum"),
-    ("drum", {"speed": 0.0}, "speed = 0.0 rad/s: must be greater than 0"),
     ("penetration", {"start_height": 0.02}, "start_height = 0.02 m: the sphere overlaps the"),
     ("penetration", {"steel_radius": 0.013, "start_height": 0.1}, "must be at most 0.012"),
-    ("penetration", {"restitution": 0.0}, "restitution = 0.0: must be greater than 0.05"),
+    ("penetration", {"offset": 0.012}, "offset = 0.012 m: the sphere is in a wall; must be within"),
+    ("penetration", {"places": "bed.txt", "width": 0.02}, "length = 0 m, width = 0.02 m: must be"),
     ("penetration", {"length": 0.1}, "length = 0.1 m, width = 0 m: must be 0 without"),
     ("heap", {"dispersity": 0.5}, "grains overlap at the start"),
     ("heap", {"width": 2, "spacing": 3.0}, "width = 2: no grain finds room between the sides"),
-    ("heap", {"length": 4}, "length = 4: must be greater than or equal to 8"),
-    ("heap", {"rolling_friction": -0.1}, "rolling_friction = -0.1: must be greater than or equal"),
     *((name, {"scatter": 0.3}, APART) for name in CASES),
     *((name, {"step_size": 1e-4}, "step_size = 0.0001 s: must be at most") for name in CASES),
 ]
@@ -44,16 +43,6 @@ def test_what_cannot_be_simulated_is_refused_in_one_line(name, changes, words):
         CASES[name].default.replace(**changes)
     assert words in str(refused.value)
     assert "\n" not in str(refused.value)
-
-
-@pytest.mark.parametrize("name", CASES)
-def test_no_case_runs_more_grains_than_memory_holds(name, monkeypatch):
-    case = CASES[name]
-    case.job(case.default)
-    monkeypatch.setattr(beds, "GRAIN_BYTES", 10**12)
-    for p in case.presets.values():
-        with pytest.raises(RequestError, match=rf"^{p.grains} grains: would take .* must be at"):
-            case.job(p)
 
 
 @pytest.mark.parametrize("code", ["yade", "kratos"])
@@ -92,6 +81,103 @@ def test_the_mean_mass_of_a_heap_is_that_of_an_even_range_of_diameters():
     p = CASES["heap"].default
     mean = p.grain.mass * np.mean(np.linspace(0.85, 1.15, 100_001) ** 3)
     assert p.weight / (p.grains * p.gravity) == pytest.approx(mean, rel=1e-5)
+
+
+# ---- files of places
+
+BED = ("penetration", {"length": 0.02, "width": 0.02, "start_height": 0.008, "settle_time": 0.0})
+DRUM = ("drum", {"drum_radius": 0.014, "drum_length": 0.0105, "settle_time": 0.0, "turn": 1.0})
+HEAD, ROW = "radius x y z\n", "0.001 {:g} 0 0.001\n"
+LARGE, SMALL_ROW = "0.002 {:g} 0 -0.01\n", "0.001 {:g} 0 -0.01\n"
+WRONG_FILES = {  # case, text, words of the error
+    "a row cut short": (BED, HEAD + ROW.format(0.002) + "0.001 0.004\n", "from 4 to 2 at row 2"),
+    "a word": (BED, ROW.format(0.002) + "0.001 a 0 0\n", "could not convert string 'a'"),
+    "no number": (BED, ROW.format(0.002) + "0.001 nan 0 0\n", "must be four finite ones"),
+    "nothing": (BED, HEAD, "must be four finite ones"),
+    "another radius": (BED, "0.002 0 0 0.002\n", "grain 1 has the radius 0.002 m: must be radius"),
+    "a wall": (BED, ROW.format(0.002) + ROW.format(0.0095), "grain 2 at (0.0195, 0.01, 0.001)"),
+    "below the floor": (BED, "0.001 0 0 0.0005\n", "must be 0.0009 m from the walls"),
+    "an overlap": (BED, ROW.format(0.002) + ROW.format(0.0035), "1 and 2 are 0.0015 m apart"),
+    "a sphere in it": (BED, "0.001 0 0 0.005\n", "start_height = 0.008 m: the sphere overlaps"),
+    "two radii": (DRUM, "0.0015 0.004 0 0\n", "must be large_radius = 0.002 m or small_radius"),
+    "an end": (DRUM, LARGE.format(0) + "0.001 0 0.0045 0\n", "grain 2 at (0, 0.0045, 0) m: must"),
+    "a drum": (DRUM, LARGE.format(0.008) + SMALL_ROW.format(0), "must be 0.0018 m from the walls"),
+    "one kind": (DRUM, LARGE.format(0), "no grain of small_radius = 0.001 m"),
+}
+
+
+@pytest.mark.parametrize(("system", "text", "words"), WRONG_FILES.values(), ids=WRONG_FILES)
+def test_a_bad_file_is_refused_in_one_line_that_names_what_is_wrong(system, text, words, tmp_path):
+    (name, changes), path = system, tmp_path / "bed.txt"
+    path.write_text(text)
+    p = CASES[name].default.replace(places=str(path), **changes)
+    with pytest.raises(RequestError, match=rf"^[^\n]*{re.escape(words)}[^\n]*$"):
+        CASES[name].job(p)
+
+
+def test_a_file_that_is_not_there_and_a_broken_one_are_refused(tmp_path):
+    (tmp_path / "broken.xz").write_bytes(b"nothing packed")
+    for name in ("none.txt", "broken.xz"):
+        p = CASES["penetration"].default.replace(places=str(tmp_path / name), **BED[1])
+        with pytest.raises(RequestError, match="cannot be read"):
+            CASES["penetration"].job(p)
+
+
+def test_places_are_those_of_the_file_seen_from_the_corner_packed_or_not(tmp_path):
+    text = HEAD + "2\n" + ROW.format(0.002) + ROW.format(-0.004)
+    (tmp_path / "bed.txt").write_text(text)
+    (tmp_path / "bed.txt.xz").write_bytes(lzma.compress(text.encode()))
+    kinds = (("radius", CASES["penetration"].default.grain),)
+    for path in tmp_path.iterdir():
+        (places,) = beds.read_places(Places(str(path), Box(0.02, 0.02), kinds))
+        np.testing.assert_allclose(places, [[0.012, 0.01, 0.001], [0.006, 0.01, 0.001]])
+
+
+def test_the_published_beds_touch_their_walls():
+    p = CASES["penetration"].presets[PUBLISHED]
+    (places,) = beds.read_places(p._file)
+    assert places.shape == (25000, 3)
+    assert places.min(axis=0) == pytest.approx(1e-3, abs=2e-6)
+    assert places[:, :2].max(axis=0) == pytest.approx([0.097, 0.059], abs=2e-6)
+    p = CASES["drum"].presets[PUBLISHED]
+    assert p.counts == (8000, 30000)
+    for places, kind in zip(beds.read_places(p._file), p.kinds, strict=True):
+        assert p._file.walls.gap(places).min() == pytest.approx(kind.radius, abs=3e-6)
+    table = Path(CASES["drum"].job(p).values["places"]).read_text("utf-8").partition("Atoms")[2]
+    types = [int(line.split()[1]) for line in table.splitlines() if line]
+    assert (types.count(1), types.count(2)) == (8000, 30000)
+
+
+@pytest.mark.live
+def test_lammps_reads_the_places_and_drops_the_sphere_at_its_offset(lammps, tmp_path):
+    path, case, grid = tmp_path / "bed.txt", CASES["penetration"], (-2e-3, 0.0, 2e-3)
+    path.write_text("".join(f"0.001 {x} {y} 0.001\n" for x in grid for y in grid))
+    p = case.default.replace(places=str(path), **BED[1], duration=0.05)
+    first, second = lammps.run([case.job(p), case.job(p.replace(offset=2e-3))])
+    values = case.measure(p, first)
+    # nine grains of one layer that touch: twelve pairs, and the floor is no grain
+    assert values["bed_coordination"] == pytest.approx(24 / 9)
+    volume = 9 * 4 / 3 * np.pi * 1e-9
+    assert values["bed_solid_fraction"] == pytest.approx(volume / (0.02 * 0.02 * 0.002))
+    assert values["energy_gain_ratio"] < 1e-3
+    height = second.table(("z_m",))["z_m"][-1]
+    assert height != pytest.approx(values["final_height_m"], rel=1e-6)
+
+
+@pytest.mark.parametrize("code", ["lammps", "liggghts", "yade", "kratos"])
+@pytest.mark.live
+@pytest.mark.slow
+def test_a_code_reads_the_drum_of_a_file(code, tmp_path):
+    """Grains that touch nothing fall as one: h = g (n dt)^2/2, to a step."""
+    needs(code)
+    path, case = tmp_path / "drum.txt", CASES["drum"]
+    path.write_text("0.002 0 0 0.005\n0.001 -0.004 0 0.005\n0.001 0.004 0 0.005\n")
+    p = case.default.replace(places=str(path), **DRUM[1])
+    (output,) = run(engine_class(code), case.job(p))
+    table = output.table(("step", "x_m", "y_m", "z_m"))
+    np.testing.assert_allclose(table["x_m"][0], [0.0, -0.004, 0.004], atol=1e-9)
+    fall = 0.5 * p.gravity * (p.step_size * p.steps) ** 2
+    np.testing.assert_allclose(table["z_m"][-1], 0.005 - fall, atol=2.0 / p.steps * fall)
 
 
 # ---- the longest step
@@ -183,7 +269,7 @@ def test_pairs_of_a_drum_that_touch_and_what_they_hold_are_those_of_all_pairs():
     assert drum.elastic_energy(p, places, contacts) == pytest.approx(held, rel=1e-12)
 
 
-BED = SMALL["penetration"].replace(along=5, across=4, settle_time=0.05, duration=0.03)
+SMALL_BED = SMALL["penetration"].replace(along=5, across=4, settle_time=0.05, duration=0.03)
 
 
 def results_by_hand(p, lmp, folder, **more):
@@ -205,24 +291,24 @@ def results_by_hand(p, lmp, folder, **more):
 @pytest.mark.slow
 @pytest.mark.live
 def test_the_script_measures_the_springs_of_its_places_and_changes_nothing(lmp, tmp_path):
-    results, frames = results_by_hand(BED, lmp, tmp_path)
+    results, frames = results_by_hand(SMALL_BED, lmp, tmp_path)
     series = (tmp_path / "penetration.csv").read_bytes()
-    for name, step in (("elastic_J", BED.settle_steps), ("end_elastic_J", max(frames))):
+    for name, step in (("elastic_J", SMALL_BED.settle_steps), ("end_elastic_J", max(frames))):
         kind, places, radius = frames[step][:, 1], frames[step][:, 2:5], frames[step][:, 8]
-        young = np.where(kind == 1, BED.youngs_modulus, BED.steel_youngs_modulus)
+        young = np.where(kind == 1, SMALL_BED.youngs_modulus, SMALL_BED.steel_youngs_modulus)
         x, y, z = places.T
-        walls = x, BED.box.length - x, y, BED.box.width - y, z
-        held, _ = spring_energy(places, radius, young, walls, BED.steel_youngs_modulus)
+        walls = x, SMALL_BED.box.length - x, y, SMALL_BED.box.width - y, z
+        held, _ = spring_energy(places, radius, young, walls, SMALL_BED.steel_youngs_modulus)
         # overlaps are counted in bins of 4e-8 m, some 1e-2 of one: at random over all contacts
         assert float(results[name]) == pytest.approx(held, rel=5e-3), name
     # looked at each 500 steps, no bit of the motion changes
-    results_by_hand(BED, lmp, tmp_path, thermo=500)
+    results_by_hand(SMALL_BED, lmp, tmp_path, thermo=500)
     assert (tmp_path / "penetration.csv").read_bytes() == series
 
 
 @pytest.mark.live
 def test_grains_that_lie_alone_hold_two_fifths_of_weight_times_overlap(lmp, tmp_path):
-    p = BED.replace(along=3, across=3, layers=1, spacing=2.0, scatter=0.0, settle_time=0.2)
+    p = SMALL_BED.replace(along=3, across=3, layers=1, spacing=2.0, scatter=0.0, settle_time=0.2)
     results, _ = results_by_hand(p, lmp, tmp_path)
     both = p.youngs_modulus * p.steel_youngs_modulus / (p.youngs_modulus + p.steel_youngs_modulus)
     weight, modulus = p.grain.mass * p.gravity, both / (1 - p.poisson_ratio**2)

@@ -7,8 +7,14 @@ import pytest
 from scipy.stats import norm
 from scipy.stats import t as student
 
-from harness.cases.bulk.mixing import lacey_index, surface_angle
-from harness.cases.bulk.statistics import EQUIVALENT, mean_interval, ratio_of_means, same_shares
+from harness.cases.bulk.drum import lacey_index, surface_angle
+from harness.cases.bulk.samples import (
+    EQUIVALENT,
+    Sample,
+    mean_interval,
+    ratio_of_means,
+    same_shares,
+)
 from harness.errors import Unsupported
 from harness.results.rows import Row, Verdict, judge
 
@@ -71,8 +77,11 @@ def test_a_mean_of_0_in_the_second_code_decides_nothing(first):
 
 
 def test_shares_that_chance_gives_in_one_case_of_a_hundred_are_not_the_same():
-    assert same_shares((16, 0), (16, 0)).value == 1.0
-    assert same_shares((12, 0), (4, 8)).value < 0.01 < same_shares((12, 0), (8, 4)).value
+    def share(first, second):
+        return same_shares(*(Sample(({},) * n, (), ("",) * lost) for n, lost in (first, second)))
+
+    assert share((16, 0), (16, 0)).value == 1.0
+    assert share((12, 0), (4, 8)).value < 0.01 < share((12, 0), (8, 4)).value
 
 
 # ---- mixing index: cells are column and row
