@@ -5,6 +5,7 @@ from typing import ClassVar
 
 import pytest
 
+from harness.cases.registry import get_case, homes
 from harness.engines.base import Job, Template, Traits
 from harness.engines.output import Output
 from harness.engines.process import Limits
@@ -13,7 +14,6 @@ from harness.engines.provenance import Provenance
 from harness.engines.registry import ENGINES, engine_class
 from harness.engines.scripts import ScriptSource
 from harness.errors import EngineError, RequestError
-from harness.workflows.lists import _templates
 
 SCRIPT = """# {{ name }}, made by dem-harness {{ version }}: {{ variant }} {{ note }}
 import json, sys
@@ -182,7 +182,8 @@ def test_a_template_that_fails_is_named_with_its_engine(tmp_path, text, words):
 @pytest.mark.parametrize("name", ENGINES)
 def test_no_script_declares_a_value_that_changes_the_motion_and_never_uses_it(name):
     kind = engine_class(name)
-    for template in _templates() if issubclass(kind, ScriptSource) else ():
+    jobs = [case.job(case.default) for case in map(get_case, homes())]
+    for template in [job.template for job in jobs] if issubclass(kind, ScriptSource) else ():
         for variant in template.variants if kind.has_template(template) else ():
             script = kind.script(template, variant)
             for variable in script.variables & template.neutral.keys():
