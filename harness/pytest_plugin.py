@@ -1,10 +1,9 @@
 """pytest plugin: ``pytest --dem-harness`` makes each row of a verification a test.
 
 ``--dem-harness-options`` has the options of ``dem-harness verify``; the fixture
-``dem_verification`` is the table of the rows. A session runs one verification at most.
-
-pytest loads this module in every session of an environment that has it: nothing but pytest and the
-standard library is imported here.
+``dem_verification`` is the table of the rows. A session runs one verification at most. pytest loads
+this module in every session of its environment: it imports nothing but pytest and the standard
+library before a verification.
 """
 
 from __future__ import annotations
@@ -37,7 +36,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Declare the mark of the rows; raise UsageError for options that are wrong."""
+    """Declare the mark of the rows; raise UsageError for wrong options."""
     config.addinivalue_line("markers", "dem_harness: a row of a verification (--dem-harness)")
     if config.option.dem_harness and not hasattr(config, "workerinput"):
         _options(config)
@@ -82,23 +81,20 @@ class Verification(pytest.Collector):
         from harness.cli.verify import row_name
 
         if self.config.option.collectonly:  # the rows are known after a run only
-            return [RowTest.from_parent(self, name="verification", row=None)]
+            return [RowTest.from_parent(self, name="verification", row={})]
         record = session_record(self.config)
-        tests: list[pytest.Item] = [
-            RowTest.from_parent(self, name=f"{row['kind']}: {row_name(row)}", row=row)
-            for row in record["rows"]
-        ]
-        if error := record.get("error"):
-            tests.append(RowTest.from_parent(self, name="engines", row={"error": error}))
-        return tests
+        rows = [(f"{row['kind']}: {row_name(row)}", row) for row in record["rows"]]
+        if "error" in record:
+            rows.append(("engines", {"error": record["error"]}))
+        return [RowTest.from_parent(self, name=name, row=row) for name, row in rows]
 
 
 class RowTest(pytest.Item):
     """A row as a test."""
 
-    def __init__(self, *, row: Mapping[str, Any] | None, **rest: Any) -> None:
+    def __init__(self, *, row: Mapping[str, Any], **rest: Any) -> None:
         super().__init__(**rest)
-        self.row = row or {}
+        self.row = row
         self.add_marker("dem_harness")
 
     def reportinfo(self) -> tuple[Path, int | None, str]:
@@ -106,7 +102,7 @@ class RowTest(pytest.Item):
         return self.config.rootpath / "dem-harness", None, f"dem-harness: {self.name}"
 
     def setup(self) -> None:
-        """Fail where an engine failed: an error, beside the rows that it left."""
+        """Fail where an engine failed: an error, separate from the rows."""
         if "error" in self.row:
             pytest.fail(self.row["error"], pytrace=False)
 
@@ -116,15 +112,15 @@ class RowTest(pytest.Item):
         self.user_properties.append(("kind", self.row["kind"]))
         strict = session_record(self.config)["strict"]
         if verdict == "fail" or (verdict == "not tested" and strict):
-            pytest.fail(row_text(self.row), pytrace=False)
-        self.add_report_section("call", "dem-harness", row_text(self.row))
+            pytest.fail(_text(self.row), pytrace=False)
+        self.add_report_section("call", "dem-harness", _text(self.row))
         if verdict == "known defect":
             pytest.xfail(note)
         if verdict in ("not tested", "fixed"):
             pytest.skip(f"{verdict}: {note}")
 
 
-def row_text(row: Mapping[str, Any]) -> str:
+def _text(row: Mapping[str, Any]) -> str:
     """Return a row in words and numbers, a line each, and the end of its engine's log."""
     from harness.cli.verify import details, row_name
 
@@ -134,17 +130,19 @@ def row_text(row: Mapping[str, Any]) -> str:
 
 
 def session_record(config: pytest.Config) -> dict[str, Any]:
-    """Return the verification of the session, run at the first call."""
+    """Return the verification of the session, run at the first call.
+
+    It has an ``error`` where an engine failed.
+    """
     if RECORD not in config.stash:
         inherited = getattr(config, "workerinput", {}).get("dem_harness")
-        if hasattr(config, "workerinput") and inherited is None:
+        if inherited is None and hasattr(config, "workerinput"):
             return {"rows": [], "error": "dem_verification: needs --dem-harness under xdist"}
         config.stash[RECORD] = json.loads(inherited) if inherited else _run(config)
     return config.stash[RECORD]
 
 
 def _run(config: pytest.Config) -> dict[str, Any]:
-    """Run a verification; return its record, with the ``error`` of an engine if there is one."""
     from harness.cli.output import output_folder
     from harness.cli.verify import verified
     from harness.errors import HarnessError, RequestError
@@ -161,8 +159,7 @@ def _run(config: pytest.Config) -> dict[str, Any]:
         ):
             record = verified(choice, engines, folder, progress)
     except RequestError as error:
-        text = config.option.dem_harness_options
-        raise pytest.UsageError(f"{OPTIONS} {text!r}: {error}") from None
+        raise _usage_error(config, error) from None
     except HarnessError as error:
         return {"rows": [], "strict": choice.strict, "error": f"dem-harness: {error}"}
     return record | ({"error": record["headline"]} if record["status"] == 3 else {})
@@ -175,18 +172,21 @@ def _options(config: pytest.Config) -> tuple[Any, Any]:
     from harness.cli.app import make_app, usage_error
     from harness.cli.verify import check_request
 
-    text: str = config.option.dem_harness_options
     try:
-        words = ["verify", *shlex.split(text)]
+        words = ["verify", *shlex.split(config.option.dem_harness_options)]
         for word in words:
             if word.partition("=")[0] in REFUSED:
                 raise ValueError(f"{word}: goes with the command dem-harness verify only")
-        app = make_app(words)
-        _, bound, _ = app.parse_args(words, exit_on_error=False, print_error=False)
+        _, bound, _ = make_app(words).parse_args(words, exit_on_error=False, print_error=False)
         bound.apply_defaults()
         chosen = bound.arguments["choice"], bound.arguments["engines"]
         check_request(*chosen)
-    except (CycloptsError, ValueError) as error:
-        reason = usage_error(error) if isinstance(error, CycloptsError) else error
-        raise pytest.UsageError(f"{OPTIONS} {text!r}: {reason}") from None
+    except CycloptsError as error:
+        raise _usage_error(config, usage_error(error)) from None
+    except ValueError as error:
+        raise _usage_error(config, error) from None
     return chosen
+
+
+def _usage_error(config: pytest.Config, reason: object) -> pytest.UsageError:
+    return pytest.UsageError(f"{OPTIONS} {config.option.dem_harness_options!r}: {reason}")

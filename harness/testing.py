@@ -25,42 +25,45 @@ from harness.solvers import reference
 
 TOLERANCE = 1e-9  # of the largest value: equal steps differ by round-off, mostly by 1e-13
 ROUNDING = 1e-12  # of the largest value: a run in a batch against the run alone
+OpenEngine = Callable[[], Engine]
+Check = Callable[[Engine, OpenEngine], None]
+
+
+def _drop(law: Law, motion: str) -> Scene:
+    """Return a grain that falls aslant on a fixed sphere, without friction."""
+    grain = Body(radius=0.5, mass=1.0, position=(0.1, 1.0, 0.0), velocity=(0.25, -1.0, 0.0))
+    fixed = Body(radius=0.5, mass=1.0, motion=motion)
+    return Scene(bodies=(grain, fixed), law=law, gravity=(0.0, -9.81, 0.0), step=1.5e-5, steps=400,
+                 every=10)  # fmt: skip
+
+
 BALL = sphere(0.05, 2500.0, position=(0.0, 0.0, 0.05005), velocity=(0.5, 0.1, -1.0),
               angular_velocity=(3.0, -2.0, 5.0))  # fmt: skip
-LAWS = {  # an engine states some of them
+LAWS = {  # each engine has some of them
     "hooke": Law(normal_stiffness=1e5, damping="velocity", damping_coefficient=50.0, clipped=True,
                  tangential="linear_history", tangential_damping=0.5),
     "undamped hooke": Law(normal_stiffness=1e5, tangential="linear_history"),
     "hertz": Law(normal="hertz", youngs_modulus=1e7, tangential="mindlin"),
     "jkr": Law(normal="jkr", youngs_modulus=1e7, surface_energy=10.0, tangential="mindlin"),
 }  # fmt: skip
-
-
-def _drop(law: Law, motion: str, sideways: float) -> Scene:
-    """Return a grain that falls aslant on a fixed sphere, without friction."""
-    grain = Body(radius=0.5, mass=1.0, position=(0.1, 1.0, 0.0), velocity=(sideways, -1.0, 0.0))
-    fixed = Body(radius=0.5, mass=1.0, motion=motion)
-    return Scene(bodies=(grain, fixed), law=law, gravity=(0.0, -9.81, 0.0), step=1.5e-5, steps=400,
-                 every=10)  # fmt: skip
-
-
-DROPS = {
-    f"drop, {tail}, {motion}": _drop(Law.linear(1e6, 0.2, tail == "clipped"), motion, 0.25)
+SCENES = {
+    f"drop, {tail}, {motion}": _drop(Law.linear(1e6, 0.2, tail == "clipped"), motion)
     for tail in ("attractive", "clipped")
     for motion in ("frozen", "held")
-}
-IMPACTS = {
+} | {
     f"oblique impact, {name}": Scene(
         bodies=(BALL,), walls=(Wall(),), law=law, step=1.5e-4, steps=100
     )
     for name, law in LAWS.items()
 }
-SCENES = {**DROPS, **IMPACTS}
-# it falls beyond the range of floating point
+# the ball falls beyond the range of floating point
 ENDLESS = Scene(bodies=(BALL,), walls=(Wall(),), law=Law(normal_stiffness=1e-3), step=1.0,
                 steps=100, gravity=(0.0, 0.0, -1e308))  # fmt: skip
-OpenEngine = Callable[[], Engine]
-Check = Callable[[Engine, OpenEngine], None]
+# the first process that is started dies, the others are the program
+DYING = """#!/bin/sh
+mkdir '{folder}/died' 2>/dev/null && kill -SEGV $$
+exec '{program}' "$@"
+"""
 
 
 class EngineCheckError(AssertionError):
@@ -69,12 +72,12 @@ class EngineCheckError(AssertionError):
 
 def identifies_itself(engine: Engine, open_engine: OpenEngine) -> None:
     """Require name, version and fingerprint, the same in every opening and in an output."""
-    (output,) = _run(engine, [*_stated(engine).values()][:1])
+    (output,) = _run(engine, [*_jobs(engine).values()][:1])
     version = engine.identify().engine_version
     with open_engine() as again:
-        found = [engine.identify(), again.identify(), output.provenance]
-        prints = {json.dumps(each.fingerprint(), sort_keys=True) for each in (engine, again)}
-    names = sorted({f"{each.engine} {each.engine_version}" for each in found})
+        origins = [engine.identify(), again.identify(), output.provenance]
+        prints = {json.dumps(e.fingerprint(), sort_keys=True) for e in (engine, again)}
+    names = sorted({f"{origin.engine} {origin.engine_version}" for origin in origins})
     same = version and names == [f"{engine.name} {version}"]
     _require(same, f"{engine.name!r} and a version in all openings and outputs", names)
     _require(len(prints) == 1, "one fingerprint in all openings", sorted(prints))
@@ -82,29 +85,29 @@ def identifies_itself(engine: Engine, open_engine: OpenEngine) -> None:
 
 def refuses_what_it_does_not_state(engine: Engine, _: OpenEngine) -> None:
     """Require one line of reason and no run of an unknown template, and of scenes it refuses."""
-    stated = _stated(engine)
+    jobs = _jobs(engine)
     bad = {"a template that nobody wrote": Job(Template("no-such-template", {"": {}}), {})}
-    bad |= {name: scene_job(scene) for name, scene in SCENES.items() if name not in stated}
+    bad |= {name: scene_job(scene) for name, scene in SCENES.items() if name not in jobs}
     for name, job in bad.items():
         reason = engine.refuses(job)
         _require(reason and "\n" not in reason, f"a line of reason against {name}", repr(reason))
         with suppress(RequestError):
-            engine.run([*stated.values(), job])
+            engine.run([*jobs.values(), job])
             _require(False, f"RequestError from run for {name}", "outcomes")
 
 
 def returns_an_outcome_for_each_job(engine: Engine, _: OpenEngine) -> None:
     """Require as many outcomes as jobs, in order, each the same as that of the job alone."""
-    stated = _stated(engine)
-    for (name, job), output in zip(stated.items(), _run(engine, [*stated.values()]), strict=True):
+    jobs = _jobs(engine)
+    for (name, job), output in zip(jobs.items(), _run(engine, [*jobs.values()]), strict=True):
         (alone,) = _run(engine, [job])
-        found, expected = (motion_in(one, SCENES[name]) for one in (output, alone))
-        _require_equal(found, expected, ROUNDING, f"in the {name} alone")
+        motions = [motion_in(each, SCENES[name]) for each in (output, alone)]
+        _require_equal(*motions, ROUNDING, f"in the {name} alone")
 
 
 def reports_a_run_that_dies(engine: Engine, _: OpenEngine) -> None:
     """Require an error in place of a run that dies, and outputs of the others."""
-    good, endless = [*_stated(engine).values()][:2], scene_job(ENDLESS)
+    good, endless = [*_jobs(engine).values()][:2], scene_job(ENDLESS)
     if not engine.refuses(endless):
         with suppress(RequestError):  # refused before anything runs
             _run(engine, [good[0], endless, good[-1]], errors=1)
@@ -112,8 +115,7 @@ def reports_a_run_that_dies(engine: Engine, _: OpenEngine) -> None:
         engine.identify()  # before its program is another
         with tempfile.TemporaryDirectory() as folder:
             program = Path(folder, Path(engine.program).name)
-            die = f"mkdir '{folder}/died' 2>/dev/null && kill -SEGV $$"  # the first one started
-            program.write_text(f"#!/bin/sh\n{die}\nexec '{engine.program}' \"$@\"\n")
+            program.write_text(DYING.format(folder=folder, program=engine.program))
             program.chmod(0o755)
             engine.program = str(program)
             _run(engine, [*good, good[0]], errors=1)
@@ -121,8 +123,8 @@ def reports_a_run_that_dies(engine: Engine, _: OpenEngine) -> None:
 
 def matches_the_reference(engine: Engine, _: OpenEngine) -> None:
     """Require the drops and oblique impacts of the reference at equal steps, by its own rules."""
-    limit, stated = TOLERANCE + 10.0 ** (1 - engine.traits.digits), _stated(engine)
-    for name, output in zip(stated, _run(engine, [*stated.values()]), strict=True):
+    limit, jobs = TOLERANCE + 10.0 ** (1 - engine.traits.digits), _jobs(engine)
+    for name, output in zip(jobs, _run(engine, [*jobs.values()]), strict=True):
         scene = SCENES[name]
         expected = reference.run(scene, engine.rules(scene))
         _require_equal(motion_in(output, scene), expected, limit, f"in the reference's {name}")
@@ -134,8 +136,8 @@ CHECKS = (identifies_itself, refuses_what_it_does_not_state, returns_an_outcome_
 
 def engine_checks(engine: str | OpenEngine) -> list[Callable[[], None]]:
     """Return the checks of an engine: its name, its class, or a function that opens one."""
-    opened = engine_class(engine) if isinstance(engine, str) else engine
-    return [_bound(check, opened) for check in CHECKS]
+    open_engine = engine_class(engine) if isinstance(engine, str) else engine
+    return [_bound(check, open_engine) for check in CHECKS]
 
 
 def check_engine(engine: str | OpenEngine) -> dict[str, str]:
@@ -162,47 +164,47 @@ def _bound(check: Check, open_engine: OpenEngine) -> Callable[[], None]:
             except SkipTest:
                 raise
             except Exception as error:
-                known = isinstance(error, EngineCheckError)
-                text = str(error) if known else f"expected no exception, found {error!r}"
+                is_failure = isinstance(error, EngineCheckError)
+                text = str(error) if is_failure else f"expected no exception, found {error!r}"
                 line = f"{engine_label(engine)}: {check.__name__}: {' '.join(text.split())}"
                 raise EngineCheckError(line) from error
 
     return call
 
 
-def _require(holds: object, expected: str, found: object) -> None:
+def _require(holds: object, expected: str, value: object) -> None:
     if not holds:
-        raise EngineCheckError(f"expected {expected}, found {found}")
+        raise EngineCheckError(f"expected {expected}, found {value}")
 
 
-def _stated(engine: Engine) -> dict[str, Job]:
-    """Return the jobs of the scenes that an engine states; skip the check where there is none."""
+def _jobs(engine: Engine) -> dict[str, Job]:
+    """Return the jobs that an engine does not refuse; skip the check where it refuses all."""
     jobs = {name: scene_job(scene) for name, scene in SCENES.items()}
-    stated = {name: job for name, job in jobs.items() if not engine.refuses(job)}
-    if not stated:
-        reasons = {engine.refuses(job) for job in jobs.values()}
-        raise SkipTest(f"it states no drop and no impact: {'; '.join(sorted(reasons))}")
-    return stated
+    reasons = {name: engine.refuses(job) for name, job in jobs.items()}
+    if all(reasons.values()):
+        raise SkipTest(f"it states no drop and no impact: {'; '.join(sorted({*reasons.values()}))}")
+    return {name: job for name, job in jobs.items() if not reasons[name]}
 
 
 def _run(engine: Engine, jobs: Sequence[Job], errors: int = 0) -> list[Output]:
     """Return the outputs of jobs; require an outcome for each, and so many errors."""
     outcomes = engine.run(jobs)
-    found = [str(outcome) for outcome in outcomes if not isinstance(outcome, Output)]
-    same = [len(outcomes), len(found), "\n" in "".join(found)] == [len(jobs), errors, False]
+    texts = [str(outcome) for outcome in outcomes if not isinstance(outcome, Output)]
+    same = [len(outcomes), len(texts), "\n" in "".join(texts)] == [len(jobs), errors, False]
     expected = f"{len(jobs)} outcomes, of them {errors} errors of a line"
-    _require(same, expected, f"{len(outcomes)}, of them {len(found)}: {'; '.join({*found})}")
+    _require(same, expected, f"{len(outcomes)}, of them {len(texts)}: {'; '.join({*texts})}")
     return [outcome for outcome in outcomes if isinstance(outcome, Output)]
 
 
 def _require_equal(motion: Motion, expected: Motion, limit: float, where: str) -> None:
     """Require equal times, places and velocities within a limit of the largest value."""
     for name in ("time", "position", "velocity", "angular_velocity"):
-        found, value = (np.ravel(getattr(one, name)) for one in (motion, expected))
-        _require(value.size == found.size, f"{value.size} values of {name} {where}", found.size)
-        worst = np.argmax(np.abs(found - value))
-        size = np.abs(value).max()
+        values, targets = (np.ravel(getattr(each, name)) for each in (motion, expected))
+        _require(targets.size == values.size, f"{targets.size} values of {name} {where}",
+                 values.size)  # fmt: skip
+        worst = np.argmax(np.abs(values - targets))
+        scale = np.abs(targets).max()
         if name == "angular_velocity":  # of spheres that do not turn: over the speeds
-            size = max(size, np.abs(expected.velocity).max())
-        close = abs(found[worst] - value[worst]) <= limit * size
-        _require(close, f"{name} = {value[worst]:.15g} {where}", f"{found[worst]:.15g}")
+            scale = max(scale, np.abs(expected.velocity).max())
+        close = abs(values[worst] - targets[worst]) <= limit * scale
+        _require(close, f"{name} = {targets[worst]:.15g} {where}", f"{values[worst]:.15g}")

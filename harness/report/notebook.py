@@ -12,6 +12,8 @@ if TYPE_CHECKING:
 
     from harness.report.style import Figure
 
+LEFT = "style='text-align:left'"
+
 
 class Summarized(ABC):
     """A result that shows its summary as text or HTML; a dataclass is declared ``repr=False``."""
@@ -21,16 +23,12 @@ class Summarized(ABC):
         """Return the main values, at most five, by name."""
 
     def __repr__(self) -> str:
-        """Return the summary, a line for each value."""
         return "\n".join(f"{name}: {text}" for name, text in self.summary().items())
 
     def _repr_html_(self) -> str:
-        rows = "".join(
-            f"<tr><th scope='row' style='text-align:left'>{html.escape(name)}</th>"
-            f"<td style='text-align:left'>{html.escape(text)}</td></tr>"
-            for name, text in self.summary().items()
-        )
-        return f"<table><tbody>{rows}</tbody></table>"
+        texts = [map(html.escape, item) for item in self.summary().items()]
+        rows = [f"<tr><th scope='row' {LEFT}>{a}</th><td {LEFT}>{b}</td></tr>" for a, b in texts]
+        return f"<table><tbody>{''.join(rows)}</tbody></table>"
 
 
 class Shown(Summarized):

@@ -1,4 +1,4 @@
-"""Films: what they show, and what is refused before anything is run."""
+"""Films: their discs, and what is refused before anything is run."""
 
 from dataclasses import replace
 
@@ -13,14 +13,13 @@ from harness.report.film import MOST_FRAMES, DiscFilm, check_film, film_samples,
 
 TIME = np.linspace(0.0, 0.02, 40)
 FALL = Discs(
-    "a grain falls",
-    TIME,
-    np.tile([0.0, 0.03], (40, 1)),
-    0.05 - 0.5 * 9.81 * TIME[:, None] ** 2 * np.ones(2),
-    np.array([0.005, 0.004]),
+    "a grain falls", TIME,
+    x=np.tile([0.0, 0.03], (40, 1)),
+    y=0.05 - 0.5 * 9.81 * TIME[:, None] ** 2 * np.ones(2),
+    radius=np.array([0.005, 0.004]),
     fixed=np.array([[0.0, 0.0, 0.01]]),
     lines=np.array([[[-0.02, -0.01], [0.05, -0.01]]]),
-)
+)  # fmt: skip
 
 
 def test_samples_are_nearest_to_equal_times_and_none_is_invented():
@@ -30,32 +29,23 @@ def test_samples_are_nearest_to_equal_times_and_none_is_invented():
     assert film_samples(time[:1], 100).tolist() == [0]
 
 
-def test_discs_stand_where_the_sample_has_them():
-    shown = DiscFilm(FALL)
-    shown.show(20)
-    offsets = shown._moving.get_offsets()
-    np.testing.assert_allclose(offsets[:, 1], 1e3 * FALL.y[20])  # [mm]
-    np.testing.assert_allclose(shown._moving.get_widths(), 2e3 * FALL.radius)
-    assert shown._clock.get_text() == f"t = {1e3 * TIME[20]:.3g} ms"
-
-
-def test_a_quantity_colours_the_discs_and_radii_may_change():
+def test_discs_have_places_radii_and_colours_of_the_sample():
     radius = np.tile(FALL.radius, (40, 1)) * np.linspace(1.0, 0.5, 40)[:, None]
-    shown = DiscFilm(replace(FALL, radius=radius, value=FALL.y, value_label="height (m)"))
-    first = shown._moving.get_facecolor().copy()
-    shown.show(39)
-    assert (shown._moving.get_facecolor() != first).any()
-    np.testing.assert_allclose(shown._moving.get_widths(), 1e3 * FALL.radius)
-    assert shown.figure.axes[1].get_ylabel() == "height (m)"
+    film = DiscFilm(replace(FALL, radius=radius, value=FALL.y, value_label="height (m)"))
+    first = film._moving.get_facecolor().copy()
+    film.show(20)
+    np.testing.assert_allclose(film._moving.get_offsets()[:, 1], 1e3 * FALL.y[20])  # [mm]
+    np.testing.assert_allclose(film._moving.get_widths(), 2e3 * radius[20])
+    assert film._clock.get_text() == f"t = {1e3 * TIME[20]:.3g} ms"
+    assert (film._moving.get_facecolor() != first).any()
+    assert film.figure.axes[1].get_ylabel() == "height (m)"
 
 
 def test_a_gif_has_the_frames_and_a_png_is_one_picture(tmp_path):
     write_film(FALL, tmp_path / "a.gif", frames=4)
     write_film(FALL, tmp_path / "a.PNG", frames=4)
-    with Image.open(tmp_path / "a.gif") as image:
-        assert image.n_frames == 4
-    with Image.open(tmp_path / "a.PNG") as image:
-        assert image.format == "PNG"
+    with Image.open(tmp_path / "a.gif") as gif, Image.open(tmp_path / "a.PNG") as png:
+        assert (gif.n_frames, png.format) == (4, "PNG")
     assert sorted(path.name for path in tmp_path.iterdir()) == ["a.PNG", "a.gif"]
 
 
@@ -63,7 +53,6 @@ def test_a_gif_has_the_frames_and_a_png_is_one_picture(tmp_path):
     ("name", "frames", "reason"),
     [
         ("a.avi", 9, ".gif, .mp4, .png"),
-        ("a", 9, ".gif, .mp4, .png"),
         ("none/a.gif", 9, "there is no folder"),
         ("a.gif", 1, "from 2 to"),
         ("a.gif", MOST_FRAMES + 1, f"{MOST_FRAMES + 1} frames"),
@@ -77,12 +66,10 @@ def test_a_film_that_cannot_be_written_is_refused(tmp_path, monkeypatch, name, f
     with pytest.raises(RequestError, match=reason) as error:
         check_film(tmp_path / name, frames)
     assert str(error.value).startswith(f"--film {tmp_path / name}: ")
-    assert "\n" not in str(error.value)
 
 
 def test_an_ffmpeg_that_fails_leaves_the_older_film(tmp_path, monkeypatch):
-    program = tmp_path / "bin" / "ffmpeg"
-    program.parent.mkdir()
+    program = tmp_path / "ffmpeg"
     program.write_text("#!/bin/sh\ncat > /dev/null\necho no such codec >&2\nexit 3\n")
     program.chmod(0o755)
     monkeypatch.setitem(mpl.rcParams, "animation.ffmpeg_path", str(program))
@@ -90,4 +77,4 @@ def test_an_ffmpeg_that_fails_leaves_the_older_film(tmp_path, monkeypatch):
     with pytest.raises(RequestError, match="ffmpeg failed with 3 no such codec"):
         write_film(FALL, tmp_path / "a.mp4", frames=3)
     assert (tmp_path / "a.mp4").read_text() == "an older film"
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["a.mp4", "bin"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["a.mp4", "ffmpeg"]

@@ -13,80 +13,57 @@ from harness.results.rows import Kind, Row, Verdict, table
 from harness.store.runs import Meta, Run, write_run
 from harness.store.tables import rows_text
 
-README = """# The harness
-
-See [reports](reports), [the case](docs/case.md#part-2), [a host](https://example.org) and
-[gone](none.md). ![a badge](https://example.org/badge.svg) ![a plot](docs/plot.svg)
-"""
-CASE = """# A case
-
-## Part 2
-
-| case | verdict |
-|---|---|
-| <b>drop</b> | known defect |
-
-[back](../README.md), [data](data.csv), [up](../../outside.md)
-"""
-DEFECTS = """
-[defect.no-friction]
-engine = "toy"
-since = "2 Aug 2023"
-cause = "walls have no friction"
-upstream = "not reported"
-script = "reports/defects/no-friction/in.toy"
-"""
 ROW = Row(case="drop", setup="wall", quantity="speed", engine="lammps", value=1.0, expected=1.0,
           tolerance=1e-9, kind=Kind.ANALYTIC, verdict=Verdict.PASS)  # fmt: skip
+ACCEPTED = {
+    "lammps/22 Jul 2025": [ROW, replace(ROW, setup="pair")],
+    "lammps/2 Aug 2023": [replace(ROW, verdict=Verdict.NOT_TESTED)],
+    "toy/5": [replace(ROW, engine="toy", verdict=Verdict.KNOWN_DEFECT, defect="no-friction")],
+}
+FILES = {
+    "README.md": "# The harness\n\nSee [reports](reports), [the case](docs/case.md#part-2), "
+    "[a host](https://example.org) and [gone](none.md).\n"
+    "![a badge](https://example.org/badge.svg) ![a plot](docs/plot.svg)\n",
+    "docs/case.md": "# A case\n\n## Part 2\n\n| case | verdict |\n|---|---|\n"
+    "| <b>drop</b> | known defect |\n\n"
+    "[back](../README.md), [data](data.csv), [up](../../outside.md)\n",
+    "docs/data.csv": "a\n",
+    "docs/plot.svg": "<svg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 1 1'/>",
+    "inputs/known-defects.toml": '[defect.no-friction]\nengine = "toy"\nsince = "2 Aug 2023"\n'
+    'cause = "walls have no friction"\nupstream = "not reported"\n'
+    'script = "reports/defects/no-friction/in.toy"\n',
+    "reports/README.md": "# Reports\n\n[example](example/report.md)\n",
+    "reports/example/report.md": "# Not rendered\n",
+    "reports/example/report.html": "<!doctype html><title>made by verify</title>",
+    "reports/defects/no-friction/in.toy": "run <0>\n",
+    "reports/runs/mine/report.md": "# Of this machine\n",
+}
 
 
 class Links(HTMLParser):
     def __init__(self, page):
         super().__init__()
-        self.links, self.ids, self.sources = [], set(), []
+        self.links, self.ids = [], set()
         self.feed(page)
 
     def handle_starttag(self, _, attrs):
-        found = dict(attrs)
-        self.ids |= {found["id"]} if "id" in found else set()
-        self.links += [found["href"]] if found.get("href") else []
-        self.sources += [found["src"]] if found.get("src") else []
-
-
-def write(root, files):
-    for name, text in files.items():
-        (root / name).parent.mkdir(parents=True, exist_ok=True)
-        (root / name).write_text(text)
+        values = dict(attrs)
+        self.ids.add(values.get("id"))
+        self.links += filter(None, (values.get("href"), values.get("src")))
 
 
 @pytest.fixture(scope="module")
 def project(tmp_path_factory):
     root = tmp_path_factory.mktemp("project")
-    defect = replace(ROW, setup="plates", engine="toy", value=2.0, verdict=Verdict.KNOWN_DEFECT,
-                     defect="no-friction", version="5")  # fmt: skip
-    accepted = {
-        "lammps/22 Jul 2025": [ROW, replace(ROW, setup="pair")],
-        "lammps/2 Aug 2023": [replace(ROW, verdict=Verdict.NOT_TESTED)],
-        "toy/5": [defect],
-    }
     rows = {
         f"reports/accepted/{name}/rows.csv": rows_text(
-            table([replace(row, version=name.split("/")[1]) for row in found])
+            table([replace(row, version=name.split("/")[1]) for row in rows])
         )
-        for name, found in accepted.items()
+        for name, rows in ACCEPTED.items()
     }
-    write(root, rows | {
-        "README.md": README,
-        "docs/case.md": CASE,
-        "docs/data.csv": "a\n",
-        "docs/plot.svg": "<svg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 1 1'/>",
-        "inputs/known-defects.toml": DEFECTS,
-        "reports/README.md": "# Reports\n\n[example](example/report.md)\n",
-        "reports/example/report.md": "# Not rendered\n",
-        "reports/example/report.html": "<!doctype html><title>made by verify</title>",
-        "reports/defects/no-friction/in.toy": "run <0>\n",
-        "reports/runs/mine/report.md": "# Of this machine\n",
-    })  # fmt: skip
+    for name, text in (rows | FILES).items():
+        (root / name).parent.mkdir(parents=True, exist_ok=True)
+        (root / name).write_text(text)
     return root
 
 
@@ -97,19 +74,17 @@ def built(project, tmp_path_factory):
 
 def test_every_link_of_every_page_leads_to_a_file_and_an_id_of_the_site(built):
     for address in built.pages:
-        page = Links((built.folder / address).read_text())
-        for link in page.links:
+        for link in Links((built.folder / address).read_text()).links:
             parts = urlsplit(link)
             if parts.scheme:
                 continue
             target = (built.folder / address).parent / unquote(parts.path or Path(address).name)
             assert target.is_file(), f"{address}: {link}"
             assert target.resolve().is_relative_to(built.folder.resolve())
-            if parts.fragment:
-                assert parts.fragment in Links(target.read_text()).ids
+            assert not parts.fragment or parts.fragment in Links(target.read_text()).ids
 
 
-def test_links_without_a_file_are_named_and_files_that_are_linked_are_copied(built):
+def test_links_without_a_file_are_named_and_linked_files_are_copied(built):
     assert built.unlinked == [("README.md", "none.md"), ("docs/case.md", "../../outside.md")]
     assert (built.folder / "docs/data.csv").read_text() == "a\n"
     assert "made by verify" in (built.folder / "reports/example/report.html").read_text()
@@ -117,9 +92,7 @@ def test_links_without_a_file_are_named_and_files_that_are_linked_are_copied(bui
 
 
 def test_the_board_counts_the_verdicts_of_codes_and_releases(built):
-    page = built.start.read_text()
-    codes, releases = page.split("<h2>")[1:3]
-    assert codes.startswith("Codes by cases")
+    codes, releases = built.start.read_text().split("<h2>")[1:3]
     assert "2 pass" in codes
     assert "not tested" not in codes  # of the older release
     assert "1 known defect" in codes
@@ -129,34 +102,30 @@ def test_the_board_counts_the_verdicts_of_codes_and_releases(built):
 
 def test_known_defects_have_cause_releases_script_and_the_rows_that_show_them(built):
     page = (built.folder / "defects.html").read_text()
-    assert "Walls have no friction. Releases from 2 Aug 2023." in page
-    assert "run &lt;0&gt;" in page
-    assert '<td class="n">1</td>' in page
+    for text in ("Walls have no friction. Releases from 2 Aug 2023.", "run &lt;0&gt;",
+                 '<td class="n">1</td>'):  # fmt: skip
+        assert text in page
     assert (built.folder / "reports/defects/no-friction/in.toy").is_file()
 
 
-def test_runs_join_the_site_with_their_reports(project, tmp_path):
+def test_runs_join_the_site_and_a_site_is_replaced(project, tmp_path):
     meta = Meta(level="quick", cases=("drop",), engines={"lammps": "1"}, started="2030-01-01T00:00")
     run = Run(table([replace(ROW, verdict=Verdict.FAIL)]), meta)
     write_run(run, tmp_path / "monday", {"report.html": "<p>monday</p>"})
+    site(tmp_path / "site", project=project)
+    (tmp_path / "site" / "old.html").touch()
     built = site(tmp_path / "site", [tmp_path / "monday"], project=project)
+    assert not (built.folder / "old.html").exists()
+    assert (built.folder / LIST).is_file()
     assert (built.folder / "runs/monday/report.html").read_text() == "<p>monday</p>"
     assert "Failed: 1 analytic" in built.start.read_text()
 
 
-def test_a_site_is_replaced_and_nothing_else_is(project, tmp_path):
-    built = site(tmp_path / "site", project=project)
-    (built.folder / "old.html").write_text("old")
-    again = site(tmp_path / "site", project=project)
-    assert not (again.folder / "old.html").exists()
-    assert (again.folder / LIST).is_file()
+def test_other_files_a_folder_that_is_no_run_and_nothing_to_show_are_refused(project, tmp_path):
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine" / "thesis.tex").write_text("mine")
     with pytest.raises(RequestError, match="has other files"):
         site(tmp_path / "mine", project=project)
-
-
-def test_what_is_no_run_and_nothing_to_show_are_refused(project, tmp_path):
     with pytest.raises(RequestError, match=r"run\.json"):
         site(tmp_path / "site", [project], project=project)
     with pytest.raises(RequestError, match="no committed reports"):

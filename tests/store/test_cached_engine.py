@@ -1,4 +1,4 @@
-"""Kept runs: to the last bit, only what is missing is run, and every fact is in the key."""
+"""Stored runs: to the last bit, only what is missing is run, and every fact is in the key."""
 
 from dataclasses import replace
 
@@ -11,7 +11,7 @@ from harness.engines.base import Job, Template, scene_job
 from harness.engines.output import SERIES, Output
 from harness.engines.provenance import Provenance
 from harness.errors import EngineCrashError, RequestError
-from harness.store import cache as cache_module
+from harness.store import cache
 from harness.store.cache import CachedEngine, pack_output, run_key, unpack_output
 from harness.store.entries import Entries
 from tests.workflows import doubles
@@ -30,48 +30,40 @@ def engine(monkeypatch):
     return doubles.Good()
 
 
-def test_only_what_is_missing_is_run_and_the_order_is_kept(engine, entries):
+def test_only_what_is_missing_is_run_in_order_and_to_the_last_bit(engine, entries):
     cached = CachedEngine(engine, entries)
-    cached.run(JOBS[1:2])
+    (fresh,) = cached.run(JOBS[1:2])
     outputs = cached.run(JOBS)
     assert [len(output.tables[SERIES]["step"]) for output in outputs] == [21, 31, 41]
     assert (cached.ran, cached.read, doubles.Good.ran) == (3, 1, 3)
-
-
-def test_a_kept_output_is_the_fresh_one_to_the_last_bit(engine, entries):
-    (fresh,) = CachedEngine(engine, entries).run(JOBS[:1])
-    (kept,) = CachedEngine(engine, entries).run(JOBS[:1])
-    assert kept.provenance == fresh.provenance
+    assert outputs[1].provenance == fresh.provenance
     for name, column in fresh.tables[SERIES].items():
-        assert np.array_equal(kept.tables[SERIES][name], column, equal_nan=True)
+        assert np.array_equal(outputs[1].tables[SERIES][name], column, equal_nan=True)
 
 
-def test_errors_are_not_kept(entries):
-    cached = CachedEngine(doubles.Dying(), entries)
-    for _ in range(2):
-        (error,) = cached.run(JOBS[:1])
-        assert isinstance(error, EngineCrashError)
-    assert (cached.ran, cached.read) == (2, 0)
-
-
-def test_each_output_is_kept_as_soon_as_it_is_there(engine, entries):
+def test_each_output_is_stored_as_soon_as_it_is_there_and_no_error_is(engine, entries):
     outcomes = CachedEngine(engine, entries).outcomes(JOBS)
     next(outcomes)
     outcomes.close()  # as an interrupt does
     again = CachedEngine(engine, entries)
     again.run(JOBS)
     assert again.read >= 1
+    dying = CachedEngine(doubles.Dying(), entries)
+    assert [type(dying.run(JOBS[:1])[0]) for _ in range(2)] == [EngineCrashError] * 2
+    assert (dying.ran, dying.read) == (2, 0)
 
 
-def test_fresh_reads_nothing_and_keeps_all_the_same(engine, entries):
+def test_fresh_reads_nothing_and_stores_all_the_same(engine, entries):
     CachedEngine(engine, entries).run(JOBS[:1])
     fresh = CachedEngine(engine, entries, fresh=True)
     fresh.run(JOBS[:2])
     assert (fresh.ran, fresh.read) == (2, 0)
-    assert CachedEngine(engine, entries).run(JOBS[:2])
+    again = CachedEngine(engine, entries)
+    again.run(JOBS[:2])
+    assert (again.ran, again.read) == (0, 2)
 
 
-def test_a_job_that_is_refused_is_refused_whatever_is_kept(entries):
+def test_a_refused_job_is_refused_whatever_is_stored(entries):
     with pytest.raises(RequestError, match="no springs"):
         CachedEngine(doubles.Refusing(), entries).run(JOBS[:1])
 
@@ -85,45 +77,35 @@ def test_an_entry_that_is_no_run_is_dropped_and_run_again(engine, entries, paylo
 
 
 @given(st.floats(), st.text(), st.integers(-(2**31), 2**31))
-def test_any_number_and_text_comes_back(value, text, number):
-    table = {"a": np.array([value]), "b": np.array([[number, number]])}
-    output = Output((("name", text),), Provenance("x", text, ("A",)), {"t": table}, log=text)
-    back = unpack_output(pack_output(output))
-    assert back.results == output.results
-    assert back.provenance == output.provenance
-    assert np.array_equal(back.tables["t"]["a"], table["a"], equal_nan=True)
-    assert np.array_equal(back.tables["t"]["b"], table["b"])
+def test_any_number_and_text_is_read_as_it_was_packed(value, text, number):
+    tables = {"t": {"a": np.array([value]), "b": np.array([[number, number]])}}
+    output = Output((("name", text),), Provenance("x", text, ("A",)), tables, log=text)
+    again = unpack_output(pack_output(output))
+    assert (again.results, again.provenance) == (output.results, output.provenance)
+    for name, column in tables["t"].items():
+        assert np.array_equal(again.tables["t"][name], column, equal_nan=True)
 
 
 SCRIPTED = Job(Template("drop", {"": {"angle": 1.0}, "soft": {"angle": 2.0}}), {"speed": 1.0})
+CHANGES = [
+    {"values": {"speed": np.nextafter(1.0, 2.0)}},
+    {"values": {"speed": 1.0, "more": 1}},
+    {"variant": "soft"},
+    {"sampled": True},
+    {"template": Template("drop", {"": {"angle": 1.5}})},
+    {"template": replace(SCRIPTED.template, package="lib")},
+    {"scene": JOBS[0].scene},
+    {"scene": JOBS[1].scene},
+]
 
 
-@pytest.mark.parametrize(
-    "other",
-    [
-        replace(SCRIPTED, values={"speed": np.nextafter(1.0, 2.0)}),
-        replace(SCRIPTED, values={"speed": 1.0, "more": 1}),
-        replace(SCRIPTED, variant="soft"),
-        replace(SCRIPTED, sampled=True),
-        replace(SCRIPTED, template=Template("drop", {"": {"angle": 1.5}})),
-        replace(SCRIPTED, template=replace(SCRIPTED.template, package="lib")),
-        replace(SCRIPTED, scene=JOBS[0].scene),
-        replace(SCRIPTED, scene=JOBS[1].scene),
-    ],
-)
-def test_another_job_has_another_key(engine, other):
-    assert run_key(engine, other, {}) != run_key(engine, SCRIPTED, {})
-
-
-@pytest.mark.parametrize("fact", ["machine", "versions", "source_digest"])
-def test_engine_platform_packages_and_source_are_in_the_key(engine, monkeypatch, fact):
-    before = run_key(engine, SCRIPTED, {"files": ["a"]})
-    assert run_key(engine, SCRIPTED, {"files": ["b"]}) != before
-    monkeypatch.setattr(cache_module, fact, lambda *_: "another")
-    assert run_key(engine, SCRIPTED, {"files": ["a"]}) != before
-
-
-def test_a_script_is_in_the_key(engine, monkeypatch):
-    before = run_key(engine, SCRIPTED, {})
+def test_every_fact_of_a_job_engine_and_platform_is_in_the_key(engine, monkeypatch):
+    keys = [run_key(engine, replace(SCRIPTED, **change), {}) for change in ({}, *CHANGES)]
+    keys += [run_key(engine, SCRIPTED, {"files": ["a"]})]
+    for name in ("machine", "versions", "source_digest"):
+        with monkeypatch.context() as patch:
+            patch.setattr(cache, name, lambda *_: "another")
+            keys += [run_key(engine, SCRIPTED, {})]
     monkeypatch.setattr(doubles.Good, "script_digest", lambda *_: "edited")
-    assert run_key(engine, SCRIPTED, {}) != before
+    keys += [run_key(engine, SCRIPTED, {})]
+    assert len(set(keys)) == len(keys) == 14

@@ -65,16 +65,10 @@ def test_no_name_of_a_script_leaves_the_folder(tmp_path, name):
     assert text == "x"
 
 
-# ---- whole or not at all
-
-
-def test_nothing_is_left_of_a_run_that_cannot_be_written(tmp_path):
+def test_a_run_is_written_whole_or_not_at_all_and_into_no_other_folder(tmp_path):
     with pytest.raises(AttributeError):
         write_run(run_of(row()), tmp_path / "run", {"report.md": None})
     assert list(tmp_path.iterdir()) == []
-
-
-def test_a_folder_that_holds_something_is_refused(tmp_path):
     (tmp_path / "mine").write_text("x")
     with pytest.raises(RequestError, match="holds something"):
         write_run(run_of(row()), tmp_path)
