@@ -101,8 +101,9 @@ def returns_an_outcome_for_each_job(engine: Engine, _: OpenEngine) -> None:
     jobs = _jobs(engine)
     for (name, job), output in zip(jobs.items(), _run(engine, [*jobs.values()]), strict=True):
         (alone,) = _run(engine, [job])
-        motions = [motion_in(each, SCENES[name]) for each in (output, alone)]
-        _require_equal(*motions, ROUNDING, f"in the {name} alone")
+        scene = SCENES[name]
+        expected = motion_in(alone, scene)
+        _require_equal(motion_in(output, scene), expected, ROUNDING, f"in the {name} alone")
 
 
 def reports_a_run_that_dies(engine: Engine, _: OpenEngine) -> None:
