@@ -18,6 +18,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, NamedTuple, TypeVar
 
 from harness.cases.bench import Bench
@@ -97,16 +98,15 @@ class Check:
 class Case(ABC, Generic[P]):
     """One system: parameters to a job, an output to quantities, and what is expected of them."""
 
-    name: ClassVar[str]
-    group: ClassVar[str] = ""
-    summary: ClassVar[str]  # one line, for lists
+    name: str
+    group: str = ""
+    summary: str  # one line, for lists
     parameters: ClassVar[type[Parameters]]
-    quantities: ClassVar[Sequence[Quantity[Any]]]
-    search_options: ClassVar[type[Parameters]] = Parameters  # of `search`, beside the parameters
+    quantities: Sequence[Quantity[Any]]
+    search_options: type[Parameters] = Parameters  # of `search`, next to the parameters
     presets: Mapping[str, P]  # by name; the first is the default of `run`
-    sources: ClassVar[Mapping[str, str]] = {}  # preset: where it was published
-    solvers: ClassVar[Sequence[str]] = ()  # names of solvers of this package that `solve` runs
-    qualifies: ClassVar[bool] = False  # an engine must pass it before its other results are used
+    sources: Mapping[str, str] = MappingProxyType({})  # preset: where it was published
+    solvers: Sequence[str] = ()  # names of solvers of this package that `solve` runs
 
     def __init_subclass__(cls, **more: Any) -> None:
         super().__init_subclass__(**more)

@@ -5,12 +5,14 @@ Checks, tables and figures take their runs from the bench, so that none is made 
 
 from __future__ import annotations
 
+import hashlib
+import json
 import threading
 from collections.abc import Callable, Hashable, Mapping, Sequence
 from concurrent.futures import Future
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from harness.engines.base import Engine, Job, Output, scene_job
+from harness.engines.base import Engine, Job, Output
 from harness.engines.provenance import Provenance
 from harness.engines.scene_tables import motion_in, motion_tables
 from harness.errors import EngineError
@@ -22,8 +24,7 @@ if TYPE_CHECKING:
 
 Result = TypeVar("Result")
 Progress = Callable[[str, int, int], None]  # stage, parts done, parts in all; from any thread
-OWN = "harness"
-"""Name of the bench of this package's solvers, and of their rows' engine."""
+OWN = "harness"  # the bench of this package's solvers, and the engine of their rows
 
 
 class Memo:
@@ -32,6 +33,13 @@ class Memo:
     def __init__(self) -> None:
         self._futures: dict[Hashable, Future[Any]] = {}
         self._lock = threading.Lock()
+
+    def __contains__(self, key: Hashable) -> bool:
+        return key in self._futures
+
+    def __getitem__(self, key: Hashable) -> Any:
+        """Return the value of a key that was claimed. Raise what its computation raised."""
+        return self._futures[key].result()
 
     def claim(self, key: Hashable) -> Future[Any] | None:
         """Return a future for the caller to fill, None where somebody computes the key already."""
@@ -42,16 +50,7 @@ class Memo:
             self._futures[key] = future
             return future
 
-    def has(self, key: Hashable) -> bool:
-        """Return whether a key is computed, or being computed."""
-        with self._lock:
-            return key in self._futures
-
-    def wait(self, key: Hashable) -> Any:
-        """Return the value of a key that was claimed. Raise what its computation raised."""
-        return self._futures[key].result()
-
-    def known(self, key: Hashable) -> Any:
+    def get(self, key: Hashable) -> Any:
         """Return the value of a key, None for one that was not computed, or raised an error."""
         future = self._futures.get(key)
         if future is None or not future.done() or future.exception() is not None:
@@ -65,7 +64,7 @@ class Memo:
                 future.set_result(make())
             except BaseException as error:
                 future.set_exception(error)
-        result: Result = self.wait(key)
+        result: Result = self[key]
         return result
 
 
@@ -100,9 +99,9 @@ class Bench:
         return self._memo(key, lambda: make(*args, **options))
 
     def known(self, make: Callable[..., Result], *args: Any, **options: Any) -> Result | None:
-        """Return what :meth:`once` has computed of these arguments, None where it has not."""
-        found: Result | None = self._memo.known((make, args, tuple(sorted(options.items()))))
-        return found
+        """Return the value that :meth:`once` has computed of these arguments, None without one."""
+        value: Result | None = self._memo.get((make, args, tuple(sorted(options.items()))))
+        return value
 
     # ---- runs of the engine
 
@@ -112,12 +111,12 @@ class Bench:
         claimed = {key: future for key in keys if (future := self._runs.claim(key)) is not None}
         if not claimed:
             return
-        order = list(claimed)
+        futures = list(claimed.values())
         try:
-            for place, outcome in self.engine.outcomes([keys[key] for key in order]):
-                claimed[order[place]].set_result(outcome)
+            for place, outcome in self.engine.outcomes([keys[key] for key in claimed]):
+                futures[place].set_result(outcome)
         except BaseException as error:
-            for future in claimed.values():
+            for future in futures:
                 if not future.done():
                     future.set_exception(error)
             raise
@@ -125,15 +124,20 @@ class Bench:
     def outcomes(self, jobs: Sequence[Job]) -> list[Output | EngineError]:
         """Return the output of each job, or the error of its run, in order."""
         self.prepare(jobs)
-        return [self._runs.wait(job_key(job)) for job in jobs]
+        return [self._runs[job_key(job)] for job in jobs]
 
     def has_run(self, jobs: Sequence[Job]) -> bool:
         """Return whether all jobs were run, so that a report runs none of its own."""
-        return all(self._runs.has(job_key(job)) for job in jobs)
+        return all(job_key(job) in self._runs for job in jobs)
 
     def refusal(self, job: Job) -> str:
         """Return why the engine cannot run a job, empty where it can."""
         return self._runs(("refusal", job_key(job)), lambda: self.engine.refuses(job))
+
+    def inputs_digest(self, jobs: Sequence[Job]) -> str:
+        """Return a digest of what jobs give the engine; empty without jobs."""
+        key = ("inputs", *map(job_key, jobs))
+        return self._runs(key, lambda: _digest(self.engine, jobs)) if jobs else ""
 
     def output(self, job: Job) -> Output:
         """Return the output of a job. Raise EngineError for a run that failed."""
@@ -142,10 +146,10 @@ class Bench:
             raise outcome
         return outcome
 
-    def motion(self, scene: Scene, **values: Any) -> Motion:
-        """Return the motion of a scene in the engine; ``values`` as of ``scene_job``."""
-        job = scene_job(scene, **values)
-        return motion_in(self.output(job), self.engine.scene_of(job))
+    def motion(self, job: Job) -> Motion:
+        """Return the motion of a scene's job in the engine. Raise EngineError as the run did."""
+        key = ("motion", job_key(job))
+        return self._runs(key, lambda: motion_in(self.output(job), self.engine.scene_of(job)))
 
     # ---- the reference
 
@@ -184,6 +188,20 @@ class Bench:
 
 
 def job_key(job: Job) -> Hashable:
-    """Return what tells a job from others: template, variant, values, samples and scene."""
+    """Return the identity of a job: template, variant, values, samples and scene."""
     values = tuple(sorted(job.values.items()))
     return ("job", job.template.name, job.variant, values, job.sampled, job.scene)
+
+
+def _digest(engine: Engine, jobs: Sequence[Job]) -> str:
+    content = [
+        [
+            job.template.name,
+            job.variant,
+            dict(sorted(job.values.items())),
+            None if job.scene is None else job.scene.model_dump(mode="json"),
+            engine.script_digest(job),
+        ]
+        for job in jobs
+    ]
+    return hashlib.sha256(json.dumps(content).encode()).hexdigest()[:16]

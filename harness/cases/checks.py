@@ -7,15 +7,13 @@ defects of the release are marked where they are judged.
 
 from __future__ import annotations
 
-import hashlib
-import json
+from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 
 from harness.cases.base import LEVELS, Check, Level, Value
 from harness.cases.bench import Bench
 from harness.cases.calls import CaseError
-from harness.engines.base import Engine, Job
 from harness.engines.jobs import cores, parallel_map
 from harness.errors import (
     EngineError,
@@ -41,8 +39,15 @@ from harness.results.rows import (
     recorded,
 )
 
-Explain = Callable[[Bench, Sequence[Check], Sequence[Row]], list[Row]]
-"""Marks the rows that are known defects of the release; see :mod:`harness.cases.defects`."""
+Explain = Callable[[Bench, Sequence[Check], Sequence[Row]], list[Row]]  # marks known defects
+FAILURES: tuple[tuple[type[EngineError], Failure], ...] = (
+    (EngineTimeoutError, Failure.TIMEOUT),
+    (EngineMemoryError, Failure.MEMORY),
+    (EngineNaNError, Failure.NOT_A_NUMBER),
+    (EngineLostAtomsError, Failure.ENGINE),  # a kind of refused input
+    (EngineInputError, Failure.WRONG_INPUT),
+    (EngineError, Failure.ENGINE),
+)
 
 
 def selected(case: str, checks: Iterable[Check], level: Level, only: str = "*") -> list[Check]:
@@ -68,17 +73,32 @@ def run_checks(
     explain: Explain | None = None,
 ) -> list[Row]:
     """Return the row of each check, in order. Raise ValueError for two checks of one key."""
-    _check_keys(case, checks)
-    refused = [_refusal(bench, check) for check in checks]
-    runs = [check for check, reason in zip(checks, refused, strict=True) if not reason]
-    blank = [_blank(case, check, bench, version) for check in checks]
-    if jobs := [job for check in runs for job in check.jobs]:
+    keys = Counter((check.setup, check.quantity, check.check) for check in checks)
+    for key, count in keys.items():
+        if count > 1:
+            raise ValueError(f"case {case!r}: two checks {' / '.join(key)}")
+    refusals = [next(filter(None, map(bench.refusal, check.jobs)), "") for check in checks]
+    pairs = zip(checks, refusals, strict=True)
+    if jobs := [job for check, refusal in pairs if not refusal for job in check.jobs]:
         bench.prepare(jobs)
 
     def row_of(place: int) -> Row:
-        if refused[place]:
-            return not_tested(blank[place], refused[place])
-        return row_in(bench, checks[place], blank[place])
+        check = checks[place]
+        blank = Row(
+            case=case,
+            setup=check.setup,
+            quantity=check.quantity,
+            engine=bench.name,
+            check=check.check,
+            version=version,
+            unit=check.unit,
+            kind=check.kind,
+            level=check.level,
+            inputs=bench.inputs_digest(check.jobs),
+        )
+        if refusals[place]:
+            return not_tested(blank, refusals[place])
+        return row_in(bench, check, blank)
 
     rows = parallel_map(row_of, range(len(checks)), cores())
     return rows if explain is None else explain(bench, checks, rows)
@@ -88,9 +108,9 @@ def row_in(bench: Bench, check: Check, blank: Row) -> Row:
     """Return the row of a check: measured, expected and judged."""
     try:
         measured = check.measure(bench)
-        found = measured if isinstance(measured, Value) else Value(float(measured))
+        value = measured if isinstance(measured, Value) else Value(float(measured))
         expected = check.expected(bench) if callable(check.expected) else check.expected
-        width = check.tolerance(bench) if callable(check.tolerance) else check.tolerance
+        tolerance = check.tolerance(bench) if callable(check.tolerance) else check.tolerance
     except (Unsupported, EngineMissingError, EngineUndecidedError) as error:
         return not_tested(blank, str(error))
     except EngineError as error:
@@ -99,70 +119,18 @@ def row_in(bench: Bench, check: Check, blank: Row) -> Row:
         return failed(blank, Failure.HARNESS, str(error))
     except Exception as error:  # a case of a plug-in may raise anything
         return failed(blank, Failure.HARNESS, f"{type(error).__name__}: {error}")
-    note = "; ".join(filter(None, (check.note, found.note)))
+    note = "; ".join(filter(None, (check.note, value.note)))
     row = replace(
-        blank, value=found.value, uncertainty=found.uncertainty, expected=expected, note=note
+        blank, value=value.value, uncertainty=value.uncertainty, expected=expected, note=note
     )
     if check.kind is Kind.FINDING:
-        limit = width.width(row.value) or NAN
-        return finding(replace(row, tolerance=limit, reason=width.reason))
+        limit = tolerance.width(row.value) or NAN
+        return finding(replace(row, tolerance=limit, reason=tolerance.reason))
     if check.kind is Kind.RECORDED:
-        return recorded(row, width)
-    return judge(row, width, failure=found.failure)
+        return recorded(row, tolerance)
+    return judge(row, tolerance, failure=value.failure)
 
 
 def failure_of(error: EngineError) -> Failure:
     """Return the class of an engine's error."""
-    classes: tuple[tuple[type[EngineError], Failure], ...] = (
-        (EngineTimeoutError, Failure.TIMEOUT),
-        (EngineMemoryError, Failure.MEMORY),
-        (EngineNaNError, Failure.NOT_A_NUMBER),
-        (EngineLostAtomsError, Failure.ENGINE),
-        (EngineInputError, Failure.WRONG_INPUT),
-    )
-    return next((found for kind, found in classes if isinstance(error, kind)), Failure.ENGINE)
-
-
-def inputs_digest(engine: Engine, jobs: Sequence[Job]) -> str:
-    """Return a digest of what jobs give an engine; empty without jobs."""
-    if not jobs:
-        return ""
-    content = [
-        [
-            job.template.name,
-            job.variant,
-            dict(sorted(job.values.items())),
-            None if job.scene is None else job.scene.model_dump(mode="json"),
-            engine.script_digest(job),
-        ]
-        for job in jobs
-    ]
-    return hashlib.sha256(json.dumps(content).encode()).hexdigest()[:16]
-
-
-def _check_keys(case: str, checks: Sequence[Check]) -> None:
-    seen = set()
-    for check in checks:
-        key = (check.setup, check.quantity, check.check)
-        if key in seen:
-            raise ValueError(f"case {case!r}: two checks {' / '.join(key)}")
-        seen.add(key)
-
-
-def _refusal(bench: Bench, check: Check) -> str:
-    return next(filter(None, (bench.refusal(job) for job in check.jobs)), "")
-
-
-def _blank(case: str, check: Check, bench: Bench, version: str) -> Row:
-    return Row(
-        case=case,
-        setup=check.setup,
-        quantity=check.quantity,
-        engine=bench.name,
-        check=check.check,
-        version=version,
-        unit=check.unit,
-        kind=check.kind,
-        level=check.level,
-        inputs=inputs_digest(bench.engine, check.jobs) if check.jobs else "",
-    )
+    return next(failure for kind, failure in FAILURES if isinstance(error, kind))

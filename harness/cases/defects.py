@@ -18,10 +18,8 @@ from harness.cases.bench import Bench
 from harness.cases.checks import Explain, row_in
 from harness.engines.base import Job
 from harness.engines.jobs import cores, parallel_map
-from harness.engines.scene_tables import motion_in
 from harness.errors import EngineError, Unsupported
 from harness.model.motion import Motion
-from harness.model.scene import Scene
 from harness.results.defect_switches import passing_rules
 from harness.results.defects import (
     KnownDefect,
@@ -48,11 +46,18 @@ def explained(defects: Sequence[KnownDefect], version: str) -> Explain:
     """
 
     def explain(bench: Bench, checks: Sequence[Check], rows: Sequence[Row]) -> list[Row]:
-        relevant = [d for d in defects if d.engine == bench.name]
-        runs = _runs(bench, checks, rows, relevant, version)
+        groups: dict[object, list[int]] = {}  # of a run; a check without a scene is one by itself
+        for place, check in enumerate(checks):
+            variations = [(job.scene, job.values.get("variation")) for job in _scene_jobs(check)]
+            groups.setdefault(tuple(variations) or place, []).append(place)
+        runs = [
+            _Run(bench, [checks[p] for p in places], [rows[p] for p in places], defects, version)
+            for places in groups.values()
+        ]
         marked = list(rows)
-        for run, found in zip(runs, parallel_map(_Run.marked, runs, cores()), strict=True):
-            for place, row in zip(run.places, found, strict=True):
+        results = parallel_map(_Run.marked, runs, cores())
+        for places, run in zip(groups.values(), results, strict=True):
+            for place, row in zip(places, run, strict=True):
                 marked[place] = row
         return marked
 
@@ -61,17 +66,26 @@ def explained(defects: Sequence[KnownDefect], version: str) -> Explain:
 
 @dataclass(frozen=True)
 class _Run:
-    """The rows of checks that share their scenes, by their place among all rows."""
+    """The rows of checks that share their scenes."""
 
     bench: Bench
-    places: Sequence[int]
     checks: Sequence[Check]
     rows: Sequence[Row]
-    jobs: tuple[Job, ...]  # with scenes; none of checks without a scene
-    defects: Sequence[KnownDefect]  # that may act here
+    known: Sequence[KnownDefect]
+    version: str
+
+    @cached_property
+    def defects(self) -> list[KnownDefect]:
+        """The defects that may act in a row."""
+        places = {(row.setup, row.check): row for row in self.rows}.values()
+        rows = [replace(row, version=self.version) for row in places]
+        return [defect for defect in self.known if any(map(defect.concerns, rows))]
+
+    @cached_property
+    def jobs(self) -> tuple[Job, ...]:
+        return _scene_jobs(self.checks[0])
 
     def marked(self) -> list[Row]:
-        """Return the rows, marked."""
         if any(row.verdict is Verdict.FAIL for row in self.rows):
             return self._explained()
         fixed = self._fixed() if self.defects and self.trial is not None else {}
@@ -80,17 +94,17 @@ class _Run:
     def _explained(self) -> list[Row]:
         dead = [row for row in self.rows if row.verdict is Verdict.FAIL and math.isnan(row.value)]
         if dead:
-            return [self._died(row) if row in dead else row for row in self.rows]
+            causes = {row.key: error_defect(self.defects, row.note) for row in dead}
+            return [_marked(row, causes.get(row.key)) for row in self.rows]
         undetermined = next((d for d in self.defects if d.undetermined), None)
         defect = (explanation(self.defects, self.trial) if self.trial else None) or undetermined
-        if defect is None:
-            passing = self._passing_rules()
-            return [_with_note(row, passing) if self._decides(row) else row for row in self.rows]
-        return [_marked(row, defect) if self._is_of_run(row) else row for row in self.rows]
-
-    def _died(self, row: Row) -> Row:
-        defect = error_defect(self.defects, row.note)
-        return row if defect is None else _marked(row, defect)
+        if defect is not None:
+            return [_marked(row, defect if self._is_of_run(row) else None) for row in self.rows]
+        passing, failing = self._passing_rules(), {row.key for row in self._failing}
+        return [
+            replace(row, note=joined(row.note, passing)) if row.key in failing else row
+            for row in self.rows
+        ]
 
     def _fixed(self) -> dict[Key, KnownDefect]:
         """Return the rows that show that a defect is gone, by key: its switch would move them."""
@@ -98,52 +112,54 @@ class _Run:
         fixed: dict[Key, KnownDefect] = {}
         for defect in self.defects:
             motions = self.trial.motions((defect,)) if defect.switched else None
-            for row in filter(self._decides, self.rows):
-                moved = motions is not None and not self._holds(motions, only=row)
-                if moved or defect.error:
+            bench = None if motions is None else self.bench.substituting(motions)
+            for check, row in self.deciding:
+                if defect.error or (bench is not None and not _passes(bench, check, row)):
                     fixed.setdefault(row.key, defect)
         return fixed
 
-    def _decides(self, row: Row) -> bool:
-        """Return whether a row decides what its run has: it is judged against other codes."""
-        return row.kind is Kind.CROSS_CODE and row.verdict in (Verdict.PASS, Verdict.FAIL)
+    @cached_property
+    def deciding(self) -> list[tuple[Check, Row]]:
+        """The checks with rows that decide about the run: they are judged against other codes."""
+        pairs = zip(self.checks, self.rows, strict=True)
+        judged = (Verdict.PASS, Verdict.FAIL)
+        return [(c, r) for c, r in pairs if r.kind is Kind.CROSS_CODE and r.verdict in judged]
+
+    @property
+    def _failing(self) -> list[Row]:
+        return [row for _, row in self.deciding if row.verdict is Verdict.FAIL]
 
     def _is_of_run(self, row: Row) -> bool:
         """Return whether the explanation of the run is one of a row.
 
         A closed form is missed by a defect too, where the same quantity fails against other codes.
         """
-        if self.trial is None or row.kind is Kind.CROSS_CODE:
+        if row.verdict is not Verdict.FAIL or self.trial is None or row.kind is Kind.CROSS_CODE:
             return row.verdict is Verdict.FAIL
-        failing = [r for r in self.rows if self._decides(r) and r.verdict is Verdict.FAIL]
-        return row.verdict is Verdict.FAIL and row.quantity in {r.quantity for r in failing}
+        return row.quantity in {failing.quantity for failing in self._failing}
 
     # ---- the reference with other motions
 
     @cached_property
     def trial(self) -> Trial | None:
-        """Return the run as a trial, None without a scene or a row that decides."""
+        """The run as a trial, None without a scene or a row that decides."""
         scenes = [self.bench.engine.scene_of(job) for job in self.jobs]
-        if not scenes or not any(map(self._decides, self.rows)):
+        if not scenes or not self.deciding:
             return None
         try:
             rules = {scene: self.bench.rules(scene) for scene in scenes}
         except Unsupported:
             return None
-        return Trial(rules, self._holds, self._motion(scenes[0]) if len(rules) == 1 else None)
+        return Trial(rules, self._holds, self._motion() if len(rules) == 1 else None)
 
-    def _holds(self, motions: Motions, only: Row | None = None) -> bool:
+    def _holds(self, motions: Motions) -> bool:
         bench = self.bench.substituting(motions)
-        for check, row in zip(self.checks, self.rows, strict=True):
-            chosen = self._decides(row) if only is None else row is only
-            if chosen and row_in(bench, check, _blank(row)).verdict is not Verdict.PASS:
-                return False
-        return True
+        return all(_passes(bench, check, row) for check, row in self.deciding)
 
-    def _motion(self, scene: Scene) -> Motion | None:
+    def _motion(self) -> Motion | None:
         """Return the motion of the engine, None of a job whose output has no samples of it."""
         try:
-            return motion_in(self.bench.output(self.jobs[0]), scene)
+            return self.bench.motion(self.jobs[0])
         except EngineError:
             return None
 
@@ -153,43 +169,24 @@ class _Run:
         ((scene, rules),) = self.trial.rules.items()
         if scene.steps * len(scene.bodies) > SEARCH_LIMIT:
             return ""
-        found = passing_rules(scene, rules, lambda motion: self._holds({scene: motion}))
-        return f"passes under {', or under '.join(found)}" if found else ""
-
-
-def _runs(
-    bench: Bench,
-    checks: Sequence[Check],
-    rows: Sequence[Row],
-    defects: Sequence[KnownDefect],
-    version: str,
-) -> list[_Run]:
-    """Return the runs that checks share; a check without a scene is one by itself."""
-    groups: dict[object, list[int]] = {}
-    for place, check in enumerate(checks):
-        keys = tuple((job.scene, job.values.get("variation")) for job in _scene_jobs(check))
-        groups.setdefault(keys or place, []).append(place)
-    runs = []
-    for places in groups.values():
-        chosen = [rows[place] for place in places]
-        dated = [replace(row, version=version) for row in chosen]
-        acting = [d for d in defects if any(map(d.concerns, dated))]
-        chosen_checks = [checks[place] for place in places]
-        jobs = _scene_jobs(chosen_checks[0])
-        runs.append(_Run(bench, places, chosen_checks, chosen, jobs, acting))
-    return runs
+        names = passing_rules(scene, rules, lambda motion: self._holds({scene: motion}))
+        return f"passes under {', or under '.join(names)}" if names else ""
 
 
 def _scene_jobs(check: Check) -> tuple[Job, ...]:
     return tuple(job for job in check.jobs if job.scene is not None)
 
 
-def _blank(row: Row) -> Row:
-    """Return the row before it was measured and judged."""
-    return replace(row, value=NAN, uncertainty=0.0, expected=NAN, tolerance=NAN, note="", defect="")
+def _passes(bench: Bench, check: Check, row: Row) -> bool:
+    blank = replace(
+        row, value=NAN, uncertainty=0.0, expected=NAN, tolerance=NAN, note="", defect=""
+    )
+    return row_in(bench, check, blank).verdict is Verdict.PASS
 
 
-def _marked(row: Row, defect: KnownDefect) -> Row:
+def _marked(row: Row, defect: KnownDefect | None) -> Row:
+    if defect is None:
+        return row
     verdict = Verdict.NOT_TESTED if defect.undetermined else Verdict.KNOWN_DEFECT
     note = joined(defect.undetermined, defect.note, row.note)
     return replace(row, verdict=verdict, failure=Failure.NONE, defect=defect.name, note=note)
@@ -198,7 +195,3 @@ def _marked(row: Row, defect: KnownDefect) -> Row:
 def _gone(row: Row, defect: KnownDefect) -> Row:
     note = joined(f"no longer there: {defect.note}", row.note)
     return replace(row, verdict=Verdict.FIXED, defect=defect.name, note=note)
-
-
-def _with_note(row: Row, note: str) -> Row:
-    return replace(row, note=joined(row.note, note)) if row.verdict is Verdict.FAIL else row

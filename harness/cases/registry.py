@@ -25,17 +25,21 @@ _INCLINE = {
     "incline": "harness.cases.incline.case:CASE",
     "columns": "harness.cases.incline.columns:CASE",
 }
+_CONTACT_MODULES = {
+    "bounce": "head_on", "collision": "oblique", "curved-wall": "curved_wall", "drag": "decay",
+    "head-on": "head_on", "heat": "decay", "incline-rest": "resting", "incline-roll": "resting",
+    "lj-units": "oblique", "moving-wall": "moving_wall", "oblique": "oblique",
+    "prescribed-motion": "prescribed_motion", "pull-off": "pull_off",
+    "rolling-resistance": "resting", "slip-to-roll": "resting", "spin": "oblique",
+    "stacked": "stacked", "twist": "resting",
+}  # fmt: skip
 _CONTACTS = {
     "drop": "harness.cases.drop.case:CASE",
     **{
-        name: f"harness.cases.contacts.{name.replace('-', '_')}:CASE"
-        for name in (
-            "bounce", "collision", "curved-wall", "drag", "head-on", "heat", "incline-rest",
-            "incline-roll", "lj-units", "moving-wall", "oblique", "prescribed-motion", "pull-off",
-            "rolling-resistance", "slip-to-roll", "spin", "stacked", "twist",
-        )
+        name: f"harness.cases.contacts.{module}:{name.replace('-', '_').upper()}"
+        for name, module in _CONTACT_MODULES.items()
     },
-}  # fmt: skip
+}
 _LAYERS = {
     "layers": "harness.cases.layers.descent:CASE",
     "layers-flow": "harness.cases.layers.flow:CASE",

@@ -71,7 +71,7 @@ def checks_of(scene, setup):
     common = {"setup": setup, "unit": "m/s", "tolerance": NARROW, "jobs": (scene_job(scene),)}
 
     def measured(part):
-        return lambda bench: weighted(getattr(bench.motion(scene), part))
+        return lambda bench: weighted(getattr(bench.motion(scene_job(scene)), part))
 
     def wanted(part):
         return lambda bench: weighted(getattr(bench.reference(scene), part))

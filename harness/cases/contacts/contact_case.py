@@ -1,4 +1,4 @@
-"""The base of contact cases: each law in each system, one check a quantity, at equal steps.
+"""Contact cases: each law in each system, one check a quantity, at equal steps.
 
 An engine runs a scene once. The reference takes the same steps by the engine's conventions, and
 what differs is round-off, or a fault. That the reference converges to the law is a property of this
@@ -8,11 +8,10 @@ package, shown in its tests; the note of a row has the error of the step where a
 from __future__ import annotations
 
 import math
-from abc import abstractmethod
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache, partial
-from typing import Any, ClassVar, TypeVar, cast
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -20,7 +19,6 @@ from harness.cases.base import Case, Check, Level, Quantity, Value
 from harness.cases.bench import Bench
 from harness.cases.checks import runs_at
 from harness.cases.contacts import tables
-from harness.cases.contacts.differences import STEPS, motion_difference
 from harness.cases.contacts.parameters import ContactSystem
 from harness.cases.equal_steps import REASON, ROUND_OFF
 from harness.engines.base import Engine, Job, Output, scene_job
@@ -36,21 +34,171 @@ from harness.solvers import reference
 
 P = TypeVar("P", bound=ContactSystem)
 
+STEPS = 50  # of a contact, in checks
+SAMPLES = 50  # at least, of a run that is held against the reference
 QUICK_VARIATION = "defaults"  # of an engine, at level quick
 VARIED_SYSTEM = "two spheres"  # of variations below level full
 MOTION = "motion"  # quantity of the rows on all samples of a run
 MOVED = "moved_by_conventions"  # quantity of the findings on an engine's conventions
-SAMPLES = 50  # at least, of a run that is held against the reference
+
+
+@dataclass(kw_only=True, eq=False)
+class ContactCase(Case[P]):
+    """A contact system with its quantities; ``laws`` and ``systems`` change the default parameters.
+
+    ``formula`` has the expected values in words. ``units`` are those of an engine's script. Level
+    quick runs each law in the systems ``always``, and ``two_materials_law`` in pairs of two
+    materials. ``varied`` has laws that run in an engine's variations, with the shortest level.
+    """
+
+    name: str
+    summary: str
+    formula: str
+    parameters: type[P]  # type: ignore[misc]  # of an instance here, of a class in others
+    quantities: Sequence[Quantity[Any]]
+    laws: tables.Laws
+    systems: Mapping[str, tables.Changes] = field(default_factory=lambda: tables.SYSTEMS)
+    units: str = ""
+    always: Sequence[str] = ()
+    two_materials_law: str = ""
+    varied: Mapping[str, Level] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        presets = tables.presets(self.name)
+        sources = {name: values.pop("source", "") for name, values in presets.items()}
+        self.group = "contacts"
+        self.presets = {name: self.parameters(**values) for name, values in presets.items()}
+        self.sources = {name: source for name, source in sources.items() if source}
+        self.listed: dict[str, Level] = {}  # the level of the last list of checks, by engine
+
+    # ---- one run
+
+    def scene(self, parameters: P) -> Scene:
+        """Return the scene of a run, made once."""
+        return _scene(parameters)
+
+    def job(self, parameters: P) -> Job:
+        """Return the job of one run."""
+        return self.job_of(self.scene(parameters))
+
+    def job_of(self, scene: Scene, variation: str = "") -> Job:
+        """Return the job of a scene in the units of the case, perhaps in a variation."""
+        values = {"units": self.units, "variation": variation}
+        return scene_job(scene, **{name: value for name, value in values.items() if value})
+
+    def measure(self, parameters: P, output: Output) -> Mapping[str, float]:
+        """Return the quantities of a run. Raise EngineOutputError for samples of no contact."""
+        return observe(parameters, motion_in(output, self.scene(parameters)))
+
+    def exact(self, parameters: P) -> Mapping[str, float]:
+        """Return the quantities with a closed form."""
+        return _exact(parameters)
+
+    def names(self, parameters: P) -> list[str]:
+        """Return the names of the quantities that a run with these parameters has."""
+        absent = parameters.absent()
+        return [each.name for each in self.quantities if each.name not in absent]
+
+    def film_job(self, parameters: P, frames: int) -> Job:
+        """Return the job of a run whose samples make a film of so many frames."""
+        scene = self.scene(parameters)
+        return self.job_of(scene.replace(every=max(1, scene.steps // max(1, frames))))
+
+    def discs(self, parameters: P, output: Output) -> Discs:
+        """Return the bodies in the plane of x and z, and a floor."""
+        table, scene = output.tables[SERIES], self.scene(parameters)
+        radii = np.array([body.radius for body in scene.bodies])
+        x, z, margin = table["x_m"], table["z_m"], 2.0 * float(radii.max())
+        ends = np.array([float(x.min()) - margin, float(x.max()) + margin])
+        planes = [wall for wall in scene.walls if wall.shape == "plane"]
+        lines = [np.stack([ends, np.full(2, wall.point[2])], axis=1) for wall in planes]
+        walls = np.array(lines) if lines else np.empty((0, 2, 2))
+        return Discs(self.name, table["time_s"], x, z, radii, lines=walls)
+
+    # ---- verification
+
+    def trials(self) -> Iterator[Trial]:
+        """Yield each law in its systems, with the shortest level that runs it."""
+        for law, row in self.laws.items():
+            systems = [system for system in self.systems if row.goes_with(system)]
+            quick = self._quick_systems(law, row, systems)
+            for system in systems:
+                yield Trial(self, law, system, "quick" if system in quick else "default")
+
+    def _quick_systems(self, law: str, row: tables.LawRow, systems: Sequence[str]) -> set[str]:
+        """Return the systems of a law at level quick.
+
+        The laws take turns in the systems that are not slow; those of earlier interfaces go
+        through all of them, as their walls and pairs share no code.
+        """
+        if not row.quick:
+            return set()
+        fast = [system for system in systems if system not in tables.SLOW_SYSTEMS]
+        if row.law.get("interface") == "old":
+            return set(fast)
+        turns = [system for system in fast if system not in self.always]
+        number = [name for name, each in self.laws.items() if each.quick].index(law)
+        chosen = {system for system in fast if system in self.always}
+        chosen |= {turns[number % len(turns)]} if turns else set()
+        if law == self.two_materials_law:
+            chosen |= {system for system in systems if system.startswith("two materials")}
+        return chosen
+
+    def _variation_level(self, trial: Trial, variation: str) -> Level | None:
+        """Return the shortest level that runs a variation of a trial, None for no level."""
+        level = self.varied.get(trial.law)
+        if level is None or trial.system != VARIED_SYSTEM:
+            return level and "full"
+        return "default" if level == "quick" and variation != QUICK_VARIATION else level
+
+    def checks(self, engine: Engine) -> Iterable[Check]:
+        """Return the checks of an engine, of all levels."""
+        return self.checks_up_to(engine, "full")
+
+    def checks_up_to(self, engine: Engine, level: Level) -> Iterator[Check]:
+        """Yield the checks of an engine of a level and shorter ones; no scene of others is made."""
+        self.listed[engine.name] = level
+        for trial in self.trials():
+            if runs_at(trial.level, level):
+                yield from trial.checks(engine)
+        for trial in self.trials():
+            if runs_at(self._variation_level(trial, QUICK_VARIATION), level):
+                for varied in self._variations(trial, engine):
+                    if runs_at(varied.level, level):
+                        yield from varied.checks(engine)
+
+    def _variations(self, trial: Trial, engine: Engine) -> Iterator[Trial]:
+        if engine.refuses(trial.job):
+            return
+        for name, scene in engine.variations(trial.scene):
+            if (level := self._variation_level(trial, name)) is not None:
+                yield replace(trial, level=level, variation=name, varied_scene=scene)
+
+    def drawings(self, benches: Mapping[str, Bench]) -> Sequence[Drawing]:
+        """Return the figures of the case in the overview of all."""
+        return ()
+
+    def sections(self, benches: Mapping[str, Bench]) -> Sequence[Section]:
+        """Return the matrix of laws and systems for each engine, after the overview of all."""
+        from harness.cases.contacts import report
+
+        return report.sections(self, benches)
 
 
 @dataclass(frozen=True)
 class Trial:
-    """A law of a case in a system, and the shortest level that runs it."""
+    """A law of a case in a system, perhaps in a variation of an engine, against the reference.
+
+    ``level`` is the shortest that runs it, ``varied_scene`` what the reference steps in a
+    variation.
+    """
 
     case: ContactCase[Any] = field(repr=False)
     law: str
     system: str
     level: Level
+    variation: str = ""
+    varied_scene: Scene | None = None
 
     @cached_property
     def parameters(self) -> Any:
@@ -65,229 +213,48 @@ class Trial:
         return f"{self.law}, {self.system}"
 
     @property
-    def comparison(self) -> Comparison:
-        """Return the run as the engine does it by itself, against the reference."""
-        return Comparison(self.case, self.parameters, self.case.sampled_scene(self.parameters))
-
-
-class ContactCase(Case[P]):
-    """A scene, the quantities of its motion, and closed forms; laws and systems are tables.
-
-    ``formula`` states what is expected. ``laws`` and ``systems`` change the default parameters.
-    """
-
-    group: ClassVar[str] = "contacts"
-    formula: ClassVar[str]
-    parameters: ClassVar[type[ContactSystem]]
-    laws: ClassVar[tables.Laws]
-    systems: ClassVar[Mapping[str, tables.Changes]] = tables.SYSTEMS
-    units: ClassVar[str] = "si"
-    two_materials_law: ClassVar[str] = ""  # runs in pairs of two materials at level quick, too
-    always: ClassVar[Sequence[str]] = ()  # systems in which level quick runs each law
-    varied: ClassVar[Sequence[str]] = ()  # laws with variations of an engine at level full
-    varied_by_default: ClassVar[Sequence[str]] = ()  # one of each kind of memory
-    varied_in_quick: ClassVar[Sequence[str]] = ()
-
-    def __init__(self) -> None:
-        kind, presets = cast("type[P]", self.parameters), tables.presets(self.name)
-        sources = {name: values.pop("source", "") for name, values in presets.items()}
-        self.presets = {name: kind(**values) for name, values in presets.items()}
-        type(self).sources = {name: source for name, source in sources.items() if source}
-        self.listed: dict[str, Level] = {}  # the level of the last list of checks, by engine
-
-    # ---- one run
-
-    @abstractmethod
-    def build(self, parameters: P) -> Scene:
-        """Return the scene. Raise RequestError for parameters that cannot be run."""
-
-    def scene(self, parameters: P) -> Scene:
-        """Return the scene of a run, made once."""
-        return _scene(self, parameters)
-
-    def sampled_scene(self, parameters: P) -> Scene:
-        """Return the scene with :data:`SAMPLES` or more, which changes no quantity."""
-        return _sampled_scene(self, parameters)
-
-    @abstractmethod
-    def observe(self, parameters: P, motion: Motion) -> Mapping[str, float]:
-        """Return the quantities of a motion."""
-
-    def job(self, parameters: P) -> Job:
-        """Return the job of one run."""
-        return self.job_of(self.scene(parameters))
-
-    def job_of(self, scene: Scene, variation: str = "") -> Job:
-        """Return the job of a scene in the units of the case, perhaps in a variation."""
-        values = {"units": "" if self.units == "si" else self.units, "variation": variation}
-        return scene_job(scene, **{name: value for name, value in values.items() if value})
-
-    def measure(self, parameters: P, output: Output) -> Mapping[str, float]:
-        """Return the quantities of a run. Raise EngineOutputError for samples of no contact."""
-        return self.values(parameters, motion_in(output, self.scene(parameters)))
-
-    def values(self, parameters: P, motion: Motion) -> Mapping[str, float]:
-        """Return the quantities of a motion. Raise EngineOutputError for samples of no contact."""
-        try:
-            with np.errstate(all="ignore"):  # a value that is not a number fails in its row
-                return self.observe(parameters, motion)
-        except (ArithmeticError, IndexError, ValueError) as error:
-            raise EngineOutputError(f"the samples show no contact ({error})") from None
-
-    def names(self, parameters: P) -> Iterable[str]:
-        """Return the names of the quantities that a run with these parameters has."""
-        return [quantity.name for quantity in self.quantities]
-
-    def tolerance(self, parameters: P, quantity: Quantity[P]) -> Tolerance:
-        """Return the tolerance on the difference from the reference at equal steps."""
-        return Tolerance(absolute=ROUND_OFF * quantity.size(parameters), reason=REASON)
-
-    def film_job(self, parameters: P, frames: int) -> Job:
-        """Return the job of a run whose samples make a film of so many frames."""
-        scene = self.scene(parameters)
-        return self.job_of(scene.replace(every=max(1, scene.steps // max(1, frames))))
-
-    def discs(self, parameters: P, output: Output) -> Discs:
-        """Return the bodies in the plane of x and z, and a floor."""
-        table, scene = output.tables[SERIES], self.scene(parameters)
-        radii = np.array([body.radius for body in scene.bodies])
-        reach = 2.0 * float(radii.max())
-        x, z = table["x_m"], table["z_m"]
-        ends = np.array([float(x.min()) - reach, float(x.max()) + reach])
-        planes = [wall for wall in scene.walls if wall.shape == "plane"]
-        lines = [np.stack([ends, np.full(2, wall.point[2])], axis=1) for wall in planes]
-        walls = np.array(lines) if lines else np.empty((0, 2, 2))
-        return Discs(self.name, table["time_s"], x, z, radii, lines=walls)
-
-    # ---- verification
-
-    def trials(self) -> Iterator[Trial]:
-        """Yield each law in its systems, with the shortest level that runs it.
-
-        At level quick the laws take turns in the systems that are not slow, but those of earlier
-        interfaces, whose walls and pairs share no code.
-        """
-        names = [name for name, row in self.laws.items() if row.quick]
-        for name, row in self.laws.items():
-            systems = [system for system in self.systems if row.goes_with(system)]
-            quick = set(self._quick_systems(name, row, systems, names))
-            for system in systems:
-                yield Trial(self, name, system, "quick" if system in quick else "default")
-
-    def _quick_systems(
-        self, name: str, row: tables.LawRow, systems: Sequence[str], names: Sequence[str]
-    ) -> Iterator[str]:
-        if not row.quick:
-            return
-        fast = [system for system in systems if system not in tables.SLOW_SYSTEMS]
-        if row.law.get("interface") == "old":
-            yield from fast
-            return
-        others = [system for system in fast if system not in self.always]
-        yield from (system for system in fast if system in self.always)
-        if others:
-            yield others[names.index(name) % len(others)]
-        if name == self.two_materials_law:
-            yield from (system for system in systems if system.startswith("two materials"))
-
-    def checks(self, engine: Engine) -> Iterable[Check]:
-        """Return the checks of an engine, of all levels."""
-        return self.checks_up_to(engine, "full")
-
-    def checks_up_to(self, engine: Engine, level: Level) -> Iterator[Check]:
-        """Yield the checks of an engine of a level and shorter ones; no scene of others is made."""
-        self.listed[engine.name] = level
-        for trial in self.trials():
-            if runs_at(trial.level, level):
-                yield from trial.comparison.checks(engine, trial.setup, trial.level)
-        for trial in self.trials():
-            if runs_at(self._variation_level(trial, QUICK_VARIATION), level):
-                yield from self._varied_checks(engine, trial, level)
-
-    def _variation_level(self, trial: Trial, variation: str) -> Level | None:
-        """Return the shortest level that runs a variation of a trial, None for no level."""
-        in_quick = trial.law in self.varied_in_quick
-        if trial.system == VARIED_SYSTEM and in_quick and variation == QUICK_VARIATION:
-            return "quick"
-        if trial.system == VARIED_SYSTEM and (in_quick or trial.law in self.varied_by_default):
-            return "default"
-        return "full" if in_quick or trial.law in (*self.varied, *self.varied_by_default) else None
-
-    def _varied_checks(self, engine: Engine, trial: Trial, level: Level) -> Iterator[Check]:
-        plain = trial.comparison
-        if engine.refuses(plain.job):
-            return
-        for name, varied in engine.variations(plain.scene):
-            shortest = self._variation_level(trial, name)
-            if shortest is not None and runs_at(shortest, level):
-                run = replace(plain, scene=varied, variation=name)
-                yield from run.checks(engine, trial.setup, shortest)
-
-    def drawings(self, benches: Mapping[str, Bench]) -> Sequence[Drawing]:
-        """Return the figures of the case in the overview of all."""
-        return ()
-
-    def sections(self, benches: Mapping[str, Bench]) -> Sequence[Section]:
-        """Return the matrix of laws and systems for each engine, after the overview of all."""
-        from harness.cases.contacts import report
-
-        return report.sections(self, benches)
-
-
-@dataclass(frozen=True)
-class Comparison:
-    """A run in an engine, perhaps in one of its variations, against the reference.
-
-    ``scene`` is what the reference steps.
-    """
-
-    case: ContactCase[Any]
-    parameters: Any
-    scene: Scene
-    variation: str = ""
+    def scene(self) -> Scene:
+        """Return what the reference steps: the scene with many samples, or that of a variation."""
+        return self.varied_scene or _sampled_scene(self.parameters)
 
     @property
     def job(self) -> Job:
         """Return the job of the run."""
-        return self.case.job_of(self.case.sampled_scene(self.parameters), self.variation)
+        return self.case.job_of(_sampled_scene(self.parameters), self.variation)
 
-    def checks(self, engine: Engine, setup: str, level: Level) -> Iterator[Check]:
+    def checks(self, engine: Engine) -> Iterator[Check]:
         """Yield a check of each quantity; the first alone where the engine refuses the scene."""
-        p, job = self.parameters, self.job
         common: dict[str, Any] = {
-            "setup": setup, "check": self.variation, "level": level, "jobs": (job,),
+            "setup": self.setup, "check": self.variation, "level": self.level, "jobs": (self.job,),
         }  # fmt: skip
-        refused = bool(engine.refuses(job))
-        for name in list(self.case.names(p))[: 1 if refused else None]:
+        refused = bool(engine.refuses(self.job))
+        for name in self.case.names(self.parameters)[: 1 if refused else None]:
             quantity = self.case.quantity(name)
+            width = ROUND_OFF * quantity.size(self.parameters)
             yield Check(
                 quantity=name,
                 unit=quantity.unit,
-                measure=partial(self._measure, name),
+                measure=partial(self._measured, name),
                 expected=partial(self._expected, name),
-                tolerance=self.case.tolerance(p, quantity),
+                tolerance=Tolerance(absolute=width, reason=REASON),
                 **common,
             )
         if refused:
             return
-        width = Tolerance(absolute=ROUND_OFF, reason=REASON)
-        yield Check(
-            quantity=MOTION, unit="1", measure=self._motion_difference, expected=0.0,
-            tolerance=width, **common,
-        )  # fmt: skip
+        common |= {"unit": "1", "expected": 0.0}
+        common |= {"tolerance": Tolerance(absolute=ROUND_OFF, reason=REASON)}
+        yield Check(quantity=MOTION, measure=self._motion_difference, **common)
         if not self.variation and self._is_moved(engine.rules(self.scene)):
-            yield Check(
-                quantity=MOVED, unit="1", measure=self._moved, expected=0.0, kind=Kind.FINDING,
-                **common,
-            )  # fmt: skip
+            common |= {"tolerance": Tolerance()}
+            yield Check(quantity=MOVED, measure=self._moved, kind=Kind.FINDING, **common)
 
     def differences(self, bench: Bench) -> dict[str, float]:
         """Return the difference of each quantity from the reference, in parts of its scale."""
-        found, case = bench.once(Comparison._values, self, bench), self.case
+        case, p = self.case, self.parameters
         return {
-            name: abs(found[name] - self._expected(name, bench))
-            / case.quantity(name).size(self.parameters)
-            for name in case.names(self.parameters)
+            name: abs(bench.once(Trial._values, self, bench)[name] - self._expected(name, bench))
+            / case.quantity(name).size(p)
+            for name in case.names(p)
         }
 
     @lru_cache(maxsize=8192)  # noqa: B019 - of frozen objects, as those of scenes
@@ -297,11 +264,11 @@ class Comparison:
         In parts of its scale, and the name of the quantity; by the reference.
         """
         case, p = self.case, self.parameters
-        one, two = (case.values(p, reference.run(self.scene, each)) for each in (rules, other))
+        first, second = (observe(p, reference.run(self.scene, each)) for each in (rules, other))
         changes = {
-            name: abs(one[name] - two[name]) / case.quantity(name).size(p)
+            name: abs(first[name] - second[name]) / case.quantity(name).size(p)
             for name in case.names(p)
-            if math.isfinite(one[name] - two[name])
+            if math.isfinite(first[name] - second[name])
         }
         name = max(changes, key=changes.__getitem__, default="")
         return changes.get(name, 0.0), name
@@ -313,29 +280,25 @@ class Comparison:
         except EngineNaNError:  # a run that the other rows report
             return False
 
-    def _motion(self, bench: Bench) -> Motion:
-        job = self.job
-        return motion_in(bench.output(job), bench.engine.scene_of(job))
-
     def _values(self, bench: Bench) -> Mapping[str, float]:
-        return self.case.values(self.parameters, self._motion(bench))
+        return observe(self.parameters, bench.motion(self.job))
 
     def _reference_values(self, bench: Bench) -> Mapping[str, float]:
-        return self.case.values(self.parameters, bench.reference(self.scene))
+        return observe(self.parameters, bench.reference(self.scene))
 
-    def _measure(self, name: str, bench: Bench) -> Value:
-        value = bench.once(Comparison._values, self, bench)[name]
-        exact = {} if self.variation else _exact(self.case, self.parameters)
+    def _measured(self, name: str, bench: Bench) -> Value:
+        value = bench.once(Trial._values, self, bench)[name]
+        exact = {} if self.variation else self.case.exact(self.parameters)
         if name not in exact:
             return Value(value)
         error = self._expected(name, bench) - exact[name]
         return Value(value, note=f"error of the step {error:.2g} (closed form {exact[name]:.9g})")
 
     def _expected(self, name: str, bench: Bench) -> float:
-        return bench.once(Comparison._reference_values, self, bench)[name]
+        return bench.once(Trial._reference_values, self, bench)[name]
 
     def _motion_difference(self, bench: Bench) -> float:
-        return motion_difference(self.scene, self._motion(bench), bench.reference(self.scene))
+        return motion_difference(self.scene, bench.motion(self.job), bench.reference(self.scene))
 
     def _moved(self, bench: Bench) -> Value:
         rules = bench.rules(self.scene)
@@ -344,14 +307,53 @@ class Comparison:
         return Value(size, note=f"{name}, by {changed}: part of its scale, by the reference")
 
 
-@lru_cache(maxsize=4096)
-def _scene(case: ContactCase[P], parameters: P) -> Scene:
-    return case.build(parameters)
+def observe(parameters: ContactSystem, motion: Motion) -> Mapping[str, float]:
+    """Return the quantities of a motion. Raise EngineOutputError for samples of no contact."""
+    try:
+        with np.errstate(all="ignore"):  # a value that is not a number fails in its row
+            return parameters.observe(motion)
+    except (ArithmeticError, IndexError, ValueError) as error:
+        raise EngineOutputError(f"the samples show no contact ({error})") from None
+
+
+def motion_difference(scene: Scene, motion: Motion, other: Motion) -> float:
+    """Return the largest difference of two motions of a scene [-], over all samples.
+
+    Positions are over the longest way or the overlap at rest, velocities and r times angular
+    velocities over the largest of both or the gain of gravity in a contact time, forces over the
+    largest force, and torques over r times that, r the smallest radius. Forces on bodies that are
+    not free may be unknown.
+    """
+    r = min(body.radius for body in scene.bodies)
+    free = [bool(scene.segments) or body.motion == "free" for body in scene.bodies]
+    gravity, time = math.hypot(*scene.gravity), scene.step * STEPS
+    way = np.abs(other.position - other.position[0]).max()
+    length = max(way, gravity * (time / math.pi) ** 2) or r
+    rim = r * np.abs(other.angular_velocity).max()
+    speed = max(np.abs(other.velocity).max(), rim, gravity * time) or 1.0
+    force = np.abs(other.force[:, free]).max() or 1.0
+    differences = [
+        np.abs(motion.position - other.position).max() / length,
+        np.abs(motion.velocity - other.velocity).max() / speed,
+        np.abs(motion.angular_velocity - other.angular_velocity).max() * r / speed,
+        np.abs(motion.force - other.force)[:, free].max() / force,
+        np.abs(motion.torque - other.torque)[:, free].max() / force / r,
+    ]
+    if motion.temperature is not None and other.temperature is not None:
+        warmed = np.ptp(other.temperature) or 1.0
+        differences.append(np.abs(motion.temperature - other.temperature).max() / warmed)
+    return float(max(differences))
 
 
 @lru_cache(maxsize=4096)
-def _sampled_scene(case: ContactCase[P], parameters: P) -> Scene:
-    scene = case.scene(parameters)
+def _scene(parameters: ContactSystem) -> Scene:
+    return parameters.scene()
+
+
+@lru_cache(maxsize=4096)
+def _sampled_scene(parameters: ContactSystem) -> Scene:
+    """Return the scene with :data:`SAMPLES` or more, which changes no quantity."""
+    scene = _scene(parameters)
     if scene.segments or scene.steps // scene.every >= SAMPLES:
         return scene
     every = max(scene.steps // SAMPLES, 1)
@@ -361,5 +363,5 @@ def _sampled_scene(case: ContactCase[P], parameters: P) -> Scene:
 
 
 @lru_cache(maxsize=4096)
-def _exact(case: ContactCase[P], parameters: P) -> Mapping[str, float]:
-    return case.exact(parameters)
+def _exact(parameters: ContactSystem) -> Mapping[str, float]:
+    return parameters.exact()

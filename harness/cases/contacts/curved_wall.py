@@ -14,9 +14,10 @@ import numpy as np
 from pydantic import Field
 
 from harness.cases.base import Quantity
-from harness.cases.contacts import bounds, tables
+from harness.cases.contacts import tables
+from harness.cases.contacts.contact_case import ContactCase
 from harness.cases.contacts.parameters import Radius
-from harness.cases.contacts.resting import Resting, RestingCase
+from harness.cases.contacts.resting import Resting
 from harness.model.base import Vector
 from harness.model.motion import Motion
 from harness.model.scene import Scene, Wall
@@ -27,6 +28,12 @@ EDGE = 1e-30  # [m] radius of an edge: none
 class CurvedWall(Resting):
     """A sphere let go on a curved wall, pressed in by its weight; in SI units, degrees."""
 
+    allowed: ClassVar = {
+        **Resting.allowed, "normal": ("hooke", "hertz"), "rolling": ("none",),
+        "twisting": ("none",),
+        "damping": ("none", "velocity", "mass_velocity", "coeff_restitution", "viscoelastic"),
+    }  # fmt: skip
+
     # fmt: off
     wall: Literal["bowl", "cylinder", "hill", "rim"] = Field(
         "bowl", description="[-] a bowl, a lying cylinder around the sphere, a hill, or an edge")
@@ -36,19 +43,14 @@ class CurvedWall(Resting):
     # fmt: on
 
     def check(self) -> None:
-        """Raise ValueError for values that have no meaning together."""
-        if self.is_hollow and self.wall_radius < 1.1 * self.radius:
-            raise ValueError(
-                f"wall_radius = {self.wall_radius!r} m: must be at least {1.1 * self.radius:.6g}, "
-                "a tenth more than the sphere's, to be round it"
-            )
-        dampings: tuple[str, ...] = ("none", "velocity", "mass_velocity")
-        if self.wall != "cylinder" or self.normal != "hertz":
-            dampings += ("coeff_restitution", "viscoelastic")
-        normals = ("hooke", "hertz") if self.wall != "rim" else ("hooke",)
-        bounds.check_words(
-            self, normal=normals, damping=dampings, rolling=("none",), twisting=("none",)
-        )
+        """Raise ValueError for a wall that is not around the sphere, and a law that it has not."""
+        if self.is_hollow:
+            self.check_range("wall_radius", 1.1 * self.radius, 1e3, "to be around the sphere")
+        if self.wall == "rim" and self.normal != "hooke":
+            raise self.invalid("normal", "must be hooke on a rim")
+        on_hertz = self.wall == "cylinder" and self.normal == "hertz"
+        if on_hertz and self.damping in ("coeff_restitution", "viscoelastic"):
+            raise self.invalid("damping", "must be without the radius of the contact in a cylinder")
         super().check()
 
     @property
@@ -77,65 +79,30 @@ class CurvedWall(Resting):
         other = self.curvature_radius * (2.0 if self.wall == "cylinder" else 1.0)
         return self.radius * other / (self.radius + other)
 
-
-class CurvedWallCase(RestingCase[CurvedWall]):
-    """Angle, velocity, spin and overlap of a sphere on a curved wall."""
-
-    name = "curved-wall"
-    summary = "A sphere let go on a curved wall swings, rolls or falls."
-    formula = (
-        "Integrated, R* = r R / (R - r) in a bowl, r R / (R + r) on a hill, r on an edge, and in a "
-        "cylinder that of the mean curvature, 2 r R / (2 R - r). Small and stiff it swings with "
-        "omega^2 = g / (R - r), rolling with 5/7 of it."
-    )
-    parameters = CurvedWall
-    quantities = (
-        Quantity("angle_ratio", "1", "angle from the vertical over that of the start"),
-        Quantity("halfway_angle_ratio", "1", "likewise, halfway"),
-        Quantity(
-            "sideways_velocity_ratio", "1", "horizontal velocity over g sin(angle) t, downhill"
-        ),
-        Quantity(
-            "sideways_spin_ratio", "1", "radius times spin over g sin(angle) t, as it rolls down"
-        ),
-        Quantity("overlap_ratio", "1", "overlap at the end over that at the start"),
-    )
-    laws: ClassVar = (
-        tables.pick("hertz, mass_velocity", systems=("bowl", "cylinder", "hill"))
-        | tables.pick("linear_history", "hooke, velocity", "linear_nohistory")
-        | tables.pick("mindlin", systems=("bowl", "hill"))
-    )
-    systems: ClassVar = {
-        "bowl": {"wall": "bowl", "duration": 60.0},
-        "cylinder": {"wall": "cylinder", "duration": 60.0},
-        "hill": {"wall": "hill", "angle": 20.0},
-        "rim": {"wall": "rim", "angle": 20.0},
-    }
-
-    def build(self, p: CurvedWall) -> Scene:
+    def scene(self) -> Scene:
         """Return the sphere at rest along the normal, and the wall about the origin."""
-        flat = super().build(p)
-        angle = math.radians(p.angle)
-        distance = p.radius + p.curvature_radius - p.overlap_at_rest
+        flat = super().scene()
+        angle = math.radians(self.angle)
+        distance = self.radius + self.curvature_radius - self.overlap_at_rest
         place = (abs(distance) * math.sin(angle), 0.0, distance * math.cos(angle))
-        lies = p.wall in ("cylinder", "rim")
+        lies = self.wall in ("cylinder", "rim")
         wall = Wall(
             shape="cylinder" if lies else "sphere",
             direction=(0.0, 1.0, 0.0) if lies else (0.0, 0.0, 1.0),
-            radius=abs(p.curvature_radius),
-            hollow=p.is_hollow,
+            radius=abs(self.curvature_radius),
+            hollow=self.is_hollow,
         )
         body = flat.bodies[0].replace(position=place)
-        return flat.replace(bodies=(body,), walls=(wall,), gravity=(0.0, 0.0, -p.gravity))
+        return flat.replace(bodies=(body,), walls=(wall,), gravity=(0.0, 0.0, -self.gravity))
 
-    def observe(self, p: CurvedWall, motion: Motion) -> Mapping[str, float]:
+    def observe(self, motion: Motion) -> Mapping[str, float]:
         """Return angles, velocities over those of a plane as steep, and the overlap."""
         x, z = motion.position[:, 0, 0], motion.position[:, 0, 2]
-        sign = -1.0 if p.is_hollow else 1.0
-        angle = np.arctan2(x, sign * z) / math.radians(p.angle)
-        gained = p.pull[0] * float(motion.time[-1])
-        overlap = p.radius + p.curvature_radius - sign * np.hypot(x, z)
-        rim = p.radius * float(motion.angular_velocity[-1, 0, 1])
+        sign = -1.0 if self.is_hollow else 1.0
+        angle = np.arctan2(x, sign * z) / math.radians(self.angle)
+        gained = self.pull[0] * float(motion.time[-1])
+        overlap = self.radius + self.curvature_radius - sign * np.hypot(x, z)
+        rim = self.radius * float(motion.angular_velocity[-1, 0, 1])
         return {
             "angle_ratio": float(angle[-1]),
             "halfway_angle_ratio": float(angle[len(angle) // 2]),
@@ -145,4 +112,31 @@ class CurvedWallCase(RestingCase[CurvedWall]):
         }
 
 
-CASE = CurvedWallCase()
+CURVED_WALL = ContactCase(
+    name="curved-wall",
+    summary="A sphere let go on a curved wall swings, rolls or falls.",
+    formula="Integrated, R* = r R / (R - r) in a bowl, r R / (R + r) on a hill, r on an edge, and "
+    "in a cylinder that of the mean curvature, 2 r R / (2 R - r). Small and stiff it swings with "
+    "omega^2 = g / (R - r), rolling with 5/7 of it.",
+    parameters=CurvedWall,
+    quantities=(
+        Quantity("angle_ratio", "1", "angle from the vertical over that of the start"),
+        Quantity("halfway_angle_ratio", "1", "likewise, halfway"),
+        Quantity(
+            "sideways_velocity_ratio", "1", "horizontal velocity over g sin(angle) t, downhill"
+        ),
+        Quantity(
+            "sideways_spin_ratio", "1", "radius times spin over g sin(angle) t, as it rolls down"
+        ),
+        Quantity("overlap_ratio", "1", "overlap at the end over that at the start"),
+    ),
+    laws=tables.pick("hertz, mass_velocity", systems=("bowl", "cylinder", "hill"))
+    | tables.pick("linear_history", "hooke, velocity", "linear_nohistory")
+    | tables.pick("mindlin", systems=("bowl", "hill")),
+    systems={
+        "bowl": {"wall": "bowl", "duration": 60.0},
+        "cylinder": {"wall": "cylinder", "duration": 60.0},
+        "hill": {"wall": "hill", "angle": 20.0},
+        "rim": {"wall": "rim", "angle": 20.0},
+    },
+)

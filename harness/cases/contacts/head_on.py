@@ -1,26 +1,27 @@
-"""A sphere hits a wall or another sphere head-on: normal force and damping alone."""
+"""Impacts along the normal: head-on in free flight, and a bounce under gravity."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+import math
+from collections.abc import Mapping, Sequence
 from typing import ClassVar
 
 from pydantic import Field
 
 from harness.cases.base import Quantity
-from harness.cases.contacts import bounds, tables
+from harness.cases.contacts import tables
 from harness.cases.contacts.contact_case import ContactCase
 from harness.cases.contacts.impact import (
-    head_on_exact,
     impact_scene,
     overlap_and_rate,
     peak,
     relative_velocity,
     value_at_turn,
 )
-from harness.cases.contacts.parameters import ContactSystem, Speed
+from harness.cases.contacts.parameters import ContactSystem, Gravity, Speed
 from harness.model.motion import Motion
 from harness.model.scene import Scene
+from harness.theory import contact
 
 
 class HeadOn(ContactSystem):
@@ -29,27 +30,128 @@ class HeadOn(ContactSystem):
     speed: Speed = Field(1.0, description="[m/s] of the approach")
 
     def check(self) -> None:
-        """Raise ValueError for values that have no meaning together."""
-        bounds.check_impact(self, "speed", "m/s", self.speed, lambda speed: speed)
+        """Raise ValueError for an impact that is too deep or too shallow."""
+        self.check_impact("speed", self.speed)
 
     @property
     def depth(self) -> float:
         """Return the largest overlap without damping [m]."""
         return self.elastic_overlap(self.speed)
 
+    def scene(self) -> Scene:
+        """Return the impact, sampled over the contact."""
+        return impact_scene(self, (0.0, 0.0, -self.speed), sampled=True)
 
-class HeadOnCase(ContactCase[HeadOn]):
-    """Restitution, contact time and peaks of a head-on impact."""
+    def absent(self) -> Sequence[str]:
+        """Return contact time and overlap where a surface energy makes the bodies stick."""
+        sticks = self.surface_energy is not None
+        return ("contact_time_s", "largest_overlap_m") if sticks else ()
 
-    name = "head-on"
-    summary = "A sphere hits a wall or a sphere head-on: restitution, contact time, peaks."
-    formula = (
-        "Linear spring: e = exp(-pi zeta / sqrt(1 - zeta^2)), contact time pi / (omega sqrt(1 - "
-        "zeta^2)); Hertz: largest overlap (15 m* v^2 / (16 E* sqrt(R*)))^(2/5); constant "
-        "restitution at every speed; the rest is integrated."
-    )
-    parameters = HeadOn
-    quantities = (
+    def observe(self, motion: Motion) -> Mapping[str, float]:
+        """Return restitution and peaks; contact time and overlap where nothing sticks."""
+        overlap, rate = overlap_and_rate(self, motion)
+        quantities = {
+            "restitution": float(relative_velocity(motion)[-1, 2]) / self.speed,
+            "largest_force_N": peak(motion.force[:, 0, 2]),
+        }
+        if self.surface_energy is None:
+            # at both ends of the run it flies freely, with a gap
+            begin, end = (motion.time[i] - overlap[i] / rate[i] for i in (0, -1))
+            quantities["contact_time_s"] = float(end - begin)
+            quantities["largest_overlap_m"] = value_at_turn(motion.time, overlap, rate)
+        return quantities
+
+    def exact(self) -> Mapping[str, float]:
+        """Return the quantities of linear springs, Hertz's, and constant restitution."""
+        if self.is_linear:
+            return self._exact_linear()
+        if self.normal != "hertz" or self.clipped:
+            return {}
+        if self.damping == "none":
+            impact = self.effective_mass, self.hertz_coefficient, self.speed
+            return {
+                "restitution": 1.0,
+                "contact_time_s": contact.contact_time(*impact),
+                "largest_overlap_m": contact.largest_hertz_overlap(*impact),
+                "largest_force_N": contact.largest_force(*impact),
+            }
+        returned = self.damping == "coeff_restitution"
+        return {"restitution": self.restitution or 0.0} if returned else {}
+
+    def _exact_linear(self) -> dict[str, float]:
+        zeta, omega = self.oscillator
+        overlap = self.speed / omega * contact.largest_overlap(zeta)
+        if self.clipped:
+            restitution = contact.restitution_clipped(zeta)
+            return {"restitution": restitution, "largest_overlap_m": overlap}
+        if zeta >= 1.0:
+            return {}
+        return {
+            "restitution": contact.restitution_unclipped(zeta),
+            "contact_time_s": contact.duration_unclipped(zeta) / omega,
+            "largest_overlap_m": overlap,
+        }
+
+
+class Bounce(ContactSystem):
+    """A fall from rest above a floor or a frozen sphere, in SI units.
+
+    Off a sphere it would fall, but round-off sideways has no time to grow within a contact.
+    """
+
+    allowed: ClassVar = {**ContactSystem.allowed, "partner": ("wall", "frozen")}
+
+    height: float = Field(0.05, ge=1e-18, le=1e9, description="[m] of the fall")
+    gravity: Gravity = Field(9.81, description="[m/s2] downward")
+
+    @property
+    def speed(self) -> float:
+        """Return the speed at touch [m/s]."""
+        return math.sqrt(2.0 * self.gravity * self.height)
+
+    def check(self) -> None:
+        """Raise ValueError for a weight or a fall that presses in too far, and for a low fall."""
+        load = self.mass * self.gravity
+        self.check_rest(load, least=0.0)
+        least = 0.5 * load / self.slope(self.rest_overlap(load))
+        self.check_range("height", least, 1e9, "the weight presses in further than the fall")
+        self.check_impact("height", self.speed, power=0.5)
+
+    def scene(self) -> Scene:
+        """Return the contact with gravity, from half a step before it on."""
+        gravity = (0.0, 0.0, -self.gravity)
+        return impact_scene(self, (0.0, 0.0, -self.speed), sampled=True, gravity=gravity)
+
+    def observe(self, motion: Motion) -> Mapping[str, float]:
+        """Return the height that the sphere will reach, and the time of the contact."""
+        g, z, v = self.gravity, motion.position[:, 0, 2], motion.velocity[:, 0, 2]
+        # heights above touch, of fall and rebound, by the energy of free flight
+        fall, rise = (float(z[i] - self.radius + 0.5 * v[i] ** 2 / g) for i in (0, -1))
+        begin = float(motion.time[0]) + (math.sqrt(2.0 * g * fall) + float(v[0])) / g
+        end = float(motion.time[-1]) - (math.sqrt(2.0 * g * rise) - float(v[-1])) / g
+        return {"rebound_ratio": rise / self.height, "contact_time_s": end - begin}
+
+    def exact(self) -> Mapping[str, float]:
+        """Return height and time of the bounce on a linear spring, the height of an elastic one."""
+        elastic = {"rebound_ratio": 1.0} if self.damping == "none" else {}
+        if not self.is_linear or self.clipped:
+            return elastic
+        zeta, omega = self.oscillator
+        after = contact.rebound(omega, zeta, self.gravity, self.speed) if zeta < 1.0 else None
+        if after is None:
+            return elastic
+        ratio = after.speed**2 / (2.0 * self.gravity * self.height)
+        return {"rebound_ratio": ratio, "contact_time_s": after.duration, **elastic}
+
+
+HEAD_ON = ContactCase(
+    name="head-on",
+    summary="A sphere hits a wall or a sphere head-on: restitution, contact time, peaks.",
+    formula="Linear spring: e = exp(-pi zeta / sqrt(1 - zeta^2)), contact time pi / (omega sqrt(1 "
+    "- zeta^2)); Hertz: largest overlap (15 m* v^2 / (16 E* sqrt(R*)))^(2/5); constant "
+    "restitution at every speed; the rest is integrated.",
+    parameters=HeadOn,
+    quantities=(
         Quantity("restitution", "1", "speed of departure over that of approach"),
         Quantity(
             "contact_time_s", "s", "of the first contact, while the surfaces overlap",
@@ -63,47 +165,37 @@ class HeadOnCase(ContactCase[HeadOn]):
             "largest_force_N", "N", "on the sphere, the dashpot's part included",
             lambda p: p.elastic_force(p.depth),
         ),
-    )  # fmt: skip
-    laws: ClassVar = tables.laws(
+    ),
+    laws=tables.laws(
         "normal", "cohesive", "old", "mdr_damping", "mdr_yield", "mdr_bulk", "old_clipped",
         "mdr_together", "clipped", "restitution_of_each",
-    )  # fmt: skip
-    systems: ClassVar = tables.SYSTEMS | tables.TWO_MATERIALS | tables.MIXED
-    always = tuple(tables.MIXED)
-    varied = tuple(
-        tables.laws(
-            "normal", "cohesive", "old", "mdr_damping", "mdr_yield", "mdr_bulk", "mdr_together"
-        )
-    )
-    varied_by_default = ("jkr", "mdr, yield")
-
-    def build(self, p: HeadOn) -> Scene:
-        """Return the impact, sampled over the contact."""
-        return impact_scene(p, (0.0, 0.0, -p.speed), sampled=True)
-
-    def names(self, p: HeadOn) -> Iterable[str]:
-        """Return all, without contact time and overlap where a surface energy makes them stick."""
-        names = [quantity.name for quantity in self.quantities]
-        sticks = p.surface_energy is not None
-        return [n for n in names if not sticks or n not in ("contact_time_s", "largest_overlap_m")]
-
-    def observe(self, p: HeadOn, motion: Motion) -> Mapping[str, float]:
-        """Return restitution and peaks; contact time and overlap where nothing sticks."""
-        overlap, rate = overlap_and_rate(p, motion)
-        quantities = {
-            "restitution": float(relative_velocity(motion)[-1, 2]) / p.speed,
-            "largest_force_N": peak(motion.force[:, 0, 2]),
-        }
-        if p.surface_energy is None:
-            # at the ends of the run it flies freely, with the gap that is left
-            begin, end = (motion.time[i] - overlap[i] / rate[i] for i in (0, -1))
-            quantities["contact_time_s"] = float(end - begin)
-            quantities["largest_overlap_m"] = value_at_turn(motion.time, overlap, rate)
-        return quantities
-
-    def exact(self, p: HeadOn) -> Mapping[str, float]:
-        """Return what is known of linear springs, Hertz's, and constant restitution."""
-        return head_on_exact(p, p.speed)
-
-
-CASE = HeadOnCase()
+    ),
+    systems=tables.SYSTEMS | tables.TWO_MATERIALS | tables.MIXED,
+    always=tuple(tables.MIXED),
+    varied={
+        **dict.fromkeys(
+            tables.laws(
+                "normal", "cohesive", "old", "mdr_damping", "mdr_yield", "mdr_bulk", "mdr_together"
+            ),
+            "full",
+        ),
+        "jkr": "default",
+        "mdr, yield": "default",
+    },
+)  # fmt: skip
+BOUNCE = ContactCase(
+    name="bounce",
+    summary="A sphere falls on a floor or a sphere and bounces under gravity.",
+    formula="m x'' = m g - F during the contact, free flight after it: height u^2 / 2 g. Piece by "
+    "piece on a linear spring; without dissipation the height of the fall; else integrated.",
+    parameters=Bounce,
+    quantities=(
+        Quantity("rebound_ratio", "1", "height of the rebound over that of the fall"),
+        Quantity(
+            "contact_time_s", "s", "of the first contact, while the surfaces overlap",
+            lambda p: 2.0 * p.elastic_overlap(p.speed) / p.speed,
+        ),
+    ),
+    laws=tables.laws("normal", "old", "clipped"),
+    systems=tables.systems("wall", "frozen sphere"),
+)  # fmt: skip

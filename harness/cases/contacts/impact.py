@@ -7,17 +7,13 @@ from functools import lru_cache
 
 import numpy as np
 
-from harness.cases.contacts import bounds
 from harness.cases.contacts.parameters import ContactSystem
-from harness.errors import RequestError
 from harness.model.base import ZERO, Vector
 from harness.model.motion import Floats, Motion
 from harness.model.scene import Scene
 from harness.solvers.contact_time import before, contact_time, yield_time
-from harness.theory import contact
 
 SAMPLES = 100  # of a contact, about
-STEPS_IN_PULL = 20  # in the part 1/mu of a contact in which a dashpot's pull cuts a spring back
 DURATION = 1.1  # contact times simulated: a contact that a coarse step draws out must be over
 FINER = 16  # times as many steps for a law whose state is brought on step by step
 PARTS = 50  # steps of a contact, all levels being multiples, for the phase of the onset of yield
@@ -37,16 +33,12 @@ def impact_scene(
     """Return the impact of the first sphere, which touches half a step after the start.
 
     The second is at rest, but that it may spin. ``sampled`` over the contact, else at both ends.
-    Raise RequestError for a contact that does not end, and for steps that do not resolve the law.
+    Raise RequestError for a contact that does not end, and for steps that are not stable.
     """
-    _check_friction(p)
     n = p.steps_per_contact * (FINER if p.lags else 1)
-    overlap = p.elastic_overlap(-velocity[2])
-    guess = 0.25 * overlap / -velocity[2] / p.steps_per_contact
-    bodies = p.bodies(0.0, velocity, spin, other_spin)
-    bounds.check_steps(p, bodies, guess, overlap)
+    guess = 0.25 * p.elastic_overlap(-velocity[2]) / -velocity[2] / p.steps_per_contact
     touching = Scene(
-        bodies=bodies,
+        bodies=p.bodies(0.0, velocity, spin, other_spin),
         walls=p.walls,
         law=p.stated_law,
         gravity=gravity,
@@ -57,7 +49,6 @@ def impact_scene(
     step = _step_in_phase(lasts / n, yield_time(touching), n)
     every = max(1, n // SAMPLES) if sampled else 1
     steps = every * math.ceil(DURATION * (float(n) if step == lasts / n else lasts / step) / every)
-    bounds.check_steps(p, bodies, step, overlap)
     scene = touching.replace(step=step, steps=steps, every=every if sampled else steps)
     return before(scene, 0.5 * step)
 
@@ -71,64 +62,6 @@ def _step_in_phase(step: float, until: float, n: int) -> float:
     if math.isinf(until):
         return step
     return until * parts / (math.ceil(until * parts / (n * step)) * n)
-
-
-def _check_friction(p: ContactSystem) -> None:
-    """Raise RequestError for a friction whose limit passes zero unseen, as a dashpot pulls.
-
-    The normal force is below 1/mu of its peak for a part 1/mu of the contact, in which the
-    tangential spring is cut back: a step must see something of it.
-    """
-    most = p.steps_per_contact / STEPS_IN_PULL
-    if (p.friction or 0.0) > most and p.damping != "none" and not p.clipped:
-        raise RequestError(
-            f"friction = {p.friction!r}: must be at most {most:g} with steps_per_contact = "
-            f"{p.steps_per_contact}: the force of the dashpot changes its sign in a step"
-        )
-
-
-# ---- closed forms
-
-
-def head_on_exact(p: ContactSystem, speed: float) -> dict[str, float]:
-    """Return what is known of an impact at a normal speed [m/s] without gravity."""
-    if p.is_linear:
-        return _linear(p, speed)
-    if p.normal != "hertz" or p.clipped:
-        return {}
-    if p.damping == "none":
-        impact = p.effective_mass, p.hertz_coefficient, speed
-        return {
-            "restitution": 1.0,
-            "contact_time_s": contact.contact_time(*impact),
-            "largest_overlap_m": contact.largest_hertz_overlap(*impact),
-            "largest_force_N": contact.largest_force(*impact),
-        }
-    return {"restitution": p.restitution or 0.0} if p.damping == "coeff_restitution" else {}
-
-
-def _linear(p: ContactSystem, speed: float) -> dict[str, float]:
-    zeta, omega = oscillator(p)
-    known = {"largest_overlap_m": speed / omega * contact.largest_overlap(zeta)}
-    if p.clipped:
-        return {"restitution": contact.restitution_clipped(zeta), **known}
-    if zeta >= 1.0:
-        return {}
-    lasts = contact.duration_unclipped(zeta) / omega
-    return {
-        "restitution": contact.restitution_unclipped(zeta),
-        "contact_time_s": lasts,
-        **known,
-    }
-
-
-def oscillator(p: ContactSystem) -> tuple[float, float]:
-    """Return zeta = eta / (2 sqrt(k m*)) and omega = sqrt(k / m*) [1/s] of a linear contact."""
-    k, m = p.slope(1.0), p.effective_mass
-    return p.eta(0.0) / 2.0 / math.sqrt(k * m), math.sqrt(k / m)
-
-
-# ---- quantities of samples
 
 
 def relative_velocity(motion: Motion) -> Floats:

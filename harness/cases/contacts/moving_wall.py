@@ -7,16 +7,17 @@ Under one that oscillates a contact that neither slides nor parts is a driven os
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Mapping
 from typing import ClassVar, Literal
 
 import numpy as np
 from pydantic import Field
 
 from harness.cases.base import Quantity
-from harness.cases.contacts import bounds, tables
+from harness.cases.contacts import tables
+from harness.cases.contacts.contact_case import ContactCase
 from harness.cases.contacts.parameters import Speed
-from harness.cases.contacts.resting import Resting, RestingCase, rolling
+from harness.cases.contacts.resting import Resting
 from harness.errors import RequestError
 from harness.model.motion import Floats, Motion
 from harness.model.scene import Scene
@@ -27,6 +28,11 @@ INSTANTS = 4000  # in half the time, at which forces are held against their limi
 
 class MovingWall(Resting):
     """A sphere at rest on a plane that moves from the start on; in SI units."""
+
+    allowed: ClassVar = {
+        **Resting.allowed, "normal": ("hooke", "hertz"), "rolling": ("none",),
+        "twisting": ("none",),
+    }  # fmt: skip
 
     # fmt: off
     moves: Literal["shear", "along", "across"] = Field(
@@ -40,18 +46,13 @@ class MovingWall(Resting):
     # fmt: on
 
     def check(self) -> None:
-        """Raise ValueError for values that have no meaning together."""
+        """Raise ValueError for a law that no driven oscillator has."""
         super().check()
-        bounds.check_words(self, normal=("hooke", "hertz"), rolling=("none",), twisting=("none",))
         if self.moves == "across" and not self.is_linear:
-            raise ValueError(
-                f"normal = {self.normal!r}: must be a linear spring with a constant dashpot where "
-                "the plane moves across"
-            )
+            reason = "must be a linear spring with a constant dashpot where the plane moves across"
+            raise self.invalid("normal", reason)
         if self.moves == "along" and not self.has_spring:
-            raise ValueError(
-                f"tangential = {self.tangential!r}: must have a spring where the plane moves along"
-            )
+            raise self.invalid("tangential", "must have a spring where the plane moves along")
 
     @property
     def drive(self) -> float:
@@ -65,20 +66,77 @@ class MovingWall(Resting):
             return self.speed
         return self.acceleration * self.gravity / self.drive
 
+    def scene(self) -> Scene:
+        """Return the sphere at rest and the plane that moves."""
+        scene = super().scene()
+        (wall,) = scene.walls
+        if self.moves == "shear":
+            return scene.replace(walls=(wall.replace(surface_velocity=(self.speed, 0.0, 0.0)),))
+        length = self.largest_speed / self.drive
+        amplitude = (length, 0.0, 0.0) if self.moves == "along" else (0.0, 0.0, length)
+        return scene.replace(walls=(wall.replace(amplitude=amplitude, frequency=self.drive),))
 
-class MovingWallCase(RestingCase[MovingWall]):
-    """Velocity and spin that a moving plane gives a sphere."""
+    def absent(self) -> Collection[str]:
+        """Return the quantities of the spin where the plane moves across."""
+        return ("gained_spin_ratio", "surface_momentum_ratio") if self.moves == "across" else ()
 
-    name = "moving-wall"
-    summary = "A plane that oscillates or runs off takes a sphere along: velocity and spin."
-    formula = (
-        "Shear: as a sphere that slides on a plane at rest, u + 2/5 r omega = 0, at the end 2/7 of "
-        "its speed. Oscillating with acceleration a cos(w t), y'' + 2 d y' + W^2 y = -a cos(w t) "
-        "on the plane: across W^2 = k_n / m, 2 d = eta_n / m; along 7/2 of k_t and eta_t over m, "
-        "and 2/7 of the velocity there."
-    )
-    parameters = MovingWall
-    quantities = (
+    def observe(self, motion: Motion) -> Mapping[str, float]:
+        """Return the gains of the sphere, the same seen from a plane that shears."""
+        u, rim = self.rolling_speeds(motion)
+        if self.moves == "across":
+            u = motion.velocity[:, 0, 2]
+        gained = (u - u[0]) / self.largest_speed
+        halfway, end = float(gained[len(u) // 2]), float(gained[-1])
+        return self._gains(halfway, end, float(rim[-1]) / self.largest_speed)
+
+    def exact(self) -> Mapping[str, float]:
+        """Return the driven oscillation; of a plane that shears what no friction changes.
+
+        Raise RequestError for one that shakes the sphere off, or on which it slides.
+        """
+        if self.moves == "shear":
+            return {"surface_momentum_ratio": 0.0}
+        times = np.linspace(0.0, self.scene().duration, 2 * INSTANTS + 1)
+        speeds = self._driven_velocity(times) / self.largest_speed
+        halfway, end = float(speeds[INSTANTS]), float(speeds[-1])
+        return self._gains(halfway, end, -2.5 * end)
+
+    def _gains(self, halfway: float, end: float, rim: float) -> dict[str, float]:
+        quantities = {"halfway_gained_velocity_ratio": halfway, "gained_velocity_ratio": end}
+        if self.moves == "across":
+            return quantities
+        return {**quantities, "gained_spin_ratio": rim, "surface_momentum_ratio": end + 0.4 * rim}
+
+    def _driven_velocity(self, times: Floats) -> Floats:
+        """Return the velocity of the sphere [m/s] on a plane that oscillates, (M,)."""
+        across, overlap = self.moves == "across", self.overlap_at_rest
+        factor, k, eta = 1.0, self.slope(overlap), self.eta(overlap)
+        if not across:
+            factor, k = 3.5, self.tangential_slope(overlap)
+            eta *= self.tangential_damping or 0.0
+        frequency, decay = math.sqrt(factor * k / self.mass), 0.5 * factor * eta / self.mass
+        acceleration = self.acceleration * self.gravity
+        y, rate = driven(times, frequency, decay, acceleration, self.drive)
+        force, limit = k * y + eta * rate, self.load * (1.0 if across else self.friction or 0.0)
+        most = float(force.max() if across else np.abs(force).max())
+        if most >= limit:
+            raise RequestError(
+                f"acceleration = {self.acceleration!r}: must be below "
+                f"{self.acceleration * limit / most:.4g} here: the sphere must neither slide nor "
+                "leave the plane"
+            )
+        return (rate + self.largest_speed * np.sin(self.drive * times)) / factor
+
+
+MOVING_WALL = ContactCase(
+    name="moving-wall",
+    summary="A plane that oscillates or runs off takes a sphere along: velocity and spin.",
+    formula="Shear: as a sphere that slides on a plane at rest, u + 2/5 r omega = 0, at the end "
+    "2/7 of its speed. Oscillating with acceleration a cos(w t), y'' + 2 d y' + W^2 y = -a cos(w "
+    "t) on the plane: across W^2 = k_n / m, 2 d = eta_n / m; along 7/2 of k_t and eta_t over m, "
+    "and 2/7 of the velocity there.",
+    parameters=MovingWall,
+    quantities=(
         Quantity(
             "halfway_gained_velocity_ratio", "1",
             "velocity that the sphere gained, over the plane's largest, halfway",
@@ -88,77 +146,9 @@ class MovingWallCase(RestingCase[MovingWall]):
         Quantity(
             "surface_momentum_ratio", "1", "of u + 2/5 r omega, over the plane's largest velocity"
         ),
-    )  # fmt: skip
-    laws: ClassVar = (
-        tables.pick("linear_nohistory", systems=("shear",))
-        | tables.pick("mindlin", systems=("shear", "along"))
-        | tables.pick("linear_history", systems=("shear", "along", "across"))
-    )
-    systems: ClassVar = {moves: {"moves": moves} for moves in ("shear", "along", "across")}
-
-    def build(self, p: MovingWall) -> Scene:
-        """Return the sphere at rest and the plane that moves."""
-        scene = super().build(p)
-        (wall,) = scene.walls
-        if p.moves == "shear":
-            return scene.replace(walls=(wall.replace(surface_velocity=(p.speed, 0.0, 0.0)),))
-        length = p.largest_speed / p.drive
-        amplitude = (length, 0.0, 0.0) if p.moves == "along" else (0.0, 0.0, length)
-        return scene.replace(walls=(wall.replace(amplitude=amplitude, frequency=p.drive),))
-
-    def names(self, p: MovingWall) -> Iterable[str]:
-        """Return all, the velocities alone where the plane moves across."""
-        names = [quantity.name for quantity in self.quantities]
-        return names[:2] if p.moves == "across" else names
-
-    def observe(self, p: MovingWall, motion: Motion) -> Mapping[str, float]:
-        """Return the gains of the sphere, the same seen from a plane that shears."""
-        u, rim = rolling(p, motion)
-        if p.moves == "across":
-            u = motion.velocity[:, 0, 2]
-        gained = (u - u[0]) / p.largest_speed
-        velocities = (float(gained[len(u) // 2]), float(gained[-1]))
-        return _gains(p, velocities, float(rim[-1]) / p.largest_speed)
-
-    def exact(self, p: MovingWall) -> Mapping[str, float]:
-        """Return the driven oscillation; of a plane that shears what no friction changes.
-
-        Raise RequestError for one that shakes the sphere off, or on which it slides.
-        """
-        if p.moves == "shear":
-            return {"surface_momentum_ratio": 0.0}
-        times = np.linspace(0.0, self.scene(p).duration, 2 * INSTANTS + 1)
-        speeds = _velocity(p, times) / p.largest_speed
-        halfway, end = float(speeds[INSTANTS]), float(speeds[-1])
-        return _gains(p, (halfway, end), -2.5 * end)
-
-
-def _gains(p: MovingWall, velocities: tuple[float, float], rim: float) -> dict[str, float]:
-    halfway, end = velocities
-    quantities = {"halfway_gained_velocity_ratio": halfway, "gained_velocity_ratio": end}
-    if p.moves == "across":
-        return quantities
-    return {**quantities, "gained_spin_ratio": rim, "surface_momentum_ratio": end + 0.4 * rim}
-
-
-def _velocity(p: MovingWall, times: Floats) -> Floats:
-    """Return the velocity of the sphere [m/s] on a plane that oscillates, (M,)."""
-    across, load = p.moves == "across", p.mass * p.gravity
-    overlap = p.rest_overlap(load)
-    factor, k, eta = 1.0, p.slope(overlap), p.eta(overlap)
-    if not across:
-        factor, k = 3.5, p.tangential_slope(overlap)
-        eta *= p.tangential_damping or 0.0
-    frequency, decay = math.sqrt(factor * k / p.mass), 0.5 * factor * eta / p.mass
-    y, rate = driven(times, frequency, decay, p.acceleration * p.gravity, p.drive)
-    force, limit = k * y + eta * rate, load if across else (p.friction or 0.0) * load
-    most = float(force.max() if across else np.abs(force).max())
-    if most >= limit:
-        raise RequestError(
-            f"acceleration = {p.acceleration!r}: must be below {p.acceleration * limit / most:.4g} "
-            "here: the sphere must neither slide nor leave the plane"
-        )
-    return (rate + p.largest_speed * np.sin(p.drive * times)) / factor
-
-
-CASE = MovingWallCase()
+    ),
+    laws=tables.pick("linear_nohistory", systems=("shear",))
+    | tables.pick("mindlin", systems=("shear", "along"))
+    | tables.pick("linear_history", systems=("shear", "along", "across")),
+    systems={moves: {"moves": moves} for moves in ("shear", "along", "across")},
+)  # fmt: skip

@@ -1,16 +1,24 @@
-"""Parameters of a sphere and its partner in contact."""
+"""Parameters of a sphere and its partner in contact, with the checks that cases share.
+
+A case subclasses :class:`ContactSystem`: parameters, the scene of a run, the quantities of its
+motion, and closed forms.
+"""
 
 from __future__ import annotations
 
 import math
+import sys
+from collections.abc import Collection, Mapping
 from functools import lru_cache
-from typing import Annotated, Any, ClassVar, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal, Self, TypedDict
 
 from pydantic import Field, model_validator
 
-from harness.model.base import ZERO, Vector
-from harness.model.law import SUBMODELS, Law
-from harness.model.scene import Body, Wall, sphere
+from harness.errors import RequestError
+from harness.model.base import ZERO, Vector, unit
+from harness.model.law import Law
+from harness.model.motion import Motion
+from harness.model.scene import Body, Scene, Wall, sphere
 from harness.theory import contact
 
 Partner = Literal["wall", "sphere", "frozen"]
@@ -21,15 +29,24 @@ AngularSpeed = Annotated[float, Field(ge=1e-9, le=1e9)]
 Gravity = Annotated[float, Field(ge=1e-9, le=1e9)]
 Duration = Annotated[float, Field(ge=1e-3, le=1e9)]
 OLD_INTERFACE = {  # dampings and tangential forces of earlier contact styles, by normal force
-    "hooke": (("none", "mass_velocity"), ("none", "linear_nohistory", "linear_history_classic")),
-    "hertz": (("none", "viscoelastic"), ("none", "mindlin_classic")),
+    "hooke": ("none", "mass_velocity", "linear_nohistory", "linear_history_classic"),
+    "hertz": ("none", "viscoelastic", "mindlin_classic"),
 }
+LEAST_OVERLAP = 4.0 * sys.float_info.epsilon / 1e-6  # [radii] that rounding spoils by 1e-6
+DEEPEST_YIELD = 0.25  # [radius] flat of a sphere that yields: its law was fitted for shallow ones
+DEEPEST_FLAT = 0.75  # [radius] of mdr between unequal spheres
+LARGEST_SIZE_RATIO = 1e6  # three decades between the smallest overlap and the largest
+MOST_STEPS = 10**9
+OVERLAP_REASON = "the overlap must be above the round-off of coordinates and below the radius"
 
 
 class ContactSystem(Law):
-    """A sphere, its partner, their law, and the resolution of the contact; in SI units."""
+    """A sphere, its partner, their law, and the resolution of the contact; in SI units.
 
-    conducts: ClassVar[bool] = False  # takes a law with heat
+    ``allowed`` has the words that a case takes of a field, all unless given.
+    """
+
+    allowed: ClassVar[Mapping[str, tuple[str, ...]]] = {"heat": ("none",)}
 
     # fmt: off
     bulk_response: bool = Field(
@@ -61,66 +78,120 @@ class ContactSystem(Law):
     @model_validator(mode="after")
     def _check_system(self) -> Self:
         for name in ("partner_radius", "partner_density"):
-            if self.partner == "wall" and (value := getattr(self, name)) is not None:
-                raise ValueError(
-                    f"{name} = {value!r}: partner = 'wall' has none (partner = sphere, frozen does)"
-                )
-        if self.heat != "none" and not self.conducts:
-            raise ValueError(f"heat = {self.heat!r}: must be none in this case")
+            if self.partner == "wall" and getattr(self, name) is not None:
+                raise self.invalid(name, "partner = 'wall' has none (sphere and frozen do)")
         if self.materials_as == "mixed" and not self.two_materials:
-            raise ValueError(
-                "materials_as = 'mixed': needs two materials (partner_youngs_modulus, "
-                "partner_poisson_ratio, partner_restitution or partner_friction)"
+            reason = (
+                "needs two materials (partner_youngs_modulus, partner_poisson_ratio, "
+                "partner_restitution or partner_friction)"
             )
+            raise self.invalid("materials_as", reason)
+        for name, words in self.allowed.items():
+            if getattr(self, name) not in words:
+                raise self.invalid(name, f"must be {' or '.join(words)} in this case")
         if self.normal == "mdr":
             self._check_mdr()
-        self._check_interface()
+        submodels = {self.damping, self.tangential, self.rolling, self.twisting}
+        if self.interface == "old" and submodels - {*OLD_INTERFACE.get(self.normal, ())}:
+            texts = (f"{normal}: {', '.join(words)}" for normal, words in OLD_INTERFACE.items())
+            raise self.invalid("interface", f"has these submodels only: {'; '.join(texts)}")
         self.check()
         return self
 
     def _check_mdr(self) -> None:
         """Refuse what the papers do not define together with the branches of mdr."""
-        one_size = self.lags or self.surface_energy or self.damping == "mdr"
-        if one_size and self.second_radius != self.radius:
-            raise ValueError(
-                f"partner_radius = {self.partner_radius!r}: normal = mdr with yield, adhesion, a "
-                "bulk response or damping = mdr takes spheres of one size"
+        parts = ("damping", "tangential", "rolling", "twisting")
+        others = [part for part in parts if getattr(self, part) != "none"]
+        turning = [part for part in others if part in ("rolling", "twisting")]
+        branched = self.lags or self.surface_energy or self.damping == "mdr"
+        if branched and self.second_radius != self.radius:
+            raise self.invalid(
+                "partner_radius",
+                "must be the radius: normal = mdr with yield, adhesion, a bulk response or damping "
+                "= mdr takes spheres of one size",
             )
         if self.bulk_share and self.damping == "mdr":
-            raise ValueError(
-                "damping = 'mdr': must be none or velocity with bulk_response = True, which "
-                "leaves nothing to the elastic contact"
-            )
-        parts = [part for part in SUBMODELS if part not in ("normal", "heat")]
-        others = [f"{part} = {getattr(self, part)!r}" for part in parts]
-        others = [text for text in others if not text.endswith("'none'")]
-        turning = [text for text in others if text.startswith(("rolling", "twisting"))]
+            reason = "must be none or velocity: the bulk leaves nothing to the elastic contact"
+            raise self.invalid("damping", reason)
         if self.lags and turning:
-            raise ValueError(f"{turning[0]}: must be none: a sphere that yields has no lever")
+            raise self.invalid(turning[0], "must be none: a sphere that yields has no lever")
         if self.surface_energy and (others or self.lags):
-            other = others[0] if others else "a yield_stress or bulk_response"
-            raise ValueError(
-                f"surface_energy = {self.surface_energy!r}: normal = mdr is stated with it alone, "
-                f"not with {other}"
-            )
+            rest = others[0] if others else "a yield_stress or bulk_response"
+            raise self.invalid("surface_energy", f"normal = mdr has it alone, not with {rest}")
         if self.lags and not 0.0 <= (self.poisson_ratio or 0.0) < 0.5:
-            raise ValueError(
-                f"poisson_ratio = {self.poisson_ratio!r}: must be from 0 to below 0.5: the bulk "
-                "modulus must be finite"
-            )
-
-    def _check_interface(self) -> None:
-        if self.interface != "old":
-            return
-        dampings, tangentials = OLD_INTERFACE.get(self.normal, ((), ()))
-        turns = self.rolling != "none" or self.twisting != "none"
-        if turns or self.damping not in dampings or self.tangential not in tangentials:
-            rows = OLD_INTERFACE.items()
-            allowed = "; ".join(f"{name}: {', '.join((*d, *t))}" for name, (d, t) in rows)
-            raise ValueError(f"interface = 'old': states these submodels only: {allowed}")
+            reason = "must be from 0 to below 0.5: the bulk modulus must be finite"
+            raise self.invalid("poisson_ratio", reason)
 
     def check(self) -> None:
         """Raise ValueError for values of a case that have no meaning together."""
+
+    def invalid(self, name: str, reason: str) -> ValueError:
+        """Return the error of a field, with its value and unit, and what is allowed."""
+        value = f"{name} = {getattr(self, name)!r} {unit(type(self), name)}"
+        return ValueError(f"{value.rstrip()}: {reason}")
+
+    def check_range(self, name: str, low: float, high: float, reason: str) -> None:
+        """Raise ValueError for a field outside a range, with the range and its reason."""
+        if not low <= getattr(self, name) <= high:
+            raise self.invalid(name, f"must be between {low:.4g} and {high:.4g} here: {reason}")
+
+    @property
+    def overlap_range(self) -> tuple[float, float]:
+        """Return the smallest and the largest overlap with a meaning [m].
+
+        Raise ValueError for radii too far apart, and where JKR's area without load, a^3 = 9 pi
+        gamma R*^2 / E*, is larger than the reduced radius.
+        """
+        r, other = self.radius, self.second_radius
+        limits = r / LARGEST_SIZE_RATIO, r * LARGEST_SIZE_RATIO
+        if self.partner_radius is not None:
+            self.check_range("partner_radius", *limits, "the radii are too far apart")
+        if self.surface_energy and self.moduli:
+            most = self.moduli[0] * self.effective_radius / 9.0 / math.pi
+            reason = "the area of contact without a load must be below the reduced radius"
+            self.check_range("surface_energy", 0.0, most, reason)
+        radii = (r,) if self.partner == "wall" else (r, other)
+        share = DEEPEST_FLAT if self.normal == "mdr" and len(set(radii)) > 1 else 1.0
+        return LEAST_OVERLAP * sum(radii), share * min(radii)
+
+    def check_overlap(
+        self, name: str, overlap: float, power: float = 1.0, least: float | None = None
+    ) -> None:
+        """Raise ValueError for a field with an overlap [m] out of range, which goes as its power.
+
+        ``least`` is the smallest overlap [m], that of round-off unless given.
+        """
+        low, high = self.overlap_range
+        limits = (low if least is None else least, high)
+        if not limits[0] <= overlap <= limits[1]:
+            value = getattr(self, name)
+            low, high = (value * (bound / overlap) ** (1.0 / power) for bound in limits)
+            self.check_range(name, low, high, OVERLAP_REASON)
+
+    def check_rest(self, load: float, least: float | None = None) -> None:
+        """Raise ValueError for gravity whose load [N] presses the sphere in too far, or too little.
+
+        ``least`` is the smallest overlap [m], that of round-off unless given.
+        """
+        power = 1.0 if self.normal == "hooke" else 2.0 / 3.0
+        self.check_overlap("gravity", self.rest_overlap(load), power, least)
+
+    def check_impact(self, name: str, speed: float, power: float = 1.0) -> None:
+        """Raise ValueError for an impact at a normal speed [m/s] that is too deep or too shallow.
+
+        The speed goes as a power of the field ``name``.
+        """
+        overlap = self.elastic_overlap(speed)
+        if self.is_linear:
+            overlap *= contact.largest_overlap(self.oscillator[0])
+        self.check_overlap(name, overlap, power if self.normal == "hooke" else 0.8 * power)
+        if self.yield_stress is not None:
+            # a pressure Y on the area pi (2 R d - d^2), on each side, does at most the work of mdr
+            sides = 1.0 if self.partner == "wall" else 2.0
+            depth = DEEPEST_YIELD**2 - DEEPEST_YIELD**3 / 3.0
+            least = 0.5 * self.effective_mass * speed**2 / (sides * math.pi * self.radius**3)
+            reason = "a sphere that yields must not be pressed in by a quarter of its radius"
+            self.check_range("yield_stress", least / depth, 1e30, reason)
 
     def replace(self, **changes: Any) -> Self:
         """Return a copy with changed fields, without coefficients of submodels that are left."""
@@ -132,6 +203,24 @@ class ContactSystem(Law):
     def stated_law(self) -> Law:
         """Return the law that an engine gets: two stated materials as the one of both."""
         return _stated_law(self)
+
+    # ---- one run
+
+    def scene(self) -> Scene:
+        """Return the scene of a run. Raise RequestError for parameters that cannot be run."""
+        raise NotImplementedError
+
+    def absent(self) -> Collection[str]:
+        """Return the names of the case's quantities that a run does not have."""
+        return ()
+
+    def observe(self, motion: Motion) -> Mapping[str, float]:
+        """Return the quantities of a motion."""
+        raise NotImplementedError
+
+    def exact(self) -> Mapping[str, float]:
+        """Return the quantities with a closed form."""
+        return {}
 
     # ---- bodies
 
@@ -193,6 +282,12 @@ class ContactSystem(Law):
     def is_linear(self) -> bool:
         """Return whether the normal force is a linear spring and a constant dashpot."""
         return self.normal == "hooke" and self.damping != "viscoelastic"
+
+    @property
+    def oscillator(self) -> tuple[float, float]:
+        """Return zeta = eta / (2 sqrt(k m*)) and omega = sqrt(k / m*) [1/s] of a linear contact."""
+        k, m = self.slope(1.0), self.effective_mass
+        return self.eta(0.0) / 2.0 / math.sqrt(k * m), math.sqrt(k / m)
 
     @property
     def lags(self) -> bool:
@@ -263,3 +358,25 @@ def _stated_law(p: ContactSystem) -> Law:
     given = {name: getattr(p, name) for name in Law.model_fields}
     law = Law(**{name: value for name, value in given.items() if value is not None})
     return law.one_material if p.materials_as == "stated" else law
+
+
+class Steps(TypedDict):
+    """Fields of a scene: the step [s], the number of steps, and the steps between samples."""
+
+    step: float
+    steps: int
+    every: int
+
+
+def quarters(duration: float, steps: float, seconds: float) -> Steps:
+    """Return the steps of a time [s], about so many, with a sample after each quarter.
+
+    Raise RequestError, which names the duration [-], for too many.
+    """
+    if not steps <= MOST_STEPS:
+        raise RequestError(
+            f"duration = {duration!r}: must be at most {duration * (MOST_STEPS / steps):.4g} here: "
+            f"{MOST_STEPS:.0e} steps are allowed, this would take {steps:.3g}"
+        )
+    every = max(1, round(steps / 4))
+    return {"step": seconds / 4 / every, "steps": 4 * every, "every": every}

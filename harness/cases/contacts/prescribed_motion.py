@@ -9,14 +9,14 @@ stick are also turned as one body: the spring must turn with the contact.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
-from typing import ClassVar
+from collections.abc import Collection, Mapping
+from functools import partial
 
 import numpy as np
 from pydantic import Field
 
 from harness.cases.base import Quantity
-from harness.cases.contacts import bounds, tables
+from harness.cases.contacts import tables
 from harness.cases.contacts.contact_case import ContactCase
 from harness.cases.contacts.parameters import ContactSystem
 from harness.model.base import ZERO, Vector
@@ -62,143 +62,120 @@ class PrescribedMotion(ContactSystem):
     def check(self) -> None:
         """Raise ValueError for a motion that leaves the contact, or in which it pulls."""
         if self.turned and self.partner != "sphere":
-            raise ValueError(
-                f"turned = {self.turned!r}: needs two spheres (partner = sphere), "
-                f"got partner = {self.partner!r}"
-            )
-        bounds.check_overlap(self, "overlap", "m", self.overlap)
-        (least, most), remaining = bounds.overlap_range(self), (1.0 - self.lift) * self.overlap
+            raise self.invalid("turned", "needs two spheres (partner = sphere)")
+        self.check_overlap("overlap", self.overlap)
+        (least, most), remaining = self.overlap_range, (1.0 - self.lift) * self.overlap
         if self.partner == "sphere":
-            reach = self.radius + self.second_radius
-            most = math.sqrt(0.9 * remaining * (2.0 * reach - 1.1 * remaining))
-        why = "resolved, and a tenth of the overlap must be left next to the top of a sphere"
-        bounds.check_range("shear", self.shear, "m", (least, most), why)
+            distance = self.radius + self.second_radius
+            most = math.sqrt(0.9 * remaining * (2.0 * distance - 1.1 * remaining))
+        reason = "a tenth of the overlap must remain next to the top of a sphere"
+        self.check_range("shear", least, most, reason)
         if self.roll_forth and self.partner == "sphere":
             sideways = math.sqrt(most * most - self.shear * self.shear)
             largest = self.forth * sideways / (self.roll_forth * self.radius)
-            bounds.check_range("forth", self.forth, "rad", (1e-9, largest), why)
+            self.check_range("forth", 1e-9, largest, reason)
         pull = self.eta(self.overlap) * self.lift * self.overlap
         push = self.elastic_energy(remaining) / remaining
-        why = "the dashpot takes more than half of the force as the sphere is lifted"
-        bounds.check_range("duration", self.duration, "s", (pull / push, 1e9), why)
+        reason = "the dashpot takes more than half of the force as the sphere is lifted"
+        self.check_range("duration", pull / push, 1e9, reason)
 
+    def scale(self, limits: str) -> float:
+        """Return limits of torques, by names, over radius and normal force in all, 1 at most.
 
-def friction_scale(p: PrescribedMotion) -> float:
-    """Return Coulomb's limit, 1 at most, or the ratio of a spring that sticks all the shear."""
-    stuck = p.tangential_slope(p.overlap) * p.shear / p.elastic_force(p.overlap)
-    return min(p.friction or 1.0, stuck or 1.0, 1.0)
+        Without a name it is Coulomb's limit, or the ratio of a spring that sticks all the shear.
+        """
+        if not limits:
+            stuck = self.tangential_slope(self.overlap) * self.shear
+            return min(self.friction or 1.0, stuck / self.elastic_force(self.overlap) or 1.0, 1.0)
+        torques = {
+            "friction": self.friction or 0.0,
+            "rolling": (self.rolling_friction or 0.0) * self.effective_radius / self.radius,
+            "twisting": self.twisting_limit(self.overlap) / self.radius,
+        }
+        return min(sum(torques[name] for name in limits.split()), 1.0) or 1.0
 
-
-def torque_scale(p: PrescribedMotion, *parts: str) -> float:
-    """Return the limits of torques over radius and normal force in all, 1 at most."""
-    limits = {
-        "friction": p.friction or 0.0,
-        "rolling": (p.rolling_friction or 0.0) * p.effective_radius / p.radius,
-        "twisting": p.twisting_limit(p.overlap) / p.radius,
-    }
-    return min(sum(limits[part] for part in parts), 1.0) or 1.0
-
-
-def _torque(name: str, meaning: str, *parts: str) -> Quantity[PrescribedMotion]:
-    return Quantity(name, "1", meaning, lambda p: torque_scale(p, *parts))
-
-
-def _ratio(name: str, meaning: str) -> Quantity[PrescribedMotion]:
-    return Quantity(name, "1", meaning, friction_scale)
-
-
-class PrescribedMotionCase(ContactCase[PrescribedMotion]):
-    """Forces and torques along a given motion."""
-
-    name = "prescribed-motion"
-    summary = "Forces along a given motion: pressed, sheared to and fro, lifted, rolled, twisted."
-    formula = (
-        "The law integrated along the same motion; at a wall the torques of rolling and twisting "
-        "forth and back in closed form. A pair that turns as one body keeps its forces, which turn "
-        "with it, where the lever of the slip reaches to the contact; the lever r strains the "
-        "spring by the turn times the overlap."
-    )
-    parameters = PrescribedMotion
-    quantities = (
-        _ratio("half_shear_ratio", "tangential over normal force, halfway the shear"),
-        _ratio("shear_ratio", "likewise, after the shear"),
-        _ratio("reversed_ratio", "likewise, after the shear back"),
-        _ratio("lifted_ratio", "likewise, after the lift"),
-        _torque("rolling_forth_ratio", "torque over radius and normal force, halfway", "rolling"),
-        _torque("rolling_back_ratio", "likewise, halfway through the shear back", "rolling"),
-        _torque("rolling_lifted_ratio", "likewise, after the lift", "rolling"),
-        _torque("rolling_ratio", "likewise, after rolling", "friction", "rolling"),
-        _torque("twisting_forth_ratio", "torque about the normal, halfway", "twisting"),
-        _torque("twisting_back_ratio", "likewise, halfway through the shear back", "twisting"),
-        _torque("twisting_lifted_ratio", "likewise, after the lift", "twisting"),
-        _torque("twisting_ratio", "likewise, after twisting", "twisting"),
-        _torque("held_ratio", "torque of rolling, after twisting", "friction", "rolling"),
-        _ratio("turned_ratio", "tangential over normal force, both turned"),
-    )
-    laws: ClassVar = tables.laws(
-        "tangential", "old_tangential", "rolling", "twisting", "cohesive_friction", "turning",
-        "further_tangential", "further_rolling", "undamped_rolling", "undamped_twisting",
-        "undamped_turning", "further_twisting",
-    )  # fmt: skip
-    systems: ClassVar = {
-        **tables.systems("wall", "two spheres", "unequal spheres"),
-        # a quarter of the shear, so that it sticks
-        "two spheres, turned": {"partner": "sphere", "turned": 0.08, "shear": 5e-6},
-        **tables.TWO_MATERIALS,
-    }
-    varied = tuple(tables.laws("rolling", "twisting"))
-    varied_by_default = ("twisting sds, mindlin",)
-    varied_in_quick = ("mindlin", "rolling sds, mindlin")
-
-    def build(self, p: PrescribedMotion) -> Scene:
+    def scene(self) -> Scene:
         """Return the pieces of the motion, the sphere at touch before."""
-        if p.turned:
-            return _turned_pair(p)
-        half = math.ceil(p.steps_per_contact / 2)  # samples in the middle of each piece, too
-        roll, twist, d, s = p.roll_forth, p.twist_forth, p.overlap, p.shear
-        sideways = p.radius * roll
-        bodies = p.bodies(0.0)
+        if self.turned:
+            return self._turned_pair()
+        half = math.ceil(self.steps_per_contact / 2)  # samples in the middle of each piece, too
+        roll, twist, d, s = self.roll_forth, self.twist_forth, self.overlap, self.shear
+        sideways = self.radius * roll
+        bodies = self.bodies(0.0)
         rows: tuple[tuple[Vector, Vector], ...] = (
             ((0.0, 0.0, -d), ZERO),
             ((s, -sideways, 0.0), (roll, 0.0, twist)),
             ((-2.0 * s, sideways, 0.0), (-roll, 0.0, -twist)),
-            ((0.0, 0.0, p.lift * d), ZERO),
-            (ZERO, (p.turn, 0.0, 0.0)),
-            (ZERO, (0.0, 0.0, p.turn)),
+            ((0.0, 0.0, self.lift * d), ZERO),
+            (ZERO, (self.turn, 0.0, 0.0)),
+            (ZERO, (0.0, 0.0, self.turn)),
         )
         still = (ZERO,) * (len(bodies) - 1)
-        rates = [[_over(each, p.duration) for each in row] for row in rows]
+        rates = [[_rate(moved, self.duration) for moved in row] for row in rows]
         segments = tuple(
             Segment(steps=2 * half, velocities=(v, *still), angular_velocities=(w, *still))
             for v, w in rates
         )
         return Scene(
             bodies=bodies,
-            walls=p.walls,
-            law=p.stated_law,
-            step=p.duration / (2 * half),
+            walls=self.walls,
+            law=self.stated_law,
+            step=self.duration / (2 * half),
             steps=PIECES * 2 * half,
             every=half,
             segments=segments,
         )
 
-    def names(self, p: PrescribedMotion) -> Iterable[str]:
-        """Return the quantities of the parts of the law, or of a pair that turns."""
-        if p.turned:
-            return ["shear_ratio", "turned_ratio"]
-        both = p.rolling != "none" and p.twisting != "none"
-        parts = [part for part in TURNINGS if getattr(p, part) != "none"]
-        turnings = [f"{part}_{name}_ratio" for part in parts for name in SAMPLES]
-        turnings += [f"{part}_ratio" for part in parts]
-        return [*SHEARS, *turnings, *(["held_ratio"] if both else [])]
+    def _turned_pair(self) -> Scene:
+        """Return the pair pressed, sheared, then turned about the second sphere.
 
-    def observe(self, p: PrescribedMotion, motion: Motion) -> Mapping[str, float]:
+        The second sphere spins all the time at the rate of the turn, as its spin cannot be changed;
+        until the turn the first one spins the other way round, so that nothing slips.
+        """
+        n, time, angle = self.steps_per_contact, self.duration, self.turned / CHORDS
+        rate = angle / time
+        first, second = self.bodies(0.0, other_spin=(0.0, rate, 0.0))
+        places = [np.array(first.position)]
+        places.append(places[-1] + (0.0, 0.0, -self.overlap))
+        places.append(places[-1] + (self.shear, 0.0, 0.0))
+        centre = np.array(second.position)
+        for _ in range(CHORDS):
+            x, _, z = places[-1] - centre
+            c, s = math.cos(angle), math.sin(angle)
+            places.append(centre + np.array([c * x + s * z, 0.0, c * z - s * x]))
+        spins = [-rate * second.radius / first.radius] * 2 + [rate] * CHORDS
+        segments = tuple(
+            Segment(
+                steps=n,
+                velocities=(tuple(((end - start) / time).tolist()), ZERO),
+                angular_velocities=((0.0, spin, 0.0), second.angular_velocity),
+            )
+            for start, end, spin in zip(places, places[1:], spins, strict=False)
+        )
+        return Scene(
+            bodies=(first, second),
+            law=self.stated_law,
+            step=time / n,
+            steps=len(segments) * n,
+            every=n,
+            segments=segments,
+        )
+
+    def absent(self) -> Collection[str]:
+        """Return the quantities of the parts that the law lacks, and of another motion."""
+        if self.turned:
+            return MEANINGS.keys() - {"shear_ratio", "turned_ratio"}
+        lacking = [part for part in TURNINGS if getattr(self, part) == "none"]
+        absent = {name for name in MEANINGS for part in lacking if name.startswith(part)}
+        return absent | ({"turned_ratio", "held_ratio"} if lacking else {"turned_ratio"})
+
+    def observe(self, motion: Motion) -> Mapping[str, float]:
         """Return forces and torques at the ends of the pieces."""
         force, torque = motion.force[:, 0], motion.torque[:, 0]
-        if p.turned:
+        if self.turned:
             ratio = _tangential_ratio(motion)
             return {"shear_ratio": float(ratio[2]), "turned_ratio": float(ratio[-1])}
-        load = p.radius * force[:, 2]
+        load = self.radius * force[:, 2]
         quantities = {name: float(force[at, 0] / force[at, 2]) for name, at in SHEARS.items()}
         for part, last in TURNINGS.items():
             axis = 0 if part == "rolling" else 2
@@ -206,20 +183,26 @@ class PrescribedMotionCase(ContactCase[PrescribedMotion]):
                 quantities[f"{part}_{name}_ratio"] = float(torque[at, axis] / load[at])
             quantities[f"{part}_ratio"] = float(torque[last, axis] / load[last])
         quantities["held_ratio"] = float(torque[12, 0] / load[12])
-        return {name: quantities[name] for name in self.names(p)}
+        absent = self.absent()
+        return {name: value for name, value in quantities.items() if name not in absent}
 
-    def exact(self, p: PrescribedMotion) -> Mapping[str, float]:
+    def exact(self) -> Mapping[str, float]:
         """Return the torques of turning forth and back at a wall, where the load is constant."""
-        if p.partner != "wall" or p.normal not in ("hooke", "hertz"):
+        if self.partner != "wall" or self.normal not in ("hooke", "hertz"):
             return {}
-        exact, load, half = dict[str, float](), p.elastic_force(p.overlap), 0.5 * p.duration
+        exact, load, half = (
+            dict[str, float](),
+            self.elastic_force(self.overlap),
+            0.5 * self.duration,
+        )
         sliders = {}  # spring and dashpot, limit over the load, path, and lever of the torque
-        if p.rolling == "sds":  # of r omega, and its torque of the force times r
-            spring = p.rolling_stiffness or 0.0, p.rolling_damping or 0.0
-            sliders["rolling"] = spring, p.rolling_friction or 0.0, p.radius * p.roll_forth, 1.0
-        if p.twisting != "none":
-            spring, limit = p.twisting_spring(p.overlap), p.twisting_limit(p.overlap)
-            sliders["twisting"] = spring, limit, p.twist_forth, p.radius
+        if self.rolling == "sds":  # of r omega, and its torque of the force times r
+            spring = self.rolling_stiffness or 0.0, self.rolling_damping or 0.0
+            path = self.radius * self.roll_forth
+            sliders["rolling"] = spring, self.rolling_friction or 0.0, path, 1.0
+        if self.twisting != "none":
+            spring, limit = self.twisting_spring(self.overlap), self.twisting_limit(self.overlap)
+            sliders["twisting"] = spring, limit, self.twist_forth, self.radius
         for name, (spring, limit, forth, lever) in sliders.items():
             pieces = [(0.5 * forth, half), (0.5 * forth, half), (-0.5 * forth, half)]
             first, _, back = limited_forces(*spring, limit * load, pieces)
@@ -228,50 +211,14 @@ class PrescribedMotionCase(ContactCase[PrescribedMotion]):
         return exact
 
 
-def _over(moved: Vector, time: float) -> Vector:
+def _rate(moved: Vector, time: float) -> Vector:
     return (moved[0] / time, moved[1] / time, moved[2] / time)
-
-
-def _turned_pair(p: PrescribedMotion) -> Scene:
-    """Return the pair pressed, sheared, then turned about the second sphere.
-
-    The second sphere spins all the time at the rate of the turn, as its spin cannot be changed;
-    until the turn the first one spins the other way round, so that nothing slips.
-    """
-    n, time, angle = p.steps_per_contact, p.duration, p.turned / CHORDS
-    rate = angle / time
-    first, second = p.bodies(0.0, other_spin=(0.0, rate, 0.0))
-    places = [np.array(first.position)]
-    places.append(places[-1] + (0.0, 0.0, -p.overlap))
-    places.append(places[-1] + (p.shear, 0.0, 0.0))
-    centre = np.array(second.position)
-    for _ in range(CHORDS):
-        x, _, z = places[-1] - centre
-        c, s = math.cos(angle), math.sin(angle)
-        places.append(centre + np.array([c * x + s * z, 0.0, c * z - s * x]))
-    spins = [-rate * second.radius / first.radius] * 2 + [rate] * CHORDS
-    segments = tuple(
-        Segment(
-            steps=n,
-            velocities=(tuple(((end - start) / time).tolist()), ZERO),
-            angular_velocities=((0.0, spin, 0.0), second.angular_velocity),
-        )
-        for start, end, spin in zip(places, places[1:], spins, strict=False)
-    )
-    return Scene(
-        bodies=(first, second),
-        law=p.stated_law,
-        step=time / n,
-        steps=len(segments) * n,
-        every=n,
-        segments=segments,
-    )
 
 
 def _tangential_ratio(motion: Motion) -> Floats:
     """Return tangential over normal force, (M,), both along directions that turn with the pair."""
-    between = motion.position[:, 0] - motion.position[:, 1]
-    normal = between / np.linalg.norm(between, axis=1)[:, None]
+    separation = motion.position[:, 0] - motion.position[:, 1]
+    normal = separation / np.linalg.norm(separation, axis=1)[:, None]
     along = np.stack([normal[:, 2], np.zeros(len(normal)), -normal[:, 0]], axis=1)
     force = motion.force[:, 0]
     load = np.einsum("ij,ij->i", force, normal)
@@ -279,4 +226,49 @@ def _tangential_ratio(motion: Motion) -> Floats:
     return np.asarray(np.einsum("ij,ij->i", force, along) / load)
 
 
-CASE = PrescribedMotionCase()
+MEANINGS: Mapping[str, tuple[str, str]] = {  # of quantities, and the limits in their scales
+    "half_shear_ratio": ("tangential over normal force, halfway the shear", ""),
+    "shear_ratio": ("likewise, after the shear", ""),
+    "reversed_ratio": ("likewise, after the shear back", ""),
+    "lifted_ratio": ("likewise, after the lift", ""),
+    "rolling_forth_ratio": ("torque over radius and normal force, halfway", "rolling"),
+    "rolling_back_ratio": ("likewise, halfway through the shear back", "rolling"),
+    "rolling_lifted_ratio": ("likewise, after the lift", "rolling"),
+    "rolling_ratio": ("likewise, after rolling", "friction rolling"),
+    "twisting_forth_ratio": ("torque about the normal, halfway", "twisting"),
+    "twisting_back_ratio": ("likewise, halfway through the shear back", "twisting"),
+    "twisting_lifted_ratio": ("likewise, after the lift", "twisting"),
+    "twisting_ratio": ("likewise, after twisting", "twisting"),
+    "held_ratio": ("torque of rolling, after twisting", "friction rolling"),
+    "turned_ratio": ("tangential over normal force, both turned", ""),
+}
+PRESCRIBED_MOTION = ContactCase(
+    name="prescribed-motion",
+    summary="Forces along a given motion: pressed, sheared to and fro, lifted, rolled, twisted.",
+    formula="The law integrated along the same motion; at a wall the torques of rolling and "
+    "twisting forth and back in closed form. A pair that turns as one body keeps its forces, which "
+    "turn with it, where the lever of the slip reaches to the contact; the lever r strains the "
+    "spring by the turn times the overlap.",
+    parameters=PrescribedMotion,
+    quantities=[
+        Quantity(name, "1", text, partial(PrescribedMotion.scale, limits=limits))
+        for name, (text, limits) in MEANINGS.items()
+    ],
+    laws=tables.laws(
+        "tangential", "old_tangential", "rolling", "twisting", "cohesive_friction", "turning",
+        "further_tangential", "further_rolling", "undamped_rolling", "undamped_twisting",
+        "undamped_turning", "further_twisting",
+    ),
+    systems={
+        **tables.systems("wall", "two spheres", "unequal spheres"),
+        # a quarter of the shear, so that it sticks
+        "two spheres, turned": {"partner": "sphere", "turned": 0.08, "shear": 5e-6},
+        **tables.TWO_MATERIALS,
+    },
+    varied={
+        **dict.fromkeys(tables.laws("rolling", "twisting"), "full"),
+        "twisting sds, mindlin": "default",
+        "mindlin": "quick",
+        "rolling sds, mindlin": "quick",
+    },
+)  # fmt: skip

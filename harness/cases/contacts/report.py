@@ -1,12 +1,12 @@
 """The pages of the contact cases: matrices of laws and systems, codes, conventions, known defects.
 
-Only runs of a verification are shown: nothing runs for a report, but the reference.
+Only runs of a verification appear: nothing runs for a report, but the reference.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
-from typing import TYPE_CHECKING, Any, NamedTuple, cast
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Any, cast
 
 import pandas as pd
 
@@ -21,69 +21,17 @@ from harness.store.committed import known_defects
 if TYPE_CHECKING:
     from harness.cases.contacts.contact_case import ContactCase, Trial
 
-Codes = Mapping[str, Bench]
+    Codes = Mapping[str, Bench]
 
-
-class Difference(NamedTuple):
-    """A trial in an engine: differences of its quantities from the reference [scale], by name."""
-
-    trial: Trial
-    of: Mapping[str, float]
-
-    @property
-    def worst(self) -> float:
-        """Return the largest difference [scale]."""
-        return max(self.of.values(), default=0.0)
-
-
-def sections(case: ContactCase[Any], benches: Codes) -> list[Section]:
-    """Return the section of a case, after the overview of all for the first that was run."""
-    first = next((each for each in contact_cases() if each.listed), None)
-    return [*([overview(benches)] if case is first else []), case_section(case, benches)]
-
-
-def case_section(case: ContactCase[Any], benches: Codes) -> Section:
-    """Return the matrix of a case for each code that has run its checks."""
-    tables = []
-    for code, bench in codes(benches).items():
-        if not (frame := matrix(differences(case, bench))).empty:
-            caption = (
-                "Largest difference from the reference at equal steps, in parts of the scale of a "
-                "quantity. An empty cell was not run, or the code states no such contact."
-            )
-            tables.append(Table(f"{case.name}: {code}", frame, caption))
-    return Section(f"Contact: {case.name}", f"{case.summary} {case.formula}", tuple(tables))
-
-
-def overview(benches: Codes) -> Section:
-    """Return codes by laws, the conventions in which codes differ, known defects, and drawings."""
-    found = {
-        code: [row for case in contact_cases() for row in differences(case, bench)]
-        for code, bench in codes(benches).items()
-    }
-    text = (
-        "A code runs a scene once. The reference, a program written from the literature, takes the "
-        "same steps by the conventions that the code declares, so that what differs is round-off "
-        f"or a fault: a row passes within {ROUND_OFF:g} of the scale of its quantity.\n\n"
-        + "\n".join(f"- {_headline(code, rows)}" for code, rows in found.items() if rows)
-    )
-    drawings = [drawing for case in contact_cases() for drawing in case.drawings(benches)]
-    return Section(
-        "DEM codes at equal steps",
-        text,
-        (
-            Table("Codes by laws", codes_by_laws(found), BY_LAWS),
-            Table("Conventions", conventions(benches, found), CONVENTIONS),
-            Table("Known defects", defects(benches), DEFECTS),
-        ),
-        tuple(drawings),
-    )
-
-
+COLUMNS = ("code", "case", "law", "system", "quantity", "difference")
+MATRIX = (
+    "Largest difference from the reference at equal steps, in parts of the scale of a quantity. An "
+    "empty cell was not run, or the code has no such contact."
+)
 BY_LAWS = (
     "Quantities within the tolerance, and the worst of them in parts of its scale; those beyond "
     "are known defects or failures, by the rows of the setup. An empty cell: the code does not "
-    "state the law."
+    "have the law."
 )
 CONVENTIONS = (
     "Where codes follow one law and differ: the value of a convention, its formula with the codes "
@@ -99,27 +47,52 @@ DEFECTS = (
 )
 
 
-def _headline(code: str, rows: list[Difference]) -> str:
-    values = sorted(value for row in rows for value in row.of.values())
-    within = [value for value in values if value <= ROUND_OFF]
-    laws = len({row.trial.law for row in rows})
-    return (
-        f"{code}: {len(within)} of {len(values)} quantities in {len(rows)} contacts of {laws} laws "
-        f"within {ROUND_OFF:g}, nine of ten of these within "
-        f"{within[int(0.9 * (len(within) - 1))]:.0e}"
-        if within
-        else f"{code}: 0 of {len(values)} quantities within {ROUND_OFF:g}"
+def sections(case: ContactCase[Any], benches: Codes) -> list[Section]:
+    """Return the section of a case, after the overview of all for the first that was run."""
+    first = next((each for each in contact_cases() if each.listed), None)
+    return [*([overview(benches)] if case is first else []), case_section(case, benches)]
+
+
+def case_section(case: ContactCase[Any], benches: Codes) -> Section:
+    """Return the matrix of a case for each code that has run its checks."""
+    tables = []
+    for code, rows in differences([case], codes(benches)).groupby("code", sort=False):
+        frame = rows.pivot_table(
+            index="law", columns="system", values="difference", aggfunc="max", sort=False
+        )
+        frame = frame.map("{:.1e}".format, na_action="ignore").fillna("")
+        tables.append(
+            Table(f"{case.name}: {code}", frame.reset_index().rename_axis(columns=None), MATRIX)
+        )
+    return Section(f"Contact: {case.name}", f"{case.summary} {case.formula}", tuple(tables))
+
+
+def overview(benches: Codes) -> Section:
+    """Return codes by laws, the conventions in which codes differ, known defects, and drawings."""
+    cases = list(contact_cases())
+    rows = differences(cases, codes(benches))
+    text = (
+        "A code runs a scene once. The reference, a program written from the literature, takes the "
+        "same steps by the conventions that the code declares, so that what differs is round-off "
+        f"or a fault: a row passes within {ROUND_OFF:g} of the scale of its quantity.\n\n"
+        + "\n".join(f"- {_headline(str(code), each)}" for code, each in rows.groupby("code"))
     )
+    tables = (
+        Table("Codes by laws", codes_by_laws(rows), BY_LAWS),
+        Table("Conventions", conventions(cases, codes(benches)), CONVENTIONS),
+        Table("Known defects", defects(benches), DEFECTS),
+    )
+    drawings = [drawing for case in cases for drawing in case.drawings(benches)]
+    return Section("DEM codes at equal steps", text, tables, tuple(drawings))
 
 
 def codes(benches: Codes) -> dict[str, Bench]:
     """Return the benches of engines by their titles with versions."""
-    found = {}
-    for name, bench in benches.items():
-        if name != OWN:
-            title, version = bench.engine.title, bench.engine.identify().engine_version
-            found[version if version.startswith(title) else f"{title} {version}".strip()] = bench
-    return found
+    titled = {}
+    for bench in (bench for name, bench in benches.items() if name != OWN):
+        title, version = bench.engine.title, bench.engine.identify().engine_version
+        titled[version if version.startswith(title) else f"{title} {version}".strip()] = bench
+    return titled
 
 
 def contact_cases() -> Iterator[ContactCase[Any]]:
@@ -131,96 +104,81 @@ def contact_cases() -> Iterator[ContactCase[Any]]:
             yield cast("ContactCase[Any]", get_case(name))
 
 
-def differences(case: ContactCase[Any], bench: Bench) -> list[Difference]:
-    """Return the trials of a case that a code has run to their ends."""
-    found, level = list[Difference](), case.listed.get(bench.name)
-    for trial in case.trials():
-        if level is None or not runs_at(trial.level, level):
-            continue  # no scene of others is made for a report
-        try:
-            run = trial.comparison
-            if bench.has_run([run.job]):
-                found.append(Difference(trial, run.differences(bench)))
-        except EngineError:
-            continue
-    return found
+def differences(cases: list[ContactCase[Any]], titled: Codes) -> pd.DataFrame:
+    """Return the difference of each quantity that a code has run from the reference [scale]."""
+    rows = [
+        (code, trial.case.name, trial.law, trial.system, quantity, difference)
+        for code, bench in titled.items()
+        for trial in _run_trials(cases, bench)
+        for quantity, difference in trial.differences(bench).items()
+    ]
+    return pd.DataFrame(rows, columns=[*COLUMNS])
 
 
-def matrix(rows: Iterable[Difference]) -> pd.DataFrame:
-    """Return the largest difference by law and system."""
-    cells = [(row.trial.law, row.trial.system, f"{row.worst:.1e}") for row in rows]
-    frame = pd.DataFrame(cells, columns=["law", "system", "difference"])
-    if frame.empty:
-        return frame
-    table = frame.pivot_table(
-        index="law", columns="system", values="difference", aggfunc="first", sort=False
+def _run_trials(cases: list[ContactCase[Any]], bench: Bench) -> Iterator[Trial]:
+    """Yield the trials that a code has run to their ends; no scene of others is made."""
+    for case in cases:
+        level = case.listed.get(bench.name)
+        for trial in case.trials() if level else ():
+            try:
+                if runs_at(trial.level, level or "quick") and bench.has_run([trial.job]):
+                    trial.differences(bench)
+                    yield trial
+            except EngineError:
+                continue
+
+
+def codes_by_laws(rows: pd.DataFrame) -> pd.DataFrame:
+    """Return rows within the tolerance, the worst of them, and rows beyond, by law and code."""
+    table = pd.concat([rows.assign(law="all laws"), rows]).pivot_table(
+        index="law", columns="code", values="difference", aggfunc=_cell, sort=False
     )
     return table.fillna("").reset_index().rename_axis(columns=None)
 
 
-def codes_by_laws(found: Mapping[str, list[Difference]]) -> pd.DataFrame:
-    """Return rows within the tolerance, the worst of them, and rows beyond, by law and code."""
-    cells: dict[str, dict[str, list[float]]] = {}
-    for code, rows in found.items():
-        for row in rows:
-            for law in (row.trial.law, "all laws"):
-                cells.setdefault(law, {}).setdefault(code, []).extend(row.of.values())
-    laws = sorted(cells, key=lambda law: law != "all laws")
-    table = [
-        {"law": law, **{code: _cell(cells[law].get(code, [])) for code in found}} for law in laws
-    ]
-    return pd.DataFrame(table, columns=["law", *found])
-
-
-def _cell(values: list[float]) -> str:
-    within = [value for value in values if value <= ROUND_OFF]
+def _cell(values: pd.Series[float]) -> str:
+    within = values[values <= ROUND_OFF]
     beyond = len(values) - len(within)
-    texts = [f"{len(within)} rows, {max(within):.0e}"] if within else []
+    texts = [f"{len(within)} rows, {within.max():.0e}"] if len(within) else []
     return "; ".join([*texts, *([f"{beyond} beyond"] if beyond else [])])
 
 
-def conventions(benches: Codes, found: Mapping[str, list[Difference]]) -> pd.DataFrame:
+def _headline(code: str, rows: pd.DataFrame) -> str:
+    within = sorted(rows["difference"][rows["difference"] <= ROUND_OFF])
+    laws, contacts = rows["law"].nunique(), len(rows.groupby(["case", "law", "system"]))
+    text = f"{code}: {len(within)} of {len(rows)} quantities in {contacts} contacts of {laws} laws"
+    nine_tenths = f"{within[int(0.9 * (len(within) - 1))]:.0e}" if within else "0"
+    return f"{text} within {ROUND_OFF:g}, nine of ten of these within {nine_tenths}"
+
+
+def conventions(cases: list[ContactCase[Any]], titled: Codes) -> pd.DataFrame:
     """Return each convention of a code that moves a run, and the quantity that it moves most."""
-    table = []
-    for code, bench in codes(benches).items():
-        worst: dict[tuple[str, str], tuple[float, str]] = {}
-        for row in found[code]:
-            for field, word, size, name in _effects(row.trial, bench):
-                if size > worst.get((field, word), (0.0, ""))[0]:
-                    worst[field, word] = (
-                        size,
-                        f"{name} of {row.trial.case.name}, {row.trial.setup}",
-                    )
-        for (field, word), (size, where) in worst.items():
-            formula = (Rules.model_fields[field].description or "").removeprefix("[-] ")
-            table.append((field, code, word, formula, f"{size:.0e}", where))
+    rows = []
+    for code, bench in titled.items():
+        for trial in _run_trials(cases, bench):
+            rules = bench.rules(trial.scene)
+            for name, value in rules.changed.items():
+                field = Rules.model_fields[name]
+                size, quantity = trial.moved(rules, rules.replace(**{name: field.default}))
+                formula = (field.description or "").removeprefix("[-] ")
+                most = f"{quantity} of {trial.case.name}, {trial.setup}"
+                rows.append((name, code, str(value), formula, size, most))
     columns = ["convention", "code", "value", "formula", "moves", "most"]
-    return pd.DataFrame(sorted(table), columns=columns)
-
-
-def _effects(trial: Trial, bench: Bench) -> Iterator[tuple[str, str, float, str]]:
-    """Yield conventions with their values, how far they move a quantity [scale], and its name."""
-    run = trial.comparison
-    rules = bench.rules(run.scene)
-    for field, value in rules.changed.items():
-        plain = rules.replace(**{field: Rules.model_fields[field].default})
-        size, name = run.moved(rules, plain)
-        yield field, str(value), size, name
+    table = pd.DataFrame(rows, columns=columns).query("moves > 0.0")
+    table = table.loc[table.groupby(columns[:3])["moves"].idxmax()].sort_values(columns[:3])
+    return table.assign(moves=table["moves"].map("{:.0e}".format)).reset_index(drop=True)
 
 
 def defects(benches: Codes) -> pd.DataFrame:
     """Return the known defects of the codes, with cause, releases and script."""
     names = {bench.name for name, bench in benches.items() if name != OWN}
-    rows = [
-        (d.engine, d.name, d.kind, _releases(d.since, d.until), d.cause, d.effect, d.upstream,
-         d.script)
-        for d in known_defects()
-        if d.engine in names
-    ]  # fmt: skip
     columns = ["code", "name", "kind", "releases", "cause", "effect", "upstream", "script"]
+    rows = []
+    for d in known_defects():
+        ends = [f"from {d.since}"] * bool(d.since) + [f"to {d.until}"] * bool(d.until)
+        releases = " ".join(ends) or "all"
+        if d.engine in names:
+            rows.append(
+                (d.engine, d.name, d.kind, releases, d.cause, d.effect, d.upstream, d.script)
+            )
     return pd.DataFrame(rows, columns=columns)
-
-
-def _releases(since: str, until: str) -> str:
-    parts = ([f"from {since}"] if since else []) + ([f"to {until}"] if until else [])
-    return " ".join(parts) or "all"

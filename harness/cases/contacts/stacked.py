@@ -9,7 +9,7 @@ from typing import Annotated, ClassVar
 from pydantic import Field
 
 from harness.cases.base import Quantity
-from harness.cases.contacts import bounds, tables
+from harness.cases.contacts import tables
 from harness.cases.contacts.contact_case import ContactCase
 from harness.cases.contacts.parameters import ContactSystem, Density, Duration
 from harness.model.motion import Motion
@@ -20,6 +20,8 @@ Offset = Annotated[float, Field(ge=-0.1, le=0.1)]  # as far as the squeeze may g
 
 class Stacked(ContactSystem):
     """Two spheres that fill the room between two plates and more; in SI units."""
+
+    allowed: ClassVar = {**ContactSystem.allowed, "partner": ("sphere",)}
 
     # fmt: off
     squeeze: float = Field(0.005, gt=0.0, le=0.1, description="[-] of the height of both spheres")
@@ -51,36 +53,23 @@ class Stacked(ContactSystem):
         """Return sqrt(k / m) [1/s] with the stiffness at a third of the squeeze."""
         k = self.normal_stiffness
         if k is None:
-            assert self.youngs_modulus is not None
-            k = self.youngs_modulus * self.contact_radius(self.squeezed / 3.0)
+            k = (self.youngs_modulus or 0.0) * self.contact_radius(self.squeezed / 3.0)
         return math.sqrt(k / self.mass)
 
     def check(self) -> None:
-        """Raise ValueError for values that have no meaning together."""
-        bounds.check_words(self, partner=("sphere",))
-        if self.partner_density is not None:
-            raise ValueError(
-                f"partner_density = {self.partner_density!r}: upper_density is that of this case"
-            )
-        if self.two_materials:
-            raise ValueError(
-                "partner_youngs_modulus, partner_poisson_ratio: spheres and plates are of one "
-                "material in this case"
-            )
-        third, most = self.squeezed / 3.0, 0.5 * bounds.overlap_range(self)[1]
-        bounds.check_overlap(self, "squeeze", "", third)
+        """Raise ValueError for another material, and contacts that are too deep or too shallow."""
+        for name in type(self).model_fields:
+            of_partner = name.startswith("partner_") and name != "partner_radius"
+            if of_partner and getattr(self, name) is not None:
+                raise self.invalid(name, "must not be given: upper_density is that of this case")
+        third, most = self.squeezed / 3.0, 0.5 * self.overlap_range[1]
+        self.check_overlap("squeeze", third)
         upper = abs(self.upper_offset) * self.second_radius
         free = (most - third - upper) / self.radius
-        why = "no contact may begin with more than half the smaller radius: a swing doubles it"
-        bounds.check_range("offset", self.offset, "", (-free, free), why)
+        reason = "no contact may begin with more than half the smaller radius: a swing doubles it"
+        self.check_range("offset", -free, free, reason)
         if self.weight:
-            most_gravity = 2.0 * self.elastic_energy(most) / most / self.weight * self.gravity
-            bounds.check_range("gravity", self.gravity, "m/s2", (0.0, most_gravity), why)
-        light = 2.0 * self.mass / (bounds.COARSEST * self.steps_per_contact / math.pi) ** 2
-        density = self.density if self.upper_density is None else self.upper_density
-        least = light / self.upper_mass * density
-        limits = (least, math.inf)
-        bounds.check_range("upper_density", density, "kg/m3", limits, "its steps are too long")
+            self.check_rest(self.weight, least=0.0)
 
     @property
     def scale(self) -> float:
@@ -88,65 +77,31 @@ class Stacked(ContactSystem):
         offsets = abs(self.offset) * self.radius + abs(self.upper_offset) * self.second_radius
         return min(1.0, (offsets + self.rest_overlap(self.weight)) / self.squeezed) or 1.0
 
-
-def _quantity(name: str, meaning: str) -> Quantity[Stacked]:
-    return Quantity(name, "1", meaning, lambda p: p.scale)
-
-
-class StackedCase(ContactCase[Stacked]):
-    """Heights and speeds of two spheres with three contacts."""
-
-    name = "stacked"
-    summary = "Two stacked spheres oscillate between plates: three contacts at a time."
-    formula = (
-        "m1 x1'' = F(floor) - F(between) - m1 g, m2 x2'' = F(between) - F(ceiling) - m2 g, "
-        "integrated; with linear springs a linear system of two oscillators."
-    )
-    parameters = Stacked
-    quantities = (
-        _quantity("lower_height_ratio", "rise of the lower sphere over the squeeze"),
-        _quantity("upper_height_ratio", "rise of the upper sphere over the squeeze"),
-        _quantity("lower_speed_ratio", "velocity over omega times the squeeze"),
-        _quantity("upper_speed_ratio", "likewise, of the upper sphere"),
-    )
-    laws: ClassVar = dict(
-        sorted(
-            tables.laws("normal", "clipped").items(),
-            key=lambda row: "clipped" in row[1].law,
-        )
-    )
-    systems: ClassVar = {
-        "between plates": {"partner": "sphere", "partner_radius": None},
-        "unequal, between plates": {"partner": "sphere", "partner_radius": 0.012},
-    }
-
-    def build(self, p: Stacked) -> Scene:
+    def scene(self) -> Scene:
         """Return the spheres with the squeeze shared by the contacts, the lower one off."""
-        r, upper = p.radius, p.second_radius
-        top = 2.0 * (r + upper) - p.squeezed
-        low = r - p.squeezed / 3.0 + p.offset * r
-        high = top - upper + p.squeezed / 3.0 + p.upper_offset * upper
-        steps = bounds.count_steps(p.duration, p.duration * p.steps_per_contact)
-        step = math.pi / p.omega / p.steps_per_contact
+        r, upper = self.radius, self.second_radius
+        top = 2.0 * (r + upper) - self.squeezed
+        low = r - self.squeezed / 3.0 + self.offset * r
+        high = top - upper + self.squeezed / 3.0 + self.upper_offset * upper
+        steps = math.ceil(self.duration * self.steps_per_contact)
         bodies = (
-            sphere(r, p.density, position=(0.0, 0.0, low)),
-            sphere(upper, p.upper_density or p.density, position=(0.0, 0.0, high)),
+            sphere(r, self.density, position=(0.0, 0.0, low)),
+            sphere(upper, self.upper_density or self.density, position=(0.0, 0.0, high)),
         )
-        bounds.check_steps(p, bodies, step, p.squeezed / 3.0)
         return Scene(
             bodies=bodies,
             walls=(Wall(), Wall(point=(0.0, 0.0, top), direction=(0.0, 0.0, -1.0))),
-            law=p.stated_law,
-            gravity=(0.0, 0.0, -p.gravity),
-            step=step,
+            law=self.stated_law,
+            gravity=(0.0, 0.0, -self.gravity),
+            step=math.pi / self.omega / self.steps_per_contact,
             steps=steps,
             every=steps,
         )
 
-    def observe(self, p: Stacked, motion: Motion) -> Mapping[str, float]:
+    def observe(self, motion: Motion) -> Mapping[str, float]:
         """Return the rise of each sphere, and its velocity, at the end."""
-        rise = (motion.position[-1, :, 2] - motion.position[0, :, 2]) / p.squeezed
-        speed = motion.velocity[-1, :, 2] / p.squeezed / p.omega
+        rise = (motion.position[-1, :, 2] - motion.position[0, :, 2]) / self.squeezed
+        speed = motion.velocity[-1, :, 2] / self.squeezed / self.omega
         return {
             "lower_height_ratio": float(rise[0]),
             "upper_height_ratio": float(rise[1]),
@@ -155,4 +110,24 @@ class StackedCase(ContactCase[Stacked]):
         }
 
 
-CASE = StackedCase()
+MEANINGS = {
+    "lower_height_ratio": "rise of the lower sphere over the squeeze",
+    "upper_height_ratio": "rise of the upper sphere over the squeeze",
+    "lower_speed_ratio": "velocity over omega times the squeeze",
+    "upper_speed_ratio": "likewise, of the upper sphere",
+}
+STACKED = ContactCase(
+    name="stacked",
+    summary="Two stacked spheres oscillate between plates: three contacts at a time.",
+    formula="m1 x1'' = F(floor) - F(between) - m1 g, m2 x2'' = F(between) - F(ceiling) - m2 g, "
+    "integrated; with linear springs a linear system of two oscillators.",
+    parameters=Stacked,
+    quantities=[Quantity(name, "1", text, lambda p: p.scale) for name, text in MEANINGS.items()],
+    laws=dict(
+        sorted(tables.laws("normal", "clipped").items(), key=lambda row: "clipped" in row[1].law)
+    ),
+    systems={
+        "between plates": {"partner": "sphere", "partner_radius": None},
+        "unequal, between plates": {"partner": "sphere", "partner_radius": 0.012},
+    },
+)

@@ -67,8 +67,9 @@ def laws(*groups: str) -> dict[str, LawRow]:
     for group in map(_read("laws.toml").__getitem__, groups):
         systems, quick = tuple(group.get("systems", ())), group.get("quick", True)
         for name, parts in group["laws"].items():
-            row = LawRow(_changes(parts), systems, quick, name in group.get("two_materials", ()))
-            rows[name] = row
+            changes = (part(each) if isinstance(each, str) else each for each in parts)
+            law = {field: value for row in changes for field, value in row.items()}
+            rows[name] = LawRow(law, systems, quick, name in group.get("two_materials", ()))
     return rows
 
 
@@ -95,11 +96,6 @@ def part(name: str) -> Changes:
 def presets(case: str) -> dict[str, dict[str, Any]]:
     """Return the presets of a case, the usual ones first, those of the literature with a source."""
     return {name: dict(values) for name, values in _read("presets.toml").get(case, {}).items()}
-
-
-def _changes(parts: list[str | dict[str, Any]]) -> dict[str, Any]:
-    rows = (part(each) if isinstance(each, str) else each for each in parts)
-    return {name: value for row in rows for name, value in row.items()}
 
 
 @cache

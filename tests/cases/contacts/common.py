@@ -1,32 +1,24 @@
 """The contact cases, the limit of small steps of their quantities, and rows in an engine."""
 
-from importlib import import_module
-
 from harness.cases.bench import Bench
 from harness.cases.checks import run_checks, selected
+from harness.cases.registry import GROUPS, get_case
 from harness.model.conventions import Rules
 from harness.solvers import reference
 from tests.engine_doubles import Twin
 
-NAMES = (
-    "bounce", "collision", "curved-wall", "drag", "head-on", "heat", "incline-rest",
-    "incline-roll", "lj-units", "moving-wall", "oblique", "prescribed-motion", "pull-off",
-    "rolling-resistance", "slip-to-roll", "spin", "stacked", "twist",
-)  # fmt: skip
+NAMES = [
+    name for name, home in GROUPS["contacts"].items() if home.startswith("harness.cases.contacts")
+]
 STEPS = 800  # of a contact, of the coarser run of a limit
-
-
-def case_named(name):
-    return import_module(f"harness.cases.contacts.{name.replace('-', '_')}").CASE
-
-
-CASES = [case_named(name) for name in NAMES]
+case_named = get_case
+CASES = [get_case(name) for name in NAMES]
 
 
 def limits(case, parameters, rules=None, steps=STEPS):
     """Return 2 y(h/2) - y(h) of each quantity, with h a so many-th of a contact."""
     coarse, fine = (
-        case.observe(p, reference.run(case.scene(p), rules or Rules()))
+        p.observe(reference.run(case.scene(p), rules or Rules()))
         for p in (parameters.replace(steps_per_contact=n) for n in (steps, 2 * steps))
     )
     return {name: 2.0 * fine[name] - coarse[name] for name in coarse}
