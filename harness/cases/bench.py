@@ -8,11 +8,11 @@ from __future__ import annotations
 import hashlib
 import json
 import threading
-from collections.abc import Callable, Hashable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
 from concurrent.futures import Future
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from harness.engines.base import Engine, Job, Output
+from harness.engines.base import SCENE, Engine, Job, Output
 from harness.engines.provenance import Provenance
 from harness.engines.scene_tables import motion_in, motion_tables
 from harness.errors import EngineError
@@ -120,6 +120,11 @@ class Bench:
                 if not future.done():
                     future.set_exception(error)
             raise
+
+    def prepare_scenes(self, jobs: Iterable[Job]) -> None:
+        """Run the jobs that are scenes alone in one batch: a process takes as long to start."""
+        scenes = [job for job in jobs if job.template is SCENE and not self.refusal(job)]
+        self.prepare(scenes)
 
     def outcomes(self, jobs: Sequence[Job]) -> list[Output | EngineError]:
         """Return the output of each job, or the error of its run, in order."""

@@ -64,8 +64,7 @@ def homes() -> dict[str, str]:
 
 def case_names() -> tuple[str, ...]:
     """Return the names of all cases: of this package, then of others. Nothing is imported."""
-    own = homes()
-    return (*own, *(name for name in _plugins() if name not in own))
+    return tuple(dict.fromkeys((*homes(), *_plugins())))
 
 
 def get_case(name: str) -> Case[Any]:
@@ -84,11 +83,9 @@ def get_case(name: str) -> Case[Any]:
 
 def usable_cases() -> dict[str, Case[Any]]:
     """Return all cases that can be used, by name; :func:`plugin_faults` has the reasons."""
-    cases = {name: get_case(name) for name in homes()}
-    for name, point in _plugins().items():
-        if name not in cases and not _fault(point):
-            cases[name] = _plugin_case(point)
-    return cases
+    own = {name: get_case(name) for name in homes()}
+    points = [p for n, p in _plugins().items() if n not in own and not _fault(p)]
+    return own | {point.name: _plugin_case(point) for point in points}
 
 
 def plugin_faults() -> list[str]:
@@ -107,10 +104,7 @@ def selected_names(words: str | Iterable[str] | None = None) -> list[str]:
     texts = [text.strip() for text in texts if text.strip()]
     if not texts:
         raise RequestError(f"--cases {words!r}: names no case")
-    chosen: dict[str, None] = {}
-    for text in texts:
-        chosen |= dict.fromkeys(_names_of(text))
-    return list(chosen)
+    return list(dict.fromkeys(name for text in texts for name in _names_of(text)))
 
 
 def _names_of(word: str) -> list[str]:
@@ -118,12 +112,8 @@ def _names_of(word: str) -> list[str]:
         return list(usable_cases())
     if word in case_names():
         return [word]
-    members = list(GROUPS.get(word, ()))
-    members += [
-        name
-        for name, point in _plugins().items()
-        if not _fault(point) and _plugin_case(point).group == word
-    ]
+    points = [p for p in _plugins().values() if not _fault(p) and _plugin_case(p).group == word]
+    members = [*GROUPS.get(word, ()), *(point.name for point in points)]
     if not members:
         raise RequestError(
             f"--cases {word!r} is not known: must be {ALL}, a group ({', '.join(GROUPS)}), or one "
@@ -135,16 +125,11 @@ def _names_of(word: str) -> list[str]:
 @cache
 def _plugins() -> dict[str, EntryPoint]:
     """Return the cases of other packages by name; of two packages the first by name."""
-    points: dict[str, EntryPoint] = {}
-    for point in sorted(entry_points(group=ENTRY_POINT), key=lambda p: (p.name, _package(p))):
-        points.setdefault(point.name, point)
-    return points
+    points = sorted(entry_points(group=ENTRY_POINT), key=_package, reverse=True)
+    return dict(sorted({point.name: point for point in points}.items()))
 
 
 def _fault(point: EntryPoint) -> str:
-    first = _plugins().get(point.name, point)
-    if _package(first) != _package(point):
-        return f"{_label(point)}: package {_package(first)!r} has a case of this name"
     try:
         _plugin_case(point)
     except RequestError as error:
@@ -153,25 +138,23 @@ def _fault(point: EntryPoint) -> str:
 
 
 def _plugin_case(point: EntryPoint) -> Case[Any]:
+    first, value = _package(_plugins().get(point.name, point)), point.value
+    label = f"package {_package(point)!r}, case {point.name!r}"
+    if first != _package(point):
+        raise RequestError(f"{label}: package {first!r} has a case of this name")
     if point.name in homes():
-        raise RequestError(f"{_label(point)}: is the name of a case of dem-harness itself")
+        raise RequestError(f"{label}: is the name of a case of dem-harness itself")
     try:
         case = point.load()
     except Exception as error:  # another package may raise anything
         reason = " ".join(f"{type(error).__name__}: {error}".split())
-        raise RequestError(f"{_label(point)}: {point.value} does not import: {reason}") from None
+        raise RequestError(f"{label}: {value} does not import: {reason}") from None
     if not isinstance(case, Case):
-        raise RequestError(
-            f"{_label(point)}: {point.value} is a {type(case).__name__}, must be an instance of "
-            "harness.cases.base.Case"
-        )
+        must = "must be an instance of harness.cases.base.Case"
+        raise RequestError(f"{label}: {value} is a {type(case).__name__}, {must}")
     if (name := getattr(case, "name", None)) != point.name:
-        raise RequestError(f"{_label(point)}: its case has the name {name!r}, must be the same")
+        raise RequestError(f"{label}: its case has the name {name!r}, must be the same")
     return case
-
-
-def _label(point: EntryPoint) -> str:
-    return f"package {_package(point)!r}, case {point.name!r}"
 
 
 def _package(point: EntryPoint) -> str:

@@ -162,17 +162,13 @@ class ContactCase(Case[P]):
             if runs_at(trial.level, level):
                 yield from trial.checks(engine)
         for trial in self.trials():
-            if runs_at(self._variation_level(trial, QUICK_VARIATION), level):
-                for varied in self._variations(trial, engine):
-                    if runs_at(varied.level, level):
-                        yield from varied.checks(engine)
-
-    def _variations(self, trial: Trial, engine: Engine) -> Iterator[Trial]:
-        if engine.refuses(trial.job):
-            return
-        for name, scene in engine.variations(trial.scene):
-            if (level := self._variation_level(trial, name)) is not None:
-                yield replace(trial, level=level, variation=name, varied_scene=scene)
+            if not runs_at(self._variation_level(trial, QUICK_VARIATION), level):
+                continue
+            for name, scene in () if engine.refuses(trial.job) else engine.variations(trial.scene):
+                shortest = self._variation_level(trial, name)
+                if shortest is not None and runs_at(shortest, level):
+                    varied = replace(trial, level=shortest, variation=name, varied_scene=scene)
+                    yield from varied.checks(engine)
 
     def drawings(self, benches: Mapping[str, Bench]) -> Sequence[Drawing]:
         """Return the figures of the case in the overview of all."""
@@ -244,18 +240,26 @@ class Trial:
         common |= {"unit": "1", "expected": 0.0}
         common |= {"tolerance": Tolerance(absolute=ROUND_OFF, reason=REASON)}
         yield Check(quantity=MOTION, measure=self._motion_difference, **common)
-        if not self.variation and self._is_moved(engine.rules(self.scene)):
+        rules = engine.rules(self.scene)
+        if rules.changed and not self.variation and self.moved(rules, Rules())[0] > ROUND_OFF:
             common |= {"tolerance": Tolerance()}
             yield Check(quantity=MOVED, measure=self._moved, kind=Kind.FINDING, **common)
 
     def differences(self, bench: Bench) -> dict[str, float]:
         """Return the difference of each quantity from the reference, in parts of its scale."""
-        case, p = self.case, self.parameters
+        case, p, values = self.case, self.parameters, bench.once(Trial.values, self, bench)
         return {
-            name: abs(bench.once(Trial._values, self, bench)[name] - self._expected(name, bench))
-            / case.quantity(name).size(p)
+            name: abs(values[name] - self._expected(name, bench)) / case.quantity(name).size(p)
             for name in case.names(p)
         }
+
+    def values(self, bench: Bench) -> Mapping[str, float]:
+        """Return the quantities of the run in the engine."""
+        return observe(self.parameters, bench.motion(self.job))
+
+    def expected_values(self, bench: Bench) -> Mapping[str, float]:
+        """Return the quantities of the reference under the engine's conventions."""
+        return observe(self.parameters, bench.reference(self.scene))
 
     @lru_cache(maxsize=8192)  # noqa: B019 - of frozen objects, as those of scenes
     def moved(self, rules: Rules, other: Rules) -> tuple[float, str]:
@@ -264,7 +268,10 @@ class Trial:
         In parts of its scale, and the name of the quantity; by the reference.
         """
         case, p = self.case, self.parameters
-        first, second = (observe(p, reference.run(self.scene, each)) for each in (rules, other))
+        try:
+            first, second = (observe(p, reference.run(self.scene, each)) for each in (rules, other))
+        except EngineNaNError:  # a run that the other rows report
+            return 0.0, ""
         changes = {
             name: abs(first[name] - second[name]) / case.quantity(name).size(p)
             for name in case.names(p)
@@ -273,21 +280,8 @@ class Trial:
         name = max(changes, key=changes.__getitem__, default="")
         return changes.get(name, 0.0), name
 
-    def _is_moved(self, rules: Rules) -> bool:
-        """Return whether conventions of a code move a quantity beyond round-off."""
-        try:
-            return bool(rules.changed) and self.moved(rules, Rules())[0] > ROUND_OFF
-        except EngineNaNError:  # a run that the other rows report
-            return False
-
-    def _values(self, bench: Bench) -> Mapping[str, float]:
-        return observe(self.parameters, bench.motion(self.job))
-
-    def _reference_values(self, bench: Bench) -> Mapping[str, float]:
-        return observe(self.parameters, bench.reference(self.scene))
-
     def _measured(self, name: str, bench: Bench) -> Value:
-        value = bench.once(Trial._values, self, bench)[name]
+        value = bench.once(Trial.values, self, bench)[name]
         exact = {} if self.variation else self.case.exact(self.parameters)
         if name not in exact:
             return Value(value)
@@ -295,7 +289,7 @@ class Trial:
         return Value(value, note=f"error of the step {error:.2g} (closed form {exact[name]:.9g})")
 
     def _expected(self, name: str, bench: Bench) -> float:
-        return bench.once(Trial._reference_values, self, bench)[name]
+        return bench.once(Trial.expected_values, self, bench)[name]
 
     def _motion_difference(self, bench: Bench) -> float:
         return motion_difference(self.scene, bench.motion(self.job), bench.reference(self.scene))

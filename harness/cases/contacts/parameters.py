@@ -10,7 +10,7 @@ import math
 import sys
 from collections.abc import Collection, Mapping
 from functools import lru_cache
-from typing import Annotated, Any, ClassVar, Literal, Self, TypedDict
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
@@ -102,25 +102,24 @@ class ContactSystem(Law):
         """Refuse what the papers do not define together with the branches of mdr."""
         parts = ("damping", "tangential", "rolling", "twisting")
         others = [part for part in parts if getattr(self, part) != "none"]
-        turning = [part for part in others if part in ("rolling", "twisting")]
-        branched = self.lags or self.surface_energy or self.damping == "mdr"
-        if branched and self.second_radius != self.radius:
-            raise self.invalid(
-                "partner_radius",
-                "must be the radius: normal = mdr with yield, adhesion, a bulk response or damping "
-                "= mdr takes spheres of one size",
-            )
-        if self.bulk_share and self.damping == "mdr":
-            reason = "must be none or velocity: the bulk leaves nothing to the elastic contact"
-            raise self.invalid("damping", reason)
-        if self.lags and turning:
-            raise self.invalid(turning[0], "must be none: a sphere that yields has no lever")
-        if self.surface_energy and (others or self.lags):
-            rest = others[0] if others else "a yield_stress or bulk_response"
-            raise self.invalid("surface_energy", f"normal = mdr has it alone, not with {rest}")
-        if self.lags and not 0.0 <= (self.poisson_ratio or 0.0) < 0.5:
-            reason = "must be from 0 to below 0.5: the bulk modulus must be finite"
-            raise self.invalid("poisson_ratio", reason)
+        turns = others[-1:] if self.rolling != "none" or self.twisting != "none" else []
+        sizes = self.second_radius != self.radius
+        alone = ", ".join(others) or "a yield_stress or bulk_response"
+        rules = (
+            (sizes and (self.lags or self.surface_energy or self.damping == "mdr"),
+             "partner_radius", "must be the radius: normal = mdr with yield, adhesion, a bulk "
+             "response or damping = mdr takes spheres of one size"),
+            (self.bulk_share and self.damping == "mdr",
+             "damping", "must be none or velocity: the bulk leaves nothing to the elastic contact"),
+            (self.lags and turns, *turns, "must be none: a sphere that yields has no lever"),
+            (self.surface_energy and (others or self.lags),
+             "surface_energy", f"normal = mdr has it alone, not with {alone}"),
+            (self.lags and not 0.0 <= (self.poisson_ratio or 0.0) < 0.5,
+             "poisson_ratio", "must be from 0 to below 0.5: the bulk modulus must be finite"),
+        )  # fmt: skip
+        for is_wrong, *text in rules:
+            if is_wrong:
+                raise self.invalid(*text)
 
     def check(self) -> None:
         """Raise ValueError for values of a case that have no meaning together."""
@@ -154,27 +153,12 @@ class ContactSystem(Law):
         share = DEEPEST_FLAT if self.normal == "mdr" and len(set(radii)) > 1 else 1.0
         return LEAST_OVERLAP * sum(radii), share * min(radii)
 
-    def check_overlap(
-        self, name: str, overlap: float, power: float = 1.0, least: float | None = None
-    ) -> None:
-        """Raise ValueError for a field with an overlap [m] out of range, which goes as its power.
-
-        ``least`` is the smallest overlap [m], that of round-off unless given.
-        """
-        low, high = self.overlap_range
-        limits = (low if least is None else least, high)
+    def check_overlap(self, name: str, overlap: float, power: float = 1.0) -> None:
+        """Raise ValueError for a field whose overlap [m], a power of it, is out of range."""
+        value, limits = getattr(self, name), self.overlap_range
         if not limits[0] <= overlap <= limits[1]:
-            value = getattr(self, name)
             low, high = (value * (bound / overlap) ** (1.0 / power) for bound in limits)
             self.check_range(name, low, high, OVERLAP_REASON)
-
-    def check_rest(self, load: float, least: float | None = None) -> None:
-        """Raise ValueError for gravity whose load [N] presses the sphere in too far, or too little.
-
-        ``least`` is the smallest overlap [m], that of round-off unless given.
-        """
-        power = 1.0 if self.normal == "hooke" else 2.0 / 3.0
-        self.check_overlap("gravity", self.rest_overlap(load), power, least)
 
     def check_impact(self, name: str, speed: float, power: float = 1.0) -> None:
         """Raise ValueError for an impact at a normal speed [m/s] that is too deep or too shallow.
@@ -360,16 +344,8 @@ def _stated_law(p: ContactSystem) -> Law:
     return law.one_material if p.materials_as == "stated" else law
 
 
-class Steps(TypedDict):
-    """Fields of a scene: the step [s], the number of steps, and the steps between samples."""
-
-    step: float
-    steps: int
-    every: int
-
-
-def quarters(duration: float, steps: float, seconds: float) -> Steps:
-    """Return the steps of a time [s], about so many, with a sample after each quarter.
+def quarters(duration: float, steps: float, seconds: float) -> dict[str, Any]:
+    """Return step [s], steps and sampling of a time [s], with a sample after each quarter.
 
     Raise RequestError, which names the duration [-], for too many.
     """

@@ -50,7 +50,8 @@ class Resting(ContactSystem):
 
     def check(self) -> None:
         """Raise ValueError for a weight that presses in too far, or too little."""
-        self.check_rest(self.load)
+        power = 1.0 if self.normal == "hooke" else 2.0 / 3.0
+        self.check_overlap("gravity", self.overlap_at_rest, power)
 
     @property
     def pull(self) -> Vector:

@@ -69,7 +69,8 @@ class Stacked(ContactSystem):
         reason = "no contact may begin with more than half the smaller radius: a swing doubles it"
         self.check_range("offset", -free, free, reason)
         if self.weight:
-            self.check_rest(self.weight, least=0.0)
+            most_gravity = self.gravity * most / self.rest_overlap(self.weight)
+            self.check_range("gravity", 0.0, most_gravity, reason)
 
     @property
     def scale(self) -> float:

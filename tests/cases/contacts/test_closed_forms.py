@@ -156,17 +156,6 @@ def test_a_twist_slips_stops_and_swings_back():
         spin(1.0, 1.0, 3.0 * (k * inertia) ** 0.5)
 
 
-@pytest.mark.parametrize(
-    "changes",
-    [{"twisting_damping": 2e-3}, {"normal": "jkr", "youngs_modulus": 1e8, "surface_energy": 0.01}],
-)
-def test_a_twist_without_a_closed_form_has_a_value_at_equal_steps(changes):
-    case = case_named("twist")
-    p = case.default.replace(**changes, steps_per_contact=200)
-    assert case.exact(p) == {}
-    assert all(math.isfinite(value) for value in case.reference(p, Bench(None)).values())
-
-
 def test_each_law_is_a_finding_and_is_the_curve_of_partial_slip_where_all_slides():
     case, bench = case_named("oblique"), Bench(None)
     rows = run_checks(case.name, list(case.own_checks()), bench)
