@@ -22,6 +22,7 @@ from harness.cases.contacts import tables
 from harness.cases.contacts.parameters import ContactSystem
 from harness.cases.equal_steps import REASON, ROUND_OFF
 from harness.engines.base import Engine, Job, Output, scene_job
+from harness.engines.jobs import cores, parallel_map
 from harness.engines.output import SERIES
 from harness.engines.scene_tables import motion_in
 from harness.errors import EngineNaNError, EngineOutputError
@@ -44,11 +45,9 @@ MOVED = "moved_by_conventions"  # quantity of the findings on an engine's conven
 
 @dataclass(kw_only=True, eq=False)
 class ContactCase(Case[P]):
-    """A contact system with its quantities; ``laws`` and ``systems`` change the default parameters.
+    """A contact system with its quantities, in the laws and systems of its matrix.
 
-    ``formula`` has the expected values in words. ``units`` are those of an engine's script. Level
-    quick runs each law in the systems ``always``, and ``two_materials_law`` in pairs of two
-    materials. ``varied`` has laws that run in an engine's variations, with the shortest level.
+    ``formula`` has the expected values in words. ``units`` are those of an engine's script.
     """
 
     name: str
@@ -56,17 +55,12 @@ class ContactCase(Case[P]):
     formula: str
     parameters: type[P]  # type: ignore[misc]  # of an instance here, of a class in others
     quantities: Sequence[Quantity[Any]]
-    laws: tables.Laws
-    systems: Mapping[str, tables.Changes] = field(default_factory=lambda: tables.SYSTEMS)
     units: str = ""
-    always: Sequence[str] = ()
-    two_materials_law: str = ""
-    varied: Mapping[str, Level] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         presets = tables.presets(self.name)
         sources = {name: values.pop("source", "") for name, values in presets.items()}
-        self.group = "contacts"
+        self.group, self.matrix = "contacts", tables.matrix(self.name)
         self.presets = {name: self.parameters(**values) for name, values in presets.items()}
         self.sources = {name: source for name, source in sources.items() if source}
         self.listed: dict[str, Level] = {}  # the level of the last list of checks, by engine
@@ -119,8 +113,8 @@ class ContactCase(Case[P]):
 
     def trials(self) -> Iterator[Trial]:
         """Yield each law in its systems, with the shortest level that runs it."""
-        for law, row in self.laws.items():
-            systems = [system for system in self.systems if row.goes_with(system)]
+        for law, row in self.matrix.laws.items():
+            systems = [system for system in self.matrix.systems if row.goes_with(system)]
             quick = self._quick_systems(law, row, systems)
             for system in systems:
                 yield Trial(self, law, system, "quick" if system in quick else "default")
@@ -136,17 +130,17 @@ class ContactCase(Case[P]):
         fast = [system for system in systems if system not in tables.SLOW_SYSTEMS]
         if row.law.get("interface") == "old":
             return set(fast)
-        turns = [system for system in fast if system not in self.always]
-        number = [name for name, each in self.laws.items() if each.quick].index(law)
-        chosen = {system for system in fast if system in self.always}
+        turns = [system for system in fast if system not in self.matrix.always]
+        number = [name for name, each in self.matrix.laws.items() if each.quick].index(law)
+        chosen = {system for system in fast if system in self.matrix.always}
         chosen |= {turns[number % len(turns)]} if turns else set()
-        if law == self.two_materials_law:
+        if law == self.matrix.two_materials_law:
             chosen |= {system for system in systems if system.startswith("two materials")}
         return chosen
 
     def _variation_level(self, trial: Trial, variation: str) -> Level | None:
         """Return the shortest level that runs a variation of a trial, None for no level."""
-        level = self.varied.get(trial.law)
+        level = self.matrix.varied.get(trial.law)
         if level is None or trial.system != VARIED_SYSTEM:
             return level and "full"
         return "default" if level == "quick" and variation != QUICK_VARIATION else level
@@ -158,10 +152,12 @@ class ContactCase(Case[P]):
     def checks_up_to(self, engine: Engine, level: Level) -> Iterator[Check]:
         """Yield the checks of an engine of a level and shorter ones; no scene of others is made."""
         self.listed[engine.name] = level
-        for trial in self.trials():
-            if runs_at(trial.level, level):
-                yield from trial.checks(engine)
-        for trial in self.trials():
+        trials = list(self.trials())
+        chosen = [trial for trial in trials if runs_at(trial.level, level)]
+        parallel_map(lambda trial: trial.scene, chosen, cores())
+        for trial in chosen:
+            yield from trial.checks(engine)
+        for trial in trials:
             if not runs_at(self._variation_level(trial, QUICK_VARIATION), level):
                 continue
             for name, scene in () if engine.refuses(trial.job) else engine.variations(trial.scene):
@@ -199,9 +195,9 @@ class Trial:
     @cached_property
     def parameters(self) -> Any:
         """Return the parameters of a run."""
-        case = self.case
-        changes = {**tables.PLAIN, **case.laws[self.law].law, **case.systems[self.system]}
-        return case.default.replace(**changes, steps_per_contact=STEPS)
+        matrix = self.case.matrix
+        changes = {**tables.PLAIN, **matrix.laws[self.law].law, **matrix.systems[self.system]}
+        return self.case.default.replace(**changes, steps_per_contact=STEPS)
 
     @property
     def setup(self) -> str:

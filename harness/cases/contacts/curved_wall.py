@@ -14,7 +14,6 @@ import numpy as np
 from pydantic import Field
 
 from harness.cases.base import Quantity
-from harness.cases.contacts import tables
 from harness.cases.contacts.contact_case import ContactCase
 from harness.cases.contacts.parameters import Radius
 from harness.cases.contacts.resting import Resting
@@ -130,13 +129,4 @@ CURVED_WALL = ContactCase(
         ),
         Quantity("overlap_ratio", "1", "overlap at the end over that at the start"),
     ),
-    laws=tables.pick("hertz, mass_velocity", systems=("bowl", "cylinder", "hill"))
-    | tables.pick("linear_history", "hooke, velocity", "linear_nohistory")
-    | tables.pick("mindlin", systems=("bowl", "hill")),
-    systems={
-        "bowl": {"wall": "bowl", "duration": 60.0},
-        "cylinder": {"wall": "cylinder", "duration": 60.0},
-        "hill": {"wall": "hill", "angle": 20.0},
-        "rim": {"wall": "rim", "angle": 20.0},
-    },
 )

@@ -12,7 +12,6 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import Field
 
 from harness.cases.base import Quantity
-from harness.cases.contacts import tables
 from harness.cases.contacts.contact_case import ContactCase
 from harness.cases.contacts.parameters import ContactSystem, Duration, Gravity, quarters
 from harness.errors import EngineOutputError
@@ -164,9 +163,6 @@ DRAG = ContactCase(
         Quantity("speed_over_terminal", "1", "speed of the fall over m g / gamma, at the end"),
         Quantity("fall_ratio", "1", "height of the fall over m g / gamma times the time"),
     ),
-    laws=tables.laws("drag"),
-    systems={"in a fluid": {"duration": 2.0}, "terminal": {"duration": 15.0}},
-    always=("terminal",),
 )
 HEAT = ContactCase(
     name="heat",
@@ -186,6 +182,4 @@ HEAT = ContactCase(
             "heat of both after less before, over that of the first above the other",
         ),
     ),
-    laws=tables.laws("heat"),
-    systems=tables.systems("wall", "two spheres", "unequal spheres"),
 )  # fmt: skip

@@ -9,7 +9,6 @@ from typing import ClassVar
 from pydantic import Field
 
 from harness.cases.base import Quantity
-from harness.cases.contacts import tables
 from harness.cases.contacts.contact_case import ContactCase
 from harness.cases.contacts.impact import (
     impact_scene,
@@ -165,22 +164,6 @@ HEAD_ON = ContactCase(
             lambda p: p.elastic_force(p.depth),
         ),
     ),
-    laws=tables.laws(
-        "normal", "cohesive", "old", "mdr_damping", "mdr_yield", "mdr_bulk", "old_clipped",
-        "mdr_together", "clipped", "restitution_of_each",
-    ),
-    systems=tables.SYSTEMS | tables.TWO_MATERIALS | tables.MIXED,
-    always=tuple(tables.MIXED),
-    varied={
-        **dict.fromkeys(
-            tables.laws(
-                "normal", "cohesive", "old", "mdr_damping", "mdr_yield", "mdr_bulk", "mdr_together"
-            ),
-            "full",
-        ),
-        "jkr": "default",
-        "mdr, yield": "default",
-    },
 )  # fmt: skip
 BOUNCE = ContactCase(
     name="bounce",
@@ -195,6 +178,4 @@ BOUNCE = ContactCase(
             lambda p: 2.0 * p.elastic_overlap(p.speed) / p.speed,
         ),
     ),
-    laws=tables.laws("normal", "old", "clipped"),
-    systems=tables.systems("wall", "frozen sphere"),
 )  # fmt: skip

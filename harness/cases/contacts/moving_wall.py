@@ -14,7 +14,6 @@ import numpy as np
 from pydantic import Field
 
 from harness.cases.base import Quantity
-from harness.cases.contacts import tables
 from harness.cases.contacts.contact_case import ContactCase
 from harness.cases.contacts.parameters import Speed
 from harness.cases.contacts.resting import Resting
@@ -147,8 +146,4 @@ MOVING_WALL = ContactCase(
             "surface_momentum_ratio", "1", "of u + 2/5 r omega, over the plane's largest velocity"
         ),
     ),
-    laws=tables.pick("linear_nohistory", systems=("shear",))
-    | tables.pick("mindlin", systems=("shear", "along"))
-    | tables.pick("linear_history", systems=("shear", "along", "across")),
-    systems={moves: {"moves": moves} for moves in ("shear", "along", "across")},
 )  # fmt: skip

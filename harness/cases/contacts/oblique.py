@@ -16,7 +16,6 @@ import numpy as np
 from pydantic import Field
 
 from harness.cases.base import Quantity
-from harness.cases.contacts import tables
 from harness.cases.contacts.contact_case import ContactCase
 from harness.cases.contacts.impact import impact_scene, relative_velocity
 from harness.cases.contacts.parameters import AngularSpeed, ContactSystem, Speed
@@ -189,21 +188,6 @@ OBLIQUE = PartialSlipCase(
     "force never pulls, vx'/vx = 1 - mu (1 + e) vn/vx, r omega' = 5/2 mu (1 + e) vn on a wall.",
     parameters=Oblique,
     quantities=VELOCITY_RATIOS,
-    laws=tables.laws(
-        "tangential", "old_tangential", "mdr_friction", "mdr_friction_of_one_size",
-        "further_tangential", "undamped_rolling", "friction_of_each",
-    ),
-    systems=tables.SYSTEMS | tables.TWO_MATERIALS | tables.MIXED,
-    always=tuple(tables.MIXED),
-    two_materials_law="mindlin",
-    varied={
-        **dict.fromkeys(
-            tables.laws("tangential", "old_tangential", "mdr_friction", "mdr_friction_of_one_size"),
-            "full",
-        ),
-        "mindlin_rescale/force": "default",
-        "old hooke/history": "default",
-    },
 )  # fmt: skip
 LJ_UNITS = ContactCase(
     name="lj-units",
@@ -212,11 +196,6 @@ LJ_UNITS = ContactCase(
     parameters=LjUnits,
     quantities=VELOCITY_RATIOS,
     units="lj",
-    laws=tables.pick(
-        "linear_history", "mindlin", "rolling sds, linear_history", "mindlin_rescale/force",
-        "mindlin, jkr",
-    ),
-    systems=tables.systems("wall", "two spheres", "unequal spheres"),
 )  # fmt: skip
 COLLISION = ContactCase(
     name="collision",
@@ -232,15 +211,6 @@ COLLISION = ContactCase(
             "along the normal, of both, after less before, over m* times the speed",
         ),
     ),
-    laws=tables.pick(
-        "linear_history", "mindlin_rescale/force", "rolling sds, linear_history", "mindlin"
-    ) | tables.laws("further_tangential", "undamped_rolling"),
-    systems={
-        "two moving spheres": {"partner_radius": None, "partner_density": None},
-        "unequal densities": {"partner_radius": None, "partner_density": 10000.0},
-        "size ratio 10": {"partner_radius": 0.1, "partner_share": 0.1},
-        "size ratio 100": {"partner_radius": 1.0, "partner_share": 0.1},
-    },
 )  # fmt: skip
 SPIN = ContactCase(
     name="spin",
@@ -257,5 +227,4 @@ SPIN = ContactCase(
             "tangential velocity gained over radius times spin at the start",
         ),
     ),
-    laws=tables.FLOOR_FRICTION,
 )  # fmt: skip

@@ -16,7 +16,6 @@ import numpy as np
 from pydantic import Field
 
 from harness.cases.base import Quantity
-from harness.cases.contacts import tables
 from harness.cases.contacts.contact_case import ContactCase
 from harness.cases.contacts.parameters import ContactSystem
 from harness.model.base import ZERO, Vector
@@ -254,21 +253,4 @@ PRESCRIBED_MOTION = ContactCase(
         Quantity(name, "1", text, partial(PrescribedMotion.scale, limits=limits))
         for name, (text, limits) in MEANINGS.items()
     ],
-    laws=tables.laws(
-        "tangential", "old_tangential", "rolling", "twisting", "cohesive_friction", "turning",
-        "further_tangential", "further_rolling", "undamped_rolling", "undamped_twisting",
-        "undamped_turning", "further_twisting",
-    ),
-    systems={
-        **tables.systems("wall", "two spheres", "unequal spheres"),
-        # a quarter of the shear, so that it sticks
-        "two spheres, turned": {"partner": "sphere", "turned": 0.08, "shear": 5e-6},
-        **tables.TWO_MATERIALS,
-    },
-    varied={
-        **dict.fromkeys(tables.laws("rolling", "twisting"), "full"),
-        "twisting sds, mindlin": "default",
-        "mindlin": "quick",
-        "rolling sds, mindlin": "quick",
-    },
 )  # fmt: skip

@@ -10,7 +10,6 @@ import numpy as np
 from pydantic import Field
 
 from harness.cases.base import Quantity
-from harness.cases.contacts import tables
 from harness.cases.contacts.contact_case import ContactCase
 from harness.cases.contacts.impact import overlap_and_rate
 from harness.cases.contacts.parameters import ContactSystem, Speed
@@ -125,6 +124,4 @@ PULL_OFF = ContactCase(
             lambda p: p.neck_ratio,
         ),
     ),
-    laws=tables.pick("dmt", "jkr", "mdr, adhesion"),
-    systems=tables.systems("wall", "two spheres", "unequal spheres"),
 )  # fmt: skip

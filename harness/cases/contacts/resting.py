@@ -15,7 +15,6 @@ import numpy as np
 from pydantic import Field
 
 from harness.cases.base import Quantity
-from harness.cases.contacts import tables
 from harness.cases.contacts.contact_case import ContactCase
 from harness.cases.contacts.parameters import (
     AngularSpeed,
@@ -330,8 +329,6 @@ SLIP_TO_ROLL = ContactCase(
         Quantity("rim_speed_ratio", "1", RIM),
         Quantity("momentum_ratio", "1", "u + 2/5 r omega at the end over the speed at the start"),
     ),
-    laws=tables.FLOOR_FRICTION,
-    systems={"wall": {}},
 )
 ROLLING_RESISTANCE = ContactCase(
     name="rolling-resistance",
@@ -346,9 +343,6 @@ ROLLING_RESISTANCE = ContactCase(
         Quantity("speed_ratio", "1", "speed over that of the start, at the end"),
         Quantity("rim_speed_ratio", "1", RIM),
     ),
-    laws=tables.laws("rolling", "further_rolling", "undamped_rolling", "constant_rolling"),
-    systems={"wall, rolls": {}, "wall, stands": {"speed": 2e-3}},
-    always=("wall, stands",),
 )
 INCLINE_ROLL = ContactCase(
     name="incline-roll",
@@ -362,9 +356,6 @@ INCLINE_ROLL = ContactCase(
         Quantity("rim_acceleration_ratio", "1", "radius times angular acceleration, likewise"),
         Quantity("momentum_ratio", "1", "u + 2/5 r omega over g sin(angle) t"),
     ),
-    # a linear spring without a dashpot rings on: its phase hides the limit
-    laws={n: row for n, row in tables.FLOOR_FRICTION.items() if n != "linear_history, elastic"},
-    systems={"wall, rolls": {"angle": 20.0}, "wall, slides": {"angle": 60.0}},
 )
 INCLINE_REST = ContactCase(
     name="incline-rest",
@@ -385,10 +376,6 @@ INCLINE_REST = ContactCase(
         Quantity("acceleration_ratio", "1", "mean over the second half, over g sin(angle)"),
         Quantity("rim_acceleration_ratio", "1", "radius times angular acceleration, likewise"),
     ),
-    laws=tables.laws("rolling", "further_rolling", "undamped_rolling"),
-    # tan(angle) over mu_r = 0.05: 0.35, so that a spring without a dashpot holds it as well; 1.4
-    systems={"wall, rests": {"angle": 1.0}, "wall, rolls": {"angle": 4.0}},
-    always=("wall, rests",),
 )  # fmt: skip
 TWIST = ContactCase(
     name="twist",
@@ -402,12 +389,4 @@ TWIST = ContactCase(
         Quantity("spin_ratio", "1", "spin at the end over that at the start"),
         Quantity("deceleration_ratio", "1", "mean of the second half, over 5/2 mu_t g / r^2"),
     ),
-    laws=tables.laws("twisting", "further_twisting", "undamped_twisting"),
-    systems={
-        "wall, spins": {"partner": "wall"},
-        "wall, stands": {"partner": "wall", "spin": 0.5, "duration": 120.0},
-        "wall, swings": {"partner": "wall", "spin": 5e-3, "duration": 30.0},
-        "frozen sphere, spins": {"partner": "frozen"},
-    },
-    always=("wall, stands", "wall, swings"),
 )

@@ -9,7 +9,6 @@ from typing import Annotated, ClassVar
 from pydantic import Field
 
 from harness.cases.base import Quantity
-from harness.cases.contacts import tables
 from harness.cases.contacts.contact_case import ContactCase
 from harness.cases.contacts.parameters import ContactSystem, Density, Duration
 from harness.model.motion import Motion
@@ -124,11 +123,4 @@ STACKED = ContactCase(
     "integrated; with linear springs a linear system of two oscillators.",
     parameters=Stacked,
     quantities=[Quantity(name, "1", text, lambda p: p.scale) for name, text in MEANINGS.items()],
-    laws=dict(
-        sorted(tables.laws("normal", "clipped").items(), key=lambda row: "clipped" in row[1].law)
-    ),
-    systems={
-        "between plates": {"partner": "sphere", "partner_radius": None},
-        "unequal, between plates": {"partner": "sphere", "partner_radius": 0.012},
-    },
 )

@@ -1,17 +1,18 @@
 """Tables of the contact cases: laws, the rows of the matrix, systems, its columns, and presets.
 
-A law is a change of a case's default parameters. Level quick leaves out laws in which several parts
-act together, and takes the others in turns through the systems.
+A law is a change of a case's default parameters, and so is a system.
 """
 
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
 from functools import cache
 from importlib.resources import files
 from typing import Any
+
+from harness.results.rows import Level
 
 Changes = Mapping[str, Any]
 
@@ -19,22 +20,9 @@ PLAIN: Changes = {
     "normal": "hooke", "damping": "none", "tangential": "none", "rolling": "none",
     "twisting": "none", "clipped": False, "interface": "current",
 }  # fmt: skip
-_STIFFER = {"partner_youngs_modulus": 4e8, "partner_poisson_ratio": 0.1}
-_DENSER = {"partner": "sphere", "partner_radius": None, "partner_density": 5000.0, **_STIFFER}
-SYSTEMS: dict[str, Changes] = {  # the first sphere has a radius of 1 cm
-    "wall": {"partner": "wall", "partner_radius": None},
-    "two spheres": {"partner": "sphere", "partner_radius": None},
-    "unequal spheres": {"partner": "sphere", "partner_radius": 0.02},
-    "frozen sphere": {"partner": "frozen", "partner_radius": None},
-}
-TWO_MATERIALS: dict[str, Changes] = {
-    "two materials, stated": {**_DENSER, "materials_as": "stated"},
-    "two materials, mixed": {**_DENSER, "materials_as": "mixed"},
-    "wall of another material": {**SYSTEMS["wall"], **_STIFFER},
-}
-MIXED: dict[str, Changes] = {  # a code mixes restitution and friction of two bodies itself
-    "two spheres, mixed": {**SYSTEMS["two spheres"], "materials_as": "mixed"},
-}
+USUAL_SYSTEMS = ("wall", "two spheres", "unequal spheres", "frozen sphere")
+TWO_MATERIALS = ("two materials, stated", "two materials, mixed", "wall of another material")
+MIXED = "two spheres, mixed"  # a code mixes restitution and friction of two bodies itself
 SLOW_SYSTEMS = ("unequal spheres", "frozen sphere", "two spheres, turned", *TWO_MATERIALS)
 
 
@@ -55,36 +43,55 @@ class LawRow:
         """Return whether the law goes through a system."""
         if system in TWO_MATERIALS:
             return self.two_materials
-        return system in self.systems or (not self.systems and system not in MIXED)
+        return system in self.systems or (not self.systems and system != MIXED)
 
 
-Laws = Mapping[str, LawRow]
+@dataclass(frozen=True)
+class Matrix:
+    """Laws and systems of a case.
+
+    Level quick runs each law in the systems ``always``, and ``two_materials_law`` in pairs of two
+    materials. ``varied`` has laws that run in an engine's variations, with the shortest level.
+    """
+
+    laws: Mapping[str, LawRow]
+    systems: Mapping[str, Changes]
+    always: tuple[str, ...]
+    two_materials_law: str
+    varied: Mapping[str, Level]
 
 
-def laws(*groups: str) -> dict[str, LawRow]:
-    """Return the laws of groups of laws.toml, by name."""
-    rows = {}
-    for group in map(_read("laws.toml").__getitem__, groups):
-        systems, quick = tuple(group.get("systems", ())), group.get("quick", True)
-        for name, parts in group["laws"].items():
-            changes = (part(each) if isinstance(each, str) else each for each in parts)
-            law = {field: value for row in changes for field, value in row.items()}
-            rows[name] = LawRow(law, systems, quick, name in group.get("two_materials", ()))
-    return rows
+def matrix(case: str) -> Matrix:
+    """Return the laws and systems of a case."""
+    row, named = _read("laws.toml")["cases"][case], _read("laws.toml")["systems"]
+    rows = laws(row["laws"])
+    if isinstance(row["laws"], dict):
+        systems_of = {name: tuple(systems) for name, systems in row["laws"].items()}
+        rows = {n: replace(law, systems=systems_of[n] or law.systems) for n, law in rows.items()}
+    rows = {name: law for name, law in rows.items() if name not in row.get("without", ())}
+    if row.get("clipped_last"):
+        rows = dict(sorted(rows.items(), key=lambda each: "clipped" in each[1].law))
+    systems = row.get("systems", USUAL_SYSTEMS)
+    changes = systems if isinstance(systems, dict) else {name: {} for name in systems}
+    levels: tuple[Level, ...] = ("full", "default", "quick")
+    return Matrix(
+        laws=rows,
+        systems={name: {**named.get(name, {}), **each} for name, each in changes.items()},
+        always=tuple(row.get("always", ())),
+        two_materials_law=row.get("two_materials_law", ""),
+        varied={law: level for level in levels for law in laws(row.get(level, ()))},
+    )
 
 
-def pick(*names: str, systems: tuple[str, ...] | None = None) -> dict[str, LawRow]:
-    """Return laws by name, in this order, perhaps in other ``systems``."""
-    every = laws(*(group for group in reversed(_read("laws.toml")) if group != "parts"))
-    rows = {name: every[name] for name in names}
-    if systems is None:
-        return rows
-    return {name: LawRow(row.law, systems, row.quick) for name, row in rows.items()}
-
-
-def systems(*names: str) -> dict[str, Changes]:
-    """Return some systems by name."""
-    return {name: SYSTEMS[name] for name in names}
+def laws(names: Iterable[str]) -> dict[str, LawRow]:
+    """Return laws by the names of groups and of laws, in this order."""
+    chosen: dict[str, LawRow] = {}
+    for name in names:
+        group = _groups().get(name)
+        # of two groups with a law of this name, the first
+        rows = group or {name: next(g[name] for g in _groups().values() if name in g)}
+        chosen |= rows
+    return chosen
 
 
 def part(name: str) -> Changes:
@@ -99,10 +106,24 @@ def presets(case: str) -> dict[str, dict[str, Any]]:
 
 
 @cache
+def _groups() -> dict[str, dict[str, LawRow]]:
+    groups = {}
+    for name, group in _read("laws.toml").items():
+        if name not in ("parts", "systems", "cases"):
+            systems, quick = tuple(group.get("systems", ())), group.get("quick", True)
+            both = group.get("two_materials", ())
+            groups[name] = {
+                law: LawRow(_changes(parts), systems, quick, law in both)
+                for law, parts in group["laws"].items()
+            }
+    return groups
+
+
+def _changes(parts: Iterable[str | Changes]) -> dict[str, Any]:
+    rows = (part(each) if isinstance(each, str) else each for each in parts)
+    return {name: value for row in rows for name, value in row.items()}
+
+
+@cache
 def _read(name: str) -> dict[str, Any]:
     return tomllib.loads((files(__package__) / name).read_text("utf-8"))
-
-
-FLOOR_FRICTION: Laws = laws("tangential", "old_tangential", "further_tangential") | pick(
-    "rolling sds, linear_history", "rolling sds, linear_history, of Ai"
-)

@@ -38,7 +38,7 @@ def test_what_a_level_runs_a_longer_one_runs_as_well_and_every_key_is_one_row(ca
         assert len(levels[level]) == len(checks)
     assert levels["quick"] <= levels["default"] <= levels["full"]
     laws = {trial.law for trial in case.trials()}
-    assert laws == set(case.laws)
+    assert laws == set(case.matrix.laws)
 
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
@@ -175,7 +175,7 @@ def lammps():
 def test_cases_without_known_defects_hold_in_lammps(lammps, name):
     rows = rows_of(case_named(name), lammps, "default", only="*")
     failing = {row.setup for row in rows if row.verdict is Verdict.FAIL}
-    assert failing <= {f"mindlin, jkr, {system}" for system in case_named(name).systems}
+    assert failing <= {f"mindlin, jkr, {system}" for system in case_named(name).matrix.systems}
 
 
 @pytest.mark.live
