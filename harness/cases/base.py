@@ -15,16 +15,19 @@ that its search ``varies``, and is measured by ``search``.
 
 from __future__ import annotations
 
+import functools
+import traceback
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from numbers import Real
+from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, NamedTuple, TypeVar
 
 from harness.cases.bench import Bench
-from harness.cases.calls import guard_calls
 from harness.engines.base import Engine, Job, Output
-from harness.errors import RequestError, Unsupported
+from harness.errors import HarnessError, RequestError, Unsupported
 from harness.model.base import Parameters
 from harness.results.rows import LEVELS, Failure, Kind, Level, Tolerance
 
@@ -35,6 +38,11 @@ if TYPE_CHECKING:
 __all__ = ["LEVELS", "Case", "Check", "Level", "Quantity", "Value"]
 
 P = TypeVar("P", bound=Parameters)
+EXPECTED = {
+    "job": "a Job",
+    "measure": "numbers by the names of quantities",
+    "exact": "numbers by the names of quantities",
+}  # results of calls of another package
 
 
 class Value(NamedTuple):
@@ -74,7 +82,7 @@ class Quantity(Generic[P]):
 class Check:
     """One row of a verification: what is measured, what is expected, how close, and why so close.
 
-    ``check`` names the route where one quantity of a setup is held against two things. ``jobs`` are
+    ``check`` names the route where a quantity of a setup is compared with two things. ``jobs`` are
     run in one batch with those of all other checks before anything is measured; an engine that
     refuses one of them is not tested. ``level`` is the shortest that runs the check, and its value
     must not depend on the level: another effort is another ``setup``. The difference of a finding
@@ -209,3 +217,50 @@ class Case(ABC, Generic[P]):
                 return quantity
         names = ", ".join(quantity.name for quantity in self.quantities)
         raise RequestError(f"--quantity {name!r}: case {self.name!r} measures {names}")
+
+
+# ---- cases of another package: an error of a call becomes one line
+
+
+class CaseError(RequestError):
+    """A call of a case that raises, or returns another type than the contract has."""
+
+
+def guard_calls(kind: type[Any]) -> None:
+    """Guard the calls of a class of another package that are in :data:`EXPECTED`."""
+    if kind.__module__.partition(".")[0] == "harness":
+        return
+    for name in EXPECTED.keys() & vars(kind).keys():
+        setattr(kind, name, _guarded(name, vars(kind)[name]))
+
+
+def case_error(case: Any, call: str, result: str, expected: str) -> CaseError:
+    """Return the error of a call in one line: package, case, call, found and expected."""
+    package = type(case).__module__.partition(".")[0]
+    where = "" if package == "harness" else f"package {package!r}, "
+    return CaseError(f"{where}case {case.name!r}: {call} {result}, must return {expected}")
+
+
+def _guarded(name: str, call: Callable[..., Any]) -> Callable[..., Any]:
+    @functools.wraps(call)
+    def guarded(self: Any, *arguments: Any, **options: Any) -> Any:
+        try:
+            value = call(self, *arguments, **options)
+        except HarnessError:
+            raise
+        except Exception as error:  # another package may raise anything
+            place = traceback.extract_tb(error.__traceback__)[-1]
+            text = " ".join(f"{type(error).__name__}: {error}".split())[:160]
+            result = f"raised {text} ({Path(place.filename).name}, line {place.lineno})"
+            raise case_error(self, name, result, EXPECTED[name]) from error
+        if not _is_expected(name, value):
+            raise case_error(self, name, f"returned a {type(value).__name__}", EXPECTED[name])
+        return value
+
+    return guarded
+
+
+def _is_expected(name: str, value: Any) -> bool:
+    if name == "job":
+        return isinstance(value, Job)
+    return isinstance(value, Mapping) and all(isinstance(each, Real) for each in value.values())

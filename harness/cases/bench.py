@@ -98,7 +98,7 @@ class Bench:
         key = (make, args, tuple(sorted(options.items())))
         return self._memo(key, lambda: make(*args, **options))
 
-    def known(self, make: Callable[..., Result], *args: Any, **options: Any) -> Result | None:
+    def computed(self, make: Callable[..., Result], *args: Any, **options: Any) -> Result | None:
         """Return the value that :meth:`once` has computed of these arguments, None without one."""
         value: Result | None = self._memo.get((make, args, tuple(sorted(options.items()))))
         return value
@@ -161,7 +161,7 @@ class Bench:
     def rules(self, scene: Scene) -> Rules:
         """Return the engine's conventions in a scene, the defaults for this package's solvers.
 
-        Raise Unsupported for a scene that the engine cannot state.
+        Raise Unsupported for a scene that the engine cannot run.
         """
         from harness.model.conventions import Rules
 
@@ -183,7 +183,7 @@ class Bench:
     def substituting(self, motions: Mapping[Scene, Motion]) -> Bench:
         """Return a bench with the same runs, whose references of some scenes are other motions.
 
-        So a check is held against the reference with the switch of a known defect. What was
+        So a check is compared with the reference with the switch of a known defect. What was
         computed ``once`` may rest on the reference, and is computed anew.
         """
         bench = Bench(self._engine, others=self.others)

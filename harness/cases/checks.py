@@ -11,9 +11,8 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 
-from harness.cases.base import LEVELS, Check, Level, Value
+from harness.cases.base import LEVELS, CaseError, Check, Level, Value
 from harness.cases.bench import Bench
-from harness.cases.calls import CaseError
 from harness.engines.jobs import cores, parallel_map
 from harness.errors import (
     EngineError,

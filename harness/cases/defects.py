@@ -2,7 +2,7 @@
 
 Rows that share the scenes of their jobs are one run. Where one of them fails, the reference is run
 with the switch of each defect that may act there. The run has a defect where all its rows that are
-held against other codes hold with the switch. A row without a scene can only have the error of a
+compared with other codes hold with the switch. A row without a scene can only have the error of a
 defect, or one that is undetermined.
 """
 
@@ -71,7 +71,7 @@ class _Run:
     bench: Bench
     checks: Sequence[Check]
     rows: Sequence[Row]
-    known: Sequence[KnownDefect]
+    candidates: Sequence[KnownDefect]
     version: str
 
     @cached_property
@@ -79,7 +79,7 @@ class _Run:
         """The defects that may act in a row."""
         places = {(row.setup, row.check): row for row in self.rows}.values()
         rows = [replace(row, version=self.version) for row in places]
-        return [defect for defect in self.known if any(map(defect.concerns, rows))]
+        return [defect for defect in self.candidates if any(map(defect.concerns, rows))]
 
     @cached_property
     def jobs(self) -> tuple[Job, ...]:

@@ -83,9 +83,9 @@ def get_case(name: str) -> Case[Any]:
 
 def usable_cases() -> dict[str, Case[Any]]:
     """Return all cases that can be used, by name; :func:`plugin_faults` has the reasons."""
-    own = {name: get_case(name) for name in homes()}
-    points = [p for n, p in _plugins().items() if n not in own and not _fault(p)]
-    return own | {point.name: _plugin_case(point) for point in points}
+    cases = {name: get_case(name) for name in homes()}
+    points = [p for n, p in _plugins().items() if n not in cases and not _fault(p)]
+    return cases | {point.name: _plugin_case(point) for point in points}
 
 
 def plugin_faults() -> list[str]:

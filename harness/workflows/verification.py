@@ -23,9 +23,8 @@ from pathlib import Path
 from typing import Any
 
 from harness import __version__
-from harness.cases.base import Case, Check
+from harness.cases.base import Case, CaseError, Check, case_error
 from harness.cases.bench import OWN, Bench, job_key
-from harness.cases.calls import CaseError, case_error
 from harness.cases.checks import failure_of, run_checks, selected
 from harness.cases.defects import explained
 from harness.cases.defects import known_defects as load_defects

@@ -45,7 +45,7 @@ def test_names_are_listed_without_an_import_of_a_case():
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     count, *modules = done.stdout.split()
     assert int(count) >= 28
-    assert set(modules) <= {f"harness.cases.{n}" for n in ("base", "bench", "calls", "registry")}
+    assert set(modules) <= {f"harness.cases.{n}" for n in ("base", "bench", "registry")}
 
 
 @pytest.mark.usefixtures("registered")

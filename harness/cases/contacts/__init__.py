@@ -1,1 +1,1 @@
-"""Contacts of one or two spheres, each law in each system held against the reference."""
+"""Contacts of one or two spheres, each law in each system compared with the reference."""

@@ -309,7 +309,7 @@ def observe(parameters: ContactSystem, motion: Motion) -> Mapping[str, float]:
 def motion_difference(scene: Scene, motion: Motion, other: Motion) -> float:
     """Return the largest difference of two motions of a scene [-], over all samples.
 
-    Positions are over the longest way or the overlap at rest, velocities and r times angular
+    Positions are over the longest path or the overlap at rest, velocities and r times angular
     velocities over the largest of both or the gain of gravity in a contact time, forces over the
     largest force, and torques over r times that, r the smallest radius. Forces on bodies that are
     not free may be unknown.
@@ -317,8 +317,8 @@ def motion_difference(scene: Scene, motion: Motion, other: Motion) -> float:
     r = min(body.radius for body in scene.bodies)
     free = [bool(scene.segments) or body.motion == "free" for body in scene.bodies]
     gravity, time = math.hypot(*scene.gravity), scene.step * STEPS
-    way = np.abs(other.position - other.position[0]).max()
-    length = max(way, gravity * (time / math.pi) ** 2) or r
+    path = np.abs(other.position - other.position[0]).max()
+    length = max(path, gravity * (time / math.pi) ** 2) or r
     rim = r * np.abs(other.angular_velocity).max()
     speed = max(np.abs(other.velocity).max(), rim, gravity * time) or 1.0
     force = np.abs(other.force[:, free]).max() or 1.0

@@ -65,7 +65,7 @@ class Drag(ContactSystem):
 
 
 class Heat(ContactSystem):
-    """Bodies of two temperatures, held in contact; SI units. A contact time is that of cooling."""
+    """Bodies of two temperatures, fixed in contact; SI units. A contact time is that of cooling."""
 
     # a contact of other normal forces has another radius, or grows
     allowed: ClassVar = {
@@ -98,7 +98,7 @@ class Heat(ContactSystem):
         return tuple(self.heat_capacity * mass for mass in masses)
 
     def scene(self) -> Scene:
-        """Return the bodies, held at rest for the times of the decay of their difference."""
+        """Return the bodies, fixed at rest for the times of the decay of their difference."""
         flow = conductance(self.heat, self.conductance, self.contact_radius(self.overlap))
         seconds = self.duration / cooling_rate(flow, self.capacities)
         grid = quarters(self.duration, self.duration * self.steps_per_contact, seconds)

@@ -75,9 +75,9 @@ def overlap_and_rate(p: ContactSystem, motion: Motion) -> tuple[Floats, Floats]:
     x, v = motion.position, motion.velocity
     if p.partner == "wall":
         return p.radius - x[:, 0, 2], -v[:, 0, 2]
-    between = x[:, 0] - x[:, 1]
-    distance = np.linalg.norm(between, axis=1)
-    rate = np.einsum("ij,ij->i", between, relative_velocity(motion)) / distance
+    separation = x[:, 0] - x[:, 1]
+    distance = np.linalg.norm(separation, axis=1)
+    rate = np.einsum("ij,ij->i", separation, relative_velocity(motion)) / distance
     return p.radius + p.second_radius - distance, -rate
 
 

@@ -138,7 +138,7 @@ class ContactSystem(Law):
     def overlap_range(self) -> tuple[float, float]:
         """Return the smallest and the largest overlap with a meaning [m].
 
-        Raise ValueError for radii too far apart, and where JKR's area without load, a^3 = 9 pi
+        Raise ValueError for too different radii, and where JKR's area without load, a^3 = 9 pi
         gamma R*^2 / E*, is larger than the reduced radius.
         """
         r, other = self.radius, self.second_radius
@@ -178,7 +178,7 @@ class ContactSystem(Law):
             self.check_range("yield_stress", least / depth, 1e30, reason)
 
     def replace(self, **changes: Any) -> Self:
-        """Return a copy with changed fields, without coefficients of submodels that are left."""
+        """Return a copy with changed fields, without coefficients that no submodel has any more."""
         if "bulk_response" in changes and not changes["bulk_response"]:
             changes.setdefault("bulk_share", None)
         return super().replace(**changes)
@@ -275,7 +275,7 @@ class ContactSystem(Law):
 
     @property
     def lags(self) -> bool:
-        """Return whether the force rests on a state that codes bring on step by step."""
+        """Return whether the force depends on variables that codes advance step by step."""
         return self.normal == "mdr" and (self.yield_stress is not None or bool(self.bulk_share))
 
     @property
@@ -339,8 +339,8 @@ class ContactSystem(Law):
 
 @lru_cache(maxsize=4096)
 def _stated_law(p: ContactSystem) -> Law:
-    given = {name: getattr(p, name) for name in Law.model_fields}
-    law = Law(**{name: value for name, value in given.items() if value is not None})
+    fields = {name: getattr(p, name) for name in Law.model_fields}
+    law = Law(**{name: value for name, value in fields.items() if value is not None})
     return law.one_material if p.materials_as == "stated" else law
 
 

@@ -95,8 +95,8 @@ class PartialSlipCase(ContactCase[Any]):
                     marks[f"{bench.engine.title}, {law}"] = values
         if not marks:
             return ()
-        own = benches.get(OWN) or Bench(None)
-        lines = {law: own.once(self.rebounds, law, own, measured=False) for law in LAWS}
+        solver = benches.get(OWN) or Bench(None)
+        lines = {law: solver.once(self.rebounds, law, solver, measured=False) for law in LAWS}
         text = (
             "Velocity at the contact after over that before, both over mu times the normal one and "
             "times 2 (1 - nu) / (2 - nu), elastic sphere on a wall of its material, nu = 0.3. "

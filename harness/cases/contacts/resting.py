@@ -217,7 +217,7 @@ class InclineRest(InclineRoll):
     allowed: ClassVar = {**Resting.allowed, "rolling": ("sds",)}  # to hold a sphere
 
     def check(self) -> None:
-        """Raise ValueError for a coefficient without which nothing holds the sphere."""
+        """Raise ValueError for a coefficient without which the sphere rolls away."""
         super().check()
         for name in ("rolling_friction", "rolling_stiffness", "friction"):
             if not getattr(self, name):
@@ -255,7 +255,7 @@ class InclineRest(InclineRoll):
     def _ratios(
         self, times: Floats, displacement: Floats, u: Floats, rim: Floats
     ) -> dict[str, float]:
-        """Return the quantities of the states halfway and at the end, each (2,)."""
+        """Return the quantities from values halfway and at the end, each (2,)."""
         pull = self.pull[0]
         fallen, gained = 0.5 * pull * times**2, pull * (times[1] - times[0])
         return {

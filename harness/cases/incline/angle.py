@@ -127,13 +127,13 @@ def extrapolated_on(
 
 def measured_angle(bench: Bench, case: Incline) -> CriticalAngle | None:
     """Return :func:`angle_on` by passage where it was measured, None where it was not."""
-    return bench.known(_angle_on, bench, case, "passage", None)
+    return bench.computed(_angle_on, bench, case, "passage", None)
 
 
 def measured_limit(bench: Bench, case: Incline) -> ExtrapolatedAngle | None:
     """Return the limit of the longest ladder that was measured, None where there is none."""
     ladders = (FULL_LADDER, Ladder(), QUICK_LADDER)
-    limits = (bench.known(_extrapolated_on, bench, ladder, case, None) for ladder in ladders)
+    limits = (bench.computed(_extrapolated_on, bench, ladder, case, None) for ladder in ladders)
     return next((one for one in limits if one is not None), None)
 
 
