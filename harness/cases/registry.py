@@ -34,7 +34,7 @@ _CONTACT_MODULES = {
     "stacked": "stacked", "twist": "resting",
 }  # fmt: skip
 _CONTACTS = {
-    "drop": "harness.cases.drop.case:CASE",
+    "drop": "harness.cases.drop:CASE",
     **{
         name: f"harness.cases.contacts.{module}:{name.replace('-', '_').upper()}"
         for name, module in _CONTACT_MODULES.items()

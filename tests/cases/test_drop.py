@@ -10,8 +10,7 @@ from scipy.integrate import solve_ivp
 from harness.cases.base import LEVELS
 from harness.cases.bench import Bench
 from harness.cases.checks import run_checks
-from harness.cases.drop.case import CASE, collision, contacts
-from harness.cases.drop.system import Drop, restitution, scene_of
+from harness.cases.drop import CASE, Drop, collision, contacts, restitution, scene_of
 from harness.engines.output import SERIES
 from harness.engines.reference import Reference
 from harness.engines.registry import open_engine
@@ -292,11 +291,3 @@ def test_output_of_another_run_is_an_error():
     cut = {name: values for name, values in output.tables[SERIES].items() if name != "vy_m_per_s"}
     with pytest.raises(EngineOutputError, match="vy_m_per_s"):
         CASE.measure(case, replace(output, tables={SERIES: cut}))
-
-
-def test_section_has_the_collisions_that_were_run():
-    (section,) = CASE.sections({"reference": Bench(Reference())})
-    frame = section.tables[0].frame
-    assert np.abs(frame["measured"] - frame["expected"]).max() < 1e-3
-    assert len(frame) == 8
-    assert len(section.drawings[0].draw().axes[0].lines) == 16

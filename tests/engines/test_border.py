@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from harness.cases.drop.case import CASE
+from harness.cases.drop import CASE
 from harness.engines.base import Engine, Output, Traits
 from harness.engines.provenance import Provenance
 from harness.errors import EngineError, EngineNaNError, EngineOutputError, RequestError

@@ -7,8 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from harness.cases.drop.case import CASE
-from harness.cases.drop.system import TEMPLATE, Drop
+from harness.cases.drop import CASE, TEMPLATE, Drop
 from harness.engines.output import Output
 from harness.engines.process import Limits
 from harness.engines.registry import engine_class, open_engine

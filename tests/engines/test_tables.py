@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from harness.cases.drop.system import TEMPLATE
+from harness.cases.drop import TEMPLATE
 from harness.engines.lammps.engine import Lammps
 from harness.engines.output import Output, finished, read_csv, read_dump, results_in
 from harness.engines.provenance import Provenance

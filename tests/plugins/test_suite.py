@@ -9,7 +9,7 @@ import pytest
 
 from harness.cases.bench import Bench
 from harness.cases.checks import run_checks
-from harness.cases.drop.case import CASE as DROP
+from harness.cases.drop import CASE as DROP
 from harness.engines.base import scene_job
 from harness.results.rows import Verdict
 from harness.solvers import reference

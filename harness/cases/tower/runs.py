@@ -221,6 +221,11 @@ class Timing(NamedTuple):
     every: int
     steps_per_contact: float
 
+    @property
+    def samples(self) -> int:
+        """Return how many samples follow the start."""
+        return self.steps // self.every
+
 
 def timing_of(
     case: Tower,

@@ -7,7 +7,7 @@ import pytest
 from harness.cases.base import Check
 from harness.cases.bench import Bench
 from harness.cases.checks import row_in
-from harness.cases.drop.case import CASE
+from harness.cases.drop import CASE
 from harness.engines.lammps.engine import Lammps
 from harness.engines.lammps.language import error_of
 from harness.engines.process import Ended

@@ -9,8 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from harness.cases.drop.case import CASE
-from harness.cases.drop.system import TEMPLATE, values_of
+from harness.cases.drop import CASE, TEMPLATE, values_of
 from harness.engines.lammps.engine import Lammps
 from harness.engines.lammps.workers import FinishedRun, InProcess, Order
 from harness.engines.process import Limits

@@ -3,8 +3,7 @@ import sys
 
 import pytest
 
-from harness.cases.drop.case import CASE
-from harness.cases.drop.system import read_path
+from harness.cases.drop import CASE, read_path
 from harness.cases.registry import get_case
 from harness.engines.lammps.engine import Lammps
 from harness.engines.process import Limits

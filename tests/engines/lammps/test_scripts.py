@@ -7,8 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from harness.cases.drop.case import CASE
-from harness.cases.drop.system import TEMPLATE, Drop, values_of
+from harness.cases.drop import CASE, TEMPLATE, Drop, values_of
 from harness.engines.lammps.engine import Lammps
 from harness.model.contact import Contact
 
