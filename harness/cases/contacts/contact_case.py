@@ -297,6 +297,11 @@ class Trial:
         return Value(size, note=f"{name}, by {changed}: part of its scale, by the reference")
 
 
+def ratios(**meanings: str) -> tuple[Quantity[Any], ...]:
+    """Return quantities that are pure numbers, of about 1, by name and meaning."""
+    return tuple(Quantity(name, "1", meaning) for name, meaning in meanings.items())
+
+
 def observe(parameters: ContactSystem, motion: Motion) -> Mapping[str, float]:
     """Return the quantities of a motion. Raise EngineOutputError for samples of no contact."""
     try:

@@ -13,8 +13,7 @@ from typing import ClassVar, Literal
 import numpy as np
 from pydantic import Field
 
-from harness.cases.base import Quantity
-from harness.cases.contacts.contact_case import ContactCase
+from harness.cases.contacts.contact_case import ContactCase, ratios
 from harness.cases.contacts.parameters import Radius
 from harness.cases.contacts.resting import Resting
 from harness.model.base import Vector
@@ -118,15 +117,11 @@ CURVED_WALL = ContactCase(
     "in a cylinder that of the mean curvature, 2 r R / (2 R - r). Small and stiff it swings with "
     "omega^2 = g / (R - r), rolling with 5/7 of it.",
     parameters=CurvedWall,
-    quantities=(
-        Quantity("angle_ratio", "1", "angle from the vertical over that of the start"),
-        Quantity("halfway_angle_ratio", "1", "likewise, halfway"),
-        Quantity(
-            "sideways_velocity_ratio", "1", "horizontal velocity over g sin(angle) t, downhill"
-        ),
-        Quantity(
-            "sideways_spin_ratio", "1", "radius times spin over g sin(angle) t, as it rolls down"
-        ),
-        Quantity("overlap_ratio", "1", "overlap at the end over that at the start"),
+    quantities=ratios(
+        angle_ratio="angle from the vertical over that of the start",
+        halfway_angle_ratio="likewise, halfway",
+        sideways_velocity_ratio="horizontal velocity over g sin(angle) t, downhill",
+        sideways_spin_ratio="radius times spin over g sin(angle) t, as it rolls down",
+        overlap_ratio="overlap at the end over that at the start",
     ),
 )

@@ -11,8 +11,7 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
 
-from harness.cases.base import Quantity
-from harness.cases.contacts.contact_case import ContactCase
+from harness.cases.contacts.contact_case import ContactCase, ratios
 from harness.cases.contacts.parameters import ContactSystem, Duration, Gravity, quarters
 from harness.errors import EngineOutputError
 from harness.model.base import ZERO
@@ -158,10 +157,10 @@ DRAG = ContactCase(
     summary="A falling sphere reaches its terminal velocity in a viscous fluid.",
     formula="m u' = m g - gamma u: u = v (1 - exp(-gamma t / m)), v = m g / gamma.",
     parameters=Drag,
-    quantities=(
-        Quantity("halfway_speed_over_terminal", "1", "speed of the fall over m g / gamma, halfway"),
-        Quantity("speed_over_terminal", "1", "speed of the fall over m g / gamma, at the end"),
-        Quantity("fall_ratio", "1", "height of the fall over m g / gamma times the time"),
+    quantities=ratios(
+        halfway_speed_over_terminal="speed of the fall over m g / gamma, halfway",
+        speed_over_terminal="speed of the fall over m g / gamma, at the end",
+        fall_ratio="height of the fall over m g / gamma times the time",
     ),
 )
 HEAT = ContactCase(
@@ -170,16 +169,11 @@ HEAT = ContactCase(
     formula="C_i T_i' = -+ G (T_1 - T_2), G = 2 k a or h pi a^2, a^2 = R* overlap: the difference "
     "decays as exp(-G (1/C_1 + 1/C_2) t), at a wall with 1/C_2 = 0; the heat of both stays.",
     parameters=Heat,
-    quantities=(
-        Quantity(
-            "halfway_excess_ratio", "1", "temperature of the first above that of the other at the "
-            "start, over the difference then, halfway",
-        ),
-        Quantity("excess_ratio", "1", "likewise, at the end"),
-        Quantity("partner_excess_ratio", "1", "that of the second, likewise"),
-        Quantity(
-            "heat_change_ratio", "1",
-            "heat of both after less before, over that of the first above the other",
-        ),
+    quantities=ratios(
+        halfway_excess_ratio="temperature of the first above that of the other at the start, over "
+        "the difference then, halfway",
+        excess_ratio="likewise, at the end",
+        partner_excess_ratio="that of the second, likewise",
+        heat_change_ratio="heat of both after less before, over that of the first above the other",
     ),
 )  # fmt: skip

@@ -13,8 +13,7 @@ from typing import ClassVar, Literal
 import numpy as np
 from pydantic import Field
 
-from harness.cases.base import Quantity
-from harness.cases.contacts.contact_case import ContactCase
+from harness.cases.contacts.contact_case import ContactCase, ratios
 from harness.cases.contacts.parameters import Speed
 from harness.cases.contacts.resting import Resting
 from harness.errors import RequestError
@@ -135,15 +134,11 @@ MOVING_WALL = ContactCase(
     "t) on the plane: across W^2 = k_n / m, 2 d = eta_n / m; along 7/2 of k_t and eta_t over m, "
     "and 2/7 of the velocity there.",
     parameters=MovingWall,
-    quantities=(
-        Quantity(
-            "halfway_gained_velocity_ratio", "1",
-            "velocity that the sphere gained, over the plane's largest, halfway",
-        ),
-        Quantity("gained_velocity_ratio", "1", "likewise, at the end"),
-        Quantity("gained_spin_ratio", "1", "radius times spin, likewise"),
-        Quantity(
-            "surface_momentum_ratio", "1", "of u + 2/5 r omega, over the plane's largest velocity"
-        ),
+    quantities=ratios(
+        halfway_gained_velocity_ratio="velocity that the sphere gained, over the plane's largest, "
+        "halfway",
+        gained_velocity_ratio="likewise, at the end",
+        gained_spin_ratio="radius times spin, likewise",
+        surface_momentum_ratio="of u + 2/5 r omega, over the plane's largest velocity",
     ),
 )  # fmt: skip

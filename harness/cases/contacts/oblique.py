@@ -16,7 +16,7 @@ import numpy as np
 from pydantic import Field
 
 from harness.cases.base import Quantity
-from harness.cases.contacts.contact_case import ContactCase
+from harness.cases.contacts.contact_case import ContactCase, ratios
 from harness.cases.contacts.impact import impact_scene, relative_velocity
 from harness.cases.contacts.parameters import AngularSpeed, ContactSystem, Speed
 from harness.cases.contacts.partial_slip import PartialSlipCase
@@ -169,11 +169,10 @@ class Spin(ContactSystem):
 
 
 VELOCITY_RATIOS: Sequence[Quantity[Any]] = (
-    Quantity("normal_restitution", "1", "normal speed after over that before"),
-    Quantity("tangential_ratio", "1", "tangential velocity of the centre, likewise"),
-    Quantity(
-        "rim_speed_ratio", "1",
-        "radius times spin at the end over the tangential velocity at the start",
+    *ratios(
+        normal_restitution="normal speed after over that before",
+        tangential_ratio="tangential velocity of the centre, likewise",
+        rim_speed_ratio="radius times spin at the end over the tangential velocity at the start",
     ),
     Quantity(
         "tangential_impulse_ratio", "1", "tangential over normal impulse: at most mu where the "
@@ -206,9 +205,9 @@ COLLISION = ContactCase(
     parameters=Collision,
     quantities=(
         *VELOCITY_RATIOS,
-        Quantity(
-            "momentum_change_ratio", "1",
-            "along the normal, of both, after less before, over m* times the speed",
+        *ratios(
+            momentum_change_ratio="along the normal, of both, after less before, over m* times the "
+            "speed",
         ),
     ),
 )  # fmt: skip
@@ -219,12 +218,9 @@ SPIN = ContactCase(
     "force never pulls, vx' = -mu (1 + e) vn against the surface's motion, omega' = omega - 5/2 mu "
     "(1 + e) vn / r on a wall.",
     parameters=Spin,
-    quantities=(
-        Quantity("normal_restitution", "1", "normal speed after over that before"),
-        Quantity("spin_ratio", "1", "spin at the end over that at the start"),
-        Quantity(
-            "gained_speed_ratio", "1",
-            "tangential velocity gained over radius times spin at the start",
-        ),
+    quantities=ratios(
+        normal_restitution="normal speed after over that before",
+        spin_ratio="spin at the end over that at the start",
+        gained_speed_ratio="tangential velocity gained over radius times spin at the start",
     ),
 )  # fmt: skip

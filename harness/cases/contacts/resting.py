@@ -15,7 +15,7 @@ import numpy as np
 from pydantic import Field
 
 from harness.cases.base import Quantity
-from harness.cases.contacts.contact_case import ContactCase
+from harness.cases.contacts.contact_case import ContactCase, ratios
 from harness.cases.contacts.parameters import (
     AngularSpeed,
     ContactSystem,
@@ -36,7 +36,6 @@ from harness.theory.contact import (
 )
 
 LEAST_FRICTION = 1e-6  # with less, slipping lasts a day and longer
-RIM = "radius times spin at the end over the speed at the start"
 
 
 class Resting(ContactSystem):
@@ -323,11 +322,11 @@ SLIP_TO_ROLL = ContactCase(
     formula="u + 2/5 r omega stays u0, whatever the friction. It rolls from t = 2 u0 / (7 mu g) "
     "on, about 5/7 u0, with what the tangential spring makes of it: integrated.",
     parameters=SlipToRoll,
-    quantities=(
-        Quantity("sliding_speed_ratio", "1", "speed over that of the start, while it slides"),
-        Quantity("speed_ratio", "1", "speed over that of the start, at the end"),
-        Quantity("rim_speed_ratio", "1", RIM),
-        Quantity("momentum_ratio", "1", "u + 2/5 r omega at the end over the speed at the start"),
+    quantities=ratios(
+        sliding_speed_ratio="speed over that of the start, while it slides",
+        speed_ratio="speed over that of the start, at the end",
+        rim_speed_ratio="radius times spin at the end over the speed at the start",
+        momentum_ratio="u + 2/5 r omega at the end over the speed at the start",
     ),
 )
 ROLLING_RESISTANCE = ContactCase(
@@ -338,10 +337,10 @@ ROLLING_RESISTANCE = ContactCase(
     "torque (model A of Ai and others, 2011) acts at any rate; at rest its sign changes from step "
     "to step.",
     parameters=RollingResistance,
-    quantities=(
-        Quantity("halfway_speed_ratio", "1", "speed over that of the start, halfway"),
-        Quantity("speed_ratio", "1", "speed over that of the start, at the end"),
-        Quantity("rim_speed_ratio", "1", RIM),
+    quantities=ratios(
+        halfway_speed_ratio="speed over that of the start, halfway",
+        speed_ratio="speed over that of the start, at the end",
+        rim_speed_ratio="radius times spin at the end over the speed at the start",
     ),
 )
 INCLINE_ROLL = ContactCase(
@@ -351,10 +350,10 @@ INCLINE_ROLL = ContactCase(
     "g (sin - mu cos), r times the angular one 5/2 mu g cos. Rolling: 5/7 g sin(angle), with what "
     "the tangential spring makes of it: integrated.",
     parameters=InclineRoll,
-    quantities=(
-        Quantity("acceleration_ratio", "1", "mean over the second half, over g sin(angle)"),
-        Quantity("rim_acceleration_ratio", "1", "radius times angular acceleration, likewise"),
-        Quantity("momentum_ratio", "1", "u + 2/5 r omega over g sin(angle) t"),
+    quantities=ratios(
+        acceleration_ratio="mean over the second half, over g sin(angle)",
+        rim_acceleration_ratio="radius times angular acceleration, likewise",
+        momentum_ratio="u + 2/5 r omega over g sin(angle) t",
     ),
 )
 INCLINE_REST = ContactCase(
@@ -373,8 +372,10 @@ INCLINE_REST = ContactCase(
             "halfway_displacement_ratio", "1", "likewise, halfway",
             lambda p: p.displacement_scale(0.5),
         ),
-        Quantity("acceleration_ratio", "1", "mean over the second half, over g sin(angle)"),
-        Quantity("rim_acceleration_ratio", "1", "radius times angular acceleration, likewise"),
+        *ratios(
+            acceleration_ratio="mean over the second half, over g sin(angle)",
+            rim_acceleration_ratio="radius times angular acceleration, likewise",
+        ),
     ),
 )  # fmt: skip
 TWIST = ContactCase(
@@ -384,9 +385,9 @@ TWIST = ContactCase(
     "it slips the spin falls by 5/2 mu_t g / r^2. Below that limit it swings, a damped oscillation "
     "of frequency sqrt(k / I), I = 2/5 m r^2; it sticks again at the spin c mu_t m g / (I k).",
     parameters=Twist,
-    quantities=(
-        Quantity("halfway_spin_ratio", "1", "spin over that of the start, halfway"),
-        Quantity("spin_ratio", "1", "spin at the end over that at the start"),
-        Quantity("deceleration_ratio", "1", "mean of the second half, over 5/2 mu_t g / r^2"),
+    quantities=ratios(
+        halfway_spin_ratio="spin over that of the start, halfway",
+        spin_ratio="spin at the end over that at the start",
+        deceleration_ratio="mean of the second half, over 5/2 mu_t g / r^2",
     ),
 )
