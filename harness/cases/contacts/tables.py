@@ -65,12 +65,9 @@ def matrix(case: str) -> Matrix:
     """Return the laws and systems of a case."""
     row, named = _read("laws.toml")["cases"][case], _read("laws.toml")["systems"]
     rows = laws(row["laws"])
-    if isinstance(row["laws"], dict):
-        systems_of = {name: tuple(systems) for name, systems in row["laws"].items()}
-        rows = {n: replace(law, systems=systems_of[n] or law.systems) for n, law in rows.items()}
+    for name, chosen in row["laws"].items() if isinstance(row["laws"], dict) else ():
+        rows[name] = replace(rows[name], systems=tuple(chosen))
     rows = {name: law for name, law in rows.items() if name not in row.get("without", ())}
-    if row.get("clipped_last"):
-        rows = dict(sorted(rows.items(), key=lambda each: "clipped" in each[1].law))
     systems = row.get("systems", USUAL_SYSTEMS)
     changes = systems if isinstance(systems, dict) else {name: {} for name in systems}
     levels: tuple[Level, ...] = ("full", "default", "quick")
