@@ -36,7 +36,7 @@ from harness.cases.registry import (
     selected_names,
     usable_cases,
 )
-from harness.engines.base import Engine, Job
+from harness.engines.base import Engine
 from harness.engines.cost import job_seconds
 from harness.engines.jobs import parallel_each
 from harness.engines.registry import DEFAULT, engine_names
@@ -311,17 +311,11 @@ class Session:
     def _run(self, stage: str, plan: Mapping[Key, list[Check]]) -> None:
         items = [(*key, checks) for key, checks in plan.items() if checks]
         totals, done = Counter(engine for engine, *_ in items), Counter[str]()
-        jobs: dict[str, list[Job]] = {}
-        for engine, _, checks in items:
-            jobs.setdefault(engine, []).extend(job for check in checks for job in check.jobs)
-
-        def rows_of(item: tuple[str, str, list[Check]]) -> list[Row]:
-            if of_all_cases := jobs.pop(item[0], []):
-                with suppress(HarnessError):  # of all runs, which each row reports
-                    self.benches[item[0]].prepare_scenes(of_all_cases)
-            return self._rows(*item)
-
-        for place, rows in parallel_each(rows_of, items, SIDE_BY_SIDE):
+        for engine in totals:
+            checks = [check for name, _, planned in items if name == engine for check in planned]
+            with suppress(HarnessError):  # of all runs, which each row reports
+                self.benches[engine].prepare_scenes(job for c in checks for job in c.jobs)
+        for place, rows in parallel_each(lambda item: self._rows(*item), items, SIDE_BY_SIDE):
             engine, case, _ = items[place]
             self.rows.setdefault((engine, case), []).extend(rows)
             done[engine] += 1
