@@ -67,8 +67,7 @@ class ProgramOptions:
         names = list(names)
         programs = registry.named_values(self.program or (), "--program")
         settings = registry.engine_settings(self.engine_option or ())
-        registry.check_known(programs, "--program")
-        registry.check_names(programs, settings, names, option)
+        registry.check_options(programs, settings, names, option)
         for engine, words in OWN_OPTIONS.items():
             for word in words.values():
                 value = getattr(self, word.removeprefix("--"))

@@ -29,7 +29,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 from harness.engines.border import guard_calls
-from harness.engines.jobs import cores, each_alone, in_batches
+from harness.engines.jobs import cores, in_batches
 from harness.engines.output import Output
 from harness.engines.provenance import Provenance
 from harness.errors import EngineError, RequestError, Unsupported
@@ -42,7 +42,7 @@ if TYPE_CHECKING:
 
 
 SCENE_NAME = "contact-scene"
-SCENES_AT_ONCE = 500  # a process runs many in the time that it takes to start
+SCENES_AT_ONCE = 500
 
 Value = str | int | float
 Values = Mapping[str, Value]
@@ -138,8 +138,6 @@ class Engine(ABC):
     workers: int = 1
     """Runs that go side by side."""
     has_lj_units: ClassVar[bool] = False
-    ready: bool = False
-    """Whether one run more costs no start of a process, and several threads may start one."""
 
     def __init_subclass__(cls, **more: Any) -> None:
         super().__init_subclass__(**more)
@@ -269,18 +267,14 @@ class Engine(ABC):
     def outcomes(self, jobs: Sequence[Job]) -> Iterator[tuple[int, Output | EngineError]]:
         """Yield the place and the outcome of each job as soon as it is known, in any order.
 
-        Scenes in large batches, others job by job where the engine is ``ready``, else in batches.
+        In batches that grow with their speed: of scenes a process runs many in the time that it
+        takes to start.
         """
         self.check(jobs)
         with_script = [self.has_template(job.template) for job in jobs]
         for scripted, size in ((False, SCENES_AT_ONCE), (True, 2 * cores())):
             places = [place for place, has in enumerate(with_script) if has is scripted]
-            chosen = [jobs[place] for place in places]
-            if scripted and self.ready:
-                ends = each_alone(chosen, lambda job: self.run([job])[0], self.workers, self.title)
-            else:
-                ends = in_batches(chosen, self.run, size)
-            for place, outcome in ends:
+            for place, outcome in in_batches([jobs[k] for k in places], self.run, size):
                 yield places[place], outcome
 
     # ---- texts

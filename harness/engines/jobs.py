@@ -143,26 +143,6 @@ def in_batches(
         first += len(batch)
 
 
-def each_alone(
-    items: Sequence[Item], run: Callable[[Item], Result | EngineError], workers: int, title: str
-) -> Iterator[tuple[int, Result | EngineError]]:
-    """Yield the place and the outcome of each item as it is over, run side by side.
-
-    After two in a row for each worker that hang, the rest is not tried.
-    """
-    most, hung = 2 * workers, 0
-
-    def outcome_of(item: Item) -> Result | EngineError:
-        nonlocal hung
-        if hung >= most:
-            return EngineTimeoutError(f"{title}: not run after {most} in a row that hung")
-        outcome = run(item)
-        hung = hung + 1 if isinstance(outcome, EngineTimeoutError) else 0
-        return outcome
-
-    yield from parallel_each(outcome_of, items, min(workers, len(items)))
-
-
 def cores() -> int:
     """Return the number of cores this process may use."""
     if hasattr(os, "sched_getaffinity"):

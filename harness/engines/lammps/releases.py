@@ -26,7 +26,6 @@ from harness.engines.process import COMPLETE, MADE, USED, environments_folder, l
 from harness.engines.programs import (
     ENVIRONMENT,
     facts,
-    launcher_words,
     program_files,
     program_words,
     with_libraries,
@@ -46,7 +45,7 @@ def fingerprint(lmp: str | None = None, launcher: str | None = None) -> dict[str
     if lmp is None and launcher is None:
         files = _library_files()
         return facts("lammps", "in-process", files, VARIABLES) if files else None
-    how = shlex.join(launcher_words(launcher)) or "executable"
+    how = shlex.join(program_words("mpirun", launcher)) if launcher else "executable"
     path, *arguments = program_words("lmp", lmp or "lmp")
     program = Path(path)
     files = _wheel_files(program) or program_files(program)

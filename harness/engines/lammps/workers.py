@@ -24,7 +24,7 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from harness.engines.jobs import each_alone
+from harness.engines.jobs import parallel_map
 from harness.engines.lammps.language import check_log, error_from_text, file_of, version_in
 from harness.engines.output import finished
 from harness.engines.process import Limits, fresh_folder, last_text, one_thread, text_of
@@ -70,7 +70,7 @@ class InProcess:
     """
 
     def __init__(self, workers: int, limits: Limits) -> None:
-        self._limits, self._workers, self._closed = limits, workers, False
+        self._limits, self._workers, self._closed, self._hung = limits, workers, False, 0
         self._files = ExitStack()
         self._folder = self._files.enter_context(fresh_folder())
         self._slots: queue.LifoQueue[Worker | None] = queue.LifoQueue()
@@ -88,10 +88,7 @@ class InProcess:
 
         After two in a row for each worker that hang, the rest is not tried.
         """
-        if len(orders) == 1:
-            return [self._run_one(orders[0])]
-        ends = dict(each_alone(orders, self._run_one, self._workers, TITLE))
-        return [ends[place] for place in range(len(orders))]
+        return parallel_map(self._run_one, orders, min(self._workers, len(orders)))
 
     def close(self) -> None:
         """End the workers, also those at work, and remove the temporary files."""
@@ -128,11 +125,17 @@ class InProcess:
             self._slots.put(worker)
 
     def _run_one(self, order: Order) -> FinishedRun | EngineError:
+        most = 2 * self._workers
+        if self._hung >= most:
+            return EngineTimeoutError(f"{TITLE}: not run after {most} in a row that hung")
         try:
             with self._worker() as worker:
-                return worker.run(order)
+                end = worker.run(order)
         except EngineError as error:
+            self._hung += isinstance(error, EngineTimeoutError)
             return error
+        self._hung = 0
+        return end
 
 
 class Worker:

@@ -107,7 +107,7 @@ def test_a_launcher_of_another_mpi_is_refused(script_file):
     mpirun = script_file('shift\n"$@"\n"$@"\n', "mpirun")
     with (
         Lammps(lmp=lmp, launcher=f"{mpirun} -2") as engine,
-        pytest.raises(EngineMissingError, match="started 2 separate LAMMPS instead of one"),
+        pytest.raises(EngineMissingError, match="starts 2 separate LAMMPS instead of one"),
     ):
         engine.identify()
     with pytest.raises(RequestError, match=r"--mpirun 'no-such-launcher'"):

@@ -1,13 +1,12 @@
-import subprocess
-import sys
+"""Older releases, installed from the package index: the committed input, and refusals."""
 
 import pytest
 
 from harness.cases.drop import CASE, read_path
 from harness.cases.registry import get_case
 from harness.engines.lammps.engine import Lammps
-from harness.engines.process import Limits
 from harness.engines.scripts import Script, Task
+from harness.errors import EngineError
 
 pytestmark = [pytest.mark.live, pytest.mark.slow]
 
@@ -18,52 +17,41 @@ RELEASES = {
 }
 
 
-def install(release, folder):
-    """Make a virtual environment with one release; return the path of its lmp."""
-    subprocess.run([sys.executable, "-m", "venv", str(folder)], check=True)
-    pip = [str(folder / "bin" / "python"), "-m", "pip", "install", "-q"]
-    answer = subprocess.run(
-        [*pip, f"lammps=={release}", "mpich"], capture_output=True, text=True, check=False
-    )
-    if answer.returncode != 0:
-        pytest.skip(f"pip cannot install lammps=={release}: {answer.stderr.strip()[-200:]}")
-    return str(folder / "bin" / "lmp")
-
-
 @pytest.fixture(scope="module", params=RELEASES)
 def release(request, tmp_path_factory):
-    folder = tmp_path_factory.mktemp("release") / request.param
-    return RELEASES[request.param], install(request.param, folder)
+    """Return an engine of a release and its greeting; skip where it cannot be installed."""
+    try:
+        engine = Lammps.release(request.param, tmp_path_factory.mktemp("releases"))
+    except EngineError as error:
+        pytest.skip(str(error))
+    with engine:
+        yield engine, RELEASES[request.param]
 
 
-def run_committed(lmp, inputs):
-    """Run the committed input as it stands; return the release and the path."""
+def run_committed(engine, inputs):
+    """Run the committed input as it stands; return the path."""
     text = (inputs / "drop.in").read_text(encoding="utf-8")
-    with Lammps(lmp=lmp, workers=1, limits=Limits(seconds=120)) as engine:
-        who, job = engine.identify(), CASE.job(CASE.presets["head-on"])
-        names = frozenset(engine.script(job.template).variables)
-        values = {"series": "0.csv", **engine.task(job).values}
-        (output,) = engine.execute([Task(job, Script("drop.in", text, names), values)])
-    return who, read_path(CASE.presets["head-on"], output)
+    task = engine.task(CASE.job(CASE.presets["head-on"]))
+    script = Script("drop.in", text, task.script.variables)
+    (output,) = engine.execute([Task(task.job, script, {"series": "0.csv", **task.values})])
+    return read_path(CASE.presets["head-on"], output)
 
 
 def test_committed_input_gives_the_same_in_every_release(release, lmp, inputs):
-    greeting, old = release
-    who, path = run_committed(old, inputs)
-    here, expected = run_committed(lmp, inputs)
-    assert who.engine_version == greeting
-    assert who.engine_version != here.engine_version
+    engine, greeting = release
+    path = run_committed(engine, inputs)
+    with Lammps(lmp=lmp) as here:
+        expected = run_committed(here, inputs)
+    assert engine.identify().engine_version == greeting
     assert path.y == pytest.approx(expected.y, rel=1e-12)
     assert path.vy == pytest.approx(expected.vy, rel=1e-9)
 
 
 @pytest.mark.parametrize("model", ["radius", "area"])
 def test_heat_is_refused_for_what_a_release_lacks(release, model):
-    greeting, old = release
+    engine, greeting = release
     case, lacks = get_case("heat"), {"23 Jun 2022": "heat", "2 Aug 2023": "compute property/atom"}
-    job = case.job(case.default.replace(heat=model))
-    with Lammps(lmp=old, workers=1) as older:
-        reason = older.refuses(job)
+    reason = engine.refuses(case.job(case.default.replace(heat=model)))
     date = greeting.partition(" - ")[0]
     if date in lacks:
         assert reason.startswith(f"LAMMPS {date} has no {lacks[date]}")
