@@ -24,7 +24,7 @@ def _reference():
     reference.run(resting(HERTZ, 1e-3, 10))
 
 
-def _plane():
+def _rigid():
     reference.run(on_row(steps=10, friction=0.1))
     hard_sphere.critical_angle(0.1)
 
@@ -33,7 +33,7 @@ def _columns():
     columns.run(scene_of(Columns(n=1, stiffness=1e4)), 1)
 
 
-SETS = {"chain": _chain, "reference": _reference, "plane": _plane, "columns": _columns}
+SETS = {"chain": _chain, "reference": _reference, "rigid": _rigid, "columns": _columns}
 
 
 def compile_by_turns(folder, worker):

@@ -23,15 +23,18 @@ from harness.model.scene import Wall
 from harness.solvers import mdr
 from harness.solvers.kernels import (
     FORCE,
+    GO_ON,
+    OVER,
     PARTS,
     POSITION,
     SPIN,
     TORQUE,
     VELOCITY,
+    Stages,
     inlined,
     kernel,
-)
-from harness.solvers.stages import GO_ON, OVER, Stages, look
+    look,
+)  # fmt: skip
 
 Records = Any  # a record, or an array of records, of the types in harness.solvers.reference
 Triple = tuple[float, float, float]
@@ -252,11 +255,13 @@ def _is_far(state: Floats, bodies: Records, contact: Records, rules: Records) ->
     reach = 1.000001 * (bodies[i].radius + bodies[j].radius)
     for k in range(3):
         apart = _nearest(state[i, POSITION, k] - state[j, POSITION, k], rules.period[k])
+        if abs(apart) > reach:
+            return True
         square += apart * apart
     return bool(square > reach * reach)
 
 
-@kernel
+@inlined
 def _touch(system: System, c: int, h: float, time: float) -> None:
     contact, rules, touch = system.contacts[c], system.rules, _find_touch(system, c, time)
     law, first = system.laws[contact.law], system.bodies[contact.first].radius
@@ -404,8 +409,8 @@ def _add_contact(system: System, c: int, touch: Touch, radius: float, h: float) 
     along = couple = NONE
     if law.rubs:
         motion = relative, _vector(state[i, SPIN]), _vector(state[j, SPIN]) if j >= 0 else NONE
-        slip = Slip(radius, a, eta, load, pressed, touch.overlap, n, n, 0.0, n, n, radius)
-        slip = _slip(rules, j >= 0, touch, system.bodies[i].radius, motion, h, slip)
+        forces = radius, a, eta, load, pressed
+        slip = _slip(rules, j >= 0, touch, system.bodies[i].radius, motion, h, forces)
         along = _tangential_force(contact, law, rules, n, slip, h)
         couple = _rolling_torque(contact, law, rules, n, slip, h)
         couple = _add(couple, _twisting_torque(contact, law, rules, n, slip, h))
@@ -532,9 +537,12 @@ def _lever(kind: int, overlap: float, radius: float) -> float:
 @kernel
 def _slip(
     rules: Records, pair: bool, touch: Touch, radius: float, motion: tuple[Triple, Triple, Triple],
-    h: float, slip: Slip,
+    h: float, forces: tuple[float, float, float, float, float],
 ) -> Slip:  # fmt: skip
-    """Return how a contact slips, by relative velocity [m/s] and both angular velocities."""
+    """Return how a contact slips, by relative velocity [m/s] and both angular velocities.
+
+    ``forces`` are the first five fields of a Slip.
+    """
     n, (relative, spin, other) = touch.normal, motion
     kind = rules.velocity_lever if pair else rules.wall_lever
     first = _lever(kind, touch.overlap, radius)
@@ -552,11 +560,9 @@ def _slip(
     felt = _minus(spin, other)
     if not pair and rules.wall_spin == LEVERED:
         felt = _scale((radius - 0.5 * touch.overlap) / (radius - touch.overlap), felt)
-    both = _add(spin, other)
-    return Slip(
-        slip.radius, slip.a, slip.eta, slip.load, slip.elastic, slip.overlap, u, moved, along,
-        felt, both, slip.radius * first / radius,
-    )  # fmt: skip
+    effective, a, eta, load, elastic = forces
+    return Slip(effective, a, eta, load, elastic, touch.overlap, u, moved, along, felt,
+                _add(spin, other), effective * first / radius)  # fmt: skip
 
 
 @kernel

@@ -6,8 +6,7 @@ limit of small steps is the solution of the contact law. At the step of a code t
 that code's result to round-off, or one of the two is wrong.
 
 Laws are those of :mod:`harness.model.law`, conventions and known defects of codes those of
-:mod:`harness.model.conventions`. :mod:`harness.solvers.contacts` has the compiled steps of any
-scene, :mod:`harness.solvers.plane` those of linear contacts in the plane, several times as fast.
+:mod:`harness.model.conventions`; :mod:`harness.solvers.contacts` has the compiled steps.
 """
 
 from __future__ import annotations
@@ -27,7 +26,7 @@ from harness.model.conventions import Faults, Rules
 from harness.model.law import DAMPING, Law, damping_ratio
 from harness.model.motion import Floats, Motion
 from harness.model.scene import Body, Scene, Wall
-from harness.solvers import contacts, mdr, plane, stages
+from harness.solvers import contacts, kernels, mdr
 from harness.solvers.contacts import System
 from harness.solvers.kernels import FORCE, PARTS, SPIN, TORQUE, VELOCITY
 
@@ -60,11 +59,7 @@ class Simulation:
         scene = _mixed(scene, rules)
         self.scene, self.faults, self.step_number = scene, faults or Faults(), 0
         self._system = _system(scene, rules, self.faults)
-        self._stages = stages.stages_of(scene, rules)
-        self._plane = None
-        if plane.is_planar(scene, rules, self.faults):
-            pairs = self._system.contacts[["first", "second", "mass"]].tolist()
-            self._plane = plane.plane_of(scene, rules, pairs)
+        self._stages = kernels.stages_of(scene, rules)
         starts = np.cumsum([0, *(segment.steps for segment in scene.segments)]).tolist()
         self._segments = dict(zip(starts, scene.segments, strict=False))
         self._setups = {0, *self._segments, *scene.setups}
@@ -75,12 +70,12 @@ class Simulation:
         self._act()
         self._make_room()
         self._samples[0][0], self._temperatures[0][0] = self.state, self._system.heat[:, 0]
-        stages.keep(self.state, self._stages, 0)
+        kernels.keep(self.state, self._stages, 0)
 
     @property
     def over(self) -> bool:
         """Return whether all steps are taken, or a look ended the run."""
-        return self.step_number >= self.scene.steps or stages.finished(self._stages)
+        return self.step_number >= self.scene.steps or kernels.finished(self._stages)
 
     def advance(self, steps: int) -> None:
         """Take so many steps, with the segments, setups and stages of the scene on the way."""
@@ -102,10 +97,7 @@ class Simulation:
             laws["restitution"] = tsuji(laws["restitution"])
             again = _tsuji_dashpot(laws["restitution"], self.faults)
             laws["dashpot"] = np.where(laws["tsuji"], again, laws["dashpot"])
-        if self._plane is not None:
-            shielded(plane.set_up, self.state, self._plane, self._system.movers)
-        else:
-            shielded(contacts.set_up, self._system, self.step_number * self.scene.step)
+        shielded(contacts.set_up, self._system, self.step_number * self.scene.step)
         if not self.step_number:
             self._system.state[0, TORQUE] += self.faults.setup_torque
         self._system.before[:] = self._system.state[:, FORCE:]
@@ -113,7 +105,7 @@ class Simulation:
     def motion(self) -> Motion:
         """Return the samples so far; raise EngineNaNError where the motion is not finite."""
         taken = self.step_number // self.scene.every + 1
-        samples, ends = np.concatenate(self._samples)[:taken], stages.ends(self._stages)
+        samples, ends = np.concatenate(self._samples)[:taken], kernels.ends(self._stages)
         parts = (samples, self.state, 0.0 if ends is None else ends)
         if not all(np.isfinite(part).all() for part in parts):
             raise EngineNaNError("reference: the motion is not finite (NaN)")
@@ -146,13 +138,11 @@ class Simulation:
         self._temperatures.append(np.empty((rows, len(self.state))))
 
     def _step(self, steps: int) -> None:
-        start, every, samples = self.step_number, self.scene.every, self._samples[-1]
-        if self._plane is not None:
-            taken = shielded(plane.take_steps, self._system, self._plane, self._stages, start,
-                             steps, every, samples, self._kept)  # fmt: skip
-        else:
-            taken = shielded(contacts.take_steps, self._system, self._stages, start, steps, every,
-                             samples, self._temperatures[-1], self._kept)  # fmt: skip
+        start, every = self.step_number, self.scene.every
+        rows = self._samples[-1], self._temperatures[-1], self._kept
+        taken = shielded(
+            contacts.take_steps, self._system, self._stages, start, steps, every, *rows
+        )
         self.step_number += taken
         if not self.over:
             self._act()
