@@ -11,6 +11,7 @@ from scipy.optimize import brentq
 from harness.cases.tower.parameters import LAWS, Tower
 from harness.cases.tower.runs import solve
 from harness.cases.tower.windows import impulse, turnaround
+from harness.model.law import damping_ratio
 from harness.reproduction.background import HALF_DIGIT
 from harness.reproduction.samples import (
     MEDIAN,
@@ -30,7 +31,6 @@ from harness.reproduction.samples import (
 from harness.reproduction.statements import Outcome, holds, statement
 from harness.solvers.chain import source
 from harness.theory.chain import compliance, series_stiffness, static_forces
-from harness.theory.contact import damping_ratio
 
 FIRST_PACKET = 1.5  # [t0] end of the contacts with the neighbour, as printed
 BOUNDARIES = "Appendix A, boundaries within a chain"

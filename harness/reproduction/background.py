@@ -18,11 +18,11 @@ from harness.cases.tower.parameters import Tower
 from harness.errors import RequestError
 from harness.model.contact import Contact
 from harness.model.conventions import Rules
+from harness.model.law import damping_ratio
 from harness.model.scene import Scene
 from harness.reproduction.samples import damped_contact, generator, springs_in_series
 from harness.reproduction.statements import Outcome, holds, statement
 from harness.theory.chain import shock_from_restitution
-from harness.theory.contact import damping_ratio
 from harness.theory.incline import after_next_shock, critical_angle, no_flight_bound, steady_energy
 
 LONG = 2000  # shocks after which the energy has its limit

@@ -15,8 +15,6 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from harness.errors import RequestError
-
 # ---- the linear spring-dashpot contact: its restitution and its duration
 #
 # m x'' + 2 zeta omega m x' + omega^2 m x = 0 from x = 0 at speed 1. With the attractive tail kept
@@ -31,17 +29,6 @@ MOST_STEPS = 1000.0
 
 LONGEST = 10.0
 """Contact times pi / omega after which a grain that has not left creeps, and does not rebound."""
-
-
-def damping_ratio(restitution: float) -> float:
-    """Return zeta = |ln e| / sqrt(pi^2 + ln^2 e), the inverse of the unclipped restitution.
-
-    Restitution 0 gives 1, critical damping.
-    """
-    if restitution == 0.0:
-        return 1.0
-    logarithm = math.log(restitution)
-    return -logarithm / math.hypot(math.pi, logarithm)
 
 
 def restitution_unclipped(zeta: float) -> float:
@@ -111,68 +98,6 @@ def restitution_in_steps(zeta: float, steps: float, *, clipped: bool) -> float:
         if not touching.any():
             break
     return max(exact, float(-v[~touching].min(initial=0.0)))
-
-
-# ---- the head-on impact with Hertz's spring and a viscous dashpot, integrated
-#
-# In units of the largest overlap without damping, (5 m v^2 / 4 K)^(2/5), and of the speed v,
-#
-#     x'' = -5/4 (x^(3/2) + a sqrt(x) x'),   x(0) = 0,   x'(0) = 1,
-#
-# with the one parameter a = A v / overlap. (The viscous law: Brilliantov et al., Phys. Rev. E 53,
-# 5382 (1996).) Its limits have closed forms. For a -> 0 the loss of first order is 1 - e = a
-# B(3/5, 3/2), with Euler's beta function. For a -> infinity the dashpot alone stops the grain, x'
-# = 1 - 5/6 a x^(3/2), at x = (6 / 5a)^(2/3). Clipped, it leaves at x' = -x/a where the force
-# vanishes, hence e = (6/5)^(2/3) a^(-5/3). Unclipped it creeps, x' = -x/a, until its damping ratio
-# (about a x^(1/4)) is no longer large, at x of order a^-4: e falls as a^-5.
-
-MOST_DAMPING = 1000.0
-"""The largest a: creeping takes 4 a ln(a) units of time."""
-
-TOLERANCE = 1e-11
-
-
-class Impact(NamedTuple):
-    """Restitution [-] and duration [overlap / speed] of a head-on impact."""
-
-    restitution: float
-    duration: float
-
-
-def impact(damping: float, *, clipped: bool) -> Impact:
-    """Return the impact for a = A v / overlap; it ends where the force does, or where x = 0.
-
-    Clipped: the end of the force, x + a x' = 0. Raise RequestError for an a outside 0 to 1000.
-    """
-    from scipy.integrate import solve_ivp
-
-    if not 0.0 <= damping <= MOST_DAMPING:
-        raise RequestError(f"damping = {damping!r}: must be from 0 to {MOST_DAMPING:g}")
-
-    def rates(_: float, state: NDArray[np.float64]) -> tuple[float, float]:
-        x = max(float(state[0]), 0.0)
-        return float(state[1]), -1.25 * math.sqrt(x) * (x + damping * float(state[1]))
-
-    def end(time: float, state: NDArray[np.float64]) -> float:
-        x, v = float(state[0]), float(state[1])
-        if time == 0.0:
-            return 1.0
-        return x + damping * v if clipped else x
-
-    end.terminal = True  # type: ignore[attr-defined]
-    end.direction = -1  # type: ignore[attr-defined]
-    longest = 100.0 + 10.0 * damping * (1.0 + math.log1p(damping))
-    solution = solve_ivp(
-        rates,
-        (0.0, longest),
-        (0.0, 1.0),
-        method="DOP853",
-        rtol=TOLERANCE,
-        atol=1e-3 * TOLERANCE / (1.0 + damping) ** 5,
-        max_step=0.1 * (1.0 + damping),
-        events=end,
-    )
-    return Impact(-float(solution.y[1, -1]), float(solution.t[-1]))
 
 
 # ---- the head-on impact of elastic spheres under Hertz's law
@@ -330,27 +255,6 @@ def _root(excess: Callable[[float], float], low: float, high: float) -> float:
         else:
             high = middle
     return high
-
-
-# ---- the oblique impact of spheres with friction: where it slides, where it sticks
-#
-# u is the tangential velocity at the contact, v the normal speed; a tangential impulse J changes u
-# by 7/2 J / m* of solid spheres, of any two masses and of a sphere on a wall alike.
-
-
-def held(stiffness: float, dashpot: float, duration: float) -> float:
-    """Return the tangential velocity at a contact that sticks throughout, after over before.
-
-    ``stiffness`` 7/2 k_t / m* [1/s2] of the spring and ``dashpot`` 7/2 eta_t / m* [1/s], either of
-    which may be 0: u'' + dashpot u' + stiffness u = 0 from a spring at rest, over the ``duration``
-    [s] of the contact. Without a dashpot the cosine of Walton, in Particulate Two-Phase Flow
-    (1993), and of Schaefer, Dippel and Wolf, J. Phys. I France 6, 5 (1996).
-    """
-    half = 0.5 * dashpot
-    turning = cmath.sqrt(stiffness - half * half)
-    phase = turning * duration
-    swings = cmath.sin(phase) / turning if turning else duration
-    return math.exp(-half * duration) * (cmath.cos(phase) - half * swings).real
 
 
 # ---- oblique elastic impact with partial slip

@@ -9,6 +9,7 @@ import pytest
 
 from harness.cases.incline import system
 from harness.errors import EngineError
+from harness.model.law import damping_ratio
 from harness.report.figures import draw
 from harness.reproduction import run as reproduction
 from harness.reproduction.background import COARSE, mfix_angle
@@ -26,7 +27,6 @@ from harness.reproduction.run import (
 )
 from harness.reproduction.samples import damped_contact, rows, touching_chains
 from harness.reproduction.statements import REGISTRY, Outcome, Statement, holds
-from harness.theory.contact import damping_ratio
 from harness.workflows import diff
 
 COMMITTED = Path(__file__).parents[2] / "reports" / "reproduction"

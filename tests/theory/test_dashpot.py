@@ -1,3 +1,6 @@
+"""The linear dashpot: restitution, duration and overlap against integration."""
+
+import cmath
 import math
 
 import numpy as np
@@ -7,11 +10,10 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from harness.model.conventions import Rules
-from harness.model.law import Law
+from harness.model.law import Law, damping_ratio
 from harness.model.scene import Body, Scene
 from harness.solvers import reference
 from harness.theory.contact import (
-    damping_ratio,
     duration_clipped,
     duration_unclipped,
     largest_overlap,
@@ -84,32 +86,22 @@ def test_ends_of_the_damping_ratio():
     assert restitution_unclipped(1.0) == restitution_unclipped(5.0) == 0.0
 
 
-def test_duration_passes_smoothly_through_critical_damping():
-    around = np.array([duration_clipped(1.0 + shift) for shift in (-1e-6, 0.0, 1e-6)])
-    assert np.ptp(around) < 1e-5
-
-
-@pytest.mark.parametrize("zeta", [0.0, 0.2, 0.7])
+@pytest.mark.parametrize("zeta", [0.0, 0.2, 0.7, 1.1, 2.0, 10.0])
 def test_the_largest_overlap_is_that_of_the_integrated_motion(zeta):
-    # x = exp(-zeta t) sin(root t) / root, sampled finely
-    root = math.sqrt(1.0 - zeta * zeta)
-    t = np.linspace(0.0, duration_unclipped(zeta), 200_001)
-    x = np.exp(-zeta * t) * np.sin(root * t) / root
-    assert largest_overlap(zeta) == pytest.approx(x.max(), rel=1e-9)
-    assert abs(x[-1]) < 1e-12
-
-
-@pytest.mark.parametrize("zeta", [1.1, 2.0, 10.0])
-def test_the_largest_overlap_beyond_critical_damping_is_that_of_the_integrated_motion(zeta):
-    root = math.sqrt(zeta * zeta - 1.0)
+    root = cmath.sqrt(1.0 - zeta * zeta)
     t = np.linspace(0.0, duration_clipped(zeta), 200_001)
-    x = np.exp(-zeta * t) * np.sinh(root * t) / root
+    x = np.exp(-zeta * t) * (np.sin(root * t) / root).real
     assert largest_overlap(zeta) == pytest.approx(x.max(), rel=1e-9)
+
+
+def test_an_unclipped_contact_ends_where_the_overlap_does():
+    zeta, root = 0.7, math.sqrt(0.51)
+    assert abs(math.sin(root * duration_unclipped(zeta))) < 1e-12
 
 
 @pytest.mark.parametrize("clipped", [False, True])
 @pytest.mark.parametrize("scheme", ["velocity_verlet", "mfix_euler"])
-@pytest.mark.parametrize("steps", [8.0, 15.0, 20.0, 50.0])
+@pytest.mark.parametrize("steps", [8.0, 20.0])
 def test_the_restitution_in_steps_is_the_greatest_of_the_reference(steps, scheme, clipped):
     zeta = damping_ratio(0.3)
     step = math.pi / steps  # of a contact with k = m = 1

@@ -38,7 +38,7 @@ from harness.engines.base import Engine, Job
 from harness.errors import EngineOutputError
 from harness.results.rows import Kind, Tolerance
 from harness.results.series import first_divergence
-from harness.solvers.chain.setup import Floats
+from harness.solvers.chain.motion import Floats
 from harness.theory.chain import DETACHMENT_TAU, Reading, grain_velocity
 
 HEIGHTS: dict[int, Level] = {1: "quick", 2: "quick", 3: "default", 10: "default"}

@@ -20,10 +20,10 @@ from harness.model.allowed import COUNT, Allowed, allowed_in
 from harness.model.law import Law
 from harness.model.scene import Body, Scene
 from harness.report.notebook import Shown
-from harness.solvers.chain.motion import ChainMotion
-from harness.solvers.chain.setup import (
+from harness.solvers.chain.motion import (
     STABILITY,
     Chain,
+    ChainMotion,
     Floats,
     Scheme,
     compliance,

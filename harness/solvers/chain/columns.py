@@ -14,9 +14,21 @@ import numpy as np
 
 from harness.compiled import compiled, shielded
 from harness.errors import EngineNaNError
-from harness.model.scene import LOOK, Scene
+from harness.model.conventions import Rules
+from harness.model.scene import Scene
 from harness.solvers.chain.contacts import solve
-from harness.solvers.chain.setup import Flags, Floats
+from harness.solvers.chain.motion import Flags, Floats
+from harness.solvers.kernels import (
+    FORCE,
+    GO_ON,
+    OVER,
+    POSITION,
+    VELOCITY,
+    Stages,
+    keep,
+    look,
+    stages_of,
+)  # fmt: skip
 
 SLACK = 1e-14  # gaps as far below 0 are rounding [diameters]
 
@@ -35,7 +47,7 @@ def run(scene: Scene, height: int) -> Floats:
         y=np.ascontiguousarray(rest[:, 1].reshape(shape)),
         v=np.zeros(shape),
         a=np.zeros(shape),
-        grain=np.array([*grain.position[:2], *grain.velocity[:2], 0.0, 0.0]),
+        grain=np.array([[grain.position, grain.velocity, *np.zeros((3, 3))]]),
         diameter=2.0 * radius,
         mass=mass,
         stiffness=scene.law.normal_stiffness or 0.0,
@@ -47,22 +59,21 @@ def run(scene: Scene, height: int) -> Floats:
         factor=np.zeros((shape[0], 3, height)),
         work=np.zeros((2, height)),
     )
-    places = np.array([stage.place for stage in scene.stages])
-    floors = np.array([stage.floor for stage in scene.stages])
-    rows = np.zeros((len(places) + 2, 7))
-    count = shielded(_advance, columns, scene.step, scene.steps, places, floors, rows)
-    if not np.isfinite(rows[:count]).all():
+    stages = stages_of(scene, Rules())
+    shielded(_advance, columns, stages)
+    rows = stages.rows[: stages.progress[1]]
+    if not np.isfinite(rows).all():
         raise EngineNaNError("columns: the motion is not finite (NaN)")
-    return rows[:count]
+    return rows
 
 
 class _Columns(NamedTuple):
-    """Columns and grain: places and motion in SI units; ``grain`` is x, y, vx, vy, ax, ay."""
+    """Columns and grain: places and motion in SI units; ``grain`` has its acceleration as force."""
 
     y: Floats  # (columns, height)
     v: Floats
     a: Floats
-    grain: Floats  # (6,)
+    grain: Floats  # (1, 5, 3)
     diameter: float
     mass: float
     stiffness: float
@@ -76,49 +87,27 @@ class _Columns(NamedTuple):
 
 
 @compiled
-def _advance(
-    columns: _Columns, step: float, steps: int, places: Floats, floors: Floats, rows: Floats
-) -> int:
-    """Take steps until a look ends the run; return how many rows are kept."""
-    stage, kept, g = 0, 1, columns.grain
-    _keep(g, 0, step, rows[0])
+def _advance(columns: _Columns, stages: Stages) -> None:
+    """Take steps until a look ends the run."""
+    grain, step = columns.grain, stages.step
+    keep(grain, stages, 0)
     _set_accelerations(columns)
-    for number in range(1, steps + 1):
+    for number in range(1, stages.last + 1):
         _kick(columns, 0.5 * step)
         columns.y[:] += step * columns.v
-        g[:2] += step * g[2:4]
+        grain[0, POSITION] += step * grain[0, VELOCITY]
         _set_accelerations(columns)
         _kick(columns, 0.5 * step)
-        if number % LOOK and number < steps:
-            continue
-        beyond = g[0] > places[stage]
-        if not (beyond or g[2] < 0.0 or number == steps or math.isnan(g[2])):
-            continue
-        fall = columns.gravity[0] * g[0] + columns.gravity[1] * g[1]
-        energy = columns.mass * (0.5 * (g[2] * g[2] + g[3] * g[3]) - fall)
-        over = number == steps or not energy >= floors[stage] or math.isnan(g[2])
-        if beyond:
-            stage += 1
-            over = stage == places.size or number == steps
-        if beyond or over:
-            _keep(g, number, step, rows[kept])
-            kept += 1
-        if over:
-            return kept
-        # a run of a code begins anew, by the velocities of the whole step
-        _set_accelerations(columns)
-    return kept
-
-
-@compiled
-def _keep(grain: Floats, number: int, step: float, row: Floats) -> None:
-    row[0], row[1] = number, number * step
-    row[2:6] = grain[:4]
+        sequel = look(grain, stages, number)
+        if sequel == OVER:
+            return
+        if sequel != GO_ON:  # a run of a code begins anew, by the velocities of the whole step
+            _set_accelerations(columns)
 
 
 @compiled
 def _kick(columns: _Columns, seconds: float) -> None:
-    columns.grain[2:4] += seconds * columns.grain[4:]
+    columns.grain[0, VELOCITY] += seconds * columns.grain[0, FORCE]
     columns.v[:] += seconds * columns.a
 
 
@@ -126,14 +115,15 @@ def _kick(columns: _Columns, seconds: float) -> None:
 def _set_accelerations(columns: _Columns) -> None:
     """Set the accelerations of all by the present velocities; NaN where no contact set fits."""
     count, n = columns.y.shape
-    g, d, k = columns.grain, columns.diameter, columns.stiffness
+    d, k, pull = columns.diameter, columns.stiffness, columns.grain[0, FORCE]
+    at, speed = columns.grain[0, POSITION], columns.grain[0, VELOCITY]
     overlap, press = columns.work
     ones, halves = np.ones(n), np.full(n, 0.5)
     halves[n - 1] = 0.0
-    g[4:] = columns.gravity
+    pull[:2] = columns.gravity
     for i in range(count):
         y, v, a = columns.y[i], columns.v[i], columns.a[i]
-        dx, dy = g[0] - i * d, g[1] - y[0]
+        dx, dy = at[0] - i * d, at[1] - y[0]
         dx -= count * d * math.floor(dx / (count * d) + 0.5)
         distance = math.hypot(dx, dy)
         overlap[0] = max(d - distance, 0.0)
@@ -141,12 +131,12 @@ def _set_accelerations(columns: _Columns) -> None:
             overlap[j] = d - (y[j - 1] - y[j])
         closed, factor = columns.closed[i], columns.factor[i]
         if not solve(overlap, ones, halves, closed, factor, press, SLACK * d):
-            g[4] = math.nan
+            pull[0] = math.nan
         a[:] = columns.gravity[1]
-        parting = ((g[2] * dx) + (g[3] - v[0]) * dy) / distance
+        parting = ((speed[0] * dx) + (speed[1] - v[0]) * dy) / distance
         force = _force(columns, k * press[0], parting, columns.first)
-        g[4] += force * dx / distance / columns.mass
-        g[5] += force * dy / distance / columns.mass
+        pull[0] += force * dx / distance / columns.mass
+        pull[1] += force * dy / distance / columns.mass
         a[0] -= force * dy / distance / columns.mass
         for j in range(1, n):
             force = _force(columns, k * press[j], v[j - 1] - v[j], columns.inside)

@@ -4,7 +4,7 @@ With the overlaps given, the forces f of the contacts solve
 
     w = A f - overlap >= 0,   f >= 0,   f w = 0
 
-with the symmetric positive definite, tridiagonal A of :class:`harness.solvers.chain.setup.Chain`:
+with the symmetric positive definite, tridiagonal A of :class:`harness.solvers.chain.motion.Chain`:
 there is one solution for all positions (Cottle, Pang and Stone 1992, theorem 3.1.6). The set of the
 step before is corrected by block principal pivoting (Judice and Pires 1994): all contacts of the
 wrong sign are exchanged at once, and the last one alone where that cycles, which ends for every
@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike
 
 from harness.compiled import compiled
 from harness.errors import RequestError
-from harness.solvers.chain.setup import Flags, Floats, compliance
+from harness.solvers.chain.motion import Flags, Floats, compliance
 
 PATIENCE = 10  # passes without fewer wrong contacts before they are exchanged one by one
 MOST_PASSES = 1000  # one by one, for each contact

@@ -21,8 +21,7 @@ import numpy as np
 from harness.compiled import compiled, shielded
 from harness.errors import RequestError
 from harness.solvers.chain.contacts import factorise, solve, substitute
-from harness.solvers.chain.motion import ChainMotion
-from harness.solvers.chain.setup import Chain, Flags, Floats
+from harness.solvers.chain.motion import Chain, ChainMotion, Flags, Floats
 
 MOST_PARTICLES = 5000  # the modes take 8 bytes for each pair of particles
 SLACK = 1e-13  # a contact changes this far below 0 [scale of displacements], above rounding

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from harness.errors import RequestError
 from harness.solvers.chain.contacts import check_distances
-from harness.solvers.chain.setup import Floats
+from harness.solvers.chain.motion import Floats
 
 MOST_SWEEPS = 10_000
 

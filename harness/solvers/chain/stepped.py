@@ -19,10 +19,10 @@ from numpy.typing import NDArray
 from harness.compiled import compiled, shielded
 from harness.errors import RequestError
 from harness.solvers.chain.contacts import solve
-from harness.solvers.chain.motion import ChainMotion
-from harness.solvers.chain.setup import (
+from harness.solvers.chain.motion import (
     STABILITY,
     Chain,
+    ChainMotion,
     Flags,
     Floats,
     Scheme,

@@ -10,8 +10,8 @@ from harness.cases.bench import Bench
 from harness.cases.bulk.law import bulk_law, stated_law, with_tail
 from harness.cases.bulk.report import plane_section
 from harness.errors import Unsupported
+from harness.model.law import damping_ratio
 from harness.results.rows import Failure, Verdict
-from harness.theory.contact import damping_ratio
 from tests.cases.bulk.doubles import CASES, SERIES, StandIn, comparison_rows, made, own_rows
 
 PASS, FAIL, FINDING, NOT_TESTED = (

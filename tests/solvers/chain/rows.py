@@ -3,7 +3,7 @@
 from harness.cases.tower.parameters import Tower
 from harness.cases.tower.runs import chain_of
 from harness.solvers.chain import exact, stepped
-from harness.solvers.chain.setup import STABILITY, highest_frequency
+from harness.solvers.chain.motion import STABILITY, highest_frequency
 
 LAWS = ("overlap", "deformable")
 

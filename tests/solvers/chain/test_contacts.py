@@ -11,7 +11,7 @@ from hypothesis.extra.numpy import arrays
 from harness.errors import RequestError
 from harness.solvers.chain import contacts, source
 from harness.solvers.chain.contacts import contact_forces, forces_of_overlaps
-from harness.solvers.chain.setup import compliance
+from harness.solvers.chain.motion import compliance
 
 EPS = np.finfo(float).eps
 overlaps = st.integers(1, 30).flatmap(

@@ -10,7 +10,7 @@ from harness.results.limits import slope_order
 from harness.solvers.chain import stepped
 from harness.solvers.chain.contacts import factorise, forces_of_overlaps
 from harness.solvers.chain.exact import find_modes
-from harness.solvers.chain.setup import STABILITY, highest_frequency
+from harness.solvers.chain.motion import STABILITY, highest_frequency
 from tests.solvers.chain.rows import LAWS, Tower, by_modes, by_steps, chain_of, drift
 
 

@@ -6,15 +6,15 @@ import math
 import numpy as np
 import pytest
 
-from harness.model.law import Law
+from harness.model.law import Law, damping_ratio
 from harness.model.scene import Scene, Wall, sphere
 from harness.solvers import contacts, reference
 from harness.theory import contact
+from tests.theory import closed_forms
 from tests.solvers.reference.scenes import (
     DAMPED, DMT, FLOOR, G, HERTZ, HOOKE, JKR, LINEAR, MASS, MDR, MINDLIN, R, RHO, ROLLS, STILL,
     TORQUE, TWISTS, VISCOUS, final, guided, impact, resting,
 )  # fmt: skip
-from tests.theory import closed_forms
 
 DOWN = (0.0, 0.0, -1.0)
 UNDAMPED = HOOKE.replace(tangential="linear_history", tangential_stiffness=2e5 / 7, friction=0.3)
@@ -65,7 +65,7 @@ def test_coefficient_of_restitution(normal, e):
     law = normal.replace(damping="coeff_restitution", restitution=e)
     time = None
     if law.normal == "hooke":
-        time = contact.duration_unclipped(contact.damping_ratio(e)) / math.sqrt(1e5 / MASS)
+        time = contact.duration_unclipped(damping_ratio(e)) / math.sqrt(1e5 / MASS)
     within(restitution(law, lasts=4.0, time=time), e, 2e-5)
 
 
@@ -81,7 +81,7 @@ def test_viscoelastic(clipped):
     k = contact.stiffness(law.moduli[0], R)
     relaxation = closed_forms.relaxation(4e5, MASS, R, k)
     damping = relaxation / contact.largest_hertz_overlap(MASS, k, 1.0)
-    expected = contact.impact(damping, clipped=clipped).restitution
+    expected = closed_forms.impact(damping, clipped=clipped).restitution
     within(restitution(law, lasts=3.0), expected, 1e-6)
 
 
@@ -219,7 +219,7 @@ def test_sticks_throughout_as_walton(damping):
     law = LINEAR.replace(friction=1e3, tangential_damping=damping)
     ratio, omega = 1.0 / math.sqrt(1e5 * MASS), math.sqrt(1e5 / MASS)
     lasts = contact.duration_unclipped(ratio) / omega
-    expected = contact.held(3.5 * 2e5 / 7 / MASS, 3.5 * damping * 2.0 / MASS, lasts)
+    expected = closed_forms.held(3.5 * 2e5 / 7 / MASS, 3.5 * damping * 2.0 / MASS, lasts)
 
     def measure(steps):
         velocity, rim = final(impact(law, (0.1, 0.0, -1.0), steps, time=lasts))
@@ -233,7 +233,7 @@ def test_curve_of_maw(name):
     """One spring is beside partial slip by at most psi = 1/2, and slides as it does."""
     law = HERTZ.replace(tangential=name, friction=0.3)
     kappa = contact.stiffness_ratio(0.3)
-    psi = np.linspace(0.0, 7.0 * kappa - 1.0, 2001)[1:]
+    psi = np.linspace(0.0, 7.0 * kappa - 1.0, 101)[1:]
     back = contact.partial_slip_rebound(psi, 0.3)
     for incidence in (0.2, 1.0, 2.0, 3.0, 4.0, 6.0, 8.0):
         u = incidence * 0.3 / kappa
