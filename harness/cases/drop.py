@@ -2,8 +2,8 @@
 
 Each drop shows one fault: a dashpot that is missing or takes another effective mass (restitution),
 a contact that is found late (onset), a wrong spring (rest), a wrong clock (free fall), a force
-along the tangent (oblique contact). Every path is held against the reference at equal steps, and
-what has a closed form against it.
+along the tangent (oblique contact). Every path is compared with the reference at equal steps, and
+with its closed form.
 """
 
 from __future__ import annotations
@@ -328,7 +328,7 @@ def trials(contact: Contact, digits: int) -> Iterator[Trial]:
 def collision(contact: Contact) -> Trial:
     """Return the test of a restitution.
 
-    An error of one step in the contact's begin is worth omega h of the speed, and so is the
+    An error of one step in the contact's begin is omega h of the speed, and so is the
     first-order error of a scheme that meets damping explicitly.
     """
     # a contact that ends late: at 15 contact times for the source's
@@ -407,7 +407,7 @@ class DropCase(Case[Drop]):
     def checks(self, engine: Engine) -> Iterator[Check]:
         """Return the checks of an engine: of each trial its closed form, and the path."""
         digits = engine.traits.digits
-        able = (one for one in contacts() if not engine.refuses(self.job(collision(one).case)))
+        able = (c for c in contacts() if not engine.refuses(self.job(collision(c).case)))
         any_contact = next(able, SOURCE)
         seen = set[Drop]()
         for trial in (*map(collision, contacts()), *trials(any_contact, digits)):

@@ -19,7 +19,7 @@ P = m v beta (1 - c) / (1 + beta), hence a friction of at least P / (m v sin(2 p
 beta / (1 + beta) tan(phi). The *shock* is s^2, the energy after over the energy before.
 
 Critical angle. With share s at each shock and no loss on the arcs, a grain that leaves a crest from
-rest just reaches the next one if s^2 (1 - cos(phi + theta)) = 1 - cos(phi - theta). That holds
+rest just reaches the next one if s^2 (1 - cos(phi + theta)) = 1 - cos(phi - theta). That is
 without friction, and where the grain rolls all along, which takes more friction than the shock: it
 slides first just before the next well. Between them arcs and shocks are integrated
 (:mod:`harness.theory.incline_coulomb`).

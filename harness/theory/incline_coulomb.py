@@ -147,7 +147,7 @@ def kept_energy(angle_deg: float, half_angle_deg: float, grain: Grain) -> tuple[
 
 
 def passage_margin(angle: float, grain: Grain, half_angle: float) -> float:
-    """Return the energy [m g a] on the crest of a grain that left the last one from rest.
+    """Return the energy [m g a] on the crest of a grain that starts from rest on the last one.
 
     Where it does not reach the crest, the energy that it lacks, negative. Angles in rad. Raise
     LeavesRow for flight.
@@ -159,7 +159,7 @@ def passage_margin(angle: float, grain: Grain, half_angle: float) -> float:
 
 
 def _takeoff(grain: Grain) -> float:
-    """Return the angle [rad] at which a grain that left the crest from rest flies off."""
+    """Return the angle [rad] at which a grain from rest on the crest flies off."""
     if grain.friction == 0.0:
         return math.radians(incline.flight_angle(0.0))
     latest = math.radians(incline.flight_angle(grain.inertia))  # rolling; sliding is faster

@@ -124,13 +124,6 @@ def test_without_friction_or_inertia_the_frictionless_angle(half, inertia):
     assert theory.critical_angle_without_loss(half, 1e-12) == pytest.approx(frictionless, rel=1e-9)
 
 
-def test_a_large_grain_feels_a_smooth_row():
-    for inertia, factor in ((0.0, 1.0), (SPHERE, 1 / 1.4)):  # phi^3 / (1 + beta)
-        phi = half_angle(1000.0)
-        angle = math.radians(theory.critical_angle_without_loss(math.degrees(phi), inertia))
-        assert angle == pytest.approx(factor * phi**3, rel=1e-5)
-
-
 @pytest.mark.parametrize(("friction", "angle"), [(1e-3, 10.27807), (0.016, 10.68694)])
 def test_slight_friction_raises_the_angle(friction, angle):
     found = integrated_critical_angle(30.0, Grain(friction, SPHERE))

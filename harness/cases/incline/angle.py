@@ -133,8 +133,8 @@ def measured_angle(bench: Bench, case: Incline) -> CriticalAngle | None:
 def measured_limit(bench: Bench, case: Incline) -> ExtrapolatedAngle | None:
     """Return the limit of the longest ladder that was measured, None where there is none."""
     ladders = (FULL_LADDER, Ladder(), QUICK_LADDER)
-    limits = (bench.computed(_extrapolated_on, bench, ladder, case, None) for ladder in ladders)
-    return next((one for one in limits if one is not None), None)
+    angles = (bench.computed(_extrapolated_on, bench, ladder, case, None) for ladder in ladders)
+    return next((angle for angle in angles if angle is not None), None)
 
 
 def _angle_on(
@@ -194,7 +194,7 @@ def engine_measure(
 def reference_measure(bench: Bench, route: Route) -> Measure:
     """Return a function that runs cases in the reference, by the conventions of a bench's engine.
 
-    Raise Unsupported for a case that the engine cannot state.
+    Raise Unsupported for a case that the engine cannot run.
     """
     from harness.solvers import reference
 
@@ -234,7 +234,7 @@ class Ladder(Parameters):
             for factor in self.factors
             for steps in self.steps_per_contact
         ]
-        return sorted(refined, key=lambda one: one.step)
+        return sorted(refined, key=lambda case: case.step)
 
 
 QUICK_LADDER = Ladder(factors=(0.1, 10**-0.5, 1.0, 10**0.5), steps_per_contact=(50.0, 100.0, 200.0))
@@ -279,12 +279,12 @@ class ExtrapolatedAngle(Shown):
             "limits": [
                 {
                     "stiffness_N_per_m": stiffness,
-                    "critical_angle_deg": one.value,
-                    "uncertainty_deg": one.uncertainty,
-                    "order_in_step": one.order,
-                    "order_in_step_interval": list(one.order_interval),
+                    "critical_angle_deg": at.value,
+                    "uncertainty_deg": at.uncertainty,
+                    "order_in_step": at.order,
+                    "order_in_step_interval": list(at.order_interval),
                 }
-                for stiffness, one in self.at_stiffness.items()
+                for stiffness, at in self.at_stiffness.items()
             ],
             "ladder": self.to_frame().to_dict(orient="records"),
         }
@@ -333,8 +333,8 @@ def extrapolate(angles: Sequence[CriticalAngle]) -> ExtrapolatedAngle:
 
     ordered = sorted(angles, key=lambda a: (stiffness(a), a.case.steps_per_contact))
     limits = {k: step_limit(list(group)) for k, group in groupby(ordered, key=stiffness)}
-    values = [one.value for one in limits.values()]
-    errors = [one.uncertainty for one in limits.values()]
+    values = [at.value for at in limits.values()]
+    errors = [at.uncertainty for at in limits.values()]
     exponents = SLIDING_EXPONENTS if _shocks_slide(angles[0].case) else STIFFNESS_EXPONENTS
     rigid = limit([1.0 / k for k in limits], values, errors, exponents)
     return ExtrapolatedAngle(tuple(ordered), limits, rigid)

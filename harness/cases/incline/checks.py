@@ -1,7 +1,7 @@
 """Checks of the incline: what is measured, against what, how close and why so close.
 
 The reference takes the same steps under the conventions of the engine: it differs by round-off.
-Theory holds for rigid grains, in the limit of stiffness and step. Steady motion is the second,
+Theory is for rigid grains, in the limit of stiffness and step. Steady motion is the second,
 independent way to the angle. What another check decides already is of level full: it takes minutes.
 """
 
@@ -196,7 +196,7 @@ def _ladders() -> Iterator[Check]:
 
 
 def _limits_dashpot(engine: Engine) -> bool:
-    """Return whether Coulomb's limit holds for spring and dashpot together, as in theory.
+    """Return whether Coulomb's limit is one for spring and dashpot together, as in theory.
 
     Otherwise a strongly damped grain sticks beyond the limit: -0.06 deg at a friction of 0.05.
     """
@@ -252,7 +252,7 @@ def limit_check(case: Incline, ladder: Ladder, width: float, level: Level) -> Ch
         angle = extrapolated_on(bench, ladder, case)
         return Value(angle.value, angle.uncertainty)
 
-    jobs = tuple(job for one in ladder.cases(case) for job in _first_jobs(one))
+    jobs = tuple(job for refined in ladder.cases(case) for job in _first_jobs(refined))
     tolerance = Tolerance(width, reason="the last corrections that the ladder resolves")
     return _of_angle(setup=setup, measure=measure, expected=rigid_angle(case)[0],
                      tolerance=tolerance, kind=Kind.ANALYTIC, level=level, jobs=jobs)  # fmt: skip
@@ -308,7 +308,7 @@ def _angle(bench: Bench, case: Incline) -> float:
 
 def _first_jobs(case: Incline, route: Route = "passage") -> tuple[Job, ...]:
     """Return the first jobs of a search, with the steps that the search is expected to take."""
-    jobs = [job_of(one, route) for one in first_cases(case, route)]
+    jobs = [job_of(first, route) for first in first_cases(case, route)]
     return tuple(replace(job, steps=RUNS[route] / len(jobs) * job.steps) for job in jobs)
 
 

@@ -2,7 +2,7 @@
 
 Each sphere of the incline's row is the top of a column normal to it, of n particles that move along
 its axis; the last one is fixed. The source explains the lower angle of thick layers by the impulse
-that such a column takes. But without friction every impulse on the grain stands normal to the
+that such a column takes. But without friction every impulse on the grain is normal to the
 sphere ahead: the half of the velocity along it survives the shock whatever the column does. Stiff
 columns that damp as the grain's contact does give nothing back, and leave the 10.2078 deg of one
 sphere; elastic ones give part of it back, which can only raise the angle.
@@ -61,8 +61,6 @@ from harness.model.contact import CONTACTS, SOURCE
 from harness.model.law import Law as ContactLaw
 from harness.model.motion import STAGE_COLUMNS
 from harness.model.scene import Body, Scene, Stage
-from harness.report.content import Section
-from harness.results.limits import Limit, limit
 from harness.results.rows import Kind, Tolerance
 from harness.theory.chain import LAWS, Law
 from harness.theory.incline import critical_angle as rigid_angle
@@ -75,9 +73,6 @@ OF_FRICTION = (
     "friction", "grain_diameter", "shape", "tangential_stiffness", "tangential_damping",
 )  # fmt: skip
 PATH_EVERY, LEAST_PATH = 50, 100  # steps between samples of a path, samples that are compared
-LADDER = (100.0, 200.0, 400.0, 800.0)  # steps per contact time
-STIFFNESSES = tuple(10.0 ** (5.5 + 0.5 * i) for i in range(4))  # [N/m]
-STIFFNESS_EXPONENTS = (0.5, 1.0)
 HEIGHTS: dict[int, Level] = {2: "quick", 4: "default", 8: "full"}
 # [deg] the source's angle of a tower of n contacts by law, where the impulse rescales the velocity
 # kept or lost (`dem-harness impulse`; a test computes them again)
@@ -98,14 +93,6 @@ SAME_STEPS: dict[Inside, Tolerance] = {
         absolute=1e-8, reason="the same steps: round-off, which the rattling magnifies"
     ),
 }
-EXPECTED = """\
-The source explains the lower angle of thick layers by deformation: of the impulse on a grain that
-falls on a column of n particles, a part alpha(n) is left, and with it the shock. Here the column is
-taken literally: each sphere of the row is the top of a column, whose particles move along it and
-whose last one is fixed. All impulses on the grain during a shock are normal to the sphere ahead, so
-the half of its velocity along that sphere survives, as on fixed ones. Columns that damp as the
-grain's contact does give nothing back and leave 10.2078 deg at every n; elastic ones give a part
-back, the grain hops, and the angle can only be higher, as with restitution."""
 
 
 class Columns(OverRow):
@@ -152,7 +139,7 @@ class Columns(OverRow):
         """Return the bound below which velocity Verlet is unstable.
 
         Where the spring of the fastest motion is ``lambda`` contacts' and its dashpot ``mu``
-        contacts', Jury's criterion asks for lambda a^2 + 4 zeta mu a < 4 with a = omega dt. Both
+        contacts', Jury's criterion is lambda a^2 + 4 zeta mu a < 4 with a = omega dt. Both
         are 4 over columns, the largest sum of a row of D M^-1 D^T (of the contacts of a grain in a
         well: 2 + 1/2 + 1). The deformable law divides the spring by the lowest eigenvalue of T,
         tau = 2 sin^2(pi / (2 (n + 1))): D M^-1 D^T <= 4 - 2 T + 1/2, so lambda = 4.5 / tau - 2.
@@ -475,15 +462,14 @@ class ColumnsCase(Case[Columns]):
         """Return critical angles in the reference, compared with those of the source."""
         return solver_checks()
 
-    def sections(self, benches: Mapping[str, Bench]) -> Sequence[Section]:
-        """Return what to expect of columns."""
-        return [Section("Columns: the grain on particles that give way", EXPECTED)]
-
 
 def engine_checks() -> Iterator[Check]:
     """Yield the path over one particle, and margins over three at equal steps."""
-    one = Columns(n=1, stiffness=1e5, angle=10.6, wells=3)
-    jobs = [job_of(one, "steady", PATH_EVERY), incline_job(one.incline, "steady", PATH_EVERY)]
+    single = Columns(n=1, stiffness=1e5, angle=10.6, wells=3)
+    jobs = [
+        job_of(single, "steady", PATH_EVERY),
+        incline_job(single.incline, "steady", PATH_EVERY),
+    ]
     yield Check(
         setup="n = 1, three wells",
         quantity="path_difference_m",
@@ -530,23 +516,18 @@ def _reference_margin(case: Columns, bench: Bench) -> float:
 
 
 def solver_checks() -> Iterator[Check]:
-    """Yield findings: angles over columns against the source's, and the limit of stiff ones."""
-    angle = partial(Check, quantity="critical_angle_deg", unit="deg", kind=Kind.FINDING)
-    yield angle(
-        setup="overlap law, damped, n = 4, stiff limit",
-        measure=stiff_limit,
-        expected=rigid_angle(),
-        level="full",
-        note="rigid spheres: the closed form of one fixed sphere",
-    )
+    """Yield findings: angles over damped columns at equal steps against the source's."""
     for law, (height, level) in product(LAWS, HEIGHTS.items()):
         case = Columns(n=height, law=law, stiffness=1e5, steps_per_contact=200.0)
         for reading, expected in SOURCE_ANGLES[law, height].items():
-            yield angle(
+            yield Check(
                 setup=f"{law} law, damped, n = {height}, k = 1e5 N/m",
+                quantity="critical_angle_deg",
+                unit="deg",
                 check=f"source, velocity {reading}",
                 measure=partial(_angle, case),
                 expected=expected,
+                kind=Kind.FINDING,
                 level=level,
                 note=f"{rigid_angle():.4f} deg over one fixed sphere",
             )
@@ -555,26 +536,6 @@ def solver_checks() -> Iterator[Check]:
 def _angle(case: Columns, bench: Bench) -> Value:
     angle = bench.once(critical_angle, case, bench, starts=4)
     return Value(angle.value, angle.uncertainty)
-
-
-def stiff_limit(bench: Bench) -> Value:
-    """Return the critical angle with the step to zero and then the stiffness to infinity.
-
-    The order k^(-1/2), which cancels on fixed spheres, does not over columns, and two terms from
-    four stiffnesses leave it uncertain by 3e-4 deg.
-    """
-    limits = [bench.once(step_limit, bench, k) for k in STIFFNESSES]
-    values, errors = [one.value for one in limits], [one.uncertainty for one in limits]
-    rigid = limit([1.0 / k for k in STIFFNESSES], values, errors, STIFFNESS_EXPONENTS)
-    return Value(rigid.value, rigid.uncertainty)
-
-
-def step_limit(bench: Bench, stiffness: float) -> Limit:
-    """Return the critical angle [deg] over four damped particles, with the step to zero."""
-    cases = [Columns(stiffness=stiffness, steps_per_contact=steps) for steps in LADDER]
-    angles = parallel_map(partial(critical_angle, bench=bench), cases, cores())
-    steps, errors = [case.step for case in cases], [angle.mean_error for angle in angles]
-    return limit(steps, [angle.value for angle in angles], errors)
 
 
 CASE = ColumnsCase()

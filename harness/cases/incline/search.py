@@ -371,7 +371,7 @@ class CriticalAngle(Shown):
         }
 
     def draw(self) -> Figure:
-        """Draw the energy left over the next crest, or the fate, of each run."""
+        """Draw the energy over the next crest, or the fate, of each run."""
         from harness.cases.incline.figures import runs_of_an_angle
 
         return runs_of_an_angle(self)

@@ -338,7 +338,7 @@ def end_of(case: Incline, route: Route, well: int) -> float:
 def settled_before(case: Incline) -> float:
     """Return how far before the crest [rad] a contact has settled after a shock, 10 deg at most.
 
-    From there on the energy is conserved, and the slow way to the crest is left out. The slowest
+    From there on the energy is conserved, and the slow way to the crest is not run. The slowest
     rate is that of x'' + 2 zeta omega x' + omega^2 x = 0. A passage of a grain that may slide ends
     on the crest.
     """

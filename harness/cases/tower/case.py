@@ -43,20 +43,12 @@ class TowerCase(Case[TowerParameters]):
     quantities = (
         Quantity("peak_force_N", "N", "largest contact force on the grain", _force_scale),
         Quantity("impulse_Ns", "N s", "impulse on the grain, turnaround window", _impulse_scale),
-        Quantity(
-            "turnaround_s",
-            "s",
-            "time at which grain and base are closest",
-            lambda case: case.contact_time,
-        ),
-        Quantity("energy_drift", "1", "largest change of the energy, over its largest value", 1.0),
-        Quantity(
-            "final_velocity_m_per_s",
-            "m/s",
-            "velocity of the grain after the duration",
-            lambda case: case.speed + case.gravity * case.contact_time,
-        ),
-    )
+        Quantity("turnaround_s", "s", "time at which grain and base are closest",
+                 lambda case: case.contact_time),
+        Quantity("energy_drift", "1", "largest change of the energy, over its largest value"),
+        Quantity("final_velocity_m_per_s", "m/s", "velocity of the grain after the duration",
+                 lambda case: case.speed + case.gravity * case.contact_time),
+    )  # fmt: skip
     presets = {  # noqa: RUF012 - as the base declares it
         "source-overlap": TowerParameters(),
         "source": TowerParameters(law="deformable"),
@@ -84,8 +76,8 @@ class TowerCase(Case[TowerParameters]):
 
     def reference(self, parameters: TowerParameters, bench: Bench) -> Mapping[str, float]:
         """Return the quantities at equal steps, of the deformable law by velocity Verlet here."""
-        one = checks.Setup(parameters.tower, _timing(parameters))
-        return _quantities(one.reference(bench), parameters)
+        setup = checks.Setup(parameters.tower, _timing(parameters))
+        return _quantities(setup.reference(bench), parameters)
 
     def solve(self, parameters: TowerParameters, solver: str) -> Mapping[str, float]:
         """Return the quantities by the exact propagator or RK4."""

@@ -149,77 +149,77 @@ def engine_checks(engine: Engine) -> Iterator[Check]:
 def law_checks(law: Law) -> Iterator[Check]:
     """Yield the checks of a law: force, impulse, equal steps, alpha."""
     for height in HEIGHTS:
-        one = setup(law, height)
-        yield from _exact_checks(one, jobs=[one.job])
+        tower = setup(law, height)
+        yield from _exact_checks(tower, jobs=[tower.job])
         yield _check(
-            one,
+            tower,
             "motion_difference",
             check="equal steps",
-            measure=partial(motion_difference, one),
+            measure=partial(motion_difference, tower),
             expected=0.0,
             tolerance=SAME_STEPS,
-            jobs=[one.job],
+            jobs=[tower.job],
             note="largest difference of all particles, over the sizes of the columns",
         )
     first = setup(law, 1)
     for height, windows in WINDOWS.items():
         for window in windows:
-            one = setup(law, height)
+            tower = setup(law, height)
             yield _check(
-                one,
+                tower,
                 "impulse_ratio",
                 check=window,
-                measure=partial(_engine_ratio, one, first, window),
-                expected=partial(_exact_ratio, one, first, window),
-                tolerance=partial(_of_scheme, one, RATIO, partial(impulse, window=window)),
-                jobs=[first.job, one.job],
+                measure=partial(_engine_ratio, tower, first, window),
+                expected=partial(_exact_ratio, tower, first, window),
+                tolerance=partial(_of_scheme, tower, RATIO, partial(impulse, window=window)),
+                jobs=[first.job, tower.job],
             )
 
 
-def _check(one: Setup, quantity: str, unit: str = "1", **how: Any) -> Check:
+def _check(tower: Setup, quantity: str, unit: str = "1", **how: Any) -> Check:
     return Check(
-        setup=one.name, quantity=quantity, unit=unit, level=HEIGHTS[one.case.height], **how
+        setup=tower.name, quantity=quantity, unit=unit, level=HEIGHTS[tower.case.height], **how
     )
 
 
-def _exact_checks(one: Setup, **how: Any) -> Iterator[Check]:
+def _exact_checks(tower: Setup, **how: Any) -> Iterator[Check]:
     """Yield the checks of force and impulse of one run against the exact ones."""
     yield _check(
-        one,
+        tower,
         "force_difference",
-        measure=lambda bench: force_difference(one.run(bench)),
+        measure=lambda bench: force_difference(tower.run(bench)),
         expected=0.0,
-        tolerance=partial(_of_scheme, one, FORCE[one.case.law], force_difference),
+        tolerance=partial(_of_scheme, tower, FORCE[tower.case.law], force_difference),
         note="largest difference from the exact force on the grain, over its peak",
         **how,
     )
     yield _check(
-        one,
+        tower,
         "impulse_Ns",
         "N s",
-        measure=lambda bench: impulse(one.run(bench)),
-        expected=lambda _: impulse(one.exact()),
-        tolerance=partial(_of_scheme, one, IMPULSE, impulse),
+        measure=lambda bench: impulse(tower.run(bench)),
+        expected=lambda _: impulse(tower.exact()),
+        tolerance=partial(_of_scheme, tower, IMPULSE, impulse),
         **how,
     )
 
 
-def _engine_ratio(one: Setup, first: Setup, window: Window, bench: Bench) -> float:
-    return impulse(one.run(bench), window) / impulse(first.run(bench), window)
+def _engine_ratio(tower: Setup, first: Setup, window: Window, bench: Bench) -> float:
+    return impulse(tower.run(bench), window) / impulse(first.run(bench), window)
 
 
-def _exact_ratio(one: Setup, first: Setup, window: Window, _: Bench) -> float:
-    return impulse(one.exact(), window) / impulse(first.exact(), window)
+def _exact_ratio(tower: Setup, first: Setup, window: Window, _: Bench) -> float:
+    return impulse(tower.exact(), window) / impulse(first.exact(), window)
 
 
 def _of_scheme(
-    one: Setup, tolerance: Tolerance, measure: Callable[[TowerRun], float], bench: Bench
+    tower: Setup, tolerance: Tolerance, measure: Callable[[TowerRun], float], bench: Bench
 ) -> Tolerance:
     """Return a tolerance for velocity Verlet; of other schemes, with the reference's error."""
     verlet = bench.name == OWN or bench.engine.traits.integrator == VERLET
-    if verlet or one.case.law != "overlap":
+    if verlet or tower.case.law != "overlap":
         return tolerance
-    step_error = abs(measure(one.reference(bench)) - measure(one.exact()))
+    step_error = abs(measure(tower.reference(bench)) - measure(tower.exact()))
     return Tolerance(
         tolerance.absolute + step_error,
         tolerance.relative + 10.0 ** (1 - bench.engine.traits.digits),
@@ -247,9 +247,9 @@ def force_difference(run: TowerRun, exact: TowerRun | None = None) -> float:
     return float(np.abs(difference).max() / peak_force(exact))
 
 
-def motion_difference(one: Setup, bench: Bench) -> Value:
+def motion_difference(tower: Setup, bench: Bench) -> Value:
     """Return the largest difference from the run at equal steps, and when it began."""
-    run, reference = one.run(bench), one.reference(bench)
+    run, reference = tower.run(bench), tower.reference(bench)
     columns, expected = _columns(run, bench), _columns(reference, bench)
     divergence = first_divergence(
         run.time, columns, expected, reference_time=reference.time, absolute=EQUAL_STEPS

@@ -7,7 +7,7 @@ import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
-from typing import TYPE_CHECKING, TypedDict, Unpack, get_args
+from typing import TYPE_CHECKING, get_args
 
 from harness.cases.bench import Bench
 from harness.cases.tower.parameters import LAWS, SEARCH, Law, Tower
@@ -28,30 +28,24 @@ SPEEDS = (2.0, 4.0)  # [m/s]
 MARGIN = 1.001  # a longer run has another step, and finds the end of its window a little off
 
 
-class TableOptions(TypedDict, total=False):
-    """Ranges of a table; the source's values where nothing is given."""
-
-    heights: Iterable[int]
-    stiffnesses: Iterable[float]  # [N/m]
-    speeds: Iterable[float]  # [m/s]
-    laws: Iterable[Law]
-    windows: Sequence[Window]
-
-
-def impulse_angles(
+def impulse_angles(  # noqa: PLR0913 - the options of a user
     *,
     reading: Reading = "lost",
     case: Tower | None = None,
     solver: str | None = None,
     engine: Engine | None = None,
     progress: Progress = lambda *_: None,
-    **over: Unpack[TableOptions],
+    heights: Iterable[int] = HEIGHTS,
+    stiffnesses: Iterable[float] = STIFFNESSES,
+    speeds: Iterable[float] = SPEEDS,
+    laws: Iterable[Law] = LAWS,
+    windows: Sequence[Window] = ("turnaround",),
 ) -> pd.DataFrame:
     """Return alpha(n) = J(n)/J(1) [1] and theta_c(n) [deg], a row for each combination.
 
-    ``over`` are lists of heights, stiffnesses, speeds, laws and windows, the source's unless given;
-    ``case`` has the other parameters. An engine runs the heights of one law, stiffness and speed
-    together; without one the ``solver`` does, RK4 unless named. ``progress`` is called for each.
+    Heights, stiffnesses [N/m] and speeds [m/s] are the source's unless given; ``case`` has the
+    other parameters. An engine runs the heights of one law, stiffness and speed together; without
+    one the ``solver`` does, RK4 unless named. ``progress`` is called for each.
 
     ``critical_angle_deg`` is that of ``reading``; both readings have columns too. ``window_s`` is
     the end of a window; it, impulse, ratio and angles are NaN where a tower does not show the
@@ -59,43 +53,35 @@ def impulse_angles(
     """
     import pandas as pd
 
-    common, windows = case or Tower(), over.get("windows", ("turnaround",))
-    wanted = tuple(over.get("heights", HEIGHTS))
-    heights = dict.fromkeys((1, *wanted))  # height 1 first, which others need
-    runner, rows = Runner(solver or "rk4", engine), []
+    runner, rows, heights = Runner(solver or "rk4", engine), [], tuple(heights)
+    first_too = dict.fromkeys((1, *heights))  # height 1 first, which others need
     families = [
-        common.replace(law=law, stiffness=k, speed=speed, height=1)
-        for law, k, speed in itertools.product(
-            over.get("laws", LAWS), over.get("stiffnesses", STIFFNESSES), over.get("speeds", SPEEDS)
-        )
+        (case or Tower()).replace(law=law, stiffness=k, speed=speed, height=1)
+        for law, k, speed in itertools.product(laws, stiffnesses, speeds)
     ]
-    done, total = 0, len(families) * len(heights)
-    for family in families:
+    for number, family in enumerate(families):
         impulses = {}
-        for run in runner.runs([family.replace(height=height) for height in heights]):
+        for run in runner.runs([family.replace(height=height) for height in first_too]):
             impulses[run.tower.height] = [runner.impulse(run, window) for window in windows]
-            progress("towers", done := done + 1, total)
-        for height in wanted:
-            for (end, value), (_, first), window in zip(
-                impulses[height], impulses[1], windows, strict=True
-            ):
-                ratio = value / first
-                rows.append({
-                    "height": height,
-                    "stiffness_N_per_m": family.each("stiffness")[0],
-                    "speed_m_per_s": family.speed,
-                    "law": family.law,
-                    "window": window,
-                    "impulse_ratio": ratio,
-                    "critical_angle_deg": angle_from_impulse_ratio(ratio, reading),
-                    **{
-                        f"critical_angle_{name}_deg": angle_from_impulse_ratio(ratio, name)
-                        for name in READINGS
-                    },
-                    "impulse_Ns": value,
-                    "window_s": end,
-                    "gamma": family.gamma,
-                })  # fmt: skip
+            done = number * len(first_too) + len(impulses)
+            progress("towers", done, len(families) * len(first_too))
+        for height, (place, window) in itertools.product(heights, enumerate(windows)):
+            end, value = impulses[height][place]
+            ratio = value / impulses[1][place][1]
+            angles = {name: angle_from_impulse_ratio(ratio, name) for name in READINGS}
+            rows.append({
+                "height": height,
+                "stiffness_N_per_m": family.each("stiffness")[0],
+                "speed_m_per_s": family.speed,
+                "law": family.law,
+                "window": window,
+                "impulse_ratio": ratio,
+                "critical_angle_deg": angle_from_impulse_ratio(ratio, reading),
+                **{f"critical_angle_{name}_deg": angle for name, angle in angles.items()},
+                "impulse_Ns": value,
+                "window_s": end,
+                "gamma": family.gamma,
+            })  # fmt: skip
     return pd.DataFrame(rows)
 
 

@@ -85,12 +85,11 @@ class TowerRun(ChainMotion, Shown):
 
     def summary(self) -> dict[str, str]:
         """Return the tower, the largest force, the last velocity, and what ran it."""
-        who = self.provenance
         return {
             "tower": f"{self.tower.height} particles, {self.tower.law} law",
             "largest force": f"{float(self.grain_force.max()):.7g} N",
             "last velocity of the grain": f"{float(self.grain_velocity[-1]):.7g} m/s",
-            "run by": f"{who.engine} {who.engine_version}" if who else self.solver,
+            "run by": self.provenance.label if self.provenance else self.solver,
         }
 
     def draw(self) -> Figure:

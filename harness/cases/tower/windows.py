@@ -27,7 +27,7 @@ EQUAL_PEAKS = 1e-5  # of a peak: more than 1000 samples per t0 may miss of its h
 
 
 def window_end(run: TowerRun, window: Window) -> float:
-    """Return when ``window`` ends [s]. Raise RequestError if the run is too short to tell."""
+    """Return when ``window`` ends [s]. Raise RequestError if the run is too short."""
     if window == "turnaround":
         touch = touch_time(run)
         return touch + 2 * (turnaround(run) - touch)
@@ -112,7 +112,7 @@ def _first_of_the_highest(value: Floats) -> int:
 
 
 def _force_vanishes(run: TowerRun, i: int, contact: int = 0) -> float:
-    """Return when the force that row ``i`` still holds vanishes, at row ``i + 1`` or before.
+    """Return when the force of row ``i`` vanishes, at row ``i + 1`` or before.
 
     The parabola through three rows, a straight line where there are but two.
     """

@@ -67,14 +67,6 @@ def test_the_energy_of_a_load_is_its_work(law, n):
     assert whole.energy == pytest.approx(work, rel=1e-9)
 
 
-def test_the_deformable_column_at_rest_in_closed_form():
-    case = SOFT.replace(law="deformable", angle=0.0)
-    pressed, n = case.weight / case.stiffness, case.n
-    own = [2 * i for i in range(1, n - 1)] + [(3 * (n - 1) - 1) / 2]
-    depth = [sum(own[j:]) * pressed for j in range(n)]
-    assert sinking(case) == pytest.approx(depth, abs=1e-17)
-
-
 @pytest.mark.parametrize("route", ["passage", "steady"])
 @pytest.mark.parametrize("law", LAWS)
 def test_one_particle_starts_as_the_incline(route, law):

@@ -58,17 +58,6 @@ def test_the_uncertainty_contains_the_truth_under_jitter(height, at):
     assert found.uncertainty <= height
 
 
-def test_jitter_is_averaged_over_the_phases():
-    found = by_passage(EnergyMap(shift=sawtooth(0.004)), Incline())
-    assert found.value == pytest.approx(closed_form(), abs=0.004 / 16 + 1e-5)
-
-
-def test_the_result_depends_neither_on_the_angle_nor_on_units_of_the_case():
-    small = Incline(angle=25.0, diameter=0.003, density=2500.0, stiffness=1e4, gravity=1.62)
-    values = [by_passage(EnergyMap(), case).value for case in (Incline(), small)]
-    assert values[0] == pytest.approx(values[1], abs=1e-12)
-
-
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 @pytest.mark.parametrize("slope", [1e-3, 0.0])
 def test_no_root_is_an_error(sign, slope):
@@ -158,12 +147,6 @@ def test_probes_at_coarse_steps_find_bands_that_the_scan_missed():
     assert found.value == pytest.approx(10.152, abs=5e-4)
     assert 10.165 <= found.value + found.uncertainty <= 10.166
     assert len(measure.cases) <= 100
-
-
-def test_fates_without_order_come_to_an_end():
-    measure = EnergyMap(fate=lambda a: MOVES if a * 1e4 % 1.7 > 0.8 and a > 3.0 else TRAPPED)
-    assert not by_steady_motion(measure, COARSE).monotone
-    assert len(measure.cases) <= 2000
 
 
 def test_wells_to_pass_grow_with_coarse_steps_with_what_a_shock_leaves_and_with_a_slow_spin():

@@ -77,13 +77,6 @@ def test_script_scene_and_chain_are_one_tower(start):
     assert runs[0].energy == pytest.approx(runs[1].energy, abs=1e-9)
 
 
-def test_the_timing_divides_the_duration():
-    timing = timing_of(Tower(height=5), 3.0, 777.0, 100)
-    assert timing.steps % timing.every == 0
-    assert timing.step * timing.steps == pytest.approx(3.0 * Tower(height=5).contact_time)
-    assert timing.steps_per_contact >= 777.0
-
-
 @pytest.mark.parametrize(
     ("steps", "law", "height", "bound"),
     [
