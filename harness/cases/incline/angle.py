@@ -16,6 +16,7 @@ from dataclasses import dataclass
 from itertools import groupby
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 from pydantic import Field, model_validator
 
 from harness import __version__
@@ -39,6 +40,7 @@ from harness.theory.incline import sticking_friction
 
 if TYPE_CHECKING:
     import pandas as pd
+    from matplotlib.axes import Axes
 
     from harness.report.style import Figure
 
@@ -311,10 +313,44 @@ class ExtrapolatedAngle(Shown):
         }
 
     def draw(self) -> Figure:
-        """Draw the limits in the step, and their limit in the stiffness."""
-        from harness.cases.incline.figures import extrapolation
+        """Draw the critical angle over the step, and its limits over the stiffness."""
+        from harness.report.style import BLACK, COLOURS, MARKERS, label, legend_below, panels
 
-        return extrapolation(self)
+        figure = panels(1, 2, 3.8, 3.9)
+        over_step, over_stiffness = figure.axes
+        for number, (stiffness, at) in enumerate(self.at_stiffness.items()):
+            colour, marker = COLOURS[number % len(COLOURS)], MARKERS[number % len(MARKERS)]
+            name, fine = f"k = {power(stiffness)} N/m", np.linspace(0.0, at.h.max(), 50)
+            over_step.errorbar(
+                at.h, at.y, at.errors, fmt=marker, color=colour, label=name, capsize=2
+            )
+            over_step.plot(fine, at.curve(fine), color=colour, lw=0.9)
+            over_step.plot(0.0, at.value, marker, color=colour, mfc="white", clip_on=False)
+        over_step.locator_params(axis="x", nbins=5, steps=[1, 2, 5, 10])
+        label(over_step, "1 / steps per contact time", "critical angle (deg)", "step to zero")
+        self._draw_over_stiffness(over_stiffness)
+        expected, _ = rigid_angle(self.angles[0].case)
+        for axes in figure.axes:
+            axes.axhline(expected, color=BLACK, ls="--", lw=1, label=f"theory {expected:.5f} deg")
+        legend_below(figure, 3)
+        return figure
+
+    def _draw_over_stiffness(self, axes: Axes) -> None:
+        from harness.report.style import BLUE, GREEN, label
+
+        rigid = self.rigid
+        name = f"{self.angles[0].output.provenance.engine}, step to zero"
+        axes.errorbar(
+            1.0 / rigid.h, rigid.y, rigid.errors, fmt="o", color=BLUE, capsize=2, label=name
+        )
+        fine = np.geomspace(rigid.h.min() / 30.0, rigid.h.max(), 100)
+        order = f"fit, observed order {rigid.order:.2f}"
+        axes.plot(1.0 / fine, rigid.curve(fine), color=BLUE, lw=0.9, label=order)
+        low, high = rigid.value - rigid.uncertainty, rigid.value + rigid.uncertainty
+        text = f"limit {rigid.value:.5f} ± {rigid.uncertainty:.5f} deg"
+        axes.axhspan(low, high, color=GREEN, alpha=0.25, label=text)
+        axes.set_xscale("log")
+        label(axes, "stiffness k (N/m)", "critical angle (deg)", "then stiffness to infinity")
 
 
 def extrapolate(angles: Sequence[CriticalAngle]) -> ExtrapolatedAngle:

@@ -371,10 +371,25 @@ class CriticalAngle(Shown):
         }
 
     def draw(self) -> Figure:
-        """Draw the energy over the next crest, or the fate, of each run."""
-        from harness.cases.incline.figures import runs_of_an_angle
+        """Draw the margin of each run over its angle, in steady motion its fate."""
+        from harness.report.style import BLACK, BLUE, GREEN, axis, label, legend_below, panels
 
-        return runs_of_an_angle(self)
+        figure, frame = panels(1, 1, 6.4, 3.9), self.to_frame()
+        (axes,) = figure.axes
+        if self.method == "passage":
+            values, y = frame["margin"], axis("energy over the next crest", "m g d")
+            axes.axhline(0.0, color="0.6", lw=0.8)
+        else:
+            fates = [str(fate) for fate in Fate]
+            values, y = frame["motion"].map(fates.index), "fate of the grain"
+            axes.set_yticks(range(len(fates)), [fate.replace("_", " ") for fate in fates])
+        axes.plot(frame["angle_deg"], values, "o", color=BLUE, mfc="none", label="runs")
+        low, high = self.value - self.uncertainty, self.value + self.uncertainty
+        axes.axvspan(low, high, color=GREEN, alpha=0.25, label="uncertainty")
+        axes.axvline(self.value, color=BLACK, ls="--", lw=1, label="critical angle")
+        label(axes, axis("tilt", "deg"), y, f"{self.output.provenance.label}, {self.method}")
+        legend_below(figure, 3)
+        return figure
 
 
 def _result(runs: Sequence[Run], case: Incline, method: Route, **more: Any) -> CriticalAngle:

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
 from importlib import resources
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from harness.cases.bench import Bench
-from harness.cases.incline import figures
 from harness.cases.incline.angle import measured_angle, measured_limit
 from harness.cases.incline.checks import FRICTIONS, PLASTIC_CASE, SLIGHT_FRICTIONS
 from harness.cases.incline.closed_form import angle_or_nan, rebound
@@ -20,7 +19,10 @@ from harness.cases.plane import path_in
 from harness.engines.base import Output
 from harness.model.contact import CLIPPED, PLASTIC
 from harness.report.content import Discs, Drawing, Opening, Section
-from harness.theory.incline import critical_angle
+from harness.theory.incline import INERTIA, Shape, critical_angle, rolling_friction
+
+if TYPE_CHECKING:
+    from harness.report.style import Figure
 
 FIGURE = "critical-angle-extrapolation"
 STEPS = (
@@ -84,7 +86,7 @@ def _opening(benches: Mapping[str, Bench]) -> Section:
             f"Critical angle, extrapolated: {bench.engine.title}",
             "Plastic contact, by passage. Left: first order in the step; open symbols are limits. "
             "Right: those limits over the stiffness. Dashed: the closed form.",
-            partial(figures.extrapolation, angle),
+            angle.draw,
         )
         for bench in benches.values()
         if (angle := measured_limit(bench, PLASTIC_CASE)) is not None
@@ -109,12 +111,45 @@ def _friction(benches: Mapping[str, Bench]) -> Iterator[Section]:
             "Critical angle over friction",
             f"Equal spheres, k = 1e6 N/m, 50 steps: from {critical_angle():.4f} deg "
             f"without friction to {angle_or_nan(1.0, 'sphere', 30.0):.4f} deg without slip.",
-            partial(figures.over_friction, points),
+            partial(over_friction, points),
         )
         yield Section("Friction", FRICTION, drawings=(drawing,))
 
 
-# ---- film
+# ---- figure and film
+
+
+def over_friction(
+    points: Mapping[str, Sequence[tuple[float, float]]],
+    shape: Shape = "sphere",
+    half_angle_deg: float = 30.0,
+) -> Figure:
+    """Draw the critical angle over friction: theory as a line, (friction, angle [deg]) as points.
+
+    The panel below has the differences from theory.
+    """
+    from harness.report.style import BLACK, COLOURS, MARKERS, Figure, label, legend_below
+
+    figure = Figure(figsize=(7.2, 5.0), layout="constrained")
+    top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=(3, 1))
+    most = max(mu for series in points.values() for mu, _ in series)
+    frictions = np.concatenate([np.linspace(0.0, 0.06, 61), np.linspace(0.065, most, 80)])
+    angles = [angle_or_nan(float(mu), shape, half_angle_deg) for mu in frictions]
+    top.plot(frictions, angles, color=BLACK, lw=1.2, label="theory, rigid grain")
+    for number, (name, series) in enumerate(points.items(), 1):
+        look = {"marker": MARKERS[number % 6], "color": COLOURS[number % 7], "mfc": "none"}
+        x, y = (np.array(column) for column in zip(*series, strict=True))
+        top.plot(x, y, ls="", label=name, **look)
+        expected = [angle_or_nan(float(mu), shape, half_angle_deg) for mu in x]
+        bottom.plot(x, 1e3 * (y - expected), ls="", **look)
+    bottom.axhline(0.0, color=BLACK, lw=1)
+    bound = rolling_friction(half_angle_deg, INERTIA[shape])
+    if bound <= most:
+        top.axvline(bound, color="0.5", ls=":", label=f"rolls without slip from {bound:.4f} on")
+    label(top, "", "critical angle (deg)")
+    label(bottom, "friction coefficient", "less theory\n(1e-3 deg)")
+    legend_below(figure, 3)
+    return figure
 
 
 def discs(case: Incline, output: Output) -> Discs:
