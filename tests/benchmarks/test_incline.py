@@ -75,7 +75,7 @@ def _seconds(function):
 def test_a_verification_takes_a_few_naive_bisections(tmp_path, lmp):
     """In wall time, with kernels that are compiled: a bisection has one core, ``verify`` all.
 
-    4.6 on two idle cores; twice a bisection is the goal.
+    Some 3 on two idle cores; twice a bisection is the goal.
     """
 
     def verify(*words):

@@ -133,7 +133,7 @@ def over_friction(
     figure = Figure(figsize=(7.2, 5.0), layout="constrained")
     top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=(3, 1))
     most = max(mu for series in points.values() for mu, _ in series)
-    frictions = np.concatenate([np.linspace(0.0, 0.06, 61), np.linspace(0.065, most, 80)])
+    frictions = np.concatenate([np.linspace(0.0, 0.06, 21), np.linspace(0.07, most, 30)])
     angles = [angle_or_nan(float(mu), shape, half_angle_deg) for mu in frictions]
     top.plot(frictions, angles, color=BLACK, lw=1.2, label="theory, rigid grain")
     for number, (name, series) in enumerate(points.items(), 1):
