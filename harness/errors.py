@@ -1,7 +1,7 @@
 """The errors that the harness raises on purpose, one tree.
 
-Each carries the exit status with which the command line ends. The texts are
-one or two lines that name the option or file, the value, and what is allowed.
+Each carries the exit status with which the command line ends. The texts are one or two lines that
+name the option or file, the value, and the allowed ones.
 """
 
 from __future__ import annotations
@@ -10,8 +10,7 @@ import errno
 from collections.abc import Mapping
 from typing import Any, Self
 
-FULL = (errno.ENOSPC, errno.EDQUOT)
-"""Numbers of the system's errors that speak of a full disk."""
+FULL = (errno.ENOSPC, errno.EDQUOT)  # numbers of the system's errors for a full disk
 
 
 class HarnessError(Exception):
@@ -21,19 +20,19 @@ class HarnessError(Exception):
 
 
 class RequestError(HarnessError, ValueError):
-    """A request that cannot be met as it was put: bad option, value or file."""
+    """A wrong request: bad option, value or file."""
 
     exit_status = 2
 
 
 class FullDiskError(HarnessError):
-    """What was asked for cannot be written: there is no space left."""
+    """A file that cannot be written: the disk is full."""
 
     exit_status = 4
 
 
 def cannot_write(request: str, error: OSError) -> HarnessError:
-    """Return the error of an option or file that cannot be written, and what the system says."""
+    """Return the error of an option or file that cannot be written, with the system's reason."""
     kind = FullDiskError if error.errno in FULL else RequestError
     return kind(f"{request}: {error.strerror or error}")
 
@@ -43,14 +42,14 @@ class CombinationError(RequestError):
 
 
 class Unsupported(HarnessError):
-    """A scene that an engine cannot state, with the reason in one line."""
+    """A scene that an engine cannot express, with the reason in one line."""
 
 
 class EngineError(HarnessError, RuntimeError):
     """An engine that could not be run, or died.
 
-    ``kind`` is one word for the row of a report; ``log`` is what the engine left
-    of the run that failed: script, parameters and log. Empty when it left none.
+    ``kind`` is one word for the row of a report; ``log`` has script, parameters and log of the
+    failed run, empty where there are none.
     """
 
     kind = "engine error"
@@ -67,7 +66,7 @@ class EngineError(HarnessError, RuntimeError):
 
 
 class EngineMissingError(EngineError, kind="not found"):
-    """An executable, library or package of the engine is not here."""
+    """An executable, library or package of the engine is missing."""
 
 
 class EngineUnsupportedError(EngineMissingError, kind="not supported"):
@@ -79,15 +78,15 @@ class EngineCrashError(EngineError, kind="crashed"):
 
 
 class EngineTimeoutError(EngineError, kind="out of time"):
-    """The engine did not finish in the time it was given."""
+    """The engine did not finish in its time."""
 
 
 class EngineMemoryError(EngineError, kind="out of memory"):
-    """The engine asked for more memory than it was given."""
+    """The engine needed more memory than it may have."""
 
 
 class EngineInputError(EngineError, kind="refused"):
-    """The engine refused its input or lost an atom, and said so."""
+    """The engine refused its input or lost an atom, with its message."""
 
 
 class EngineOutputError(EngineError, kind="bad output"):
@@ -114,8 +113,8 @@ class EngineUndecidedError(EngineOutputError, kind="undecided"):
 
 
 class EngineLostAtomsError(EngineInputError, kind="lost atoms"):
-    """The engine lost an atom: the run left its box."""
+    """The engine lost an atom, which moved out of its box."""
 
 
 class EngineNaNError(EngineOutputError, kind="NaN"):
-    """The engine met or returned something that is not a number."""
+    """The engine met or returned a value that is not a number."""

@@ -176,8 +176,8 @@ PREFIX = ".dem-harness-"
 def whole_folder(target: Path, *, replace: bool = False) -> Iterator[Path]:
     """Yield a new folder; at the end of the block it becomes ``target``.
 
-    ``target`` must be missing or empty, unless it is to be replaced. On any exception nothing is
-    left, and a folder to be replaced is as before.
+    ``target`` must be missing or empty, unless it is to be replaced. On any exception nothing
+    remains, and a folder to be replaced is as before.
     """
     target.parent.mkdir(parents=True, exist_ok=True)
     with held_folder(target.parent) as aside:

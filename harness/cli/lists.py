@@ -212,7 +212,8 @@ def cache(
     if kept is not None and not kept.is_dir() and kept.exists():
         raise RequestError(f"--cache {kept}: is a file; name a folder")
     oldest = math.inf if older_than is None else time.time() - 86400.0 * older_than
-    found = [e for e in contents(folder) if e.used < oldest and (case is None or case in e.cases)]
+    found = [item for item in contents(folder) if item.used < oldest]
+    found = [item for item in found if case is None or case in item.label[1:]]
     record = {"cache": str(folder), "cleared": clear}
     counts = sorts(clear_entries(folder, found) if clear else found)
     if json:

@@ -53,7 +53,7 @@ def write_film(
 ) -> None:
     """Write a film of so many samples at equal times, or a PNG of the middle one.
 
-    Nothing is left half-written. Raise RequestError as :func:`check_film` does, and where ffmpeg
+    No half-written file remains. Raise RequestError as :func:`check_film` does, and where ffmpeg
     fails.
     """
     check_film(path, frames)
@@ -96,8 +96,8 @@ class DiscFilm:
         self._axes: Axes = self.figure.add_subplot()
         label(self._axes, f"x ({unit})", f"y ({unit})")
         self._axes.grid(visible=False)
-        (left, right), (bottom, top) = self._factor * np.column_stack([low, high])
-        self._axes.set(aspect="equal", xlim=(left, right), ylim=(bottom, top))
+        x_range, y_range = self._factor * np.column_stack([low, high])
+        self._axes.set(aspect="equal", xlim=tuple(x_range), ylim=tuple(y_range))
         for wall in self._factor * discs.lines:
             self._axes.plot(*wall.T, color=BLACK, lw=1.5)
         self._axes.set_title(discs.title, loc="left")

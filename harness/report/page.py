@@ -175,7 +175,7 @@ def _minute(started: str) -> str:
 
 
 def _outcome(run: Run, numbers: Mapping[str, int]) -> str:
-    """Return the class of the headline: green only where every row was judged and holds."""
+    """Return the class of the headline: green only where every row was judged and none fails."""
     if run.status:
         return "fail"
     return "partial" if numbers[Verdict.KNOWN_DEFECT] or numbers[Verdict.NOT_TESTED] else ""

@@ -80,7 +80,7 @@ def rendered(text: str) -> Markup:
 def document(text: str, link: Callable[[str], str] = str) -> Document:
     """Return Markdown as HTML; ``link`` returns the new address of a link, empty for none.
 
-    Raw HTML is escaped, and an image of another host is left as its text. Headings have the ids
+    Raw HTML is escaped, and an image of another host becomes its text. Headings have the ids
     that GitHub gives them. Tables scroll by themselves, and a cell that is the name of a verdict
     has its colours.
     """

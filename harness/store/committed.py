@@ -1,4 +1,4 @@
-"""Committed files that runs are held against: accepted runs and known defects.
+"""Committed files that runs are compared to: accepted runs and known defects.
 
     reports/accepted/<engine>/<version>/rows.csv
     inputs/known-defects.toml
@@ -111,17 +111,17 @@ def _merged(before: pd.DataFrame, rows: pd.DataFrame, run: Run) -> pd.DataFrame:
 # ---- known defects
 
 
-def known_defects(further: Path | None = None) -> tuple[KnownDefect, ...]:
-    """Return the committed defects, and the defects of a further file.
+def known_defects(other: Path | None = None) -> tuple[KnownDefect, ...]:
+    """Return the committed defects, and the defects of a other file.
 
     Raise RequestError, naming file and defect, for a damaged file, and for a name in both files.
     """
     defects = read_defects(_place(f"inputs/{DEFECTS}", DEFECTS)[0])
     names = {defect.name for defect in defects}
-    for defect in () if further is None else read_defects(further):
+    for defect in () if other is None else read_defects(other):
         if defect.name in names:
             raise RequestError(
-                f"known defects {further}: {defect.name!r} is the name of a committed one"
+                f"known defects {other}: {defect.name!r} is the name of a committed one"
             )
         defects = (*defects, defect)
     return defects

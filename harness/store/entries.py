@@ -36,6 +36,8 @@ LIMIT = 2 * 1024**3  # [bytes] of entries and environments; the least recently u
 TAG = "CACHEDIR.TAG"  # marks a folder as a cache (bford.info/cachedir): backups pass it over
 SIGNATURE = "Signature: 8a477f597d28d172789f06886806bc55\n# results of dem-harness\n"
 LONGEST_LABEL = 4096  # bytes
+ENTRIES = "[0-9a-f][0-9a-f]/" + "[0-9a-f]" * 64 + "*"
+KERNEL_SUFFIXES = (".nbi", ".nbc")  # of numba's index and data files
 
 
 # ---- keys
@@ -197,8 +199,6 @@ def _print_note(note: str) -> None:
 
 # ---- contents of the folder
 
-KERNEL_SUFFIXES = (".nbi", ".nbc")  # of numba's index and data files
-
 
 @dataclass(frozen=True)
 class Item:
@@ -209,35 +209,25 @@ class Item:
     used: float
 
     @cached_property
-    def label(self) -> tuple[str, tuple[str, ...]]:
-        """Return its sort (run, verification, environment, kernel or other) and its cases."""
-        if self.path.suffix in KERNEL_SUFFIXES or self.path.parent.name == process.FOLDER:
-            return "kernel" if self.path.suffix in KERNEL_SUFFIXES else "environment", ()
+    def label(self) -> tuple[str, ...]:
+        """Return its sort (run, verification, environment, kernel or other), and its cases."""
+        if self.path.is_dir():
+            return ("environment",)
+        if self.path.suffix in KERNEL_SUFFIXES:
+            return ("kernel",)
         with contextlib.suppress(OSError, ValueError), self.path.open("rb") as file:
             if file.readline(LONGEST_LABEL).startswith(FORM):
-                sort, *cases = json.loads(file.readline(LONGEST_LABEL))
-                return sort, tuple(cases)
-        return "other", ()
-
-    @property
-    def sort(self) -> str:
-        """Return its sort."""
-        return self.label[0]
-
-    @property
-    def cases(self) -> tuple[str, ...]:
-        """Return the cases of a run or a verification."""
-        return self.label[1]
+                return tuple(json.loads(file.readline(LONGEST_LABEL)))
+        return ("other",)
 
     def clear(self) -> bool:
         """Remove it; return whether it is gone. An environment in use stays."""
         try:
-            if self.path.parent.name == process.FOLDER:
+            if self.path.is_dir():
                 process.drop(self.path)
                 for lock in process.LOCKS:
                     self.path.with_name(self.path.name + lock).unlink(missing_ok=True)
-            else:
-                self.path.unlink(missing_ok=True)
+            self.path.unlink(missing_ok=True)
         except OSError:
             return False
         return True
@@ -245,17 +235,14 @@ class Item:
 
 def contents(folder: Path) -> list[Item]:
     """Return the contents of a cache folder; of a folder without the tag only kernels."""
-    paths = [path for suffix in KERNEL_SUFFIXES for path in (folder / KERNELS).rglob(f"*{suffix}")]
-    homes: Iterable[Path] = ()
-    if (folder / TAG).is_file():
-        paths += folder.glob("[0-9a-f][0-9a-f]/" + "[0-9a-f]" * 64 + "*")
-        homes = (folder / process.FOLDER).glob("*/")
     items = []
-    for path in paths:
+    paths = [path for suffix in KERNEL_SUFFIXES for path in (folder / KERNELS).rglob(f"*{suffix}")]
+    is_cache = (folder / TAG).is_file()
+    for path in [*paths, *(folder.glob(ENTRIES) if is_cache else ())]:
         with contextlib.suppress(OSError):  # removed by another process
             state = path.stat()
             items.append(Item(path, state.st_size, state.st_mtime))
-    for home in homes:
+    for home in (folder / process.FOLDER).glob("*/") if is_cache else ():
         with contextlib.suppress(OSError):  # not complete
             used, size = process.last_use_and_size(home)
             items.append(Item(home, size, used))
@@ -278,7 +265,7 @@ def sorts(items: Iterable[Item]) -> dict[str, dict[str, int]]:
     """Return the number and the size [bytes] of items by sort."""
     numbers: dict[str, dict[str, int]] = {}
     for item in items:
-        count = numbers.setdefault(item.sort, {"entries": 0, "bytes": 0})
+        count = numbers.setdefault(item.label[0], {"entries": 0, "bytes": 0})
         count["entries"] += 1
         count["bytes"] += item.size
     return numbers

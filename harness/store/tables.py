@@ -53,7 +53,7 @@ def rows_text(rows: pd.DataFrame) -> str:
     """Return rows as CSV, sorted by their key.
 
     Numbers have the digits that read back the same bits; NaN is an empty cell. Halves of
-    surrogate pairs, which no file holds, become question marks.
+    surrogate pairs, which no file can have, become question marks.
     """
     lines = _Lines()
     writer = csv.writer(lines, lineterminator=NEWLINE)

@@ -186,7 +186,7 @@ def rows_done(file):
 
 
 def kept_runs():
-    return sum(entry.sort == "run" for entry in contents(cache_place().path))
+    return sum(entry.label[0] == "run" for entry in contents(cache_place().path))
 
 
 def wait_for(condition, seconds=60):
