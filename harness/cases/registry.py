@@ -26,10 +26,10 @@ _INCLINE = {
     "columns": "harness.cases.incline.columns:CASE",
 }
 _CONTACT_MODULES = {
-    "bounce": "head_on", "collision": "oblique", "curved-wall": "curved_wall", "drag": "decay",
-    "head-on": "head_on", "heat": "decay", "incline-rest": "resting", "incline-roll": "resting",
-    "lj-units": "oblique", "moving-wall": "moving_wall", "oblique": "oblique",
-    "prescribed-motion": "prescribed_motion", "pull-off": "pull_off",
+    "bounce": "impact", "collision": "oblique", "curved-wall": "walls", "drag": "decay",
+    "head-on": "impact", "heat": "decay", "incline-rest": "resting", "incline-roll": "resting",
+    "lj-units": "oblique", "moving-wall": "walls", "oblique": "oblique",
+    "prescribed-motion": "prescribed_motion", "pull-off": "prescribed_motion",
     "rolling-resistance": "resting", "slip-to-roll": "resting", "spin": "oblique",
     "stacked": "stacked", "twist": "resting",
 }  # fmt: skip

@@ -1,17 +1,23 @@
-"""Impacts: the first sphere flies at its partner, touches it, and leaves."""
+"""Impacts: the first sphere flies at its partner, touches it, and leaves; along the normal here."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 from functools import lru_cache
+from typing import ClassVar
 
 import numpy as np
+from pydantic import Field
 
-from harness.cases.contacts.parameters import ContactSystem
+from harness.cases.base import Quantity
+from harness.cases.contacts.contact_case import ContactCase
+from harness.cases.contacts.parameters import ContactSystem, Gravity, Speed
 from harness.model.base import ZERO, Vector
 from harness.model.motion import Floats, Motion
 from harness.model.scene import Scene
 from harness.solvers.contact_time import before, contact_time, yield_time
+from harness.theory import contact
 
 SAMPLES = 100  # of a contact, about
 DURATION = 1.1  # contact times simulated: a contact that a coarse step draws out must be over
@@ -120,3 +126,161 @@ def peak(value: Floats) -> float:
     roots = np.roots(np.polyder(quartic))
     places = [x.real for x in roots if abs(x.imag) < ROUND_OFF and abs(x.real) <= 2.0]
     return max([float(value.max()), *(float(np.polyval(quartic, x)) for x in places)])
+
+
+class HeadOn(ContactSystem):
+    """A head-on impact, in SI units."""
+
+    speed: Speed = Field(1.0, description="[m/s] of the approach")
+
+    def check(self) -> None:
+        """Raise ValueError for an impact that is too deep or too shallow."""
+        self.check_impact("speed", self.speed)
+
+    @property
+    def depth(self) -> float:
+        """Return the largest overlap without damping [m]."""
+        return self.elastic_overlap(self.speed)
+
+    def scene(self) -> Scene:
+        """Return the impact, sampled over the contact."""
+        return impact_scene(self, (0.0, 0.0, -self.speed), sampled=True)
+
+    def absent(self) -> Sequence[str]:
+        """Return contact time and overlap where a surface energy makes the bodies stick."""
+        sticks = self.surface_energy is not None
+        return ("contact_time_s", "largest_overlap_m") if sticks else ()
+
+    def observe(self, motion: Motion) -> Mapping[str, float]:
+        """Return restitution and peaks; contact time and overlap where nothing sticks."""
+        overlap, rate = overlap_and_rate(self, motion)
+        quantities = {
+            "restitution": float(relative_velocity(motion)[-1, 2]) / self.speed,
+            "largest_force_N": peak(motion.force[:, 0, 2]),
+        }
+        if self.surface_energy is None:
+            # at both ends of the run it flies freely, with a gap
+            begin, end = (motion.time[i] - overlap[i] / rate[i] for i in (0, -1))
+            quantities["contact_time_s"] = float(end - begin)
+            quantities["largest_overlap_m"] = value_at_turn(motion.time, overlap, rate)
+        return quantities
+
+    def exact(self) -> Mapping[str, float]:
+        """Return the quantities of linear springs, Hertz's, and constant restitution."""
+        if self.is_linear:
+            return self._exact_linear()
+        if self.normal != "hertz" or self.clipped:
+            return {}
+        if self.damping == "none":
+            impact = self.effective_mass, self.hertz_coefficient, self.speed
+            return {
+                "restitution": 1.0,
+                "contact_time_s": contact.contact_time(*impact),
+                "largest_overlap_m": contact.largest_hertz_overlap(*impact),
+                "largest_force_N": contact.largest_force(*impact),
+            }
+        returned = self.damping == "coeff_restitution"
+        return {"restitution": self.restitution or 0.0} if returned else {}
+
+    def _exact_linear(self) -> dict[str, float]:
+        zeta, omega = self.oscillator
+        overlap = self.speed / omega * contact.largest_overlap(zeta)
+        if self.clipped:
+            restitution = contact.restitution_clipped(zeta)
+            return {"restitution": restitution, "largest_overlap_m": overlap}
+        if zeta >= 1.0:
+            return {}
+        return {
+            "restitution": contact.restitution_unclipped(zeta),
+            "contact_time_s": contact.duration_unclipped(zeta) / omega,
+            "largest_overlap_m": overlap,
+        }
+
+
+class Bounce(ContactSystem):
+    """A fall from rest above a floor or a frozen sphere, in SI units.
+
+    Off a sphere it would fall, but round-off sideways has no time to grow within a contact.
+    """
+
+    allowed: ClassVar = {**ContactSystem.allowed, "partner": ("wall", "frozen")}
+
+    height: float = Field(0.05, ge=1e-18, le=1e9, description="[m] of the fall")
+    gravity: Gravity = Field(9.81, description="[m/s2] downward")
+
+    @property
+    def speed(self) -> float:
+        """Return the speed at touch [m/s]."""
+        return math.sqrt(2.0 * self.gravity * self.height)
+
+    def check(self) -> None:
+        """Raise ValueError for a fall that presses in too far, or less than the weight."""
+        load = self.mass * self.gravity
+        least = 0.5 * load / self.slope(self.rest_overlap(load))
+        self.check_range("height", least, 1e9, "the weight presses in further than the fall")
+        self.check_impact("height", self.speed, power=0.5)
+
+    def scene(self) -> Scene:
+        """Return the contact with gravity, from half a step before it on."""
+        gravity = (0.0, 0.0, -self.gravity)
+        return impact_scene(self, (0.0, 0.0, -self.speed), sampled=True, gravity=gravity)
+
+    def observe(self, motion: Motion) -> Mapping[str, float]:
+        """Return the height that the sphere will reach, and the time of the contact."""
+        g, z, v = self.gravity, motion.position[:, 0, 2], motion.velocity[:, 0, 2]
+        # heights above touch, of fall and rebound, by the energy of free flight
+        fall, rise = (float(z[i] - self.radius + 0.5 * v[i] ** 2 / g) for i in (0, -1))
+        begin = float(motion.time[0]) + (math.sqrt(2.0 * g * fall) + float(v[0])) / g
+        end = float(motion.time[-1]) - (math.sqrt(2.0 * g * rise) - float(v[-1])) / g
+        return {"rebound_ratio": rise / self.height, "contact_time_s": end - begin}
+
+    def exact(self) -> Mapping[str, float]:
+        """Return height and time of the bounce on a linear spring, the height of an elastic one."""
+        elastic = {"rebound_ratio": 1.0} if self.damping == "none" else {}
+        if not self.is_linear or self.clipped:
+            return elastic
+        zeta, omega = self.oscillator
+        after = contact.rebound(omega, zeta, self.gravity, self.speed) if zeta < 1.0 else None
+        if after is None:
+            return elastic
+        ratio = after.speed**2 / (2.0 * self.gravity * self.height)
+        return {"rebound_ratio": ratio, "contact_time_s": after.duration, **elastic}
+
+
+HEAD_ON = ContactCase(
+    name="head-on",
+    summary="A sphere hits a wall or a sphere head-on: restitution, contact time, peaks.",
+    formula="Linear spring: e = exp(-pi zeta / sqrt(1 - zeta^2)), contact time pi / (omega sqrt(1 "
+    "- zeta^2)); Hertz: largest overlap (15 m* v^2 / (16 E* sqrt(R*)))^(2/5); constant "
+    "restitution at every speed; the rest is integrated.",
+    parameters=HeadOn,
+    quantities=(
+        Quantity("restitution", "1", "speed of departure over that of approach"),
+        Quantity(
+            "contact_time_s", "s", "of the first contact, while the surfaces overlap",
+            lambda p: 2.0 * p.depth / p.speed,
+        ),
+        Quantity(
+            "largest_overlap_m", "m", "overlap at the turning point, between the samples",
+            lambda p: 0.5 * p.depth,
+        ),
+        Quantity(
+            "largest_force_N", "N", "on the sphere, the dashpot's part included",
+            lambda p: p.elastic_force(p.depth),
+        ),
+    ),
+)  # fmt: skip
+BOUNCE = ContactCase(
+    name="bounce",
+    summary="A sphere falls on a floor or a sphere and bounces under gravity.",
+    formula="m x'' = m g - F during the contact, free flight after it: height u^2 / 2 g. Piece by "
+    "piece on a linear spring; without dissipation the height of the fall; else integrated.",
+    parameters=Bounce,
+    quantities=(
+        Quantity("rebound_ratio", "1", "height of the rebound over that of the fall"),
+        Quantity(
+            "contact_time_s", "s", "of the first contact, while the surfaces overlap",
+            lambda p: 2.0 * p.elastic_overlap(p.speed) / p.speed,
+        ),
+    ),
+)  # fmt: skip

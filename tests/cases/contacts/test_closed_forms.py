@@ -8,7 +8,7 @@ from scipy.optimize import brentq
 
 from harness.cases.bench import Bench
 from harness.cases.checks import run_checks
-from harness.cases.contacts import partial_slip
+from harness.cases.contacts import oblique
 from harness.cases.contacts.parameters import ContactSystem
 from harness.results.rows import Kind
 from harness.theory.contact import partial_slip_rebound, stiffness_ratio, twisting_spin
@@ -159,13 +159,13 @@ def test_a_twist_slips_stops_and_swings_back():
 def test_each_law_is_a_finding_and_is_the_curve_of_partial_slip_where_all_slides():
     case, bench = case_named("oblique"), Bench(None)
     rows = run_checks(case.name, list(case.own_checks()), bench)
-    assert [row.kind for row in rows] == [Kind.FINDING] * len(partial_slip.LAWS)
-    psi = partial_slip.INCIDENCES
-    expected = partial_slip_rebound(psi, partial_slip.POISSON)
+    assert [row.kind for row in rows] == [Kind.FINDING] * len(oblique.LAWS)
+    psi = oblique.INCIDENCES
+    expected = partial_slip_rebound(psi, oblique.POISSON)
     # at its limit a slider recovers as the contact opens: a law of the total displacement slides
     # to the end while the rebound is beyond -2/3, one of its increments while it is beyond -1
-    slides = 7.0 * stiffness_ratio(partial_slip.POISSON) - 2.0 / 3.0 < psi
-    for law, row in zip(partial_slip.LAWS, rows, strict=True):
+    slides = 7.0 * stiffness_ratio(oblique.POISSON) - 2.0 / 3.0 < psi
+    for law, row in zip(oblique.LAWS, rows, strict=True):
         difference = case.rebounds(law, bench, measured=False) - expected
         assert difference[slides] == pytest.approx(0.0, abs=2e-4)
         assert abs(row.difference) == pytest.approx(np.abs(difference).max())

@@ -4,7 +4,7 @@ import pytest
 
 from harness.cases.bench import OWN, Bench
 from harness.cases.checks import run_checks, selected
-from harness.cases.contacts import partial_slip, report
+from harness.cases.contacts import oblique, report
 from harness.model.conventions import Rules
 from tests.cases.contacts.common import case_named, twin
 from tests.engine_doubles import Twin
@@ -77,7 +77,7 @@ def test_the_curve_of_partial_slip_is_drawn_with_the_codes_that_ran_it():
     assert row.difference == 0.0
     (drawing,) = case.drawings({"stand-in": bench, OWN: Bench(None)})
     labels = drawing.draw().axes[0].get_legend_handles_labels()[1]
-    assert len(labels) == 1 + len(partial_slip.LAWS) + 1
+    assert len(labels) == 1 + len(oblique.LAWS) + 1
 
 
 def test_a_film_shows_the_bodies_and_the_floor():
