@@ -17,10 +17,9 @@ import numpy as np
 
 from harness.cases.base import Case, Check, Level, Quantity, Value
 from harness.cases.bench import Bench
-from harness.cases.checks import runs_at
+from harness.cases.checks import REASON, ROUND_OFF, runs_at
 from harness.cases.contacts import tables
 from harness.cases.contacts.parameters import ContactSystem
-from harness.cases.equal_steps import REASON, ROUND_OFF
 from harness.engines.base import Engine, Job, Output, scene_job
 from harness.engines.jobs import cores, parallel_map
 from harness.engines.output import SERIES

@@ -22,11 +22,11 @@ from pydantic import Field
 
 from harness.cases.base import Check, Level, Quantity, Value
 from harness.cases.bench import OWN, Bench
+from harness.cases.checks import REASON, ROUND_OFF
 from harness.cases.contacts import tables
 from harness.cases.contacts.contact_case import ContactCase, ratios
 from harness.cases.contacts.impact import impact_scene, relative_velocity
 from harness.cases.contacts.parameters import AngularSpeed, ContactSystem, Speed
-from harness.cases.equal_steps import REASON, ROUND_OFF
 from harness.engines.base import Engine, Job, scene_job
 from harness.errors import EngineError
 from harness.model.base import Vector

@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING, Any, cast
 import pandas as pd
 
 from harness.cases.bench import OWN, Bench
-from harness.cases.checks import runs_at
-from harness.cases.equal_steps import ROUND_OFF
+from harness.cases.checks import ROUND_OFF, runs_at
 from harness.errors import EngineError
 from harness.model.conventions import Rules
 from harness.report.content import Section, Table

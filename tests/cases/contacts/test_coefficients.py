@@ -4,8 +4,8 @@ from fnmatch import fnmatchcase
 
 import pytest
 
+from harness.cases.checks import ROUND_OFF
 from harness.cases.contacts.contact_case import motion_difference
-from harness.cases.equal_steps import ROUND_OFF
 from harness.errors import EngineError, RequestError
 from harness.model.law import COEFFICIENTS
 from harness.solvers import reference

@@ -5,7 +5,7 @@ import math
 from pydantic import Field
 
 from harness.cases.base import Case, Check, Quantity
-from harness.cases.equal_steps import equal_steps_checks
+from harness.cases.checks import equal_steps_checks
 from harness.engines.base import scene_job
 from harness.engines.scene_tables import motion_in
 from harness.model.base import Parameters
