@@ -8,7 +8,7 @@ import pytest
 from harness.cases.bench import Bench
 from harness.cases.contacts.contact_case import MOTION, MOVED, STEPS
 from harness.engines.lammps.engine import Lammps
-from harness.errors import EngineLostAtomsError, EngineOutputError, Unsupported
+from harness.errors import EngineLostAtomsError, Unsupported
 from harness.model.conventions import Rules
 from harness.results.rows import Failure, Kind, Verdict
 from tests.cases.contacts.common import CASES, case_named, rows_of, twin
@@ -195,11 +195,3 @@ def test_in_units_lj_no_bit_of_a_ratio_is_another(lammps):
         there, here = lammps.run([case.job(trial.parameters), si.job(trial.parameters)])
         found = case.measure(trial.parameters, there)
         assert found == si.measure(trial.parameters, here), trial.law
-
-
-def test_an_output_of_another_shape_is_an_error_of_the_engine():
-    case = case_named("drag")
-    p = next(case.trials()).parameters
-    (output,) = twin(change_motion=lost).run([case.job(p)])
-    with pytest.raises(EngineOutputError):
-        case.measure(p, output)

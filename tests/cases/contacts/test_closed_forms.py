@@ -9,7 +9,6 @@ from scipy.optimize import brentq
 from harness.cases.bench import Bench
 from harness.cases.checks import run_checks
 from harness.cases.contacts import oblique
-from harness.cases.contacts.parameters import ContactSystem
 from harness.results.rows import Kind
 from harness.theory.contact import partial_slip_rebound, stiffness_ratio, twisting_spin
 from tests.cases.contacts.common import CASES, case_named, limits
@@ -192,16 +191,6 @@ def test_sliding_throughout_leaves_what_the_formula_says(name):
 
 
 # ---- bodies
-
-
-def test_two_spheres_share_mass_and_curvature():
-    base = ContactSystem(tangential="linear_history", friction=0.3)
-    pair = base.replace(partner="sphere", partner_radius=0.02)
-    m = pair.mass
-    assert pair.effective_mass == pytest.approx(m * 8 * m / (9 * m))
-    assert pair.effective_radius == pytest.approx(0.01 * 0.02 / 0.03)
-    frozen = base.replace(partner="frozen")
-    assert (frozen.effective_mass, frozen.effective_radius) == (base.mass, 0.005)
 
 
 @pytest.mark.parametrize("partner", ["wall", "sphere", "frozen"])
