@@ -284,7 +284,8 @@ class PartialSlipCase(ContactCase[Any]):
 
     def _farthest(self, law: str, bench: Bench) -> Value:
         psi, rebound, _ = self._farthest_rebound(law, bench)
-        return Value(rebound, note=f"farthest from partial slip at psi = {psi:g} of 0.25 to 6")
+        note = f"farthest from partial slip at psi = {psi:g} of 0.25 to 6, elastic"
+        return Value(rebound, note=note)
 
     def _expected_rebound(self, law: str, bench: Bench) -> float:
         return self._farthest_rebound(law, bench)[2]
