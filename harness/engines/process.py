@@ -118,7 +118,7 @@ class Processes:
                 if self.closed:
                     raise EngineCrashError(f"{Path(command[0]).name} was closed")
                 process = subprocess.Popen(
-                    _with_limits(command, memory),
+                    with_limits(command, memory),
                     stdin=subprocess.DEVNULL,
                     stdout=stream,
                     stderr=subprocess.STDOUT,
@@ -175,7 +175,7 @@ def _progress(folder: Path) -> int:
     return (folder / "said").stat().st_size + sum(len(files) for *_, files in os.walk(folder))
 
 
-def _with_limits(command: Sequence[str], memory: int) -> list[str]:
+def with_limits(command: Sequence[str], memory: int) -> list[str]:
     """Return the command under bounds on its address space and files, as its children are."""
     kilobytes = _allowed(resource.RLIMIT_AS, memory) // 1024
     blocks = _allowed(resource.RLIMIT_FSIZE, LARGEST_FILE) // 512

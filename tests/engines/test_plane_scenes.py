@@ -1,6 +1,8 @@
 """Rows, towers and drops in LIGGGHTS, Yade and Kratos against the reference at equal steps."""
 
+import json
 import math
+import subprocess
 
 import numpy as np
 import pytest
@@ -121,3 +123,17 @@ def test_plane_scenes_without_stages_in_lammps(code):
         offs[name] = 0.01 * difference(moving(scene, motion), moving(scene, expected))
     assert {name: off for name, off in offs.items() if not off < TOLERANCE} == {}
     assert "stages" in code.refuses(scene_job(row(LAWS["plastic"])))
+
+
+@pytest.mark.live
+@pytest.mark.slow
+@pytest.mark.parametrize("code", ["yade", "kratos"], indirect=True)
+def test_script_of_a_scene_runs_alone(code, tmp_path):
+    scene = drop(LAWS["plastic"])
+    (tmp_path / "run.py").write_text(code.script_text(scene_job(scene)))
+    words = [program(code.name), *(["-n", "-x"] if code.name == "yade" else []), "run.py"]
+    subprocess.run(words, cwd=tmp_path, check=True, capture_output=True,
+                   env=code.environment(tmp_path))  # fmt: skip
+    table = json.loads((tmp_path / "0.json").read_text())
+    expected = reference.run(scene, code.rules(scene))
+    assert np.abs(np.array(table["position"]) - expected.position).max() < 1e-11

