@@ -336,10 +336,6 @@ class ScriptedEngine(ScriptSource, ProgramEngine):
         """Return the command line's words for a task: NAME=VALUE, lists without spaces."""
         return " ".join(f"{name}={str(v).replace(' ', '')}" for name, v in task.values.items())
 
-    def ranks_in(self, log: str) -> int:  # noqa: ARG002
-        """Return the number of MPI ranks in a log."""
-        return 1
-
     def table(self, series: str) -> Table:
         """Return the columns of a series: of a dump, or of a CSV."""
         read = read_dump if series.startswith("ITEM:") else read_csv
@@ -447,8 +443,7 @@ class ScriptedEngine(ScriptSource, ProgramEngine):
         script = task.script
         provenance = replace(self.identify(), script=script.name, script_sha256=script.sha256)
         tables = {SERIES: self.table(series)} if series else {}
-        ranks = self.ranks_in(log)
-        output = Output(results_in(log), provenance, tables, log, seconds, self.title, ranks)
+        output = Output(results_in(log), provenance, tables, log, seconds, self.title)
         if output.has("verdict") and output.text("verdict") == "not_a_number":
             raise EngineNaNError(f"{self.title} met a place or velocity that is not a number")
         if output.has("seconds"):
