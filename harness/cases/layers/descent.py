@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, NamedTuple, Self
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -108,29 +108,22 @@ START = Tolerance(
 )
 
 
-class Profile(NamedTuple):
-    """Means over horizontal slices of the flow at the first angle, each (slices,).
+def profile_in(output: Output) -> dict[str, Floats]:
+    """Return means over slices of the flow at the first angle; raise EngineOutputError for none.
 
     Heights are in d above the mean height of the base, speeds in sqrt(g d); the solid fraction is
     that of whole grains with centres in the slice.
     """
-
-    height: Floats
-    solid_fraction: Floats
-    speed: Floats
-
-    @property
-    def middle_fraction(self) -> float:
-        """Return the mean solid fraction between the quartiles of the grains' heights."""
-        return float(self.solid_fraction[middle_half(self.solid_fraction)].mean())
-
-
-def profile_in(output: Output) -> Profile:
-    """Return the profile of the flow; raise EngineOutputError where there is none."""
     rows = output.rows("profile", 3)
     if not len(rows):
         raise EngineOutputError(f"{output.who} left no profile of the flow")
-    return Profile(*rows.T)
+    return dict(zip(("height", "solid_fraction", "speed"), rows.T, strict=True))
+
+
+def middle_fraction(output: Output) -> float:
+    """Return the mean solid fraction between the quartiles of the grains' heights."""
+    fraction = profile_in(output)["solid_fraction"]
+    return float(fraction[middle_half(fraction)].mean())
 
 
 class LayersCase(PackingCase[Layers]):
@@ -169,7 +162,7 @@ class LayersCase(PackingCase[Layers]):
         names = [quantity.name for quantity in self.quantities]
         values = {name: output.number(name) for name in names if output.has(name)}
         if output.has("profile"):
-            values["solid_fraction"] = profile_in(output).middle_fraction
+            values["solid_fraction"] = middle_fraction(output)
         if verdict != "stopped":
             raise EngineUndecidedError(f"undecided: {_reason(parameters, output)}", values)
         missing = [name for name in names if name not in values and name != "start_angle_deg"]
@@ -188,7 +181,7 @@ class LayersCase(PackingCase[Layers]):
 
     def profile(self, parameters: Layers, output: Output) -> Mapping[str, Sequence[float]]:
         """Return the profile of the flow at the first angle."""
-        return {name: values.tolist() for name, values in profile_in(output)._asdict().items()}
+        return {name: values.tolist() for name, values in profile_in(output).items()}
 
     def checks(self, engine: Engine) -> Iterable[Check]:
         """Return the single grain, lowered; beyond level quick raised as well."""
@@ -199,7 +192,7 @@ class LayersCase(PackingCase[Layers]):
             setup="4 layers, 8 x 4 d, from 16 deg", quantity="solid_fraction", unit="1",
             kind=Kind.RECORDED, jobs=[flow], tolerance=Tolerance(
                 0.033, reason="runs of other rounding part: twice the scatter over six bases"),
-            measure=lambda bench: profile_in(bench.output(flow)).middle_fraction,
+            measure=lambda bench: middle_fraction(bench.output(flow)),
         )  # fmt: skip
 
     def _angle(self, setup: str, name: str, p: Layers, tolerance: Tolerance, level: Level) -> Check:
@@ -254,14 +247,14 @@ def _reason(p: Layers, output: Output) -> str:
     return f"the flow never stopped within time_limit = {p.time_limit:g}; it was at {angle:.4g} deg"
 
 
-def _profile_figure(profiles: Mapping[str, Profile]) -> Figure:
+def _profile_figure(profiles: Mapping[str, Mapping[str, Floats]]) -> Figure:
     from harness.report.style import COLOURS, label, legend_below, panels
 
     figure = panels(1, 2, 3.5, 3.6)
     speeds, fractions = figure.axes
     for colour, (title, profile) in zip(COLOURS, profiles.items(), strict=False):
-        speeds.plot(profile.speed, profile.height, "o-", color=colour, label=title)
-        fractions.plot(profile.solid_fraction, profile.height, "s-", color=colour)
+        speeds.plot(profile["speed"], profile["height"], "o-", color=colour, label=title)
+        fractions.plot(profile["solid_fraction"], profile["height"], "s-", color=colour)
     label(speeds, "mean speed (sqrt(g d))", "height above the base (d)")
     label(fractions, "solid fraction, grains by their centres", "height above the base (d)")
     legend_below(figure)

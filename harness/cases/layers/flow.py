@@ -13,22 +13,248 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+from pydantic import Field
 
 from harness.cases.base import Check, Level, Quantity, Value
 from harness.cases.bench import OWN, Bench
-from harness.cases.layers.measurement import Flow, Measurement
-from harness.cases.layers.packing import PackingCase
+from harness.cases.layers.packing import (
+    PREPARED,
+    Floats,
+    Packing,
+    PackingCase,
+    check_base,
+    middle_half,
+)
 from harness.engines.base import Engine
 from harness.engines.output import Output
-from harness.errors import EngineError, EngineUndecidedError
+from harness.errors import EngineError, EngineOutputError, EngineUndecidedError
 from harness.report.content import Drawing, Section
 from harness.results.rows import Kind, Tolerance
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+SLICE = 0.25  # [d] height of a slice
+WINDOW = 4  # slices over which profiles are averaged: a diameter, as grains stand in layers
+GRAIN_DENSITY = 6.0 / math.pi  # [m/d^3] of a grain
+CONFIDENT = 0.99  # of the interval of a drift: one steady flow of a hundred is called unsteady
+SUMS = ("count", "volume", "mass", "momentum", "mxx", "myy", "mzz", "mxz",
+        "virial_xx", "virial_yy", "virial_zz", "virial_xz")  # of a slice, in a script  # fmt: skip
+UNCERTAIN = ("solid_fraction", "velocity", "granular_temperature", "shear_rate", "normal_stress",
+             "shear_stress", "mu", "inertial_number")  # fmt: skip
+
+
+class Flow(Packing):
+    """Layers at one angle: how long they settle and are measured, and in how many blocks."""
+
+    # fmt: off
+    length: int = Field(10, ge=2, le=10000, description="[d] of the box along the flow")
+    width: int = Field(
+        5, ge=1, le=10000, description="[d] of the box across; 1: all spheres in one plane")
+    angle: float = Field(14.0, gt=0.0, le=45.0, description="[deg] of the base")
+    settle_time: float = Field(
+        100.0, gt=0.0, le=1e6, description="[-] before the flow is measured, in sqrt(d/g)")
+    flow_time: float = Field(200.0, gt=1.0, le=1e6, description="[-] measured, in sqrt(d/g)")
+    blocks: int = Field(
+        10, ge=6, le=100, description="[-] parts of the measurement, for uncertainty and drift")
+    arrest_speed: float = Field(
+        0.01, gt=0.0, le=0.1, description="[-] mean speed of a flow at least, in sqrt(g d)")
+    # fmt: on
+
+    @property
+    def time(self) -> float:
+        """Return the time of a run [sqrt(d/g)]."""
+        return PREPARED + self.settle_time + self.flow_time
+
+
+@dataclass(frozen=True)
+class Measurement:
+    """The measurement of a flow in blocks of equal length, in m, d and sqrt(d/g).
+
+    ``blocks`` (blocks, 11) as the script writes them; ``sums`` over slices by name, each (blocks,
+    slices), ``height`` (slices,) above the mean height of the base. ``time`` is that of a block,
+    ``mass`` that of all grains, ``area`` that of the base.
+    """
+
+    parameters: Flow
+    blocks: Floats
+    height: Floats
+    sums: Mapping[str, Floats]
+    time: float
+    mass: float
+    area: float
+
+    @classmethod
+    def of(cls, p: Flow, output: Output) -> Measurement:
+        """Return the measurement in an output; raise EngineOutputError for a missing part.
+
+        EngineLostAtomsError for a grain below the base, EngineUndecidedError for a flow that
+        stopped: it has no means.
+        """
+        verdict = output.text("verdict")
+        check_base(p, verdict)
+        if verdict == "stopped":
+            raise EngineUndecidedError(
+                f"undecided: the flow stopped at angle = {p.angle:g} deg, its mean speed is "
+                f"below arrest_speed = {p.arrest_speed:g}",
+                {},
+            )
+        blocks, rows = output.rows("block", 11), output.rows("slice", 2 + len(SUMS))
+        if verdict != "flowed" or len(blocks) != p.blocks or not len(rows):
+            raise EngineOutputError(
+                f"{output.who} left the verdict {verdict[:20]!r}, {len(blocks)} blocks of "
+                f"{p.blocks} and {len(rows)} slices"
+            )
+        block, number = rows[:, 0].astype(int) - 1, np.round(rows[:, 1] / SLICE - 0.5).astype(int)
+        place = number - number.min() + WINDOW  # a window that begins at 0 is empty
+        sums = np.zeros((len(SUMS), p.blocks, int(place.max()) + 1 + WINDOW))
+        sums[:, block, place] = rows[:, 2:].T
+        height = SLICE * (np.arange(sums.shape[2]) + number.min() - WINDOW + 0.5)
+        numbers = output.number("block_time"), output.number("mass")
+        table = dict(zip(SUMS, sums, strict=True))
+        return cls(p, blocks, height, table, *numbers, float(p.length * p.width))
+
+    @property
+    def drift(self) -> tuple[float, float]:
+        """Return the change of the kinetic energy over its mean, and the half width of 99 %.
+
+        By a straight line through the blocks. Where residuals persist from a block to the next,
+        with the correlation r, it is wider by sqrt((1 + r) / (1 - r)) (Santer et al. 2000,
+        J. Geophys. Res. 105, 7337). Of residuals from a line through few blocks r comes out too
+        small, by (2 + 4 r) / count (Kendall 1954, Marriott and Pope 1954, Biometrika 41, 390 and
+        403), which is added.
+        """
+        from scipy import stats
+
+        energy = self.blocks[:, 2]
+        place, count = np.arange(len(energy)), len(energy)
+        line = stats.linregress(place, energy)
+        residual = energy - line.intercept - line.slope * place
+        seen = float(residual[1:] @ residual[:-1] / (residual @ residual + 1e-300))
+        persists = min(max((count * seen + 2.0) / (count - 4.0), 0.0), 0.9)
+        scale = count / energy.mean()
+        quantile = float(stats.t.ppf(0.5 + CONFIDENT / 2, count - 2))
+        half = quantile * float(line.stderr) * scale
+        return float(line.slope) * scale, half * math.sqrt((1.0 + persists) / (1.0 - persists))
+
+    def profile(self) -> dict[str, Floats]:
+        """Return the profile, each (slices,), with uncertainties by the scatter of the blocks."""
+        profile, each = self._profile(), [self._profile(k) for k in range(len(self.blocks))]
+        for name in UNCERTAIN:
+            scatter = np.std([of_block[name] for of_block in each], axis=0, ddof=1)
+            profile[f"{name}_uncertainty"] = np.asarray(_half_width(len(each)) * scatter)
+        return profile
+
+    def _profile(self, block: int | None = None) -> dict[str, Floats]:
+        """Return the profile of a block, or of the mean of all, over windows of a diameter."""
+        sums = {n: v.mean(axis=0) if block is None else v[block] for n, v in self.sums.items()}
+        mass = np.where(sums["mass"] > 0.0, sums["mass"], np.nan)
+        moving = sums["momentum"] * np.nan_to_num(sums["momentum"] / mass)  # mean flow of a slice
+        kinetic = {"xx": sums["mxx"] - moving, "yy": sums["myy"], "zz": sums["mzz"]}
+        volume = self.area * SLICE * WINDOW
+        total = _windowed(sums["mass"])
+        filled = np.where(total > 0.0, total, np.nan)
+        flow = _windowed(sums["momentum"]) / filled
+        normal = _windowed(kinetic["zz"] - sums["virial_zz"]) / volume
+        shear = -_windowed(sums["mxz"] - sums["virial_xz"]) / volume
+        above = (np.cumsum(sums["mass"][::-1])[::-1] - 0.5 * sums["mass"]) / self.area
+        rate = np.gradient(flow, SLICE)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            return {
+                "height": self.height,
+                "solid_fraction": _windowed(sums["volume"]) / volume,
+                "velocity": flow,
+                "granular_temperature": _windowed(sum(kinetic.values())) / (3.0 * filled),
+                "shear_rate": rate,
+                "normal_stress": normal,
+                "shear_stress": shear,
+                "weight_above": above * math.cos(math.radians(self.parameters.angle)),
+                "mu": shear / normal,
+                "inertial_number": rate / np.sqrt(normal / GRAIN_DENSITY),
+            }
+
+    def quantities(self) -> dict[str, float]:
+        """Return the declared quantities but for the steps."""
+        values, each = self._means(), [self._middle(k) for k in range(len(self.blocks))]
+        for name, value in self._middle().items():
+            uncertainty = uncertainty_of([of_block[name] for of_block in each])
+            values |= {name: value, f"{name}_uncertainty": uncertainty}
+        return values
+
+    def _means(self) -> dict[str, float]:
+        _, speed, _, touching, height, along, out, first, last, *levers = self.blocks.T
+        p, tilt, drift = self.parameters, math.radians(self.parameters.angle), self.drift
+        weight = self.mass * math.sin(tilt), self.mass * math.cos(tilt)
+        gained = self.mass * (last - first) / self.time
+        # moments of the weight about the plane z = 0, less those of the base's forces, over the
+        # area of the base by the number of grains over it
+        moment = self.mass * height.mean()
+        area = float(self.sums["count"].sum(axis=1).mean() / p.layers / (p.filled or p.length))
+        moments = (
+            (moment * math.sin(tilt) - levers[0].mean()) / (area * p.length),
+            (moment * math.cos(tilt) + levers[1].mean()) / (area * p.length),
+        )
+        profile = self._profile()
+        shear, normal = (
+            float(profile[name].sum() * SLICE) for name in ("shear_stress", "normal_stress")
+        )
+        return {
+            "mean_speed": float(speed.mean()),
+            "mean_speed_uncertainty": uncertainty_of(speed),
+            "coordination": float(touching.mean()),
+            "mean_height": float(height.mean()),
+            "mu": float(along.sum() / -out.sum()),
+            "mu_uncertainty": uncertainty_of(along / -out),
+            "mu_of_contacts": shear / normal,
+            "momentum_balance": float((along + gained).mean() / weight[0]),
+            "weight_on_base": float(-out.mean() / weight[1]),
+            "shear_stress_balance": shear / moments[0],
+            "normal_stress_balance": normal / moments[1],
+            "kinetic_energy_drift": drift[0],
+            "kinetic_energy_drift_uncertainty": drift[1],
+        }
+
+    def _middle(self, block: int | None = None) -> dict[str, float]:
+        """Return means between the quartiles of the grains' heights of a block, or of all."""
+        counts, profile = self.sums["count"], self._profile(block)
+        count = counts.mean(axis=0) if block is None else counts[block]
+        middle = middle_half(count)
+        height, speed = profile["height"][middle], profile["velocity"][middle]
+        rate = float(np.polyfit(height, speed, 1, w=np.sqrt(count[middle]))[0])
+        names = ("solid_fraction", "granular_temperature", "normal_stress")
+        fraction, temperature, pressure = (float(np.mean(profile[n][middle])) for n in names)
+        return {
+            "solid_fraction": fraction,
+            "granular_temperature": temperature,
+            "pressure": pressure,
+            "shear_rate": rate,
+            "inertial_number": rate / math.sqrt(pressure / GRAIN_DENSITY),
+        }
+
+
+def _windowed(values: Floats) -> Floats:
+    """Return the sums over :data:`WINDOW` slices about each, (slices,)."""
+    kernel = np.concatenate([[0.5], np.ones(WINDOW - 1), [0.5]])
+    return np.convolve(values, kernel, mode="same")
+
+
+def uncertainty_of(values: Sequence[float] | Floats) -> float:
+    """Return the half width of the 95 % interval of the mean of independent values."""
+    return _half_width(len(values)) * float(np.std(values, ddof=1))
+
+
+def _half_width(count: int) -> float:
+    """Return the half width of the 95 % interval of a mean of so many, over their scatter."""
+    from scipy import stats
+
+    return float(stats.t.ppf(0.975, count - 1)) / math.sqrt(count)
+
+
+# ---- the case
 
 # drift of the kinetic energy over a measurement, relative to its mean: none, and never steady,
 # however uncertain it is, as in free fall the blocks are correlated as well
@@ -55,6 +281,13 @@ ANGLES = (16.0, 18.0, 21.0, 24.0)  # [deg] of small flows that are steady; one a
 _MIDDLE = "of the middle half of the grains"
 
 
+def _with_uncertainty(
+    name: str, meaning: str, scale: float, uncertainty: float = 0.01
+) -> Iterable[Quantity[Flow]]:
+    yield Quantity(name, "1", meaning, scale)
+    yield Quantity(f"{name}_uncertainty", "1", "95 %, by the scatter of the blocks", uncertainty)
+
+
 class FlowCase(PackingCase[Flow]):
     """Frictionless layers in steady flow at one angle: friction, inertial number, profiles."""
 
@@ -64,30 +297,22 @@ class FlowCase(PackingCase[Flow]):
     )
     parameters = Flow
     quantities = (
-        Quantity("mean_speed", "1", "of the grains, in sqrt(g d)"),
-        Quantity("mean_speed_uncertainty", "1", "95 %, by the scatter of the blocks, as all "
-                 "uncertainties here", 0.1),
-        Quantity("mu", "1", "force on the base along the flow over that into it", 0.3),
-        Quantity("mu_uncertainty", "1", "of it", 0.01),
+        *_with_uncertainty("mean_speed", "of the grains, in sqrt(g d)", 1.0, 0.1),
+        *_with_uncertainty("mu", "force on the base along the flow over that into it", 0.3),
         Quantity("mu_of_contacts", "1", "shear stress over normal stress of contacts and "
                  "fluctuations, over the depth", 0.3),
-        Quantity("inertial_number", "1", f"I = shear rate d / sqrt(P / rho), {_MIDDLE}", 0.3),
-        Quantity("inertial_number_uncertainty", "1", "of it", 0.01),
-        Quantity("solid_fraction", "1", _MIDDLE, 0.5),
-        Quantity("solid_fraction_uncertainty", "1", "of it", 0.01),
-        Quantity("shear_rate", "1", f"of the mean velocity, {_MIDDLE}, in sqrt(g/d)", 0.3),
-        Quantity("shear_rate_uncertainty", "1", "of it", 0.01),
-        Quantity("pressure", "1", f"normal stress of contacts and fluctuations, {_MIDDLE}, in "
-                 "m g/d^2"),
-        Quantity("pressure_uncertainty", "1", "of it", 0.1),
-        Quantity("granular_temperature", "1", "a third of the mean squared fluctuation of the "
-                 f"velocity, {_MIDDLE}, in g d", 0.1),
-        Quantity("granular_temperature_uncertainty", "1", "of it", 0.01),
+        *_with_uncertainty("inertial_number", f"I = shear rate d / sqrt(P / rho), {_MIDDLE}", 0.3),
+        *_with_uncertainty("solid_fraction", _MIDDLE, 0.5),
+        *_with_uncertainty(
+            "shear_rate", f"of the mean velocity, {_MIDDLE}, in sqrt(g/d)", 0.3),
+        *_with_uncertainty("pressure", f"normal stress of contacts and fluctuations, {_MIDDLE}, in "
+                           "m g/d^2", 1.0, 0.1),
+        *_with_uncertainty("granular_temperature", "a third of the mean squared fluctuation of the "
+                           f"velocity, {_MIDDLE}, in g d", 0.1),
         Quantity("coordination", "1", "contacts of a grain"),
         Quantity("mean_height", "1", "of the grains, in d above the base"),
-        Quantity("kinetic_energy_drift", "1", "of the kinetic energy over the measurement, over "
-                 "its mean", 0.1),
-        Quantity("kinetic_energy_drift_uncertainty", "1", "of it, 99 %", 0.1),
+        *_with_uncertainty("kinetic_energy_drift", "of the kinetic energy over the measurement, "
+                           "over its mean; 99 %", 0.1, 0.1),
         Quantity("momentum_balance", "1", "force on the base along the flow and gain of momentum, "
                  "over M g sin(angle)"),
         Quantity("weight_on_base", "1", "force into the base over M g cos(angle)"),
@@ -105,13 +330,13 @@ class FlowCase(PackingCase[Flow]):
         becomes faster or slower.
         """
         measured = Measurement.of(parameters, output)
-        values, drift = measured.quantities(), measured.drift
+        values, (drift, half) = measured.quantities(), measured.drift
         values["steps"] = output.number("steps")
-        if abs(drift.value) > min(max(drift.half_width, STEADY), NEVER_STEADY):
-            change = "faster" if drift.value > 0.0 else "slower"
+        if abs(drift) > min(max(half, STEADY), NEVER_STEADY):
+            change = "faster" if drift > 0.0 else "slower"
             raise EngineUndecidedError(
                 f"undecided: the flow becomes {change}: its kinetic energy changes by "
-                f"{100 * drift.value:+.0f} +- {100 * drift.half_width:.0f} % over flow_time = "
+                f"{100 * drift:+.0f} +- {100 * half:.0f} % over flow_time = "
                 f"{parameters.flow_time:g}",
                 values,
             )
@@ -181,15 +406,15 @@ class FlowCase(PackingCase[Flow]):
 
     def _flows(self, bench: Bench) -> list[Mapping[str, float]]:
         """Return the quantities of the small flows that were run and are steady."""
-        found = []
+        flows = []
         for angle in ANGLES:
             p = SMALL.replace(angle=angle)
             if bench.has_run([self.job(p)]):
                 try:
-                    found.append(self.measure(p, bench.output(self.job(p))))
+                    flows.append(self.measure(p, bench.output(self.job(p))))
                 except EngineError:
                     continue  # its rows have the error
-        return found
+        return flows
 
 
 def _law_figure(flows: Mapping[str, Sequence[Mapping[str, float]]]) -> Figure:

@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from harness.engines.process import FAULTS as FATAL_SIGNALS
-from harness.engines.process import Ended, Limits, Processes, last_words, signal_of
+from harness.engines.process import Ended, last_words, signal_of
 from harness.engines.scene_files import (
     Outcome,
     batches_of,
@@ -72,22 +72,15 @@ def rules(scene: Scene) -> Rules:
     return RULES.replace(**CONSTANT_TORQUE) if scene.law.rolling == "constant" else RULES
 
 
-def motions(
-    executable: str,
-    scenes: Sequence[Scene],
-    *,
-    workers: int | None = None,
-    limits: Limits | None = None,
-    processes: Processes | None = None,
-) -> list[Outcome]:
+def motions(executable: str, scenes: Sequence[Scene], **options: Any) -> list[Outcome]:
     """Return the motion of each scene, or the error of its run, in order.
 
-    ``executable`` is a Python with Kratos; each process has one thread. Raise Unsupported for a
-    scene that Kratos cannot state.
+    ``options`` are those of :meth:`harness.engines.jobs.Batches.run`. ``executable`` is a
+    Python with Kratos. Raise Unsupported for a scene that Kratos cannot state.
     """
     command = [executable, "-u", str(SCRIPT)]
     batches = batches_of("Kratos", command, words, lambda ended, _: error_of(ended))
-    return batches.run(scenes, workers, limits, processes)
+    return batches.run(scenes, **options)
 
 
 def error_of(ended: Ended) -> EngineError | None:

@@ -10,13 +10,13 @@ import math
 import os
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from harness.engines.jobs import Batches
 from harness.engines.lammps.language import error_of
-from harness.engines.process import Limits, Processes, text_of
+from harness.engines.process import text_of
 from harness.engines.scene_files import (
     PARTS,
     Outcome,
@@ -60,18 +60,12 @@ def rules(scene: Scene) -> Rules:
     return RULES.replace(**CONSTANT_TORQUE) if scene.law.rolling == "constant" else RULES
 
 
-def motions(
-    executable: str,
-    scenes: Sequence[Scene],
-    *,
-    workers: int | None = None,
-    limits: Limits | None = None,
-    processes: Processes | None = None,
-) -> list[Outcome]:
+def motions(executable: str, scenes: Sequence[Scene], **options: Any) -> list[Outcome]:
     """Return the motion of each scene, or the error of its run, in order.
 
-    Forces on frozen bodies, which LIGGGHTS sets to zero, are NaN. Raise Unsupported for a scene
-    that LIGGGHTS cannot state.
+    ``options`` are those of :meth:`harness.engines.jobs.Batches.run`. Forces on frozen
+    bodies, which LIGGGHTS sets to zero, are NaN. Raise Unsupported for a scene that it cannot
+    state.
     """
 
     def write(folder: Path, scenes: Sequence[Scene]) -> Sequence[str]:
@@ -94,7 +88,7 @@ def motions(
         log=lambda folder, place: text_of(folder / f"{place}.log"),
         environment=environment,
     )
-    return batches.run(scenes, workers, limits, processes)
+    return batches.run(scenes, **options)
 
 
 def environment(folder: Path) -> Mapping[str, str]:

@@ -15,7 +15,6 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from harness.engines.process import Limits, Processes
 from harness.engines.scene_files import (
     Outcome,
     batches_of,
@@ -67,21 +66,15 @@ def rules(scene: Scene) -> Rules:
     return RULES[words(scene)["law"]].replace(**changes)
 
 
-def motions(
-    executable: str,
-    scenes: Sequence[Scene],
-    *,
-    workers: int | None = None,
-    limits: Limits | None = None,
-    processes: Processes | None = None,
-) -> list[Outcome]:
+def motions(executable: str, scenes: Sequence[Scene], **options: Any) -> list[Outcome]:
     """Return the motion of each scene, or the error of its run, in order.
 
-    Raise Unsupported for a scene that Yade cannot state.
+    ``options`` are those of :meth:`harness.engines.jobs.Batches.run`. Raise Unsupported for
+    a scene that Yade cannot state.
     """
     command = [executable, "-n", "-x", str(SCRIPT)]
     batches = batches_of("Yade", command, words, lambda ended, _: ended.error("Yade"), environment)
-    return batches.run(scenes, workers, limits, processes)
+    return batches.run(scenes, **options)
 
 
 def environment(folder: Path) -> Mapping[str, str]:

@@ -49,7 +49,6 @@ def test_what_cannot_be_simulated_is_refused_in_one_line(name, changes, words):
 @pytest.mark.parametrize(("name", "preset"), [("drum", "slow"), ("heap", "small")])
 def test_codes_that_do_not_resist_rolling_refuse_it(code, name, preset):
     engine = engine_class(code).__new__(engine_class(code))
-    engine._scheme = "Velocity_Verlet"
     case = CASES[name]
     p = case.presets[preset]
     assert engine.refuses(case.job(p)).endswith(

@@ -117,9 +117,10 @@ def test_the_single_grain_stops_at_the_critical_angle_and_a_flow_has_a_profile(e
     (drawing,) = section.drawings
     assert len(drawing.draw().axes) == 2
     profile = profile_in(benches["lammps"].output(CASE.job(SMALL_FLOW)))
-    assert np.all(np.diff(profile.height) > 0)
+    assert np.all(np.diff(profile["height"]) > 0)
     # the surface is fastest; a slice that holds a grain now and then has the speed of its grains
-    assert profile.speed[0] < profile.speed[-3] < 1.5 * profile.speed[-1]
+    speed = profile["speed"]
+    assert speed[0] < speed[-3] < 1.5 * speed[-1]
 
 
 @pytest.mark.parametrize("angle", [10.1, 10.35])
