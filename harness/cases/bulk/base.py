@@ -2,7 +2,7 @@
 
 Bulk is chaotic: motions of one seed part between codes, so that means over seeds are compared. Two
 codes are equivalent where the 90 % interval of the ratio of their means lies within 5 % of one.
-Where codes state the contact law by different rules, a ratio of their means is a finding; a code
+Where codes have different rules of the contact law, a ratio of their means is a finding; a code
 whose scripts take the rules as values also runs under those of the other, and is compared with it.
 """
 
@@ -289,14 +289,14 @@ class BulkCase(Case[B]):
         for setup in self.setups:
             p = setup.runs[0]
             able = [engine for engine in engines if not engine.refuses(self.job(p))]
-            laws = {engine.name: self._stated(engine, p) for engine in able}
+            laws = {engine.name: self._law(engine, p) for engine in able}
             for pair in combinations(able, 2):
                 level = setup.level_in(*pair)
                 for comparison in self._comparisons(p, *pair, laws):
                     for check in self._ratios(setup, comparison):
                         yield comparison.engine, replace(check, level=level)
 
-    def _stated(self, engine: Engine, parameters: B) -> StatedLaw:
+    def _law(self, engine: Engine, parameters: B) -> StatedLaw:
         rolling = getattr(parameters, "rolling_friction", 0.0)
         return stated_law(engine, bulk_law(parameters.poisson_ratio, rolling))
 
@@ -307,13 +307,15 @@ class BulkCase(Case[B]):
 
         An engine under the law of another is compared with it, and with itself.
         """
-        one, other = laws[first.name], laws[second.name]
-        kind = Kind.CROSS_CODE if one == other else Kind.FINDING
-        note = "" if one == other else f"{first.title}: {one.text}; {second.title}: {other.text}"
+        pair = laws[first.name], laws[second.name]
+        titles = f"{first.title}: {pair[0].text}; {second.title}: {pair[1].text}"
+        same = pair[0] == pair[1]
+        kind, note = (Kind.CROSS_CODE, "") if same else (Kind.FINDING, titles)
         yield Comparison(first, None, second, f"over {second.title}", kind, note)
-        if one.rules == other.rules:
+        if pair[0].rules == pair[1].rules:
             return
-        for runner, partner, law in ((first, second, other), (second, first, one)):
+        for runner, partner in ((first, second), (second, first)):
+            law = laws[partner.name]
             if runner.refuses(self.job(parameters, law)):
                 continue
             rules = f"the rules of {partner.title}"
@@ -373,7 +375,7 @@ class BulkCase(Case[B]):
         laws: dict[str, StatedLaw | None] = {"": None}
         for bench in engines:
             words = f" under the rules of {bench.engine.title}"
-            laws[words] = self._stated(bench.engine, setup.runs[0])
+            laws[words] = self._law(bench.engine, setup.runs[0])
         for bench, (words, law) in product(engines, laws.items()):
             if bench.has_run([self.job(p, law) for p in setup.runs]):
                 try:

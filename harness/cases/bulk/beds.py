@@ -72,7 +72,7 @@ class Sphere:
     def rayleigh_step(self) -> float:
         """Return the longest step [s] by Rayleigh waves.
 
-        Their time is pi r sqrt(rho/G)/(0.1631 nu + 0.8766); the fit of the speed holds to 0.4 %.
+        Their time is pi r sqrt(rho/G)/(0.1631 nu + 0.8766); the fit of the speed is right to 0.4 %.
         """
         nu = self.poisson_ratio
         wave = math.pi * self.radius * math.sqrt(2.0 * self.density * (1.0 + nu))
@@ -181,7 +181,7 @@ class Bed(Parameters):
     def tangential_share(self) -> float:
         """Return the largest energy of a tangential spring over that of its normal one.
 
-        Hertz: F = 2/3 k_n overlap holds 3/5 F^2/k_n, k_n = 2 E* a. Mindlin: at most
+        Hertz: F = 2/3 k_n overlap stores 3/5 F^2/k_n, k_n = 2 E* a. Mindlin: at most
         (mu F)^2/(2 k_t), k_t = 8 G* a, and k_n/k_t = (2 - nu)/(2 (1 - nu)) (Johnson, Contact
         Mechanics, 7.2).
         """
@@ -197,14 +197,14 @@ class Bed(Parameters):
     @property
     def settle_steps(self) -> int:
         """Return the steps before the bed is disturbed, a multiple of :attr:`every`."""
-        return self._whole(self.settle_time)
+        return self._multiple(self.settle_time)
 
     @property
     def steps(self) -> int:
         """Return the steps after that, a multiple of :attr:`every`."""
-        return self._whole(self.time)
+        return self._multiple(self.time)
 
-    def _whole(self, time: float) -> int:
+    def _multiple(self, time: float) -> int:
         return int(self.every * math.ceil(time / self.step_size / self.every - 1e-9))
 
     @property
@@ -413,7 +413,7 @@ def write_places(file: Places, ends: Ends) -> str:
     """Write the grains of a file as a data file of ``atom_style sphere``; return its path.
 
     Grains of the first kind are type 1, there are three types; ``ends`` of the box along x, y, z
-    [m]. It lies in the cache, named after its content, so that a job that names it states it.
+    [m]. It lies in the cache, named after its content, which a job has by its name.
     """
     text = _data_text(file, ends)
     folder = cache_place().path / "beds"

@@ -257,7 +257,7 @@ def energy_and_work(p: Drum, table: Table) -> tuple[Floats, Floats]:
 
     The power of the drum is its speed times its torque on the grains, which changes their angular
     momentum L about the axis and bears their weight: work = speed (L - integral of g sum m x dt).
-    Velocities are differences of places between rows; spins are left out.
+    Velocities are differences of places between rows; without spins.
     """
     from scipy.integrate import cumulative_trapezoid
 
@@ -299,7 +299,7 @@ def curves_over_turn(p: Drum, table: Table) -> dict[str, Floats]:
     }
 
 
-def check_walls(p: Drum, table: Table, turned: Floats, who: str) -> None:
+def check_walls(p: Drum, table: Table, turned: Floats, engine: str) -> None:
     """Raise EngineLostAtomsError for a grain whose centre is beyond a wall.
 
     Curved walls may be a polygon of the circle's area, whose corners are farther out.
@@ -309,7 +309,7 @@ def check_walls(p: Drum, table: Table, turned: Floats, who: str) -> None:
     if beyond.any():
         frame = int(np.flatnonzero(beyond.any(axis=1))[0])
         raise EngineLostAtomsError(
-            f"{who}: a grain is beyond the walls after {turned[frame]:.4g} deg: they "
+            f"{engine}: a grain is beyond the walls after {turned[frame]:.4g} deg: they "
             f"leave a hole, or step_size = {p.step_size:g} s is too long"
         )
 
@@ -401,7 +401,7 @@ class DrumCase(BulkCase[Drum]):
     rest_scale = "the energy of a bed that turns with the drum"
 
     def measure(self, parameters: Drum, output: Output) -> Mapping[str, float]:
-        """Return mixing, angle of the surface, state of the bed.
+        """Return mixing, angle of the surface, density of the bed.
 
         Raise EngineLostAtomsError for a grain beyond a wall.
         """
@@ -424,7 +424,7 @@ class DrumCase(BulkCase[Drum]):
         }
 
     def _bed(self, p: Drum, table: Table) -> dict[str, float]:
-        """Return the state of the bed before the drum turns, and energies over its work."""
+        """Return density and contacts of the bed at first, and energies over the drum's work."""
         radii, mass = p.of_each("radius"), p.of_each("mass").sum()
         first, end = (np.column_stack([table[n][row] for n in COLUMNS[1:]]) for row in (0, -1))
         contacts = find_contacts(first, radii)

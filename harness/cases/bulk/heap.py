@@ -122,7 +122,7 @@ def columns_over_sill(p: Heap, columns: int) -> int:
 
 
 def slope_angles(p: Heap, height: Floats) -> tuple[float, float]:
-    """Return the angles of the slopes to the left and right end [deg], positive toward the ends.
+    """Return the angles of the slopes to both ends [deg], positive toward the ends.
 
     ``height`` (N,) is the mean height of the grains in columns between the ends [m]. A column that
     is filled evenly is twice as high as the mean of its grains. A straight line goes through a half
@@ -132,8 +132,8 @@ def slope_angles(p: Heap, height: Floats) -> tuple[float, float]:
     first = columns_over_sill(p, len(height))
     x = width * np.arange(first, half - 1)
     sides = height[first : half - 1], height[::-1][first : half - 1]
-    left, right = (math.degrees(math.atan(2.0 * np.polyfit(x, side, 1)[0])) for side in sides)
-    return left, right
+    angles = [math.degrees(math.atan(2.0 * np.polyfit(x, side, 1)[0])) for side in sides]
+    return angles[0], angles[1]
 
 
 def check_decided(p: Heap, ridge: float, table: Table) -> None:
@@ -214,15 +214,15 @@ class HeapCase(BulkCase[Heap]):
         table = read_series(p, output, COLUMNS)
         check_grains(p, output, table, "beyond a side or fell through the glued layer")
         check_decided(p, output.number("mean_height_m"), table)
-        left, right = slope_angles(p, table["height_m"][-1])
+        slopes = slope_angles(p, table["height_m"][-1])
         angle = self.columns(p, output)["angle_deg"]
         fall = 2.0 * p.radius * p.grain.mass * p.gravity
         above = p.weight * output.number("mean_height_m")
         remaining = max(table["remaining"][-1], 1.0)
         return {
-            "angle_deg": 0.5 * (left + right),
-            "left_angle_deg": left,
-            "right_angle_deg": right,
+            "angle_deg": 0.5 * (slopes[0] + slopes[1]),
+            "left_angle_deg": slopes[0],
+            "right_angle_deg": slopes[1],
             "angle_change_deg": angle[-1] - angle[3 * len(angle) // 4],
             "remaining_ratio": table["remaining"][-1] / p.grains,
             "heap_energy_rise_ratio": energy_rise(output, table) / above,

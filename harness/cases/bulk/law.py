@@ -1,9 +1,9 @@
 """The contact law of bulk jobs, and the same law under the rules of a code.
 
 The law is Hertz's with a dashpot for the restitution, Mindlin's without one, Coulomb's. Codes take
-its tangential spring and the tail of its dashpot in their own ways: the law that an engine states
+its tangential spring and the tail of its dashpot in their own ways: the law of an engine
 is the nearest one for which :meth:`harness.engines.base.Engine.rules` raises nothing. Where two
-codes state different laws, a difference of means is no fault of either. A code whose scripts take
+codes have different laws, a difference of means is no fault of either. A code whose scripts take
 these rules as values also runs under the rules of another.
 """
 
@@ -40,7 +40,7 @@ FIT = (
 class StatedLaw:
     """The law by which an engine runs a bulk job.
 
-    ``lacks`` is the part of it that no value of a script states, in the engine's words.
+    ``lacks`` is the part of it that no value of a script gives, in the engine's words.
     """
 
     law: Law
@@ -55,7 +55,7 @@ class StatedLaw:
 
     @property
     def rules(self) -> dict[str, Value]:
-        """Return the values of scripts that state the rules of the law."""
+        """Return the values of scripts for the rules of the law."""
         return {
             "tangential": self.law.tangential,
             "clipped": "yes" if self.law.clipped else "no",
@@ -84,7 +84,7 @@ def bulk_law(poisson_ratio: float = 0.2, rolling_friction: float = 0.0) -> Law:
 
 
 def stated_law(engine: Engine, law: Law) -> StatedLaw:
-    """Return the law by which an engine states a bulk law: the first of those near to it."""
+    """Return the law of an engine for a bulk law: the first of those near to it that it has."""
     for near, part in _near(law):
         if not (reason := _refusal(engine, part)):
             return StatedLaw(near, _refusal(engine, near))
@@ -92,7 +92,7 @@ def stated_law(engine: Engine, law: Law) -> StatedLaw:
 
 
 def _near(law: Law) -> Iterator[tuple[Law, Law]]:
-    """Yield laws, the nearest first, each with the part of it that an engine must state.
+    """Yield laws, the nearest first, each with the part of it that an engine must have.
 
     That part is the law as a whole, then without rolling, then without dashpots: a code whose
     tangential dashpot is tied to the normal one has the same share of critical damping in both.
@@ -121,7 +121,7 @@ def with_tail(restitution: float) -> float:
     """Return the restitution with a tail of the dashpot that gives one without [-].
 
     Yade and Kratos take gamma of eta_n = 2 gamma sqrt(m* k_n), k_n = 2 E* a, of Hertz's spring
-    whose force never attracts, by the fit of Thornton and others (B6): it holds to 3e-4 of
+    whose force never attracts, by the fit of Thornton and others (B6), right to 3e-4 of
     restitution up to 0.9. With a tail zeta = |ln e|/sqrt(pi^2 + ln^2 e) gives e with
     eta_n = 2 sqrt(5/6) zeta sqrt(m* k_n) (Antypov and Elliott, EPL 94, 50004 (2011)); 0 where that
     dashpot is above critical damping.

@@ -298,7 +298,7 @@ class PenetrationCase(BulkCase[Penetration]):
     rest_scale = "the energy of the sphere"
 
     def measure(self, parameters: Penetration, output: Output) -> Mapping[str, float]:
-        """Return depth, deceleration, energies, state of the bed.
+        """Return depth, deceleration, energies, density of the bed.
 
         Raise EngineLostAtomsError for a particle beyond a wall.
         """

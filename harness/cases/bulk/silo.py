@@ -209,7 +209,7 @@ class SiloCase(BulkCase[Silo]):
     rest_scale = "the energy of the flow"
 
     def measure(self, parameters: Silo, output: Output) -> Mapping[str, float]:
-        """Return rate, energies, state and loads of the bed.
+        """Return rate, energies, density and loads of the bed.
 
         Raise EngineLostAtomsError for a grain beyond a wall, EngineUndecidedError for an arch.
         """

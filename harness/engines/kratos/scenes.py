@@ -67,7 +67,7 @@ FAREWELL = "Deregistering "  # how the lines begin that Kratos prints at its end
 
 
 def rules(scene: Scene) -> Rules:
-    """Return Kratos's conventions; raise Unsupported for a scene that it cannot state."""
+    """Return Kratos's conventions; raise Unsupported for a scene that it cannot run."""
     words(scene)
     return RULES.replace(**CONSTANT_TORQUE) if scene.law.rolling == "constant" else RULES
 
@@ -76,7 +76,7 @@ def motions(executable: str, scenes: Sequence[Scene], **options: Any) -> list[Ou
     """Return the motion of each scene, or the error of its run, in order.
 
     ``options`` are those of :meth:`harness.engines.jobs.Batches.run`. ``executable`` is a
-    Python with Kratos. Raise Unsupported for a scene that Kratos cannot state.
+    Python with Kratos. Raise Unsupported for a scene that Kratos cannot run.
     """
     command = [executable, "-u", str(SCRIPT)]
     batches = batches_of("Kratos", command, words, lambda ended, _: error_of(ended))
@@ -101,7 +101,7 @@ def error_of(ended: Ended) -> EngineError | None:
 
 
 def script(scene: Scene) -> str:
-    """Return a script of one scene, to be run by hand; raise Unsupported for what it cannot state.
+    """Return a script of one scene, to be run by hand; or raise Unsupported.
 
     It is the same as runs many scenes, with the scene in it, and writes its samples to ``0.json``.
     """
@@ -116,7 +116,7 @@ def words(scene: Scene) -> dict[str, Any]:
 
     ``law`` is its class, ``values`` those of every contact; ``young`` [Pa] and ``poisson`` are of
     the spheres, ``wall_young`` [Pa] of each wall; ``gamma`` is a row for each sphere, with a
-    number for each sphere and wall. Raise Unsupported for a law or scene that Kratos cannot state.
+    number for each sphere and wall. Raise Unsupported for a law or scene that it does not have.
     """
     check_scene(scene)
     check_stated(scene)
@@ -161,11 +161,11 @@ def _row(scene: Scene) -> float | None:
     places = [
         (others[0].position[0] + k * pitch, *others[0].position[1:]) for k in range(len(others))
     ]
-    equal = [one.replace(position=place) for one, place in zip(row, places, strict=True)]
+    equal = [body.replace(position=place) for body, place in zip(row, places, strict=True)]
     alike = all(
-        math.dist(one.position, other.position) <= SAME * pitch
-        and one.replace(position=ZERO) == other.replace(position=ZERO)
-        for one, other in zip(equal, others, strict=True)
+        math.dist(body.position, other.position) <= SAME * pitch
+        and body.replace(position=ZERO) == other.replace(position=ZERO)
+        for body, other in zip(equal, others, strict=True)
     )
     if first.motion != "free" or not others or others[0].motion == "free" or not alike:
         raise Unsupported("has periodic boundaries for one body on a row of equal fixed spheres")
@@ -223,7 +223,7 @@ def _material(scene: Scene, name: str) -> tuple[float, float, list[float]]:
     if len(bodies) > 1:
         young = 2.0 * modulus / BETWEEN_SPHERES * (1.0 / bodies[0].radius + 1.0 / bodies[1].radius)
     both = [modulus / AT_WALLS / nearest_body(scene, wall).radius for wall in walls]
-    return young, poisson, [1.0 / (1.0 / one - 1.0 / young) for one in both]
+    return young, poisson, [1.0 / (1.0 / pair - 1.0 / young) for pair in both]
 
 
 def _rolling_friction(scene: Scene) -> float:
@@ -245,7 +245,8 @@ def _gamma(scene: Scene, first: Body, second: Body | None) -> float:
     law, mass = scene.law, contact_mass(scene, first, second)
     if law.damping == "none":
         return 0.0
-    own = first.mass if second is None else first.mass * second.mass / (first.mass + second.mass)
+    masses = [body.mass for body in (first, second) if body]
+    reduced = math.prod(masses) / (sum(masses) if second else 1.0)
     if law.normal == "hertz":
-        return math.sqrt(5.0 / 6.0 * mass / own) * damping_ratio(law.restitution or 1.0)
-    return damping_of(law, mass) / 2.0 / math.sqrt(own * (law.normal_stiffness or 1.0))
+        return math.sqrt(5.0 / 6.0 * mass / reduced) * damping_ratio(law.restitution or 1.0)
+    return damping_of(law, mass) / 2.0 / math.sqrt(reduced * (law.normal_stiffness or 1.0))

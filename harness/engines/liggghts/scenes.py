@@ -16,6 +16,7 @@ import numpy as np
 
 from harness.engines.jobs import Batches
 from harness.engines.lammps.language import error_of
+from harness.engines.output import read_dump
 from harness.engines.process import text_of
 from harness.engines.scene_files import (
     PARTS,
@@ -39,6 +40,11 @@ from harness.model.scene import LOOK, Body, Scene, effective_radius
 SAME = 1e-9  # relative difference of coefficients that are tied to one another
 AI = 2.25  # of k_n (mu_r R*)^2: Ai et al., Powder Technol. 206, 269 (2011)
 COLUMNS = "id x y z vx vy vz omegax omegay omegaz fx fy fz tqx tqy tqz"
+SAMPLES = [
+    f"{name}{axis}_{unit}"
+    for name, unit in (("", "m"), ("v", "m_per_s"), ("w", "rad_per_s"), ("f", "N"), ("t", "N_m"))
+    for axis in "xyz"
+]
 FRAME = "ITEM: TIMESTEP\n"
 # Open MPI for one process: no daemon that outlives it, no search for networks (0.3 s a start)
 ALONE = {"OMPI_MCA_ess_singleton_isolated": "1", "OMPI_MCA_pml": "ob1", "OMPI_MCA_btl": "self"}
@@ -55,7 +61,7 @@ CONSTANT_TORQUE = {"rolling_axis": "projected", "rolling_load": "elastic"}  # ro
 
 
 def rules(scene: Scene) -> Rules:
-    """Return LIGGGHTS's conventions; raise Unsupported for a scene that it cannot state."""
+    """Return LIGGGHTS's conventions; raise Unsupported for a scene that it cannot run."""
     words(scene)
     return RULES.replace(**CONSTANT_TORQUE) if scene.law.rolling == "constant" else RULES
 
@@ -65,7 +71,7 @@ def motions(executable: str, scenes: Sequence[Scene], **options: Any) -> list[Ou
 
     ``options`` are those of :meth:`harness.engines.jobs.Batches.run`. Forces on frozen
     bodies, which LIGGGHTS sets to zero, are NaN. Raise Unsupported for a scene that it cannot
-    state.
+    run.
     """
 
     def write(folder: Path, scenes: Sequence[Scene]) -> Sequence[str]:
@@ -106,21 +112,21 @@ def read_samples(folder: Path, place: int, scene: Scene) -> Motion | None:
     """
     if not (folder / f"{place}.done").exists():
         return None
-    steps, table = list[int](), list[list[list[float]]]()
     stages = _read_stages(folder / f"{place}.stages", scene) if scene.stages else None
+    frames: dict[str, str] = {}
     for frame in text_of(folder / f"{place}.dump").split(FRAME)[1:]:
-        step, rows = _frame(frame.splitlines(), scene)
-        steps.append(step)
-        table.append(rows)
-    # the end of a segment is written again as the start of the next
-    first = [k for k in range(len(steps)) if k == 0 or steps[k] != steps[k - 1]]
-    shape = (len(first), len(scene.bodies), len(PARTS), 3)
-    samples = np.array([table[k] for k in first]).reshape(shape)
+        # the end of a segment is written again as the start of the next
+        frames.setdefault(frame.partition("\n")[0], FRAME + frame)
+    table = read_dump("".join(frames.values()), "LIGGGHTS")
+    if missing := [name for name in SAMPLES if name not in table]:
+        raise EngineOutputError(f"LIGGGHTS wrote samples without {', '.join(missing)}")
+    samples = np.stack([table[name] for name in SAMPLES], axis=2)
+    samples = samples.reshape(*samples.shape[:2], len(PARTS), 3)
     for k, body in enumerate(scene.bodies):
         if body.motion == "free" and not scene.segments:  # the dump has the weight too
             samples[:, k, PARTS.index("force")] -= body.mass * np.array(scene.gravity)
     parts = {name: samples[:, :, k].copy() for k, name in enumerate(PARTS)}
-    motion = motion_of("LIGGGHTS", scene, [steps[k] for k in first], parts, stages)
+    motion = motion_of("LIGGGHTS", scene, table["step"].astype(int).tolist(), parts, stages)
     frozen = [body.motion == "frozen" and not scene.segments for body in scene.bodies]
     motion.force[:, frozen] = motion.torque[:, frozen] = np.nan
     return motion
@@ -137,29 +143,14 @@ def _columns(scene: Scene) -> str:
     return COLUMNS if scene.period[0] is None else COLUMNS.replace("x y z", "xu yu zu", 1)
 
 
-def _frame(lines: Sequence[str], scene: Scene) -> tuple[int, list[list[float]]]:
-    """Return the step of a sample and its rows without the number of the body."""
-    bodies, columns = len(scene.bodies), _columns(scene)
-    if len(lines) != 8 + bodies or lines[7].split()[2:] != columns.split():
-        raise EngineOutputError(f"LIGGGHTS wrote a sample without {bodies} rows of {columns}")
-    try:
-        rows = [[float(word) for word in line.split()] for line in lines[8:]]
-    except ValueError as error:
-        raise EngineOutputError(f"LIGGGHTS wrote a sample that cannot be read ({error})") from None
-    numbers, lengths = [row[:1] for row in rows], {len(row) for row in rows}
-    if numbers != [[k] for k in range(1, bodies + 1)] or lengths != {len(COLUMNS.split())}:
-        raise EngineOutputError(f"LIGGGHTS wrote a sample without bodies 1 to {bodies}, whole")
-    return int(lines[0]), [row[1:] for row in rows]
-
-
 # ---- the script of a scene
 
 
 def script(scene: Scene, dump: str = "samples.dump") -> str:
     """Return the script of a scene, which writes its samples to a dump.
 
-    Stages are written to a file beside it, with the suffix ``.stages``. Raise Unsupported for a
-    scene that LIGGGHTS cannot state.
+    Stages go to a file of its name with the suffix ``.stages``. Raise Unsupported for a scene that
+    LIGGGHTS cannot run.
     """
     lines = [*_bodies(scene), *_contacts(scene, words(scene)), *_motion(scene, dump)]
     if not scene.stages:
@@ -207,7 +198,7 @@ def _box(scene: Scene) -> Iterator[str]:
 def _contacts(scene: Scene, words: Words) -> Iterator[str]:
     kinds, law = _kinds(scene), scene.law
     sides = [*{kind(body): body for body in scene.bodies}.values(), None]
-    table = [_coefficients(scene, words, one, other) for one in sides for other in sides]
+    table = [_coefficients(scene, words, side, other) for side in sides for other in sides]
     for name in table[0]:
         values = _text(*(coefficients[name] for coefficients in table))
         yield f"fix {name} all property/global {name} peratomtypepair {len(sides)} {values}"
@@ -325,7 +316,7 @@ class Words(NamedTuple):
 def words(scene: Scene) -> Words:
     """Return the law of a scene in LIGGGHTS's words.
 
-    Raise Unsupported for a law or a scene that LIGGGHTS cannot state.
+    Raise Unsupported for a law or a scene that LIGGGHTS does not have.
     """
     check_scene(scene)
     check_stated(scene)

@@ -152,12 +152,12 @@ class Mfix(ProgramEngine):
         """Run ever longer stretches, until a look at the first body ends the run."""
         try:
             for system in self._systems(scene):
-                found = self._solve(system)
-                if found.stages is None or decided(scene, found.stages):
+                path = self._solve(system)
+                if path.stages is None or decided(scene, path.stages):
                     break
         except EngineError as error:
             return error
-        return found
+        return path
 
     def _solve(self, system: System) -> Motion:
         """Run a system in a fresh folder, where no restart file stops it."""
@@ -175,7 +175,7 @@ class Mfix(ProgramEngine):
                 raise error.with_log(log) from None
 
     def _read(self, system: System, folder: Path, ended: Ended) -> Motion:
-        """Return the motion that a run left; raise EngineError for one that failed."""
+        """Return the motion of a run; raise EngineError for one that failed."""
         wrote, refusal = any(folder.glob("GRAIN_*.vtp")), REFUSAL.search(ended.said)
         if refusal and (ended.code or not wrote) and not ended.timed_out:
             raise EngineInputError(f"MFiX refused its input: {refusal[0].strip()[:160]}")

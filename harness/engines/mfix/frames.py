@@ -24,7 +24,7 @@ RAW = re.compile(rb'<AppendedData encoding="raw">\s*_')
 
 
 class Frame(NamedTuple):
-    """What one file holds: the time [s] and its arrays by name, (points, components) each."""
+    """The content of a file: the time [s] and its arrays by name, (points, components) each."""
 
     time: float
     arrays: dict[str, Floats]
@@ -63,16 +63,16 @@ def motion(system: System, grains: list[Frame], chains: list[Frame]) -> Motion:
     """Return the motion of a run; ``chains`` are the frames of its forces, of a line alone.
 
     Without forces they are NaN. A run over a row ends where its stages do, or where it was cut.
-    Raise EngineOutputError for missing frames, a run that ended early, a held sphere that moved.
+    Raise EngineOutputError for missing frames, a run that ended early, a fixed sphere that moved.
     """
     scene, h, numbers = system.scene, system.scene.step, range(1, system.mobile + 1)
     frames = {round(frame.time / h): frame for frame in grains}  # of several at a time the last
     states = [_states(frame) for frame in frames.values()]
     _check(system, [frame.time / h for frame in frames.values()], states)
-    inside = [(at, one) for at, one in zip(frames, states, strict=True) if {*numbers} <= {*one}]
+    inside = [(at, row) for at, row in zip(frames, states, strict=True) if {*numbers} <= {*row}]
     inside = inside[int(system.line) :]  # there are no forces in the frame of the start
     step = np.array([at for at, _ in inside])
-    state = np.array([[one[number] for number in numbers] for _, one in inside])
+    state = np.array([[row[number] for number in numbers] for _, row in inside])
     place, velocity = np.split(state.reshape(-1, system.mobile, 4), 2, axis=-1)
     force = np.full(place.shape, np.nan)
     if system.line:
@@ -95,9 +95,9 @@ def motion(system: System, grains: list[Frame], chains: list[Frame]) -> Motion:
 
 def _in_scene(system: System, part: Floats) -> Floats:
     """Return vectors of mobile spheres (M, mobile, 2) as those of all bodies (M, N, 3)."""
-    whole = np.zeros((len(part), len(system.scene.bodies), 3))
-    whole[:, : system.mobile, :2] = part
-    return whole
+    vectors = np.zeros((len(part), len(system.scene.bodies), 3))
+    vectors[:, : system.mobile, :2] = part
+    return vectors
 
 
 def _a_step_before(

@@ -1,10 +1,10 @@
 """Scenes in MFiX's terms: rows, lines along gravity, and drops on level spheres.
 
-No keyword of MFiX holds a particle. A particle within a radius of a mass outflow takes the
+No keyword of MFiX fixes a particle. A particle within a radius of a mass outflow takes the
 outflow's velocity and no forces (21.3.2, ``mass_outflow_dem.f``): at one of no velocity it stays,
 after its first step, with whose velocity it starts. Held ones come last, and no boundary is cyclic:
-contacts would count twice (``desgrid_mod.f``). The outflow is the floor of the box: held particles
-must be level, and particles in a line along x stand upright, x downward, the last on the floor.
+contacts would count twice (``desgrid_mod.f``). The outflow is the floor of the box: fixed particles
+must be level, and a line of particles along x is upright, x downward, the last on the floor.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ MOST_FRAMES = 100_000  # files that a run writes at most
 
 
 def rules(scene: Scene, scheme: Scheme = "EULER") -> Rules:
-    """Return MFiX's conventions; raise Unsupported for a scene that it cannot state."""
+    """Return MFiX's conventions; raise Unsupported for a scene that it cannot run."""
     system_of(scene, scene.steps, scheme)
     name: Any = f"mfix_{scheme.lower()}"
     return Rules(scheme=name, frozen_mass="own", least_overlap=1e-15, looks_set_up=False)
@@ -84,7 +84,7 @@ class System:
         return np.asarray(rows @ self.axes)
 
     def start_velocity(self) -> Floats:
-        """Return all velocities at the start [m/s], of held spheres what their first step takes."""
+        """Return all velocities at the start [m/s], of fixed ones what their first step takes."""
         n, d, mass = self.mobile, self.diameter, self.scene.bodies[0].mass
         moving, gravity = self.vectors("velocity"), self.scene.gravity[:2] @ self.axes
         away = self.place[n:, None] - self.place[None, :n]
@@ -237,16 +237,16 @@ def _is_row(scene: Scene) -> bool:
 
 
 def _box(scene: Scene, place: Floats, time: float, *, line: bool) -> tuple[Pair, Pair]:
-    """Return origin and box of a line that stands, or of spheres over held ones, for a time [s]."""
+    """Return origin and box of an upright line, or of spheres over fixed ones, for a time [s]."""
     d, (gx, gy, _) = 2.0 * scene.bodies[0].radius, scene.gravity
-    held = [body.motion != "free" for body in scene.bodies]
+    fixed = [body.motion != "free" for body in scene.bodies]
     flight = np.abs([body.velocity[:2] for body in scene.bodies]).max(axis=0) * time
     if line:
         moved, falls = float(flight[0]), 0.5 * max(gx, 0.0) * time**2
-        lowest = 0.5 * d if held[-1] else 2.0 * d + (moved + falls)
+        lowest = 0.5 * d if fixed[-1] else 2.0 * d + (moved + falls)
         top = lowest + float(place[-1, 0] - place[0, 0])
         return (2.0 * d, top + float(place[0, 0])), (4.0 * d, top + 2.0 * d + moved)
-    x0, y0 = (float(value) for value in (place[held] if any(held) else place).min(axis=0))
+    x0, y0 = (float(value) for value in (place[fixed] if any(fixed) else place).min(axis=0))
     x, y = place[:, 0] - x0, place[:, 1] - y0
     flight = flight + 0.5 * np.maximum([abs(gx), gy], 0.0) * time**2
     reach = float(flight[0]) + 3.0 * d

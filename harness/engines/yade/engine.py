@@ -1,6 +1,6 @@
 """Yade as an engine of the harness: generated scripts that it runs in its own Python.
 
-A script takes its runs as a list in a JSON file, and writes what each left when it is over.
+A script takes its runs as a list in a JSON file, and writes the results of each.
 """
 
 from __future__ import annotations

@@ -59,7 +59,7 @@ RULES[SOLID] = RULES[ELASTIC].replace(wall_curvature=1.0 / WALL_RADIUS)
 
 
 def rules(scene: Scene) -> Rules:
-    """Return Yade's conventions; raise Unsupported for a scene that it cannot state."""
+    """Return Yade's conventions; raise Unsupported for a scene that it cannot run."""
     law = scene.law
     changes = OF_EACH if law.two_materials else {}
     changes = {**changes, "rolling_axis": "whole"} if law.rolling == "constant" else changes
@@ -70,7 +70,7 @@ def motions(executable: str, scenes: Sequence[Scene], **options: Any) -> list[Ou
     """Return the motion of each scene, or the error of its run, in order.
 
     ``options`` are those of :meth:`harness.engines.jobs.Batches.run`. Raise Unsupported for
-    a scene that Yade cannot state.
+    a scene that Yade cannot run.
     """
     command = [executable, "-n", "-x", str(SCRIPT)]
     batches = batches_of("Yade", command, words, lambda ended, _: ended.error("Yade"), environment)
@@ -87,7 +87,7 @@ def environment(folder: Path) -> Mapping[str, str]:
 
 
 def script(scene: Scene) -> str:
-    """Return a script of one scene, to be run by hand; raise Unsupported for what it cannot state.
+    """Return a script of one scene, to be run by hand; or raise Unsupported.
 
     It is the same as runs many scenes, with the scene in it, and writes its samples to ``0.json``.
     """
@@ -101,7 +101,7 @@ def words(scene: Scene) -> dict[str, Any]:
     """Return the law of a scene in Yade's words: its name, materials and options of functors.
 
     ``materials`` are those of the bodies, then of the walls. Raise Unsupported for a law or scene
-    that Yade cannot state.
+    that Yade does not have.
     """
     check_scene(scene)
     law = scene.law
@@ -147,7 +147,7 @@ def _restitutions(scene: Scene) -> list[dict[str, float]]:
     if law.tangential != "none" or not two:
         name = "Ip2_ViscElMat_ViscElMat_ViscElPhys"
         raise Unsupported(f"its {name} mixes restitutions of two free spheres without friction")
-    both = [own.restitution or 1.0 for own in law.of_each]
+    both = [side.restitution or 1.0 for side in law.of_each]
     mass = contact_mass(scene, first, others[0])
     stiffness = law.normal_stiffness or 1.0
     time = math.hypot(math.pi, math.log(sum(both) / 2.0)) * math.sqrt(mass / stiffness)
@@ -182,25 +182,25 @@ def _dashpots(scene: Scene) -> list[float]:
     frozen = [body.motion == "frozen" and not scene.segments for body in bodies]
     if law.damping == "mass_velocity":
         factor = law.damping_coefficient or 0.0
-        own = [0.0 if f else factor * b.mass for f, b in zip(frozen, bodies, strict=True)]
-        return own + [0.0] * len(walls)
+        etas = [0.0 if f else factor * b.mass for f, b in zip(frozen, bodies, strict=True)]
+        return etas + [0.0] * len(walls)
     needed = [damping_of(law, nearest_body(scene, wall).mass) for wall in walls]
-    etas = {
+    pairs = {
         frozenset((kind(first), kind(second))): damping_of(law, contact_mass(scene, first, second))
         for first, second in partners(scene)
         if second is not None
     }
-    if len({*etas.values()}) < 2:
-        base = 2.0 * next(iter(etas.values()), damping_of(law, bodies[0].mass))
+    if len({*pairs.values()}) < 2:
+        base = 2.0 * next(iter(pairs.values()), damping_of(law, bodies[0].mass))
         return [base] * len(bodies) + [_in_series(eta, base) for eta in needed]
     moving = {kind(body) for body in bodies if scene.segments or body.motion == "free"}
     if len(moving) > 1:
         raise Unsupported("its Law2_ScGeom_ViscElPhys_Basic has this dashpot for equal bodies")
-    base = 2.0 * etas.get(frozenset(moving), max(etas.values()))
+    base = 2.0 * pairs.get(frozenset(moving), max(pairs.values()))
     fixed = {kind(body) for body in bodies} - moving
-    of_kind = {one: _in_series(etas[frozenset(moving | {one})], base) for one in fixed}
-    own = [of_kind.get(kind(body), base) for body in bodies]
-    return own + [_in_series(eta, base) for eta in needed]
+    of_kind = {k: _in_series(pairs[frozenset(moving | {k})], base) for k in fixed}
+    etas = [of_kind.get(kind(body), base) for body in bodies]
+    return etas + [_in_series(eta, base) for eta in needed]
 
 
 def _in_series(eta: float, other: float) -> float:
@@ -287,14 +287,14 @@ def _check_solid(scene: Scene) -> None:
     material = law.youngs_modulus is not None and law.tangential_modulus is None
     bare = law.damping == law.tangential == "none"
     several = len(scene.bodies) + bool(scene.walls) > 2
-    held = bool(scene.segments and scene.walls)
+    driven = bool(scene.segments and scene.walls and law.damping != "none")
     refusals = (
         (not material, "takes no modulus but of a material"),
         (law.normal == "dmt" and not bare, "has dmt without dashpot and friction only"),
         (law.partner_restitution, "gets the restitution of each pair, and mixes none"),
         (law.rolling_damping, "has rolling springs without a dashpot only"),
         (law.rolling != "none" and several, "has rolling springs of one R*"),
-        (law.damping != "none" and held, "has no dashpot between a wall and a sphere that is held"),
+        (driven, "has no dashpot between a wall and a sphere that is held"),
     )
     for refused, reason in refusals:
         if refused:
