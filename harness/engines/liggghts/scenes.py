@@ -118,8 +118,8 @@ def read_samples(folder: Path, place: int, scene: Scene) -> Motion | None:
         # the end of a segment is written again as the start of the next
         frames.setdefault(frame.partition("\n")[0], FRAME + frame)
     table = read_dump("".join(frames.values()), "LIGGGHTS")
-    if missing := [name for name in SAMPLES if name not in table]:
-        raise EngineOutputError(f"LIGGGHTS wrote samples without {', '.join(missing)}")
+    if [*table] != ["step", *SAMPLES]:
+        raise EngineOutputError(f"LIGGGHTS wrote samples of {', '.join(table)}")
     samples = np.stack([table[name] for name in SAMPLES], axis=2)
     samples = samples.reshape(*samples.shape[:2], len(PARTS), 3)
     for k, body in enumerate(scene.bodies):
