@@ -1,6 +1,6 @@
 """MFiX-DEM as an engine of the harness: the batch solver that a user builds, its inputs and runs.
 
-``scenes.py`` puts a scene in MFiX's terms, ``frames.py`` reads the motion from what it writes.
+``scenes.py`` puts a scene in MFiX's terms, and reads the motion from what it writes.
 """
 
 from __future__ import annotations
@@ -15,8 +15,14 @@ from typing import TYPE_CHECKING, Any
 
 from harness.engines.base import Job, Traits
 from harness.engines.jobs import parallel_map
-from harness.engines.mfix.frames import motion, read_frames
-from harness.engines.mfix.scenes import Scheme, System, rules, system_of
+from harness.engines.mfix.scenes import (
+    Scheme,
+    System,
+    motion,
+    read_frames,
+    rules,
+    system_of,
+)
 from harness.engines.output import Output
 from harness.engines.process import Ended, Limits, first_words, fresh_folder, way_of_death
 from harness.engines.programs import ProgramEngine

@@ -8,8 +8,14 @@ import numpy as np
 import pytest
 
 from harness.engines.mfix.engine import input_texts
-from harness.engines.mfix.frames import motion, read_frame, read_frames
-from harness.engines.mfix.scenes import LEAST_RESTITUTION, rules, system_of
+from harness.engines.mfix.scenes import (
+    LEAST_RESTITUTION,
+    motion,
+    read_frame,
+    read_frames,
+    rules,
+    system_of,
+)
 from harness.engines.scene_tables import decided, stages_of
 from harness.errors import EngineNaNError, EngineOutputError, Unsupported
 from harness.model.law import Law, damping_ratio
