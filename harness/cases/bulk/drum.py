@@ -343,11 +343,9 @@ class DrumCase(BulkCase[Drum]):
     quantities = (
         Quantity("mixing_index", "1", "of Lacey, by number of small grains in square cells: 0 "
                  "unmixed, 1 at random; mean over the last sixth of the turn"),
-        Quantity("first_mixing_index", "1", "the same before the drum turns: cells hold both kinds "
-                 "where they meet", 0.3),
+        Quantity("first_mixing_index", "1", "the same before the drum turns", 0.3),
         Quantity("surface_angle_deg", "deg", "dynamic angle of repose: of a line through the "
-                 "highest grains in the middle half of the drum, mean after a third of the turn",
-                 30.0),
+                 "highest grains in the middle half, mean after a third of the turn", 30.0),
         *(
             Quantity(f"{kind}_{place}_ratio", "1", f"share of the {kind} grains in the quadrant "
                      f"{where}, where they {verb}, at the end", 0.3)
@@ -355,16 +353,14 @@ class DrumCase(BulkCase[Drum]):
             for kind in ("large", "small")
         ),
         *BED_STATE,
-        Quantity("work_ratio", "1", "work of the drum until the end, over the weight of the grains "
-                 "times its radius: by their weight and angular momentum"),
-        Quantity(ELASTIC, "1", "elastic energy of the normal springs of the bed before the "
-                 "drum turns, over its work", 0.01),
-        Quantity("loss_ratio", "1", "share of that work that is no kinetic, potential or elastic "
-                 "energy at the end: lost to dashpots and friction"),
+        Quantity("work_ratio", "1", "work of the drum, by weight and angular momentum of the "
+                 "grains, over their weight times its radius"),
+        Quantity(ELASTIC, "1", "elastic energy of normal springs at rest, over that work", 0.01),
+        Quantity("loss_ratio", "1", "share of that work lost to dashpots and friction"),
         Quantity("drum_energy_gain_ratio", "1", "largest gain of kinetic and potential energy "
                  "beyond the work of the drum, over that work at the end", 1e-3),
-        Quantity("bed_kinetic_ratio", "1", "kinetic energy of the bed before the drum turns, over "
-                 "that of grains at its speed", 1e-3),
+        Quantity("bed_kinetic_ratio", "1", "kinetic energy at rest, over that at the drum's speed",
+                 1e-3),
         WALL_TIME,
     )  # fmt: skip
     presets = {  # noqa: RUF012

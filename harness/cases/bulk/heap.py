@@ -26,6 +26,7 @@ from harness.errors import EngineUndecidedError
 from harness.results.rows import Tolerance
 
 COLUMNS = ("time_s", "remaining", "astray", "kinetic_J", "potential_J", "count", "height_m")
+FALL = "over that of the grains after a fall by a diameter"
 # a heap at rest: in the last tenth of the time at most 0.5 % of its grains run off. Its mass is
 # proportional to the slope, which changes by as much, a tenth of the margin between codes
 LATE, FEW = 0.1, 0.005
@@ -177,16 +178,12 @@ class HeapCase(BulkCase[Heap]):
                  "twice the mean height of the grains in eight columns", 30.0),
         Quantity("left_angle_deg", "deg", "of the slope toward x = 0", 30.0),
         Quantity("right_angle_deg", "deg", "of the slope toward the other end", 30.0),
-        Quantity("angle_change_deg", "deg", "change of the angle over the last quarter of the "
-                 "time: creep", 0.1),
+        Quantity("angle_change_deg", "deg", "over the last quarter of the time: creep", 0.1),
         Quantity("remaining_ratio", "1", "share of the grains that remain on the glued layer"),
-        Quantity("heap_energy_rise_ratio", "1", "largest rise of kinetic and potential energy over "
-                 "what it was before, over the potential energy of the bed above the glued layer",
-                 1e-6),
-        Quantity("filling_kinetic_ratio", "1", "kinetic energy of the bed before it is disturbed, "
-                 "over that of the grains after a fall by a diameter", 1e-3),
-        Quantity("heap_kinetic_ratio", "1", "kinetic energy at the end, over that of the grains "
-                 "after a fall by a diameter", 1e-4),
+        Quantity("heap_energy_rise_ratio", "1", "largest rise of kinetic and potential energy, "
+                 "over the potential energy of the bed above the glued layer", 1e-6),
+        Quantity("filling_kinetic_ratio", "1", f"kinetic energy at rest, {FALL}", 1e-3),
+        Quantity("heap_kinetic_ratio", "1", f"kinetic energy at the end, {FALL}", 1e-4),
         WALL_TIME,
     )  # fmt: skip
     presets = {"small": Heap(), "sliding": SLIDING}  # noqa: RUF012

@@ -38,6 +38,7 @@ from harness.theory.bulk import GLASS_BEADS, friction_by_depth
 COLUMNS = ("time_s", "z_m", "vz_m_per_s", "kinetic_J", "potential_J")
 # [m] of the sphere over the published bed from its middle, in steps of two diameters of a grain
 OFFSETS = (0.0, 4e-3, -4e-3, 8e-3, -8e-3, 12e-3, -12e-3, 16e-3)
+OVER = "over the kinetic energy of the sphere at its release"
 TURNED = 0.04  # [s] in which the sphere turns back in the published bed, after some 30 ms
 FINAL = 0.1  # share of the time after the release over which the final height is averaged
 
@@ -244,29 +245,20 @@ class PenetrationCase(BulkCase[Penetration]):
                  "last tenth of the time", 0.01),
         Quantity("lowest_height_m", "m", "of the sphere's centre above the floor", 0.01),
         Quantity("final_depth_m", "m", "of the sphere's lowest point below the surface of the bed, "
-                 "twice the mean height of the grains before the impact", 0.01),
+                 "twice the mean height of its grains", 0.01),
         Quantity("largest_depth_m", "m", "the same of the sphere at its lowest", 0.01),
         Quantity("friction_by_depth", "1", "tangent of the angle of repose of grains that the "
                  "sphere enters so deep, by the law of Uehara and others (2003)", 0.5),
-        Quantity("slowed_time_s", "s", "from the release until the sphere falls at a tenth of its "
-                 "largest speed", 0.05),
-        Quantity("peak_deceleration_m_per_s2", "m/s2", "largest, mean over the time between two "
-                 "rows of the series", 100.0),
-        Quantity("rebound_speed_m_per_s", "m/s", "largest upward speed of the sphere after its "
-                 "lowest height; 0: none", 0.01),
-        Quantity("energy_gain_ratio", "1", "largest gain of kinetic and potential energy, over the "
-                 "sphere's kinetic energy at the release"),
-        Quantity("dissipated_ratio", "1", "loss of kinetic and potential energy until the end, "
-                 "over the same"),
-        Quantity(ELASTIC, "1", "elastic energy of the normal springs of the bed before the "
-                 "release, over the kinetic energy of the sphere", 0.1),
-        Quantity("end_elastic_ratio", "1", "elastic energy of the normal springs at the end, over "
-                 "the kinetic energy of the sphere", 0.1),
-        Quantity("balance_ratio", "1", "loss of kinetic, potential and elastic energy until the "
-                 "end, over the kinetic energy of the sphere: lost to dashpots and friction"),
+        Quantity("slowed_time_s", "s", "until it falls at a tenth of its largest speed", 0.05),
+        Quantity("peak_deceleration_m_per_s2", "m/s2", "largest mean between two rows", 100.0),
+        Quantity("rebound_speed_m_per_s", "m/s", "largest, upward; 0: none", 0.01),
+        Quantity("energy_gain_ratio", "1", f"largest gain of kinetic and potential energy, {OVER}"),
+        Quantity("dissipated_ratio", "1", f"loss of kinetic and potential energy, {OVER}"),
+        Quantity(ELASTIC, "1", f"elastic energy of normal springs at rest, {OVER}", 0.1),
+        Quantity("end_elastic_ratio", "1", f"the same at the end, {OVER}", 0.1),
+        Quantity("balance_ratio", "1", f"loss to dashpots and friction, {OVER}"),
         *BED_STATE,
-        Quantity("bed_kinetic_ratio", "1", "kinetic energy of the bed before the release, over "
-                 "that of the sphere", 1e-3),
+        Quantity("bed_kinetic_ratio", "1", f"kinetic energy at rest, {OVER}", 1e-3),
         WALL_TIME,
     )  # fmt: skip
     presets = {  # noqa: RUF012

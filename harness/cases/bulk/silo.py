@@ -28,6 +28,7 @@ COLUMNS = ("time_s", "remaining", "astray", "kinetic_J", "potential_J")
 # shares of the grains that have left between which the discharge is steady: after its beginning,
 # and while the bed is higher than the cone
 STEADY = 0.1, 0.6
+ABOVE = "over the potential energy of the bed above the orifice"
 STRESS_RATIO = 0.5  # K of Janssen's formula; 1 - sin phi (Jaky) for an angle of 30 deg
 
 
@@ -160,26 +161,22 @@ class SiloCase(BulkCase[Silo]):
     )
     parameters = Silo
     quantities = (
-        Quantity("discharge_rate_per_s", "1/s", "grains that leave: slope of a line through the "
-                 "number that remains, while 10 % to 60 % have left", 1e3),
+        Quantity("discharge_rate_per_s", "1/s", "slope of the number that remains, while 10 % to "
+                 "60 % have left", 1e3),
         Quantity("discharge_rate_kg_per_s", "kg/s", "the same times the mass of a grain", 0.1),
         Quantity("beverloo_factor", "1", "C of Beverloo's law W = C rho_b sqrt(g) (D - k d)^(5/2) "
                  "with k = 1.5; about 0.58 is expected of wide silos", 0.5),
         Quantity("half_time_s", "s", "from the opening until half of the grains have left", 0.3),
         Quantity("passed_ratio", "1", "share of the grains that have left at the end"),
-        Quantity("energy_rise_ratio", "1", "largest rise of kinetic and potential energy over what "
-                 "it was before, over the potential energy of the bed above the orifice", 1e-6),
-        Quantity(ELASTIC, "1", "elastic energy of the normal springs of the bed before the "
-                 "opening, over the potential energy of the bed above the orifice", 1e-3),
-        Quantity("bed_kinetic_ratio", "1", "kinetic energy of the bed before the opening, over "
-                 "that of the flow", 1e-3),
-        Quantity("bed_height_m", "m", "of a level bed over the orifice whose grains have the same "
-                 "mean height", 0.03),
+        Quantity("energy_rise_ratio", "1", f"largest rise of kinetic and potential energy, {ABOVE}",
+                 1e-6),
+        Quantity(ELASTIC, "1", f"elastic energy of normal springs at rest, {ABOVE}", 1e-3),
+        Quantity("bed_kinetic_ratio", "1", "kinetic energy at rest, over that of the flow", 1e-3),
+        Quantity("bed_height_m", "m", "of a level bed of the same mean height", 0.03),
         *BED_STATE,
-        Quantity("shaft_load_ratio", "1", "upward force of the cylinder's wall on the bed before "
-                 "the opening, over its weight", 0.1),
-        Quantity("walls_load_ratio", "1", "upward force of cylinder, cone and floor, over the "
-                 "weight"),
+        Quantity("shaft_load_ratio", "1", "upward force of the cylinder at rest, over the weight",
+                 0.1),
+        Quantity("walls_load_ratio", "1", "of cylinder, cone and floor, likewise"),
         Quantity("janssen_load_ratio", "1", "the cylinder's share by Janssen's formula, wall "
                  "friction fully mobilised and K = 0.5: the most that is expected", 0.1),
         WALL_TIME,
