@@ -20,7 +20,6 @@ from harness.engines.base import Job
 from harness.engines.jobs import cores, parallel_map
 from harness.errors import EngineError, Unsupported
 from harness.model.motion import Motion
-from harness.results.defect_switches import passing_rules
 from harness.results.defects import (
     KnownDefect,
     Motions,
@@ -29,6 +28,7 @@ from harness.results.defects import (
     explanation,
 )
 from harness.results.rows import NAN, Failure, Kind, Row, Verdict, joined
+from harness.results.switches import passing_rules
 from harness.store.committed import known_defects
 
 __all__ = ["explained", "known_defects"]

@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -21,8 +20,8 @@ from harness.results.rows import COLUMNS, KEY, LEVELS, Kind, Verdict, matches
 Mask = NDArray[np.bool_]
 
 ROUND_OFF = 1e-12  # relative change that counts as rounding: some thousand units in the last place
-RANKS = {Verdict.FAIL: 0, Verdict.KNOWN_DEFECT: 1, Verdict.NOT_TESTED: 1}  # all others: 2
-BEST_RANK = 2
+RANKS = {Verdict.FAIL: 0, Verdict.KNOWN_DEFECT: 1, Verdict.NOT_TESTED: 1}
+BEST_RANK = 2  # of all other verdicts
 
 
 class Change(StrEnum):
@@ -98,8 +97,8 @@ def compare(
     spread = (both["uncertainty_before"] ** 2 + both["uncertainty_after"] ** 2) ** 0.5
     both["in_uncertainties"] = _ratio(both["moved_by"], spread)
     both["change"] = _changes(both, scope_before, scope_after)
-    order = {str(change): place for place, change in enumerate(Change)}
-    both["_place"], both["_size"] = both["change"].map(order), -both["in_tolerances"].abs()
+    both["_place"] = both["change"].map({change: place for place, change in enumerate(Change)})
+    both["_size"] = -both["in_tolerances"].abs()
     both = both.sort_values(["_place", "_size", *keys], kind="stable", ignore_index=True)
     first = [*keys, "change", "moved_by", "in_tolerances", "in_uncertainties"]
     rest = [name for name in both if name not in first and not str(name).startswith("_")]
@@ -122,8 +121,8 @@ def regressions(changes: pd.DataFrame) -> pd.DataFrame:
 
 def counts_of_changes(changes: pd.DataFrame) -> dict[str, int]:
     """Return how many rows have each change, without classes that no row has."""
-    found = changes["change"].value_counts()
-    return {str(change): int(found[change]) for change in Change if change in found.index}
+    numbers = changes["change"].value_counts()
+    return {str(change): int(numbers[change]) for change in Change if change in numbers.index}
 
 
 def matrix(runs: Mapping[str, pd.DataFrame]) -> pd.DataFrame:
@@ -146,7 +145,7 @@ def matrix(runs: Mapping[str, pd.DataFrame]) -> pd.DataFrame:
 def cells(runs: Mapping[str, pd.DataFrame]) -> pd.DataFrame:
     """Return the worst verdict of each case, setup and engine, a column for each run.
 
-    A variation that was not tested is left out where other rows of the cell were tested.
+    A variation that was not tested does not count where other rows of the cell were tested.
     """
     columns = {}
     for name, rows in runs.items():
@@ -172,10 +171,9 @@ def trend(runs: Sequence[tuple[str, pd.DataFrame]]) -> pd.DataFrame:
 
 def counts(rows: pd.DataFrame) -> pd.DataFrame:
     """Return how many rows of each kind have each verdict: kinds by verdicts."""
-    found = pd.crosstab(rows["kind"], rows["verdict"])
-    kinds = [str(kind) for kind in Kind if kind in found.index]
-    verdicts = [str(verdict) for verdict in Verdict if verdict in found.columns]
-    return found.loc[kinds, verdicts]
+    numbers = pd.crosstab(rows["kind"], rows["verdict"])
+    kinds = [str(kind) for kind in Kind if kind in numbers.index]
+    return numbers.loc[kinds, [str(verdict) for verdict in Verdict if verdict in numbers.columns]]
 
 
 def _changes(both: pd.DataFrame, before: Scope | None, after: Scope | None) -> NDArray[np.object_]:
@@ -184,7 +182,7 @@ def _changes(both: pd.DataFrame, before: Scope | None, after: Scope | None) -> N
     awaited = appeared & _covered(before, both, "after")
     valued = both["verdict_before"] != Verdict.NOT_TESTED
     failed = both["verdict_after"] == Verdict.FAIL
-    ranks = [_ranks(both[f"verdict_{side}"]) for side in ("before", "after")]
+    ranks = [both[f"verdict_{side}"].map(RANKS).fillna(BEST_RANK) for side in ("before", "after")]
     inputs = [_texts(both[f"inputs_{side}"]) for side in ("before", "after")]
     other_input = (inputs[0] != inputs[1]) & (inputs[0] != "") & (inputs[1] != "")
     old, new = both["value_before"].to_numpy(float), both["value_after"].to_numpy(float)
@@ -209,13 +207,7 @@ def _changes(both: pd.DataFrame, before: Scope | None, after: Scope | None) -> N
 def _covered(scope: Scope | None, both: pd.DataFrame, side: str) -> Mask:
     if scope is None:
         return np.ones(len(both), bool)
-    level = _texts(both[f"level_{side}"])
-    return scope.covers(both[list(KEY)].assign(level=level))
-
-
-def _ranks(verdicts: pd.Series[str]) -> NDArray[np.integer[Any]]:
-    known = {str(verdict): rank for verdict, rank in RANKS.items()}
-    return verdicts.map(known).fillna(BEST_RANK).to_numpy(np.int64)
+    return scope.covers(both[list(KEY)].assign(level=_texts(both[f"level_{side}"])))
 
 
 def _texts(column: pd.Series[str]) -> pd.Series[str]:

@@ -1,8 +1,8 @@
 """Known defects of codes: cause, releases, and the switch of the reference that reproduces them.
 
-A run that fails, and holds to its tolerance against the reference with the switch, has the defect:
-it is shown and counted, never a pass. A run that holds although the switch would move it shows
-that the defect is gone. ``inputs/known-defects.toml`` has the entries.
+A run that fails, and passes against the reference with the switch, has the defect: it is counted,
+never a pass. A run that passes although the switch would move it is free of the defect.
+``inputs/known-defects.toml`` has the entries.
 """
 
 from __future__ import annotations
@@ -21,9 +21,8 @@ from harness.model.conventions import Faults, Rules
 from harness.model.law import Law
 from harness.model.motion import Motion
 from harness.model.scene import Scene
-from harness.results.defect_fits import FITS
-from harness.results.defect_switches import check_switch, switched_motion
 from harness.results.rows import Row
+from harness.results.switches import FITS, check_switch, switched_motion
 
 SWITCHES: Mapping[str, type[Parameters]] = {"faults": Faults, "rules": Rules, "law": Law}
 Motions = Mapping[Scene, Motion]
@@ -118,8 +117,8 @@ class KnownDefect(Parameters):
 class Trial:
     """A run of one or more scenes that is to be explained.
 
-    ``holds`` returns whether all its rows hold against other motions of the reference; ``motion``
-    is that of its only scene, None where there are several, or where it left none.
+    ``holds`` returns whether all its rows pass against other motions of the reference; ``motion``
+    is that of its only scene, None where there are several, or where the run has none.
     """
 
     rules: Mapping[Scene, Rules]
@@ -127,7 +126,7 @@ class Trial:
     motion: Motion | None = None
 
     def holds_with(self, defects: Sequence[KnownDefect], **fitted: Any) -> bool:
-        """Return whether all rows hold with the switches of defects."""
+        """Return whether all rows pass with the switches of defects."""
         motions = self.motions(defects, **fitted)
         return motions is not None and self.holds(motions)
 
@@ -155,7 +154,7 @@ def explanation(defects: Sequence[KnownDefect], trial: Trial) -> KnownDefect | N
 
 
 def error_defect(defects: Sequence[KnownDefect], message: str) -> KnownDefect | None:
-    """Return the defect whose error stands in the message of a run that failed."""
+    """Return the defect whose error is part of the message of a run that failed."""
     return next((d for d in defects if d.error and d.error in message), None)
 
 
@@ -172,7 +171,7 @@ def _explanations(defects: Sequence[KnownDefect], trial: Trial) -> Iterator[Know
 
 
 def _fits(defect: KnownDefect, switched: Sequence[KnownDefect], trial: Trial) -> bool:
-    """Return whether a run holds with the unknown of a defect, alone or with others."""
+    """Return whether a run passes with the unknown of a defect, alone or with others."""
     if trial.motion is None:
         return False
     (scene,) = trial.rules
@@ -187,8 +186,8 @@ def _fits(defect: KnownDefect, switched: Sequence[KnownDefect], trial: Trial) ->
     return any(fit(run_with(others), scene, observed, holds) for others in ((), switched))
 
 
-def _without(group: tuple[KnownDefect, ...], one: KnownDefect) -> tuple[KnownDefect, ...]:
-    return tuple(defect for defect in group if defect is not one)
+def _without(group: tuple[KnownDefect, ...], other: KnownDefect) -> tuple[KnownDefect, ...]:
+    return tuple(defect for defect in group if defect is not other)
 
 
 def _any_matches(name: str, patterns: Any) -> bool:

@@ -23,7 +23,7 @@ LEVELS: tuple[Level, ...] = ("quick", "default", "full")
 
 
 class Kind(StrEnum):
-    """What a value is held against. Kinds are counted apart and never added up."""
+    """What a value is compared with. Kinds are counted separately and never added up."""
 
     ANALYTIC = "analytic"  # a closed form
     CROSS_CODE = "cross-code"  # the reference, an independent solver, another code
@@ -86,7 +86,7 @@ class Row:
     """A value with its verdict. The first five fields are its key.
 
     ``setup`` names the parameters in short ("plastic contact, k = 1e6 N/m, 100 steps"); ``check``
-    names the route where one quantity of a setup is held against two things, or the variation of
+    names the route where one quantity of a setup is compared with two things, or the variation of
     the engine that was run, and is empty otherwise.
     """
 
@@ -165,7 +165,7 @@ def finding(row: Row) -> Row:
 
 
 def recorded(row: Row, tolerance: Tolerance) -> Row:
-    """Return the row of a value that only the accepted run is held against."""
+    """Return the row of a value that is compared with the accepted run alone."""
     width, verdict = tolerance.width(row.value), Verdict.RECORDED
     if math.isnan(row.value):
         return replace(row, kind=Kind.RECORDED, verdict=Verdict.FAIL, failure=Failure.NOT_A_NUMBER)
@@ -218,5 +218,5 @@ def rows_of(frame: pd.DataFrame) -> list[Row]:
 
 
 def _plain(value: object) -> object:
-    """Return what a column holds; halves of surrogate pairs become question marks."""
+    """Return the value of a cell; halves of surrogate pairs become question marks."""
     return str(value).encode("utf-8", "replace").decode() if isinstance(value, str) else value

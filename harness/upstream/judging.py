@@ -31,7 +31,6 @@ from harness.errors import EngineError, EngineInputError, RequestError
 from harness.model.motion import Motion
 from harness.model.scene import Scene
 from harness.report.content import Section, Table
-from harness.results.defect_switches import switched_motion
 from harness.results.defects import SWITCHES
 from harness.results.rows import (
     Failure,
@@ -46,6 +45,7 @@ from harness.results.rows import (
     not_tested,
     table,
 )
+from harness.results.switches import switched_motion
 from harness.solvers import reference
 from harness.store.committed import known_defects
 from harness.store.runs import Meta, Run

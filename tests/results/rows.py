@@ -12,10 +12,10 @@ from harness.results.rows import (
     failed,
     finding,
     judge,
+    not_tested,
     recorded,
     table,
 )
-from harness.results.rows import not_tested as untested
 
 NARROW = Tolerance(1e-9, 0.0, "round-off of a product")
 
@@ -26,8 +26,7 @@ def row(quantity="angle", value=10.0, **fields):
         "case": "incline", "setup": "plastic", "engine": "code", "version": "1", "unit": "deg",
         "expected": 10.0, "level": "quick", "inputs": "a", "kind": Kind.CROSS_CODE,
     }  # fmt: skip
-    given |= fields
-    return judge(Row(quantity=quantity, value=value, **given), NARROW)
+    return judge(Row(quantity=quantity, value=value, **given | fields), NARROW)
 
 
 def rows(*changed):
@@ -35,7 +34,7 @@ def rows(*changed):
     standard = [
         row("angle"),
         row("shock", 10.1),
-        untested(row("path"), "no such contact"),
+        not_tested(row("path"), "no such contact"),
         recorded(row("time", 3.0), Tolerance(0.0, 1e-6)),
         replace(finding(row("difference", 0.25)), tolerance=NAN),
         replace(row("torque", 9.0), verdict=Verdict.KNOWN_DEFECT, failure=Failure.NONE,

@@ -9,10 +9,16 @@ import pytest
 from harness.errors import RequestError
 from harness.model.conventions import Faults, Rules
 from harness.model.scene import Scene, Segment, Wall, sphere
-from harness.results.defect_fits import first_difference, holds_with_reversals
-from harness.results.defect_switches import VALUES, passing_rules, switched_motion, value_in
 from harness.results.defects import KnownDefect, Trial, error_defect, explanation
 from harness.results.rows import Row
+from harness.results.switches import (
+    VALUES,
+    first_difference,
+    holds_with_reversals,
+    passing_rules,
+    switched_motion,
+    value_in,
+)
 from harness.solvers import reference
 from tests.solvers.reference.scenes import HERTZ, HOOKE, JKR, LINEAR, MINDLIN, ROLLS, R, impact
 

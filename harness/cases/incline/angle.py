@@ -34,7 +34,7 @@ from harness.model.base import Parameters
 from harness.model.contact import PLASTIC
 from harness.report.notebook import Shown
 from harness.report.text import power, value_text
-from harness.results.limits import Limit, limit
+from harness.results.series import Limit, limit
 from harness.store.cache import EngineChoice, opened
 from harness.theory.incline import sticking_friction
 

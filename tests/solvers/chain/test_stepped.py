@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from harness.errors import RequestError
-from harness.results.limits import slope_order
+from harness.results.series import slope_order
 from harness.solvers.chain import stepped
 from harness.solvers.chain.contacts import factorise, forces_of_overlaps
 from harness.solvers.chain.exact import find_modes

@@ -1,14 +1,20 @@
-"""Switches of the reference: their values in a scene, and conventions under which a run holds.
+"""Switches of the reference: values in a scene, unknowns that are fitted, passing conventions.
 
 An entry of a known defect may give a number by name where it depends on the scene: another
-coefficient of the scene's law, or a value of :data:`VALUES`.
+coefficient of the scene's law, or a value of :data:`VALUES`. The step at which a spring changes its
+sign, or a torque of memory that was never set, cannot be known beforehand: one number is taken from
+the first sample that shows it, so that all others remain a test.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from itertools import combinations
 from typing import Any, get_args
+
+import numpy as np
 
 from harness.errors import EngineNaNError, RequestError
 from harness.model.base import Parameters, Vector
@@ -16,6 +22,11 @@ from harness.model.conventions import Faults, Rules
 from harness.model.law import COEFFICIENTS, Law
 from harness.model.motion import Motion
 from harness.model.scene import Scene
+
+Reference = Callable[..., Motion | None]  # with the unknown by its name
+Judge = Callable[[Motion], bool]  # whether a run passes against a motion of the reference
+DETECTION_LIMIT = 1e-9  # [-] of the largest value: smaller differences show no unknown
+WINDOWS = 3  # sample intervals with reversals that are fitted, one after the other
 
 
 def switched_motion(
@@ -26,8 +37,7 @@ def switched_motion(
 ) -> Motion | None:
     """Return the motion of the reference with switches, None where it has none.
 
-    ``switches`` are the fields of an entry's ``faults``, ``rules`` and ``law``; ``fitted`` are
-    further fields of the faults.
+    ``switches`` are fields of ``faults``, ``rules`` and ``law``; ``fitted`` are more of ``faults``.
     """
     from harness.solvers import reference  # compiled: slow to import
 
@@ -43,19 +53,18 @@ def switched_motion(
         return None
 
 
-def passing_rules(scene: Scene, rules: Rules, holds: Callable[[Motion], bool]) -> list[str]:
-    """Return the single conventions, as ``wall_lever = height``, under which a run holds."""
-    found = []
+def passing_rules(scene: Scene, rules: Rules, holds: Judge) -> list[str]:
+    """Return the single conventions, as ``wall_lever = height``, under which a run would pass."""
+    passing = []
     for name, field in Rules.model_fields.items():
         words = (True, False) if field.annotation is bool else get_args(field.annotation)
         for word in words:
             if word == getattr(rules, name):
                 continue
-            switches = {"faults": {}, "rules": {name: word}, "law": {}}
-            motion = switched_motion(scene, rules, switches)
+            motion = switched_motion(scene, rules, {"faults": {}, "rules": {name: word}, "law": {}})
             if motion is not None and holds(motion):
-                found.append(f"{name} = {word}")
-    return found
+                passing.append(f"{name} = {word}")
+    return passing
 
 
 def check_switch(part: str, kind: type[Parameters], values: Mapping[str, Any]) -> None:
@@ -64,13 +73,17 @@ def check_switch(part: str, kind: type[Parameters], values: Mapping[str, Any]) -
     for name, value in values.items():
         if name not in kind.model_fields:
             raise ValueError(f"{part}.{name}: must be one of {', '.join(kind.model_fields)}")
-        words = _words(part, name, kind)
-        if kind.model_fields[name].annotation is bool and not isinstance(value, bool):
-            raise ValueError(f"{part}.{name} = {value!r}: must be true or false")
+        annotation = kind.model_fields[name].annotation
+        words = [word for word in get_args(annotation) if isinstance(word, str)]
+        words += [] if part == "rules" else sorted(VALUES)
+        words += sorted(COEFFICIENTS) if name in COEFFICIENTS else []
+        text = f"{part}.{name} = {value!r}: must be"
+        if annotation is bool and not isinstance(value, bool):
+            raise ValueError(f"{text} true or false")
         if isinstance(value, str) and value not in words:
-            raise ValueError(f"{part}.{name} = {value!r}: must be {' or '.join(words)}")
+            raise ValueError(f"{text} {' or '.join(words)}")
         if part == "law" and not isinstance(value, (str, int, float)):
-            raise ValueError(f"{part}.{name} = {value!r}: must be a number or {' or '.join(words)}")
+            raise ValueError(f"{text} a number or {' or '.join(words)}")
         if part != "law" and not isinstance(value, str):  # a law is checked in its scene
             plain[name] = value
     kind(**plain)
@@ -83,13 +96,6 @@ def value_in(scene: Scene, value: Any, field: str) -> Any:
     if value in COEFFICIENTS and field in COEFFICIENTS:
         return getattr(_first_law(scene), value) or 0.0
     return VALUES[value](scene) if value in VALUES else value
-
-
-def _words(part: str, name: str, kind: type[Parameters]) -> list[str]:
-    """Return the words of a field, and the values and coefficients that it may name."""
-    words = [word for word in get_args(kind.model_fields[name].annotation) if isinstance(word, str)]
-    values = [] if part == "rules" else sorted(VALUES)
-    return [*words, *values, *(sorted(COEFFICIENTS) if name in COEFFICIENTS else [])]
 
 
 def _with_law(scene: Scene, changes: Mapping[str, Any]) -> Scene:
@@ -185,3 +191,107 @@ _FUNCTIONS: Sequence[Callable[[Scene], float | str | Vector | None]] = (
     mixed_tangential_stiffness, mixed_damping, mixed_dashpot, shear_along_x, thin_skin,
 )  # fmt: skip
 VALUES = {function.__name__: function for function in _FUNCTIONS}
+
+
+# ---- unknowns
+
+
+def holds_with_setup_torque(reference: Reference, _: Scene, observed: Motion, holds: Judge) -> bool:
+    """Return whether a run passes with the setup torque [N m] that its first sample shows."""
+    plain = reference()
+    if plain is None:
+        return False
+    torque = tuple((observed.torque[0, 0] - plain.torque[0, 0]).tolist())
+    if not all(map(math.isfinite, torque)):
+        return False
+    fitted = reference(setup_torque=torque)
+    return fitted is not None and holds(fitted)
+
+
+def holds_with_reversals(
+    reference: Reference, scene: Scene, observed: Motion, holds: Judge
+) -> bool:
+    """Return whether a run passes with steps at which torsional springs change their sign.
+
+    Each interval between two samples is fitted on the first sample after it that differs. Where
+    that fails, and the motion is prescribed, each body may have a copy of the spring of its own.
+    """
+    steps: tuple[int, ...] = ()
+    current = reference()
+    for _ in range(WINDOWS):
+        sample = 0 if current is None else first_difference(scene, observed, current)
+        if current is None or sample >= len(observed):
+            break
+        agreed, current = sample, None
+        for chosen in _reversals_before(sample, scene):
+            trial = reference(torsion_reversed_at=(*steps, *chosen))
+            if trial is None:
+                continue
+            if holds(trial):
+                return True
+            first = first_difference(scene, observed, trial)
+            if first > agreed:
+                agreed, current, best = first, trial, chosen
+        steps = (*steps, *best) if current is not None else ()
+    return bool(scene.segments) and _holds_with_copies(reference, scene, observed, holds)
+
+
+def _reversals_before(sample: int, scene: Scene) -> Iterator[tuple[int, ...]]:
+    """Yield steps before a sample: one, or two where a contact goes to a neighbour and back."""
+    window = range(max(1, (sample - 1) * scene.every), sample * scene.every)
+    yield from combinations(window, 1)
+    yield from combinations(window, 2)
+
+
+def _holds_with_copies(reference: Reference, scene: Scene, observed: Motion, holds: Judge) -> bool:
+    """Return whether each sample of each body is that of one of the copies of a spring.
+
+    Of a contact over a boundary both sides compute one, without newton, and each side turns its
+    copy round at a step of its own; where both bodies are on one side again, one copy remains. The
+    others are fitted on the first sample of a body that is not of the first one.
+    """
+    plain = reference()
+    if plain is None:
+        return False
+    copies = [plain]
+    for body in range(len(scene.bodies)):
+        sample = first_difference(scene, observed, plain, body)
+        if sample < len(observed):
+            runs = (reference(torsion_reversed_at=s) for s in _reversals_before(sample, scene))
+            solved = [run for run in runs if run is not None]
+            copies.append(max(solved, key=lambda m: first_difference(scene, observed, m, body)))
+    torques = np.stack([copy.torque for copy in copies])  # (copies, samples, bodies, 3)
+    errors = np.abs(torques - observed.torque).max(axis=3)
+    nearest = errors.argmin(axis=0)[None, :, :, None]
+    torque = np.take_along_axis(torques, nearest, axis=0)[0]
+    return holds(replace(plain, torque=torque))
+
+
+FITS: Mapping[str, Callable[[Reference, Scene, Motion, Judge], bool]] = {
+    "torsion_reversed_at": holds_with_reversals,
+    "setup_torque": holds_with_setup_torque,
+}
+
+
+def first_difference(
+    scene: Scene, observed: Motion, reference: Motion, body: int | None = None
+) -> int:
+    """Return the first sample that differs, of all bodies or one; their number where none does.
+
+    Velocities of a free motion, forces of a prescribed one; angular parts on the scale of the
+    largest radius.
+    """
+    radius = max(body.radius for body in scene.bodies)
+    if scene.segments:
+        parts = {"force": 1.0, "torque": 1.0 / radius}
+    else:
+        parts = {"velocity": 1.0, "angular_velocity": radius}
+    size = max(k * float(np.abs(getattr(reference, name)).max()) for name, k in parts.items())
+    first = len(observed)
+    for name, k in parts.items():
+        difference = k * np.abs(getattr(observed, name) - getattr(reference, name))
+        difference = difference if body is None else difference[:, body]
+        largest = np.nan_to_num(difference).reshape(len(difference), -1).max(axis=1)
+        seen = np.flatnonzero(largest > DETECTION_LIMIT * (size or 1.0))
+        first = min([first, *seen[:1].tolist()])
+    return first
