@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from harness.engines.jobs import Batches, dealt, in_batches, parallel_map
-from harness.engines.process import Ended, Limits
+from harness.engines.process import Limits
 from harness.errors import EngineCrashError, EngineNaNError, EngineOutputError, EngineTimeoutError
 
 CODE = """
@@ -101,12 +101,6 @@ def test_each_item_has_its_outcome_in_its_place(ways, workers):
 def test_shares_are_run_in_processes_of_their_own():
     outcomes = Recorded(**OPTIONS).run(["a", "death", "c"], 1, shares=[[2], [1, 0]])
     assert outcomes[::2] == ["a", "c"]
-
-
-def test_the_error_is_by_the_end_and_the_log():
-    ended = Ended("", 0, 1.0, timed_out=False)
-    assert isinstance(ECHO._failure(ended, "nan"), EngineNaNError)
-    assert isinstance(ECHO._failure(ended, ""), EngineOutputError)
 
 
 def test_batches_grow():

@@ -135,13 +135,6 @@ def test_a_program_that_floods_is_stopped(python, monkeypatch):
         raise python(flood).error("it")
 
 
-def test_a_closed_runner_starts_nothing(tmp_path):
-    processes = Processes()
-    processes.close()
-    with pytest.raises(EngineCrashError, match="was closed"):
-        processes.run(["true"], tmp_path, seconds=1.0, memory=MEMORY)
-
-
 KILLED = """
 import os, signal
 from harness.engines.process import fresh_folder
