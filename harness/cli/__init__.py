@@ -4,7 +4,6 @@ from __future__ import annotations
 
 try:
     import contextlib
-    import errno
     import os
     import signal
     import sys
@@ -15,7 +14,7 @@ except KeyboardInterrupt:  # Ctrl-C before main() can handle it
 
 REFUSED, INTERNAL, INTERRUPTED, TERMINATED = 2, 4, 130, 143
 TRACEBACK = "DEM_HARNESS_TRACEBACK"  # environment variable: show the traceback of internal errors
-MOST_WORDS = 4000  # characters of an error
+MOST_CHARACTERS = 4000  # of an error
 _stopped_by: list[int] = []  # signals that ended this process
 
 
@@ -26,9 +25,8 @@ def main() -> None:
         _open_streams()
         status = _flushed(_status(sys.argv[1:]))
     except KeyboardInterrupt:
-        status = _interrupted()
-    if status in (INTERRUPTED, TERMINATED):
-        how = "interrupted" if status == INTERRUPTED else "terminated"
+        status = TERMINATED if _stopped_by else INTERRUPTED
+        how = "terminated" if _stopped_by else "interrupted"
         print(f"dem-harness: {how}; nothing half-written is left", file=sys.stderr)
         os._exit(status)  # threads that go on would keep the process
     sys.exit(status)
@@ -53,8 +51,6 @@ def _status(words: list[str]) -> int:
         return _print_error(str(error), error.exit_status)
     except BrokenPipeError:
         return 0  # the reader of stdout has seen enough
-    except KeyboardInterrupt:
-        return _interrupted()
     except SystemExit as ending:
         if isinstance(ending.__context__, BrokenPipeError):  # as rich ends then
             return 0
@@ -62,27 +58,16 @@ def _status(words: list[str]) -> int:
     except Exception as error:
         if os.environ.get(TRACEBACK):
             raise
-        return _print_error(_internal_error(error), INTERNAL)
-
-
-def _internal_error(error: Exception) -> str:
-    if isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT):
-        where = f": {error.filename}" if error.filename else ""
-        return f"no space is left on the disk{where}"
-    if isinstance(error, MemoryError):
-        return "there is not enough memory for this"
-    with contextlib.suppress(OSError):
-        Path.cwd()
         name = f"{type(error).__name__}: {error}".strip(": ")
-        return f"internal error: {name}\nthis is a bug; {TRACEBACK}=1 shows where it is"
-    return "the working directory does not exist any more"
+        text = f"internal error: {name}\nif this is a bug, {TRACEBACK}=1 shows where it is"
+        return _print_error(text, INTERNAL)
 
 
 def _print_error(message: str, status: int) -> int:
     """Print an error on stderr, and with --json as an object on stdout; return the status."""
     from harness.cli.output import print_json, printable
 
-    message = printable(message)[:MOST_WORDS]
+    message = printable(message)[:MOST_CHARACTERS]
     with contextlib.suppress(OSError):
         print(f"dem-harness: {message}", file=sys.stderr)
         if "--json" in sys.argv[1:]:
@@ -94,10 +79,6 @@ def _stop(number: int, _: Any) -> None:
     signal.signal(number, signal.SIG_IGN)  # a second SIGTERM does not cut the cleaning short
     _stopped_by.append(number)
     raise KeyboardInterrupt
-
-
-def _interrupted() -> int:
-    return TERMINATED if _stopped_by else INTERRUPTED
 
 
 def _open_streams() -> None:
@@ -118,7 +99,5 @@ def _flushed(status: int) -> int:
         with contextlib.suppress(OSError, ValueError):  # the interpreter would complain at its end
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         if not isinstance(error, BrokenPipeError) and status != INTERNAL:
-            return _print_error(
-                _internal_error(error).replace("internal error", "stdout"), INTERNAL
-            )
+            return _print_error(f"stdout: {error}", INTERNAL)
     return status

@@ -82,8 +82,8 @@ class ProgramOptions:
         programs = registry.named_values(self.program or (), "--program")
         settings = registry.engine_settings(self.engine_option or ()).get(name, {})
         words = OWN_OPTIONS.get(name, {}).items()
-        own = {key: getattr(self, word.removeprefix("--")) for key, word in words}
-        return registry.chosen_options(name, programs.get(name), settings, **own)
+        more = {key: getattr(self, word.removeprefix("--")) for key, word in words}
+        return registry.chosen_options(name, programs.get(name), settings, **more)
 
 
 @Parameter(name="*", group=ENGINE)

@@ -55,7 +55,7 @@ def theory(choice: TheoryOptions = TheoryOptions(), *, json: Json = False) -> in
     one_shock_kept_deg, one_shock_lost_deg. event_driven_deg is the angle of rigid spheres by
     events, every rebound followed, up to a restitution of 0.7.
 
-    With --friction or --grain-diameter, `model` says whether the angle is a closed form: without
+    With --friction or --grain-diameter, `model` tells a closed form from an integration: without
     friction, and from rolling_friction on. Between them arcs and shocks of a rigid grain are
     integrated under Coulomb's limit. A grain so small that it leaves the row is refused.
 
@@ -189,8 +189,8 @@ def critical_angle(
 
 def _print(record: Mapping[str, Any]) -> None:
     value, error = record["critical_angle_deg"], record["uncertainty_deg"]
-    who = f"{record['engine']} {record['engine_version']}, {record['method']}"
-    print_wrapped(f"critical angle: {value:.7g} +- {error:.2g} deg ({who})")
+    runner = f"{record['engine']} {record['engine_version']}, {record['method']}"
+    print_wrapped(f"critical angle: {value:.7g} +- {error:.2g} deg ({runner})")
     if (expected := record.get("closed_form_deg")) is not None:
         print_wrapped(f"closed form: {expected:.7g} deg, difference {value - expected:+.2g} deg")
     print_record(record)

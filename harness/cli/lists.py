@@ -12,14 +12,7 @@ from cyclopts import Parameter
 
 from harness.cli.app import Folder, Json, Name
 from harness.cli.engines import ProgramOptions
-from harness.cli.output import (
-    print_columns,
-    print_json,
-    print_record,
-    print_wrapped,
-    short,
-    tell,
-)
+from harness.cli.output import print_columns, print_json, print_record, print_wrapped, short, tell
 from harness.errors import RequestError
 
 
@@ -212,10 +205,9 @@ def cache(
     if kept is not None and not kept.is_dir() and kept.exists():
         raise RequestError(f"--cache {kept}: is a file; name a folder")
     oldest = math.inf if older_than is None else time.time() - 86400.0 * older_than
-    found = [item for item in contents(folder) if item.used < oldest]
-    found = [item for item in found if case is None or case in item.label[1:]]
+    entries = [e for e in contents(folder) if e.used < oldest and case in (None, *e.label[1:])]
     record = {"cache": str(folder), "cleared": clear}
-    counts = sorts(clear_entries(folder, found) if clear else found)
+    counts = sorts(clear_entries(folder, entries) if clear else entries)
     if json:
         print_json({**record, "sorts": counts})
         return 0

@@ -56,7 +56,7 @@ def print_json(record: Mapping[str, Any]) -> None:
 
 
 def print_record(record: Mapping[str, Any]) -> None:
-    """Print a flat record as aligned lines; what is nested is left to JSON."""
+    """Print a flat record as aligned lines; what is nested is in JSON alone."""
     print_columns([(name, text) for name, value in record.items() if (text := _cell(value))])
 
 
@@ -84,18 +84,6 @@ def print_wrapped(text: str, *, indent: int = 0) -> None:
     first, others = " " * indent, " " * (indent + 2)
     print(textwrap.fill(one_line(text), width, initial_indent=first, subsequent_indent=others,
                         break_on_hyphens=False))  # fmt: skip
-
-
-@contextlib.contextmanager
-def closed_pipe_allowed() -> Iterator[None]:
-    """Go on where the reader of stdout has seen enough: the exit status is still to come."""
-    try:
-        yield
-    except BrokenPipeError:
-        pass
-    except SystemExit as ending:  # as rich ends then
-        if not isinstance(ending.__context__, BrokenPipeError):
-            raise
 
 
 def one_line(text: str) -> str:
@@ -134,9 +122,9 @@ def write_all(files: Mapping[tuple[str, Path | None], Writer]) -> None:
     """Write each (option, path) that is given, all of them whole; see :func:`write_files`."""
     from harness.files import write_files
 
-    given = {(option, path): write for (option, path), write in files.items() if path is not None}
-    write_files(given)
-    for option, path in given:
+    named = {(option, path): write for (option, path), write in files.items() if path is not None}
+    write_files(named)
+    for option, path in named:
         tell(f"{option} {path}: is written")
 
 
@@ -144,8 +132,8 @@ def write_all(files: Mapping[tuple[str, Path | None], Writer]) -> None:
 def output_folder(named: Path | None, ending: str = "") -> Iterator[Path]:
     """Yield the folder of a report: the named one, or a new one of the date below reports/runs.
 
-    It is removed again where nothing is written into it. Raise RequestError for one that holds
-    something or cannot be made.
+    It is removed again where nothing is written into it. Raise RequestError for one that has
+    files or cannot be made.
     """
     from harness.files import check_folder
 
@@ -154,7 +142,7 @@ def output_folder(named: Path | None, ending: str = "") -> Iterator[Path]:
         yield named
         return
     parent = Path("reports") / "runs"
-    made = [path for path in (parent, *parent.parents) if not path.exists()]
+    missing = [path for path in (parent, *parent.parents) if not path.exists()]
     name = f"{datetime.now():%Y-%m-%d-%H%M%S}{ending}"
     endings = itertools.chain([""], (f"-{number}" for number in itertools.count(2)))
     folder = next(path for more in endings if not (path := parent / f"{name}{more}").exists())
@@ -168,7 +156,7 @@ def output_folder(named: Path | None, ending: str = "") -> Iterator[Path]:
         yield folder
     finally:
         with contextlib.suppress(OSError):  # what is empty goes
-            for path in (folder, *made):
+            for path in (folder, *missing):
                 path.rmdir()
 
 

@@ -11,13 +11,7 @@ from cyclopts import Parameter
 
 from harness.cli.app import Folder, Json, Names
 from harness.cli.engines import CacheOptions
-from harness.cli.output import (
-    output_folder,
-    print_frame,
-    print_json,
-    print_record,
-    show,
-)
+from harness.cli.output import output_folder, print_frame, print_json, print_record, show
 
 if TYPE_CHECKING:
     from harness.workflows.release_runs import ReleaseComparison
@@ -116,12 +110,10 @@ def releases(
     output
         A new folder for the report and the rows.
     """
-    from harness.files import cache_place, check_folder
+    from harness.files import cache_place
     from harness.workflows import releases as compare_releases
     from harness.workflows.progress import progress_bars
 
-    if output is not None:
-        check_folder(output)
     place = None if kept.cache is None else cache_place(kept.cache).path
     with progress_bars("releases", quiet=json) as progress:
         found = compare_releases(
@@ -218,7 +210,7 @@ def site(
 
 
 def reproduce(*, output: Folder = None, check: bool = False, json: Json = False) -> int:
-    """Recompute what the source states: a ledger of its numbers, and its figures.
+    """Recompute the source: a ledger of its numbers, and its figures.
 
     For example:
 

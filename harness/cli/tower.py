@@ -98,7 +98,7 @@ def tower(
 ) -> int:
     """Drop a grain on a tower of particles: force, impulse and contacts of the grain.
 
-    The tower stands on a fixed base, at rest and just touching; the grain arrives with its speed,
+    The tower is on a fixed base, at rest and just touching; the grain arrives with its speed,
     gravity along the motion. Times are in t0, the time that the grain would stay on one fixed
     particle.
 

@@ -13,7 +13,7 @@ from cyclopts import Parameter
 
 from harness.cli.app import File, Folder, Force, Json
 from harness.cli.engines import EngineOptions, Opener, duration_check
-from harness.cli.output import closed_pipe_allowed, output_folder, print_json, print_wrapped, tell
+from harness.cli.output import output_folder, print_json, print_wrapped, tell
 from harness.errors import RequestError
 
 if TYPE_CHECKING:
@@ -21,9 +21,8 @@ if TYPE_CHECKING:
     from harness.workflows.progress import Progress
 
 Record = Mapping[str, Any]
-SHOWN = {"fail": 20, "known defect": 10, "fixed": 10, "not tested": 10, "finding": 5}
+MOST_PRINTED = {"fail": 20, "known defect": 10, "fixed": 10, "not tested": 10, "finding": 5}
 PACKAGES = ("jinja2", "matplotlib", "numba", "numpy", "pandas", "pydantic", "scipy")
-INSTEAD = "--quick, or fewer cases"
 
 
 @Parameter(name="*")
@@ -87,11 +86,10 @@ def verify(
     check_request(choice, engines)
     with output_folder(choice.output) as folder, progress_bars("verify", quiet=json) as progress:
         record = verified(choice, engines, folder, progress)
-    with closed_pipe_allowed():
-        if json:
-            print_json(record)
-        else:
-            _print(record, folder, verbose=choice.verbose)
+    if json:
+        print_json(record)
+    else:
+        _print(record, folder, verbose=choice.verbose)
     return int(record["status"])
 
 
@@ -122,18 +120,15 @@ def verified(
     # imported late: a kept verification must not wait for pandas
     from harness.workflows import verify as verify_engines
 
+    names = ("cases", "engines", "only", "strict", "known_defects", "png")
+    instead = "--quick, or fewer cases"
     with engines.executor() as opener.executor:
         record = verify_engines(
             choice.level,
-            cases=choice.cases,
-            engines=choice.engines,
-            only=choice.only,
-            strict=choice.strict,
-            known_defects=choice.known_defects,
+            **{name: getattr(choice, name) for name in names},
             output=folder,
-            png=choice.png,
             open_engine=opener,
-            check_duration=duration_check(choice.force, f"level {choice.level}", INSTEAD),
+            check_duration=duration_check(choice.force, f"level {choice.level}", instead),
             progress=progress,
         ).to_json()
     if entries is not None and key is not None and record["status"] in (0, 1):
@@ -142,7 +137,7 @@ def verified(
 
 
 def details(row: Record) -> Iterator[str]:
-    """Yield what is known of a row, a line each: numbers, class of failure, note, tolerance."""
+    """Yield numbers, class of failure and note of a row, a line each."""
     if row["value"] is not None:
         text = f"{row['value']:.8g}"
         if row["expected"] is not None:
@@ -169,18 +164,16 @@ def _key(choice: VerifyOptions, engines: EngineOptions) -> str | None:
     from harness.store.entries import digest_of_tree, key_of, machine, source_digest, versions
     from harness.workflows.settings import selected_engines
 
-    prints = {}
-    for name in selected_engines(choice.engines):
-        found = fingerprint_of(name, engines.opening(name))
-        if found is None:
-            return None
-        prints[name] = dict(found)
+    names = selected_engines(choice.engines)
+    prints = {name: fingerprint_of(name, engines.opening(name)) for name in names}
+    if None in prints.values():
+        return None
     defects = choice.known_defects.read_bytes() if choice.known_defects else b""
     return key_of(
         {
             "verification": choice.level,
             "cases": selected_names(choice.cases if choice.cases or not choice.only else "all"),
-            "engines": prints,
+            "engines": {name: dict(facts or {}) for name, facts in prints.items()},
             "named": [choice.cases, choice.engines],
             "flags": [choice.only, choice.strict, choice.png],
             "defects": hashlib.sha256(defects).hexdigest(),
@@ -194,13 +187,19 @@ def _key(choice: VerifyOptions, engines: EngineOptions) -> str | None:
 
 def _print(record: Record, folder: Path, *, verbose: bool) -> None:
     rows: Sequence[Record] = record["rows"]
-    for verdict, most in SHOWN.items():
+    others = [row["verdict"] for row in rows if row["verdict"] not in MOST_PRINTED]
+    for verdict in (*MOST_PRINTED, *(dict.fromkeys(others) if verbose else ())):
         chosen = [row for row in rows if row["verdict"] == verdict]
-        _print_rows(chosen, len(chosen) if verbose else most)
-    if verbose:
-        _print_rows([row for row in rows if row["verdict"] not in SHOWN], len(rows))
+        most = len(chosen) if verbose else MOST_PRINTED[verdict]
+        for row in chosen[:most]:
+            kind = "" if row["kind"] == verdict else f" ({row['kind']})"
+            print_wrapped(f"{verdict}: {row_name(row)}{kind}")
+            for text in details(row) if verdict != "pass" else ():
+                print_wrapped(text, indent=4)
+        if len(chosen) > most:
+            print_wrapped(f"and {len(chosen) - most} more {verdict}: --verbose prints all")
     moved = [row for row in record["regressions"] if row["verdict_after"] != "fail"]
-    for change in moved[: SHOWN["fail"]]:
+    for change in moved[: MOST_PRINTED["fail"]]:
         print_wrapped(f"against the accepted run, {change['change']}: {row_name(change)}")
     for kind in dict.fromkeys(row["kind"] for row in rows):
         counts = Counter(row["verdict"] for row in rows if row["kind"] == kind)
@@ -211,13 +210,3 @@ def _print(record: Record, folder: Path, *, verbose: bool) -> None:
     if record["status"] == 3:
         died = [f"{row_name(r)}: {r['note']}" for r in rows if r["failure"] == "engine error"]
         tell((died or [record["headline"]])[0])
-
-
-def _print_rows(rows: Sequence[Record], most: int) -> None:
-    for row in rows[:most]:
-        kind = "" if row["kind"] == row["verdict"] else f" ({row['kind']})"
-        print_wrapped(f"{row['verdict']}: {row_name(row)}{kind}")
-        for text in details(row) if row["verdict"] != "pass" else ():
-            print_wrapped(text, indent=4)
-    if len(rows) > most:
-        print_wrapped(f"and {len(rows) - most} more {rows[0]['verdict']}: --verbose prints all")

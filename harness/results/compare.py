@@ -147,10 +147,12 @@ def cells(runs: Mapping[str, pd.DataFrame]) -> pd.DataFrame:
 
     A variation that was not tested does not count where other rows of the cell were tested.
     """
-    columns = {}
+    columns, keys = {}, ["case", "setup", "engine"]
     for name, rows in runs.items():
-        groups = rows[rows["setup"] != ""].groupby(["case", "setup", "engine"], sort=True)
-        columns[name] = groups[["check", "verdict"]].apply(_worst_verdict)
+        groups = rows[rows["setup"] != ""].groupby(keys, sort=True)
+        verdicts = {cell: _worst_verdict(part) for cell, part in groups}
+        index = pd.MultiIndex.from_tuples(list(verdicts), names=keys)
+        columns[name] = pd.Series(list(verdicts.values()), index, dtype=object)
     return pd.DataFrame(columns).fillna("")
 
 

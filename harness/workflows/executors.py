@@ -152,8 +152,8 @@ def _opened(opening: Opening) -> Engine:
     key = repr(opening)
     if key not in _open_engines:
         engine = open_engine(opening.name, options=opening.options)
-        here = identity(engine)
-        if other := [name for name, value in opening.identity.items() if here[name] != value]:
+        facts = identity(engine)
+        if other := [name for name, value in opening.identity.items() if facts[name] != value]:
             engine.close()
             raise RequestError(f"not the same here and where the command runs: {', '.join(other)}")
         if not _open_engines:
@@ -219,7 +219,7 @@ def _workers_at(address: str) -> int:
 
 @contextmanager
 def _slurm_cluster(name: str) -> Iterator[Any]:
-    """Yield a cluster of SLURM jobs, which begin with the runs and end when nothing is left."""
+    """Yield a cluster of SLURM jobs, which begin with the runs and end after them."""
     jobs = str(SLURM_JOBS) if name == SLURM else name.removeprefix(f"{SLURM}:")
     if not (jobs.isascii() and jobs.isdigit() and 1 <= int(jobs) <= 10_000):
         raise RequestError(f"--dask {name}: must be {SLURM}:JOBS, from 1 to 10000 jobs")

@@ -76,8 +76,8 @@ def engines(
             continue
         records.append(_status(name, options, kind.traits))
         if twin is not None:
-            given = {"lmp": lmp, "launcher": launcher} if name == DEFAULT else {}
-            more = {key: value for key, value in given.items() if value is not None}
+            more = {"lmp": lmp, "launcher": launcher} if name == DEFAULT else {}
+            more = {key: value for key, value in more.items() if value is not None}
             records.append(_status(name, {**twin, **more}, kind.traits))
     progress("engines", len(names), len(names))
     return records

@@ -17,7 +17,7 @@ from harness.engines.registry import DEFAULT, engine_class
 from harness.errors import RequestError
 from harness.files import check_folder, whole_folder
 from harness.report.notebook import Summarized
-from harness.results.compare import Change, cells, compare, defect_counts, matrix, trend
+from harness.results.compare import Change, cells, compare, defect_counts, trend
 from harness.results.rows import KEY, Level, Verdict
 from harness.store.cache import keeping
 from harness.store.runs import Run, json_records
@@ -26,6 +26,7 @@ from harness.workflows.progress import Progress, silent
 from harness.workflows.verification import verify
 
 HOLDING = (Verdict.PASS, Verdict.RECORDED, Verdict.FINDING)
+MOVES = (Change.MOVED, Change.OTHER_INPUT)
 MOST_MOVED = 200  # rows of the page; rows.csv has all
 
 
@@ -45,16 +46,18 @@ class ReleaseComparison(Summarized):
         """Return the rows of the engine in each release."""
         return {n: r.rows[r.rows["engine"] == self.engine] for n, r in self.runs.items()}
 
-    @property
+    @cached_property
     def reference(self) -> str:
         """Return the release that the others are compared to: the first with a value."""
         valued = [name for name, rows in self.rows.items() if rows["value"].notna().any()]
         return valued[0] if valued else next(iter(self.runs))
 
-    @property
-    def versions(self) -> dict[str, str]:
-        """Return the version that each release gives of itself, empty where it did not run."""
-        return {name: run.meta.engines.get(self.engine, "") for name, run in self.runs.items()}
+    @cached_property
+    def changes(self) -> pd.DataFrame:
+        """Return what changed in each release from the reference, by ``release``."""
+        before = self.rows[self.reference]
+        parts = [compare(before, r).assign(release=name) for name, r in self.rows.items()]
+        return pd.concat(parts, ignore_index=True)
 
     @property
     def status(self) -> int:
@@ -62,51 +65,40 @@ class ReleaseComparison(Summarized):
         if any(run.status == 3 for run in self.runs.values()):
             return 3
         failed = any((rows["verdict"] == Verdict.FAIL).any() for rows in self.rows.values())
-        return int(failed or not self.moved.empty)
+        return int(failed or self.changes["change"].isin(MOVES).any())
 
     def cells(self) -> pd.DataFrame:
         """Return the worst verdict of each case and setup that does not hold in every release."""
         verdicts = cells(self.rows)
         return verdicts[~verdicts.isin([str(verdict) for verdict in HOLDING]).all(axis="columns")]
 
-    @cached_property
-    def matrix(self) -> pd.DataFrame:
-        """The change of each row in each release, the values in the reference."""
-        first = {self.reference: self.rows[self.reference]}
-        return matrix(first | self.rows)[list(self.runs)]
-
-    @cached_property
-    def moved(self) -> pd.DataFrame:
-        """The rows whose value or input is another than in the reference, by release."""
-        before = self.rows[self.reference]
-        changes = pd.concat(
-            [compare(before, rows).assign(release=name) for name, rows in self.rows.items()]
-        )
-        return changes[changes["change"].isin([Change.MOVED, Change.OTHER_INPUT])]
-
     def to_frame(self) -> pd.DataFrame:
         """Return the rows of all releases in one table, with the columns ``run`` and ``change``."""
         long = trend(list(self.rows.items()))
-        wide = self.matrix.assign(**{self.reference: "reference"}).stack()
-        places = zip(*(long[name] for name in (*KEY, "run")), strict=True)
-        return long.assign(change=[wide[place] for place in places])
+        places = [*KEY, "run"]
+        changes = self.changes.rename(columns={"release": "run"})[[*places, "change"]]
+        frame = long.merge(changes, on=places, how="left")
+        frame.loc[frame["verdict"] == Verdict.NOT_TESTED, "change"] = str(Verdict.NOT_TESTED)
+        frame.loc[frame["run"] == self.reference, "change"] = "reference"
+        return frame
 
     def counts(self) -> dict[str, dict[str, int]]:
         """Return how many rows of each release have each change; of the reference, each verdict."""
-        numbers = {name: dict(Counter(filter(None, self.matrix[name]))) for name in self.runs}
-        return numbers | {self.reference: dict(Counter(self.rows[self.reference]["verdict"]))}
+        frame = self.to_frame()
+        words = frame["change"].where(frame["run"] != self.reference, frame["verdict"])
+        return {name: dict(Counter(words[frame["run"] == name])) for name in self.runs}
 
     def to_json(self) -> dict[str, Any]:
         """Return status, reference, releases, rows, defects and cells, JSON-ready."""
-        numbers = self.counts()
+        counts = self.counts()
         return {
             "status": self.status,
             "engine": self.engine,
             "level": self.level,
             "reference": self.reference,
             "releases": [
-                {"release": name, "version": self.versions[name], "headline": run.headline,
-                 "counts": numbers[name]}
+                {"release": name, "version": run.meta.engines.get(self.engine, ""),
+                 "headline": run.headline, "counts": counts[name]}
                 for name, run in self.runs.items()
             ],
             "rows": json_records(self.to_frame()),
@@ -116,12 +108,12 @@ class ReleaseComparison(Summarized):
 
     def summary(self) -> dict[str, str]:
         """Return what became of the rows in each release."""
-        return {
-            f"{name} ({self.versions[name] or 'did not run'})": ", ".join(
-                f"{number} {word}" for word, number in numbers.items()
-            )
-            for name, numbers in self.counts().items()
-        }
+        lines = {}
+        for name, counts in self.counts().items():
+            version = self.runs[name].meta.engines.get(self.engine) or "did not run"
+            text = ", ".join(f"{number} {word}" for word, number in counts.items())
+            lines[f"{name} ({version})"] = text
+        return lines
 
     def _repr_html_(self) -> str:
         return str(self.cells().to_html())
@@ -134,7 +126,7 @@ class ReleaseComparison(Summarized):
         tables = {
             "Setups that do not hold in every release": self.cells().reset_index(),
             "Known defects, by the number of setups": defect_counts(self.rows).reset_index(),
-            "Values that moved": self.moved[columns],
+            "Values that moved": self.changes[self.changes["change"].isin(MOVES)][columns],
         }
         lines = [f"# {self.engine} in {len(self.runs)} releases", ""]
         lines += [f"- {name}: {text}" for name, text in self.summary().items()]
@@ -142,7 +134,6 @@ class ReleaseComparison(Summarized):
         for title, frame in tables.items():
             if len(frame):
                 lines += ["", f"## {title}", "", markdown_table(frame, MOST_MOVED)]
-        check_folder(folder)
         with whole_folder(folder) as aside:
             exact_texts(self.to_frame()).to_csv(aside / "rows.csv", index=False)
             (aside / "report.md").write_text("\n".join(lines) + "\n", encoding="utf-8")

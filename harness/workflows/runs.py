@@ -47,7 +47,7 @@ OpenEngine = Callable[[str], AbstractContextManager[Engine]]
 class Result:
     """A measured quantity with its reference and limit, in its unit; NaN for what is not known.
 
-    ``reference`` is the value at equal steps, else the closed form, as ``reference_kind`` says;
+    ``reference`` is the value at equal steps, else the closed form, by ``reference_kind``;
     ``limit`` is the value of small steps, ``step_error`` how far equal steps are from it.
     ``uncertainty`` is that of a search.
     """
@@ -352,7 +352,7 @@ def _without_reference(
     runner: tuple[str, str],
     values: Mapping[str, Value | float],
 ) -> RunResult:
-    """Return the values of a solver or a search beside closed forms; ``runner`` made them."""
+    """Return the values that a runner measured in a solver or a search, with closed forms."""
     exact: Mapping[str, float] = {}
     with suppress(HarnessError):  # a closed form may not exist for these parameters
         exact = case.exact(parameters)

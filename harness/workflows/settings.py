@@ -25,7 +25,7 @@ def words_in(texts: str | Iterable[str]) -> list[str]:
 
 
 def selected_engines(engines: str | Iterable[str], solvers: Iterable[str] = ()) -> list[str]:
-    """Return the names of engines and solvers; ``all`` stands for every one, in their order.
+    """Return the names of engines and solvers; ``all`` is every one, in their order.
 
     Raise RequestError for an unknown name, and for none.
     """

@@ -1,4 +1,4 @@
-"""The figure of a sweep: its first quantity over the first parameter, beside measured points."""
+"""The figure of a sweep: its first quantity over the first parameter, and measured points."""
 
 from __future__ import annotations
 

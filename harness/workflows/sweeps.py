@@ -247,11 +247,11 @@ def plan(
     """
     file = Path(case) if case.endswith(".toml") else None
     base = SweepRequest(case=case) if file is None else request_in(file)
-    given = {name: as_text(values) for name, values in (over or {}).items()}
+    swept = {name: as_text(values) for name, values in (over or {}).items()}
     same = {name: as_text(value) for name, value in (fixed or {}).items()}
-    grids = base.over or (({},) if given else ())
+    grids = base.over or (({},) if swept else ())
     request = base.replace(
-        over=tuple({**grid, **given} for grid in grids),
+        over=tuple({**grid, **swept} for grid in grids),
         set={**base.set, **same},
         engines=as_text(engines) or base.engines,
         quantity=as_text(quantities) or base.quantity,
@@ -293,7 +293,7 @@ def run_sweep(
 ) -> Sweep:
     """Make the runs of a sweep and return it; write table and figure where ``output`` is given.
 
-    ``points`` of the user join the figure. ``notes`` of the sweep tell what was not written. Raise
+    ``points`` of the user join the figure. Its ``notes`` name what was not written. Raise
     EngineError where an engine that is named cannot be opened, RequestError for a folder that
     another sweep has.
     """

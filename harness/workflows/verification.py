@@ -40,13 +40,7 @@ from harness.engines.base import Engine
 from harness.engines.cost import job_seconds
 from harness.engines.jobs import parallel_each
 from harness.engines.registry import DEFAULT, engine_names
-from harness.errors import (
-    EngineError,
-    EngineMissingError,
-    HarnessError,
-    RequestError,
-    Unsupported,
-)
+from harness.errors import EngineError, EngineMissingError, HarnessError, RequestError, Unsupported
 from harness.report.content import Section
 from harness.results.defects import KnownDefect
 from harness.results.rows import (
@@ -70,6 +64,7 @@ from harness.workflows.settings import selected_engines, words_in
 
 Key = tuple[str, str]  # engine and case
 SIDE_BY_SIDE = 4  # cases at a time: solvers compute while others wait for an engine
+PLATFORM = f"{platform.system()} {platform.machine()}, Python {platform.python_version()}"
 NO_CHECKS = "the case has no checks of this engine"
 RETURNED = {
     "checks": (Check, "a list of harness.cases.base.Check"),
@@ -132,8 +127,7 @@ def verify(  # noqa: PLR0913 - the options of a user
             strict=strict,
             started=started,
             seconds=time.monotonic() - clock,
-            platform=f"{platform.system()} {platform.machine()}, Python "
-            f"{platform.python_version()}",
+            platform=PLATFORM,
             harness_version=__version__,
         )
         run = Run(table(session.all_rows()), meta, scripts=session.scripts(), logs=session.logs())
@@ -170,7 +164,7 @@ class Session:
         return [bench.engine for name, bench in self.benches.items() if name != OWN]
 
     def open(self, names: Sequence[str], open_engine: OpenEngine, stack: ExitStack) -> None:
-        """Open engines until ``stack`` is left; of one that is missing no case is tested."""
+        """Open engines in a stack; of one that is missing no case is tested."""
         self.versions[OWN], self.benches[OWN] = __version__, Bench(None, others=self.benches)
         for name in names:
             try:
