@@ -3,6 +3,7 @@
 import pytest
 
 BAD = {
+    "": [("verfy", "verfy", "verify")],
     "theory": [
         ("--shock 2", "shock = 2.0", "from 0 to 1"),
         ("--shock a", "--shock", '"a"'),
@@ -58,21 +59,75 @@ BAD = {
         ("--cache /dev/null", "--cache /dev/null", "is a file"),
     ],
 }
+OF_DOUBLES = {
+    "run": [
+        ("", "CASE", "see dem-harness run --help"),
+        ("bounce --set stiffness=-1", "--set stiffness = '-1' N/m", "greater than 0"),
+        ("bounce --set stiffness", "--set 'stiffness'", "NAME=VALUE"),
+        ("bounce --set steps=20 --set steps=30", "--set", "steps is given twice"),
+        ("bounce --engine nix", "--engine 'nix'", "must be one of lammps", "exact"),
+        ("bounce --engine refusing", "'refusing'", "cannot run", "no springs"),
+        ("bounce --quantity mass", "--quantity 'mass'", "restitution, time_s"),
+        ("bounce --frames 5", "--frames 5", "goes with --film only"),
+        ("bounce --film f.avi", "--film f.avi", ".gif, .mp4, .png"),
+        ("bounce --profile p.txt", "--profile p.txt", ".csv"),
+        ("bounce --engine exact --film f.png", "--film", "a solver"),
+        ("bounce --cache /proc/x", "--cache /proc/x", "cannot be used"),
+        ("bounce --dask nowhere", "--dask"),
+    ],
+    "sweep": [
+        ("bounce", "--over", "must be given"),
+        ("bounce --over steps=a", "--over steps=a", "'a'"),
+        ("bounce --over steps=1:2", "--over steps=1:2", "ranges as"),
+        ("bounce --over colour=1", "--over colour=1", "no such parameter"),
+        ("bounce --over steps=20 --set steps=30", "--over steps", "set by --set"),
+        ("bounce --over steps=20 --set restitution=2", "--set restitution = '2'", "less than"),
+        ("bounce --over steps=20 --engines nix", "--engines 'nix'", "exact"),
+        ("bounce --over steps=20 --reference no.csv", "--reference no.csv", "No such file"),
+        ("bounce --over steps=20 --output bad.toml", "--output bad.toml", "file"),
+        ("bounce --over steps=1:1000:1000 --over restitution=0:1:500", "--over", "500000 points"),
+        ("no.toml", "no.toml", "No such file"),
+        ("bad.toml", "bad.toml", "--over colour=1", "no such parameter"),
+    ],
+    "verify": [
+        ("--quick --full", "--quick and --full", "one of them"),
+        ("--cases nix", "--cases 'nix'", "all, a group (balls, others)"),
+        ("--cases ,", "--cases ','", "names no case"),
+        ("--engines nix", "--engines 'nix'", "all, or one or more of lammps"),
+        ("--engines ,", "--engines ','", "names no engine"),
+        ("--only bounc/*", "--only 'bounc/*'", "near it: ", "'bounce'"),
+        ("--known-defects no.toml", "--known-defects no.toml", "no such file"),
+        ("--engines off --known-defects bad.toml", "bad.toml", "[defect.NAME]"),
+        ("--program good", "--program 'good'", "NAME=VALUE"),
+        ("--program good=x", "--program good=x", "goes with --engines good only"),
+        ("--engines good --lmp x", "--lmp 'x'", "goes with --engines lammps only"),
+        ("--engine-option lammps.colour=red", "lammps.colour=red", "takes the options"),
+        ("--engine-option colour", "--engine-option 'colour'", "NAME=VALUE"),
+        ("--mpirun '", '--mpirun "\'"', "quotation"),
+        ("--colour red", "--colour", "see dem-harness verify --help"),
+        ("--output .", "--output .", "holds something already"),
+    ],
+}
+ROWS = [
+    (fixture, name, words, parts)
+    for fixture, commands in (("command", BAD), ("harness", OF_DOUBLES))
+    for name, many in commands.items()
+    for words, *parts in many
+]
 
 
-@pytest.mark.parametrize(
-    ("name", "words", "parts"),
-    [(name, words, parts) for name, many in BAD.items() for words, *parts in many],
-)
+@pytest.mark.parametrize(("fixture", "name", "words", "parts"), ROWS)
 def test_bad_input_is_status_2_and_names_option_value_and_allowed(
-    command, tmp_path, name, words, parts
+    request, tmp_path, fixture, name, words, parts
 ):
-    text = command(name, *words.split(), status=2).err
+    (tmp_path / "bad.toml").write_text('case = "bounce"\n[over]\ncolour = 1\n')
+    run = request.getfixturevalue(fixture)
+    text = run(*filter(None, (name, *words.split())), status=2).err
     assert len(text.splitlines()) <= 2
     assert text.count(parts[0]) == 1
     for part in parts:
         assert part in text
-    assert not list(tmp_path.iterdir())
+    assert [path.name for path in tmp_path.iterdir()] == ["bad.toml"]
 
 
 @pytest.mark.parametrize("data", [b"\xff\xfe\x00", b"a: [", b"units: si\n"])
@@ -84,6 +139,6 @@ def test_a_test_of_lammps_that_is_none_is_named(command, tmp_path, data):
 
 
 def test_an_error_is_an_object_too_where_json_is_requested(answer):
-    found = answer("theory", "--shock", "2", status=2)
-    assert found["status"] == 2
-    assert "shock = 2.0" in found["error"]
+    record = answer("theory", "--shock", "2", status=2)
+    assert record["status"] == 2
+    assert "shock = 2.0" in record["error"]

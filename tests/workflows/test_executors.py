@@ -22,8 +22,8 @@ from harness.errors import EngineCrashError, EngineError, RequestError
 from harness.files import cache_place
 from harness.store.entries import contents
 from harness.workflows import executors, run, sweep, verify
-from harness.workflows.executors import completed, dask_executor
-from tests.workflows.doubles import PROJECT, Bounce, scene_job, scene_of, start
+from harness.workflows.executors import dask_executor
+from tests.workflows.doubles import PROJECT, start
 
 GOOD, SLOW = (f"tests.workflows.doubles:{name}" for name in ("Good", "Slow"))
 pytestmark = pytest.mark.usefixtures("registered")
@@ -74,20 +74,6 @@ def test_a_solver_that_is_lost_is_a_row():
     assert [row["status"] for row in result.rows] == ["failed", "done"]
 
 
-def test_an_executor_that_was_shut_down_leaves_failed_rows():
-    pool = ProcessPoolExecutor(1)
-    pool.shutdown()
-    rows = sweep("bounce", {"steps": "20,30"}, engines=GOOD, executor=pool).rows
-    assert {row["status"] for row in rows} == {"failed"}
-    assert "no worker took it" in rows[0]["reason"]
-
-
-def test_many_jobs_go_in_pieces():
-    counted = InPlace()
-    sweep("bounce", {"steps": "100:499:400"}, engines=GOOD, executor=counted)
-    assert {len(piece) for piece in counted.pieces} == {3, 1}
-
-
 def test_a_job_that_dies_elsewhere_is_the_error_it_is_here():
     with pytest.raises(EngineCrashError, match="SIGSEGV") as error:
         run("bounce", None, "tests.workflows.doubles:Dying", executor=InPlace())
@@ -111,30 +97,6 @@ def test_a_worker_with_other_programs_runs_nothing(monkeypatch):
     (row,) = sweep("bounce", {"steps": "77"}, engines=GOOD, executor=InPlace()).rows
     assert row["status"] == "failed"
     assert "not the same here and where the command runs: numpy" in row["reason"]
-
-
-def test_calls_that_have_not_begun_are_cancelled():
-    with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as pool:
-        calls = completed(pool, time.sleep, [(0.01,)] * 200)
-        next(calls)
-        started = time.monotonic()
-        calls.close()
-    assert time.monotonic() - started < 1.0  # 2 s if all ran
-
-
-@pytest.mark.benchmark
-def test_the_overhead_of_a_run_is_below_10_ms():
-    jobs = [scene_job(scene_of(Bounce(steps=steps))) for steps in range(10, 510)]
-    local = open_engine(GOOD)
-    with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as pool:
-        engine = executors.ExecutorEngine(local, pool, GOOD, {})
-        engine.run(jobs[:10])
-        times = []
-        for each in (local, engine):
-            started = time.perf_counter()
-            each.run(jobs)
-            times.append((time.perf_counter() - started) / len(jobs))
-    assert times[1] - times[0] < 0.010, times
 
 
 # ---- Dask

@@ -22,19 +22,6 @@ def test_a_case_is_listed_with_units_engines_and_solvers():
     assert record["by_default"]
 
 
-def test_one_case_in_full_has_what_is_allowed_presets_and_refusals():
-    (record,) = cases("bounce")
-    assert record["parameters"]["steps"]["allowed"].startswith("greater than or equal to 10")
-    assert record["preset_details"]["stiff"] == {
-        "source": "nobody 2020",
-        "values": {"stiffness": 1e7},
-    }
-    assert record["refused_by"] == {
-        "missing": "missing: no program", "refusing": "it has no springs",
-    }  # fmt: skip
-    assert record["meanings"]["restitution"] == "speed after over speed before"
-
-
 def test_an_engine_that_is_missing_says_how_to_get_it():
     statuses = {status["engine"]: status for status in engines()}
     assert statuses["good"]["engine_version"] == "1"

@@ -82,12 +82,6 @@ def test_profile_script_and_film_come_on_request():
         ran("exact", script=True)
 
 
-def test_the_expected_time_of_a_run_is_asked_for():
-    seconds = []
-    ran(settings={"steps": 1000}, check_duration=seconds.append)
-    assert seconds == [pytest.approx(1000 * 0.05e-6)]
-
-
 @pytest.mark.parametrize(
     ("settings", "words"),
     [
@@ -108,11 +102,6 @@ def test_a_wrong_setting_names_value_unit_and_what_is_allowed(settings, words):
         ran(settings=settings)
 
 
-def test_a_preset_is_changed_by_settings():
-    parameters = parameters_of(doubles.CASE, {"preset": "stiff", "steps": "20"})
-    assert (parameters.stiffness, parameters.steps) == (1e7, 20)
-
-
 def test_a_nested_parameter_is_changed_by_its_part():
     assert parameters_of(doubles.CASE, {"law.normal_stiffness": "3e3"}).law.normal_stiffness == 3e3
     assert parameters_of(doubles.CASE, {"law.friction": "none"}).law.friction is None
@@ -130,7 +119,3 @@ def test_options_of_a_search_go_with_a_search(monkeypatch):
 def test_values_that_are_not_allowed_together():
     with pytest.raises(CombinationError):
         parameters_of(doubles.CASE, {"law.tangential": "linear_nohistory"})
-
-
-def test_the_summary_has_parameters_as_they_are_set():
-    assert "law.friction = none" in ran().summary()["parameters"]

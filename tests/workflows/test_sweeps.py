@@ -48,13 +48,6 @@ def test_requested_and_measured_never_share_a_column():
     assert frame["measured_restitution"].to_numpy() == pytest.approx([0.2, 0.8], abs=5e-3)
 
 
-def test_each_combination_in_each_engine_is_a_row():
-    frame = swept({"restitution": "0.2,0.8", "steps": [100, 200]}, "good,exact").to_frame()
-    assert len(frame) == 8
-    assert set(frame["status"]) == {"done"}
-    assert frame["engine"].tolist() == 4 * ["good"] + 4 * ["exact"]
-
-
 def test_a_failed_run_is_a_row_and_so_is_one_that_is_refused():
     frame = swept({"steps": "100,200"}, "good,dying,refusing").to_frame().set_index("engine")
     assert set(frame.loc["dying", "status"]) == {"failed"}
@@ -74,15 +67,6 @@ def test_a_search_is_a_row_with_its_uncertainty():
     assert row["softest"] == 1e4
     assert "uncertainty_softest" in row
     assert "stiffness" not in row
-
-
-def test_a_search_measures_all_that_it_finds(monkeypatch):
-    more = (*doubles.BounceCase.quantities,
-            doubles.Quantity("uncertainty_N/m", "N/m", "of it", varies=("stiffness",)))  # fmt: skip
-    monkeypatch.setattr(doubles.BounceCase, "quantities", more)
-    chosen = plan("bounce", {"steps": "20"}, {}, "good", "softest")
-    assert list(chosen.columns) == ["softest", "uncertainty_N/m"]
-    assert chosen.uncertainty_column("softest") == "uncertainty_N/m"
 
 
 def test_text_that_a_spreadsheet_would_compute_is_text(tmp_path):
@@ -122,24 +106,6 @@ def test_the_table_of_a_sweep_that_runs_has_pending_rows():
     run_sweep(chosen, open_engine,
               progress=lambda *_: seen.append([row["status"] for row in chosen.rows]))  # fmt: skip
     assert seen == [["pending", "pending"], ["done", "pending"], ["done", "done"]]
-
-
-@pytest.mark.parametrize(
-    ("over", "more", "words"),
-    [
-        ({}, {}, "--over: must be given"),
-        ({"steps": "a"}, {}, "--over steps=a: steps = 'a'"),
-        ({"colour": "1"}, {}, "--over colour=1: colour: no such parameter"),
-        ({"steps": "20"}, {"fixed": {"steps": "30"}}, "--over steps: is set by --set"),
-        ({"steps": "20"}, {"fixed": {"restitution": "2"}}, "--set restitution = '2'"),
-        ({"steps": "20"}, {"engines": "gut"}, "--engines 'gut'.*exact"),
-        ({"steps": "20"}, {"quantities": "mass"}, "--quantity 'mass'.*restitution"),
-        ({"steps": "1:100000:100000", "restitution": "0.1,0.2"}, {}, "200000 points"),
-    ],
-)
-def test_a_wrong_sweep_is_refused(over, more, words):
-    with pytest.raises(RequestError, match=words):
-        plan("bounce", over, **more)
 
 
 def test_a_file_has_tables_of_grids(tmp_path):

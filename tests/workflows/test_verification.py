@@ -99,12 +99,6 @@ def test_engines_are_held_against_one_another():
     assert list(compared.values()) == ["pass"]
 
 
-def test_a_job_is_run_once_for_checks_and_comparisons(monkeypatch):
-    monkeypatch.setattr(doubles.Good, "ran", 0)
-    verified("good", "default")
-    assert doubles.Good.ran == 2
-
-
 class Other(doubles.BounceCase):
     name, qualifies = "other", False
 
@@ -142,23 +136,6 @@ def test_a_pattern_chooses_rows(only, setups):
 
 
 @pytest.mark.parametrize(
-    ("request_", "words"),
-    [
-        ({"only": "bounce/401*"}, "--only 'bounce/401.*near it: .*bounce/400"),
-        ({"level": "long"}, "level = 'long'.*quick, default, full"),
-        ({"cases": "bunce"}, "--cases 'bunce'.*balls, others.*bounce, wrong"),
-        ({"engines": "gut"}, "--engines 'gut'.*all, or one or more of lammps, good"),
-        ({"engines": ","}, "--engines ',': names no engine"),
-        ({"cases": ","}, "--cases ',': names no case"),
-    ],
-)
-def test_a_wrong_request_names_option_value_and_what_is_allowed(request_, words):
-    level = request_.pop("level", "default")
-    with pytest.raises(RequestError, match=words):
-        verified(level=level, **request_)
-
-
-@pytest.mark.parametrize(
     ("mode", "found"),
     [
         ("none", "raised TypeError"),
@@ -176,15 +153,17 @@ def test_a_case_that_raises_or_returns_a_wrong_type_is_one_row(monkeypatch, mode
 
 
 def test_two_checks_of_one_key_are_a_harness_error(monkeypatch):
-    def twice(_):
-        check = Check(setup="s", quantity="q", unit="1", measure=lambda _: 1.0, expected=1.0,
-                      tolerance=Tolerance(1.0))  # fmt: skip
-        return [check, check]
-
-    monkeypatch.setattr(doubles.BounceCase, "own_checks", twice)
+    check = Check(setup="s", quantity="q", unit="1", measure=lambda _: 1.0, expected=1.0,
+                  tolerance=Tolerance(1.0))  # fmt: skip
+    monkeypatch.setattr(doubles.BounceCase, "own_checks", lambda _: [check, check])
     rows = verified().rows
     (row,) = rows[rows["engine"] == "harness"].to_dict("records")
     assert (row["failure"], row["note"].partition(":")[0]) == ("harness error", "ValueError")
+
+
+def test_an_unknown_level_is_refused():
+    with pytest.raises(RequestError, match=r"level = 'long'.*quick, default, full"):
+        verified(level="long")
 
 
 def test_a_strict_run_fails_where_a_row_was_not_tested():

@@ -1,0 +1,199 @@
+"""Commands: keys of their JSON, files, exit status, signals, help without heavy imports."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import pandas as pd
+import pytest
+
+from harness.cli.app import COMMANDS
+from tests.workflows import doubles
+from tests.workflows.doubles import start
+
+SWEEP = ("sweep", "bounce", "--over", "restitution=0.2,0.8", "--engines", "good,exact")
+
+
+# ---- the app
+
+
+def test_help_lists_every_command_and_imports_nothing_heavy():
+    code = (
+        "import sys; sys.argv = ['dem-harness', '--help']\n"
+        "from harness.cli import main\n"
+        "try: main()\nexcept SystemExit: pass\n"
+        "print([m for m in ('numpy', 'pandas', 'pydantic', 'matplotlib', 'numba', 'scipy') "
+        "if m in sys.modules], file=sys.stderr)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stderr.strip() == "[]"
+    for name in COMMANDS:
+        assert f" {name} " in done.stdout
+
+
+@pytest.mark.parametrize(("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_a_signal_ends_a_command_with_its_status_and_leaves_nothing(tmp_path, number, status):
+    words = ("run", "bounce", "--engine", "tests.workflows.doubles:Sleeping")
+    process = start(tmp_path, *words, stderr=subprocess.PIPE)
+    deadline = time.monotonic() + 60
+    while not (tmp_path / "asleep").exists() and time.monotonic() < deadline:
+        time.sleep(0.05)
+    (tmp_path / "asleep").unlink()
+    process.send_signal(number)
+    said = process.communicate(timeout=60)[1]
+    assert process.returncode == status, said
+    assert "nothing half-written is left" in said
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_closed_pipe_is_no_error(tmp_path):
+    reader, writer = os.pipe()
+    os.close(reader)
+    process = start(tmp_path, "cases", stdout=writer, stderr=subprocess.PIPE)
+    said = process.communicate(timeout=60)[1]
+    os.close(writer)
+    assert (process.returncode, said) == (0, "")
+
+
+def test_an_internal_error_is_status_4(harness, monkeypatch):
+    monkeypatch.setattr(doubles.BounceCase, "measure", lambda *_: 1 / 0)
+    text = harness("run", "bounce", "--engine", "good", status=4).err
+    assert "internal error: ZeroDivisionError" in text
+    assert "DEM_HARNESS_TRACEBACK=1" in text
+
+
+# ---- run
+
+
+def test_the_keys_of_a_run(answer):
+    record = answer("run", "bounce", "--engine", "good", "--set", "steps=100")
+    assert record["parameters"]["steps"] == 100
+    assert record["engine_version"] == "1"
+    result = record["quantities"]["restitution"]
+    assert (result["reference_kind"], result["difference"]) == ("equal steps", 0.0)
+    assert set(result) == {
+        "value", "unit", "reference", "reference_kind", "difference", "limit", "step_error",
+    }  # fmt: skip
+    assert record["qualified"]
+
+
+def test_the_usual_engine_is_lammps_or_a_solver_where_it_cannot(answer, monkeypatch):
+    assert answer("run", "bounce")["engine"] == "lammps"
+    monkeypatch.setattr("harness.workflows.runs.takes_job", lambda *_: False)
+    assert answer("run", "bounce")["engine"] == "exact"
+
+
+def test_files_of_a_run(harness, tmp_path):
+    words = ("--profile", "p.csv", "--script", "in.run", "--film", "f.png", "--frames", "5")
+    harness("run", "bounce", "--engine", "good", *words)
+    assert (tmp_path / "p.csv").read_text().splitlines()[0] == "time_s"
+    assert (tmp_path / "in.run").read_text() == "run 200\n"
+    assert (tmp_path / "f.png").read_bytes()[:4] == b"\x89PNG"
+
+
+@pytest.mark.parametrize(
+    ("engine", "words"),
+    [("off", "its result is not to be used"), ("dying", "SIGSEGV"), ("missing", "no program")],
+)
+def test_an_engine_that_does_not_qualify_dies_or_is_missing_is_status_3(harness, engine, words):
+    assert words in harness("run", "bounce", "--engine", engine, status=3).err
+
+
+def test_a_run_that_takes_more_than_ten_minutes_is_refused(harness, monkeypatch):
+    slow = doubles.replace(doubles.Good.traits, microseconds_per_step=1e7)
+    monkeypatch.setattr(doubles.Good, "traits", slow)
+    text = harness("run", "bounce", "--engine", "good", status=2).err
+    assert "33.3 minutes on one core, 10 minutes are the limit" in text
+    harness("run", "bounce", "--engine", "good", "--force")
+
+
+# ---- sweep
+
+
+def test_a_sweep_leaves_table_and_figure_and_goes_on(answer, tmp_path, monkeypatch):
+    (tmp_path / "points.csv").write_text("restitution,measured_restitution\n0.5,0.52\n")
+    words = (*SWEEP, "--quantity", "restitution", "--reference", "points.csv", "--output", "mine")
+    record = answer(*words)
+    assert (record["done"], record["failed"], record["engine_runs"]) == (4, 0, 3)  # one qualifies
+    frame = pd.read_csv(tmp_path / "mine" / "rows.csv")
+    assert frame["restitution"].tolist() == [0.2, 0.8, 0.2, 0.8]
+    assert frame["measured_restitution"].to_numpy() == pytest.approx([0.2, 0.8] * 2, abs=5e-3)
+    assert "points.csv" in (tmp_path / "mine" / "figure.svg").read_text()
+    monkeypatch.setattr(doubles.Good, "ran", 0)
+    answer(*words)
+    assert doubles.Good.ran == 0
+
+
+def test_a_failed_run_of_a_sweep_is_status_3_and_a_reason_on_stderr(harness):
+    said = harness("sweep", "bounce", "--over", "steps=20,30", "--engines", "good,dying", status=3)
+    assert "2 of 4 runs: signal SIGSEGV" in said.err
+    assert said.out.count("done") == 2
+
+
+def test_a_file_and_options_on_top(answer, tmp_path):
+    text = 'case = "bounce"\nengines = "good"\n[over]\nsteps = [20]\n'
+    (tmp_path / "sweep.toml").write_text(text)
+    record = answer("sweep", "sweep.toml", "--over", "restitution=0.2,0.4")
+    assert [row["restitution"] for row in record["rows"]] == [0.2, 0.4]
+
+
+# ---- verify, and what is done with its folders
+
+
+def test_a_verification_is_printed_and_leaves_a_folder(answer, harness, tmp_path):
+    record = answer("verify", "--quick", "--engines", "good", "--output", "mine", "--png")
+    assert (record["status"], record["headline"]) == (0, "All verdicts hold")
+    assert {"case", "setup", "quantity", "engine", "check", "verdict"} <= set(record["rows"][0])
+    assert {path.name for path in (tmp_path / "mine").iterdir()} == {
+        "report.html", "report.md", "rows.csv", "run.json", "junit.xml", "scripts",
+    }  # fmt: skip
+    text = harness("verify", "--engines", "off", status=1).out
+    for part in ("fail: bounce (200 steps), off: restitution", "tolerance 1e-12",
+                 "out of tolerance", "Failed: 2 cross-code"):  # fmt: skip
+        assert part in text
+
+
+def test_the_same_verification_is_kept_whole(answer, monkeypatch, tmp_path):
+    first = answer("verify", "--engines", "good", "--output", "one")
+    monkeypatch.setattr(doubles.Good, "ran", 0)
+    again = answer("verify", "--engines", "good", "--output", "two")
+    assert (first["cached"], again["cached"]) == (False, True)
+    assert again["rows"] == first["rows"]
+    texts = [(tmp_path / name / "rows.csv").read_bytes() for name in ("one", "two")]
+    assert texts[0] == texts[1]
+    assert doubles.Good.ran == 0
+    for other in (["--fresh"], ["--strict"], ["--only", "bounce/200*"], ["--cases", "bounce"]):
+        assert not answer("verify", "--engines", "good", *other)["cached"]
+    for _ in range(2):  # one in which an engine died is not kept
+        assert not answer("verify", "--engines", "dying", status=3)["cached"]
+
+
+def test_diff_and_accept_of_runs(answer, tmp_path):
+    answer("verify", "--quick", "--engines", "good", "--output", "one")
+    assert answer("diff", "one", "one")["status"] == 0
+    accepted = answer("accept", "one", "--folder", "accepted")
+    assert len(accepted["files"]) == 2  # of the engine, and of this package's solvers
+    assert (tmp_path / "accepted" / "good" / "1" / "rows.csv").is_file()
+
+
+# ---- lists
+
+
+def test_cases_and_engines_are_objects_of_lists(answer, harness):
+    assert [case["name"] for case in answer("cases")["cases"]] == ["bounce", "wrong"]
+    (case,) = answer("cases", "bounce")["cases"]
+    assert {"parameters", "presets", "quantities", "engines", "refused_by", "meanings"} <= set(case)
+    engines = {e["engine"]: e for e in answer("engines")["engines"]}
+    assert engines["good"]["available"]
+    assert "make good" in engines["missing"]["reason"]
+    assert "nobody 2020" in harness("cases", "bounce").out
+
+
+def test_the_cache_is_shown_and_cleared(answer):
+    answer("run", "bounce", "--engine", "good")
+    assert answer("cache")["sorts"]["run"]["entries"] == 1
+    assert not answer("cache", "--clear", "--older-than", "1")["sorts"]
+    answer("cache", "--clear")
+    assert "run" not in answer("cache")["sorts"]
