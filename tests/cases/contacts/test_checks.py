@@ -193,5 +193,5 @@ def test_in_units_lj_no_bit_of_a_ratio_is_another(lammps):
     case, si = case_named("lj-units"), case_named("oblique")
     for trial in case.trials():
         there, here = lammps.run([case.job(trial.parameters), si.job(trial.parameters)])
-        found = case.measure(trial.parameters, there)
-        assert found == si.measure(trial.parameters, here), trial.law
+        values = case.measure(trial.parameters, there)
+        assert values == si.measure(trial.parameters, here), trial.law

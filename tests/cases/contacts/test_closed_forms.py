@@ -24,9 +24,9 @@ EXACT = [
 
 @pytest.mark.parametrize(("case", "trial"), EXACT)
 def test_the_limit_of_the_reference_is_the_closed_form(case, trial):
-    found = limits(case, trial.parameters)
+    values = limits(case, trial.parameters)
     for name, value in case.exact(trial.parameters).items():
-        assert found[name] == pytest.approx(value, rel=2e-4, abs=2e-4), name
+        assert values[name] == pytest.approx(value, rel=2e-4, abs=2e-4), name
 
 
 # ---- overdamped and clipped
@@ -47,9 +47,9 @@ def test_a_clipped_contact_ends_whatever_its_damping(ratio, restitution):
         assert case.exact(p)["restitution"] == pytest.approx(expected, rel=1e-12)
     if restitution is not None:
         assert case.exact(p)["restitution"] == pytest.approx(restitution, rel=1e-5)
-    found = limits(case, p, steps=int(800 * max(1.0, ratio) ** 2))
+    values = limits(case, p, steps=int(800 * max(1.0, ratio) ** 2))
     for name, value in case.exact(p).items():
-        assert found[name] == pytest.approx(value, rel=1e-5), name
+        assert values[name] == pytest.approx(value, rel=1e-5), name
 
 
 def test_an_overdamped_contact_of_a_constant_dashpot_is_that_of_its_ratio():
@@ -126,13 +126,13 @@ def test_rolling_holds_its_torque_while_twisting_slides():
     p = trial_of(case.name, "rolling sds, twisting sds, linear_history", "wall")
     # a twist far enough to slide, wherever the one back has left the spring
     p = p.replace(twisting_friction=2e-5)
-    found = limits(case, p)
-    assert found["twisting_ratio"] == pytest.approx(-p.twisting_friction / p.radius)
+    values = limits(case, p)
+    assert values["twisting_ratio"] == pytest.approx(-p.twisting_friction / p.radius)
     # the dashpot of rolling rests, and so does that of the tangential spring, under its own limit
     load = p.normal_stiffness * (1.0 - p.lift) * p.overlap
     spun = p.radius * p.turn / p.duration
     dashpots = p.rolling_damping + p.tangential_damping * p.damping_coefficient
-    rested = found["held_ratio"] - found["rolling_ratio"]
+    rested = values["held_ratio"] - values["rolling_ratio"]
     assert rested == pytest.approx(dashpots * spun / load, rel=1e-6)
 
 
@@ -177,17 +177,17 @@ def test_sliding_throughout_leaves_what_the_formula_says(name):
     fast = {"angle": 80.0} if name == "oblique" else {"spin": 2000.0}
     # a dashpot would raise mu F_n from touch on, and the spring follows it
     p = case.default.replace(friction=0.1, damping="none", **fast)
-    found = limits(case, p)
-    e = found["normal_restitution"]
+    values = limits(case, p)
+    e = values["normal_restitution"]
     if name == "oblique":
         along, _, fall = p.velocity
         lost = closed_forms.sliding_impulse(0.1, e, -fall)
-        assert found["tangential_ratio"] == pytest.approx(1.0 - lost / along, rel=1e-5)
-        assert found["rim_speed_ratio"] == pytest.approx(2.5 * lost / along, rel=1e-5)
+        assert values["tangential_ratio"] == pytest.approx(1.0 - lost / along, rel=1e-5)
+        assert values["rim_speed_ratio"] == pytest.approx(2.5 * lost / along, rel=1e-5)
         return
     lost, rim = closed_forms.sliding_impulse(0.1, e, p.speed), p.radius * p.spin
-    assert abs(found["gained_speed_ratio"]) == pytest.approx(lost / rim, rel=1e-5)
-    assert found["spin_ratio"] == pytest.approx(1.0 - 2.5 * lost / rim, rel=1e-5)
+    assert abs(values["gained_speed_ratio"]) == pytest.approx(lost / rim, rel=1e-5)
+    assert values["spin_ratio"] == pytest.approx(1.0 - 2.5 * lost / rim, rel=1e-5)
 
 
 # ---- bodies
@@ -208,9 +208,9 @@ def test_an_impact_on_a_denser_sphere_of_another_material_is_that_of_hertz():
     case, p = case_named("head-on"), trial_of("head-on", "hertz", "two materials, mixed")
     m1, m2 = (body.mass for body in case.scene(p).bodies)
     assert m2 == pytest.approx(2.0 * m1, rel=1e-12)
-    exact, found = case.exact(p), limits(case, p)
+    exact, values = case.exact(p), limits(case, p)
     assert set(exact) == {quantity.name for quantity in case.quantities}
-    assert {name: found[name] for name in exact} == pytest.approx(exact, rel=1e-4)
+    assert {name: values[name] for name in exact} == pytest.approx(exact, rel=1e-4)
 
 
 @pytest.mark.parametrize("changed", ["partner_density", "partner_radius", "partner_share"])

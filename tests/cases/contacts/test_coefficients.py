@@ -74,13 +74,13 @@ def turned(case, trial, changed):
     expected = p.observe(plain)
     try:
         motion = reference.run(changed())
-        found = p.observe(motion)
+        values = p.observe(motion)
     except (EngineError, RequestError, ValueError):
         return True
     if motion_difference(scene, motion, plain) > ROUND_OFF:
         return True
     return any(
-        not abs(found[name] - expected[name]) <= ROUND_OFF * case.quantity(name).size(p)
+        not abs(values[name] - expected[name]) <= ROUND_OFF * case.quantity(name).size(p)
         for name in case.names(p)
     )
 
