@@ -29,7 +29,7 @@ LONGEST_SIDE = 7.2  # inch
 MARGIN = 0.03  # of the longer side
 
 
-def check_film(path: Path, frames: int = FRAMES, option: str = "--film") -> None:
+def check_film(path: Path, frames: int = FRAMES) -> None:
     """Raise RequestError, before any run, for a film that cannot be written to a path."""
     suffix = path.suffix.lower()
     reason = ""
@@ -45,7 +45,7 @@ def check_film(path: Path, frames: int = FRAMES, option: str = "--film") -> None
         reason = ("MP4 needs ffmpeg, which is not on the path; install it, or name a .gif, which "
                   "needs no other program")  # fmt: skip
     if reason:
-        raise RequestError(f"{option} {path}: {reason}")
+        raise RequestError(f"--film {path}: {reason}")
 
 
 def write_film(

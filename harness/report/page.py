@@ -138,12 +138,11 @@ def _values(run: Run, parts: Sequence[Part], defects: Defects) -> dict[str, Any]
     present = [verdict for verdict in ORDER if verdict in numbers]
     attention = sum(numbers[verdict] for verdict in WITH_CAUSE)
     openings = [part.section.opening for part in parts if part.section.opening]
-    first_line = [f"{name} {version}".strip() for name, version in run.meta.engines.items()]
+    versions = ", ".join(f"{name} {version}".strip() for name, version in run.meta.engines.items())
+    started = run.meta.started[:16].replace("T", " ")
+    times = f"{started} UTC · {run.meta.level} · {run.meta.seconds:.0f} s"
     values: dict[str, Any] = {
-        "who": " · ".join(
-            (", ".join(first_line) or "no engine", f"{_minute(run.meta.started)} UTC",
-             run.meta.level, f"{run.meta.seconds:.0f} s")
-        ),
+        "who": f"{versions or 'no engine'} · {times}",
         "outcome": _outcome(run, numbers),
         "counts": [f"{numbers[verdict]} {verdict}" for verdict in present],
         "answers": [answer for opening in openings for answer in opening.answers],
@@ -168,10 +167,6 @@ def _values(run: Run, parts: Sequence[Part], defects: Defects) -> dict[str, Any]
         "facts": _facts(run),
     }  # fmt: skip
     return values | {"headings": list(_headings(values))}
-
-
-def _minute(started: str) -> str:
-    return started[:16].replace("T", " ")
 
 
 def _outcome(run: Run, numbers: Mapping[str, int]) -> str:

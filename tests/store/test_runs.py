@@ -5,7 +5,7 @@ from dataclasses import replace
 from xml.etree import ElementTree as Xml
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from harness.errors import RequestError
@@ -36,6 +36,7 @@ ROWS = st.lists(
 )  # fmt: skip
 
 
+@settings(max_examples=30)
 @given(ROWS)
 def test_rows_are_read_as_they_were_written(several):
     text = rows_text(table(several))
