@@ -99,94 +99,62 @@ class Rules(Parameters):
 class Faults(Parameters):
     """Switches of known defects; without any a code follows its law and conventions."""
 
+    # fmt: off
     tsuji_effective_mass: bool = Field(
-        False, description="[-] tsuji has sqrt(m* F/d), not sqrt(2 m* F/d) (LAMMPS 2022-2025)"
-    )
+        False, description="[-] tsuji has sqrt(m* F/d), not sqrt(2 m* F/d) (LAMMPS 2022-2025)")
     marshall_without_radius: bool = Field(
-        False,
-        description="[-] Marshall's spring beside Mindlin's is 8 G* a^2/2, not 8 G* a^3/2 "
-        "(LAMMPS 2023-2025)",
-    )
+        False, description="[-] Marshall's spring beside Mindlin's is 8 G* a^2/2, not 8 G* a^3/2 "
+        "(LAMMPS 2023-2025)")
     twisting_limit_by_rate: bool = Field(
-        False,
-        description="[-] a twisting torque at its limit has the sign of the rate "
-        "(LAMMPS 2022-2025)",
-    )
+        False, description="[-] a twisting torque at its limit has the sign of the rate (LAMMPS "
+        "2022-2025)")
     tangential_radius: Walls = Field(
-        "none",
-        description="[-] where linear springs are k_t a q, a in m (LAMMPS 2023-2025: walls "
-        "of the old styles, linear_history_classic)",
-    )
+        "none", description="[-] where linear springs are k_t a q, a in m (LAMMPS 2023-2025: "
+        "walls of the old styles, linear_history_classic)")
     cap_without_radius: Walls = Field(
-        "none",
-        description="[-] where Coulomb's limit leaves a q, a in m (LAMMPS 2023-2025: walls "
-        "of the old styles, classic styles)",
-    )
+        "none", description="[-] where Coulomb's limit leaves a q, a in m (LAMMPS 2023-2025: "
+        "walls of the old styles, classic styles)")
     shear_factor: float = Field(
-        1.0, gt=0.0, description="[-] on G* (LAMMPS 2023-2025: mixed materials)"
-    )
+        1.0, gt=0.0, description="[-] on G* (LAMMPS 2023-2025: mixed materials)")
     wall_modulus_factor: float = Field(
-        1.0, gt=0.0, description="[-] on E* at walls (LAMMPS 2022: 1 + nu)"
-    )
+        1.0, gt=0.0, description="[-] on E* at walls (LAMMPS 2022: 1 + nu)")
     wall_shear_factor: float = Field(
-        1.0, gt=0.0, description="[-] on G* at walls (LAMMPS 2022: (2 - nu)^2 (1 + nu)^2 / 8)"
-    )
+        1.0, gt=0.0, description="[-] on G* at walls (LAMMPS 2022: (2 - nu)^2 (1 + nu)^2 / 8)")
     dmt_limit_without_pull_off: bool = Field(
-        False, description="[-] Coulomb's limit of dmt and jkr is mu |F| (LAMMPS 2022)"
-    )
+        False, description="[-] Coulomb's limit of dmt and jkr is mu |F| (LAMMPS 2022)")
     longest_neck: float | None = Field(
-        None,
-        ge=0.0,
-        description="[m] of jkr, a longer one parts: 0 at region walls, and the skin "
-        "of the neighbour list (LAMMPS before 22 Jul 2025 Update 1)",
-    )
+        None, ge=0.0, description="[m] of jkr, a longer one parts: 0 at region walls, and the "
+        "skin of the neighbour list (LAMMPS before 22 Jul 2025 Update 1)")
     torsion_reversed_at: Steps = Field(
-        (),
-        description="[step] rolling and twisting springs change their sign, as a contact "
-        "changes hands by sorting or between processors (LAMMPS)",
-    )
+        (), description="[step] rolling and twisting springs change their sign, as a contact "
+        "changes hands by sorting or between processors (LAMMPS)")
     springs_lost_in_setup: bool = Field(
-        False, description="[-] a later setup forgets tangential springs (LAMMPS, old restarts)"
-    )
+        False, description="[-] a later setup forgets tangential springs (LAMMPS, old restarts)")
     rolling_by_rate: bool = Field(
-        False,
-        description="[-] the constant torque of rolling is mu_r R* |F_n| w, w in rad/s (Yade, "
-        "ViscoelasticPM.cpp: normalized() changes nothing)",
-    )
+        False, description="[-] the constant torque of rolling is mu_r R* |F_n| w, w in rad/s "
+        "(Yade, ViscoelasticPM.cpp: normalized() changes nothing)")
     forgets_setup: bool = Field(
-        False,
-        description="[-] the first force of a run stores no spring, yet its torques are "
-        "M + k R* h w (LIGGGHTS, rolling_model_epsd*.h)",
-    )
+        False, description="[-] the first force of a run stores no spring, yet its torques are M "
+        "+ k R* h w (LIGGGHTS, rolling_model_epsd*.h)")
     wall_at_rest_in_setup: bool = Field(
-        False, description="[-] setups take moving walls as at rest (LAMMPS, region walls)"
-    )
+        False, description="[-] setups take moving walls as at rest (LAMMPS, region walls)")
     tsuji_again_in_setup: bool = Field(
-        False, description="[-] a later setup takes alpha(e) of tsuji for e (LAMMPS, walls)"
-    )
+        False, description="[-] a later setup takes alpha(e) of tsuji for e (LAMMPS, walls)")
     setup_torque: Vector = Field(
-        ZERO,
-        description="[N m] on the first body in the first setup, of memory that was never "
-        "set (LAMMPS 2023, 2024: rolling at walls)",
-    )
+        ZERO, description="[N m] on the first body in the first setup, of memory that was never "
+        "set (LAMMPS 2023, 2024: rolling at walls)")
     cylinder_shear: Vector = Field(
-        ZERO,
-        description="[m/s] added to the surface of cylinders that turn (LAMMPS: fix "
-        "wall/gran zcylinder shear)",
-    )
+        ZERO, description="[m/s] added to the surface of cylinders that turn (LAMMPS: fix "
+        "wall/gran zcylinder shear)")
     small_angle_quaternion: bool = Field(
-        False,
-        description="[-] turned_arms: by the quaternion (1 + t^2/2, t - t^3/6) of half the "
-        "angle t, whose cosine is 1 - t^2/2 (Kratos, GeometryFunctions.h)",
-    )
+        False, description="[-] turned_arms: by the quaternion (1 + t^2/2, t - t^3/6) of half "
+        "the angle t, whose cosine is 1 - t^2/2 (Kratos, GeometryFunctions.h)")
     mdr_damping_interchanged: bool = Field(
-        False, description="[-] mdr's dashpot times 2, at walls times 1/2 (LAMMPS 2025)"
-    )
+        False, description="[-] mdr's dashpot times 2, at walls times 1/2 (LAMMPS 2025)")
     mdr_sticking_share: float = Field(
-        1.0, gt=0.0, le=1.0, description="[-] of mdr's radius that sticks (LAMMPS 2025: 0.99)"
-    )
+        1.0, gt=0.0, le=1.0, description="[-] of mdr's radius that sticks (LAMMPS 2025: 0.99)")
     mdr_newton_error: float = Field(
-        0.0, ge=0.0, description="[m] that ends the search of mdr's sticking radius (LAMMPS: 1e-10)"
-    )
+        0.0, ge=0.0, description="[m] that ends the search of mdr's sticking radius (LAMMPS: "
+        "1e-10)")
     mdr_parts_at_zero: bool = Field(False, description="[-] mdr has no neck (LAMMPS 2025)")
     # fmt: on

@@ -19,8 +19,7 @@ from harness.compiled import compiled
 from harness.errors import RequestError
 
 NEVER = np.inf
-MOST_STEPS = 200
-"""Of one root; bisection alone takes half as many."""
+MOST_STEPS = 200  # of one root; bisection alone takes half as many
 
 
 # ---- the first root of a polynomial: when a parabola meets a circle
@@ -89,17 +88,11 @@ def _between(polynomial: NDArray[np.float64], low: float, high: float) -> float:
     return t
 
 
-LOWEST = 0.8
-"""Height over the row below any contact, sqrt(3) / 2 at least: where a flight has ended."""
-
-TOUCHING = 1e-13
-"""Gap of a contact, to rounding."""
-
-WELL = math.pi / 6.0
-"""Angle from the row's normal at which the grain touches two spheres."""
-
+LOWEST = 0.8  # height over the row below any contact, sqrt(3) / 2: where a flight has ended
+TOUCHING = 1e-13  # gap of a contact, to rounding
+WELL = math.pi / 6.0  # from the row's normal, at which the grain touches two spheres
+# how sliding ends: the normal force vanishes, another sphere is met, the grain comes to rest
 LEAVES, SHOCK, TURNS = 0, 1, 2
-"""How sliding ends: the normal force vanishes, another sphere is met, the grain comes to rest."""
 
 
 # ---- flight, collision and sliding
@@ -119,15 +112,10 @@ def flight(x: float, y: float, vx: float, vy: float, theta: float, last: int) ->
     first, target = NEVER, last
     for sphere in range(math.floor(near) - 1, math.ceil(far) + 2):
         rx, ry = x - sphere, y
-        quartic = np.array(
-            [
-                rx * rx + ry * ry - 1.0,
-                2.0 * (rx * vx + ry * vy),
-                vx * vx + vy * vy + rx * along - ry * down,
-                vx * along - vy * down,
-                0.25,
-            ]
-        )
+        quartic = np.array([
+            rx * rx + ry * ry - 1.0, 2.0 * (rx * vx + ry * vy),
+            vx * vx + vy * vy + rx * along - ry * down, vx * along - vy * down, 0.25,
+        ])  # fmt: skip
         if sphere == last:
             quartic = quartic[1:].copy()  # the contact at the start is no root
         elif quartic[0] <= TOUCHING and quartic[1] < TOUCHING:
@@ -158,13 +146,10 @@ def slide(energy: float, beta: float, forward: bool, theta: float) -> tuple[floa
     return side * well, SHOCK
 
 
+# [sqrt(g d)] of a rebound from which on the hops add up to sliding: they take a time of
+# 2 v / (N (1 - e)) in all, in which the grain moves along the sphere as if it slid, to order v^2
 COLLAPSED = 1e-8
-"""[sqrt(g d)] Speed of a rebound from which on the hops add up to sliding: they take a time of
-2 v / (N (1 - e)) in all, in which the grain moves along the sphere as if it slid, but for terms of
-the order of v^2."""
-
 MOST_EVENTS = 1_000_000
-
 MOVES_ON, TRAPPED, UNDECIDED = 1, 0, -1
 
 
@@ -225,13 +210,8 @@ def follow(
     return UNDECIDED, 0.0, hits, False, settled
 
 
-MOST_RESTITUTION = 0.7
-WINDOW = (5.0, 15.0)
-SCAN = 41
-RESOLUTION_DEG = 1e-10
-
-STEADY_SPEED = 0.48
-"""[sqrt(g d)] of a start in the well, along the sphere ahead: more than it takes to the crest."""
+MOST_RESTITUTION, WINDOW, SCAN, RESOLUTION_DEG = 0.7, (5.0, 15.0), 41, 1e-10
+STEADY_SPEED = 0.48  # [sqrt(g d)] of a start in the well, along the sphere ahead: beyond the crest
 
 
 # ---- the critical angle

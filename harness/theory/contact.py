@@ -21,14 +21,9 @@ from numpy.typing import ArrayLike, NDArray
 # the contact ends when x returns to 0; clipped, it ends when the force k x + eta x' does (Schwager
 # and Poeschel, Granular Matter 9, 465 (2007)).
 
-PHASES = 400
-"""Places within a step at which a contact is taken to begin."""
-
-MOST_STEPS = 1000.0
-"""Steps per contact time above which the restitution is that of the closed form, to 0.2 %."""
-
-LONGEST = 10.0
-"""Contact times pi / omega after which a grain that has not left creeps, and does not rebound."""
+PHASES = 400  # places within a step at which a contact is taken to begin
+MOST_STEPS = 1000.0  # per contact time, above which a restitution is the closed form's to 0.2 %
+LONGEST = 10.0  # [pi / omega] after which a grain that has not left creeps, and does not rebound
 
 
 def restitution_unclipped(zeta: float) -> float:
@@ -183,11 +178,8 @@ def rebound(omega: float, zeta: float, gravity: float, speed: float) -> Rebound 
 
 State = Literal["without load", "contact forms", "largest tension", "fold"]
 SIZES: dict[State, float] = {
-    "without load": 9.0,
-    "contact forms": 4.0,
-    "largest tension": 2.25,
-    "fold": 0.25,
-}
+    "without load": 9.0, "contact forms": 4.0, "largest tension": 2.25, "fold": 0.25,
+}  # fmt: skip
 
 
 def dmt_pull_off(surface_energy: float, radius: float) -> float:
@@ -274,8 +266,7 @@ def _root(excess: Callable[[float], float], low: float, high: float) -> float:
 
 Array = NDArray[np.float64]
 
-SPRINGS, STEPS = 200, 2000
-"""On half of the largest contact, and of the impact."""
+SPRINGS, STEPS = 200, 2000  # on half of the largest contact, and of the impact
 
 
 def stiffness_ratio(poisson: float) -> float:
@@ -447,18 +438,13 @@ def twisting_spin(
 # tan(angle) < mu_r, at q = m p / k_r, x = q + m p / k; else accelerated by
 # 5/7 (p - mu_r g cos(angle)) in the mean.
 
-PLACES = 4000
-"""In the time at which forces are held against their limits."""
+PLACES = 4000  # in the time at which forces are compared with their limits
 
 
 def on_an_incline(
-    times: Iterable[float],
-    pull: float,
-    mass: float,
-    tangential: tuple[float, float],
-    rolling: tuple[float, float],
-    limits: tuple[float, float],
-) -> list[Array] | None:
+    times: Iterable[float], pull: float, mass: float, tangential: tuple[float, float],
+    rolling: tuple[float, float], limits: tuple[float, float],
+) -> list[Array] | None:  # fmt: skip
     """Return x [m], x' [m/s], q [m] and q' [m/s] of a sphere let go at rest, at times [s].
 
     ``pull`` is gravity along the incline [m/s2], both springs stiffness [N/m] and dashpot [kg/s];
@@ -494,17 +480,12 @@ def on_an_incline(
     beyond = np.flatnonzero(path @ resists > limits[1])
     rolls = end
     if beyond.size:
-        place = end / PLACES
-        low = place * (int(beyond[0]) - 1)
-        rolls = float(
-            brentq(
-                lambda t: float(resists @ expm(held * t) @ start) - limits[1],
-                low,
-                low + place,
-                xtol=1e-16 * end,
-                rtol=1e-15,
-            )
-        )
+
+        def excess(t: float) -> float:
+            return float(resists @ expm(held * t) @ start) - limits[1]
+
+        low = end / PLACES * (int(beyond[0]) - 1)
+        rolls = float(brentq(excess, low, low + end / PLACES, xtol=1e-16 * end, rtol=1e-15))
         path = path[: int(beyond[0])]
     elif np.abs(path @ resists).max() > limits[1]:
         return None
