@@ -152,7 +152,7 @@ def upstream(
     from harness.report.page import report_files
     from harness.store.runs import write_run
     from harness.upstream.definition import read_tests
-    from harness.upstream.judging import run_upstream, sections
+    from harness.upstream.judging import TITLE, run_upstream, sections
     from harness.workflows.progress import progress_bars
 
     if output is not None:
@@ -161,7 +161,7 @@ def upstream(
     with _programs(lmp or ()) as programs, progress_bars("upstream", quiet=json) as progress:
         run = run_upstream(tests, programs, progress=progress)
     if output is not None:
-        write_run(run, output, report_files(run, sections(run)))
+        write_run(run, output, report_files(run, sections(run), title=TITLE))
     if not json:
         counts = run.rows.groupby(["engine", "quantity", "verdict"]).size()
         print_frame(counts.rename("rows").reset_index())

@@ -64,7 +64,7 @@ def height(along: float, normal: float, angle_deg: float) -> float:
 def depth_of_well(angle_deg: float) -> float:
     """Return the height [d] of a crest over the well before it, from coordinates.
 
-    Spheres stand at 0 and 1; the grain's centre is the tip of an equilateral triangle in the well,
+    Spheres are at 0 and 1; the grain's centre is the tip of an equilateral triangle in the well,
     and one diameter above the second sphere on the crest.
     """
     crest = height(1.0, 0.0, angle_deg) + 1.0

@@ -84,7 +84,7 @@ def touching_chains(count: int = 200, particles: tuple[int, ...] = ()) -> tuple[
 
 @cache
 def rows(count: int = 500, closest: tuple[float, float] = (0.9, 1.1)) -> tuple[Particles, ...]:
-    """Return rows of 3 to 9 particles by their one solution, neighbours ``closest`` [m] apart."""
+    """Return rows of 3 to 9 particles by their one solution; ``closest`` spans distances [m]."""
     random, sampled = generator(), []
     for _ in range(count):
         distances = random.uniform(*closest, int(random.integers(2, 9)))

@@ -1,6 +1,6 @@
 """A test of LAMMPS's ``unittest/granular``: its YAML file, the script that runs it, and a run.
 
-A file holds the commands that build a system, the steps of each segment, and the recorded
+A file has the commands that build a system, the steps of each segment, and the recorded
 positions, velocities, torques and angular velocities at the end of each.
 """
 
