@@ -67,8 +67,8 @@ COUNT = Allowed(whole=True, bounds={"minimum": 1})
 def allowed_in(kind: type[BaseModel]) -> dict[str, Allowed]:
     """Return the allowed values of the fields of a class that have a range or words, by name."""
     fields = kind.model_json_schema()["properties"]
-    found = {name: _allowed(schema) for name, schema in fields.items()}
-    return {name: limits for name, limits in found.items() if limits.bounds or limits.words}
+    ranges = {name: _allowed(schema) for name, schema in fields.items()}
+    return {name: limits for name, limits in ranges.items() if limits.bounds or limits.words}
 
 
 def descriptions(kind: type[BaseModel]) -> dict[str, str]:

@@ -203,12 +203,12 @@ class Law(Parameters):
     def _set_defaults(cls, data: Any) -> Any:
         if not isinstance(data, dict):
             return data
-        given = {name: value for name, value in data.items() if value is not None}
-        rows = _rows({part: given.get(part, cls.model_fields[part].default) for part in SUBMODELS})
-        for name in {name for row in rows for name in row.needs} - set(given):
-            if (default := _default(name, given)) is not None:
-                given[name] = default
-        return given
+        values = {name: value for name, value in data.items() if value is not None}
+        rows = _rows({part: values.get(part, cls.model_fields[part].default) for part in SUBMODELS})
+        for name in {name for row in rows for name in row.needs} - set(values):
+            if (default := _default(name, values)) is not None:
+                values[name] = default
+        return values
 
     @model_serializer(mode="wrap")
     def _without_absent_partner(self, dump: SerializerFunctionWrapHandler) -> dict[str, Any]:
@@ -247,8 +247,8 @@ class Law(Parameters):
             raise ValueError(f"damping = {self.damping!r}: needs normal = {', '.join(allowed)}")
         if self.tangential == "linear_nohistory" and self.damping == "none":
             raise ValueError("tangential = 'linear_nohistory': needs a damping, it is a dashpot")
-        known = self.moduli is not None or self.tangential_modulus is not None
-        if "mindlin" in self.tangential and (self.normal == "hooke" or not known):
+        has_modulus = self.moduli is not None or self.tangential_modulus is not None
+        if "mindlin" in self.tangential and (self.normal == "hooke" or not has_modulus):
             raise ValueError(
                 f"tangential = {self.tangential!r}: needs a material (normal = hertz, dmt, jkr or "
                 "mdr with youngs_modulus) or tangential_modulus beside normal = hertz"
@@ -267,7 +267,7 @@ class Law(Parameters):
             raise ValueError("poisson_ratio = 0.5: must be less, yield and bulk response compress")
 
     def replace(self, **changes: Any) -> Self:
-        """Return a copy with changed fields, without coefficients of submodels that are left."""
+        """Return a copy with changed fields, without coefficients of submodels that went."""
         models = {part: changes.get(part, getattr(self, part)) for part in SUBMODELS}
         names = {name for row in _rows(models) for name in (*row.needs, *row.may_have)}
         material = {*_MATERIAL, *_PARTNER}
@@ -341,13 +341,13 @@ class Law(Parameters):
     @property
     def of_each(self) -> tuple[Law, Law]:
         """Return the laws of the first and of the second body, each with itself."""
-        own = dict.fromkeys((*_PARTNER, *_RETURN, *_GRIP))
+        of_partner = dict.fromkeys((*_PARTNER, *_RETURN, *_GRIP))
         theirs = {
             name: value
             for name in ("youngs_modulus", "poisson_ratio", "restitution", "friction")
             if (value := getattr(self, f"partner_{name}")) is not None
         }
-        return self.replace(**own), self.replace(**own, **theirs)
+        return self.replace(**of_partner), self.replace(**of_partner, **theirs)
 
     def stiffness(self, radius: float, overlap: float) -> float:
         """Return the slope of the elastic force without adhesion [N/m].
@@ -421,12 +421,12 @@ _DEFAULTS = {
 # fmt: on
 
 
-def _default(name: str, given: Mapping[str, Any]) -> float | None:
-    if name in _MATERIAL and "normal_modulus" in given:
+def _default(name: str, values: Mapping[str, Any]) -> float | None:
+    if name in _MATERIAL and "normal_modulus" in values:
         return None
     if name == "tangential_stiffness":
-        return 2.0 * float(given.get("normal_stiffness", _DEFAULTS["normal_stiffness"])) / 7.0
-    if name == "tangential_damping" and given.get("tangential") == "linear_nohistory":
+        return 2.0 * float(values.get("normal_stiffness", _DEFAULTS["normal_stiffness"])) / 7.0
+    if name == "tangential_damping" and values.get("tangential") == "linear_nohistory":
         return 1.0
     return _DEFAULTS.get(name)
 

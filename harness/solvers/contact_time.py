@@ -58,12 +58,12 @@ def yield_time(scene: Scene) -> float:
         return math.inf
     depth = _yield_depth(impact.law, impact.first)
     overlap = depth * (2.0 if impact.second else 1.0)
-    found = _solve(impact, overlap, closing=True)
-    if found is None:
+    until = _solve(impact, overlap, closing=True)
+    if until is None:
         return math.inf
     elastic = scene.replace(law=scene.law.replace(yield_stress=None))
-    return found + _shift(
-        elastic, found, lambda scene, step: _time_of_overlap(scene, step, overlap, 0.98 * found)
+    return until + _shift(
+        elastic, until, lambda scene, step: _time_of_overlap(scene, step, overlap, 0.98 * until)
     )
 
 
@@ -124,17 +124,19 @@ def _shift(scene: Scene, unit: float, time_of: Callable[[Scene, float], float]) 
 
 @lru_cache(maxsize=4096)
 def _normal_time(impact: _Impact) -> float:
-    found = _solve(impact, _last_overlap(impact), closing=False)
-    if found is None:
+    time = _solve(impact, _last_overlap(impact), closing=False)
+    if time is None:
         raise _endless(impact.law)
-    return found
+    return time
 
 
 def _endless(law: Law) -> RequestError:
     names = ("damping_coefficient", "restitution", "surface_energy")
-    given = [f"{name} = {getattr(law, name)!r}" for name in names if getattr(law, name) is not None]
+    coefficients = [
+        f"{name} = {getattr(law, name)!r}" for name in names if getattr(law, name) is not None
+    ]
     return RequestError(
-        f"{', '.join(given)}: the contact does not end; less damping or attraction, or a faster "
+        f"{', '.join(coefficients)}: the contact does not end; less damping or attraction, or a faster "
         "impact, end it"
     )
 
@@ -169,8 +171,8 @@ def _solve(impact: _Impact, end: float, *, closing: bool) -> float | None:
 
     def rates(_: float, y: Floats) -> tuple[float, float]:
         x = float(y[0]) * length
-        held = force(max(x, min(end, 0.0)), float(y[1]) * speed, turned[0])
-        return float(y[1]), pull - factor * held
+        resisting = force(max(x, min(end, 0.0)), float(y[1]) * speed, turned[0])
+        return float(y[1]), pull - factor * resisting
 
     def reaches(_: float, y: Floats) -> float:
         return float(y[0]) - end / length
@@ -206,14 +208,14 @@ def _force(impact: _Impact) -> Callable[[float, float, float], float]:
     slope = 2.0 * (law.moduli[0] if law.moduli else 0.0) * (1.0 if impact.second else 2.0)
 
     def force(x: float, rate: float, largest: float) -> float:
-        pressed, a = elastic(x, largest)
+        spring, a = elastic(x, largest)
         eta = factor * a**q
         if s:
-            secant = stiffness or (pressed / x if x > 0.0 else 0.0)
+            secant = stiffness or (spring / x if x > 0.0 else 0.0)
             eta *= math.sqrt(mass * max(secant, 0.0))
         elif law.damping == "mdr":
             eta *= math.sqrt(mass * slope * a)
-        total = pressed + eta * rate
+        total = spring + eta * rate
         return max(total, 0.0) if law.clipped else total
 
     return force
@@ -269,9 +271,9 @@ def _elastic_mdr(impact: _Impact) -> Callable[[float, float], tuple[float, float
             return side(x, largest, first)
         most = max(x, largest)
         share = (2.0 * second - most) / (2.0 * (first + second - most))
-        one, a = side(share * x, share * largest, first)
+        first_force, a = side(share * x, share * largest, first)
         other = side((1.0 - share) * x, (1.0 - share) * largest, second)[0]
-        return 0.5 * (one + other), a
+        return 0.5 * (first_force + other), a
 
     return force
 
@@ -373,11 +375,11 @@ def _separation(simulation: reference.Simulation) -> tuple[float, float]:
     end = simulation.residual_overlap if _yields(impact) else _last_overlap(impact)
     if len(scene.bodies) == 1:
         return float(state[0, 0, 2] - radii[0] + end), float(state[0, 1, 2])
-    apart, moving = state[0, 0] - state[1, 0], state[0, 1] - state[1, 1]
+    separation, moving = state[0, 0] - state[1, 0], state[0, 1] - state[1, 1]
     # where a straight line leaves the sphere of this radius
     reach = float(radii[0] + radii[1]) - end
-    distance, speed = float(np.linalg.norm(apart)), float(np.linalg.norm(moving))
-    along = float(apart @ moving) / speed
+    distance, speed = float(np.linalg.norm(separation)), float(np.linalg.norm(moving))
+    along = float(separation @ moving) / speed
     if along <= 0.0 or distance <= reach:
         return distance - reach, along * speed / distance
     root = math.sqrt(along * along - (distance - reach) * (distance + reach))

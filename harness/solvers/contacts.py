@@ -248,16 +248,16 @@ def _warm(system: System) -> None:
 
 @inlined
 def _is_far(state: Floats, bodies: Records, contact: Records, rules: Records) -> bool:
-    """Return whether two bodies are apart for sure, which most are."""
+    """Return whether two bodies are too far to touch, as most are."""
     if contact.second < 0 or contact.radius > 0.0:
         return False
     i, j, square = contact.first, contact.second, 0.0
     reach = 1.000001 * (bodies[i].radius + bodies[j].radius)
     for k in range(3):
-        apart = _nearest(state[i, POSITION, k] - state[j, POSITION, k], rules.period[k])
-        if abs(apart) > reach:
+        gap = _nearest(state[i, POSITION, k] - state[j, POSITION, k], rules.period[k])
+        if abs(gap) > reach:
             return True
-        square += apart * apart
+        square += gap * gap
     return bool(square > reach * reach)
 
 
@@ -311,12 +311,14 @@ def _find_touch(system: System, c: int, time: float) -> Touch:
 def _touch_body(state: Floats, bodies: Records, contact: Records, rules: Records) -> Touch:
     i, j, length = contact.first, contact.second, rules.period
     x, y = _vector(state[i, POSITION]), _vector(state[j, POSITION])
-    apart = (
+    separation = (
         _nearest(x[0] - y[0], length[0]), _nearest(x[1] - y[1], length[1]),
         _nearest(x[2] - y[2], length[2]),
     )  # fmt: skip
-    distance, other = _size(apart), bodies[j].radius
-    return Touch(_scale(1.0 / distance, apart), bodies[i].radius + other - distance, other, NONE)
+    distance, other = _size(separation), bodies[j].radius
+    return Touch(
+        _scale(1.0 / distance, separation), bodies[i].radius + other - distance, other, NONE
+    )
 
 
 @kernel
@@ -333,16 +335,16 @@ def _touch_wall(wall: Records, rules: Records, x: Triple, radius: float, time: f
     moved = _add(_scale(time, velocity), _scale(1.0 - math.cos(phase), swing))
     drift = _add(velocity, _scale(wall.frequency * math.sin(phase), swing))
     drift = _add(drift, _vector(wall.surface_velocity))
-    apart, axis = _minus(x, _vector(wall.point)), wall.direction
-    apart, axis = _minus(apart, moved), (axis[0], axis[1], axis[2])
+    separation, axis = _minus(x, _vector(wall.point)), wall.direction
+    separation, axis = _minus(separation, moved), (axis[0], axis[1], axis[2])
     if wall.shape == PLANE:
-        return Touch(axis, radius - _dot(apart, axis), 0.0, drift)
+        return Touch(axis, radius - _dot(separation, axis), 0.0, drift)
     other = wall.radius
     if wall.shape == CYLINDER:
-        apart, other = _project(apart, axis), 2.0 * wall.radius
+        separation, other = _project(separation, axis), 2.0 * wall.radius
         drift = _add(drift, _vector(rules.cylinder_shear))
-    distance = math.copysign(_size(apart), wall.radius)
-    normal = _scale(1.0 / distance, apart)
+    distance = math.copysign(_size(separation), wall.radius)
+    normal = _scale(1.0 / distance, separation)
     drift = _add(drift, _scale(wall.radius, _cross(_vector(wall.spin), normal)))
     return Touch(normal, radius + wall.radius - distance, other, drift)
 
@@ -394,22 +396,22 @@ def _add_contact(system: System, c: int, touch: Touch, radius: float, h: float) 
     elif h > 0.0 or not rules.wall_at_rest_in_setup:
         relative = _minus(relative, touch.drift)
     if law.normal == MDR:
-        pressed, edge = _elastic_mdr(system, c, touch, h > 0.0)
+        elastic, edge = _elastic_mdr(system, c, touch, h > 0.0)
         a, pull = math.sqrt(max(radius * touch.overlap, 0.0)), 0.0
     else:
-        pressed, a, pull = _elastic(law, radius, touch.overlap)
+        elastic, a, pull = _elastic(law, radius, touch.overlap)
         edge = a
-    eta = _dashpot(contact, law, rules, pressed, edge, touch.overlap, h > 0.0)
-    normal_force = pressed - eta * _dot(relative, n)
+    eta = _dashpot(contact, law, rules, elastic, edge, touch.overlap, h > 0.0)
+    normal_force = elastic - eta * _dot(relative, n)
     if law.clipped:
         normal_force = max(normal_force, 0.0)
     load = abs(normal_force)
     if pull > 0.0:
-        load = abs(pressed + (2.0 * pull if law.pull_loads else 0.0))
+        load = abs(elastic + (2.0 * pull if law.pull_loads else 0.0))
     along = couple = NONE
     if law.rubs:
         motion = relative, _vector(state[i, SPIN]), _vector(state[j, SPIN]) if j >= 0 else NONE
-        forces = radius, a, eta, load, pressed
+        forces = radius, a, eta, load, elastic
         slip = _slip(rules, j >= 0, touch, system.bodies[i].radius, motion, h, forces)
         along = _tangential_force(contact, law, rules, n, slip, h)
         couple = _rolling_torque(contact, law, rules, n, slip, h)
@@ -500,7 +502,7 @@ def _elastic_mdr(system: System, c: int, touch: Touch, moves: bool) -> tuple[flo
 
 @kernel
 def _dashpot(
-    contact: Records, law: Records, rules: Records, pressed: float, a: float, overlap: float,
+    contact: Records, law: Records, rules: Records, elastic: float, a: float, overlap: float,
     moves: bool,
 ) -> float:  # fmt: skip
     """Return eta [kg/s] of an elastic force [N], a contact radius [m] and an overlap [m]."""
@@ -516,7 +518,7 @@ def _dashpot(
         if law.by_slope or contact.slope == 0.0:  # none in the first setup, whatever the dashpot
             return float(eta * contact.slope)
     if law.by_secant:
-        root = max(contact.mass * pressed / overlap, 0.0) if overlap != 0.0 else 0.0
+        root = max(contact.mass * elastic / overlap, 0.0) if overlap != 0.0 else 0.0
         if law.normal == HOOKE:  # also where two bodies just touch
             root = contact.mass * law.stiffness
         return float(eta * math.sqrt(root))
@@ -588,16 +590,16 @@ def _limit(
 ) -> tuple[Triple, Triple, bool]:
     """Return force and spring of a slider with velocity u, at most ``cap``; whether it slides."""
     spring, drag = _scale(-k, q), _scale(-eta, u)
-    held = _add(spring, drag)
+    total = _add(spring, drag)
     sticking_only = sticking_only and k > 0.0
-    limited = spring if sticking_only else held
+    limited = spring if sticking_only else total
     length = _size(limited)
     if length <= cap * AT_LIMIT:
-        return held, q, False
+        return total, q, False
     force = _scale(cap / length, limited)
     if k > 0.0:
-        left = _scale(-1.0, force) if sticking_only else _minus(drag, force)
-        q = _scale(1.0 / k, left)
+        remaining = _scale(-1.0, force) if sticking_only else _minus(drag, force)
+        q = _scale(1.0 / k, remaining)
     return force, q, True
 
 

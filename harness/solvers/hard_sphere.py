@@ -55,7 +55,7 @@ def roots_within(coefficients: NDArray[np.float64], end: float) -> NDArray[np.fl
         for k in range(places.size - 1):
             low, high = places[k], places[k + 1]
             if value(polynomial, low) * value(polynomial, high) < 0.0:
-                roots[count] = _between(polynomial, low, high)
+                roots[count] = _bracketed_root(polynomial, low, high)
                 count += 1
         roots[count] = end
         places = roots[: count + 1].copy()
@@ -63,7 +63,7 @@ def roots_within(coefficients: NDArray[np.float64], end: float) -> NDArray[np.fl
 
 
 @compiled
-def _between(polynomial: NDArray[np.float64], low: float, high: float) -> float:
+def _bracketed_root(polynomial: NDArray[np.float64], low: float, high: float) -> float:
     """Return the root of a monotone polynomial in a bracket, by Newton's method kept inside it."""
     slope = polynomial[1:].copy()
     for k in range(slope.size):

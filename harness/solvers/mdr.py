@@ -99,8 +99,8 @@ def flat_depth(
     if other == 0.0:
         return overlap
     share = largest * (2.0 * other - largest) / (2.0 * (radius + other - largest))
-    rests = sides[0].rest + sides[1].rest
-    return float(share + (sides[k].rest - share) * (overlap - largest) / (rests - largest))
+    rest = sides[0].rest + sides[1].rest
+    return float(share + (sides[k].rest - share) * (overlap - largest) / (rest - largest))
 
 
 @compiled
@@ -180,8 +180,8 @@ def adhere(
         side.stuck = stuck
     if stuck <= 0.0:
         return 0.0, 0.0
-    pressed = ellipse_force(modulus, height, width, g)
-    return pressed + 2.0 * modulus * (depth - g) * stuck, stuck
+    elastic = ellipse_force(modulus, height, width, g)
+    return elastic + 2.0 * modulus * (depth - g) * stuck, stuck
 
 
 @compiled
@@ -210,8 +210,10 @@ def side_force(
     step, in_first = depth - side.depth, depth - (r - first)
     step_in_first = in_first - side.depth_in_first
     of_bulk = body.displacement if confined and moves else 0.0
-    further = step - of_bulk
-    spring = side.spring_depth + (min(further, depth - side.spring_depth) if confined else further)
+    to_spring = step - of_bulk
+    spring = side.spring_depth + (
+        min(to_spring, depth - side.spring_depth) if confined else to_spring
+    )
     bulk = max(0.0, side.bulk_depth + of_bulk)
     side.largest = max(side.largest, spring)
     new = spring == side.largest

@@ -1,7 +1,7 @@
 """The reference: any scene, stepped as DEM codes step it, under the conventions of a code.
 
 A step of velocity Verlet kicks the velocities by half a step, moves the positions, computes forces
-there by the velocities of half a step, and kicks again; the schemes of MFiX are beside it. The
+there by the velocities of half a step, and kicks again; the schemes of MFiX are others. The
 limit of small steps is the solution of the contact law. At the step of a code the reference has
 that code's result to round-off, or one of the two is wrong.
 
@@ -252,9 +252,9 @@ def _contact(
     first, second = scene.bodies[i], scene.bodies[j] if j >= 0 else scene.walls[-1 - j]
     key = scene.law_of(first.type, second.type), j < 0
     laws.setdefault(key, _law(key[0], faults, wall=j < 0))
-    own = bool(scene.segments) or rules.frozen_mass == "own"
+    has_mass = bool(scene.segments) or rules.frozen_mass == "own"
     masses = [body.mass for body in (first, second)
-              if isinstance(body, Body) and (own or body.motion != "frozen")]  # fmt: skip
+              if isinstance(body, Body) and (has_mass or body.motion != "frozen")]  # fmt: skip
     values = {"first": i, "second": j, "law": [*laws].index(key)}
     return {**_NO_CONTACT, **values, "mass": 1.0 / sum(1.0 / m for m in masses)}
 

@@ -1,1 +1,1 @@
-"""Closed forms. They share no code with what is held against them."""
+"""Closed forms. They share no code with solvers."""

@@ -98,9 +98,9 @@ def _forces_matrix(closed: NDArray[np.bool_], law: Floats) -> Floats:
     contacts = closed.size
     overlap = np.eye(contacts, contacts + 1) - np.eye(contacts, contacts + 1, 1)
     force = np.zeros((contacts, contacts + 1))
-    held = np.flatnonzero(closed)
-    if held.size:
-        force[held] = np.linalg.solve(law[np.ix_(held, held)], overlap[held])
+    indices = np.flatnonzero(closed)
+    if indices.size:
+        force[indices] = np.linalg.solve(law[np.ix_(indices, indices)], overlap[indices])
     return force
 
 

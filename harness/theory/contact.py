@@ -193,7 +193,7 @@ def jkr_pull_off(surface_energy: float, radius: float) -> float:
 
 
 def jkr_contact_radius(state: State, surface_energy: float, modulus: float, radius: float) -> float:
-    """Return a [m] of a state that stands out."""
+    """Return a [m] of a state."""
     cube = SIZES[state] * math.pi * surface_energy * radius**2 / modulus
     return float(cube ** (1.0 / 3.0))
 
@@ -214,9 +214,9 @@ def mdr_force_and_depth(
     """
     angle = math.asin(a / radius)
     length = math.sqrt(2.0 * math.pi * a * surface_energy / modulus)
-    pressed = 2.0 * modulus * radius**2 * (angle - math.sin(angle) * math.cos(angle))
+    elastic = 2.0 * modulus * radius**2 * (angle - math.sin(angle) * math.cos(angle))
     depth = 4.0 * radius * math.sin(0.5 * angle) ** 2 - length
-    return pressed - 2.0 * modulus * a * length, depth
+    return elastic - 2.0 * modulus * a * length, depth
 
 
 def mdr_pull_off(surface_energy: float, modulus: float, radius: float) -> tuple[float, float]:
@@ -475,21 +475,21 @@ def on_an_incline(
             path.append(step @ path[-1])
         return np.array(path)
 
-    held, start, end = rates(resists), np.array([0.0, 0.0, 0.0, 0.0, 1.0]), max(times)
-    path = states(held, start, end)
+    sticking, start, end = rates(resists), np.array([0.0, 0.0, 0.0, 0.0, 1.0]), max(times)
+    path = states(sticking, start, end)
     beyond = np.flatnonzero(path @ resists > limits[1])
     rolls = end
     if beyond.size:
 
         def excess(t: float) -> float:
-            return float(resists @ expm(held * t) @ start) - limits[1]
+            return float(resists @ expm(sticking * t) @ start) - limits[1]
 
         low = end / PLACES * (int(beyond[0]) - 1)
         rolls = float(brentq(excess, low, low + end / PLACES, xtol=1e-16 * end, rtol=1e-15))
         path = path[: int(beyond[0])]
     elif np.abs(path @ resists).max() > limits[1]:
         return None
-    turned = expm(held * rolls) @ start
+    turned = expm(sticking * rolls) @ start
     onward = rates(constant)
     if rolls < end:
         after = states(onward, turned, end - rolls)
@@ -501,7 +501,8 @@ def on_an_incline(
         return None
     scales = np.array([1.0 / w, 1.0, 1.0 / w, 1.0])
     reached = [
-        expm(held * t) @ start if t <= rolls else expm(onward * (t - rolls)) @ turned for t in times
+        expm(sticking * t) @ start if t <= rolls else expm(onward * (t - rolls)) @ turned
+        for t in times
     ]
     return [state[:4] * scales for state in reached]
 

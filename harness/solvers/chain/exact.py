@@ -103,11 +103,11 @@ class Propagator:
         chain, overlap = self._chain, self.u[:-1] - self.u[1:]
         factorise(self._closed, chain.diagonal, chain.coupling, self._factor)
         # stricter than what the search allows: the new set is not at its own edge
-        found = solve(
+        solved = solve(
             overlap, chain.diagonal, chain.coupling, self._closed, self._factor,
             np.empty_like(overlap), 0.25 * slack,
         )  # fmt: skip
-        if not found or self._in_no_time > 4 * overlap.size + 16:
+        if not solved or self._in_no_time > 4 * overlap.size + 16:
             raise RequestError(
                 f"duration = {self._duration:.6g} s: which of {self.u.size} particles touch is "
                 "below rounding before that: take a shorter run, or rk4"
@@ -119,9 +119,9 @@ class Propagator:
         And when the distance of grain and base turns before [s].
         """
         x, w, local, turns = self.u, self.v, 0.0, []
-        left = self._duration - self.time
+        remaining = self._duration - self.time
         while True:
-            reach = left - local
+            reach = remaining - local
             if modes.highest > 0:
                 reach = min(reach, REACH / modes.highest)
             changed, root = next_change(self._chain, self._closed, self._factor, x, w, reach, slack)
@@ -132,8 +132,8 @@ class Propagator:
                 turns.append(modes.turn(local, until, before))
             if changed >= 0:
                 return changed, until, turns
-            if until >= left * (1 - 1e-14):
-                return -1, left, turns
+            if until >= remaining * (1 - 1e-14):
+                return -1, remaining, turns
             local = until
 
     def _keep(self, modes: Modes, lasted: float, turns: list[float]) -> None:
