@@ -132,12 +132,10 @@ def _normal_time(impact: _Impact) -> float:
 
 def _endless(law: Law) -> RequestError:
     names = ("damping_coefficient", "restitution", "surface_energy")
-    coefficients = [
-        f"{name} = {getattr(law, name)!r}" for name in names if getattr(law, name) is not None
-    ]
+    values = {name: getattr(law, name) for name in names}
+    text = ", ".join(f"{name} = {value!r}" for name, value in values.items() if value is not None)
     return RequestError(
-        f"{', '.join(coefficients)}: the contact does not end; less damping or attraction, or a faster "
-        "impact, end it"
+        f"{text}: the contact does not end; less damping or attraction, or a faster impact, end it"
     )
 
 
