@@ -31,7 +31,7 @@ class Summarized(ABC):
         return f"<table><tbody>{''.join(rows)}</tbody></table>"
 
 
-class Shown(Summarized):
+class Plottable(Summarized):
     """A result with a table and a figure too."""
 
     @abstractmethod

@@ -35,7 +35,7 @@ from harness.errors import (
     RequestError,
 )
 from harness.files import Writer, check_writable, lock_file, text_writer, write_files
-from harness.report.notebook import Shown
+from harness.report.notebook import Plottable
 from harness.store.cache import opened
 from harness.workflows.executors import completed, opened_on
 from harness.workflows.progress import Progress, silent
@@ -74,7 +74,7 @@ Outcome = Mapping[str, Value | float] | HarnessError
 
 
 @dataclass(frozen=True, repr=False)
-class Sweep(Shown):
+class Sweep(Plottable):
     """A sweep as a table: a row for each point in each engine or solver, pending until it is run.
 
     ``table`` has the rows by engine, in the order of the points; ``missing`` are engines of ``all``

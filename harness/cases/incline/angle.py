@@ -32,7 +32,7 @@ from harness.engines.scene_tables import motion_tables
 from harness.errors import EngineError, Unsupported
 from harness.model.base import Parameters
 from harness.model.contact import PLASTIC
-from harness.report.notebook import Shown
+from harness.report.notebook import Plottable
 from harness.report.text import power, value_text
 from harness.results.series import Limit, limit
 from harness.store.cache import EngineChoice, opened
@@ -244,7 +244,7 @@ FULL_LADDER = Ladder(factors=(0.1, 10**-0.5, 1.0, 10**0.5, 10.0, 10**1.5, 100.0)
 
 
 @dataclass(frozen=True, repr=False)
-class ExtrapolatedAngle(Shown):
+class ExtrapolatedAngle(Plottable):
     """The critical angle of rigid spheres from an engine, with the angles behind it.
 
     ``at_stiffness`` has the limit in the step at each stiffness [N/m], ``rigid`` the limit of

@@ -29,7 +29,7 @@ from harness.cases.incline.runs import Fate, Run
 from harness.cases.incline.system import Incline, Route, friction_text
 from harness.engines.base import Output
 from harness.errors import EngineOutputError
-from harness.report.notebook import Shown
+from harness.report.notebook import Plottable
 from harness.report.text import power, value_text
 from harness.theory.incline import kept_speed
 
@@ -305,7 +305,7 @@ def _probes(runs: Sequence[Run], case: Incline) -> list[float]:
 
 
 @dataclass(frozen=True, repr=False)
-class CriticalAngle(Shown):
+class CriticalAngle(Plottable):
     """A critical angle [deg] at one stiffness and step.
 
     ``uncertainty`` [deg] is the range of a single start, and of the search. ``mean_error`` [deg] is

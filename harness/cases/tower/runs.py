@@ -19,7 +19,7 @@ from harness.errors import EngineOutputError, RequestError
 from harness.model.allowed import COUNT, Allowed, allowed_in
 from harness.model.law import Law
 from harness.model.scene import Body, Scene
-from harness.report.notebook import Shown
+from harness.report.notebook import Plottable
 from harness.solvers.chain.motion import (
     STABILITY,
     Chain,
@@ -55,7 +55,7 @@ Progress = Callable[[str, int, int], None]
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
-class TowerRun(ChainMotion, Shown):
+class TowerRun(ChainMotion, Plottable):
     """The motion of a tower, with what made it; ``provenance`` is that of an engine."""
 
     tower: Tower
