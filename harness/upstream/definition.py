@@ -17,7 +17,7 @@ import numpy as np
 import yaml
 from numpy.typing import NDArray
 
-from harness.engines.lammps.language import error_of
+from harness.engines.lammps_language import error_of
 from harness.engines.process import Limits, Processes, fresh_folder, text_of
 from harness.engines.programs import program_words
 from harness.errors import EngineNaNError, EngineOutputError, RequestError

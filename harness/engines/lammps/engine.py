@@ -11,14 +11,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from harness.engines.base import Job, Traits
-from harness.engines.lammps.language import (
+from harness.engines.lammps.releases import executable_of, fingerprint, in_use, is_release
+from harness.engines.lammps.workers import DEFORMABLE, InProcess, Order
+from harness.engines.lammps_language import (
     LammpsLanguage,
     closing_error,
     packages_in,
     version_in,
 )
-from harness.engines.lammps.releases import executable_of, fingerprint, in_use, is_release
-from harness.engines.lammps.workers import DEFORMABLE, InProcess, Order
 from harness.engines.output import Output
 from harness.engines.process import Limits, first_words, way_of_death
 from harness.engines.programs import find_program, program_words

@@ -13,7 +13,6 @@ from pathlib import Path
 import numpy as np
 
 from harness.engines.jobs import Batches
-from harness.engines.lammps.language import error_of
 from harness.engines.lammps.scene_script import (
     PLAIN,
     SAMPLES,
@@ -21,6 +20,7 @@ from harness.engines.lammps.scene_script import (
     needs_new_process,
     script,
 )
+from harness.engines.lammps_language import error_of
 from harness.engines.output import read_dump
 from harness.engines.process import Limits, Processes, text_of
 from harness.engines.programs import launcher_of

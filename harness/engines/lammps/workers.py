@@ -23,7 +23,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from harness.engines.jobs import parallel_map
-from harness.engines.lammps.language import check_log, error_from_text, file_of, version_in
+from harness.engines.lammps_language import check_log, error_from_text, file_of, version_in
 from harness.engines.output import finished
 from harness.engines.process import (
     Limits,

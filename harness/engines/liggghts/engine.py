@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 from harness.engines.base import Traits
-from harness.engines.lammps.language import LammpsLanguage
+from harness.engines.lammps_language import LammpsLanguage
 from harness.engines.liggghts import scenes
 from harness.engines.process import first_words
 from harness.engines.provenance import Provenance

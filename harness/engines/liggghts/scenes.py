@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from harness.engines.jobs import Batches
-from harness.engines.lammps.language import error_of
+from harness.engines.lammps_language import error_of
 from harness.engines.output import read_dump
 from harness.engines.process import text_of
 from harness.engines.scene_files import (

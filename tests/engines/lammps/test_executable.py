@@ -9,7 +9,7 @@ from harness.cases.bench import Bench
 from harness.cases.checks import row_in
 from harness.cases.drop import CASE
 from harness.engines.lammps.engine import Lammps
-from harness.engines.lammps.language import error_of
+from harness.engines.lammps_language import error_of
 from harness.engines.process import Ended
 from harness.engines.programs import program_words
 from harness.engines.provenance import Provenance

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from harness.engines.lammps.language import (
+from harness.engines.lammps_language import (
     check_log,
     error_from_text,
     packages_in,
