@@ -45,6 +45,18 @@ def test_what_cannot_be_simulated_is_refused_in_one_line(name, changes, words):
     assert "\n" not in str(refused.value)
 
 
+@pytest.mark.parametrize("name", CASES)
+def test_each_value_of_a_script_has_its_meaning_beside_it(name):
+    template = CASES[name].template
+    for code in ("lammps", "liggghts", "yade", "kratos"):
+        text = engine_class(code).script(template).text
+        for value in template.variants[""]:
+            meaning = re.escape(template.about[value])
+            line = rf'^(variable {value} +index .*|    "{value}": .*,)  +# {meaning}$'
+            absent = value == "rolling_friction" and code in ("yade", "kratos")
+            assert bool(re.search(line, text, re.M)) is not absent, (code, value)
+
+
 @pytest.mark.parametrize("code", ["yade", "kratos"])
 @pytest.mark.parametrize(("name", "preset"), [("drum", "slow"), ("heap", "small")])
 def test_codes_that_do_not_resist_rolling_refuse_it(code, name, preset):
