@@ -55,8 +55,8 @@ def theory(choice: TheoryOptions = TheoryOptions(), *, json: Json = False) -> in
     one_shock_kept_deg, one_shock_lost_deg. event_driven_deg is the angle of rigid spheres by
     events, every rebound followed, up to a restitution of 0.7.
 
-    With --friction or --grain-diameter, `model` tells a closed form from an integration: without
-    friction, and from rolling_friction on. Between them arcs and shocks of a rigid grain are
+    With --friction or --grain-diameter, `model` is a closed form, without friction and from
+    rolling_friction on, or an integration. Between them arcs and shocks of a rigid grain are
     integrated under Coulomb's limit. A grain so small that it leaves the row is refused.
 
     For example:

@@ -12,7 +12,7 @@ import textwrap
 from collections.abc import Iterator, Mapping, Sequence
 from datetime import datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 from harness.errors import RequestError
 
@@ -26,22 +26,12 @@ MOST_ITEMS = 20  # of a list that a terminal shows; JSON has all
 MOST_ROWS = 40  # of a table that a terminal shows
 
 
-class Result(Protocol):
-    """What a command prints."""
-
-    def summary(self) -> Mapping[str, str]:
-        """Return the main values as text, by name."""
-
-    def to_json(self) -> Mapping[str, Any]:
-        """Return the result as a JSON-ready mapping."""
-
-
 def tell(note: str) -> None:
     """Print a note on stderr."""
     print(f"dem-harness: {one_line(note)}", file=sys.stderr)
 
 
-def show(result: Result, json: bool) -> None:
+def show(result: Any, json: bool) -> None:
     """Print one JSON object, or the summary of a result, a line each."""
     if json:
         print_json(result.to_json())

@@ -47,12 +47,12 @@ def diff(runs: list[str], /, *, output: Folder = None, json: Json = False) -> in
 
     if output is not None:
         check_folder(output)
-    found = compare_runs(*runs)
+    changes = compare_runs(*runs)
     if output is not None:
         with whole_folder(output) as aside:
-            found.changes.to_csv(aside / "changes.csv", index=False)
-            found.trend().to_csv(aside / "values.csv")
-    return _show(found, json)
+            changes.changes.to_csv(aside / "changes.csv", index=False)
+            changes.trend().to_csv(aside / "values.csv")
+    return _show(changes, json)
 
 
 def accept(run: Path, /, *, folder: Folder = None, json: Json = False) -> int:
@@ -116,11 +116,11 @@ def releases(
 
     place = None if kept.cache is None else cache_place(kept.cache).path
     with progress_bars("releases", quiet=json) as progress:
-        found = compare_releases(
+        compared = compare_releases(
             names, level=level, cases=cases, only=only, folder=place, fresh=kept.fresh,
             output=output, progress=progress,
         )  # fmt: skip
-    return _show(found, json)
+    return _show(compared, json)
 
 
 def upstream(
@@ -245,10 +245,10 @@ def reproduce(*, output: Folder = None, check: bool = False, json: Json = False)
     return 0
 
 
-def _show(found: RunDiff | Acceptance | ReleaseComparison, json: bool) -> int:
+def _show(result: RunDiff | Acceptance | ReleaseComparison, json: bool) -> int:
     """Print summary and changed rows, or one JSON object; return the exit status."""
-    show(found, json)
-    changes = found.to_frame()
+    show(result, json)
+    changes = result.to_frame()
     if len(changes) and not json:
         print_frame(changes[[name for name in COLUMNS if name in changes]])
-    return found.status
+    return result.status

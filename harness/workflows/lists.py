@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -68,17 +69,14 @@ def engines(
     for done, name in enumerate(names):
         progress("engines", done, len(names))
         options = {"program": programs[name]} if programs and name in programs else {}
-        try:
-            kind = engine_class(name)
-            twin = kind.twin_options(**options)
-        except RequestError as error:
-            records.append(_engine(name, "", str(error), UNKNOWN))
-            continue
-        records.append(_status(name, options, kind.traits))
+        records.append(_engine(name, options))
+        twin = None
+        with suppress(RequestError):  # the record has the reason
+            twin = engine_class(name).twin_options(**options)
         if twin is not None:
             more = {"lmp": lmp, "launcher": launcher} if name == DEFAULT else {}
             more = {key: value for key, value in more.items() if value is not None}
-            records.append(_status(name, {**twin, **more}, kind.traits))
+            records.append(_engine(name, {**twin, **more}))
     progress("engines", len(names), len(names))
     return records
 
@@ -179,27 +177,22 @@ def _refusal(engine: str, case: Case[Any]) -> str:
         return str(error)
 
 
-def _status(name: str, options: Mapping[str, Any], traits: Traits) -> Record:
+def _engine(name: str, options: Mapping[str, Any]) -> Record:
+    traits, provenance, reason = UNKNOWN, Provenance("", ""), ""
     how = str(options.get("launcher") or ("executable" if options else "-"))
     try:
+        traits = engine_class(name).traits
         with open_engine(name, options=options) as engine:
             provenance = engine.identify()
     except (EngineError, RequestError) as error:
-        return _engine(name, how, traits.missing(str(error)), traits)
-    return _engine(name, provenance.how or how, "", traits, provenance)
-
-
-def _engine(
-    name: str, how: str, reason: str, traits: Traits, provenance: Provenance | None = None
-) -> Record:
-    program = provenance or Provenance("", "")
+        reason = str(error) if traits is UNKNOWN else traits.missing(str(error))
     return {
         "engine": name,
-        "how": how,
-        "available": provenance is not None,
-        "engine_version": program.engine_version,
-        "executable": program.executable,
-        "packages": list(program.packages),
+        "how": provenance.how or how,
+        "available": not reason,
+        "engine_version": provenance.engine_version,
+        "executable": provenance.executable,
+        "packages": list(provenance.packages),
         "reason": reason,
         "install_hint": traits.install_hint,
         "lineage": traits.lineage,

@@ -10,6 +10,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from typing import Any
 
 Progress = Callable[[str, int, int], None]
 BARS_AFTER_SECONDS = 1.0
@@ -22,24 +23,18 @@ def silent(stage: str, done: int, total: int) -> None:
     """Show nothing."""
 
 
-class LogLines:
-    """Prints a line on stderr where a stage ends, and now and then while it goes on."""
+def log_lines(title: str) -> Progress:
+    """Return a function that prints a stage on stderr at its end, and now and then before."""
+    started, last = time.monotonic(), dict[str, float]()
 
-    def __init__(self, title: str) -> None:
-        self._title, self._started = title, time.monotonic()
-        self._last: dict[str, float] = {}
-        self._lock = threading.Lock()
+    def update(stage: str, done: int, total: int) -> None:
+        seconds = time.monotonic() - started
+        is_due = done >= total or seconds - last.setdefault(stage, seconds) >= LOG_PAUSE_SECONDS
+        if is_due and seconds >= LOG_AFTER_SECONDS and last[stage] < float("inf"):
+            last[stage] = float("inf") if done >= total else seconds
+            print(f"{title}: {stage}, {done} of {total}, {seconds:.0f} s", file=sys.stderr)
 
-    def __call__(self, stage: str, done: int, total: int) -> None:
-        """Print the stage, if it is over or due."""
-        seconds = time.monotonic() - self._started
-        with self._lock:
-            last = self._last.setdefault(stage, seconds)
-            ended = done >= total and last < float("inf")
-            if seconds < LOG_AFTER_SECONDS or not (ended or seconds - last >= LOG_PAUSE_SECONDS):
-                return
-            self._last[stage] = float("inf") if ended else seconds
-        print(f"{self._title}: {stage}, {done} of {total}, {seconds:.0f} s", file=sys.stderr)
+    return update
 
 
 @contextmanager
@@ -54,12 +49,12 @@ def progress_bars(title: str, *, quiet: bool = False) -> Iterator[Progress]:
 
     console = Console(stderr=True)
     if quiet or not (console.is_terminal or console.is_jupyter):
-        yield silent if quiet else LogLines(title)
+        yield silent if quiet else log_lines(title)
         return
     columns = (TextColumn("{task.description}"), BarColumn(16), MofNCompleteColumn())
     bars = Bars(*columns, TimeElapsedColumn(), console=console)
     bars.add_task(title, total=None)
-    stages: dict[str, object] = {}
+    stages: dict[str, Any] = {}
     lock = threading.Lock()
 
     def update(stage: str, done: int, total: int) -> None:
@@ -67,7 +62,7 @@ def progress_bars(title: str, *, quiet: bool = False) -> Iterator[Progress]:
             if stage not in stages:
                 stages[stage] = bars.add_task(stage, total=total)
         visible = done < total or len(stages) <= MOST_BARS
-        bars.update(stages[stage], completed=done, total=total, visible=visible)  # type: ignore[arg-type]
+        bars.update(stages[stage], completed=done, total=total, visible=visible)
 
     timer = threading.Timer(BARS_AFTER_SECONDS, bars.start)
     timer.daemon = True
