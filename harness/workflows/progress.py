@@ -29,7 +29,8 @@ def log_lines(title: str) -> Progress:
 
     def update(stage: str, done: int, total: int) -> None:
         seconds = time.monotonic() - started
-        is_due = done >= total or seconds - last.setdefault(stage, seconds) >= LOG_PAUSE_SECONDS
+        since = seconds - last.setdefault(stage, seconds)
+        is_due = done >= total or since >= LOG_PAUSE_SECONDS
         if is_due and seconds >= LOG_AFTER_SECONDS and last[stage] < float("inf"):
             last[stage] = float("inf") if done >= total else seconds
             print(f"{title}: {stage}, {done} of {total}, {seconds:.0f} s", file=sys.stderr)
