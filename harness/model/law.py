@@ -203,7 +203,11 @@ class Law(Parameters):
     def _set_defaults(cls, data: Any) -> Any:
         if not isinstance(data, dict):
             return data
-        values = {name: value for name, value in data.items() if value is not None}
+        values = {
+            name: value
+            for name, value in data.items()
+            if value is not None or name not in cls.model_fields
+        }
         rows = _rows({part: values.get(part, cls.model_fields[part].default) for part in SUBMODELS})
         for name in {name for row in rows for name in row.needs} - set(values):
             if (default := _default(name, values)) is not None:
