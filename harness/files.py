@@ -76,18 +76,22 @@ def advice() -> str:
 
 
 def remove_segments() -> None:
-    """Unlink this user's segments of MPICH that no process has mapped.
+    """Unlink this user's segments of MPICH that no process has open or mapped.
 
-    MPICH unlinks them in MPI_Finalize alone: a program that is killed or crashes leaves them.
+    MPICH unlinks them in MPI_Finalize alone: a program that is killed or crashes leaves them. A
+    process that makes one has it open until it is mapped: files are read first, then maps.
     """
     segments: dict[str, Path] = {}
     with contextlib.suppress(OSError):
         for path in SHARED.iterdir():
             if _SEGMENT.fullmatch(path.name) and path.lstat().st_uid == os.geteuid():
                 segments[path.name] = path
-    for maps in Path("/proc").glob("[0-9]*/maps") if segments else ():
+    for process in Path("/proc").glob("[0-9]*") if segments else ():
         with contextlib.suppress(OSError):  # another user's, or gone by now
-            for name in _SEGMENT.findall(maps.read_text("utf-8", errors="replace")):
+            for handle in (process / "fd").iterdir():
+                with contextlib.suppress(OSError):  # closed by now
+                    segments.pop(handle.readlink().name, None)
+            for name in _SEGMENT.findall((process / "maps").read_text("utf-8", errors="replace")):
                 segments.pop(name, None)
     for path in segments.values():
         path.unlink(missing_ok=True)

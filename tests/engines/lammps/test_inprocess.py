@@ -166,6 +166,21 @@ def test_workers_and_their_files_end_with_the_harness(tmp_path, way):
     assert working_below(tmp_path) == []
 
 
+def test_a_worker_that_starts_while_the_runner_closes_runs_nothing(monkeypatch):
+    class Late:
+        def __init__(self, *_):
+            runner._closed = True
+
+        def end(self):
+            self.ended = True
+
+    monkeypatch.setattr("harness.engines.lammps.workers.Worker", Late)
+    runner = InProcess(1, Limits())
+    (error,) = runner.run([GOOD])
+    assert str(error) == "LAMMPS (in-process) was closed"
+    runner.close()
+
+
 def working_below(folder):
     """Return the processes that work in a folder, also in one that is gone by now."""
     found = []
