@@ -193,9 +193,9 @@ class Bench:
 
 
 def job_key(job: Job) -> Hashable:
-    """Return the identity of a job: template, variant, values, samples and scene."""
-    values = tuple(sorted(job.values.items()))
-    return ("job", job.template.name, job.variant, values, job.sampled, job.scene)
+    """Return the identity of a job: package, template, variant, values, samples and scene."""
+    template, values = job.template, tuple(sorted(job.values.items()))
+    return ("job", template.package, template.name, job.variant, values, job.sampled, job.scene)
 
 
 def _digest(engine: Engine, jobs: Sequence[Job]) -> str:
