@@ -451,7 +451,7 @@ def path_difference(case: Drop, path: Path, expected: Path) -> float:
     time = np.abs(path.time - expected.time).max() / case.step
     places = np.abs(np.stack([path.x - expected.x, path.y - expected.y])).max() / length
     speeds = np.abs(np.stack([path.vx - expected.vx, path.vy - expected.vy])).max() / speed
-    return float(max(time * sys.float_info.epsilon**0.5, places, speeds))
+    return float(np.max([time * sys.float_info.epsilon**0.5, places, speeds]))
 
 
 CASE = DropCase()

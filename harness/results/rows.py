@@ -148,7 +148,7 @@ def judge(row: Row, tolerance: Tolerance, *, failure: Failure = Failure.NONE) ->
         note = f"expected {row.expected:g} within {width:g}"
         return replace(row, verdict=Verdict.FAIL, failure=Failure.HARNESS, note=note)
     error, uncertainty = abs(row.difference), row.uncertainty
-    if math.isnan(error) or math.isnan(uncertainty):
+    if math.isnan(error - uncertainty):  # also of two infinite ones
         return replace(row, verdict=Verdict.FAIL, failure=Failure.NOT_A_NUMBER)
     reach = error + uncertainty if tolerance.whole_interval else max(error, uncertainty)
     if reach <= width:
@@ -160,8 +160,14 @@ def judge(row: Row, tolerance: Tolerance, *, failure: Failure = Failure.NONE) ->
 
 
 def finding(row: Row) -> Row:
-    """Return the row as a finding: a difference between models, shown and not judged."""
-    return replace(row, kind=Kind.FINDING, verdict=Verdict.FINDING)
+    """Return the row as a finding: a difference between models, shown and not judged.
+
+    Without a value it fails.
+    """
+    row = replace(row, kind=Kind.FINDING, verdict=Verdict.FINDING)
+    if math.isnan(row.value):
+        return replace(row, verdict=Verdict.FAIL, failure=Failure.NOT_A_NUMBER)
+    return row
 
 
 def recorded(row: Row, tolerance: Tolerance) -> Row:

@@ -113,7 +113,7 @@ def _merged(before: pd.DataFrame, rows: pd.DataFrame, run: Run) -> pd.DataFrame:
 
 
 def known_defects(other: Path | None = None) -> tuple[KnownDefect, ...]:
-    """Return the committed defects, and the defects of a other file.
+    """Return the committed defects, and those of another file.
 
     Raise RequestError, naming file and defect, for a damaged file, and for a name in both files.
     """

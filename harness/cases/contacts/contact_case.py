@@ -316,7 +316,7 @@ def motion_difference(scene: Scene, motion: Motion, other: Motion) -> float:
     Positions are over the longest path or the overlap at rest, velocities and r times angular
     velocities over the largest of both or the gain of gravity in a contact time, forces over the
     largest force, and torques over r times that, r the smallest radius. Forces on bodies that are
-    not free may be unknown.
+    not free may be unknown; NaN elsewhere makes the difference NaN.
     """
     r = min(body.radius for body in scene.bodies)
     free = [bool(scene.segments) or body.motion == "free" for body in scene.bodies]
@@ -336,7 +336,7 @@ def motion_difference(scene: Scene, motion: Motion, other: Motion) -> float:
     if motion.temperature is not None and other.temperature is not None:
         warmed = np.ptp(other.temperature) or 1.0
         differences.append(np.abs(motion.temperature - other.temperature).max() / warmed)
-    return float(max(differences))
+    return float(np.max(differences))
 
 
 @lru_cache(maxsize=4096)

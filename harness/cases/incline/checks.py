@@ -331,10 +331,11 @@ def _path_difference(bench: Bench, case: Incline) -> float:
     expected = path_in(bench.reference_output(scene_of(case, "passage", EVERY)))
     path, speed = path_in(output, len(expected["time_s"])), case.diameter / case.unit_of_time
     units = (case.unit_of_time, case.diameter, case.diameter, speed, speed)
-    return max(
-        float(np.abs(path[name] - expected[name]).max()) / unit
+    errors = [
+        np.abs(path[name] - expected[name]) / unit
         for name, unit in zip(COLUMNS, units, strict=True)
-    )
+    ]
+    return float(np.max(errors))
 
 
 def _worst_shock(bench: Bench) -> Value:

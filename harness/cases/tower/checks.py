@@ -254,7 +254,7 @@ def motion_difference(tower: Setup, bench: Bench) -> Value:
     divergence = first_divergence(
         run.time, columns, expected, reference_time=reference.time, absolute=EQUAL_STEPS
     )
-    largest = max(float(np.abs(columns[name] - expected[name]).max()) for name in expected)
+    largest = float(np.max([np.abs(columns[name] - expected[name]) for name in expected]))
     if divergence is None:
         return Value(largest)
     return Value(largest, 0.0, divergence.note, divergence.failure)

@@ -15,7 +15,7 @@ from harness.cases.tower.parameters import PROPERTIES, SEARCH, Tower, TowerParam
 from harness.engines.base import Engine, Job, Output, Template, Value
 from harness.engines.output import SERIES
 from harness.engines.provenance import Provenance
-from harness.errors import EngineOutputError, RequestError
+from harness.errors import EngineNaNError, EngineOutputError, RequestError
 from harness.model.allowed import COUNT, Allowed, allowed_in
 from harness.model.law import Law
 from harness.model.scene import Body, Scene
@@ -372,6 +372,8 @@ def read(case: Tower, timing: Timing, output: Output) -> TowerRun:
     # a scene's motion has the forces of contacts alone, a script's dump those with the weight
     weight = 0.0 if "tz_N_m" in output.tables[SERIES] else case.each("mass")[0] * case.gravity
     force = _contact_forces(case, np.asarray(force_x), weight, x)
+    if not np.isfinite(force).all():
+        raise EngineNaNError(f"{output.who} wrote a force that is not a number")
     if not (force > 0.0).any():
         raise EngineOutputError(f"{output.who}: no contact of the tower ever presses")
     run = TowerRun(

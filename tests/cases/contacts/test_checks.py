@@ -67,6 +67,13 @@ def not_a_number(_, motion):
     return replace(motion, velocity=velocity)
 
 
+def never_written(_, motion):
+    """Return a motion without a component that no quantity of the case reads."""
+    torque = motion.torque.copy()
+    torque[:, :, 2] = np.nan
+    return replace(motion, torque=torque)
+
+
 def swapped(_, motion):
     return replace(motion, velocity=np.roll(motion.velocity, 1, axis=2))
 
@@ -99,6 +106,8 @@ def steeper(scene):
 FAULTS = {  # fault: case, law, the engine with it, the class of its failure
     "a sample lost": ("oblique", twin(change_motion=lost), Failure.ENGINE),
     "a NaN": ("oblique", twin(change_motion=not_a_number), Failure.NOT_A_NUMBER),
+    "a column never written": (
+        "oblique", twin(change_motion=never_written), Failure.NOT_A_NUMBER),
     "columns swapped": ("oblique", twin(change_motion=swapped), Failure.OUT_OF_TOLERANCE),
     "samples shifted": ("slip-to-roll", twin(change_motion=shifted), Failure.OUT_OF_TOLERANCE),
     "no contact": ("pull-off", twin(change_motion=flown_by), Failure.ENGINE),

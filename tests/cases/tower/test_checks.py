@@ -98,11 +98,18 @@ def test_planted_faults(fault, law):
     assert {(setup, *row) for row in rows} <= found
 
 
+def not_a_force(table):
+    force = table["fx_N"].copy()
+    force[700, 1] = np.nan  # of a particle below the grain
+    return {**table, "fx_N": force}
+
+
 TABLES = {
     "a sample lost": lambda t: {name: column[:-1] for name, column in t.items()},
     "a column lost": lambda t: {name: t[name] for name in ("step", "x_m", "vx_m_per_s")},
     "a particle lost": lambda t: {n: c if c.ndim == 1 else c[:, :-1] for n, c in t.items()},
     "NaN": lambda t: {**t, "x_m": np.where(t["x_m"] > 0.0, t["x_m"], np.nan)},
+    "NaN in a force": not_a_force,
     "other steps": lambda t: {**t, "step": 2.0 * t["step"]},
     "columns swapped": lambda t: {**t, "x_m": t["vx_m_per_s"], "vx_m_per_s": t["x_m"]},
     "no force": lambda t: {**t, "fx_N": np.full_like(t["fx_N"], 9.81)},
