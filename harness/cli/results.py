@@ -229,14 +229,17 @@ def reproduce(*, output: Folder = None, check: bool = False, json: Json = False)
     from harness.workflows import diff as compare_runs
     from harness.workflows.progress import progress_bars
 
-    committed = output or Path("reports/reproduction")
-    with progress_bars("reproduce", quiet=json) as progress:
-        run = recompute(progress=progress)
     if check:
-        changes = compare_runs(committed, run)
+        with progress_bars("reproduce", quiet=json) as progress:
+            run = recompute(progress=progress)
+        changes = compare_runs(output or Path("reports/reproduction"), run)
         _show(changes, json)
         return int(not changes.changes.empty)
-    with output_folder(output, "-reproduction") as folder:
+    with (
+        output_folder(output, "-reproduction") as folder,
+        progress_bars("reproduce", quiet=json) as progress,
+    ):
+        run = recompute(progress=progress)
         write_reproduction(run, folder)
     if json:
         print_json({**run.to_json(), "statements": statuses(run), "folder": str(folder)})

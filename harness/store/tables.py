@@ -7,6 +7,7 @@ import io
 import math
 import re
 from collections.abc import Callable
+from enum import StrEnum
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree as Xml
@@ -38,11 +39,10 @@ def _number_text(value: float) -> str:
     return "" if math.isnan(value) else repr(float(value))
 
 
-PARSERS: dict[str, Callable[[str], Any]] = (
-    dict.fromkeys(COLUMNS, str)
-    | dict.fromkeys(NUMBERS, _number)
-    | {"kind": Kind, "verdict": Verdict, "failure": Failure}
-)
+WORDS: dict[str, type[StrEnum]] = {"kind": Kind, "verdict": Verdict, "failure": Failure}
+PARSERS: dict[str, Callable[[str], Any]] = {
+    **dict.fromkeys(COLUMNS, str), **dict.fromkeys(NUMBERS, _number), **WORDS
+}  # fmt: skip
 
 
 class _Lines(list[str]):
@@ -86,17 +86,24 @@ def parsed_rows(text: str) -> pd.DataFrame:
         raise ValueError(f"line 1: the columns must be {', '.join(COLUMNS)}")
     records = []
     for cells in reader:
-        try:
-            pairs = zip(PARSERS.values(), cells, strict=True)
-            records.append([str(v) if isinstance(v := parse(cell), str) else v
-                            for parse, cell in pairs])  # fmt: skip
-        except ValueError as error:
-            raise ValueError(f"line {reader.line_num}: {error}") from None
+        if len(cells) != len(COLUMNS):
+            raise ValueError(f"line {reader.line_num}: has {len(cells)} of {len(COLUMNS)} cells")
+        records.append([_cell(name, cell, reader.line_num)
+                        for name, cell in zip(COLUMNS, cells, strict=True)])  # fmt: skip
     if not text.endswith("\n"):
         raise ValueError(f"line {reader.line_num}: is cut")
     frame = pd.DataFrame(records, columns=list(COLUMNS)).astype(dict.fromkeys(NUMBERS, "float64"))
     check_keys(frame)
     return frame
+
+
+def _cell(name: str, cell: str, line: int) -> Any:
+    try:
+        value = PARSERS[name](cell)
+    except ValueError:
+        allowed = ", ".join(filter(None, WORDS[name])) if name in WORDS else "a number"
+        raise ValueError(f"line {line}: {name} = {cell!r}: must be {allowed}") from None
+    return str(value) if isinstance(value, str) else value
 
 
 # ---- JUnit XML

@@ -149,6 +149,8 @@ def read_test(file: Path) -> UpstreamTest:
         values = yaml.load(file.read_text("utf-8"), Loader=yaml.BaseLoader)
     except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
         raise RequestError(f"{file}: cannot be read: {' '.join(str(error).split())}") from None
+    if not isinstance(values, dict):
+        raise RequestError(f"{file}: must be a mapping of keys, as unittest/granular has them")
     try:
         return _test(values, file)
     except (ValueError, AttributeError, TypeError) as error:

@@ -85,7 +85,11 @@ class Point:
 def request_in(file: Path) -> SweepRequest:
     """Return the sweep of a TOML file; raise RequestError, naming it, for one that is not sound."""
     try:
-        return SweepRequest(**tomllib.loads(file.read_text(encoding="utf-8")))
+        record = tomllib.loads(file.read_text(encoding="utf-8"))
+        if unknown := sorted(record.keys() - SweepRequest.model_fields.keys()):
+            keys = ", ".join(SweepRequest.model_fields)
+            raise RequestError(f"{unknown[0]!r} is not known: must be one of {keys}")
+        return SweepRequest(**record)
     except OSError as error:
         raise RequestError(f"{file}: {error.strerror or error}") from None
     except RecursionError:

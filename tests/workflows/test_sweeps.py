@@ -128,7 +128,7 @@ def test_committed_sweeps_can_be_read(inputs):
     [
         ("case = 3", "case = 3: must be a valid string"),
         ("[over]\nsteps = 1", "case: must be given"),
-        ("colour = 'red'\ncase = 'bounce'", "colour: no such parameter.*case, over, set"),
+        ("colour = 'red'\ncase = 'bounce'", "'colour' is not known: must be one of case"),
         ("case = 'bounce'\nover = 3", "over = 3: must be a table"),
         ("case = ", "is not TOML"),
         ("a = " + "[" * 2000, "nested too deep|is not TOML"),

@@ -282,10 +282,11 @@ _MIDDLE = "of the middle half of the grains"
 
 
 def _with_uncertainty(
-    name: str, meaning: str, scale: float, uncertainty: float = 0.01
-) -> Iterable[Quantity[Flow]]:
+    name: str, meaning: str, scale: float, uncertainty: float = 0.01,
+    interval: str = "95 %, by the scatter of the blocks",
+) -> Iterable[Quantity[Flow]]:  # fmt: skip
     yield Quantity(name, "1", meaning, scale)
-    yield Quantity(f"{name}_uncertainty", "1", "95 %, by the scatter of the blocks", uncertainty)
+    yield Quantity(f"{name}_uncertainty", "1", interval, uncertainty)
 
 
 class FlowCase(PackingCase[Flow]):
@@ -312,7 +313,7 @@ class FlowCase(PackingCase[Flow]):
         Quantity("coordination", "1", "contacts of a grain"),
         Quantity("mean_height", "1", "of the grains, in d above the base"),
         *_with_uncertainty("kinetic_energy_drift", "of the kinetic energy over the measurement, "
-                           "over its mean; 99 %", 0.1, 0.1),
+                           "over its mean", 0.1, 0.1, "99 %, of a line through the blocks"),
         Quantity("momentum_balance", "1", "force on the base along the flow and gain of momentum, "
                  "over M g sin(angle)"),
         Quantity("weight_on_base", "1", "force into the base over M g cos(angle)"),
