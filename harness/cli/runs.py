@@ -219,7 +219,7 @@ def sweep(
         more = {"output": str(folder), "notes": notes}
         print_json({**planned.to_json(), **opener.runs(), **more})
     else:
-        _print(planned, notes)
+        _print(planned, [*notes, f"--output {folder}: is written"])
     ended = planned.count("done") + planned.count("undecided")
     failed = planned.count("failed") or not ended or unqualified
     return HarnessError.exit_status if failed else 0

@@ -1,6 +1,7 @@
 """Commands: keys of their JSON, files, exit status, signals, help without heavy imports."""
 
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -129,6 +130,7 @@ def test_a_sweep_leaves_table_and_figure_and_goes_on(answer, tmp_path, monkeypat
 def test_a_failed_run_of_a_sweep_is_status_3_and_a_reason_on_stderr(harness):
     said = harness("sweep", "bounce", "--over", "steps=20,30", "--engines", "good,dying", status=3)
     assert "2 of 4 runs: signal SIGSEGV" in said.err
+    assert re.search(r"--output reports/runs/.*-sweep: is written", said.err)
     assert said.out.count("done") == 2
 
 
