@@ -7,6 +7,7 @@ defects of the release are marked where they are judged.
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -130,6 +131,8 @@ def row_in(bench: Bench, check: Check, blank: Row) -> Row:
     row = replace(
         blank, value=value.value, uncertainty=value.uncertainty, expected=expected, note=note
     )
+    if check.kind is Kind.FINDING and math.isnan(row.value):
+        return failed(row, Failure.NOT_A_NUMBER, note)
     if check.kind is Kind.FINDING:
         limit = tolerance.width(row.value) or NAN
         return finding(replace(row, tolerance=limit, reason=tolerance.reason))

@@ -160,14 +160,8 @@ def judge(row: Row, tolerance: Tolerance, *, failure: Failure = Failure.NONE) ->
 
 
 def finding(row: Row) -> Row:
-    """Return the row as a finding: a difference between models, shown and not judged.
-
-    Without a value it fails.
-    """
-    row = replace(row, kind=Kind.FINDING, verdict=Verdict.FINDING)
-    if math.isnan(row.value):
-        return replace(row, verdict=Verdict.FAIL, failure=Failure.NOT_A_NUMBER)
-    return row
+    """Return the row as a finding: a difference between models, shown and not judged."""
+    return replace(row, kind=Kind.FINDING, verdict=Verdict.FINDING)
 
 
 def recorded(row: Row, tolerance: Tolerance) -> Row:
