@@ -1,15 +1,11 @@
 """Where numba keeps compiled kernels: in the cache folder, or where the user says."""
 
-import contextlib
 import errno
 import os
 import pickle
-import shutil
 import subprocess
 import sys
 from pathlib import Path
-
-import pytest
 
 from harness.compiled import jit
 from harness.files import VARIABLE
@@ -37,24 +33,6 @@ def run_python(source, folder, home, numba_cache=""):
         command, cwd=folder, env=environment, capture_output=True, text=True, check=True,
         umask=0o002,
     )  # fmt: skip
-
-
-@pytest.fixture(scope="module")
-def compiled(tmp_path_factory):
-    """Return the folder of a kernel and the home in which it is kept, compiled once."""
-    source, home = tmp_path_factory.mktemp("source"), tmp_path_factory.mktemp("kept") / "home"
-    (source / "kernel.py").write_text(KERNEL)
-    assert run_python("import kernel", source, home).stderr == ""
-    return source, home
-
-
-@pytest.fixture
-def kernel(tmp_path, compiled):
-    """Return a function that runs the kernel again in a copy of its home, and the folder of it."""
-    source, home = compiled
-    shutil.copytree(home, tmp_path / "home")
-    (folder,) = (tmp_path / "home" / "cache" / "numba").iterdir()
-    return lambda: run_python("import kernel", source, tmp_path / "home").stderr, folder
 
 
 def test_a_kernel_is_kept_where_the_user_says(tmp_path):
@@ -120,27 +98,29 @@ def plant(folder, mark):
         path.write_bytes(pickle.dumps(Runs(mark)))
 
 
-def test_kernels_are_kept_for_this_user_alone_whatever_the_umask(tmp_path, kernel):
-    run, folder = kernel
-    for path in (folder, folder.parent, folder.parent.parent):
+def test_kernels_are_kept_for_this_user_alone_and_no_others_are_read(tmp_path):
+    """Whatever the umask; a pickle in the user's own folder is read, and so its mark is made."""
+    for name in ("mine", "free", "linked"):  # of other stamps: in folders of their own
+        (tmp_path / name).mkdir()
+        (tmp_path / name / f"{name}.py").write_text(f"# {name}{KERNEL}")
+    places = "import sys; sys.path += ['free', 'linked', 'mine']; import free, linked"
+    run_python(f"{places}, mine", tmp_path, tmp_path / "home")
+    (cache,) = tmp_path.glob("home/cache/numba")
+    folders = {
+        next(iter(path.rglob("*.nbi"))).name.partition(".")[0]: path for path in cache.iterdir()
+    }
+    for path in (*folders.values(), cache, cache.parent):
         assert path.stat().st_mode & 0o777 == 0o700
-    plant(folder, tmp_path / "mark")  # it is this user's: it is read
-    with contextlib.suppress(subprocess.CalledProcessError):
-        run()
-    assert (tmp_path / "mark").is_dir()
-
-
-@pytest.mark.parametrize("way", ["others may write it (mode 775)", "it is a link"])
-def test_kernels_that_others_could_write_are_not_read(tmp_path, kernel, way):
-    run, folder = kernel
-    plant(folder, tmp_path / "mark")
-    if way == "it is a link":
-        folder.rename(tmp_path / "elsewhere")
-        folder.symlink_to(tmp_path / "elsewhere")
-    else:
-        folder.chmod(0o775)
-    said = run()
-    assert not (tmp_path / "mark").exists()
-    assert said.count("\n") == 1
-    assert f"kernels in {folder} are not used, {way}" in said
-    assert "DEM_HARNESS_HOME" in said
+    for name, folder in folders.items():
+        plant(folder, tmp_path / f"mark of {name}")
+    folders["free"].chmod(0o775)
+    folders["linked"].rename(tmp_path / "elsewhere")
+    folders["linked"].symlink_to(tmp_path / "elsewhere")
+    again = f"{places}\ntry: import mine\nexcept Exception: pass"
+    said = run_python(again, tmp_path, tmp_path / "home").stderr
+    notes = [line for line in said.splitlines() if line.startswith("dem-harness: kernels in")]
+    assert [path.name for path in tmp_path.glob("mark of *")] == ["mark of mine"]
+    ways = {"free": "others may write it (mode 775)", "linked": "it is a link"}
+    for note, (name, way) in zip(notes, ways.items(), strict=True):
+        assert f"kernels in {folders[name]} are not used, {way}" in note
+        assert "DEM_HARNESS_HOME" in note

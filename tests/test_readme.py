@@ -9,11 +9,13 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[1]
-SKIPPED = {".venv", "runs", "node_modules"}
+ROOMS = ("harness", "tests", "inputs", "reports")
 PAGES = sorted(
-    path
-    for path in ROOT.rglob("*.md")
-    if path.name in {"README.md", "CONTRIBUTING.md"} and not SKIPPED & set(path.parts)
+    [
+        ROOT / "CONTRIBUTING.md",
+        ROOT / "README.md",
+        *(path for room in ROOMS for path in (ROOT / room).rglob("README.md")),
+    ]
 )
 
 

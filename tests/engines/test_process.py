@@ -83,7 +83,6 @@ def test_a_long_run_has_more_time_unless_a_limit_is_named():
 def test_a_program_that_goes_on_has_its_time_for_each_step(python):
     steps = "import time\nfor i in range(3):\n open(str(i), 'w').close()\n time.sleep(0.6)"
     assert not python(steps, seconds=1.2).timed_out
-    assert python(steps.replace("range(3)", "range(1)").replace("0.6", "60"), seconds=1.0).timed_out
 
 
 def _gone(pid):

@@ -94,7 +94,7 @@ def _advance(columns: _Columns, stages: Stages) -> None:
     _set_accelerations(columns)
     for number in range(1, stages.last + 1):
         _kick(columns, 0.5 * step)
-        columns.y[:] += step * columns.v
+        _add(columns.y, step, columns.v)
         grain[0, POSITION] += step * grain[0, VELOCITY]
         _set_accelerations(columns)
         _kick(columns, 0.5 * step)
@@ -108,7 +108,15 @@ def _advance(columns: _Columns, stages: Stages) -> None:
 @compiled
 def _kick(columns: _Columns, seconds: float) -> None:
     columns.grain[0, VELOCITY] += seconds * columns.grain[0, FORCE]
-    columns.v[:] += seconds * columns.a
+    _add(columns.v, seconds, columns.a)
+
+
+@compiled
+def _add(sums: Floats, factor: float, terms: Floats) -> None:
+    """Add in a loop: numba takes a second to compile an assignment to a slice."""
+    for i in range(sums.shape[0]):
+        for j in range(sums.shape[1]):
+            sums[i, j] += factor * terms[i, j]
 
 
 @compiled

@@ -324,7 +324,8 @@ def first_root(coefficients: Floats, shift: float, until: float) -> float:
     low, depth = 0.0, 0
     pieces = np.empty((HALVINGS + 2, coefficients.size))
     widths = np.empty(HALVINGS + 2)
-    pieces[0], widths[0] = _bernstein(coefficients, shift, until), 1.0
+    _set_bernstein(coefficients, shift, until, pieces[0])
+    widths[0] = 1.0
     while depth >= 0:
         now, width = pieces[depth], widths[depth]
         if np.min(now) > 0:
@@ -340,10 +341,11 @@ def first_root(coefficients: Floats, shift: float, until: float) -> float:
 
 
 @compiled
-def _bernstein(coefficients: Floats, shift: float, until: float) -> Floats:
-    """Return the Bernstein coefficients on [0, until] of a polynomial in powers."""
+def _set_bernstein(coefficients: Floats, shift: float, until: float, result: Floats) -> None:
+    """Set ``result`` to the Bernstein coefficients on [0, until] of a polynomial in powers."""
     degree = coefficients.size - 1
-    result = coefficients.copy()
+    for j in range(degree + 1):  # an assignment of arrays takes numba 2 s longer to compile
+        result[j] = coefficients[j]
     result[0] += shift
     # b_k = sum_j C(k,j)/C(degree,j) c_j, by repeated summation
     power = binomial = 1.0
@@ -354,7 +356,6 @@ def _bernstein(coefficients: Floats, shift: float, until: float) -> Floats:
     for level in range(1, degree + 1):
         for k in range(degree, level - 1, -1):
             result[k] += result[k - 1]
-    return result
 
 
 @compiled

@@ -142,7 +142,9 @@ def _advance(
         touching = _count_contacts(force)
         if (dense and touching != contacts[0]) or (count % plan.every == 0 or count == plan.steps):
             times[row] = count * h
-            places[row], speeds[row], forces[row] = u, v, force
+            _copy(u, places[row])
+            _copy(v, speeds[row])
+            _copy(force, forces[row])
             row, contacts[0] = row + 1, touching
         if count == plan.steps:
             break
@@ -162,6 +164,13 @@ def _advance(
         else:
             _kick(v, a, half)
     return row
+
+
+@compiled
+def _copy(values: Floats, target: Floats) -> None:
+    """Copy in a loop: numba takes 2 s to compile an assignment of arrays."""
+    for i in range(values.size):
+        target[i] = values[i]
 
 
 @compiled

@@ -21,7 +21,7 @@ from harness.results.rows import Row, Verdict, judge
 RNG = np.random.default_rng(7)
 
 
-@pytest.mark.parametrize(("first", "second"), [(4, 4), (12, 12), (4, 24)])
+@pytest.mark.parametrize(("first", "second"), [(4, 4), (4, 24)])
 def test_either_side_of_the_interval_misses_five_percent_however_few_the_seeds(first, second):
     """Of a bootstrap's percentiles it is 10 % for 4 seeds: t of 6 beyond 1.645 sqrt(3/4)."""
     bound = norm.ppf(0.95) * math.sqrt(3 / 4)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from harness.model.law import COEFFICIENTS, Law
+from harness.model.law import Law
 from harness.model.scene import Scene, Wall, sphere
 from tests.solvers.reference.scenes import (
     DMT,
@@ -62,12 +62,6 @@ LAWS = {
     "mdr, damping": YIELDS.replace(damping="mdr", damping_coefficient=0.1),
     "mdr, adhesion": MDR.replace(surface_energy=0.5),
 }  # fmt: skip
-STATED = [
-    (name, part)
-    for name, law in LAWS.items()
-    for part in sorted(COEFFICIENTS)
-    if getattr(law, part) not in (None, 0.0)
-]
 
 
 def off_by(name, part, factor=1.0 - 1e-6):

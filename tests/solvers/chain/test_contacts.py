@@ -55,10 +55,10 @@ def random_overlaps(rng, kind, n):
     return 0.1 + 1e-6 * rng.normal(size=n)
 
 
-def test_pivoting_and_the_sweeps_of_the_source_agree_on_two_thousand_configurations():
+def test_pivoting_and_the_sweeps_of_the_source_agree_on_five_hundred_configurations():
     rng = np.random.default_rng(20240913)
     worst = 0.0
-    for count in range(2_000):
+    for count in range(500):
         x = centres(random_overlaps(rng, count % 4, int(rng.integers(1, 40))))
         apart = np.abs(source.compressions(x, 1.0) - contact_forces(x, 1.0, 1.0)).max()
         assert apart <= rounding(x)

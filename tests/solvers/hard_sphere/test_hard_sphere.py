@@ -52,12 +52,11 @@ def test_a_flight_ends_on_a_sphere_and_passes_through_none(sideways, up, theta):
 
     def gap(s, of):
         px = x + vx * s + 0.5 * math.sin(theta) * s * s
-        return math.hypot(px - of, y + vy * s - 0.5 * math.cos(theta) * s * s) - 1.0
+        return np.hypot(px - of, y + vy * s - 0.5 * math.cos(theta) * s * s) - 1.0
 
     assert 0.0 < t < 10.0
     assert abs(gap(t, sphere)) < 1e-12
-    times = np.linspace(0.0, t, 500)[1:-1]
-    assert min(gap(s, of) for s in times for of in range(-8, 10)) > -1e-12
+    assert gap(np.linspace(0.0, t, 500)[1:-1, None], np.arange(-8, 10)).min() > -1e-12
 
 
 def test_sliding_ends_where_force_or_speed_vanish_or_the_next_sphere_is_met():
@@ -144,7 +143,7 @@ def stepped(theta, e, h):
     return False
 
 
-@pytest.mark.parametrize("restitution", [0.1, 0.3, 0.5])
+@pytest.mark.parametrize("restitution", [0.1, 0.5])
 def test_small_steps_tend_to_the_same_critical_angle(restitution):
     def angle(h):
         low, high = 9.5, 11.5
