@@ -130,10 +130,17 @@ def test_defect_of_a_variation(name):
 
 
 SCRIPTS = {d.script for d in DEFECTS.values() if d.engine == "lammps" and not d.until}
+LONG = {"jkr-region-without-neck", "mdr-adhesion-fades"}  # seconds; their scenes are above
 
 
 @pytest.mark.live
-@pytest.mark.parametrize("path", sorted(SCRIPTS))
+@pytest.mark.parametrize(
+    "path",
+    [
+        pytest.param(path, marks=[pytest.mark.slow] if Path(path).parent.name in LONG else [])
+        for path in sorted(SCRIPTS)
+    ],
+)
 def test_script_shows_it_with_lammps_alone(path, tmp_path):
     done = subprocess.run([LMP, "-in", str(ROOT / path), "-log", "none"], cwd=tmp_path,
                           capture_output=True, text=True, timeout=60, check=False)  # fmt: skip

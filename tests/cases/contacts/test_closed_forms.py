@@ -49,13 +49,6 @@ def test_a_clipped_contact_ends_whatever_its_damping(ratio, restitution):
         assert values[name] == pytest.approx(value, rel=1e-5), name
 
 
-def test_an_overdamped_contact_of_a_constant_dashpot_is_that_of_its_ratio():
-    case = case_named("head-on")
-    eta = 2.0 * 1.5 * math.sqrt(1e6 * case.default.mass)
-    law = {"damping": "velocity", "damping_coefficient": eta, "clipped": True}
-    assert case.exact(case.default.replace(**law))["restitution"] == pytest.approx(0.075588, 1e-5)
-
-
 # ---- friction, rolling, twisting
 
 ROLLS = {
@@ -188,26 +181,6 @@ def test_sliding_throughout_leaves_what_the_formula_says(name):
 
 
 # ---- bodies
-
-
-@pytest.mark.parametrize("partner", ["wall", "sphere", "frozen"])
-def test_an_impact_touches_half_a_step_after_its_start(partner):
-    scene = case_named("oblique").scene(
-        case_named("oblique").default.replace(partner=partner, angle=30.0)
-    )
-    first = scene.bodies[0]
-    touch = [x + 0.5 * scene.step * v for x, v in zip(first.position, first.velocity, strict=True)]
-    assert touch == pytest.approx([0.0, 0.0, 0.01], abs=1e-15)
-    assert scene.steps == scene.every == 1100
-
-
-def test_an_impact_on_a_denser_sphere_of_another_material_is_that_of_hertz():
-    case, p = case_named("head-on"), trial_of("head-on", "hertz", "two materials, mixed")
-    m1, m2 = (body.mass for body in case.scene(p).bodies)
-    assert m2 == pytest.approx(2.0 * m1, rel=1e-12)
-    exact, values = case.exact(p), limits(case, p)
-    assert set(exact) == {quantity.name for quantity in case.quantities}
-    assert {name: values[name] for name in exact} == pytest.approx(exact, rel=1e-4)
 
 
 @pytest.mark.parametrize("changed", ["partner_density", "partner_radius", "partner_share"])

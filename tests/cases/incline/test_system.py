@@ -7,12 +7,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from harness.cases.incline.case import CASE
 from harness.cases.incline.system import (
     Incline,
     crest_radius,
     end_of,
-    job_of,
     margin,
     may_slide,
     overlaps,
@@ -156,12 +154,3 @@ def test_the_scene_is_the_system():
     assert len(scene_of(Incline(spheres=100_000), "passage").bodies) == 10
     disc = scene_of(Incline(**ROUGH, shape="disc"), "passage").bodies[0]
     assert disc.moment_of_inertia == pytest.approx(0.5 * disc.mass * disc.radius**2)
-
-
-def test_every_run_is_a_script_and_a_scene():
-    job = job_of(Incline(**ROUGH), "passage", 10)
-    assert (job.variant, job.sampled, job.scene.every) == ("plastic", True, 10)
-    assert job.values["start"] == 10.0
-    assert job_of(Incline(**{**ROUGH, "friction": 0.05}), "passage").values["start"] == 1.0
-    assert list(CASE.presets) == ["source", "clipped", "plastic"]
-    assert Incline().mass == pytest.approx(1.0)

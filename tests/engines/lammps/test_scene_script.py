@@ -32,15 +32,6 @@ def test_share_of_bulk_reaches_the_script():
         assert script(scene) != script(other)
 
 
-def test_coefficients_of_each_body_are_given_to_lammps():
-    law = LAWS["coeff_restitution of hooke"].replace(partner_restitution=0.8)
-    lines = script(SYSTEMS["spheres"](law)).splitlines()
-    words = [line for line in lines if line.startswith("pair_coeff")]
-    assert [line.split()[1:6] for line in words] == [
-        ["1", "1", "hooke", "100000.0", "0.5"], ["2", "2", "hooke", "100000.0", "0.8"],
-    ]  # fmt: skip
-
-
 def three(law):
     """Return three spheres of different sizes, two of one type."""
     bodies = [
