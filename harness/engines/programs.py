@@ -76,6 +76,12 @@ def find_program(option: str, name: str) -> str:
     return str(Path(path).absolute())
 
 
+def program_of_python(name: str) -> str:
+    """Return the path of a program next to this Python, else its name, to be found on PATH."""
+    path = Path(sys.executable).with_name(name)
+    return str(path) if path.exists() else name
+
+
 def program_words(option: str, command: str) -> list[str]:
     """Return the words of a command: the absolute path of its program, then its arguments.
 

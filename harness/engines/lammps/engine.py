@@ -21,7 +21,7 @@ from harness.engines.lammps_language import (
 )
 from harness.engines.output import Output
 from harness.engines.process import Limits, first_words, way_of_death
-from harness.engines.programs import find_program, program_words
+from harness.engines.programs import find_program, program_of_python, program_words
 from harness.engines.provenance import Provenance, release_of
 from harness.engines.scripts import Task
 from harness.errors import EngineError, EngineMissingError, RequestError
@@ -96,10 +96,10 @@ class Lammps(LammpsLanguage):
     def twin_options(cls, **options: Any) -> Mapping[str, Any] | None:
         """Return those of the executable of the library; an executable has no twin."""
         executable = any(options.get(name) is not None for name in ("lmp", "launcher", "program"))
-        return None if executable else {"lmp": "lmp"}
+        return None if executable else {"lmp": program_of_python("lmp")}
 
     def twin(self) -> Lammps | None:
-        """Return the executable on PATH, or next to this Python, of LAMMPS in-process."""
+        """Return the executable next to this Python, else on PATH, of LAMMPS in-process."""
         options = self.twin_options(**self.opened_with)
         try:
             return None if options is None else Lammps(limits=self.limits, **options)
@@ -193,12 +193,12 @@ class Lammps(LammpsLanguage):
         return [(row.name, row.scene) for row in rows if row.variation.ranks <= most]
 
     def motions(self, jobs: Sequence[Job]) -> list[Motion | EngineError]:
-        """Return the motions of scenes by the executable, that of the library in-process."""
+        """Return the motions of scenes by the executable, in-process by the library's own."""
         from harness.engines.lammps import scene_runs
 
         options = [_scene_and_option(job) for job in jobs]
         return scene_runs.motions(
-            [self.program or find_program("lmp", "lmp"), *self.arguments],
+            [self.program or find_program("lmp", program_of_python("lmp")), *self.arguments],
             [scene for scene, _ in options], [option for _, option in options],
             launcher=self._launcher, release=self._release,
             workers=self.workers, limits=self.limits, processes=self.processes,

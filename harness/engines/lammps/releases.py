@@ -26,7 +26,9 @@ from harness.engines.process import COMPLETE, MADE, USED, environments_folder, l
 from harness.engines.programs import (
     ENVIRONMENT,
     facts,
+    find_program,
     program_files,
+    program_of_python,
     program_words,
     with_libraries,
 )
@@ -40,17 +42,30 @@ _RELEASE = re.compile(r"20\d\d(\.\d+){2,5}(rc\d+|\.?(post|dev)\d+)?")
 def fingerprint(lmp: str | None = None, launcher: str | None = None) -> dict[str, Any] | None:
     """Return the identity of LAMMPS, JSON-ready; None for a wrapper script that hides a program.
 
-    Raise RequestError for a program that is not there.
+    In-process it has the library and the executable that runs scenes. Raise RequestError for a
+    program that is not there.
     """
     if lmp is None and launcher is None:
-        files = _library_files()
-        return facts("lammps", "in-process", files, VARIABLES) if files else None
+        return _in_process()
     how = shlex.join(program_words("mpirun", launcher)) if launcher else "executable"
     path, *arguments = program_words("lmp", lmp or "lmp")
-    program = Path(path)
-    files = _wheel_files(program) or program_files(program)
+    files = _executable_files(Path(path))
     options = {"arguments": shlex.join(arguments)} if arguments else {}
     return facts("lammps", how, files, VARIABLES, options) if files else None
+
+
+def _in_process() -> dict[str, Any] | None:
+    files = _library_files()
+    with suppress(RequestError):  # without an executable no scene is run
+        program = find_program("lmp", program_of_python("lmp"))
+        if not (of_program := _executable_files(Path(program))):
+            return None
+        files = [*files, *of_program] if files else []
+    return facts("lammps", "in-process", files, VARIABLES) if files else None
+
+
+def _executable_files(program: Path) -> list[Path]:
+    return _wheel_files(program) or program_files(program)
 
 
 def _library_files() -> list[Path]:

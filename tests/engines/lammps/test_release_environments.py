@@ -6,6 +6,7 @@ import subprocess
 
 import pytest
 
+from harness.cases.registry import get_case
 from harness.engines.lammps import releases
 from harness.engines.lammps.engine import Lammps
 from harness.engines.lammps.releases import (
@@ -17,9 +18,10 @@ from harness.engines.lammps.releases import (
     is_release,
 )
 from harness.engines.process import drop
-from harness.engines.programs import digest
+from harness.engines.programs import digest, program_of_python
 from harness.engines.registry import fingerprint_of
 from harness.errors import EngineMissingError, EngineTimeoutError, RequestError
+from harness.model.motion import Motion
 
 NAME = "2024.8.29.3.0"
 
@@ -132,7 +134,7 @@ def test_launcher_ranks_and_arguments_count(program):
 
 
 def test_the_twin_of_the_library_counts_and_an_executable_has_none(program):
-    assert Lammps.twin_options() == {"lmp": "lmp"}
+    assert Lammps.twin_options() == {"lmp": program_of_python("lmp")}
     assert Lammps.twin_options(lmp=str(program)) is None
     assert "twin" not in fingerprint_of("lammps", {"lmp": str(program)})
 
@@ -144,3 +146,16 @@ def test_the_library_of_this_environment_is_known_without_loading_it():
     assert "libmpi" in files
     with Lammps() as engine:
         assert engine.fingerprint() == fingerprint() == Lammps.fingerprint_of()
+
+
+@pytest.mark.usefixtures("lmp")
+@pytest.mark.skipif(program_of_python("lmp") == "lmp", reason="no lmp next to this Python")
+def test_scenes_run_in_the_installation_of_the_library_whatever_is_on_path(tmp_path, monkeypatch):
+    other = tmp_path / "lmp"
+    other.write_text("#!/bin/sh\nexit 3\n", encoding="utf-8")
+    other.chmod(0o755)
+    monkeypatch.setenv("PATH", f"{tmp_path}:{os.environ['PATH']}")
+    case = get_case("head-on")
+    with Lammps() as engine:
+        (motion,) = engine.motions([case.job(case.default)])
+    assert isinstance(motion, Motion)
