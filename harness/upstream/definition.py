@@ -172,11 +172,14 @@ def _test(values: Mapping[str, Any], file: Path) -> UpstreamTest:
 
     def table(name: str) -> Floats:
         """Return rows (segment, atom, x, y, z), shape (M, 5)."""
+        message = f"{name}: must be rows of segment, atom and three finite numbers"
         try:
-            return np.array([line.split() for line in lines(name)], float).reshape(-1, 5)
+            rows = np.array([line.split() for line in lines(name)], float).reshape(-1, 5)
         except ValueError:
-            message = f"{name}: must be rows of segment, atom and three numbers"
             raise ValueError(message) from None
+        if not np.isfinite(rows).all():
+            raise ValueError(message)
+        return rows
 
     segments = " ".join(lines("run_segments")).split()
     if not segments or not all(map(str.isdigit, segments)):

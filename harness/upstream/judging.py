@@ -53,6 +53,7 @@ from harness.upstream.definition import RECORDED, Floats, RunOutput, State, Upst
 from harness.upstream.scene import Reading, read_scene
 
 CASE = "upstream"
+MODES = ("on", "off")  # of newton
 RECORDED_MOTION, MOTION, STEP_ERROR = "recorded motion", "motion", "error of the step"
 NOT_THERE = re.compile(
     "unrecognized .* model|Illegal model type|Unrecognized .* style|Unknown .* style|Cannot open"
@@ -101,9 +102,6 @@ def run_upstream(
     return Run(table(rows), meta)
 
 
-MODES = ("on", "off")  # of newton
-
-
 def _rows(test: UpstreamTest, release: str, lmp: str, newton: str, limits: Limits) -> list[Row]:
     """Return the rows of a test in a release, whatever happens."""
     motion = Row(case=CASE, setup=test.name, quantity=MOTION, check=f"newton {newton}", unit="1",
@@ -119,8 +117,12 @@ def _rows(test: UpstreamTest, release: str, lmp: str, newton: str, limits: Limit
         note = f"{type(error).__name__}: {error}"
         return [failed(row, Failure.HARNESS, note) for row in (record, motion)]
     if rows[0].defect and record.verdict is Verdict.FAIL:
-        record = replace(record, verdict=Verdict.KNOWN_DEFECT, defect=rows[0].defect)
+        record = _with_defect(record, rows[0].defect)
     return [record, *(row for row in rows if row.check == motion.check or newton == "off")]
+
+
+def _with_defect(row: Row, name: str) -> Row:
+    return replace(row, verdict=Verdict.KNOWN_DEFECT, failure=Failure.NONE, defect=name)
 
 
 def _of_error(error: EngineError, row: Row) -> Row:
@@ -143,11 +145,10 @@ def recorded_difference(test: UpstreamTest, run: RunOutput) -> tuple[float, str]
     """Return the largest difference from the record as upstream takes it, and its place.
 
     Differences are relative to the smaller of both values, component by component, and absolute
-    where one is 0. Raise RequestError for a test without a record, or with another atom in it.
+    where one is 0. Raise RequestError for a test without a record of its segments, or with another
+    atom in it.
     """
-    if not any(map(len, test.recorded.values())):
-        raise RequestError("nothing is recorded")
-    worst, place = 0.0, ""
+    worst, place = -1.0, ""
     for name, columns in RECORDED.items():
         for segment, atom, *expected in test.recorded.get(name, np.zeros((0, 5))):
             if int(segment) + 1 >= len(run.states):
@@ -161,6 +162,8 @@ def recorded_difference(test: UpstreamTest, run: RunOutput) -> tuple[float, str]
                 error = abs(value - target) / (min(abs(value), abs(target)) or 1.0)
                 if error > worst:
                     worst, place = error, f"{column} of atom {atom:g} after segment {segment:g}"
+    if worst < 0.0:
+        raise RequestError("nothing is recorded at the end of a segment that it runs")
     return worst, place
 
 
@@ -184,7 +187,7 @@ def _against_reference(test: UpstreamTest, run: RunOutput, blank: Row) -> list[R
     hidden = "upstream's tolerance hides it" if speeds <= test.tolerance else ""
     row = replace(row, note=joined(place, f"velocities off by {speeds:.2g}", hidden))
     if defect := known_defects_of(reading, run.states):
-        row = replace(row, verdict=Verdict.KNOWN_DEFECT, defect=defect)
+        row = _with_defect(row, defect)
     return [row, *step_rows]
 
 

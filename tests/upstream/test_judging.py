@@ -115,6 +115,11 @@ def test_a_record_and_another_one(recorded, lmp):
     assert "vz of atom 2 after segment 1" in record.note
 
 
+def test_a_record_of_no_segment_that_is_run_is_not_tested(recorded, lmp):
+    beyond = {name: rows + np.array([9, 0, 0, 0, 0]) for name, rows in recorded.recorded.items()}
+    assert outcome(named(recorded, recorded=beyond), lmp)[0].verdict == "not tested"
+
+
 @pytest.mark.parametrize("name", OF_DEFECTS)
 def test_the_test_of_a_defect_fails_where_lammps_has_the_defect(name, lmp):
     record, motion = outcome(read_test(OF_DEFECTS[name]), lmp)

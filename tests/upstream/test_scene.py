@@ -183,6 +183,7 @@ def test_a_file_is_read():
         (("run_segments: |\n  ", "run_segments: |\n  many "), "many"),
         (("epsilon: 1e-08", "epsilon: small"), "epsilon = 'small'"),
         (("run_vel: |2\n    0 ", "run_vel: |2\n    x "), "run_vel"),
+        (("run_vel: |2\n    0 ", "run_vel: |2\n    nan "), "run_vel"),
         (("pre_commands: |", "pre_commands: ["), "cannot be read"),
     ],
 )
