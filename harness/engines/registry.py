@@ -161,8 +161,8 @@ def chosen_options(
     **more: str | None,
 ) -> dict[str, Any]:
     """Return the arguments of an engine's class, checked; takes what ``open_engine`` takes."""
-    values = {**(options or {}), **more, "program": program}
-    values = {key: value for key, value in values.items() if value is not None}
+    sources = (options or {}, {**more, "program": program})
+    values = {k: v for source in sources for k, v in source.items() if v is not None}
     if not values:
         return {}
     hints = get_type_hints(inspect.unwrap(engine_class(name).__init__))

@@ -97,6 +97,12 @@ def test_options_are_read_as_the_engine_declares_them():
     assert chosen_options("lammps", options=given) == {"workers": 2, "limits": named}
 
 
+def test_a_word_of_its_own_that_is_not_given_leaves_the_option():
+    assert chosen_options("reference", options={"integrator": "mfix-euler"}, integrator=None) == {
+        "integrator": "mfix-euler"
+    }
+
+
 def test_an_engine_of_another_package_opens_by_its_name_with_its_options(plugins):
     plugins(Point("mine", "mine:Mine", "mine-dem"))
     assert engine_names() == [*ENGINES, "mine"]
