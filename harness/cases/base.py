@@ -235,7 +235,7 @@ def guard_calls(kind: type[Any]) -> None:
 
 
 def case_error(case: Any, call: str, result: str, expected: str) -> CaseError:
-    """Return the error of a call in one line: package, case, call, found and expected."""
+    """Return the error of a call in one line: package, case, call, result and expected one."""
     package = type(case).__module__.partition(".")[0]
     where = "" if package == "harness" else f"package {package!r}, "
     return CaseError(f"{where}case {case.name!r}: {call} {result}, must return {expected}")

@@ -110,22 +110,22 @@ class Batches(Generic[Item, Result]):
                 try:
                     result = self.read(folder, place, item, ended.seconds / len(items))
                 except EngineError as error:
-                    outcomes.append(error.with_log(self.log(folder, place) or ended.said))
+                    outcomes.append(error.with_log(self.log(folder, place) or ended.output))
                     continue
                 if result is None:
                     log = self.log(folder, place)
                     killed = processes.closed and signal_of(ended.code) is signal.SIGKILL
                     failure = closed if killed else self._failure(ended, log)
-                    texts = dict.fromkeys(filter(None, (log, ended.said)))
+                    texts = dict.fromkeys(filter(None, (log, ended.output)))
                     return [*outcomes, failure.with_log("\n".join(texts))]
                 outcomes.append(result)
             if death := self.error(ended, ""):  # its last result may be spoiled
                 late = EngineCrashError(f"{death}, after its results were written")
-                outcomes[-1] = late.with_log(self.log(folder, len(items) - 1) or ended.said)
+                outcomes[-1] = late.with_log(self.log(folder, len(items) - 1) or ended.output)
             return outcomes
 
     def _failure(self, ended: Ended, log: str) -> EngineError:
-        words = f"{self.title} ended without a result{last_words(ended.said)}"
+        words = f"{self.title} ended without a result{last_words(ended.output)}"
         return self.error(ended, log) or EngineOutputError(words)
 
 

@@ -104,7 +104,7 @@ def error_of(ended: Ended, log: str, program: str = "LAMMPS") -> EngineError | N
     code = ended.code - 256 if 192 < ended.code < 255 else ended.code
     if ended.timed_out or (code == 0 and not _ERROR.search(log)):
         return ended.error(program)
-    text = log if closing_error(log) else ended.said or "".join(log.splitlines()[-1:])
+    text = log if closing_error(log) else ended.output or "".join(log.splitlines()[-1:])
     return error_from_text(text, code, program)
 
 

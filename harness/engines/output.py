@@ -76,7 +76,7 @@ class Output:
     ranks: int = 1
 
     @property
-    def who(self) -> str:
+    def engine(self) -> str:
         """Return the engine's name as messages write it."""
         return self.title or self.provenance.engine
 
@@ -88,10 +88,12 @@ class Output:
         """Return the result of this name as text; it may come again, but not with another one."""
         values = [*dict.fromkeys(value for key, value in self.results if key == name)]
         if not values:
-            raise EngineOutputError(f"{self.who} left an incomplete result ({name!r})")
+            raise EngineOutputError(f"{self.engine} left an incomplete result ({name!r})")
         if len(values) > 1:
             first, second = (value[:LONGEST] for value in values[:2])
-            raise EngineOutputError(f"{self.who} left two results {name!r}: {first} and {second}")
+            raise EngineOutputError(
+                f"{self.engine} left two results {name!r}: {first} and {second}"
+            )
         return values[0]
 
     def number(self, name: str) -> float:
@@ -107,7 +109,7 @@ class Output:
         for name, value in expected.items():
             if self.has(name) and abs(self.number(name) - value) > ROUNDING * abs(value):
                 raise EngineOutputError(
-                    f"{self.who} says that it ran with {name} = {self.text(name)[:LONGEST]}, "
+                    f"{self.engine} says that it ran with {name} = {self.text(name)[:LONGEST]}, "
                     f"where {value:.15g} {source}"
                 )
 
@@ -117,7 +119,7 @@ class Output:
 
         texts = [value.split() for key, value in self.results if key == name]
         if any(len(words) != columns for words in texts):
-            raise EngineOutputError(f"{self.who} left an incomplete result ({name!r})")
+            raise EngineOutputError(f"{self.engine} left an incomplete result ({name!r})")
         rows = [[self._number(name, word) for word in words] for words in texts]
         return np.array(rows, dtype=np.float64).reshape(-1, columns)
 
@@ -131,18 +133,18 @@ class Output:
         table = self.tables.get(name, {})
         if missing := [column for column in columns if column not in table]:
             raise EngineOutputError(
-                f"{self.who} left no table with {', '.join(missing)}: run must return them in "
+                f"{self.engine} left no table with {', '.join(missing)}: run must return them in "
                 f"tables[{name!r}], which has {', '.join(table) or 'no columns'}"
             )
         count = table[columns[0]].shape[0]
         if rows is not None and count != rows:
-            raise EngineOutputError(f"{self.who} left {count} rows of a series of {rows}")
+            raise EngineOutputError(f"{self.engine} left {count} rows of a series of {rows}")
         if count == 0 or any(table[column].shape[0] != count for column in columns):
-            raise EngineOutputError(f"{self.who} left an incomplete series")
+            raise EngineOutputError(f"{self.engine} left an incomplete series")
         if not all(np.isfinite(table[column]).all() for column in columns):
-            raise EngineNaNError(f"{self.who} wrote a series with values that are not numbers")
+            raise EngineNaNError(f"{self.engine} wrote a series with values that are not numbers")
         if columns[0] in CLOCKS and np.any(np.diff(table[columns[0]], axis=0) <= 0.0):
-            raise EngineOutputError(f"{self.who} wrote a series that is out of order")
+            raise EngineOutputError(f"{self.engine} wrote a series that is out of order")
         return table
 
     def _number(self, name: str, text: str) -> float:
@@ -150,10 +152,10 @@ class Output:
             value = float(text)
         except ValueError:
             raise EngineOutputError(
-                f"{self.who} left an incomplete result ({name} = {text[:LONGEST]!r})"
+                f"{self.engine} left an incomplete result ({name} = {text[:LONGEST]!r})"
             ) from None
         if not math.isfinite(value):
-            raise EngineNaNError(f"{self.who} returned {name} = {text[:LONGEST]}")
+            raise EngineNaNError(f"{self.engine} returned {name} = {text[:LONGEST]}")
         return value
 
 

@@ -70,12 +70,12 @@ class Limits:
 
 @dataclass(frozen=True)
 class Ended:
-    """The end of a program: last output, exit status, wall time [s], whether it hung.
+    """The end of a program: end of its output, exit status, wall time [s], whether it hung.
 
     ``limit`` [s] is the time that it had.
     """
 
-    said: str
+    output: str
     code: int
     seconds: float
     timed_out: bool
@@ -85,8 +85,8 @@ class Ended:
         """Return the error of an engine by the end of its process, None where it ended well."""
         if self.timed_out:
             message = f"{engine} did not finish within {self.limit:g} s"
-            return EngineTimeoutError(message).with_log(self.said)
-        return death(engine, self.code, self.said).with_log(self.said) if self.code else None
+            return EngineTimeoutError(message).with_log(self.output)
+        return death(engine, self.code, self.output).with_log(self.output) if self.code else None
 
 
 class Processes:

@@ -51,7 +51,7 @@ def motion_in(output: Output, scene: Scene) -> Motion:
     if scene.stages:
         table = output.table(STAGE_COLUMNS, name=STAGES)
         stages = np.stack([table[name] for name in STAGE_COLUMNS], axis=1)
-    return motion_of_table(output.who, scene, output.tables.get(SERIES, {}), stages)
+    return motion_of_table(output.engine, scene, output.tables.get(SERIES, {}), stages)
 
 
 def motion_of_table(title: str, scene: Scene, table: Table, stages: Floats | None = None) -> Motion:

@@ -27,7 +27,7 @@ BEST_RANK = 2  # of all other verdicts
 class Change(StrEnum):
     """The class of a row's change, from the one to read first to the one to read last."""
 
-    WORSE = "worse"  # in its verdict, or it is missing although it was asked for
+    WORSE = "worse"  # in its verdict, or it is missing although it was requested
     OTHER_INPUT = "other input"  # the engine was given another script, value or scene
     MOVED = "moved"  # by more than its tolerance
     BETTER = "better"
@@ -35,7 +35,7 @@ class Change(StrEnum):
     WITHIN = "within tolerance"
     ROUND_OFF = "within round-off"
     SAME = "same"
-    NOT_COMPARABLE = "not comparable"  # only one of the runs was asked for it
+    NOT_COMPARABLE = "not comparable"  # only one of the runs was to have it
 
 
 BAD = (Change.WORSE, Change.OTHER_INPUT, Change.MOVED)
@@ -43,7 +43,7 @@ BAD = (Change.WORSE, Change.OTHER_INPUT, Change.MOVED)
 
 @dataclass(frozen=True)
 class Scope:
-    """What a run was asked for: cases, engines, the level, and a pattern of rows.
+    """The request of a run: cases, engines, the level, and a pattern of rows.
 
     ``left_out`` are engines that exist and were not asked for. A comparison of two engines bears
     the name of the second as its ``check``; it is in no scope that leaves one of them out.
@@ -56,7 +56,7 @@ class Scope:
     left_out: frozenset[str] = frozenset()
 
     def covers(self, rows: pd.DataFrame) -> Mask:
-        """Return which rows were asked for, shape (rows,)."""
+        """Return which rows were requested, shape (rows,)."""
         levels = LEVELS[: LEVELS.index(self.level) + 1] if self.level in LEVELS else LEVELS
         inside = (
             rows["case"].isin(self.cases)

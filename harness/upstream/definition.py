@@ -97,7 +97,7 @@ def run_test(
                                 seconds=bounds.seconds, memory=bounds.memory)  # fmt: skip
         log = text_of(folder / "log.lammps")
         if (error := error_of(ended, log)) is not None:
-            raise error.with_log(f"{log}\n{ended.said}")
+            raise error.with_log(f"{log}\n{ended.output}")
         numbers = range(len(test.segments) + 1)
         states = tuple(read_state(folder / f"state.{n}", test.columns) for n in numbers)
     step = re.search(r"^TIMESTEP (\S+)$", log, flags=re.MULTILINE)

@@ -42,7 +42,7 @@ def python(tmp_path):
 
 def test_its_output_is_returned_and_a_good_end_is_no_error(python):
     ended = python("import os; print('hello', os.environ['OMP_NUM_THREADS'])")
-    assert (ended.said, ended.code, ended.error("it")) == ("hello 1\n", 0, None)
+    assert (ended.output, ended.code, ended.error("it")) == ("hello 1\n", 0, None)
 
 
 ANGLE = "'ERROR: angle = 5: must be 4'"

@@ -407,7 +407,7 @@ class DrumCase(BulkCase[Drum]):
         turned, mixing, angle = (
             curves.pop(name) for name in ("turned_deg", "mixing_index", "surface_angle_deg")
         )
-        check_walls(p, table, turned, output.who)
+        check_walls(p, table, turned, output.engine)
         kinetic = 0.5 * p.of_each("mass").sum() * (p.speed * p.drum_radius) ** 2
         return {
             "mixing_index": float(mixing[turned >= (1.0 - LAST) * p.turn].mean()),

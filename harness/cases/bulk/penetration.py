@@ -298,7 +298,7 @@ class PenetrationCase(BulkCase[Penetration]):
         table = read_series(p, output, COLUMNS, grains=p.grains)
         if output.number("outside") != 0.0:
             raise EngineLostAtomsError(
-                f"{output.who}: a particle passed a wall at step_size = {p.step_size:g} s, "
+                f"{output.engine}: a particle passed a wall at step_size = {p.step_size:g} s, "
                 f"youngs_modulus = {p.youngs_modulus:g} Pa"
             )
         moving = output.number("bed_kinetic_J")

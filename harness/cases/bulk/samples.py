@@ -54,7 +54,7 @@ def read_series(p: Bed, output: Output, columns: Sequence[str], **expected: int)
     if not inner.size or gaps.max() > LONGEST_GAP * inner.min():
         start = [0.0, *times][int(gaps.argmax())]
         raise EngineOutputError(
-            f"{output.who} left a series that lacks rows: none for {gaps.max():.4g} after "
+            f"{output.engine} left a series that lacks rows: none for {gaps.max():.4g} after "
             f"{start:.4g}"
         )
     return table
@@ -70,12 +70,12 @@ def check_grains(p: BedOfOneKind, output: Output, table: Table, beyond: str) -> 
     times = [0.0] if within < p.grains else table["time_s"][table["astray"] != 0.0]
     if len(times):
         raise EngineLostAtomsError(
-            f"{output.who}: a grain is {beyond} at {times[0]:.3g} s: the walls leave a hole, "
+            f"{output.engine}: a grain is {beyond} at {times[0]:.3g} s: the walls leave a hole, "
             f"step_size = {p.step_size:g} s is too long or youngs_modulus = "
             f"{p.youngs_modulus:g} Pa too small"
         )
     if within > p.grains:
-        raise EngineOutputError(f"{output.who} began with {within:.0f} grains of {p.grains}")
+        raise EngineOutputError(f"{output.engine} began with {within:.0f} grains of {p.grains}")
 
 
 def energy_rise(output: Output, table: Table) -> float:

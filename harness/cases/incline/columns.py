@@ -350,7 +350,7 @@ def read_run(case: Columns, route: Route, output: Output) -> Run:
     table = output.table(("step", *COLUMNS), name=STAGES)
     x, y, vx, vy = (table[name][1:] for name in COLUMNS[1:])
     if not x.size:
-        raise EngineOutputError(f"{output.who} left no end of a stage")
+        raise EngineOutputError(f"{output.engine} left no end of a stage")
     number = np.arange(1, x.size + 1)
     height = y * math.cos(case.tilt) - x * math.sin(case.tilt)
     energy = 0.5 * plain.mass * (vx * vx + vy * vy) + case.weight * height - crest_energy(case)

@@ -65,7 +65,7 @@ def read(case: Incline, route: Route, output: Output) -> Run:
     for values that are not finite.
     """
     if output.has("route") and output.text("route") != route:
-        raise EngineOutputError(f"{output.who} ran another route than {route!r}")
+        raise EngineOutputError(f"{output.engine} ran another route than {route!r}")
     output.check_numbers(
         {
             "angle_deg": case.angle,
@@ -84,11 +84,11 @@ def _judged_by_script(case: Incline, route: Route, output: Output) -> Run:
     try:
         fate, touching = Fate(output.text("verdict")), TOUCHING[output.text("touching")]
     except (ValueError, KeyError) as error:
-        raise EngineOutputError(f"{output.who} left an incomplete result ({error})") from None
+        raise EngineOutputError(f"{output.engine} left an incomplete result ({error})") from None
     passed, wells = len(crests), wells_of(case, route)
     if passed > wells or (passed == wells) != (fate is Fate.MOVES_ON):
         raise EngineOutputError(
-            f"{output.who} printed a grain that is {fate} after {passed} crests of {wells}"
+            f"{output.engine} printed a grain that is {fate} after {passed} crests of {wells}"
         )
     return Run(
         case,
@@ -128,8 +128,8 @@ def _judged_by_path(case: Incline, route: Route, output: Output) -> Run:
     time, limit = float(looks["time_s"][row]), case.time_limit * case.unit_of_time
     if fate is Fate.UNDECIDED and time < limit * (1.0 - 1e-9) - LOOK * case.step:
         raise EngineOutputError(
-            f"{output.who} left a path that ends at {time:g} s, undecided, before the time limit "
-            f"of {limit:g} s"
+            f"{output.engine} left a path that ends at {time:g} s, undecided, before the time "
+            f"limit of {limit:g} s"
         )
     touching = max(float(overlap[row]) for overlap in overlaps(case, x, y)) > 0.0
     steps = round(time / case.step)

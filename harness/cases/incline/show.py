@@ -19,12 +19,13 @@ from harness.cases.plane import path_in
 from harness.engines.base import Output
 from harness.model.contact import CLIPPED, PLASTIC
 from harness.report.content import Discs, Drawing, Opening, Section
-from harness.theory.incline import INERTIA, Shape, critical_angle, rolling_friction
+from harness.theory.incline import INERTIA, critical_angle, rolling_friction
 
 if TYPE_CHECKING:
     from harness.report.style import Figure
 
 FIGURE = "critical-angle-extrapolation"
+HALF_ANGLE_DEG = 30.0  # of a well between spheres that touch
 STEPS = (
     "In a well the velocity turns by 60 deg. Without rebound its part along the old path is lost "
     "but for cos 60 deg = 1/2, so a quarter of the energy is left: E becomes (E + m g d sin θ) / 4 "
@@ -110,7 +111,8 @@ def _friction(benches: Mapping[str, Bench]) -> Iterator[Section]:
             "critical-angle-friction",
             "Critical angle over friction",
             f"Equal spheres, k = 1e6 N/m, 50 steps: from {critical_angle():.4f} deg "
-            f"without friction to {angle_or_nan(1.0, 'sphere', 30.0):.4f} deg without slip.",
+            "without friction to "
+            f"{angle_or_nan(1.0, 'sphere', HALF_ANGLE_DEG):.4f} deg without slip.",
             partial(over_friction, points),
         )
         yield Section("Friction", FRICTION, drawings=(drawing,))
@@ -119,11 +121,7 @@ def _friction(benches: Mapping[str, Bench]) -> Iterator[Section]:
 # ---- figure and film
 
 
-def over_friction(
-    points: Mapping[str, Sequence[tuple[float, float]]],
-    shape: Shape = "sphere",
-    half_angle_deg: float = 30.0,
-) -> Figure:
+def over_friction(points: Mapping[str, Sequence[tuple[float, float]]]) -> Figure:
     """Draw the critical angle over friction: theory as a line, (friction, angle [deg]) as points.
 
     The panel below has the differences from theory.
@@ -134,16 +132,16 @@ def over_friction(
     top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=(3, 1))
     most = max(mu for series in points.values() for mu, _ in series)
     frictions = np.concatenate([np.linspace(0.0, 0.06, 21), np.linspace(0.07, most, 30)])
-    angles = [angle_or_nan(float(mu), shape, half_angle_deg) for mu in frictions]
+    angles = [angle_or_nan(float(mu), "sphere", HALF_ANGLE_DEG) for mu in frictions]
     top.plot(frictions, angles, color=BLACK, lw=1.2, label="theory, rigid grain")
     for number, (name, series) in enumerate(points.items(), 1):
         look = {"marker": MARKERS[number % 6], "color": COLOURS[number % 7], "mfc": "none"}
         x, y = (np.array(column) for column in zip(*series, strict=True))
         top.plot(x, y, ls="", label=name, **look)
-        expected = [angle_or_nan(float(mu), shape, half_angle_deg) for mu in x]
+        expected = [angle_or_nan(float(mu), "sphere", HALF_ANGLE_DEG) for mu in x]
         bottom.plot(x, 1e3 * (y - expected), ls="", **look)
     bottom.axhline(0.0, color=BLACK, lw=1)
-    bound = rolling_friction(half_angle_deg, INERTIA[shape])
+    bound = rolling_friction(HALF_ANGLE_DEG, INERTIA["sphere"])
     if bound <= most:
         top.axvline(bound, color="0.5", ls=":", label=f"rolls without slip from {bound:.4f} on")
     label(top, "", "critical angle (deg)")

@@ -116,7 +116,7 @@ def profile_in(output: Output) -> dict[str, Floats]:
     """
     rows = output.rows("profile", 3)
     if not len(rows):
-        raise EngineOutputError(f"{output.who} left no profile of the flow")
+        raise EngineOutputError(f"{output.engine} left no profile of the flow")
     return dict(zip(("height", "solid_fraction", "speed"), rows.T, strict=True))
 
 
@@ -167,7 +167,7 @@ class LayersCase(PackingCase[Layers]):
             raise EngineUndecidedError(f"undecided: {_reason(parameters, output)}", values)
         missing = [name for name in names if name not in values and name != "start_angle_deg"]
         if missing:
-            raise EngineOutputError(f"{output.who} left an incomplete result ({missing[0]!r})")
+            raise EngineOutputError(f"{output.engine} left an incomplete result ({missing[0]!r})")
         return values
 
     def exact(self, parameters: Layers) -> Mapping[str, float]:
@@ -240,7 +240,7 @@ def _reason(p: Layers, output: Output) -> str:
             f"{p.first_angle:g} deg"
         )
     if verdict != "never_stopped":
-        raise EngineOutputError(f"{output.who} left an unknown verdict {verdict!r}")
+        raise EngineOutputError(f"{output.engine} left an unknown verdict {verdict!r}")
     angle = output.number("last_angle_deg")
     if angle < p.lowest_angle:
         return f"the flow never stopped above lowest_angle = {p.lowest_angle:g} deg"

@@ -106,7 +106,7 @@ class Measurement:
         blocks, rows = output.rows("block", 11), output.rows("slice", 2 + len(SUMS))
         if verdict != "flowed" or len(blocks) != p.blocks or not len(rows):
             raise EngineOutputError(
-                f"{output.who} left the verdict {verdict[:20]!r}, {len(blocks)} blocks of "
+                f"{output.engine} left the verdict {verdict[:20]!r}, {len(blocks)} blocks of "
                 f"{p.blocks} and {len(rows)} slices"
             )
         block, number = rows[:, 0].astype(int) - 1, np.round(rows[:, 1] / SLICE - 0.5).astype(int)

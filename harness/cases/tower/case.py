@@ -68,7 +68,7 @@ class TowerCase(Case[TowerParameters]):
         try:
             return _quantities(run, parameters)
         except RequestError as error:
-            raise EngineOutputError(f"{output.who}: {error}") from error
+            raise EngineOutputError(f"{output.engine}: {error}") from error
 
     def exact(self, parameters: TowerParameters) -> Mapping[str, float]:
         """Return the quantities by the exact propagator, which has no step; no drift of energy."""

@@ -363,19 +363,21 @@ def read(case: Tower, timing: Timing, output: Output) -> TowerRun:
     for column in (table["x_m"], table["vx_m_per_s"], force_x):
         if column is None or column.shape != (rows, count):
             shape = "no samples" if column is None else f"samples of shape {column.shape}"
-            raise EngineOutputError(f"{output.who} left {shape} of a column, not {(rows, count)}")
+            raise EngineOutputError(
+                f"{output.engine} left {shape} of a column, not {(rows, count)}"
+            )
     if not np.array_equal(table["step"], timing.every * np.arange(rows)):
         raise EngineOutputError(
-            f"{output.who} left samples at other steps than every {timing.every}"
+            f"{output.engine} left samples at other steps than every {timing.every}"
         )
     x, v = table["x_m"], table["vx_m_per_s"]
     # a scene's motion has the forces of contacts alone, a script's dump those with the weight
     weight = 0.0 if "tz_N_m" in output.tables[SERIES] else case.each("mass")[0] * case.gravity
     force = _contact_forces(case, np.asarray(force_x), weight, x)
     if not np.isfinite(force).all():
-        raise EngineNaNError(f"{output.who} wrote a force that is not a number")
+        raise EngineNaNError(f"{output.engine} wrote a force that is not a number")
     if not (force > 0.0).any():
-        raise EngineOutputError(f"{output.who}: no contact of the tower ever presses")
+        raise EngineOutputError(f"{output.engine}: no contact of the tower ever presses")
     run = TowerRun(
         chain=chain_of(case),
         time=np.asarray(table["step"] * timing.step),

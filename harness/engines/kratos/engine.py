@@ -81,10 +81,10 @@ class Kratos(ScriptedEngine):
     def ask_version(self) -> Provenance:
         """Return Kratos's version; raise EngineMissingError where this Python has none."""
         _, ended = self.ask([self.program, "-c", HELLO])
-        words = [line.split(maxsplit=1) for line in ended.said.splitlines()]
+        words = [line.split(maxsplit=1) for line in ended.output.splitlines()]
         releases = [word[1] for word in words if len(word) == 2 and word[0] == "KRATOS"]
         if not releases or ended.code != 0:
-            message = last_words(ended.said)
+            message = last_words(ended.output)
             raise EngineMissingError(
                 self.traits.missing(
                     f"{self.program} has no Kratos with its DEM application{message}"

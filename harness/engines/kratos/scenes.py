@@ -85,16 +85,16 @@ def motions(executable: str, scenes: Sequence[Scene], **options: Any) -> list[Ou
 
 def error_of(ended: Ended) -> EngineError | None:
     """Return the error by the end of a process; Kratos's own messages are long, and start alike."""
-    lines = (line for line in ended.said.splitlines() if not line.startswith(FAREWELL))
-    ended = replace(ended, said="\n".join(lines))
+    lines = (line for line in ended.output.splitlines() if not line.startswith(FAREWELL))
+    ended = replace(ended, output="\n".join(lines))
     if ended.code and not ended.timed_out and signal_of(ended.code) not in FATAL_SIGNALS:
-        if re.search(r"^(?:ModuleNotFound|Import)Error: ", ended.said, re.MULTILINE):
-            missing = f"no Kratos{last_words(ended.said)}; to get it: {INSTALL}"
+        if re.search(r"^(?:ModuleNotFound|Import)Error: ", ended.output, re.MULTILINE):
+            missing = f"no Kratos{last_words(ended.output)}; to get it: {INSTALL}"
             return EngineMissingError(missing)
-        if "is not a number" in ended.said:
-            words = last_words(ended.said)
+        if "is not a number" in ended.output:
+            words = last_words(ended.output)
             return EngineNaNError(f"Kratos met a value that is not a number{words}")
-        refusal = re.search(r"^RuntimeError: (?:Error: )?(.*)$", ended.said, re.MULTILINE)
+        refusal = re.search(r"^RuntimeError: (?:Error: )?(.*)$", ended.output, re.MULTILINE)
         if refusal:
             return EngineInputError(f"Kratos refused its input: {refusal[1].strip()[:160]}")
     return ended.error("Kratos")

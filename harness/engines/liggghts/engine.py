@@ -23,7 +23,7 @@ MODEL = "hooke/stiffness"
 """The one normal model whose spring and dashpot can be stated."""
 
 _STRETCH = re.compile(r"\n? +Step \n +\d+ \n +\d+ \nLoop time of .*\n")
-"""What LIGGGHTS says of each of the short runs of a script, which cannot be turned off."""
+"""LIGGGHTS's message on each of the short runs of a script, which cannot be turned off."""
 
 
 class Liggghts(LammpsLanguage):

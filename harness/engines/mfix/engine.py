@@ -174,7 +174,7 @@ class Mfix(ProgramEngine):
             for file, text in texts.items():
                 (folder / file).write_text(text, encoding="utf-8")
             ended = self.start([self.program, "-f", KEYWORDS], folder, self.limits.seconds)
-            log = "\n".join(f"# {file}\n{text}" for file, text in texts.items()) + ended.said
+            log = "\n".join(f"# {file}\n{text}" for file, text in texts.items()) + ended.output
             try:
                 return self._read(system, folder, ended)
             except EngineError as error:
@@ -182,7 +182,7 @@ class Mfix(ProgramEngine):
 
     def _read(self, system: System, folder: Path, ended: Ended) -> Motion:
         """Return the motion of a run; raise EngineError for one that failed."""
-        wrote, refusal = any(folder.glob("GRAIN_*.vtp")), REFUSAL.search(ended.said)
+        wrote, refusal = any(folder.glob("GRAIN_*.vtp")), REFUSAL.search(ended.output)
         if refusal and (ended.code or not wrote) and not ended.timed_out:
             raise EngineInputError(f"MFiX refused its input: {refusal[0].strip()[:160]}")
         if way_of_death(ended.code) == "signal SIGFPE":
@@ -190,5 +190,5 @@ class Mfix(ProgramEngine):
         if error := ended.error(f"MFiX ({self.program})"):
             raise error
         if not wrote:
-            raise EngineOutputError(f"MFiX wrote no particles{first_words(ended.said)}")
+            raise EngineOutputError(f"MFiX wrote no particles{first_words(ended.output)}")
         return motion(system, read_frames(folder, "GRAIN"), read_frames(folder, "FORCE"))
