@@ -147,7 +147,7 @@ FAULTS = {  # what a stand-in does to an input, or to samples, and what is said 
     "ERROR": ("echo bogus >> in.lmp", "", "Unknown command: bogus"),
     "lost atom": ("sed -i 's/ 1000000000/ 1/; s/ vx -*[0-9.]* / vx 1e9 /' in.lmp", "", "lost an"),
     "crash": ("echo 'shell \"kill -SEGV $PPID\"' >> in.lmp", "", "signal SIGSEGV"),
-    "hang": ("echo 'shell sleep 60' >> in.lmp", "", "did not finish within 3 s"),
+    "hang": ("echo 'shell sleep 60' >> in.lmp", "", "did not finish within 5 s"),
     "early end": ("echo 'quit 0' >> in.lmp", "", "ended without a result"),
     "none": ("", "", ""),
 }  # fmt: skip
@@ -167,7 +167,7 @@ def faulty(tmp_path_factory):
     lines = ["#!/bin/sh", done, *before, f'{LMP} "$@"', "code=$?", *after, "exit $code", ""]
     stand_in.write_text("\n".join(lines))
     stand_in.chmod(0o755)
-    scenes, limits = [SYSTEMS["spheres"](LINEAR)] * len(FAULTS), Limits(seconds=3.0)
+    scenes, limits = [SYSTEMS["spheres"](LINEAR)] * len(FAULTS), Limits(seconds=5.0)
     return dict(zip(FAULTS, motions(str(stand_in), scenes, workers=1, limits=limits), strict=True))
 
 
