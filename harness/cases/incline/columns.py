@@ -500,10 +500,11 @@ def engine_checks() -> Iterator[Check]:
 
 def _path_difference(jobs: Sequence[Job], bench: Bench) -> float:
     paths = [path_in(bench.output(job)) for job in jobs]
-    rows = min(len(path["x_m"]) for path in paths)
-    if rows < LEAST_PATH:
-        raise EngineOutputError(f"paths of {rows} samples: {LEAST_PATH} are needed")
-    x, y = (paths[0][name][:rows] - paths[1][name][:rows] for name in ("x_m", "y_m"))
+    rows, others = (len(path["x_m"]) for path in paths)
+    if rows != others or rows < LEAST_PATH:
+        text = f"paths of {rows} and {others} samples: must be as many, {LEAST_PATH} at least"
+        raise EngineOutputError(text)
+    x, y = (paths[0][name] - paths[1][name] for name in ("x_m", "y_m"))
     return float(np.hypot(x, y).max())
 
 
