@@ -57,6 +57,11 @@ class Value(NamedTuple):
     note: str = ""
     failure: Failure = Failure.NONE
 
+    @classmethod
+    def of(cls, measured: Value | float) -> Value:
+        """Return what a measurement returns, a value or a plain number, as a value."""
+        return measured if isinstance(measured, Value) else cls(float(measured))
+
 
 @dataclass(frozen=True)
 class Quantity(Generic[P]):

@@ -115,14 +115,13 @@ def run_checks(
 def row_in(bench: Bench, check: Check, blank: Row) -> Row:
     """Return the row of a check: measured, expected and judged."""
     try:
-        measured = check.measure(bench)
-        value = measured if isinstance(measured, Value) else Value(float(measured))
+        value = Value.of(check.measure(bench))
         expected = check.expected(bench) if callable(check.expected) else check.expected
         tolerance = check.tolerance(bench) if callable(check.tolerance) else check.tolerance
     except (Unsupported, EngineMissingError, EngineUndecidedError) as error:
         return not_tested(blank, str(error))
     except EngineError as error:
-        return failed(blank, failure_of(error), f"{error.kind}: {error}", error.log)
+        return failed_run(blank, error)
     except CaseError as error:
         return failed(blank, Failure.HARNESS, str(error))
     except Exception as error:  # a case of a plug-in may raise anything
@@ -141,9 +140,10 @@ def row_in(bench: Bench, check: Check, blank: Row) -> Row:
     return judge(row, tolerance, failure=value.failure)
 
 
-def failure_of(error: EngineError) -> Failure:
-    """Return the class of an engine's error."""
-    return next(failure for kind, failure in FAILURES if isinstance(error, kind))
+def failed_run(blank: Row, error: EngineError, text: str = "") -> Row:
+    """Return the row of a run that failed: class of the error, its log and its text, or another."""
+    failure = next(failure for kind, failure in FAILURES if isinstance(error, kind))
+    return failed(blank, failure, f"{error.kind}: {text or error}", error.log)
 
 
 # ---- checks at equal steps: each quantity of a run against the reference's
@@ -177,11 +177,16 @@ def equal_steps_checks(
 
 def _measured(case: Case[P], parameters: P, name: str, bench: Bench) -> Value:
     value = case.measure(parameters, bench.output(case.job(parameters)))[name]
-    exact = case.exact(parameters)
-    if name not in exact:
+    expected = partial(_expected, case, parameters, name, bench)
+    return with_step_error(value, case.exact(parameters).get(name), expected)
+
+
+def with_step_error(value: float, exact: float | None, expected: Callable[[], float]) -> Value:
+    """Return a value at equal steps; its note has the reference's distance from a closed form."""
+    if exact is None:
         return Value(value)
-    error = _expected(case, parameters, name, bench) - exact[name]
-    return Value(value, note=f"error of the step {error:.2g} (closed form {exact[name]:.9g})")
+    error = expected() - exact
+    return Value(value, note=f"error of the step {error:.2g} (closed form {exact:.9g})")
 
 
 def _expected(case: Case[P], parameters: P, name: str, bench: Bench) -> float:

@@ -19,6 +19,7 @@ from pydantic import Field, model_validator
 
 from harness.cases.base import Case, Check, Quantity
 from harness.cases.bench import Bench
+from harness.cases.checks import ROUND_OFF
 from harness.cases.plane import COLUMNS, EqualSpheres, path_in
 from harness.engines.base import Engine, Job, Output, Template, Value
 from harness.errors import EngineOutputError
@@ -46,7 +47,6 @@ from harness.theory.contact import (
 LEAST_OVERLAP = 1e6 * sys.float_info.epsilon  # [d] so that rounding is a millionth of it at most
 MOST_DECADES = 290.0  # between 1 and a mass [kg], and that and a stiffness: floats have 308
 RESTED = 1e-6  # part of its motion that a grain at rest keeps at most
-ROUND_OFF = 1e-9  # of a quantity's scale
 SPEED = 1.0  # [m/s] of the collisions, on spheres of 1 m and 1 kg
 GAPS = 117.5  # steps before they begin: no number at which a sparse search might happen to look
 PRESSED = 1e-4  # [d] of the grain that slides by, at the start

@@ -23,7 +23,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from harness.cases.checks import failure_of
+from harness.cases.checks import failed_run
 from harness.engines.jobs import cores, parallel_map
 from harness.engines.process import Limits
 from harness.engines.programs import find_program, program_of_python
@@ -129,7 +129,7 @@ def _of_error(error: EngineError, row: Row) -> Row:
     text = re.sub(r"(?<=\s)/\S*/", "", str(error))  # without folders of this machine
     if isinstance(error, EngineInputError) and NOT_THERE.search(str(error)):
         return not_tested(row, f"this release does not have it: {text}")
-    return failed(row, failure_of(error), f"{error.kind}: {text}", error.log)
+    return failed_run(row, error, text)
 
 
 def _against_record(test: UpstreamTest, run: RunOutput, blank: Row) -> Row:

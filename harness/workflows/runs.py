@@ -268,8 +268,7 @@ def _results(
         name = quantity.name
         if name not in values or (names and name not in names):
             continue
-        value = values[name]
-        value = value if isinstance(value, Value) else Value(float(value))
+        value = Value.of(values[name])
         expected = float({**exact, **reference}.get(name, math.nan))
         closed = NONE if math.isnan(expected) else CLOSED_FORM
         results[name] = Result(

@@ -200,8 +200,7 @@ class Sweep(Plottable):
         if isinstance(outcome, HarnessError):
             cells["reason"] = " ".join(str(outcome).split())
         for name in self.columns.keys() & values.keys():
-            value = values[name]
-            value = value if isinstance(value, Value) else Value(float(value))
+            value = Value.of(values[name])
             cells[self.columns[name]] = value.value
             if column := self.uncertainties[name]:
                 cells[column] = value.uncertainty

@@ -25,7 +25,7 @@ from typing import Any
 from harness import __version__
 from harness.cases.base import Case, CaseError, Check, case_error
 from harness.cases.bench import OWN, Bench, job_key
-from harness.cases.checks import failure_of, run_checks, selected
+from harness.cases.checks import failed_run, run_checks, selected
 from harness.cases.defects import explained
 from harness.cases.defects import known_defects as load_defects
 from harness.cases.registry import (
@@ -175,7 +175,7 @@ class Session:
                 self._skip(name, str(error))
             except EngineError as error:
                 self.versions[name] = ""
-                self.rows[name, ""] = [_error_row(self._blank(name, "engine"), error)]
+                self.rows[name, ""] = [failed_run(self._blank(name, "engine"), error)]
             else:
                 if engine.name in self.benches:
                     raise RequestError(f"--engines: two engines have the name {engine.name!r}")
@@ -323,7 +323,7 @@ class Session:
         except EngineMissingError as error:
             return [not_tested(blank, str(error))]
         except EngineError as error:
-            return [_error_row(blank, error)]
+            return [failed_run(blank, error)]
         except Exception as error:  # a case of another package may raise anything
             return [failed(blank, Failure.HARNESS, f"{type(error).__name__}: {error}")]
 
@@ -385,7 +385,3 @@ def qualification(engine: Engine) -> str:
         rows = run_checks(name, qualifying(get_case(name), engine), bench)
         wrong += [f"{row.name}: {row.note}" for row in rows if row.verdict is Verdict.FAIL]
     return "; ".join(wrong)
-
-
-def _error_row(blank: Row, error: EngineError) -> Row:
-    return failed(blank, failure_of(error), f"{error.kind}: {error}", error.log)

@@ -17,7 +17,7 @@ import numpy as np
 
 from harness.cases.base import Case, Check, Level, Quantity, Value
 from harness.cases.bench import Bench
-from harness.cases.checks import REASON, ROUND_OFF, runs_at
+from harness.cases.checks import REASON, ROUND_OFF, runs_at, with_step_error
 from harness.cases.contacts import tables
 from harness.cases.contacts.parameters import ContactSystem
 from harness.engines.base import Engine, Job, Output, scene_job
@@ -278,10 +278,7 @@ class Trial:
     def _measured(self, name: str, bench: Bench) -> Value:
         value = bench.once(Trial.values, self, bench)[name]
         exact = {} if self.variation else self.case.exact(self.parameters)
-        if name not in exact:
-            return Value(value)
-        error = self._expected(name, bench) - exact[name]
-        return Value(value, note=f"error of the step {error:.2g} (closed form {exact[name]:.9g})")
+        return with_step_error(value, exact.get(name), partial(self._expected, name, bench))
 
     def _expected(self, name: str, bench: Bench) -> float:
         return bench.once(Trial.expected_values, self, bench)[name]
