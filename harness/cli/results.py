@@ -14,8 +14,7 @@ from harness.cli.engines import CacheOptions
 from harness.cli.output import output_folder, print_frame, print_json, print_record, show
 
 if TYPE_CHECKING:
-    from harness.workflows.release_runs import ReleaseComparison
-    from harness.workflows.results import Acceptance, RunDiff
+    from harness.workflows.results import Comparison
 
 COLUMNS = ("change", "case", "setup", "quantity", "engine", "check", "value_before", "value_after")
 Level = Literal["quick", "default", "full"]
@@ -44,14 +43,15 @@ def diff(runs: list[str], /, *, output: Folder = None, json: Json = False) -> in
     """
     from harness.files import check_folder, whole_folder
     from harness.workflows import diff as compare_runs
+    from harness.workflows.results import values_of
 
     if output is not None:
         check_folder(output)
     changes = compare_runs(*runs)
     if output is not None:
         with whole_folder(output) as aside:
-            changes.changes.to_csv(aside / "changes.csv", index=False)
-            changes.trend().to_csv(aside / "values.csv")
+            changes.to_frame().to_csv(aside / "changes.csv", index=False)
+            values_of(*runs).to_csv(aside / "values.csv")
     return _show(changes, json)
 
 
@@ -234,7 +234,7 @@ def reproduce(*, output: Folder = None, check: bool = False, json: Json = False)
             run = recompute(progress=progress)
         changes = compare_runs(output or Path("reports/reproduction"), run)
         _show(changes, json)
-        return int(not changes.changes.empty)
+        return int(not changes.to_frame().empty)
     with (
         output_folder(output, "-reproduction") as folder,
         progress_bars("reproduce", quiet=json) as progress,
@@ -248,7 +248,7 @@ def reproduce(*, output: Folder = None, check: bool = False, json: Json = False)
     return 0
 
 
-def _show(result: RunDiff | Acceptance | ReleaseComparison, json: bool) -> int:
+def _show(result: Comparison, json: bool) -> int:
     """Print summary and changed rows, or one JSON object; return the exit status."""
     show(result, json)
     changes = result.to_frame()

@@ -2,12 +2,12 @@
 
 - ``compare(accepted, run)``: what moved against accepted values;
 - ``compare(monday, tuesday)``: the difference of two runs;
-- ``matrix({"2022": a, "2023": b})``: releases, each against the first.
+- ``cells({"2022": a, "2023": b})``: the worst verdict of each setup in several releases.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 
@@ -125,23 +125,6 @@ def counts_of_changes(changes: pd.DataFrame) -> dict[str, int]:
     return {str(change): int(numbers[change]) for change in Change if change in numbers.index}
 
 
-def matrix(runs: Mapping[str, pd.DataFrame]) -> pd.DataFrame:
-    """Return the change of each row against the first run: index the key, a column for each run.
-
-    The column of the first run has its values; a row that a run lacks has an empty cell, and one
-    that it did not test is "not tested".
-    """
-    (first, reference), *others = runs.items()
-    keys = list(KEY)
-    columns = {first: reference.set_index(keys)["value"].map("{:.10g}".format)}
-    for name, rows in others:
-        changes = compare(reference, rows).set_index(keys)
-        untested = changes["verdict_after"] == Verdict.NOT_TESTED
-        column = changes["change"].mask(untested, str(Verdict.NOT_TESTED))
-        columns[name] = column.where(changes["verdict_after"].notna(), "")
-    return pd.DataFrame(columns).fillna("").sort_index()
-
-
 def cells(runs: Mapping[str, pd.DataFrame]) -> pd.DataFrame:
     """Return the worst verdict of each case, setup and engine, a column for each run.
 
@@ -164,11 +147,6 @@ def defect_counts(runs: Mapping[str, pd.DataFrame]) -> pd.DataFrame:
         places = marked.drop_duplicates(["defect", "case", "setup", "engine"])
         columns[name] = places.groupby("defect").size()
     return pd.DataFrame(columns).fillna(0).astype(int)
-
-
-def trend(runs: Sequence[tuple[str, pd.DataFrame]]) -> pd.DataFrame:
-    """Return the rows of several runs in one table, with a column ``run``."""
-    return pd.concat([rows.assign(run=name) for name, rows in runs], ignore_index=True)
 
 
 def counts(rows: pd.DataFrame) -> pd.DataFrame:

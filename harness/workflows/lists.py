@@ -6,7 +6,7 @@ import difflib
 from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from harness.cases.base import Case
 from harness.cases.registry import DEFAULT as DEFAULT_CASES
@@ -20,27 +20,11 @@ from harness.workflows.progress import Progress, silent
 from harness.workflows.runs import takes_job
 from harness.workflows.settings import parameter_records
 
-if TYPE_CHECKING:
-    import pandas as pd
-
 Record = dict[str, Any]
 UNKNOWN = Traits("", (), "")  # of an engine whose class cannot be imported
 
 
-class Listing(list[Record]):
-    """JSON-ready records that a notebook shows as a table."""
-
-    def to_frame(self) -> pd.DataFrame:
-        """Return a row for each record."""
-        import pandas as pd
-
-        return pd.DataFrame(list(self))
-
-    def _repr_html_(self) -> str:
-        return str(self.to_frame().to_html(index=False, na_rep=""))
-
-
-def cases(name: str | None = None) -> Listing:
+def cases(name: str | None = None) -> list[Record]:
     """Return every case that can be used, those of this package first; or one, in full.
 
     ``parameters`` are by name, of nested ones with a dot; ``quantities`` and, of several runs,
@@ -49,9 +33,9 @@ def cases(name: str | None = None) -> Listing:
     for an unknown name.
     """
     if name is None:
-        return Listing(map(_case, usable_cases().values()))
+        return [_case(case) for case in usable_cases().values()]
     case = get_case(name)
-    return Listing([{**_case(case, in_full=True), **_details(case)}])
+    return [{**_case(case, in_full=True), **_details(case)}]
 
 
 def engines(
@@ -60,12 +44,12 @@ def engines(
     lmp: str | None = None,
     launcher: str | None = None,
     progress: Progress = silent,
-) -> Listing:
+) -> list[Record]:
     """Return the status of every engine, and of its other way to run where it has one.
 
     ``programs`` are executables by engine; ``lmp`` and ``launcher`` are those of LAMMPS.
     """
-    records, names = Listing(), engine_names()
+    records, names = list[Record](), engine_names()
     for done, name in enumerate(names):
         progress("engines", done, len(names))
         options = {"program": programs[name]} if programs and name in programs else {}

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from difflib import get_close_matches
-from functools import cached_property
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -25,7 +25,6 @@ from harness.store.committed import (
 )
 from harness.store.committed import accept as accept_rows
 from harness.store.runs import Meta, Run, json_records, read_run
-from harness.workflows.lists import Listing
 
 UNCHANGED = (Change.SAME, Change.ROUND_OFF, Change.WITHIN, Change.NOT_COMPARABLE)
 COLUMNS = [*KEY, "change", "value_before", "value_after", "moved_by", "unit_after", "in_tolerances",
@@ -35,133 +34,77 @@ PATTERNS = ("cases", "laws", "systems", "variations")  # likewise, each a list
 
 
 @dataclass(frozen=True, repr=False)
-class RunDiff(Summarized):
-    """What changed over runs that follow one another.
+class Comparison(Summarized):
+    """Runs that were compared: the exit status, facts by the keys of JSON, and changed rows.
 
-    ``steps`` are the changes between consecutive runs, with columns ``run_before`` and
-    ``run_after``, the gravest first; ``facts`` is what else differs between the first run and the
-    last. Against the accepted run ``runs`` is the one run.
+    ``lines`` are the facts in words, by name.
     """
 
-    names: tuple[str, ...]
-    runs: tuple[Run, ...]
-    steps: tuple[pd.DataFrame, ...]
-
-    @property
-    def status(self) -> int:
-        """Return 1 where a verdict of the last run changed for the worse, else 0.
-
-        Against the accepted run it is that of ``verify``: a value that moved counts, too.
-        """
-        last = self.steps[-1]
-        if len(self.runs) == 1:
-            return int(not regressions(last).empty)
-        return int((last["change"] == Change.WORSE).any())
-
-    @property
-    def counts(self) -> dict[str, int]:
-        """Return how many rows of the last step have each change."""
-        return counts_of_changes(self.steps[-1])
-
-    @property
-    def facts(self) -> list[dict[str, str]]:
-        """Return what else than rows differs between the first run and the last."""
-        first, last = _facts(self.runs[0].meta), _facts(self.runs[-1].meta)
-        return [
-            {"name": name, "before": first.get(name, "none"), "after": last.get(name, "none")}
-            for name in {**first, **last}
-            if first.get(name) != last.get(name)
-        ]
-
-    @cached_property
-    def changes(self) -> pd.DataFrame:
-        """Return the rows that changed in any step, without those within their tolerance."""
-        rows = pd.concat(self.steps, ignore_index=True)
-        changed = rows[~rows["change"].isin(UNCHANGED)]
-        return changed[["run_before", "run_after", *COLUMNS]].reset_index(drop=True)
-
-    def trend(self) -> pd.DataFrame:
-        """Return the values of all rows: index the key, a column for each run."""
-        named = zip(self.names[-len(self.runs) :], self.runs, strict=True)
-        return pd.DataFrame({name: run.rows.set_index(list(KEY))["value"] for name, run in named})
+    status: int
+    facts: Mapping[str, Any]
+    changes: pd.DataFrame
+    lines: Mapping[str, str]
 
     def to_frame(self) -> pd.DataFrame:
-        """Return :attr:`changes`."""
+        """Return the changed rows."""
         return self.changes
 
     def to_json(self) -> dict[str, Any]:
-        """Return status, counts, what else differs, and the changed rows, JSON-ready."""
-        return {
-            "status": self.status,
-            "runs": list(self.names),
-            "counts": self.counts,
-            "metadata": self.facts,
-            "rows": json_records(self.changes),
-        }
+        """Return the facts and the changed rows, JSON-ready."""
+        return {**self.facts, "rows": json_records(self.changes)}
 
-    def summary(self) -> dict[str, str]:
-        """Return what became of the rows in each step, and what else differs."""
-        lines = {
-            f"{before} to {after}": _text(counts_of_changes(step)) or "no rows"
-            for step, (before, after) in zip(self.steps, pairwise(self.names), strict=True)
-        }
-        return lines | {fact["name"]: f"{fact['before']} → {fact['after']}" for fact in self.facts}
+    def summary(self) -> Mapping[str, str]:
+        """Return the facts in words."""
+        return self.lines
 
     def _repr_html_(self) -> str:
         return str(self.changes.to_html(index=False, na_rep=""))
 
 
-def diff(*runs: str | Path | Run, accepted: Path | None = None) -> RunDiff:
+def diff(*runs: str | Path | Run, accepted: Path | None = None) -> Comparison:
     """Return what changed from run to run, each a folder or a ``Run``; three or more are a trend.
 
     The word ``accepted`` in place of one of two runs is the accepted rows of the other's engines,
-    of the committed folder unless ``accepted`` is given. Raise RequestError for a folder that is
-    no run, and for fewer than two runs.
+    of the committed folder unless ``accepted`` is given. The status is 1 where a verdict of the
+    last run changed for the worse; against the accepted run it is that of ``verify``: a value that
+    moved counts, too. Raise RequestError for a folder that is no run, and for fewer than two runs.
     """
     if len(runs) < 2:
         raise RequestError("diff: needs two runs or more, or a run and the word 'accepted'")
     others = [run for run in runs if run != ACCEPTED]
     if len(others) < len(runs) and (len(runs), len(others)) != (2, 1):
         raise RequestError("diff: 'accepted' goes with one run")
-    names, read = _distinct_names(others), tuple(map(_run, others))
+    names, read = _distinct_names(others), [_run(run) for run in others]
     if len(read) == 1:
-        return _from_accepted(names[0], read[0], accepted or accepted_folder())
-    steps = tuple(
-        after.changes_from(before).assign(run_before=first, run_after=second)
-        for (first, second), (before, after) in zip(pairwise(names), pairwise(read), strict=True)
-    )
-    return RunDiff(tuple(names), read, steps)
+        names.insert(0, ACCEPTED)
+        steps = [_changes_from_accepted(read[0], accepted or accepted_folder())]
+        status = int(not regressions(steps[0]).empty)
+    else:
+        steps = [after.changes_from(before) for before, after in pairwise(read)]
+        status = int((steps[-1]["change"] == Change.WORSE).any())
+    metadata = _other_facts(read[0].meta, read[-1].meta)
+    facts = {
+        "status": status,
+        "runs": names,
+        "counts": counts_of_changes(steps[-1]),
+        "metadata": metadata,
+    }
+    pairs = list(zip(pairwise(names), steps, strict=True))
+    lines = {f"{a} to {b}": _text(counts_of_changes(step)) or "no rows" for (a, b), step in pairs}
+    lines |= {fact["name"]: f"{fact['before']} → {fact['after']}" for fact in metadata}
+    rows = pd.concat([step.assign(run_before=a, run_after=b) for (a, b), step in pairs])
+    changed = rows.loc[~rows["change"].isin(UNCHANGED), ["run_before", "run_after", *COLUMNS]]
+    return Comparison(status, facts, changed.reset_index(drop=True), lines)
 
 
-@dataclass(frozen=True, repr=False)
-class Acceptance(Summarized):
-    """What was accepted: the files that changed, and the changes of their rows."""
-
-    folder: Path
-    files: tuple[Path, ...]
-    changes: pd.DataFrame
-    status = 0
-
-    def to_frame(self) -> pd.DataFrame:
-        """Return the rows that are not the same as before."""
-        return self.changes[self.changes["change"] != Change.SAME].reset_index(drop=True)
-
-    def to_json(self) -> dict[str, Any]:
-        """Return folder, files, counts of changes, and the changed rows, JSON-ready."""
-        return {
-            "folder": str(self.folder),
-            "files": [str(file) for file in self.files],
-            "counts": counts_of_changes(self.changes),
-            "rows": json_records(self.to_frame()[COLUMNS]),
-        }
-
-    def summary(self) -> dict[str, str]:
-        """Return the files that changed, and how many rows in what way."""
-        files = ", ".join(str(file) for file in self.files) or "none: the run is what was accepted"
-        return {"rows": _text(counts_of_changes(self.changes)) or "none", "files changed": files}
+def values_of(*runs: str | Path | Run) -> pd.DataFrame:
+    """Return the values of all rows of runs: index the key, a column for each run."""
+    named = [run for run in runs if run != ACCEPTED]
+    values = [_run(run).rows.set_index(list(KEY))["value"] for run in named]
+    return pd.DataFrame(dict(zip(_distinct_names(named), values, strict=True)))
 
 
-def accept(run: str | Path | Run, folder: Path | None = None) -> Acceptance:
+def accept(run: str | Path | Run, folder: Path | None = None) -> Comparison:
     """Accept a run: merge its rows into the accepted runs; review the change with ``git diff``.
 
     Into the project's folder unless one is given. Raise RequestError for a folder that is no run,
@@ -170,10 +113,17 @@ def accept(run: str | Path | Run, folder: Path | None = None) -> Acceptance:
     target, new = folder or writable_folder(), _run(run)
     before = accepted_rows(target, new.meta.engines)
     changes = compare(before, new.rows, scope_after=new.meta.scope)
-    return Acceptance(target, tuple(accept_rows(new, target)), changes)
+    files, counts = [str(file) for file in accept_rows(new, target)], counts_of_changes(changes)
+    facts = {"folder": str(target), "files": files, "counts": counts}
+    lines = {
+        "rows": _text(counts) or "none",
+        "files changed": ", ".join(files) or "none: the run is what was accepted",
+    }
+    changed = changes.loc[changes["change"] != Change.SAME, COLUMNS].reset_index(drop=True)
+    return Comparison(0, facts, changed, lines)
 
 
-def defects(name: str | None = None) -> Listing:
+def defects(name: str | None = None) -> list[dict[str, Any]]:
     """Return the known defects as records, or the one of a name with its script.
 
     Raise RequestError, with the nearest names, for an unknown name.
@@ -185,7 +135,7 @@ def defects(name: str | None = None) -> Listing:
         raise RequestError(
             f"defect {name!r} is not known: {hint}`dem-harness defect` lists all {len(entries)}"
         )
-    records = Listing()
+    records = []
     for entry in entries.values() if name is None else [entries[name]]:
         record: dict[str, Any] = {key: getattr(entry, key) for key in DEFECT}
         record |= {"since": entry.since or "as long as is known", "until": entry.until or "today"}
@@ -199,13 +149,11 @@ def _run(run: str | Path | Run) -> Run:
     return run if isinstance(run, Run) else read_run(Path(run))
 
 
-def _from_accepted(name: str, run: Run, folder: Path) -> RunDiff:
+def _changes_from_accepted(run: Run, folder: Path) -> pd.DataFrame:
     if not any((folder / engine).is_dir() for engine in run.meta.engines):
         raise RequestError(f"diff: {folder} has no accepted run of {', '.join(run.meta.engines)}")
-    compared = run.against(accepted_rows(folder, run.meta.engines))
-    assert compared.changes is not None
-    step = compared.changes.assign(run_before=ACCEPTED, run_after=name)
-    return RunDiff((ACCEPTED, name), (compared,), (step,))
+    accepted = accepted_rows(folder, run.meta.engines)
+    return compare(accepted, run.rows, scope_after=run.meta.scope)
 
 
 def _distinct_names(runs: list[Any]) -> list[str]:
@@ -217,11 +165,21 @@ def _distinct_names(runs: list[Any]) -> list[str]:
     ]
 
 
+def _other_facts(first: Meta, last: Meta) -> list[dict[str, str]]:
+    """Return what else than rows differs between two runs."""
+    before, after = _facts(first), _facts(last)
+    return [
+        {"name": name, "before": before.get(name, "none"), "after": after.get(name, "none")}
+        for name in {**before, **after}
+        if before.get(name) != after.get(name)
+    ]
+
+
 def _facts(meta: Meta) -> dict[str, str]:
     facts = {"level": meta.level, "cases": ", ".join(meta.cases), "rows": meta.only,
              "platform": meta.platform, "dem-harness": meta.harness_version}  # fmt: skip
     return facts | {f"engine {n}": version or "missing" for n, version in meta.engines.items()}
 
 
-def _text(counts: dict[str, int]) -> str:
+def _text(counts: Mapping[str, int]) -> str:
     return ", ".join(f"{number} {change}" for change, number in counts.items())

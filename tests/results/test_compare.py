@@ -14,9 +14,7 @@ from harness.results.compare import (
     compare,
     counts,
     defect_counts,
-    matrix,
     regressions,
-    trend,
 )
 from harness.results.rows import (
     KEY,
@@ -148,11 +146,8 @@ def test_two_rows_of_one_key_are_refused():
         table([row(), row(value=9.0)])
 
 
-def test_releases_trend_and_counts():
+def test_counts_of_verdicts_and_defects():
     late = rows(("angle", None), ("shock", row("shock")))
-    column = matrix({"2022": rows(), "2023": late}).reset_index().set_index("quantity")["2023"]
-    assert (column["angle"], column["shock"], column["torque"]) == ("", "better", "same")
-    assert len(trend([("2022", rows()), ("2023", late)])) == 15
     numbers = counts(rows())
     assert numbers.loc["cross-code", "fail"] == 2
     assert numbers.loc["recorded", "recorded"] == 1

@@ -55,15 +55,15 @@ def compared(*names, **options):
 def test_a_release_with_the_same_values_and_one_that_moved():
     found = compared("right", "same")
     assert found.status == 0
-    assert found.counts()["same"] == {"same": len(found.rows["same"])}
-    assert found.cells().empty
+    right, same = found.facts["releases"]
+    assert same["counts"] == {"same": sum(right["counts"].values())}
+    assert found.facts["cells"] == []
 
 
 def test_a_release_that_is_off_fails_and_the_first_is_the_reference(tmp_path):
     found = compared("right", "soft", output=tmp_path / "out")
-    assert found.reference == "right"
-    assert found.status == 1
-    assert set(found.cells()["soft"]) == {"fail"}
+    assert (found.facts["reference"], found.status) == ("right", 1)
+    assert {cell["soft"] for cell in found.facts["cells"]} == {"fail"}
     frame = found.to_frame()
     assert {"reference", "worse"} <= set(frame["change"])
     assert set(NUMBERS) <= set(frame)
@@ -73,9 +73,8 @@ def test_a_release_that_is_off_fails_and_the_first_is_the_reference(tmp_path):
 
 def test_a_release_that_cannot_be_installed_is_shown_and_no_reference():
     found = compared("gone", "right")
-    assert found.reference == "right"
+    assert (found.facts["reference"], found.status) == ("right", 3)
     assert found.to_json()["releases"][0]["version"] == ""
-    assert found.status == 3
 
 
 @pytest.mark.parametrize(

@@ -10,6 +10,7 @@ from harness.errors import RequestError
 from harness.results.compare import Change
 from harness.store.runs import Meta, Run, write_run
 from harness.workflows import accept, defects, diff
+from harness.workflows.results import values_of
 from tests.results.rows import row, rows
 
 META = Meta(level="quick", cases=("incline",), engines={"code": "1"}, started="2026-01-01",
@@ -37,10 +38,10 @@ def test_two_runs(runs):
     assert found.status == 1
     assert found.to_frame()[["quantity", "change"]].values.tolist() == [["angle", "worse"]]
     assert found.to_frame()["moved_by"].tolist() == [0.5]
-    facts = {fact["name"]: fact["after"] for fact in found.facts}
+    facts = {fact["name"]: fact["after"] for fact in found.facts["metadata"]}
     assert facts["engine code"] == "2"
     assert diff(second, third).status == 0
-    assert diff(second, third).counts == {"better": 1, "new": 1, "same": 6}
+    assert diff(second, third).facts["counts"] == {"better": 1, "new": 1, "same": 6}
     assert json.dumps(found.to_json(), allow_nan=False)
 
 
@@ -49,7 +50,7 @@ def test_a_trend_of_three_runs(runs):
     assert found.status == 0
     assert found.changes["change"].tolist() == [Change.WORSE, Change.BETTER, Change.NEW]
     assert set(found.changes["run_before"]) == {str(runs[0]), str(runs[1])}
-    trend = found.trend().reset_index().set_index("quantity")
+    trend = values_of(*runs).reset_index().set_index("quantity")
     assert trend.loc["angle", [str(run) for run in runs]].tolist() == [10.0, 10.5, 10.0]
     assert len(found.summary()) >= 2
 
@@ -59,7 +60,7 @@ def test_a_run_and_the_accepted_one(runs, tmp_path):
     with pytest.raises(RequestError, match="has no accepted run of code"):
         diff(runs[0], "accepted", accepted=folder)
     accepted = accept(runs[0], folder)
-    assert [file.name for file in accepted.files] == ["rows.csv"]
+    assert len(accepted.facts["files"]) == 1
     assert accepted.to_json()["counts"] == {"worse": 1, "new": 5, "not comparable": 1}
     assert diff(runs[0], "accepted", accepted=folder).status == 0
     for order in ((runs[1], "accepted"), ("accepted", runs[1])):
@@ -67,7 +68,7 @@ def test_a_run_and_the_accepted_one(runs, tmp_path):
         assert found.status == 1
         assert found.changes["value_before"].tolist() == [10.0]
     again = accept(runs[0], folder)
-    assert again.files == ()
+    assert again.facts["files"] == []
     assert again.to_json()["counts"] == {"same": 6, "not comparable": 1}
 
 
@@ -78,8 +79,8 @@ def test_a_value_that_moved_fails_against_the_accepted_run_alone(tmp_path):
     assert diff(other, "accepted", accepted=tmp_path).status == 1
     found = diff(first, other)
     assert found.status == 0
-    assert found.counts["moved"] == 1
-    assert found.names == ("2026-01-01 (1)", "2026-01-01 (2)")
+    assert found.facts["counts"]["moved"] == 1
+    assert found.facts["runs"] == ["2026-01-01 (1)", "2026-01-01 (2)"]
 
 
 @pytest.mark.parametrize("request_", [(), ("a",), ("a", "b", "accepted"), ("accepted",) * 2])
@@ -97,7 +98,6 @@ def test_accepted_runs_of_an_installed_package_are_not_written(monkeypatch, tmp_
 def test_known_defects_by_name():
     every = defects()
     assert len(every) > 40
-    assert len(every.to_frame()) == len(every)
     (record,) = defects("tsuji-restitution")
     assert record["until"] == "22 Jul 2025"
     assert record["effect"] == "faults.tsuji_effective_mass" or "tsuji" in record["effect"]
