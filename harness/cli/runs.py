@@ -102,7 +102,6 @@ def run(
     from harness.workflows import run as run_case
     from harness.workflows.progress import progress_bars
     from harness.workflows.runs import runner_name
-    from harness.workflows.sweeps import write_table
 
     choice.check()
     pictures = PICTURES if choice.frames is None else choice.frames
@@ -122,7 +121,7 @@ def run(
             check_duration=duration_check(choice.force, f"case {case!r} with these values"),
             progress=progress,
         )
-    profile = partial(write_table, pd.DataFrame(dict(result.profile)))
+    profile = partial(pd.DataFrame(dict(result.profile)).to_csv, index=False)
     write_all({("--profile", choice.profile): profile,
                ("--script", choice.script): text_writer(result.script)})  # fmt: skip
     if choice.film is not None and result.discs is not None:
@@ -195,8 +194,8 @@ def sweep(
     points = None
     if choice.reference is not None:
         name, column = next(iter(planned.columns.items()))
-        across, uncertainty = planned.request.swept[0], planned.uncertainty_column(name)
-        points = read_points(choice.reference, across, column, uncertainty)
+        across = planned.request.swept[0]
+        points = read_points(choice.reference, across, column, f"uncertainty_{name}")
     engines.check(planned.engines, "--engines")
     work = f"{len(planned.rows)} runs of case {planned.case.name!r}"
     duration_check(choice.force, work)(planned.seconds())
@@ -212,9 +211,7 @@ def sweep(
             progress=progress,
         )  # fmt: skip
     unqualified = {name: reason for name, reason in opener.failures.items() if reason}
-    notes = planned.notes + [
-        f"engine {name!r} did not qualify: {why}" for name, why in unqualified.items()
-    ]
+    notes = [f"engine {name!r} did not qualify: {why}" for name, why in unqualified.items()]
     if json:
         more = {"output": str(folder), "notes": notes}
         print_json({**planned.to_json(), **opener.runs(), **more})

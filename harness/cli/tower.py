@@ -114,7 +114,6 @@ def tower(
     from harness.cases.tower.windows import summary
     from harness.workflows import tower as run_tower
     from harness.workflows.runs import run_seconds
-    from harness.workflows.sweeps import write_table
 
     check_target(choice.series, "--series")
     tower_case, opener = get_case("tower"), Opener(engines)
@@ -131,7 +130,7 @@ def tower(
         )
         longer = Runner(options.get("solver", ""), options.get("engine"))
         record = summary(run, choice.window, longer.covering(run, choice.window))
-    write_all({("--series", choice.series): partial(write_table, run.to_frame())})
+    write_all({("--series", choice.series): partial(run.to_frame().to_csv, index=False)})
     return opener.answer(record, json, print_record)
 
 
@@ -202,7 +201,6 @@ def impulse(
     from harness.cases.tower.show import angle_figure
     from harness.workflows import impulse as tabulate
     from harness.workflows.sweep_figure import figure_writer, read_points
-    from harness.workflows.sweeps import write_table
 
     check_target(choice.figure, "--figure", (".svg", ".png", ".pdf"))
     check_target(choice.csv, "--csv")
@@ -218,7 +216,7 @@ def impulse(
     with solver.running(opener, "impulse", json) as options:
         frame = tabulate(case=case, reading=choice.reading, **options, **ranges)
     draw = partial(angle_figure, frame, readings=(choice.reading,), measured=measured)
-    write_all({("--csv", choice.csv): partial(write_table, frame),
+    write_all({("--csv", choice.csv): partial(frame.to_csv, index=False),
                ("--figure", choice.figure): figure_writer(draw)})  # fmt: skip
     record: dict[str, Any] = {"solver": solver.solver, "reading": choice.reading}
     record["rows"] = frame.to_dict(orient="records")

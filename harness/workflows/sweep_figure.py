@@ -38,7 +38,7 @@ class Points:
     uncertainty: Floats | None = None
 
 
-def sweep_figure(sweep: Sweep, points: Points | None) -> Figure | None:
+def sweep_figure(sweep: Sweep, points: Points | None = None) -> Figure | None:
     """Return the figure of a sweep; None where the quantity was measured in no run."""
     over, (name, column) = sweep.request.swept, next(iter(sweep.columns.items()))
     frame, across = sweep.to_frame(), over[0]
@@ -52,7 +52,7 @@ def sweep_figure(sweep: Sweep, points: Points | None) -> Figure | None:
         rows = rows.drop_duplicates(across).sort_values(across)
         engine, *values = key
         others = [f"{n} = {v}" for n, v in zip(second, values, strict=True)]
-        axes.errorbar(rows[across], rows[column], yerr=rows.get(sweep.uncertainty_column(name)),
+        axes.errorbar(rows[across], rows[column], yerr=rows.get(f"uncertainty_{name}"),
                       ls=":", ms=5, capsize=2, marker=MARKERS[place % len(MARKERS)],
                       label=", ".join([engine_title(str(engine)), *others]))  # fmt: skip
     _draw_closed_form(axes, sweep, name, across)

@@ -5,16 +5,12 @@ The cache is the memory: a run that is done is not made again, and a sweep that 
 
 from __future__ import annotations
 
-import fcntl
 import json
 import math
-import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import Executor
-from contextlib import ExitStack, contextmanager, nullcontext
 from dataclasses import dataclass, field
 from functools import cached_property, partial
-from importlib.util import find_spec
 from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -34,7 +30,7 @@ from harness.errors import (
     HarnessError,
     RequestError,
 )
-from harness.files import Writer, check_writable, lock_file, text_writer, write_files
+from harness.files import Writer, check_writable, text_writer, write_files
 from harness.report.notebook import Plottable
 from harness.store.cache import opened
 from harness.workflows.executors import completed, opened_on
@@ -58,17 +54,11 @@ if TYPE_CHECKING:
 
 CHUNK = 512  # runs whose jobs are in memory at a time
 SEARCHES = 64  # that wait for the runs of an executor at a time
-LOCK, REQUEST, ROWS = ".lock", "sweep.json", "rows.csv"
-TABLE_SHARE, TABLE_SECONDS = 0.05, 1.0  # of the time for partial tables, least between two
+REQUEST, ROWS = "sweep.json", "rows.csv"
 DONE, FAILED, NOT_TESTED = "done", "failed", "not tested"
 UNDECIDED, REFUSED, PENDING = "undecided", "refused", "pending"
-STATUSES = (DONE, UNDECIDED, FAILED, NOT_TESTED, REFUSED, PENDING)
+STATUSES = (DONE, UNDECIDED, FAILED, NOT_TESTED, REFUSED)
 FIXED_COLUMNS = ("engine", "engine_version", PRESET, "status", "reason", "wall_time_s")
-NO_FIGURE = "no figure: its quantity was measured in no run"
-NO_PARQUET = (
-    "rows.parquet is not written: pyarrow is not installed: pip install 'dem-harness[parquet]'"
-)
-FORMULA = tuple("=+-@")  # first characters of what a spreadsheet takes for a formula
 Row = dict[str, Any]
 Outcome = Mapping[str, Value | float] | HarnessError
 
@@ -88,15 +78,13 @@ class Sweep(Plottable):
     points: tuple[Point, ...]
     table: dict[str, list[Row]] = field(default_factory=dict)
     missing: dict[str, str] = field(default_factory=dict)
-    notes: list[str] = field(default_factory=list)
 
     def __post_init__(self) -> None:
-        values = [(c, self.uncertainties[name]) for name, c in self.columns.items()]
-        columns = dict.fromkeys(name for pair in values for name in pair if name)
+        values = dict.fromkeys(self.columns.values())
         for engine in self.engines:
             self.table[engine] = [
                 {
-                    **{"engine": engine, "engine_version": "", **point.columns, **columns},
+                    **{"engine": engine, "engine_version": "", **point.columns, **values},
                     "status": REFUSED if point.refusal else PENDING,
                     "reason": point.refusal,
                     "wall_time_s": None,
@@ -115,7 +103,8 @@ class Sweep(Plottable):
         """Return the column of each quantity: its name, or ``measured_NAME`` where that is taken.
 
         The requested quantities come first; all others of the same search join them, and without
-        a request all that one run measures.
+        a request all that one run measures. A value that is uncertain has a column
+        ``uncertainty_NAME`` too.
         """
         requested = [self.case.quantity(name) for name in self.quantities]
         varies = requested[0].varies if requested else ()
@@ -124,19 +113,6 @@ class Sweep(Plottable):
         taken = {*FIXED_COLUMNS, *self.case.parameters.model_fields}
         names = dict.fromkeys(quantity.name for quantity in measured)
         return {name: f"measured_{name}" if name in taken else name for name in names}
-
-    @cached_property
-    def uncertainties(self) -> dict[str, str]:
-        """Return the column of each quantity's uncertainty; empty where another quantity is it."""
-        columns = {}
-        for quantity in map(self.case.quantity, self.columns):
-            is_own = quantity.varies and f"uncertainty_{quantity.unit}" not in self.columns
-            columns[quantity.name] = f"uncertainty_{quantity.name}" if is_own else ""
-        return columns
-
-    def uncertainty_column(self, name: str) -> str:
-        """Return the column of a quantity's uncertainty: its own, or another quantity's."""
-        return self.uncertainties[name] or f"uncertainty_{self.case.quantity(name).unit}"
 
     def seconds(self) -> float:
         """Return the expected time of all runs on one core [s], cached ones among them."""
@@ -152,7 +128,7 @@ class Sweep(Plottable):
 
     def to_json(self) -> dict[str, Any]:
         """Return the sweep as a JSON-ready mapping."""
-        counts = {s.replace(" ", "_"): self.count(s) for s in STATUSES if s != PENDING}
+        counts = {status.replace(" ", "_"): self.count(status) for status in STATUSES}
         record = {"case": self.case.name, "over": list(self.request.swept), **counts}
         return {**record, "missing_engines": self.missing, "rows": self.rows}
 
@@ -174,37 +150,11 @@ class Sweep(Plottable):
 
     def draw(self) -> Figure:
         """Draw the first quantity over the first parameters; RequestError where there is none."""
-        if (figure := self.figure()) is None:
-            raise RequestError(f"no run of this sweep of {self.case.name} measured anything")
-        return figure
-
-    def figure(self, points: Points | None = None) -> Figure | None:
-        """Return the figure, with the user's points; None where nothing was measured."""
         from harness.workflows.sweep_figure import sweep_figure
 
-        return sweep_figure(self, points)
-
-    def cells(self, outcome: Outcome) -> Row:
-        """Return the cells of a run that is over: values, status and the reason of an error."""
-        values: Mapping[str, Value | float] = {}
-        match outcome:
-            case EngineUndecidedError():
-                values, status = outcome.values, UNDECIDED
-            case EngineError():
-                status = FAILED
-            case HarnessError():
-                status = NOT_TESTED
-            case _:
-                values, status = outcome, DONE
-        cells: Row = {"status": status}
-        if isinstance(outcome, HarnessError):
-            cells["reason"] = " ".join(str(outcome).split())
-        for name in self.columns.keys() & values.keys():
-            value = Value.of(values[name])
-            cells[self.columns[name]] = value.value
-            if column := self.uncertainties[name]:
-                cells[column] = value.uncertainty
-        return cells
+        if (figure := sweep_figure(self)) is None:
+            raise RequestError(f"no run of this sweep of {self.case.name} measured anything")
+        return figure
 
 
 def sweep(  # noqa: PLR0913 - the options of a user
@@ -292,27 +242,25 @@ def run_sweep(
 ) -> Sweep:
     """Make the runs of a sweep and return it; write table and figure where ``output`` is given.
 
-    ``points`` of the user join the figure. Its ``notes`` name what was not written. Raise
-    EngineError where an engine that is named cannot be opened, RequestError for a folder that
-    another sweep has.
+    ``points`` of the user join the figure. Raise EngineError where an engine that is named cannot
+    be opened, RequestError for a folder that another sweep has.
     """
     count = sum(not point.refusal for point in planned.points)
-    with nullcontext() if output is None else locked(output, planned.request):
-        write_table_so_far = _occasionally(planned, output)
-        for engine in planned.engines:
-            progress(engine, 0, count)
-            try:
-                runs = _runs(planned, engine, open_engine, executor)
-                for done, (place, outcome, facts) in enumerate(runs, 1):
-                    planned.table[engine][place] |= {**planned.cells(outcome), **facts}
-                    progress(engine, done, count)
-                    write_table_so_far()
-            except EngineMissingError as error:
-                if ALL not in words_in(planned.request.engines):
-                    raise
-                planned.missing[engine] = str(error)
-        if output is not None:
-            _write(planned, output, points)
+    if output is not None:
+        check_sweep_folder(output, planned.request)
+    for engine in planned.engines:
+        progress(engine, 0, count)
+        try:
+            runs = _runs(planned, engine, open_engine, executor)
+            for done, (place, outcome, facts) in enumerate(runs, 1):
+                planned.table[engine][place] |= {**_cells(outcome, planned.columns), **facts}
+                progress(engine, done, count)
+        except EngineMissingError as error:
+            if ALL not in words_in(planned.request.engines):
+                raise
+            planned.missing[engine] = str(error)
+    if output is not None:
+        _write(planned, output, points)
     return planned
 
 
@@ -380,75 +328,56 @@ def _tried(measure: Callable[..., Mapping[str, Any]], *arguments: Any, **options
         return EngineOutputError(f"{type(error).__name__}: {error}")
 
 
+def _cells(outcome: Outcome, columns: Mapping[str, str]) -> Row:
+    """Return the cells of a run that is over: values, status and the reason of an error."""
+    values: Mapping[str, Value | float] = {}
+    match outcome:
+        case EngineUndecidedError():
+            values, status = outcome.values, UNDECIDED
+        case EngineError():
+            status = FAILED
+        case HarnessError():
+            status = NOT_TESTED
+        case _:
+            values, status = outcome, DONE
+    cells: Row = {"status": status}
+    if isinstance(outcome, HarnessError):
+        cells["reason"] = " ".join(str(outcome).split())
+    for name in columns.keys() & values.keys():
+        value = Value.of(values[name])
+        cells[columns[name]] = value.value
+        if value.uncertainty:
+            cells[f"uncertainty_{name}"] = value.uncertainty
+    return cells
+
+
 # ---- the folder
 
 
-@contextmanager
-def locked(folder: Path, request: SweepRequest) -> Iterator[None]:
-    """Lock a folder for a sweep until the block, or the process, ends.
-
-    Raise RequestError for a folder that another process sweeps in, that has another sweep or other
-    files, or that cannot be written.
-    """
+def check_sweep_folder(folder: Path, request: SweepRequest) -> None:
+    """Raise RequestError for a folder with another sweep or other files, or not writable."""
     if folder.exists() and not folder.is_dir():
         raise RequestError(f"--output {folder}: is a file; name a folder")
     check_writable(folder)
-    folder.mkdir(parents=True, exist_ok=True)
     file = folder / REQUEST
-    if not file.is_file() and any(not path.name.startswith(".") for path in folder.iterdir()):
+    if file.is_file() and file.read_text(encoding="utf-8", errors="replace") != _text(request):
+        raise RequestError(f"--output {folder}: has another sweep, see {REQUEST}; name another")
+    if folder.is_dir() and not file.is_file() and any(folder.iterdir()):
         raise RequestError(f"--output {folder}: holds files of no sweep; name another")
-    with ExitStack() as stack:
-        try:
-            lock = stack.enter_context(lock_file(folder / LOCK))
-            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            raise RequestError(f"--output {folder}: another sweep runs in it") from None
-        except OSError as error:
-            raise RequestError(f"--output {folder}: {LOCK}: {error.strerror}") from None
-        text = json.dumps(request.model_dump(), indent=2) + "\n"
-        if not file.is_file():
-            write_files({("--output", file): text_writer(text)})
-        elif file.read_text(encoding="utf-8", errors="replace") != text:
-            raise RequestError(f"--output {folder}: has another sweep, see {REQUEST}; name another")
-        yield
 
 
-def _occasionally(planned: Sweep, folder: Path | None) -> Callable[[], None]:
-    """Return a function that writes the table so far, whole, in a twentieth of the time."""
-    due = math.inf if folder is None else 0.0
-
-    def write() -> None:
-        nonlocal due
-        if folder is None or (started := time.monotonic()) < due:
-            return
-        write_files({("table", folder / ROWS): partial(write_table, planned.to_frame())})
-        taken = time.monotonic() - started if due else 0.0  # the first has the time of imports
-        due = time.monotonic() + max(TABLE_SECONDS, taken / TABLE_SHARE)
-
-    return write
+def _text(request: SweepRequest) -> str:
+    return json.dumps(request.model_dump(), indent=2) + "\n"
 
 
 def _write(planned: Sweep, folder: Path, points: Points | None) -> None:
-    from harness.workflows.sweep_figure import figure_writer
+    from harness.workflows.sweep_figure import figure_writer, sweep_figure
 
-    frame, figure = planned.to_frame(), planned.figure(points)
-    files: dict[tuple[str, Path], Writer] = {("table", folder / ROWS): partial(write_table, frame)}
-    if find_spec("pyarrow") is not None:
-        files["table", folder / "rows.parquet"] = partial(frame.to_parquet, index=False)
-    else:
-        planned.notes.append(NO_PARQUET)
-    if figure is None:
-        planned.notes.append(NO_FIGURE)
-    else:
-        for suffix in (".svg", ".png"):
-            files["figure", folder / f"figure{suffix}"] = figure_writer(lambda: figure)
-    write_files(files)
-
-
-def write_table(frame: pd.DataFrame, file: Path) -> None:
-    """Write a table with all digits; text that a spreadsheet would compute gets an apostrophe."""
-    texts = {
-        str(name): [f"'{v}" if isinstance(v, str) and v[:1] in FORMULA else v for v in frame[name]]
-        for name in frame.select_dtypes(exclude="number")
+    figure = sweep_figure(planned, points)
+    files: dict[tuple[str, Path], Writer] = {
+        ("--output", folder / REQUEST): text_writer(_text(planned.request)),
+        ("--output", folder / ROWS): partial(planned.to_frame().to_csv, index=False),
     }
-    frame.assign(**texts).to_csv(file, index=False)
+    for suffix in (".svg", ".png") if figure is not None else ():
+        files["--output", folder / f"figure{suffix}"] = figure_writer(lambda: figure)
+    write_files(files)

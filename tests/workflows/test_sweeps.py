@@ -1,6 +1,5 @@
 """Sweeps: every combination a row, the cache as memory, and folders that one process holds."""
 
-import json
 from pathlib import Path
 
 import pandas as pd
@@ -11,9 +10,9 @@ from harness.errors import EngineMissingError, RequestError
 from harness.store.cache import CachedEngine
 from harness.store.entries import Entries
 from harness.workflows import sweep
-from harness.workflows.sweep_figure import read_points
-from harness.workflows.sweep_plan import SweepRequest, request_in, values_of
-from harness.workflows.sweeps import locked, plan, run_sweep, write_table
+from harness.workflows.sweep_figure import read_points, sweep_figure
+from harness.workflows.sweep_plan import request_in, values_of
+from harness.workflows.sweeps import plan
 from tests.workflows import doubles
 
 pytestmark = pytest.mark.usefixtures("registered")
@@ -69,13 +68,6 @@ def test_a_search_is_a_row_with_its_uncertainty():
     assert "stiffness" not in row
 
 
-def test_text_that_a_spreadsheet_would_compute_is_text(tmp_path):
-    write_table(
-        pd.DataFrame({"reason": ["=1+1", "fine"], "value": [-1.0, 2.0]}), tmp_path / "a.csv"
-    )
-    assert (tmp_path / "a.csv").read_text() == "reason,value\n'=1+1,-1.0\nfine,2.0\n"
-
-
 def test_an_engine_of_all_may_be_missing_and_a_named_one_not():
     result = swept({"steps": "100"}, "all")
     assert result.missing == {"missing": "missing: no program"}
@@ -99,13 +91,6 @@ def test_two_grids_share_a_point(tmp_path):
     file = tmp_path / "sweep.toml"
     file.write_text('case = "bounce"\n[[over]]\nsteps = [100, 200]\n[[over]]\nsteps = [200, 300]')
     assert [row["steps"] for row in plan(str(file)).rows] == [100, 200, 300]
-
-
-def test_the_table_of_a_sweep_that_runs_has_pending_rows():
-    seen, chosen = [], plan("bounce", {"steps": "100,200"}, {}, "good")
-    run_sweep(chosen, open_engine,
-              progress=lambda *_: seen.append([row["status"] for row in chosen.rows]))  # fmt: skip
-    assert seen == [["pending", "pending"], ["done", "pending"], ["done", "done"]]
 
 
 def test_a_file_has_tables_of_grids(tmp_path):
@@ -141,27 +126,18 @@ def test_a_file_that_is_not_sound_is_named(tmp_path, text, words):
         request_in(file)
 
 
-def test_a_folder_belongs_to_one_sweep_at_a_time(tmp_path):
-    request, mine = SweepRequest(case="bounce", over=[{"steps": "10"}]), tmp_path / "mine"
-
-    def check_refused(folder, chosen, words):
-        with pytest.raises(RequestError, match=words), locked(folder, chosen):
-            pass
-
-    with locked(mine, request):
-        check_refused(mine, request, "another sweep runs in it")
-    assert json.loads((mine / "sweep.json").read_text())["case"] == "bounce"
-    check_refused(mine, request.replace(quantity="time_s"), "has another sweep")
+def test_a_sweep_leaves_table_and_figure_in_a_folder_that_no_other_may_have(tmp_path):
+    over, mine = {"steps": "100,200"}, tmp_path / "mine"
+    for _ in range(2):
+        swept(over, output=mine)
+    assert {path.name for path in mine.iterdir()} == {
+        "rows.csv", "figure.svg", "figure.png", "sweep.json"}  # fmt: skip
+    assert pd.read_csv(mine / "rows.csv")["steps"].tolist() == [100, 200]
+    with pytest.raises(RequestError, match="has another sweep"):
+        swept(over, output=mine, quantities="time_s")
     (tmp_path / "letter.txt").touch()
-    check_refused(tmp_path, request, "holds files of no sweep")
-
-
-def test_a_sweep_leaves_its_table_and_its_figure_in_a_folder(tmp_path):
-    swept({"steps": "100,200"}, output=tmp_path / "mine")
-    assert {"rows.csv", "figure.svg", "sweep.json"} <= {
-        p.name for p in (tmp_path / "mine").iterdir()
-    }
-    assert pd.read_csv(tmp_path / "mine" / "rows.csv")["steps"].tolist() == [100, 200]
+    with pytest.raises(RequestError, match="holds files of no sweep"):
+        swept(over, output=tmp_path)
 
 
 def test_the_figure_shows_the_first_quantity_and_the_users_points(tmp_path):
@@ -169,11 +145,11 @@ def test_the_figure_shows_the_first_quantity_and_the_users_points(tmp_path):
     file.write_text("restitution,measured_restitution,uncertainty_restitution\n0.5,0.52,0.01\n")
     points = read_points(file, "restitution", "measured_restitution", "uncertainty_restitution")
     result = swept({"restitution": "0.2,0.8", "steps": "100,200"})
-    (axes,) = result.figure(points).axes
+    (axes,) = sweep_figure(result, points).axes
     labels = axes.get_legend_handles_labels()[1]
     assert "measured.csv" in labels
     assert sum("steps" in label for label in labels) == 2
-    assert swept({"steps": "100"}, "dying").figure() is None
+    assert sweep_figure(swept({"steps": "100"}, "dying")) is None
 
 
 @pytest.mark.parametrize(
