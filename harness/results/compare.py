@@ -7,17 +7,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
 from enum import StrEnum
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from harness.results.rows import COLUMNS, KEY, LEVELS, Kind, Verdict, matches
+from harness.results.rows import COLUMNS, KEY, Kind, Verdict
 
 Mask = NDArray[np.bool_]
+Covers = Callable[[pd.DataFrame], Mask]  # which rows, by key and level, a run was to have
 
 ROUND_OFF = 1e-12  # relative change that counts as rounding: some thousand units in the last place
 RANKS = {Verdict.FAIL: 0, Verdict.KNOWN_DEFECT: 1, Verdict.NOT_TESTED: 1}
@@ -41,48 +41,24 @@ class Change(StrEnum):
 BAD = (Change.WORSE, Change.OTHER_INPUT, Change.MOVED)
 
 
-@dataclass(frozen=True)
-class Scope:
-    """The request of a run: cases, engines, the level, and a pattern of rows.
-
-    ``left_out`` are engines that exist and were not asked for. A comparison of two engines bears
-    the name of the second as its ``check``; it is in no scope that leaves one of them out.
-    """
-
-    cases: frozenset[str]
-    engines: frozenset[str]
-    level: str
-    only: str = "*"
-    left_out: frozenset[str] = frozenset()
-
-    def covers(self, rows: pd.DataFrame) -> Mask:
-        """Return which rows were requested, shape (rows,)."""
-        levels = LEVELS[: LEVELS.index(self.level) + 1] if self.level in LEVELS else LEVELS
-        inside = (
-            rows["case"].isin(self.cases)
-            & rows["engine"].isin(self.engines)
-            & rows["level"].isin(["", *levels])
-            & ~rows["check"].isin(self.left_out)
-        )
-        if self.only != "*":
-            paths = rows["case"] + "/" + rows["setup"] + "/" + rows["quantity"]
-            inside &= np.array([matches(path, self.only) for path in paths], bool)
-        return inside.to_numpy(bool)
+def covers_all(rows: pd.DataFrame) -> Mask:
+    """Return True for each row, shape (rows,)."""
+    return np.ones(len(rows), bool)
 
 
 def compare(
     before: pd.DataFrame,
     after: pd.DataFrame,
     *,
-    scope_before: Scope | None = None,
-    scope_after: Scope | None = None,
+    covers_before: Covers = covers_all,
+    covers_after: Covers = covers_all,
 ) -> pd.DataFrame:
     """Return one line for each key of two tables of rows, the gravest change first.
 
     Columns: the key, ``change``, ``moved_by`` [unit of the row], ``in_tolerances``,
     ``in_uncertainties``, and each other column of both tables with the endings ``_before`` and
-    ``_after``. A row that one table lacks is not comparable where the scope of that table does
-    not cover it; without a scope it covers all.
+    ``_after``. A row that one table lacks is not comparable where the request behind that table
+    does not cover it.
     """
     keys = list(KEY)
     both = before[list(COLUMNS)].merge(
@@ -96,7 +72,7 @@ def compare(
     both["in_tolerances"] = _ratio(both["moved_by"], both["tolerance_after"])
     spread = (both["uncertainty_before"] ** 2 + both["uncertainty_after"] ** 2) ** 0.5
     both["in_uncertainties"] = _ratio(both["moved_by"], spread)
-    both["change"] = _changes(both, scope_before, scope_after)
+    both["change"] = _changes(both, covers_before, covers_after)
     both["_place"] = both["change"].map({change: place for place, change in enumerate(Change)})
     both["_size"] = -both["in_tolerances"].abs()
     both = both.sort_values(["_place", "_size", *keys], kind="stable", ignore_index=True)
@@ -156,10 +132,10 @@ def counts(rows: pd.DataFrame) -> pd.DataFrame:
     return numbers.loc[kinds, [str(verdict) for verdict in Verdict if verdict in numbers.columns]]
 
 
-def _changes(both: pd.DataFrame, before: Scope | None, after: Scope | None) -> NDArray[np.object_]:
+def _changes(both: pd.DataFrame, before: Covers, after: Covers) -> NDArray[np.object_]:
     gone, appeared = both["_side"] == "left_only", both["_side"] == "right_only"
-    missed = gone & _covered(after, both, "before")
-    awaited = appeared & _covered(before, both, "after")
+    missed = gone & after(_side(both, "before"))
+    awaited = appeared & before(_side(both, "after"))
     valued = both["verdict_before"] != Verdict.NOT_TESTED
     failed = both["verdict_after"] == Verdict.FAIL
     ranks = [both[f"verdict_{side}"].map(RANKS).fillna(BEST_RANK) for side in ("before", "after")]
@@ -184,10 +160,9 @@ def _changes(both: pd.DataFrame, before: Scope | None, after: Scope | None) -> N
     return np.select(masks, names, np.array(str(Change.MOVED), dtype=object))
 
 
-def _covered(scope: Scope | None, both: pd.DataFrame, side: str) -> Mask:
-    if scope is None:
-        return np.ones(len(both), bool)
-    return scope.covers(both[list(KEY)].assign(level=_texts(both[f"level_{side}"])))
+def _side(both: pd.DataFrame, side: str) -> pd.DataFrame:
+    """Return keys and levels of the rows, the levels of one side."""
+    return both[list(KEY)].assign(level=_texts(both[f"level_{side}"]))
 
 
 def _texts(column: pd.Series[str]) -> pd.Series[str]:

@@ -102,7 +102,7 @@ def _release(file: Path) -> tuple[int, ...]:
 def _merged(before: pd.DataFrame, rows: pd.DataFrame, run: Run) -> pd.DataFrame:
     keys = list(KEY)
     present = pd.MultiIndex.from_frame(before[keys]).isin(pd.MultiIndex.from_frame(rows[keys]))
-    remaining = before[present | ~run.meta.scope.covers(before)]
+    remaining = before[present | ~run.meta.covers(before)]
     tested = rows[rows["verdict"] != Verdict.NOT_TESTED]
     tested = tested.assign(reason="", note="", log="")  # texts lie with the run and its checks
     merged = pd.concat([remaining, tested]) if len(remaining) else tested

@@ -22,12 +22,13 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pandas as pd
 
 from harness.errors import RequestError
 from harness.files import check_folder, safe_path, whole_folder
-from harness.results.compare import Scope, compare, counts, counts_of_changes, regressions
-from harness.results.rows import ENGINE_FAILURES, Kind, Verdict
+from harness.results.compare import Mask, compare, counts, counts_of_changes, regressions
+from harness.results.rows import ENGINE_FAILURES, LEVELS, Kind, Verdict, matches
 from harness.store.tables import junit, read_rows, rows_text
 
 FORMAT = 3  # of run.json and rows.csv; raised when a key or column changes its meaning
@@ -59,11 +60,23 @@ class Meta:
     platform: str = ""
     harness_version: str = ""
 
-    @property
-    def scope(self) -> Scope:
-        """Return the scope of the request."""
-        cases, engines, left_out = map(frozenset, (self.cases, self.engines, self.left_out))
-        return Scope(cases, engines, self.level, self.only, left_out)
+    def covers(self, rows: pd.DataFrame) -> Mask:
+        """Return which rows, by key and level, were requested, shape (rows,).
+
+        A comparison of two engines bears the name of the second as its ``check``: none is covered
+        that has an engine which was left out.
+        """
+        levels = LEVELS[: LEVELS.index(self.level) + 1] if self.level in LEVELS else LEVELS
+        inside = (
+            rows["case"].isin(self.cases)
+            & rows["engine"].isin(list(self.engines))
+            & rows["level"].isin(["", *levels])
+            & ~rows["check"].isin(self.left_out)
+        )
+        if self.only != "*":
+            paths = rows["case"] + "/" + rows["setup"] + "/" + rows["quantity"]
+            inside &= np.array([matches(path, self.only) for path in paths], bool)
+        return inside.to_numpy(bool)
 
 
 @dataclass(frozen=True, repr=False)
@@ -129,13 +142,13 @@ class Run:
 
     def against(self, accepted: pd.DataFrame) -> Run:
         """Return the run with its changes against accepted rows."""
-        changes = compare(accepted, self.rows, scope_after=self.meta.scope)
+        changes = compare(accepted, self.rows, covers_after=self.meta.covers)
         return replace(self, changes=changes)
 
     def changes_from(self, before: Run) -> pd.DataFrame:
         """Return what changed from another run to this one."""
-        scopes = {"scope_before": before.meta.scope, "scope_after": self.meta.scope}
-        return compare(before.rows, self.rows, **scopes)
+        covers = {"covers_before": before.meta.covers, "covers_after": self.meta.covers}
+        return compare(before.rows, self.rows, **covers)
 
     def to_frame(self) -> pd.DataFrame:
         """Return the rows."""

@@ -112,7 +112,7 @@ def accept(run: str | Path | Run, folder: Path | None = None) -> Comparison:
     """
     target, new = folder or writable_folder(), _run(run)
     before = accepted_rows(target, new.meta.engines)
-    changes = compare(before, new.rows, scope_after=new.meta.scope)
+    changes = compare(before, new.rows, covers_after=new.meta.covers)
     files, counts = [str(file) for file in accept_rows(new, target)], counts_of_changes(changes)
     facts = {"folder": str(target), "files": files, "counts": counts}
     lines = {
@@ -153,7 +153,7 @@ def _changes_from_accepted(run: Run, folder: Path) -> pd.DataFrame:
     if not any((folder / engine).is_dir() for engine in run.meta.engines):
         raise RequestError(f"diff: {folder} has no accepted run of {', '.join(run.meta.engines)}")
     accepted = accepted_rows(folder, run.meta.engines)
-    return compare(accepted, run.rows, scope_after=run.meta.scope)
+    return compare(accepted, run.rows, covers_after=run.meta.covers)
 
 
 def _distinct_names(runs: list[Any]) -> list[str]:

@@ -9,7 +9,6 @@ from hypothesis import strategies as st
 
 from harness.results.compare import (
     Change,
-    Scope,
     cells,
     compare,
     counts,
@@ -29,9 +28,11 @@ from harness.results.rows import (
     rows_of,
     table,
 )
+from harness.store.runs import Meta
 from tests.results.rows import row, rows
 
-QUICK = Scope(frozenset({"incline"}), frozenset({"code"}), "quick")
+REQUEST = Meta(level="full", cases=("incline",), engines={"code": "1"})
+QUICK = replace(REQUEST, level="quick")
 DEFECT = {"verdict": Verdict.KNOWN_DEFECT, "failure": Failure.NONE, "defect": "weak"}
 NARROW, WIDE = Tolerance(0.0, 1e-6), Tolerance(0.5)
 MOVED = finding(row("difference", 0.3))
@@ -68,7 +69,7 @@ PLANTED = {  # the quantity, its row in the second run, the class, whether it fa
 @pytest.mark.parametrize("name", PLANTED)
 def test_class_of_a_planted_change(name):
     quantity, after, change, fails = PLANTED[name]
-    changes = compare(rows(), rows((quantity, after)), scope_after=QUICK)
+    changes = compare(rows(), rows((quantity, after)), covers_after=QUICK.covers)
     assert list(changes[changes["quantity"] == quantity]["change"]) == [change]
     assert (len(regressions(changes)) > 0) is fails
     others = changes[~changes["quantity"].isin([quantity, "steady"])]
@@ -76,18 +77,19 @@ def test_class_of_a_planted_change(name):
 
 
 @pytest.mark.parametrize(
-    "scope",
+    "other",
     [
-        Scope(frozenset({"tower"}), frozenset({"code"}), "full"),
-        Scope(frozenset({"incline"}), frozenset({"other"}), "full"),
-        Scope(frozenset({"incline"}), frozenset({"code"}), "full", only="incline/*/shock"),
-        Scope(frozenset({"incline"}), frozenset({"code"}), "full", left_out=frozenset({"other"})),
+        {"cases": ("tower",)},
+        {"engines": {"other": "1"}},
+        {"only": "incline/*/shock"},
+        {"left_out": ("other",)},
     ],
 )
-def test_a_row_outside_the_scope_of_a_run_is_not_comparable(scope):
+def test_a_row_that_was_not_requested_is_not_comparable(other):
+    covers = replace(REQUEST, **other).covers
     accepted = table([row(check="other")])
-    missing = compare(accepted, accepted.iloc[:0], scope_after=scope)
-    appeared = compare(accepted.iloc[:0], accepted, scope_before=scope)
+    missing = compare(accepted, accepted.iloc[:0], covers_after=covers)
+    appeared = compare(accepted.iloc[:0], accepted, covers_before=covers)
     assert [*missing["change"], *appeared["change"]] == [Change.NOT_COMPARABLE] * 2
 
 
