@@ -55,10 +55,12 @@ def pytest_collection_modifyitems(
 ) -> None:
     """Add the rows, before -k, -m and others choose among the items."""
     if config.option.dem_harness:
-        parent = Verification.from_parent(session, name="dem-harness", nodeid="dem-harness")
-        tests = parent.collect()
+        tests = [
+            RowTest.from_parent(session, name=name, nodeid=f"dem-harness::{name}", row=row)
+            for name, row in _rows_by_name(config)
+        ]
         items += tests
-        report = pytest.CollectReport(parent.nodeid, "passed", None, [*tests])
+        report = pytest.CollectReport("dem-harness", "passed", None, [*tests])
         config.hook.pytest_collectreport(report=report)  # the terminal counts what it reports
 
 
@@ -71,22 +73,6 @@ def dem_verification(request: pytest.FixtureRequest) -> pd.DataFrame:
     if "error" in record:
         pytest.fail(record["error"], pytrace=False)
     return pd.DataFrame(record["rows"])
-
-
-class Verification(pytest.Collector):
-    """The verification of a session."""
-
-    def collect(self) -> list[pytest.Item]:
-        """Return a test for each row; one more where an engine failed or a case tested nothing."""
-        from harness.cli.verify import row_name
-
-        if self.config.option.collectonly:  # the rows are known after a run only
-            return [RowTest.from_parent(self, name="verification", row={})]
-        record = session_record(self.config)
-        rows = [(f"{row['kind']}: {row_name(row)}", row) for row in record["rows"]]
-        if "error" in record:
-            rows.append(("engines", {"error": record["error"]}))
-        return [RowTest.from_parent(self, name=name, row=row) for name, row in rows]
 
 
 class RowTest(pytest.Item):
@@ -120,12 +106,23 @@ class RowTest(pytest.Item):
             pytest.skip(f"{verdict}: {note}")
 
 
+def _rows_by_name(config: pytest.Config) -> list[tuple[str, Mapping[str, Any]]]:
+    """Return the rows; one more where an engine failed or a case tested nothing."""
+    from harness.cli.verify import name_of
+
+    if config.option.collectonly:  # the rows are known after a run only
+        return [("verification", {})]
+    record = session_record(config)
+    rows = [(f"{row['kind']}: {name_of(row)}", row) for row in record["rows"]]
+    return rows + ([("engines", {"error": record["error"]})] if "error" in record else [])
+
+
 def _text(row: Mapping[str, Any]) -> str:
     """Return a row in words and numbers, a line each, and the end of its engine's log."""
-    from harness.cli.verify import details, row_name
+    from harness.cli.verify import details, name_of
 
     reason = f"tolerance: {row['reason']}" if row["reason"] else ""
-    lines = [f"{row_name(row)}: {row['verdict']}", *details(row), reason]
+    lines = [f"{name_of(row)}: {row['verdict']}", *details(row), reason]
     return "\n".join(filter(None, [*lines, row["log"][-LOG_CHARACTERS:].strip()]))
 
 

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from harness.errors import RequestError
+from harness.report.text import one_line
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -74,16 +75,6 @@ def print_wrapped(text: str, *, indent: int = 0) -> None:
     first, others = " " * indent, " " * (indent + 2)
     print(textwrap.fill(one_line(text), width, initial_indent=first, subsequent_indent=others,
                         break_on_hyphens=False))  # fmt: skip
-
-
-def one_line(text: str) -> str:
-    """Return printable text on one line."""
-    return " ".join(printable(text).split())
-
-
-def printable(text: str) -> str:
-    """Return text without the control characters that would change a terminal."""
-    return "".join(c if c.isprintable() or c in "\n\t" else "?" for c in str(text))
 
 
 def short(value: Any) -> str:

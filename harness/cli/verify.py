@@ -15,6 +15,7 @@ from harness.cli.app import File, Folder, Force, Json
 from harness.cli.engines import EngineOptions, Opener, duration_check
 from harness.cli.output import output_folder, print_json, print_wrapped, tell
 from harness.errors import RequestError
+from harness.results.rows import KEY, row_name
 
 if TYPE_CHECKING:
     from harness.results.rows import Level
@@ -149,11 +150,9 @@ def details(row: Record) -> Iterator[str]:
     yield from filter(None, (row["failure"], row["note"]))
 
 
-def row_name(row: Record) -> str:
-    """Return a row's name: case, setup, check, engine and quantity."""
-    about = ", ".join(filter(None, (row["setup"], row["check"])))
-    case = f"{row['case']} ({about})" if about else row["case"]
-    return ": ".join(filter(None, (f"{case}, {row['engine']}", row["quantity"])))
+def name_of(row: Record) -> str:
+    """Return the name of a row for people."""
+    return row_name(*(row[name] for name in KEY))
 
 
 def _key(choice: VerifyOptions, engines: EngineOptions) -> str | None:
@@ -193,14 +192,14 @@ def _print(record: Record, folder: Path, *, verbose: bool) -> None:
         most = len(chosen) if verbose else MOST_PRINTED[verdict]
         for row in chosen[:most]:
             kind = "" if row["kind"] == verdict else f" ({row['kind']})"
-            print_wrapped(f"{verdict}: {row_name(row)}{kind}")
+            print_wrapped(f"{verdict}: {name_of(row)}{kind}")
             for text in details(row) if verdict != "pass" else ():
                 print_wrapped(text, indent=4)
         if len(chosen) > most:
             print_wrapped(f"and {len(chosen) - most} more {verdict}: --verbose prints all")
     moved = [row for row in record["regressions"] if row["verdict_after"] != "fail"]
     for change in moved[: MOST_PRINTED["fail"]]:
-        print_wrapped(f"against the accepted run, {change['change']}: {row_name(change)}")
+        print_wrapped(f"against the accepted run, {change['change']}: {name_of(change)}")
     for kind in dict.fromkeys(row["kind"] for row in rows):
         counts = Counter(row["verdict"] for row in rows if row["kind"] == kind)
         print_wrapped(f"{kind}: {', '.join(f'{n} {verdict}' for verdict, n in counts.items())}")
@@ -208,5 +207,5 @@ def _print(record: Record, folder: Path, *, verbose: bool) -> None:
     again = " (kept from an earlier run)" if record["cached"] else ""
     print(f"report{again}: {folder / 'report.html'}")
     if record["status"] == 3:
-        died = [f"{row_name(r)}: {r['note']}" for r in rows if r["failure"] == "engine error"]
+        died = [f"{name_of(r)}: {r['note']}" for r in rows if r["failure"] == "engine error"]
         tell((died or [record["headline"]])[0])

@@ -123,10 +123,8 @@ class Row:
 
     @property
     def name(self) -> str:
-        """Return a name for people: case, setup, check, engine and quantity."""
-        about = ", ".join(filter(None, (self.setup, self.check)))
-        case = f"{self.case} ({about})" if about else self.case
-        return ": ".join(filter(None, (f"{case}, {self.engine}", self.quantity)))
+        """Return :func:`row_name` of the key."""
+        return row_name(*self.key)
 
 
 KEY = ("case", "setup", "quantity", "engine", "check")
@@ -134,6 +132,13 @@ _FIELDS = tuple(field.name for field in fields(Row))
 _AFTER_EXPECTED = _FIELDS.index("expected") + 1
 COLUMNS = (*_FIELDS[:_AFTER_EXPECTED], "difference", *_FIELDS[_AFTER_EXPECTED:])
 NUMBERS = ("value", "uncertainty", "expected", "difference", "tolerance")
+
+
+def row_name(case: str, setup: str, quantity: str, engine: str, check: str) -> str:
+    """Return a name for people: case, setup, check, engine and quantity."""
+    about = ", ".join(filter(None, (setup, check)))
+    case = f"{case} ({about})" if about else case
+    return ": ".join(filter(None, (f"{case}, {engine}", quantity)))
 
 
 def judge(row: Row, tolerance: Tolerance, *, failure: Failure = Failure.NONE) -> Row:

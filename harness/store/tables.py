@@ -6,10 +6,8 @@ import csv
 import io
 import math
 import re
-from collections.abc import Callable
 from enum import StrEnum
 from pathlib import Path
-from typing import Any
 from xml.etree import ElementTree as Xml
 
 import pandas as pd
@@ -29,20 +27,7 @@ from harness.results.rows import (
 )
 
 NEWLINE = "\r\n"  # of the CSV writer, which quotes cells with one of its characters
-
-
-def _number(cell: str) -> float:
-    return float(cell) if cell else math.nan
-
-
-def _number_text(value: float) -> str:
-    return "" if math.isnan(value) else repr(float(value))
-
-
 WORDS: dict[str, type[StrEnum]] = {"kind": Kind, "verdict": Verdict, "failure": Failure}
-PARSERS: dict[str, Callable[[str], Any]] = {
-    **dict.fromkeys(COLUMNS, str), **dict.fromkeys(NUMBERS, _number), **WORDS
-}  # fmt: skip
 
 
 class _Lines(list[str]):
@@ -66,11 +51,15 @@ def rows_text(rows: pd.DataFrame) -> str:
 
 def exact_texts(rows: pd.DataFrame) -> pd.DataFrame:
     """Return a table of rows whose numbers are text that reads back the same bits."""
-    return rows.assign(**{name: list(map(_number_text, rows[name])) for name in NUMBERS})
+
+    def text(value: float) -> str:
+        return "" if math.isnan(value) else repr(float(value))
+
+    return rows.assign(**{name: list(map(text, rows[name])) for name in NUMBERS})
 
 
 def read_rows(file: Path) -> pd.DataFrame:
-    """Return the rows of a file. Raise RequestError, naming file and line, where it is damaged."""
+    """Return the rows of a file. Raise RequestError, naming the file, where it is damaged."""
     try:
         return parsed_rows(file.read_bytes().decode("utf-8"))
     except OSError as error:
@@ -84,26 +73,29 @@ def parsed_rows(text: str) -> pd.DataFrame:
     reader = csv.reader(io.StringIO(text, newline=""), strict=True)
     if tuple(next(reader, ())) != COLUMNS:
         raise ValueError(f"line 1: the columns must be {', '.join(COLUMNS)}")
-    records = []
+    lines = []
     for cells in reader:
         if len(cells) != len(COLUMNS):
             raise ValueError(f"line {reader.line_num}: has {len(cells)} of {len(COLUMNS)} cells")
-        records.append([_cell(name, cell, reader.line_num)
-                        for name, cell in zip(COLUMNS, cells, strict=True)])  # fmt: skip
+        lines.append(cells)
     if not text.endswith("\n"):
         raise ValueError(f"line {reader.line_num}: is cut")
-    frame = pd.DataFrame(records, columns=list(COLUMNS)).astype(dict.fromkeys(NUMBERS, "float64"))
+    frame = pd.DataFrame(lines, columns=list(COLUMNS), dtype=object)
+    for name in NUMBERS:
+        frame[name] = _numbers(frame[name])
+    for name, words in WORDS.items():
+        for cell in frame.loc[~frame[name].isin(list(words)), name]:
+            raise ValueError(f"{name} = {cell!r}: must be {', '.join(filter(None, words))}")
     check_keys(frame)
     return frame
 
 
-def _cell(name: str, cell: str, line: int) -> Any:
+def _numbers(column: pd.Series[str]) -> pd.Series[float]:
+    """Return the numbers of cells, NaN for an empty one."""
     try:
-        value = PARSERS[name](cell)
-    except ValueError:
-        allowed = ", ".join(filter(None, WORDS[name])) if name in WORDS else "a number"
-        raise ValueError(f"line {line}: {name} = {cell!r}: must be {allowed}") from None
-    return str(value) if isinstance(value, str) else value
+        return column.replace("", "nan").astype(float)
+    except ValueError as error:
+        raise ValueError(f"{column.name}: {error}") from None
 
 
 # ---- JUnit XML
