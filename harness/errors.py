@@ -96,12 +96,11 @@ class EngineOutputError(EngineError, kind="bad output"):
 class EngineUndecidedError(EngineOutputError, kind="undecided"):
     """A run that ended well without the event that it waits for: ``values`` were measured.
 
-    ``provenance``, ``seconds`` and ``ranks`` are those of the run.
+    ``provenance`` and ``seconds`` are those of the run.
     """
 
     provenance: Any = None
     seconds = 0.0
-    ranks: int | None = None
 
     def __init__(self, message: str, values: Mapping[str, float]) -> None:
         super().__init__(message)

@@ -13,7 +13,6 @@ from unittest import SkipTest
 import numpy as np
 
 from harness.engines.base import Engine, Job, Output, Template, scene_job
-from harness.engines.border import engine_label
 from harness.engines.programs import ProgramEngine
 from harness.engines.registry import engine_class
 from harness.engines.scene_tables import motion_in
@@ -167,7 +166,7 @@ def _bound(check: Check, open_engine: OpenEngine) -> Callable[[], None]:
             except Exception as error:
                 is_failure = isinstance(error, EngineCheckError)
                 text = str(error) if is_failure else f"expected no exception, found {error!r}"
-                line = f"{engine_label(engine)}: {check.__name__}: {' '.join(text.split())}"
+                line = f"{engine.label()}: {check.__name__}: {' '.join(text.split())}"
                 raise EngineCheckError(line) from error
 
     return call

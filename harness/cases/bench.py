@@ -13,7 +13,7 @@ from concurrent.futures import Future
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from harness.engines.base import SCENE, Engine, Job, Output
-from harness.engines.provenance import Provenance
+from harness.engines.output import Provenance
 from harness.engines.scene_tables import motion_in, motion_tables
 from harness.errors import EngineError
 

@@ -22,17 +22,25 @@ qualifies on one fixed sphere before its results are used.
 
 from __future__ import annotations
 
+import errno
+import functools
 import time
+import traceback
 from abc import ABC, abstractmethod
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
-from harness.engines.border import guard_calls
 from harness.engines.jobs import cores, in_batches
-from harness.engines.output import Output
-from harness.engines.provenance import Provenance
-from harness.errors import EngineError, RequestError, Unsupported
+from harness.engines.output import Output, Provenance
+from harness.errors import (
+    FULL,
+    EngineError,
+    EngineOutputError,
+    HarnessError,
+    RequestError,
+    Unsupported,
+)
 
 if TYPE_CHECKING:
     from harness.model.allowed import Allowed
@@ -141,12 +149,20 @@ class Engine(ABC):
 
     def __init_subclass__(cls, **more: Any) -> None:
         super().__init_subclass__(**more)
-        guard_calls(cls)
+        if _package(cls) != HARNESS:
+            for name in GUARDED & vars(cls).keys():
+                setattr(cls, name, _guarded(name, vars(cls)[name]))
 
     @property
     def title(self) -> str:
         """Return the engine's name as reports write it."""
         return self.traits.title or self.name.upper()
+
+    @classmethod
+    def label(cls) -> str:
+        """Return the engine's name for a message, with its package where that is another one."""
+        package = f" of package {_package(cls)!r}" if _package(cls) != HARNESS else ""
+        return f"engine {getattr(cls, 'name', cls.__name__)!r}{package}"
 
     # ---- identity
 
@@ -159,14 +175,6 @@ class Engine(ABC):
 
         Contents of programs and libraries, not only their version: outputs are
         cached under it. None, the default, has nothing cached.
-        """
-        return None
-
-    @classmethod
-    def fingerprint_of(cls, **options: Any) -> Mapping[str, Any] | None:  # noqa: ARG003
-        """Return what :meth:`fingerprint` would, without opening the engine; None: not known.
-
-        Takes what opens the engine. Raise RequestError for a program that is not there.
         """
         return None
 
@@ -242,19 +250,26 @@ class Engine(ABC):
         Raise RequestError, before anything runs, for a job that :meth:`refuses` names.
         """
         self.check(jobs)
-        return self.run_scene_jobs(jobs)
+        outcomes: dict[int, Output | EngineError] = {}
+        for scripted, run in ((False, self.run_scenes), (True, self.run_scripts)):
+            places = [
+                k for k, job in enumerate(jobs) if self.has_template(job.template) is scripted
+            ]
+            if places:
+                outcomes |= zip(places, run([jobs[k] for k in places]), strict=True)
+        return [outcomes[place] for place in range(len(jobs))]
 
     def motions(self, jobs: Sequence[Job]) -> list[Motion | EngineError]:
         """Return the motion of the scene of each job, or the error of its run, in order."""
         raise NotImplementedError
 
-    def run_scene_jobs(self, jobs: Sequence[Job]) -> list[Output | EngineError]:
+    def run_scenes(self, jobs: Sequence[Job]) -> list[Output | EngineError]:
         """Return the motions of jobs with scenes as outputs, in order."""
         from harness.engines.scene_tables import motion_tables
 
         started, provenance = time.monotonic(), self.identify()
-        motions = self.motions(jobs) if jobs else []
-        seconds = (time.monotonic() - started) / max(1, len(jobs))
+        motions = self.motions(jobs)
+        seconds = (time.monotonic() - started) / len(jobs)
         outcomes: list[Output | EngineError] = []
         for job, motion in zip(jobs, motions, strict=True):
             if isinstance(motion, EngineError):
@@ -264,6 +279,10 @@ class Engine(ABC):
                 outcomes.append(Output((), provenance, tables, seconds=seconds, title=self.title))
         return outcomes
 
+    def run_scripts(self, jobs: Sequence[Job]) -> list[Output | EngineError]:
+        """Return the outputs of jobs whose templates the engine has as scripts, in order."""
+        raise NotImplementedError
+
     def outcomes(self, jobs: Sequence[Job]) -> Iterator[tuple[int, Output | EngineError]]:
         """Yield the place and the outcome of each job as soon as it is known, in any order.
 
@@ -271,11 +290,8 @@ class Engine(ABC):
         takes to start.
         """
         self.check(jobs)
-        with_script = [self.has_template(job.template) for job in jobs]
-        for scripted, size in ((False, SCENES_AT_ONCE), (True, 2 * cores())):
-            places = [place for place, has in enumerate(with_script) if has is scripted]
-            for place, outcome in in_batches([jobs[k] for k in places], self.run, size):
-                yield places[place], outcome
+        has_script = any(self.has_template(job.template) for job in jobs)
+        return in_batches(jobs, self.run, 2 * cores() if has_script else SCENES_AT_ONCE)
 
     # ---- texts
 
@@ -306,4 +322,54 @@ class Engine(ABC):
         self.close()
 
 
-guard_calls(Engine)
+# ---- engines of other packages, whose methods may return or raise anything
+
+HARNESS = "harness"
+
+
+GUARDED = {"identify", "fingerprint", "refuses", "rules", "motions", "run"}
+
+
+class ContractError(EngineOutputError):
+    """A call of an engine of another package that raised what no engine should raise."""
+
+
+def _package(kind: type[Engine]) -> str:
+    return kind.__module__.partition(".")[0]
+
+
+def _guarded(name: str, call: Callable[..., Any]) -> Callable[..., Any]:
+    """Return a method that raises a ContractError for any exception that no engine should raise.
+
+    ``run`` returns it for each of its jobs, also where it does not return as many outcomes.
+    """
+
+    @functools.wraps(call)
+    def guarded(self: Engine, *arguments: Any) -> Any:
+        try:
+            value = call(self, *arguments)
+            if name in ("motions", "run"):
+                _check_outcomes(value, len(arguments[0]))
+            return value
+        except ContractError as error:  # of a method that this one calls
+            failure = error
+        except (HarnessError, MemoryError):
+            raise
+        except Exception as error:
+            if isinstance(error, OSError) and error.errno in (*FULL, errno.EMFILE):
+                raise
+            text = " ".join(f"{type(error).__name__}: {error}".split()).strip(": ")[:160]
+            failure = ContractError(f"{self.label()}: {name} raised {text}")
+            failure = failure.with_log("".join(traceback.format_exception(error)))
+        if name != "run":
+            raise failure
+        return [failure] * len(arguments[0])
+
+    return guarded
+
+
+def _check_outcomes(outcomes: Any, jobs: int) -> None:
+    if not isinstance(outcomes, list | tuple):
+        raise TypeError(f"{type(outcomes).__name__} in place of a list of outcomes")
+    if len(outcomes) != jobs:
+        raise ValueError(f"{len(outcomes)} outcomes of {jobs} jobs")

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-import math
 import re
 import shlex
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import ClassVar
 
-from harness.engines.base import Template, Value, Values
+from harness.engines.base import Value, Values
 from harness.engines.jobs import dealt
-from harness.engines.output import Output, Table, read_csv
+from harness.engines.output import Output
 from harness.engines.process import (
     FAULTS,
     OUT_OF_MEMORY,
@@ -22,8 +20,7 @@ from harness.engines.process import (
     signal_of,
     text_of,
 )
-from harness.engines.programs import ScriptedEngine
-from harness.engines.scripts import Script, Task
+from harness.engines.scripts import Script, ScriptedEngine, Task
 from harness.errors import (
     EngineError,
     EngineInputError,
@@ -142,7 +139,6 @@ class LammpsLanguage(ScriptedEngine):
         "thermo": COUNT,
     }
     words_compare: ClassVar[bool] = True
-    command_name: ClassVar[str]
     arguments: Sequence[str] = ()
 
     @classmethod
@@ -156,11 +152,6 @@ class LammpsLanguage(ScriptedEngine):
     def declared(cls, text: str) -> frozenset[str]:
         """Return the names of the index variables, which ``-var`` may set."""
         return frozenset(re.findall(r"^variable (\w+) +index ", text, re.MULTILINE))
-
-    @classmethod
-    def context(cls, template: Template, variant: str) -> Mapping[str, Any]:  # noqa: ARG003
-        """Return the names that the head of the templates uses."""
-        return {"words_compare": cls.words_compare}
 
     def shares(self, tasks: Sequence[Task]) -> list[list[int]]:
         """Return the indices of the tasks of each process, of whatever script, dealt out."""
@@ -205,18 +196,6 @@ class LammpsLanguage(ScriptedEngine):
     def log_of(self, folder: Path, index: int) -> str:
         """Return the log of a task."""
         return text_of(folder / f"{index}.log")
-
-    def output(self, task: Task, log: str, series: str, seconds: float) -> Output:
-        """Return the output of a task, with the MPI ranks of the last processor grid of its log."""
-        grids = re.findall(r"^  (\d+) by (\d+) by (\d+) MPI processor grid", log, re.MULTILINE)
-        ranks = math.prod(map(int, grids[-1])) if grids else 1
-        return replace(super().output(task, log, series, seconds), ranks=ranks)
-
-    def table(self, series: str) -> Table:
-        """Return the columns of a series: a dump, or a CSV with rows twice where stretches meet."""
-        if series.startswith("ITEM:"):
-            return super().table(series)
-        return read_csv(series, self.title, rising=True)
 
     def error_of(self, ended: Ended, log: str) -> EngineError | None:
         """Return the error that the log or the last words of a process speak of."""

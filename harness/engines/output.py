@@ -12,9 +12,8 @@ import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
-from harness.engines.provenance import Provenance
 from harness.errors import EngineNaNError, EngineOutputError
 
 if TYPE_CHECKING:
@@ -43,6 +42,8 @@ _UNITS = {  # columns of a dump in SI units, by their names there
     "radius": "radius_m",
     "c_warmth": "temperature_K",
 }
+_MONTHS = ("Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep", "Oct", "Nov", "Dec")
+_DATE = re.compile(rf"(\d{{1,2}}) ?({'|'.join(_MONTHS)}) ?(20\d\d)")
 # columns of a dump that are the same to the last digit where a run is taken up
 _STATE = ("xu", "yu", "zu", "vx", "vy", "vz", "omegax", "omegay", "omegaz", "radius")
 
@@ -57,14 +58,54 @@ def results_in(text: str) -> tuple[tuple[str, str], ...]:
     return tuple(_RESULT.findall(text))
 
 
+def release_of(version: str) -> tuple[int, ...]:
+    """Return the numbers by which releases are in order: of a date year, month, day, then others.
+
+    >>> release_of("22 Jul 2025 - Update 4")
+    (2025, 7, 22, 4)
+    >>> release_of("2025.7.22.4.0")
+    (2025, 7, 22, 4, 0)
+    """
+    date = _DATE.search(version)
+    rest = version[date.end() :] if date else version
+    numbers = tuple(int(n) for n in re.findall(r"\d+", rest))
+    if date is None:
+        return numbers
+    return (int(date[3]), 1 + _MONTHS.index(date[2]), int(date[1]), *numbers)
+
+
+@dataclass(frozen=True)
+class Provenance:
+    """Identify the engine behind a result.
+
+    ``how`` is ``in-process``, ``executable`` or the launcher that started it, with the arguments
+    of the executable, or ``compiled``.
+    """
+
+    engine: str
+    engine_version: str
+    packages: tuple[str, ...] = field(default=(), repr=False)
+    executable: str = ""
+    how: str = ""
+    script: str = ""
+    script_sha256: str = ""
+    integrator: str = ""
+
+    @property
+    def label(self) -> str:
+        """Return the engine with its version, and how it was run."""
+        return ", ".join(filter(None, (f"{self.engine} {self.engine_version}".strip(), self.how)))
+
+
 @dataclass(frozen=True)
 class Output:
     """The output of one job.
 
     ``results`` are pairs of name and text, in order; ``tables`` map a name to columns;
-    ``seconds`` is the wall time [s] of the run, ``ranks`` are those of MPI; ``title`` is the
-    engine's name in messages, that of the provenance unless given. Methods raise EngineOutputError
-    for a value that is missing or cannot be read, and EngineNaNError for one that is not finite.
+    ``seconds`` is the wall time [s] of the run; ``title`` is the engine's name in messages, that of
+    the provenance unless given. Raise TypeError for a table that is none. Methods raise
+    EngineOutputError for a value that is missing or cannot be read, and EngineNaNError for one that
+    is not finite.
     """
 
     results: tuple[tuple[str, str], ...]
@@ -73,7 +114,10 @@ class Output:
     log: str = field(default="", repr=False)
     seconds: float = 0.0
     title: str = ""
-    ranks: int = 1
+
+    def __post_init__(self) -> None:
+        for name, table in self.tables.items():
+            _check_table(name, table)
 
     @property
     def engine(self) -> str:
@@ -159,14 +203,28 @@ class Output:
         return value
 
 
-def read_csv(text: str, program: str, *, rising: bool = False) -> Table:
-    """Return the columns of a CSV by its header, each (M,).
+def _check_table(name: str, table: Any) -> None:
+    import numpy as np
 
-    Columns ``x_m[1]``, ``x_m[2]``, ... of N particles are one, ``x_m`` (M, N). With ``rising`` a
-    row that repeats the one before is dropped: some codes print a row twice where two stretches
-    of a run meet. Raise EngineOutputError for a text without rows, cut within its last row, or
-    that cannot be read; with ``rising``, also for rows of one time that differ or a time that
-    falls, and EngineNaNError for values that are not finite.
+    lengths = set()
+    for column, values in table.items():
+        if not isinstance(values, np.ndarray) or values.dtype.kind not in "fiub":
+            raise TypeError(f"column {column!r} of table {name!r} is no array of numbers")
+        if values.ndim not in (1, 2):
+            raise TypeError(f"column {column!r} of table {name!r} is not of shape (M,) or (M, N)")
+        lengths.add(len(values))
+    if len(lengths) > 1:
+        raise TypeError(f"table {name!r} has columns of several lengths: {sorted(lengths)}")
+
+
+def read_csv(text: str, program: str) -> Table:
+    """Return the columns of a series by its header, each (M,); the first one is its clock.
+
+    Columns ``x_m[1]``, ``x_m[2]``, ... of N particles are one, ``x_m`` (M, N). A row that repeats
+    the one before is dropped: some codes print a row twice where two stretches of a run meet.
+    Raise EngineOutputError for a text without rows, cut within its last row, or that cannot be
+    read, and for rows of one time that differ or a time that falls; EngineNaNError for values that
+    are not finite.
     """
     import numpy as np
 
@@ -180,11 +238,9 @@ def read_csv(text: str, program: str, *, rising: bool = False) -> Table:
             raise ValueError(f"{rows.shape[1]} columns under {len(names)} names")
     except ValueError as error:
         raise EngineOutputError(f"{program} left an incomplete series ({error})") from None
-    if rising:
-        if not np.isfinite(rows).all():
-            raise EngineNaNError(f"{program} wrote a series with values that are not numbers")
-        rows = rows[_new_rows(rows, names[0], program)]
-    return _columns(names, rows, program)
+    if not np.isfinite(rows).all():
+        raise EngineNaNError(f"{program} wrote a series with values that are not numbers")
+    return _columns(names, rows[_new_rows(rows, names[0], program)], program)
 
 
 def _new_rows(rows: NDArray[np.float64], clock: str, program: str) -> NDArray[np.bool_]:

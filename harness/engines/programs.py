@@ -1,25 +1,11 @@
-"""Engines that run script files through a program: find it, read its version, run it.
+"""Programs of engines: found by name, known by content, asked for their version.
 
 A program is identified by its content: a modified release may print the same version.
-
-To make such an engine, subclass :class:`ScriptedEngine` next to a folder ``templates`` with a file
-``<template>.<extension>.j2`` for each template of a case that the code can run, and give
-
-- ``name``, ``traits`` (whose ``title`` messages write), ``programs`` (names on PATH, the first
-  that is there is taken), ``extension`` of script files;
-- ``ask_version``: who the program is, from :meth:`~ProgramEngine.ask`;
-- ``command``: the words that run a batch of tasks in a folder.
-
-A script declares the values it takes and prints ``RESULT name = value``, ``RESULT verdict = ...``
-last. By default it has a dictionary ``PARAMETERS``, takes the runs of a batch from a JSON list and
-writes the lines of run i to ``<i>.txt`` when it is over, and its series to ``<i>.csv``. Override
-the other methods and class attributes of :class:`ScriptedEngine` for another form.
 """
 
 from __future__ import annotations
 
 import hashlib
-import json
 import os
 import shlex
 import shutil
@@ -31,29 +17,15 @@ from contextlib import suppress
 from dataclasses import replace
 from functools import cache, cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
-from harness.engines.base import Engine, Job
-from harness.engines.jobs import Batches, cores, dealt
-from harness.engines.output import SERIES, Output, Table, finished, read_csv, read_dump, results_in
-from harness.engines.process import Ended, Limits, Processes, first_text, fresh_folder, text_of
-from harness.engines.provenance import Provenance
-from harness.engines.scripts import Script, ScriptSource, Task
-from harness.errors import (
-    EngineCrashError,
-    EngineError,
-    EngineMissingError,
-    EngineNaNError,
-    RequestError,
-)
-
-if TYPE_CHECKING:
-    from harness.model.conventions import Rules
-    from harness.model.motion import Motion
-    from harness.model.scene import Scene
+from harness.engines.base import Engine
+from harness.engines.jobs import cores
+from harness.engines.output import Provenance
+from harness.engines.process import Ended, Limits, Processes, first_text, fresh_folder
+from harness.errors import EngineMissingError, RequestError
 
 ASK_SECONDS, LOADER_SECONDS = 60.0, 10.0
-RUNS = "runs.json"
 # variables that decide which code runs, and likewise in a program that imports modules
 ENVIRONMENT = ("LD_LIBRARY_PATH", "LD_PRELOAD", "DYLD_LIBRARY_PATH")
 OF_PYTHON = (*ENVIRONMENT, "PYTHONPATH", "PYTHONHOME", "PYTHONUSERBASE")
@@ -186,17 +158,16 @@ def digest(path: Path) -> str:
 
 
 class ProgramEngine(Engine):
-    """The part of an engine that is its ``program``, by default the first of ``programs`` on PATH.
+    """An engine that is its ``program``, by default the first of ``programs`` on PATH.
 
-    ``workers`` processes run in parallel, by default as many as there are cores.
-    ``self_contained`` means that a result depends on the program and its libraries alone, else
-    ``installed_files`` may name the other files: runs are cached under their contents, and the
-    ``deciding_variables`` of the environment. Raise RequestError for no worker and a named program
-    that is not there, EngineMissingError where none is named and there is none.
+    ``workers`` processes run in parallel, by default as many as there are cores. Runs are cached
+    under the contents of ``installed_files``, the ``deciding_variables`` of the environment, and
+    ``deciding_options``: those of the engine that no job has and that decide a result. Raise
+    RequestError for no worker and a named program that is not there, EngineMissingError where none
+    is named and there is none.
     """
 
     programs: ClassVar[tuple[str, ...]] = ()
-    self_contained: ClassVar[bool] = False
     deciding_variables: ClassVar[tuple[str, ...]] = ENVIRONMENT
 
     def __init__(
@@ -205,12 +176,10 @@ class ProgramEngine(Engine):
         if workers is not None and workers < 1:
             raise RequestError(f"workers = {workers!r}: must be at least 1")
         self.program = self.find(program)
-        self.opened_with: dict[str, Any] = {"program": self.program}
-        """The options by which :meth:`fingerprint_of` knows this engine."""
         self.limits = limits or Limits()
         self.workers = workers or cores()
         self.processes = Processes()
-        self._logs: dict[str, str] = {}
+        self.deciding_options: Mapping[str, str] = {}
 
     @abstractmethod
     def ask_version(self) -> Provenance:
@@ -241,34 +210,23 @@ class ProgramEngine(Engine):
         version = "".join(c if c.isprintable() else "?" for c in identity.engine_version)
         return replace(identity, engine_version=version, integrator=self.traits.integrator)
 
-    @classmethod
-    def fingerprint_of(cls, **options: Any) -> Mapping[str, Any] | None:
-        """Return the contents of the program and all that it runs, where that is known."""
-        files = cls.installed_files(Path(cls.find(options.get("program"))))
-        if not files:
-            return None
-        return facts(cls.name, "executable", files, cls.deciding_variables, cls.deciding(**options))
-
-    @classmethod
-    def installed_files(cls, program: Path) -> list[Path]:
+    def installed_files(self) -> list[Path]:
         """Return the files that decide a result, the program first; none where not all are known.
 
-        Here the program with its libraries, where that is ``self_contained``.
+        Those of a program that needs no others are :func:`program_files`.
         """
-        return program_files(program) if cls.self_contained else []
-
-    @classmethod
-    def deciding(cls, **options: Any) -> Mapping[str, str]:  # noqa: ARG003
-        """Return the options, also by default, that decide a result and that no job has."""
-        return {}
+        return []
 
     def fingerprint(self) -> Mapping[str, Any] | None:
-        """Return :meth:`fingerprint_of` this program, read once."""
+        """Return the contents of the program and all that it runs, read once."""
         return self._fingerprint
 
     @cached_property
     def _fingerprint(self) -> Mapping[str, Any] | None:
-        return self.fingerprint_of(**self.opened_with)
+        files = self.installed_files()
+        if not files:
+            return None
+        return facts(self.name, "executable", files, self.deciding_variables, self.deciding_options)
 
     def ask(
         self, words: Sequence[str], files: Mapping[str, str] | None = None
@@ -290,172 +248,6 @@ class ProgramEngine(Engine):
             environment=self.environment(folder),
         )
 
-    def closed_error(self) -> EngineError:
-        """Return the error of a job that is given after :meth:`close`."""
-        return EngineCrashError(f"{self.title} was closed")
-
     def close(self) -> None:
         """End what runs; whoever waits for it removes its files."""
         self.processes.close()
-
-
-class ScriptedEngine(ScriptSource, ProgramEngine):
-    """A code that runs scripts through its program, in as many processes as it has workers.
-
-    ``scenes`` is the module that runs scenes, where the code takes them: its ``rules(scene)``,
-    ``script(scene)`` and ``motions(program, scenes, workers=, limits=, processes=)``.
-    """
-
-    scenes: ClassVar[Any] = None
-
-    @abstractmethod
-    def command(self, folder: Path, tasks: Sequence[Task]) -> list[str]:
-        """Return the words that run tasks, written into a folder, in one process."""
-
-    # ---- the form of scripts and their files
-
-    def write(self, folder: Path, tasks: Sequence[Task]) -> None:
-        """Write the scripts of a batch, by their names, and the list of its runs."""
-        runs = []
-        for place, task in enumerate(tasks):
-            (folder / task.script.name).write_text(task.script.text, encoding="utf-8")
-            series = f"{place}.csv" if task.job.sampled else ""
-            runs.append({**task.values, "series": series, "results": f"{place}.txt"})
-        (folder / RUNS).write_text(json.dumps(runs), encoding="utf-8")
-
-    def shares(self, tasks: Sequence[Task]) -> list[list[int]]:
-        """Return the indices of the tasks of each process: those of one script, dealt out."""
-        scripts: dict[Script, list[int]] = {}
-        for place, task in enumerate(tasks):
-            scripts.setdefault(task.script, []).append(place)
-        return [
-            [same[k] for k in hand]
-            for same in scripts.values()
-            for hand in dealt(len(same), self.workers)
-        ]
-
-    def command_line(self, task: Task) -> str:
-        """Return the command that runs a task again by hand."""
-        return f"{Path(self.program).name} {task.script.name} {self.words(task)}"
-
-    def words(self, task: Task) -> str:
-        """Return the command line's words for a task: NAME=VALUE, lists without spaces."""
-        return " ".join(f"{name}={str(v).replace(' ', '')}" for name, v in task.values.items())
-
-    def table(self, series: str) -> Table:
-        """Return the columns of a series: of a dump, or of a CSV."""
-        read = read_dump if series.startswith("ITEM:") else read_csv
-        return read(series, self.title)
-
-    def error_of(self, ended: Ended, log: str) -> EngineError | None:  # noqa: ARG002
-        """Return the error by the end of a process, or None where it ended well.
-
-        ``log`` is that of the task it was at, empty where all had finished.
-        """
-        return ended.error(self.title)
-
-    def log_of(self, folder: Path, index: int) -> str:
-        """Return the log of the task of this index, nothing before it has begun."""
-        return text_of(folder / f"{index}.txt")
-
-    def read_job(self, folder: Path, index: int, task: Task, seconds: float) -> Output | None:
-        """Return the output of a task that took so long, None where it has not finished.
-
-        Raise EngineError for a bad one. A result ``seconds`` wins over the share of the process's
-        wall time.
-        """
-        log = self.log_of(folder, index)
-        if not finished(log):
-            return None
-        return self.output(task, log, text_of(folder / f"{index}.csv"), seconds)
-
-    # ---- scenes
-
-    def rules(self, scene: Scene) -> Rules:
-        """Return the conventions by which a scene is run; raise Unsupported."""
-        if self.scenes is None:
-            return super().rules(scene)
-        conventions: Rules = self.scenes.rules(scene)
-        return conventions
-
-    def motions(self, jobs: Sequence[Job]) -> list[Motion | EngineError]:
-        """Return the motion of the scene of each job, or the error of its run, in order."""
-        motions: list[Motion | EngineError] = self.scenes.motions(
-            self.program, [self.scene_of(job) for job in jobs], workers=self.workers,
-            limits=self.limits, processes=self.processes,
-        )  # fmt: skip
-        return motions
-
-    def script_text(self, job: Job) -> str:
-        """Return the plain script of a job: of its template, else of its scene."""
-        if self.scenes is None or job.scene is None or self.has_template(job.template):
-            return self.template_text(self.task(job))
-        return str(self.scenes.script(self.scene_of(job)))
-
-    def template_text(self, task: Task) -> str:
-        """Return the script of a template below the command that runs it."""
-        return f"# {self.command_line(task)}\n{task.script.text}"
-
-    # ---- runs
-
-    def run(self, jobs: Sequence[Job]) -> list[Output | EngineError]:
-        """Run the scripts of jobs, and the scenes of those without, and return their outputs."""
-        self.check(jobs)
-        if self.processes.closed:
-            return [self.closed_error() for _ in jobs]
-        outcomes: dict[int, Output | EngineError] = {}
-        for scripted, run in ((False, self.run_scene_jobs), (True, self._run_scripts)):
-            places = [
-                k for k, job in enumerate(jobs) if self.has_template(job.template) is scripted
-            ]
-            if places:
-                outcomes.update(zip(places, run([jobs[k] for k in places]), strict=True))
-        return [outcomes[place] for place in range(len(jobs))]
-
-    def _run_scripts(self, jobs: Sequence[Job]) -> list[Output | EngineError]:
-        self.identify()
-        tasks = [self.task(job) for job in jobs]
-        outcomes: list[Output | EngineError] = []
-        for task, outcome in zip(tasks, self.execute(tasks), strict=True):
-            head = f"# {self.command_line(task)}\n# sha256 of the script: {task.script.sha256}"
-            log = f"{head}\n{outcome.log or f'{self.title} left no log.'}\n"
-            if isinstance(outcome, EngineError):
-                outcomes.append(outcome.with_log(log))
-            else:
-                self._logs.setdefault(task.script.name, log)
-                outcomes.append(replace(outcome, log=log))
-        return outcomes
-
-    def execute(self, tasks: Sequence[Task]) -> list[Output | EngineError]:
-        """Run tasks, shared out over processes, and return their outputs in order."""
-
-        def write(folder: Path, some: Sequence[Task]) -> list[str]:
-            self.write(folder, some)
-            return self.command(folder, some)
-
-        batches = Batches(
-            title=self.title,
-            write=write,
-            read=self.read_job,
-            error=self.error_of,
-            log=self.log_of,
-            environment=self.environment,
-            seconds=lambda task: task.job.seconds,
-        )
-        return batches.run(tasks, self.workers, self.limits, self.processes, self.shares(tasks))
-
-    def output(self, task: Task, log: str, series: str, seconds: float) -> Output:
-        """Return the output of a task from its log and its series."""
-        script = task.script
-        provenance = replace(self.identify(), script=script.name, script_sha256=script.sha256)
-        tables = {SERIES: self.table(series)} if series else {}
-        output = Output(results_in(log), provenance, tables, log, seconds, self.title)
-        if output.has("verdict") and output.text("verdict") == "not_a_number":
-            raise EngineNaNError(f"{self.title} met a place or velocity that is not a number")
-        if output.has("seconds"):
-            return replace(output, seconds=output.number("seconds"))
-        return output
-
-    def logs(self) -> dict[str, str]:
-        """Return, for each script, the log of the first run of it that finished."""
-        return dict(self._logs)

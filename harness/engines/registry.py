@@ -19,7 +19,7 @@ from typing import Any, Literal, get_args, get_origin, get_type_hints
 from harness.engines.base import Engine
 from harness.engines.process import Limits
 from harness.engines.programs import find_program
-from harness.errors import RequestError
+from harness.errors import EngineMissingError, RequestError
 
 ENGINES: dict[str, str] = {  # imported when one is opened: none pays for another's imports
     "lammps": "harness.engines.lammps.engine:Lammps",
@@ -92,20 +92,15 @@ def open_engine(
 
 
 def fingerprint_of(name: str, options: Mapping[str, Any]) -> Mapping[str, Any] | None:
-    """Return the identity of an engine and its twin by content, None where it is not known.
+    """Return the identity of an engine by content, None where it is not known, or not here.
 
-    Nothing is opened. ``options`` are those of its class. Raise RequestError for a program that
-    is not there.
+    ``options`` are those of its class. Raise RequestError for a program that is not there.
     """
-    kind = engine_class(name)
-    identity, twin = kind.fingerprint_of(**options), kind.twin_options(**options)
-    if identity is None or twin is None:
-        return identity
     try:
-        other = kind.fingerprint_of(**twin)
-    except RequestError:
-        other = {"how": "missing"}
-    return None if other is None else {**identity, "twin": other}
+        with engine_class(name)(**options) as engine:
+            return engine.fingerprint()
+    except EngineMissingError:
+        return None
 
 
 @cache

@@ -1,19 +1,32 @@
-"""Scripts: templates rendered with the defaults of a variant, and what a job sets in them.
+"""Engines that run script files through a program: templates rendered, run, and read.
 
-A template lies in ``templates/<name>.<extension>.j2`` of an engine's folder, or, where the case
-belongs to another package, in ``<package>/templates/<engine>/``. Jinja sees every default as
-:meth:`ScriptSource.literal` writes it, and all as ``defaults``, with ``values`` (the same as
-numbers), ``about`` (their descriptions), ``name`` (the file), ``version``, ``variant``, ``note``,
-``look`` and ``allowed``: the allowed values of the variables that the script declares.
+To make such an engine, subclass :class:`ScriptedEngine` next to a folder ``templates`` with a file
+``<template>.<extension>.j2`` for each template of a case that the code can run, and give
+
+- ``name``, ``traits`` (whose ``title`` messages write), ``programs`` (names on PATH, the first
+  that is there is taken), ``extension`` of script files, ``options`` of the program;
+- ``ask_version``: who the program is, from :meth:`~harness.engines.programs.ProgramEngine.ask`.
+
+A script declares the values it takes and prints ``RESULT name = value``, ``RESULT verdict = ...``
+last. By default it has a dictionary ``PARAMETERS``, takes the runs of a batch from a JSON list and
+writes the lines of run i to ``<i>.txt`` when it is over, and its series to ``<i>.csv``. Override
+the other methods and class attributes of :class:`ScriptedEngine` for another form.
+
+Where a case belongs to another package its templates lie in ``<package>/templates/<engine>/``.
+Jinja sees every default as :meth:`ScriptedEngine.literal` writes it, and all as ``defaults``, with
+``values`` (the same as numbers), ``about`` (their descriptions), ``name`` (the file), ``version``,
+``variant``, ``note``, ``look``, ``engine_class`` and ``allowed``: the allowed values of the
+variables that the script declares.
 """
 
 from __future__ import annotations
 
 import hashlib
 import inspect
+import json
 import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import cache, cached_property
 from importlib import import_module, resources
 from importlib.resources.abc import Traversable
@@ -21,51 +34,24 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from harness import __version__
-from harness.engines.base import SCENE_NAME, Engine, Job, Template, Value, Values
-from harness.engines.border import engine_label
-from harness.errors import EngineError, HarnessError, RequestError
+from harness.engines.base import SCENE_NAME, Job, Template, Value, Values
+from harness.engines.jobs import Batches, dealt
+from harness.engines.output import SERIES, Output, finished, read_csv, read_dump, results_in
+from harness.engines.process import Ended, text_of
+from harness.engines.programs import ProgramEngine
+from harness.errors import EngineError, EngineNaNError, HarnessError, RequestError
 from harness.model.allowed import Allowed
 
 if TYPE_CHECKING:
     from jinja2 import Environment
 
+    from harness.model.conventions import Rules
+    from harness.model.motion import Motion
+    from harness.model.scene import Scene
+
 Folder = Traversable | Path
-
-
-def renderer(
-    folders: Sequence[Folder], file: str, options: Mapping[str, bool]
-) -> Callable[[Mapping[str, Any]], str]:
-    """Return a function from the values of a template to its text, ended by a line feed."""
-
-    def rendered(values: Mapping[str, Any]) -> str:
-        try:
-            environment = _environment(tuple(folders), tuple(sorted(options.items())))
-            text = environment.get_template(file).render(version=__version__, **values)
-        except HarnessError:
-            raise
-        except Exception as error:
-            message = " ".join(str(error).split())[:160]
-            raise EngineError(
-                f"template {file} cannot be rendered: {type(error).__name__}: {message}"
-            ) from error
-        return text if text.endswith("\n") else text + "\n"
-
-    return rendered
-
-
-@cache  # what templates include is compiled once
-def _environment(folders: tuple[Folder, ...], options: tuple[tuple[str, bool], ...]) -> Environment:
-    from jinja2 import Environment, FunctionLoader, StrictUndefined
-
-    def source(name: str) -> tuple[str, str, None] | None:
-        paths = (folder / name for folder in folders)
-        path = next((path for path in paths if path.is_file()), None)
-        return None if path is None else (path.read_text(encoding="utf-8"), name, None)
-
-    chosen: dict[str, Any] = {"trim_blocks": True, "keep_trailing_newline": True, **dict(options)}
-    return Environment(
-        loader=FunctionLoader(source), undefined=StrictUndefined, autoescape=False, **chosen
-    )
+RUNS = "runs.json"
+SHARED = Path(__file__).with_name("templates")  # what templates of several engines include
 
 
 @dataclass(frozen=True)
@@ -94,22 +80,29 @@ class Task:
     values: Mapping[str, Any]
 
 
-class ScriptSource(Engine):
-    """The part of an engine that renders scripts; nothing of it needs the code to be here.
+class ScriptedEngine(ProgramEngine):
+    """A code that runs scripts through its program, in as many processes as it has workers.
 
     ``renders_variants``: whether each variant of a template is a script of its own
     (``<template>-<variant>.<extension>``), or all run that of the main one with other values.
     ``unused_values`` are those that no script has a use for. A sampled job sets each of the
     ``switches`` that its script declares. ``allowed`` is what variables of the engine's own may
-    be. ``jinja`` are options of Jinja's environment.
+    be. ``command_name`` is the start of a command line that a user would type.
+
+    ``scenes`` is the module that runs scenes, where the code takes them: its ``rules(scene)``,
+    ``script(scene)`` and ``motions(program, scenes, workers=, limits=, processes=)``.
     """
 
     extension: ClassVar[str] = "py"
+    command_name: ClassVar[str] = "python"
+    options: ClassVar[Sequence[str]] = ()
     renders_variants: ClassVar[bool] = False
     unused_values: ClassVar[frozenset[str]] = frozenset()
     switches: ClassVar[Values] = {}
     allowed: ClassVar[Mapping[str, Allowed]] = {}
-    jinja: ClassVar[Mapping[str, bool]] = {}
+    scenes: ClassVar[Any] = None
+
+    # ---- the form of scripts and their files
 
     @classmethod
     def literal(cls, value: Value) -> str:
@@ -122,14 +115,47 @@ class ScriptSource(Engine):
         block = re.search(r"^PARAMETERS = \{\n(.*?)^\}", text, re.MULTILINE | re.DOTALL)
         return frozenset(re.findall(r'^ +"(\w+)":', block[1], re.MULTILINE) if block else ())
 
-    @classmethod
-    def context(cls, template: Template, variant: str) -> Mapping[str, Any]:  # noqa: ARG003
-        """Return further names that the engine's templates use."""
-        return {}
+    def write(self, folder: Path, tasks: Sequence[Task]) -> None:
+        """Write the scripts of a batch, by their names, and the list of its runs."""
+        runs = []
+        for place, task in enumerate(tasks):
+            (folder / task.script.name).write_text(task.script.text, encoding="utf-8")
+            series = f"{place}.csv" if task.job.sampled else ""
+            runs.append({**task.values, "series": series, "results": f"{place}.txt"})
+        (folder / RUNS).write_text(json.dumps(runs), encoding="utf-8")
 
-    def settings(self, job: Job) -> Values:  # noqa: ARG002
-        """Return values that the engine sets besides the job's."""
-        return {}
+    def command(self, tasks: Sequence[Task]) -> list[str]:
+        """Return the words that run a batch, of one script, in its folder."""
+        return [self.program, *self.options, tasks[0].script.name, RUNS]
+
+    def shares(self, tasks: Sequence[Task]) -> list[list[int]]:
+        """Return the indices of the tasks of each process: those of one script, dealt out."""
+        scripts: dict[Script, list[int]] = {}
+        for place, task in enumerate(tasks):
+            scripts.setdefault(task.script, []).append(place)
+        return [
+            [same[k] for k in hand]
+            for same in scripts.values()
+            for hand in dealt(len(same), self.workers)
+        ]
+
+    def command_line(self, task: Task) -> str:
+        """Return the command that runs a task again by hand."""
+        words = [f"{name}={str(v).replace(' ', '')}" for name, v in task.values.items()]
+        return " ".join([self.command_name, task.script.name, *words])
+
+    def log_of(self, folder: Path, index: int) -> str:
+        """Return the log of the task of this index, nothing before it has begun."""
+        return text_of(folder / f"{index}.txt")
+
+    def error_of(self, ended: Ended, log: str) -> EngineError | None:  # noqa: ARG002
+        """Return the error by the end of a process, or None where it ended well.
+
+        ``log`` is that of the task it was at, empty where all had finished.
+        """
+        return ended.error(self.title)
+
+    # ---- scripts of templates
 
     @classmethod
     def has_template(cls, template: Template) -> bool:
@@ -189,11 +215,20 @@ class ScriptSource(Engine):
         has_script = self.has_template(job.template)
         return self.script(job.template, job.variant).sha256 if has_script else ""
 
+    def script_text(self, job: Job) -> str:
+        """Return the plain script of a job: of its template, else of its scene."""
+        if self.scenes is None or job.scene is None or self.has_template(job.template):
+            return self.template_text(self.task(job))
+        return str(self.scenes.script(self.scene_of(job)))
+
+    def template_text(self, task: Task) -> str:
+        """Return the script of a template below the command that runs it."""
+        return f"# {self.command_line(task)}\n{task.script.text}"
+
     def _values(self, job: Job) -> Values:
         """Return the values of a job, with the defaults of a variant that has no script."""
         in_script = self.renders_variants or not job.variant
-        defaults = {} if in_script else job.template.variants[job.variant]
-        return {**defaults, **job.values, **self.settings(job)}
+        return {**({} if in_script else job.template.variants[job.variant]), **job.values}
 
     @classmethod
     def _render(cls, template: Template, variant: str) -> Script:
@@ -215,29 +250,24 @@ class ScriptSource(Engine):
             "note": template.notes.get(variant, ""),
             "allowed": {},
             "look": LOOK,
-            **cls.context(template, variant),
+            "engine_class": cls,
         }
-        folders = [*cls._folders(template.package), *map(_folder, cls._scripted())]
-        render = renderer(folders, f"{template.name}.{cls.extension}.j2", cls.jinja)
+        folders, file = cls._folders(template.package), f"{template.name}.{cls.extension}.j2"
         try:
-            variables = cls.declared(render(values))
+            variables = cls.declared(rendered(folders, file, values))
             allowed = {**template.allowed, **cls.allowed}
             values["allowed"] = {n: limits for n, limits in allowed.items() if n in variables}
-            return Script(name, render(values), variables)
+            return Script(name, rendered(folders, file, values), variables)
         except EngineError as error:
             package = f" of package {template.package!r}" if template.package else ""
-            where = f"{engine_label(cls)}: case {template.name!r}{package}"
-            raise EngineError(f"{where}: {error}") from error
+            raise EngineError(f"{cls.label()}: case {template.name!r}{package}: {error}") from error
 
     @classmethod
-    def _scripted(cls) -> list[type]:
-        """Return the classes of scripts behind this one, whose templates may be included."""
-        return [base for base in cls.__mro__ if issubclass(base, ScriptSource)]
-
-    @classmethod
-    def _folders(cls, package: str) -> list[Folder]:
-        """Return where templates are looked for: the case's package, then the engine's folders."""
-        folders = [_folder(base) for base in cls._scripted() if not inspect.isabstract(base)]
+    def _folders(cls, package: str) -> tuple[Folder, ...]:
+        """Return where templates lie: in the case's package, then with the engine's classes."""
+        kinds = [kind for kind in cls.__mro__ if issubclass(kind, ScriptedEngine)]
+        files = [inspect.getfile(kind) for kind in kinds if not inspect.isabstract(kind)]
+        folders = tuple(Path(file).with_name("templates") for file in files)
         if not package:
             return folders
         try:
@@ -246,17 +276,132 @@ class ScriptSource(Engine):
             raise RequestError(
                 f"templates of package {package!r}: it cannot be imported ({error})"
             ) from None
-        return [root / "templates" / cls.name, *folders]
+        return (root / "templates" / cls.name, *folders)
+
+    # ---- scenes
+
+    def rules(self, scene: Scene) -> Rules:
+        """Return the conventions by which a scene is run; raise Unsupported."""
+        if self.scenes is None:
+            return super().rules(scene)
+        conventions: Rules = self.scenes.rules(scene)
+        return conventions
+
+    def motions(self, jobs: Sequence[Job]) -> list[Motion | EngineError]:
+        """Return the motion of the scene of each job, or the error of its run, in order."""
+        motions: list[Motion | EngineError] = self.scenes.motions(
+            self.program, [self.scene_of(job) for job in jobs], workers=self.workers,
+            limits=self.limits, processes=self.processes,
+        )  # fmt: skip
+        return motions
+
+    # ---- runs of scripts
+
+    def run_scripts(self, jobs: Sequence[Job]) -> list[Output | EngineError]:
+        """Return the outputs of scripts; their logs begin with the command and the script."""
+        self.identify()
+        tasks = [self.task(job) for job in jobs]
+        outcomes: list[Output | EngineError] = []
+        for task, outcome in zip(tasks, self.execute(tasks), strict=True):
+            head = f"# {self.command_line(task)}\n# sha256 of the script: {task.script.sha256}"
+            log = f"{head}\n{outcome.log or f'{self.title} left no log.'}\n"
+            if isinstance(outcome, EngineError):
+                outcomes.append(outcome.with_log(log))
+            else:
+                self._logs.setdefault(task.script.name, log)
+                outcomes.append(replace(outcome, log=log))
+        return outcomes
+
+    @cached_property
+    def _logs(self) -> dict[str, str]:
+        return {}
+
+    def logs(self) -> dict[str, str]:
+        """Return, for each script, the log of the first run of it that finished."""
+        return dict(self._logs)
+
+    def execute(self, tasks: Sequence[Task]) -> list[Output | EngineError]:
+        """Run tasks, shared out over processes, and return their outputs in order."""
+
+        def write(folder: Path, some: Sequence[Task]) -> list[str]:
+            self.write(folder, some)
+            return self.command(some)
+
+        batches = Batches(
+            title=self.title,
+            write=write,
+            read=self.read_job,
+            error=self.error_of,
+            log=self.log_of,
+            environment=self.environment,
+            seconds=lambda task: task.job.seconds,
+        )
+        return batches.run(tasks, self.workers, self.limits, self.processes, self.shares(tasks))
+
+    def read_job(self, folder: Path, index: int, task: Task, seconds: float) -> Output | None:
+        """Return the output of a task that took so long, None where it has not finished.
+
+        Raise EngineError for a bad one.
+        """
+        log = self.log_of(folder, index)
+        if not finished(log):
+            return None
+        return self.output(task, log, text_of(folder / f"{index}.csv"), seconds)
+
+    def output(self, task: Task, log: str, series: str, seconds: float) -> Output:
+        """Return the output of a task from its log and its series, a dump or a CSV.
+
+        A result ``seconds`` wins over the share of the process's wall time.
+        """
+        script = task.script
+        provenance = replace(self.identify(), script=script.name, script_sha256=script.sha256)
+        read = read_dump if series.startswith("ITEM:") else read_csv
+        tables = {SERIES: read(series, self.title)} if series else {}
+        output = Output(results_in(log), provenance, tables, log, seconds, self.title)
+        if output.has("verdict") and output.text("verdict") == "not_a_number":
+            raise EngineNaNError(f"{self.title} met a place or velocity that is not a number")
+        if output.has("seconds"):
+            return replace(output, seconds=output.number("seconds"))
+        return output
 
 
-def _folder(kind: type) -> Folder:
-    return Path(inspect.getfile(kind)).parent / "templates"
+_RENDERED: dict[tuple[type, str, str, str], tuple[Template, Script]] = {}
 
 
 @cache
-def _has_file(kind: type[ScriptSource], package: str, name: str) -> bool:
+def _has_file(kind: type[ScriptedEngine], package: str, name: str) -> bool:
     file = f"{name}.{kind.extension}.j2"
     return any((folder / file).is_file() for folder in kind._folders(package))
 
 
-_RENDERED: dict[tuple[type, str, str, str], tuple[Template, Script]] = {}
+def rendered(folders: Sequence[Folder], file: str, values: Mapping[str, Any]) -> str:
+    """Return the text of a template with values, ended by a line feed.
+
+    What it includes may lie in any of the folders. Raise EngineError where it cannot be rendered.
+    """
+    try:
+        template = _environment(tuple(folders)).get_template(file)
+        text = template.render(version=__version__, **values)
+    except HarnessError:
+        raise
+    except Exception as error:
+        message = " ".join(str(error).split())[:160]
+        raise EngineError(
+            f"template {file} cannot be rendered: {type(error).__name__}: {message}"
+        ) from error
+    return text if text.endswith("\n") else text + "\n"
+
+
+@cache  # what templates include is compiled once
+def _environment(folders: tuple[Folder, ...]) -> Environment:
+    from jinja2 import Environment, FunctionLoader, StrictUndefined
+
+    def source(name: str) -> tuple[str, str, None] | None:
+        paths = (folder / name for folder in (*folders, SHARED))
+        path = next((path for path in paths if path.is_file()), None)
+        return None if path is None else (path.read_text(encoding="utf-8"), name, None)
+
+    return Environment(
+        loader=FunctionLoader(source), undefined=StrictUndefined, autoescape=False,
+        trim_blocks=True, keep_trailing_newline=True,
+    )  # fmt: skip

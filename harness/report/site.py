@@ -19,7 +19,7 @@ from urllib.parse import quote, unquote
 import pandas as pd
 
 import harness
-from harness.engines.provenance import release_of
+from harness.engines.output import release_of
 from harness.errors import RequestError
 from harness.files import check_writable, safe_path, whole_folder
 from harness.report.render import document, html_page

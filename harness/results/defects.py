@@ -15,7 +15,7 @@ from typing import Any, Literal, Self
 
 from pydantic import Field, model_validator
 
-from harness.engines.provenance import release_of
+from harness.engines.output import release_of
 from harness.model.base import Parameters
 from harness.model.conventions import Faults, Rules
 from harness.model.law import Law

@@ -14,8 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from harness.engines.base import Engine, Job
-from harness.engines.output import Output
-from harness.engines.provenance import Provenance
+from harness.engines.output import Output, Provenance
 from harness.engines.registry import DEFAULT, open_engine
 from harness.errors import EngineError
 from harness.files import cache_place
@@ -23,7 +22,7 @@ from harness.store.entries import Entries, key_of, machine, source_digest, versi
 
 EngineChoice = Engine | str | None  # an open engine, the name of one, or None for the default
 SOURCES = ("engines", "model", "solvers")  # folders that turn a job into an output
-PLAIN_FIELDS = ("log", "seconds", "title", "ranks")  # fields of an output with a JSON form
+PLAIN_FIELDS = ("log", "seconds", "title")  # fields of an output with a JSON form
 ARRAY_KINDS = "biufcSU"  # numbers and text, as numpy names their kinds
 OUTPUT_ERRORS = (ValueError, KeyError, TypeError, zlib.error)  # of bytes that are not an output
 

@@ -18,7 +18,7 @@ from typing import Any
 import pandas as pd
 
 import harness
-from harness.engines.provenance import release_of
+from harness.engines.output import release_of
 from harness.errors import RequestError
 from harness.files import text_writer, write_files
 from harness.results.defects import KnownDefect

@@ -12,7 +12,7 @@ from harness.cases.base import Case
 from harness.cases.registry import DEFAULT as DEFAULT_CASES
 from harness.cases.registry import get_case, homes, usable_cases
 from harness.engines.base import SCENE_NAME, Traits
-from harness.engines.provenance import Provenance
+from harness.engines.output import Provenance
 from harness.engines.registry import DEFAULT, ENGINES, engine_class, engine_names, open_engine
 from harness.errors import EngineError, RequestError
 from harness.files import check_folder, text_writer, write_files

@@ -53,15 +53,15 @@ def test_a_changed_file_of_an_installation_is_another_engine(tmp_path, monkeypat
     kind, options, file = globals()[name](tmp_path, *more)
     # read again as by another command
     monkeypatch.setattr(programs, "digest", programs.digest.__wrapped__)
-    before = kind.fingerprint_of(**options)
+    before = kind(**options).fingerprint()
     assert before is not None
-    assert before == kind.fingerprint_of(**options)
+    assert before == kind(**options).fingerprint()
     with file.open("ab") as stream:
         stream.write(b"\0")
-    assert kind.fingerprint_of(**options) != before
+    assert kind(**options).fingerprint() != before
 
 
 @pytest.mark.parametrize("kind", [Yade, Kratos, Mfix])
 def test_of_a_wrapper_nothing_is_kept(script_file, kind):
     """It hides the program that it runs."""
-    assert kind.fingerprint_of(program=script_file('exec true "$@"\n')) is None
+    assert kind(script_file('exec true "$@"\n')).fingerprint() is None

@@ -7,12 +7,10 @@ import pytest
 
 from harness.cases.registry import get_case, homes
 from harness.engines.base import Job, Template, Traits
-from harness.engines.output import Output
+from harness.engines.output import Output, Provenance
 from harness.engines.process import Limits
-from harness.engines.programs import ScriptedEngine
-from harness.engines.provenance import Provenance
 from harness.engines.registry import ENGINES, engine_class
-from harness.engines.scripts import ScriptSource
+from harness.engines.scripts import ScriptedEngine
 from harness.errors import EngineError, RequestError
 
 SCRIPT = """# {{ name }}, made by dem-harness {{ version }}: {{ variant }} {{ note }}
@@ -48,7 +46,7 @@ class Toy(ScriptedEngine):
 
     @classmethod
     def _folders(cls, package):
-        return super()._folders(package) if package else [cls.folder]
+        return super()._folders(package) if package else (cls.folder,)
 
     @classmethod
     def find(cls, program):
@@ -57,9 +55,6 @@ class Toy(ScriptedEngine):
     def ask_version(self):
         said, _ = self.ask([self.program, "--version"])
         return Provenance("toy", said.split()[1], (), self.program, "executable")
-
-    def command(self, folder, tasks):  # noqa: ARG002
-        return [self.program, tasks[0].script.name, "runs.json"]
 
 
 class Varied(Toy):
@@ -129,13 +124,13 @@ def test_scripts_and_scenes_keep_the_order_of_jobs(toy, monkeypatch):
     jobs = [Job(Template(name, {"": {}}), {}) for name in "abcd"]
     monkeypatch.setattr(toy, "check", lambda _: None)
     monkeypatch.setattr(toy, "has_template", lambda template: template.name in "bd")
-    for way in ("_run_scripts", "run_scene_jobs"):
+    for way in ("run_scripts", "run_scenes"):
         monkeypatch.setattr(
             toy, way, lambda some, w=way: [EngineError(f"{w} {job.template.name}") for job in some]
         )
     outcomes = [str(outcome) for outcome in toy.run(jobs)]
-    assert outcomes[::2] == ["run_scene_jobs a", "run_scene_jobs c"]
-    assert outcomes[1::2] == ["_run_scripts b", "_run_scripts d"]
+    assert outcomes[::2] == ["run_scenes a", "run_scenes c"]
+    assert outcomes[1::2] == ["run_scripts b", "run_scripts d"]
 
 
 def test_variants_are_scripts_of_their_own_or_values_of_the_main_one(toy):
@@ -183,7 +178,7 @@ def test_a_template_that_fails_is_named_with_its_engine(tmp_path, text, words):
 def test_no_script_declares_a_value_that_changes_the_motion_and_never_uses_it(name):
     kind = engine_class(name)
     jobs = [case.job(case.default) for case in map(get_case, homes())]
-    for template in [job.template for job in jobs] if issubclass(kind, ScriptSource) else ():
+    for template in [job.template for job in jobs] if issubclass(kind, ScriptedEngine) else ():
         for variant in template.variants if kind.has_template(template) else ():
             script = kind.script(template, variant)
             for variable in script.variables & template.neutral.keys():

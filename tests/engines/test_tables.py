@@ -7,8 +7,7 @@ import pytest
 
 from harness.cases.drop import TEMPLATE
 from harness.engines.lammps.engine import Lammps
-from harness.engines.output import Output, finished, read_csv, read_dump, results_in
-from harness.engines.provenance import Provenance
+from harness.engines.output import Output, Provenance, finished, read_csv, read_dump, results_in
 from harness.errors import EngineNaNError, EngineOutputError
 
 RECORDED = Path(__file__).parent / "liggghts" / "recorded"
@@ -83,13 +82,13 @@ ROWS = "time_s,x_m\n0,1\n0.1,2\n0.1,2\n0.2,3\n"
 
 
 def test_a_row_that_comes_again_is_one_and_another_of_its_time_is_an_error():
-    assert read_csv(ROWS, "it", rising=True)["time_s"].tolist() == [0.0, 0.1, 0.2]
+    assert read_csv(ROWS, "it")["time_s"].tolist() == [0.0, 0.1, 0.2]
     with pytest.raises(EngineOutputError, match=r"row 3 is of time_s = 0.1, .* and differs"):
-        read_csv(ROWS.replace("2\n0.2", "2.1\n0.2"), "it", rising=True)
+        read_csv(ROWS.replace("2\n0.2", "2.1\n0.2"), "it")
     with pytest.raises(EngineOutputError, match=r"row 4 is of time_s = 0.05, the row before of"):
-        read_csv(ROWS.replace("0.2", "0.05"), "it", rising=True)
+        read_csv(ROWS.replace("0.2", "0.05"), "it")
     with pytest.raises(EngineNaNError, match="not numbers"):
-        read_csv(ROWS.replace("0.2", "nan"), "it", rising=True)
+        read_csv(ROWS.replace("0.2", "nan"), "it")
 
 
 def test_a_frame_that_comes_again_is_left_out_unless_it_differs():

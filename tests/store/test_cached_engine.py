@@ -8,8 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from harness.engines.base import Job, Template, scene_job
-from harness.engines.output import SERIES, Output
-from harness.engines.provenance import Provenance
+from harness.engines.output import SERIES, Output, Provenance
 from harness.errors import EngineCrashError, RequestError
 from harness.store import cache
 from harness.store.cache import CachedEngine, pack_output, run_key, unpack_output

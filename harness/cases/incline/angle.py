@@ -27,7 +27,7 @@ from harness.cases.incline.search import PHASES, CriticalAngle, Measure, prepare
 from harness.cases.incline.system import Incline, Route, friction_text, job_of, scene_of
 from harness.engines.base import Job, Output
 from harness.engines.jobs import cores, parallel_map
-from harness.engines.provenance import Provenance
+from harness.engines.output import Provenance
 from harness.engines.scene_tables import motion_tables
 from harness.errors import EngineError, Unsupported
 from harness.model.base import Parameters

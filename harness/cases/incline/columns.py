@@ -52,7 +52,7 @@ from harness.cases.incline.system import values_of as incline_values
 from harness.cases.plane import COLUMNS, path_in
 from harness.engines.base import Engine, Job, Output, Template
 from harness.engines.jobs import cores, parallel_map
-from harness.engines.provenance import Provenance
+from harness.engines.output import Provenance
 from harness.engines.scene_tables import STAGES
 from harness.errors import EngineOutputError
 from harness.model.allowed import allowed_in

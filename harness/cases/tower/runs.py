@@ -13,8 +13,7 @@ import numpy as np
 from harness.cases.bench import Bench
 from harness.cases.tower.parameters import PROPERTIES, SEARCH, Tower, TowerParameters
 from harness.engines.base import Engine, Job, Output, Template, Value
-from harness.engines.output import SERIES
-from harness.engines.provenance import Provenance
+from harness.engines.output import SERIES, Provenance
 from harness.errors import EngineNaNError, EngineOutputError, RequestError
 from harness.model.allowed import COUNT, Allowed, allowed_in
 from harness.model.law import Law

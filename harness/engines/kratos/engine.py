@@ -6,24 +6,21 @@ Kratos is never imported into the harness's own process: it prints, and it may c
 from __future__ import annotations
 
 import sys
-from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, ClassVar
 
-from harness.engines.base import Template, Traits
+from harness.engines.base import Traits
 from harness.engines.kratos import scenes
+from harness.engines.output import Provenance
 from harness.engines.process import Ended, last_words
 from harness.engines.programs import (
     ASK_SECONDS,
     OF_PYTHON,
-    RUNS,
-    ScriptedEngine,
     ask_program,
     program_files,
     tree_files,
 )
-from harness.engines.provenance import Provenance
-from harness.engines.scripts import Task
+from harness.engines.scripts import ScriptedEngine
 from harness.errors import EngineError, EngineMissingError
 
 RELEASES = ("10.2.3", "10.4.3", "10.4.4")  # with which the scripts were tried
@@ -56,27 +53,22 @@ class Kratos(ScriptedEngine):
     # of contacts: what no law of its takes
     unused_values = frozenset({"interface", "tangential_damping", "rolling", "twisting"})
     deciding_variables = OF_PYTHON
+    options = ("-u",)
 
     @classmethod
     def find(cls, program: str | None) -> str:
         """Return the path of the Python that is named, or of this one."""
         return sys.executable if program is None else super().find(program)
 
-    @classmethod
-    def installed_files(cls, program: Path) -> list[Path]:
+    def installed_files(self) -> list[Path]:
         """Return the Python, and the package of Kratos that it would import."""
-        reply = ask_program([str(program), "-c", WHERE], ASK_SECONDS)
+        reply = ask_program([self.program, "-c", WHERE], ASK_SECONDS)
         if reply is None:
             return []
-        package, interpreter = Path(reply.stdout.strip()), program_files(program)
+        package, interpreter = Path(reply.stdout.strip()), program_files(Path(self.program))
         if reply.returncode != 0 or not package.is_absolute() or not interpreter:
             return []
         return [*interpreter, *tree_files(package.parent)]
-
-    @classmethod
-    def context(cls, template: Template, variant: str) -> Mapping[str, Any]:  # noqa: ARG003
-        """Return the releases that scripts were tried with."""
-        return {"releases": ", ".join(RELEASES)}
 
     def ask_version(self) -> Provenance:
         """Return Kratos's version; raise EngineMissingError where this Python has none."""
@@ -91,14 +83,6 @@ class Kratos(ScriptedEngine):
                 )
             )
         return Provenance(self.name, releases[-1], ("DEMApplication",), self.program, "worker")
-
-    def command(self, folder: Path, tasks: Sequence[Task]) -> list[str]:  # noqa: ARG002
-        """Return the words that run a file of runs."""
-        return [self.program, "-u", tasks[0].script.name, RUNS]
-
-    def command_line(self, task: Task) -> str:
-        """Return the command that runs a task again by hand."""
-        return f"python {task.script.name} {self.words(task)}"
 
     def error_of(self, ended: Ended, log: str) -> EngineError | None:  # noqa: ARG002
         """Return the error by the end of a process, or None where it ended well."""

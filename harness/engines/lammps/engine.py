@@ -19,10 +19,9 @@ from harness.engines.lammps_language import (
     packages_in,
     version_in,
 )
-from harness.engines.output import Output
+from harness.engines.output import Output, Provenance, release_of
 from harness.engines.process import Limits, first_words, way_of_death
 from harness.engines.programs import find_program, program_of_python, program_words
-from harness.engines.provenance import Provenance, release_of
 from harness.engines.scripts import Task
 from harness.errors import EngineError, EngineMissingError, RequestError
 from harness.files import processes_with_room
@@ -73,7 +72,7 @@ class Lammps(LammpsLanguage):
         command = _executable(lmp, launcher, program)
         super().__init__(command, workers, limits)
         self.arguments = () if command is None else program_words("lmp", command)[1:]
-        self.opened_with = {"lmp": lmp, "launcher": launcher, "program": program}
+        self._identified_by = command, launcher
         # MPI dies where shared memory is full
         self.workers = 1 if launcher else min(self.workers, processes_with_room() or self.workers)
         self._inprocess = None if self.program else InProcess(self.workers, self.limits)
@@ -85,12 +84,9 @@ class Lammps(LammpsLanguage):
 
     # ---- identity
 
-    @classmethod
-    def fingerprint_of(cls, **options: Any) -> Mapping[str, Any] | None:
+    def fingerprint(self) -> Mapping[str, Any] | None:
         """Return the contents of LAMMPS and its libraries; None for a wrapper that hides them."""
-        launcher = options.get("launcher")
-        lmp = _executable(options.get("lmp"), launcher, options.get("program"))
-        return fingerprint(lmp, launcher)
+        return fingerprint(*self._identified_by)
 
     @classmethod
     def twin_options(cls, **options: Any) -> Mapping[str, Any] | None:
@@ -100,9 +96,10 @@ class Lammps(LammpsLanguage):
 
     def twin(self) -> Lammps | None:
         """Return the executable next to this Python, else on PATH, of LAMMPS in-process."""
-        options = self.twin_options(**self.opened_with)
+        if self.program:
+            return None
         try:
-            return None if options is None else Lammps(limits=self.limits, **options)
+            return Lammps(program_of_python("lmp"), limits=self.limits)
         except RequestError as error:
             raise EngineMissingError(str(error)) from None
 
@@ -238,7 +235,7 @@ class Lammps(LammpsLanguage):
     def _is_before(self, release: str) -> bool:
         return self._release is not None and release_of(self._release) < release_of(release)
 
-    def command(self, folder: Path, tasks: Sequence[Task]) -> list[str]:  # noqa: ARG002
+    def command(self, tasks: Sequence[Task]) -> list[str]:  # noqa: ARG002
         """Return the words that run ``batch.in``."""
         words = [*self._launcher, self.program, *self.arguments, "-in", "batch.in"]
         return [*words, "-log", "none", "-screen", "none"]

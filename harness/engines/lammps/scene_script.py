@@ -9,7 +9,7 @@ from typing import Literal
 
 from harness.engines.lammps.scene_atoms import Atoms, group_line
 from harness.engines.lammps.words import AXES, MIXES_SUBMODELS, check_release, numbers_of
-from harness.engines.provenance import release_of
+from harness.engines.output import release_of
 from harness.model.base import Vector
 from harness.model.conventions import Rules
 from harness.model.scene import ALL_AXES, Body, Scene, Segment

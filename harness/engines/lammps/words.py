@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator
 
-from harness.engines.provenance import release_of
+from harness.engines.output import release_of
 from harness.errors import Unsupported
 from harness.model.base import ZERO, Vector, unit_vector
 from harness.model.law import Law

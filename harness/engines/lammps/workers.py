@@ -24,7 +24,7 @@ from typing import Any, NamedTuple
 
 from harness.engines.jobs import parallel_map
 from harness.engines.lammps_language import check_log, error_from_text, file_of, version_in
-from harness.engines.output import finished
+from harness.engines.output import Provenance, finished
 from harness.engines.process import (
     Limits,
     fresh_folder,
@@ -33,7 +33,6 @@ from harness.engines.process import (
     text_of,
     with_limits,
 )
-from harness.engines.provenance import Provenance
 from harness.engines.scripts import Script
 from harness.errors import (
     EngineCrashError,

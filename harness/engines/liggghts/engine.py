@@ -14,8 +14,9 @@ from typing import Any, ClassVar
 from harness.engines.base import Traits
 from harness.engines.lammps_language import LammpsLanguage
 from harness.engines.liggghts import scenes
+from harness.engines.output import Provenance
 from harness.engines.process import first_words
-from harness.engines.provenance import Provenance
+from harness.engines.programs import program_files
 from harness.engines.scripts import Task
 from harness.errors import EngineMissingError
 
@@ -39,7 +40,6 @@ class Liggghts(LammpsLanguage):
     command_name = "liggghts"
     words_compare = False
     programs = ("liggghts",)
-    self_contained = True
     unused_values = frozenset(("interface", "surface_energy"))
     """Of contacts with friction: refused but for one value."""
     traits = Traits(
@@ -68,7 +68,11 @@ class Liggghts(LammpsLanguage):
             )
         return Provenance("liggghts", version[1], (), self.program, "executable")
 
-    def command(self, folder: Path, tasks: Sequence[Task]) -> list[str]:  # noqa: ARG002
+    def installed_files(self) -> list[Path]:
+        """Return the program and its libraries."""
+        return program_files(Path(self.program))
+
+    def command(self, tasks: Sequence[Task]) -> list[str]:  # noqa: ARG002
         """Return the words that run ``batch.in``.
 
         Its screen is a file: without one it crashes as it reports the triangles that it reads.

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from importlib import resources
 from pathlib import Path
@@ -23,12 +23,11 @@ from harness.engines.mfix.scenes import (
     rules,
     system_of,
 )
-from harness.engines.output import Output
+from harness.engines.output import Provenance
 from harness.engines.process import Ended, Limits, first_words, fresh_folder, way_of_death
-from harness.engines.programs import ProgramEngine
-from harness.engines.provenance import Provenance
+from harness.engines.programs import ProgramEngine, program_files
 from harness.engines.scene_tables import decided
-from harness.engines.scripts import renderer
+from harness.engines.scripts import rendered
 from harness.errors import (
     EngineError,
     EngineInputError,
@@ -56,7 +55,7 @@ def input_texts(system: System) -> dict[str, str]:
     spheres = zip(system.place.tolist(), system.start_velocity().tolist(), strict=True)
     lines = (" ".join(map(_fortran, (*place, *size, *moves))) for place, moves in spheres)
     written = {name: _fortran(value) for name, value in values.items()}
-    keywords = renderer([TEMPLATES], "mfix.dat.j2", {})(written)
+    keywords = rendered([TEMPLATES], "mfix.dat.j2", written)
     return {KEYWORDS: keywords, PARTICLES: "".join(f"{line}\n" for line in lines)}
 
 
@@ -72,12 +71,11 @@ def _fortran(value: Any) -> Any:
 class Mfix(ProgramEngine):
     """The batch solver of MFiX at ``program``, by default ``mfixsolver`` on PATH.
 
-    ``scheme`` is MFiX's integrator. Raise EngineMissingError without a program or for another one.
+    ``scheme`` is MFiX's integrator. Raise EngineMissingError without a program.
     """
 
     name = "mfix"
     programs = ("mfixsolver",)
-    self_contained = True
     traits = Traits(
         install_hint="build it (mfix.netl.doe.gov, MFiX 21.3.2, batch solver, "
         "cmake -DVERSION=21.3.2) and give --program mfix=PATH",
@@ -97,14 +95,12 @@ class Mfix(ProgramEngine):
     ) -> None:
         super().__init__(program, workers, limits)
         self._scheme: Scheme = scheme
-        self.opened_with["scheme"] = scheme
+        self.deciding_options = {"scheme": scheme}
         self.traits = replace(self.traits, integrator=f"mfix-{scheme.lower().replace('_', '-')}")
-        self.identify()
 
-    @classmethod
-    def deciding(cls, **options: Any) -> Mapping[str, str]:
-        """Return the integrator."""
-        return {"scheme": options.get("scheme", "EULER")}
+    def installed_files(self) -> list[Path]:
+        """Return the program and its libraries."""
+        return program_files(Path(self.program))
 
     def ask_version(self) -> Provenance:
         """Return the version; raise EngineMissingError for another program, known by its help."""
@@ -130,13 +126,8 @@ class Mfix(ProgramEngine):
         texts = input_texts(self._systems(self.scene_of(job))[-1])
         return "\n".join(f"# {name}\n{text}" for name, text in texts.items())
 
-    def run(self, jobs: Sequence[Job]) -> list[Output | EngineError]:
-        """Run the scenes of jobs, a process for each, and return their outputs in order."""
-        self.check(jobs)
-        return self.run_scene_jobs(jobs)
-
     def motions(self, jobs: Sequence[Job]) -> list[Motion | EngineError]:
-        """Return the motion of each job's scene, or the error of its run, in order."""
+        """Return the motion of each scene, a process for each, or the error of its run."""
         return parallel_map(lambda job: self._motion(self.scene_of(job)), jobs, self.workers)
 
     def _systems(self, scene: Scene) -> list[System]:
@@ -167,8 +158,6 @@ class Mfix(ProgramEngine):
 
     def _solve(self, system: System) -> Motion:
         """Run a system in a fresh folder, where no restart file stops it."""
-        if self.processes.closed:
-            raise self.closed_error()
         texts = input_texts(system)
         with fresh_folder() as folder:
             for file, text in texts.items():

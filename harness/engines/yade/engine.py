@@ -6,22 +6,15 @@ A script takes its runs as a list in a JSON file, and writes the results of each
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, ClassVar
 
 from harness.engines.base import Traits
+from harness.engines.output import Provenance
 from harness.engines.process import first_text, first_words
-from harness.engines.programs import (
-    OF_PYTHON,
-    RUNS,
-    ScriptedEngine,
-    program_files,
-    tree_files,
-    with_libraries,
-)
-from harness.engines.provenance import Provenance
-from harness.engines.scripts import Task
+from harness.engines.programs import OF_PYTHON, program_files, tree_files, with_libraries
+from harness.engines.scripts import ScriptedEngine
 from harness.engines.yade import scenes
 from harness.errors import EngineMissingError
 
@@ -39,6 +32,8 @@ class Yade(ScriptedEngine):
         title="Yade",
     )
     programs = ("yade",)
+    command_name = "yade -n -x"
+    options = ("-n", "-x")  # without a window, and to end after a script
     unused_values = frozenset(
         (
             "interface",
@@ -51,9 +46,9 @@ class Yade(ScriptedEngine):
 
     deciding_variables = (*OF_PYTHON, "YADE_PREFIX")
 
-    @classmethod
-    def installed_files(cls, program: Path) -> list[Path]:
+    def installed_files(self) -> list[Path]:
         """Return the program, a script of Python, the libraries that it names, and theirs."""
+        program = Path(self.program)
         text = first_text(program, 10_000)
         named = re.search(r"^sys\.path\.insert\(1, *'(/[^']+)/py'\)", text, re.MULTILINE)
         python = re.match(r"#!(/\S+)$", text, re.MULTILINE)
@@ -78,14 +73,6 @@ class Yade(ScriptedEngine):
                 f"{self.program} is not Yade: it names no version{first_words(output)}"
             )
         return Provenance(self.name, named[1], (), self.program, "executable")
-
-    def command(self, folder: Path, tasks: Sequence[Task]) -> list[str]:  # noqa: ARG002
-        """Return the words that run a list of runs without a window, and end then."""
-        return [self.program, "-n", "-x", tasks[0].script.name, RUNS]
-
-    def command_line(self, task: Task) -> str:
-        """Return the command that runs a task again by hand."""
-        return f"yade -n -x {task.script.name} {self.words(task)}"
 
     def environment(self, folder: Path) -> Mapping[str, str]:
         """Return the environment of a Yade that keeps to its own Python and writes here only."""

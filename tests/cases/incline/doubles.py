@@ -6,7 +6,7 @@ import numpy as np
 
 from harness.cases.incline.runs import Fate, Run
 from harness.engines.base import Output
-from harness.engines.provenance import Provenance
+from harness.engines.output import Provenance
 from harness.theory.incline import passage_margin
 
 MAP = Output((), Provenance("map", "1"))

@@ -8,8 +8,7 @@ from harness.cases.incline.case import CASE
 from harness.cases.incline.runs import Fate, read
 from harness.cases.incline.system import Incline
 from harness.cases.plane import COLUMNS, path_in
-from harness.engines.output import Output
-from harness.engines.provenance import Provenance
+from harness.engines.output import Output, Provenance
 from harness.engines.reference import Reference
 from harness.errors import EngineOutputError, RequestError
 

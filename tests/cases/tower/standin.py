@@ -7,8 +7,7 @@ import numpy as np
 from harness.cases.tower.parameters import Tower
 from harness.cases.tower.runs import solve, timing_of
 from harness.engines.base import Engine, Traits
-from harness.engines.output import SERIES, Output
-from harness.engines.provenance import Provenance
+from harness.engines.output import SERIES, Output, Provenance
 from harness.engines.reference import Reference
 from harness.model.conventions import Rules
 

@@ -20,8 +20,7 @@ from harness.cases.tower.runs import (
     tower,
     values_of,
 )
-from harness.engines.output import SERIES, Output
-from harness.engines.provenance import Provenance
+from harness.engines.output import SERIES, Output, Provenance
 from harness.engines.reference import Reference
 from harness.errors import EngineOutputError, RequestError
 from tests.cases.tower.standin import Standin

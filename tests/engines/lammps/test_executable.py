@@ -10,9 +10,9 @@ from harness.cases.checks import row_in
 from harness.cases.drop import CASE
 from harness.engines.lammps.engine import Lammps
 from harness.engines.lammps_language import error_of
+from harness.engines.output import Provenance
 from harness.engines.process import Ended
 from harness.engines.programs import program_words
-from harness.engines.provenance import Provenance
 from harness.engines.scripts import Script, Task
 from harness.errors import EngineMissingError, RequestError
 from harness.results.rows import Kind, Row, Tolerance, Verdict

@@ -4,7 +4,7 @@ import numba
 import numpy as np
 
 from harness.engines.base import Engine, Traits
-from harness.engines.provenance import Provenance
+from harness.engines.output import Provenance
 from harness.engines.scene_tables import decided, stages_of
 from harness.errors import EngineNaNError, Unsupported
 from harness.model.conventions import Rules

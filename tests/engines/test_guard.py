@@ -1,0 +1,75 @@
+"""Engines of other packages: what they should not raise or return is an error that names them."""
+
+import numpy as np
+import pytest
+
+from harness.cases.drop import CASE
+from harness.engines.base import Engine, Output, Traits
+from harness.engines.output import Provenance
+from harness.errors import EngineError, EngineOutputError, RequestError
+
+WHO = Provenance("plugin", "1")
+JOB = CASE.job(CASE.default)
+
+
+def plugin(run=list, **methods):
+    """Return an engine of another package whose methods are these."""
+    members = {
+        "name": "plugin",
+        "traits": Traits(install_hint="", versions=("1",)),
+        "identify": lambda _: WHO,
+        "run": lambda _, jobs: run(jobs),
+        "__module__": __name__,
+    }
+    return type("Plugin", (Engine,), {**members, **methods})()
+
+
+def with_column(values):
+    series = {"step": np.arange(3.0), "y_m": values}
+    return lambda jobs: [Output((), WHO, {"series": series}) for _ in jobs]
+
+
+@pytest.mark.parametrize(
+    ("run", "words"),
+    [
+        (lambda _: [], "ValueError: 0 outcomes of 2 jobs"),
+        (lambda _: None, "TypeError: NoneType in place of a list of outcomes"),
+        (with_column([0.0, 1.0, 2.0]), "TypeError: column 'y_m' of table 'series' is no array of"),
+        (with_column(np.array(["a"] * 3)), "column 'y_m' of table 'series' is no array of numbers"),
+        (with_column(np.zeros((3, 1, 3))), "'series' is not of shape (M,) or (M, N)"),
+        (with_column(np.zeros(2)), "table 'series' has columns of several lengths: [2, 3]"),
+        (lambda _: 1 // 0, "ZeroDivisionError: integer division or modulo by zero"),
+    ],
+)
+def test_a_flawed_run_is_an_error_of_each_job_in_one_line_that_names_the_package(run, words):
+    outcomes = plugin(run).run([JOB, JOB])
+    assert len(outcomes) == 2
+    for error in outcomes:
+        assert isinstance(error, EngineError)
+        assert str(error).startswith("engine 'plugin' of package 'tests': run raised ")
+        assert words in str(error)
+        assert "\n" not in str(error)
+
+
+def test_errors_and_refusals_of_an_engine_pass_as_they_are():
+    known = EngineOutputError("mine")
+    assert plugin(lambda _: [known]).run([JOB]) == [known]
+    with pytest.raises(RequestError, match=r"^no$"):
+        plugin(lambda _: exec("raise RequestError('no')", globals())).run([JOB])
+
+
+@pytest.mark.parametrize("name", ["identify", "fingerprint", "refuses", "rules"])
+def test_a_method_that_raises_is_named(name):
+    def fail(*_):
+        raise KeyError("x")
+
+    arguments = {"refuses": [JOB], "rules": [JOB.scene]}.get(name, [])
+    with pytest.raises(EngineError, match=f"^engine 'plugin' of package 'tests': {name} raised K"):
+        getattr(plugin(**{name: fail}), name)(*arguments)
+
+
+@pytest.mark.parametrize("motions", [lambda *_: None, lambda *_: [], lambda *_: [None, None]])
+def test_flawed_motions_are_an_error_of_each_job(motions):
+    members = {"run": Engine.run_scenes, "motions": motions, "__module__": __name__}
+    outcomes = type("Mine", (type(plugin()),), members)().run([JOB, JOB])
+    assert [str(error)[:36] for error in outcomes] == ["engine 'plugin' of package 'tests': "] * 2
