@@ -73,7 +73,6 @@ class ProgramOptions:
                 value = getattr(self, word.removeprefix("--"))
                 if value is not None and engine not in names:
                     raise RequestError(f"{word} {value!r}: goes with {option} {engine} only")
-        registry.check_launcher(self.mpirun)
 
     def opening(self, name: str) -> dict[str, Any]:
         """Return what opens an engine. Raise RequestError for an option that it does not take."""
@@ -83,7 +82,8 @@ class ProgramOptions:
         settings = registry.engine_settings(self.engine_option or ()).get(name, {})
         words = OWN_OPTIONS.get(name, {}).items()
         more = {key: getattr(self, word.removeprefix("--")) for key, word in words}
-        return registry.chosen_options(name, programs.get(name), settings, **more)
+        options = {**settings, **more, "program": programs.get(name)}
+        return registry.chosen_options(name, options)
 
 
 @Parameter(name="*", group=ENGINE)

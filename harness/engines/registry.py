@@ -7,14 +7,13 @@ an engine's name as well, for a try.
 from __future__ import annotations
 
 import inspect
-import shlex
 import sys
 from collections.abc import Iterable, Mapping
 from functools import cache
 from importlib import import_module
 from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
-from typing import Any, Literal, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, get_args, get_type_hints
 
 from harness.engines.base import Engine
 from harness.engines.process import Limits
@@ -32,8 +31,6 @@ ENGINES: dict[str, str] = {  # imported when one is opened: none pays for anothe
 DEFAULT = "lammps"  # the engine that is verified unless another is named
 GROUP = "dem_harness.engines"
 MOST_LIMIT = 1e7  # [s] that a run may be given
-# options with a word of their own on the command line
-SPELLED = {"lmp": "--lmp", "launcher": "--mpirun", "integrator": "--integrator"}
 
 
 # ---- engines by name
@@ -74,21 +71,17 @@ def engine_title(name: str) -> str:
 
 
 def open_engine(
-    name: str = DEFAULT,
-    *,
-    program: str | None = None,
-    options: Mapping[str, Any] | None = None,
-    **more: str | None,
+    name: str = DEFAULT, *, options: Mapping[str, Any] | None = None, **more: Any
 ) -> Engine:
     """Return an engine, ready to run; close it after use.
 
-    ``program`` is its executable; ``options`` are the keyword arguments of its class, as text or as
-    they are, and so are ``more`` that are not None (``lmp``, ``launcher``, ``integrator``).
+    ``options`` and ``more`` are the keyword arguments of its class, as text or as they are; those
+    that are None are left out. ``program`` is the executable of an engine that has one.
 
     Raise RequestError for an unknown name or an option that the engine does not take,
     EngineMissingError when the engine is not here.
     """
-    return engine_class(name)(**chosen_options(name, program, options, **more))
+    return engine_class(name)(**chosen_options(name, {**(options or {}), **more}))
 
 
 def fingerprint_of(name: str, options: Mapping[str, Any]) -> Mapping[str, Any] | None:
@@ -149,60 +142,40 @@ def _must_be_one() -> str:
 # ---- options of an engine's class
 
 
-def chosen_options(
-    name: str,
-    program: str | None = None,
-    options: Mapping[str, Any] | None = None,
-    **more: str | None,
-) -> dict[str, Any]:
-    """Return the arguments of an engine's class, checked; takes what ``open_engine`` takes."""
-    sources = (options or {}, {**more, "program": program})
-    values = {k: v for source in sources for k, v in source.items() if v is not None}
+def chosen_options(name: str, options: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the arguments of an engine's class, read from text as their types, without None."""
+    values = {key: value for key, value in options.items() if value is not None}
     if not values:
         return {}
     hints = get_type_hints(inspect.unwrap(engine_class(name).__init__))
     hints.pop("return", None)
     for key, value in values.items():
+        word = f"--program {name}" if key == "program" else f"--engine-option {name}.{key}"
         if key not in hints:
-            word = "--program" if key == "program" else SPELLED.get(key)
-            option = f"{word} {value!r}" if word else f"--engine-option {name}.{key}={value}"
             allowed = ", ".join(sorted(hints)) or "none"
-            raise RequestError(f"{option}: engine {name!r} takes the options: {allowed}")
-    return {key: _read(f"{name}.{key}", value, hints[key]) for key, value in values.items()}
+            raise RequestError(f"{word}={value}: engine {name!r} takes the options: {allowed}")
+        if isinstance(value, str):
+            values[key] = _read(f"{word}={value}", value, hints[key])
+    return values
 
 
-def _read(option: str, value: Any, hint: Any) -> Any:
-    """Return an option's value as the type it is declared with; raise RequestError if it is not."""
-    kinds = (hint,) if get_origin(hint) is Literal else get_args(hint) or (hint,)
-    for kind in kinds:
-        if get_origin(kind) is Literal:
-            if value in get_args(kind):
-                return value
-            must = f"one of {', '.join(map(str, get_args(kind)))}"
-        elif kind in _READERS and isinstance(value, str):
-            read, must = _READERS[kind]
-            try:
-                return read(value)
-            except ValueError:
-                continue
-        elif kind is not type(None):
-            return value
-    raise RequestError(f"--engine-option {option}={value}: must be {must}")
+def _read(option: str, text: str, kind: Any) -> Any:
+    """Return the value of an option from its text; raise RequestError for a wrong one.
 
+    Limits are the seconds that any run may take.
+    """
+    from pydantic import ConfigDict, Field, TypeAdapter, ValidationError
 
-def _limits(text: str) -> Limits:
-    """Return limits with the seconds that any run may take; raise ValueError for a bad number."""
-    seconds = float(text)
-    if not 0.0 < seconds <= MOST_LIMIT:
-        raise ValueError
-    return Limits(seconds=seconds, patience=0.0)
-
-
-_READERS: dict[Any, tuple[Any, str]] = {  # of text, and what it must be
-    int: (int, "a whole number"),
-    float: (float, "a number"),
-    Limits: (_limits, f"a number of seconds greater than 0 and at most {MOST_LIMIT:g}"),
-}
+    is_limits = Limits in (kind, *get_args(kind))
+    if is_limits:
+        kind = Annotated[float, Field(gt=0.0, le=MOST_LIMIT, allow_inf_nan=False)]
+    reader: TypeAdapter[Any] = TypeAdapter(kind, config=ConfigDict(arbitrary_types_allowed=True))
+    try:
+        value = reader.validate_python(text)
+    except ValidationError as error:
+        reason = str(error.errors()[0]["msg"]).removeprefix("Input should be ")
+        raise RequestError(f"{option}: must be {reason}") from None
+    return Limits(seconds=value, patience=0.0) if is_limits else value
 
 
 # ---- options as they are typed: pairs as NAME=VALUE, each of an engine
@@ -253,13 +226,3 @@ def check_options(
             raise RequestError(f"{word}: goes with {option} {name} only")
     for name, path in programs.items():
         find_program(f"program {name}", path)
-
-
-def check_launcher(command: str | None) -> None:
-    """Raise RequestError for a launcher of MPI that has no words, or cannot be split into them."""
-    try:
-        empty = command is not None and not shlex.split(command)
-    except ValueError as error:
-        raise RequestError(f"--mpirun {command!r}: {str(error).lower()}") from None
-    if empty:
-        raise RequestError(f"--mpirun {command!r}: must be a command, as in 'mpirun -np 4'")

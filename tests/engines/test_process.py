@@ -14,7 +14,7 @@ import pytest
 
 from harness import files
 from harness.engines.process import Limits, Processes, fresh_folder
-from harness.engines.registry import _limits as limits_in
+from harness.engines.registry import chosen_options
 from harness.errors import (
     EngineCrashError,
     EngineMemoryError,
@@ -77,7 +77,7 @@ def test_one_that_hangs_is_killed_with_its_children(python, tmp_path):
 def test_a_long_run_has_more_time_unless_a_limit_is_named():
     assert Limits().time_for(29.0) == 300.0
     assert Limits().time_for(600.0) == 6000.0
-    assert limits_in("60").time_for(600.0) == 60.0
+    assert chosen_options("lammps", {"limits": "60"})["limits"].time_for(600.0) == 60.0
 
 
 def test_a_program_that_goes_on_has_its_time_for_each_step(python):

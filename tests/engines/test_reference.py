@@ -39,7 +39,7 @@ def test_integrators(integrator):
 
 
 def test_refusals():
-    with pytest.raises(RequestError, match="must be one of velocity-verlet"):
+    with pytest.raises(RequestError, match="must be 'velocity-verlet', 'mfix-euler' or"):
         open_engine("reference", options={"integrator": "rk4"})
     with pytest.raises(RequestError, match="has no template 'row'"):
         Reference().run([Job(ROW, {})])

@@ -135,10 +135,6 @@ class Good(Reference):
     def fingerprint(self):
         return {"engine": self.name}
 
-    @classmethod
-    def fingerprint_of(cls, **options):
-        return {"engine": cls.name, **options}
-
     def script_text(self, job):
         return f"run {job.scene.steps}\n"
 
