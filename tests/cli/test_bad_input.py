@@ -103,7 +103,6 @@ OF_DOUBLES = {
         ("--engines good --lmp x", "--lmp 'x'", "goes with --engines lammps only"),
         ("--engine-option lammps.colour=red", "lammps.colour=red", "takes the options"),
         ("--engine-option colour", "--engine-option 'colour'", "NAME=VALUE"),
-        ("--mpirun '", '--mpirun "\'"', "quotation"),
         ("--colour red", "--colour", "see dem-harness verify --help"),
         ("--output .", "--output .", "holds something already"),
     ],

@@ -9,7 +9,7 @@ import pytest
 
 from harness.engines.kratos import scenes as kratos
 from harness.engines.liggghts import scenes as liggghts
-from harness.engines.scene_files import PARTS, read_motion
+from harness.engines.scene_files import PARTS, read_motion, write_scenes
 from harness.engines.yade import scenes as yade
 from harness.errors import EngineNaNError, EngineOutputError, Unsupported
 from harness.model.scene import Scene, Stage, Wall, sphere
@@ -19,9 +19,11 @@ from tests.solvers.reference.scenes import (
     DAMPED,
     HERTZ,
     HOOKE,
+    LINEAR,
     RHO,
     R,
     climbing,
+    resting,
 )
 
 CODES = {"liggghts": liggghts, "yade": yade, "kratos": kratos}
@@ -31,6 +33,14 @@ RECORDED = {
     "yade": ("struck.json", STRUCK),
     "kratos": ("struck.json", STRUCK_ELASTIC),
 }
+
+
+@pytest.mark.parametrize("scene", [STRUCK, struck_floor(HERTZ), resting(LINEAR, 1e-3, 100)])
+def test_scene_is_its_json(scene, tmp_path):
+    write_scenes(tmp_path, [(scene, {"law": "any"})])
+    (row,) = json.loads((tmp_path / "scenes.json").read_text())
+    assert row.pop("code") == {"law": "any"}
+    assert Scene(**row) == scene
 
 
 def recorded(code, folder):
@@ -97,6 +107,15 @@ def test_spoiled_output_is_refused(code, fault, tmp_path):
     spoil(code, path, fault)
     with pytest.raises(EngineNaNError if fault == "NaN" else EngineOutputError):
         read(code, tmp_path, scene)
+
+
+@pytest.mark.parametrize("code", ["yade", "kratos"])
+def test_interchanged_parts_are_no_motion_of_the_scene(code, tmp_path):
+    path, scene = recorded(code, tmp_path)
+    table = json.loads(path.read_text())
+    table["velocity"], table["force"] = table["force"], table["velocity"]
+    path.write_text(json.dumps(table))
+    assert error(scene, read(code, tmp_path, scene), CODES[code].rules(scene)) > 0.1
 
 
 def written(path, scene, **changes):
@@ -194,3 +213,9 @@ def test_code_that_clips_and_sets_up_once(code):
         CODES[code].rules(struck_pair(HOOKE.replace(**DAMPED)))
     with pytest.raises(Unsupported, match="sets no forces up again"):
         CODES[code].rules(PLAIN.replace(setups=(10,)))
+
+
+@ALL
+def test_unsupported_scene_starts_no_process(code):
+    with pytest.raises(Unsupported):
+        CODES[code].motions("/no/such/program", [PLAIN, REFUSED["drag"]])
