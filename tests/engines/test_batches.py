@@ -75,32 +75,12 @@ def test_outcomes_of_items(name):
     assert ("after its results were written" in str(outcomes[-1:])) == ("late" in ways)
 
 
-class Recorded(Batches):
-    """Processes as a list of what becomes of each item: nothing is started."""
-
-    def _process(self, items, limits, processes):  # noqa: ARG002
-        outcomes = []
-        for item in items:
-            if item in ("hang", "death"):
-                kind = EngineTimeoutError if item == "hang" else EngineCrashError
-                return [*outcomes, kind(item)]
-            outcomes.append(item)
-        return outcomes
-
-
-@given(
-    st.lists(st.sampled_from(["well", "death", "hang"]), max_size=20),
-    st.integers(min_value=1, max_value=4),
-)
-def test_each_item_has_its_outcome_in_its_place(ways, workers):
-    for way, outcome in zip(ways, Recorded(**OPTIONS).run(ways, workers), strict=True):
-        given_up = "not run after two that hung" in str(outcome)
-        assert outcome == way or str(outcome) == way or given_up
-
-
-def test_shares_are_run_in_processes_of_their_own():
-    outcomes = Recorded(**OPTIONS).run(["a", "death", "c"], 1, shares=[[2], [1, 0]])
-    assert outcomes[::2] == ["a", "c"]
+@pytest.mark.parametrize("shares", [None, [[4, 2, 0], [1, 3]]])
+def test_outcomes_of_several_processes_are_in_the_order_of_items(shares):
+    ways = ["a", "death", "b", "c", "death"]
+    outcomes = ECHO.run(ways, 2, shares=shares)
+    for way, outcome in zip(ways, outcomes, strict=True):
+        assert outcome == way or (way == "death" and isinstance(outcome, EngineCrashError))
 
 
 def test_batches_grow():

@@ -6,12 +6,16 @@ from typing import ClassVar
 import pytest
 
 from harness.cases.registry import get_case, homes
-from harness.engines.base import Job, Template, Traits
+from harness.engines.base import Job, Template, Traits, scene_job
 from harness.engines.output import Output, Provenance
 from harness.engines.process import Limits
 from harness.engines.registry import ENGINES, engine_class
+from harness.engines.scene_tables import motion_in
 from harness.engines.scripts import ScriptedEngine
 from harness.errors import EngineError, RequestError
+from harness.model.conventions import Rules
+from harness.solvers import reference
+from tests.solvers.reference.scenes import on_row
 
 SCRIPT = """# {{ name }}, made by dem-harness {{ version }}: {{ variant }} {{ note }}
 import json, sys
@@ -121,16 +125,12 @@ def test_a_value_that_the_script_has_no_variable_for_is_refused_first(toy, more,
 
 
 def test_scripts_and_scenes_keep_the_order_of_jobs(toy, monkeypatch):
-    jobs = [Job(Template(name, {"": {}}), {}) for name in "abcd"]
-    monkeypatch.setattr(toy, "check", lambda _: None)
-    monkeypatch.setattr(toy, "has_template", lambda template: template.name in "bd")
-    for way in ("run_scripts", "run_scenes"):
-        monkeypatch.setattr(
-            toy, way, lambda some, w=way: [EngineError(f"{w} {job.template.name}") for job in some]
-        )
-    outcomes = [str(outcome) for outcome in toy.run(jobs)]
-    assert outcomes[::2] == ["run_scenes a", "run_scenes c"]
-    assert outcomes[1::2] == ["run_scripts b", "run_scripts d"]
+    scene = on_row(steps=10)
+    monkeypatch.setattr(toy, "rules", lambda _: Rules())
+    monkeypatch.setattr(toy, "motions", lambda jobs: [reference.run(job.scene) for job in jobs])
+    first, middle, last = toy.run([job(3.0), scene_job(scene), job(2.0)])
+    assert (first.number("size"), last.number("size")) == (3.0, 2.0)
+    assert len(motion_in(middle, scene)) == 2
 
 
 def test_variants_are_scripts_of_their_own_or_values_of_the_main_one(toy):
