@@ -207,15 +207,34 @@ class Opener:
         return 0
 
 
-def duration_check(force: bool, work: str, instead: str = "") -> Callable[[float], None]:
-    """Return a check of an expected time [s]: it prints a long one, and refuses one too long."""
+MOST_SECONDS = 600.0  # longer runs are refused without --force
+STATED_SECONDS = 60.0  # the expected time of longer runs is printed before they begin
+SMALLER = "a coarser step, a softer contact or a smaller system"
+TIME_UNITS = (("years", 31_557_600.0), ("days", 86_400.0), ("hours", 3600.0), ("minutes", 60.0))
+
+
+def duration_check(force: bool, work: str, instead: str = SMALLER) -> Callable[[float], None]:
+    """Return a check of an expected time [s]: it prints a long one, and refuses one too long.
+
+    ``instead`` is what to request in place of the work.
+    """
 
     def check(seconds: float) -> None:
-        from harness.engines.cost import STATED_SECONDS, check_duration, in_words
-
-        if not force:
-            check_duration(seconds, work, instead)
+        text = f"an estimated {in_words(seconds)} on one core"
+        if not force and not seconds <= MOST_SECONDS:
+            limit = in_words(MOST_SECONDS)
+            raise RequestError(
+                f"{work} would take {text}, {limit} are the limit: {instead}, or --force"
+            )
         if seconds > STATED_SECONDS:
-            tell(f"{work}: an estimated {in_words(seconds)} on one core")
+            tell(f"{work}: {text}")
 
     return check
+
+
+def in_words(seconds: float) -> str:
+    """Return a time in the largest unit of which it is one or more."""
+    if not seconds < 1000 * TIME_UNITS[0][1]:
+        return "more than 1000 years"
+    unit, size = next((row for row in TIME_UNITS if seconds >= row[1]), ("s", 1.0))
+    return f"{seconds / size:.3g} {unit}"

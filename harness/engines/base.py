@@ -115,7 +115,8 @@ class Job:
 
     ``values`` are SI, angles in degrees; ``series_every`` among them is the number of steps
     between samples. ``variant`` chooses the defaults of the script that is rendered: values win
-    over them. ``seconds`` [s] is what a long run is expected to take: it has more time than others.
+    over them. ``seconds`` [s] is what a long run is expected to take in the slowest code: it has
+    more time than others.
     ``scene`` is the same system as spheres and walls, for engines without a script of the template,
     and all there is of a job of the template :data:`SCENE`. ``steps`` is
     how many a run is expected to take whose scene has stages: its own are the most.
@@ -132,6 +133,19 @@ class Job:
 
 SCENE = Template(SCENE_NAME, {"": {}})
 
+PARTICLES = 10  # of the system on which ``microseconds_per_step`` was measured
+SLOWEST_STEP = 10.0  # [us] of the code for which ``Job.seconds`` are stated
+
+
+def job_seconds(job: Job, traits: Traits) -> float:
+    """Return the expected time of a job [s], to a factor of a few; 0 for a script without one."""
+    if job.seconds:
+        return job.seconds * min(1.0, traits.microseconds_per_step / SLOWEST_STEP)
+    if job.scene is None:
+        return 0.0
+    size = max(1.0, len(job.scene.bodies) / PARTICLES)
+    return (job.steps or job.scene.steps) * size * traits.microseconds_per_step * 1e-6
+
 
 def scene_job(scene: Scene, **values: Value) -> Job:
     """Return the job of a scene; ``values`` are ``units`` (si, lj) and the name of a variation."""
@@ -143,8 +157,6 @@ class Engine(ABC):
 
     name: ClassVar[str]
     traits: Traits
-    workers: int = 1
-    """Runs that go side by side."""
     has_lj_units: ClassVar[bool] = False
 
     def __init_subclass__(cls, **more: Any) -> None:

@@ -13,8 +13,7 @@ from harness import __version__
 from harness.cases.base import Case, Value
 from harness.cases.bench import Bench
 from harness.cases.registry import get_case
-from harness.engines.base import Engine, Output, Traits
-from harness.engines.cost import PARTICLES, job_seconds
+from harness.engines.base import PARTICLES, Engine, Output, Traits, job_seconds
 from harness.engines.output import Provenance
 from harness.engines.registry import DEFAULT, engine_class, engine_names
 from harness.engines.scene_tables import motion_tables

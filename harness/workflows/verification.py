@@ -36,8 +36,7 @@ from harness.cases.registry import (
     selected_names,
     usable_cases,
 )
-from harness.engines.base import Engine
-from harness.engines.cost import job_seconds
+from harness.engines.base import Engine, job_seconds
 from harness.engines.jobs import parallel_each
 from harness.engines.registry import DEFAULT, engine_names
 from harness.errors import EngineError, EngineMissingError, HarnessError, RequestError, Unsupported
