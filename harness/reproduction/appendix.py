@@ -28,7 +28,7 @@ from harness.reproduction.samples import (
     structure_angles,
     touching_chains,
 )
-from harness.reproduction.statements import Outcome, holds, statement
+from harness.reproduction.statements import Outcome, Statement, holds
 from harness.solvers.chain import source
 from harness.theory.chain import compliance, series_stiffness, static_forces
 
@@ -42,7 +42,7 @@ OURS = "Errata, of our restatement"
 # ---- boundaries of touching chains
 
 
-@statement("Appendix A, eq. (A2)", "b_n = sum (2 x_i (-1)^(n+1) + b_0 (-1)^n)", 1e-11, "m",
+@Statement("Appendix A, eq. (A2)", "b_n = sum (2 x_i (-1)^(n+1) + b_0 (-1)^n)", 1e-11, "m",
            "round-off", correction="b_n = sum 2 (-1)^(n-i) x_i + (-1)^n b_0")  # fmt: skip
 def _eq_a2() -> Outcome:
     printed, right, chains = [], [], touching_chains()
@@ -53,14 +53,14 @@ def _eq_a2() -> Outcome:
     return Outcome([c.boundaries[-1] for c in chains], printed, right)
 
 
-@statement(BOUNDARIES, "b_3 - b_0 = 2x_3 - 2x_2 + 2x_1 - 2b_0 for three", unit="m")
+@Statement(BOUNDARIES, "b_3 - b_0 = 2x_3 - 2x_2 + 2x_1 - 2b_0 for three", unit="m")
 def _eq_chain_length() -> Outcome:
     chains = touching_chains(50, (3,))
     printed = [2 * (c.centres[2] - c.centres[1] + c.centres[0] - c.boundaries[0]) for c in chains]
     return Outcome([c.boundaries[3] - c.boundaries[0] for c in chains], printed)
 
 
-@statement(BOUNDARIES,
+@Statement(BOUNDARIES,
            "the centres give the length of a chain, and so all boundaries of odd ones", 1e-12, "m",
            "a length that the centres fix would not change",
            correction="the length is not known; the third law closes odd chains, too")  # fmt: skip
@@ -79,14 +79,14 @@ def _odd_chains() -> Outcome:
     return Outcome(changes, np.zeros(3), note="b_0 moved by 0.01 m")
 
 
-@statement("Appendix A, eq. (A3)", "dx_i = 2 (r_0 - (x_i - b_(i-1)))", unit="m")
+@Statement("Appendix A, eq. (A3)", "dx_i = 2 (r_0 - (x_i - b_(i-1)))", unit="m")
 def _eq_a3() -> Outcome:
     printed = [2 * (RADIUS - (c.centres - c.boundaries[:-1])) for c in touching_chains()]
     values = [np.convolve(c.compressions, [1, 1]) for c in touching_chains()]
     return Outcome(np.concatenate(values), np.concatenate(printed))
 
 
-@statement("Appendix A, eqs. (A4) and (A5)",
+@Statement("Appendix A, eqs. (A4) and (A5)",
            "dx_i = c_(i-1,i) + c_(i,i+1), of the first and last one of them", unit="m")  # fmt: skip
 def _eq_a4() -> Outcome:
     recovered = [source.compressions(c.centres, 2 * RADIUS) for c in touching_chains()]
@@ -94,14 +94,14 @@ def _eq_a4() -> Outcome:
     return Outcome(np.concatenate([c.deformations for c in touching_chains()]), printed)
 
 
-@statement("Appendix A, eq. (A6)", "dx_1 = dx_2 - (dx_3 - ... (dx_(n-1) - dx_n))", unit="m")
+@Statement("Appendix A, eq. (A6)", "dx_1 = dx_2 - (dx_3 - ... (dx_(n-1) - dx_n))", unit="m")
 def _eq_a6() -> Outcome:
     deformations = [c.deformations for c in touching_chains()]
     printed = [(-1.0) ** np.arange(d.size - 1) @ d[1:] for d in deformations]
     return Outcome([d[0] for d in deformations], printed)
 
 
-@statement("Appendix A, example of four particles, third line",
+@Statement("Appendix A, example of four particles, third line",
            "... = r_0 - x_2 + 2x_1 - 2b_0 - r_0 + x_3 - ...", 1e-11, "m", "round-off",
            correction="- b_0 in place of - 2b_0; the last line is right")  # fmt: skip
 def _eq_four_inserted() -> Outcome:
@@ -116,7 +116,7 @@ def _eq_four_inserted() -> Outcome:
     return Outcome([c.boundaries[0] for c in chains], printed, last_line)
 
 
-@statement("Appendix A, before eq. (A7)",
+@Statement("Appendix A, before eq. (A7)",
            "the pattern of four particles, alternating odd coefficients, is the general solution",
            1e-9, "r_0", "inverse of small matrices",
            correction="odd chains have - r_0, too")  # fmt: skip
@@ -135,7 +135,7 @@ def _odd_coefficients() -> Outcome:
 # ---- contacts of a row
 
 
-@statement("Appendix A, eq. (A8)",
+@Statement("Appendix A, eq. (A8)",
            "c_(i,j) <= 2r_0 - dx_i, reached when i has no neighbour to its left", unit="m",
            correction="c_(i,j) <= 2r_0 - (x_j - x_i), as the proof uses it")  # fmt: skip
 def _eq_a8() -> Outcome:
@@ -145,7 +145,7 @@ def _eq_a8() -> Outcome:
     return Outcome([p.compressions[0] for p in pairs], printed, right, note)
 
 
-@statement("Appendix A, identifying chains",
+@Statement("Appendix A, identifying chains",
            "particles can be grouped in many ways that satisfy axisymmetry and the third law",
            reason="two sets of contacts or more for half of the rows")  # fmt: skip
 def _many_groupings() -> Outcome:
@@ -159,14 +159,14 @@ def _many_groupings() -> Outcome:
     return holds(np.median(counts) > 1, f"{min(counts)} to {max(counts)} sets of contacts")
 
 
-@statement("Appendix A, eq. (A9)",
+@Statement("Appendix A, eq. (A9)",
            "not in contact: x_j - x_i > (2r_0 - dx_i)/2 + (2r_0 - dx_j)/2")  # fmt: skip
 def _eq_a9() -> Outcome:
     least = min(p.distance - (1.0 - sum(p.deformations) / 2) for p in open_pairs())
     return holds(least > -1e-12, f"smallest gap {least:.1e} m of {len(open_pairs())}")
 
 
-@statement("Appendix A, eq. (A10)", "with dx_i the smaller of the two, x_j - x_i > 2r_0 - dx_i",
+@Statement("Appendix A, eq. (A10)", "with dx_i the smaller of the two, x_j - x_i > 2r_0 - dx_i",
            correction="dx_i is the larger of the two")  # fmt: skip
 def _eq_a10() -> Outcome:
     smaller = [p.distance > 1.0 - min(p.deformations) for p in open_pairs()]
@@ -174,7 +174,7 @@ def _eq_a10() -> Outcome:
     return holds(all(smaller), f"{sum(smaller)} of {len(smaller)} pairs", corrected=all(larger))
 
 
-@statement("Appendix A, last display",
+@Statement("Appendix A, last display",
            "x_j - x_i > 2r_0 - (2r_0 - (x_i - x_h)) = x_i - x_h: the pair is not the closest",
            correction="for the more deformed one, and only if it is pressed at all")  # fmt: skip
 def _eq_a11() -> Outcome:
@@ -197,7 +197,7 @@ def last_of_packet(height: int) -> float:
     return max(end for begin, end in intervals(height) if begin < FIRST_PACKET)
 
 
-@statement(PACKETS, "beyond ten particles contacts with neighbour and chain are well separated",
+@Statement(PACKETS, "beyond ten particles contacts with neighbour and chain are well separated",
            reason="more than a contact time between them")  # fmt: skip
 def _separated() -> Outcome:
     late = {n: [a for a, _ in intervals(n) if a >= FIRST_PACKET] for n in (10, 19)}
@@ -205,21 +205,21 @@ def _separated() -> Outcome:
     return holds(separate, f"{sum(map(len, late.values()))} contacts begin after 1.5 t0, of 6 t0")
 
 
-@statement(PACKETS,
+@Statement(PACKETS,
            "with twenty particles what happens up to 1.5 t0 is the limit for long chains", 0.01,
            "t0", "equal to a hundredth of t0, ten and twenty particles")  # fmt: skip
 def _first_packet() -> Outcome:
     return Outcome(last_of_packet(19), last_of_packet(9), note="end of the grain's last contact")
 
 
-@statement(PACKETS,
+@Statement(PACKETS,
            "one contact of the grain with two particles, two with three, three with four", 0.0,
            "contacts", "a count")  # fmt: skip
 def _humps() -> Outcome:
     return Outcome([len(intervals(n)) for n in (1, 2, 3)], [1, 2, 3])
 
 
-@statement("Appendix B, before Fig. 15",
+@Statement("Appendix B, before Fig. 15",
            "after t_0 the structure swings from the whole chain to one, two to seven particles",
            correction="for two to five particles")  # fmt: skip
 def _structure_window() -> Outcome:
@@ -230,7 +230,7 @@ def _structure_window() -> Outcome:
     return holds(every, note, corrected=heights["deformable"] == (1, 2, 3, 4))
 
 
-@statement(ENERGY_BOUND,
+@Statement(ENERGY_BOUND,
            "the largest compression of the initial collision falls within 3 t_0",
            correction="not where weight matters, at the lowest stiffness and speed")  # fmt: skip
 def _within_bound() -> Outcome:
@@ -248,7 +248,7 @@ def compressed_most(height: int) -> float:
     return turnaround(tower) / tower.tower.contact_time
 
 
-@statement(ENERGY_BOUND,
+@Statement(ENERGY_BOUND,
            "the time of the largest compression is half of collision and rebound", 0.1, "t0",
            "to a tenth of t0", correction="for two particles only")  # fmt: skip
 def _half_period() -> Outcome:
@@ -257,7 +257,7 @@ def _half_period() -> Outcome:
     return Outcome(leaves, list(twice.values()), note="1, 2, 3 and 19 contacts")
 
 
-@statement(ENERGY_BOUND, "the window fails to capture the three-particle scenario",
+@Statement(ENERGY_BOUND, "the window fails to capture the three-particle scenario",
            reason="three far above tall towers, five within a hundredth of them")  # fmt: skip
 def _three_fails() -> Outcome:
     alpha = ratios()[MEDIAN]
@@ -266,7 +266,7 @@ def _three_fails() -> Outcome:
     return holds(fails, f"alpha = {values} with three, four, five and twenty: four fail as well")
 
 
-@statement("Appendix B, text and caption of Fig. 16",
+@Statement("Appendix B, text and caption of Fig. 16",
            "grain (caption) and chain (text) are compressed most at the same time", 0.05, "t0",
            "to a twentieth of t0", correction="the same for two particles only")  # fmt: skip
 def _maximum_of_what() -> Outcome:
@@ -278,21 +278,21 @@ def _maximum_of_what() -> Outcome:
 # ---- corrections with a computation of their own
 
 
-@statement("Errata, of the source", "n contacts in series have k/n", unit="k",
+@Statement("Errata, of the source", "n contacts in series have k/n", unit="k",
            correction="k/(2n - 1) for the source's own deformable particles")  # fmt: skip
 def _series() -> Outcome:
     right = series_stiffness(10, 1.0, deformable=True)
     return Outcome(1 / (2 * row_energy(10)), 1 / 10, right, "ten contacts")
 
 
-@statement(OURS, "a clipped contact rebounds with 0.1367 at nominal restitution 0", 5e-5,
+@Statement(OURS, "a clipped contact rebounds with 0.1367 at nominal restitution 0", 5e-5,
            reason=HALF_DIGIT, correction="exp(-2) = 0.1353")  # fmt: skip
 def _clipped_restitution() -> Outcome:
     _, restitution = damped_contact(1.0, 1.0, 2 * damping_ratio(0.0), clipped=True)
     return Outcome(restitution, 0.1367, math.exp(-2))
 
 
-@statement("the source, Appendix A, read by what overlaps at the moment",
+@Statement("the source, Appendix A, read by what overlaps at the moment",
            "chains whose boundaries overlap at the moment belong together",
            correction="a contact is certain only if its neighbours cannot open it")  # fmt: skip
 def _joined_boundaries() -> Outcome:
@@ -300,7 +300,7 @@ def _joined_boundaries() -> Outcome:
     return holds((joined > 0).all(), f"overlaps of 0.9, 0.6 and 1 join to {joined.min():.3f}")
 
 
-@statement(OURS, "static tower, deformable law: overlap i is 2 i m g/k", unit="m g/k",
+@Statement(OURS, "static tower, deformable law: overlap i is 2 i m g/k", unit="m g/k",
            correction="(3n - 1)/2 m g/k at the base, which has no contact below")  # fmt: skip
 def _preload() -> Outcome:
     n = np.arange(2, 20)
@@ -309,7 +309,7 @@ def _preload() -> Outcome:
     return Outcome(overlaps, 2.0 * n, (3 * n - 1) / 2, "last overlap of 2 to 19 contacts")
 
 
-@statement(OURS, "alpha is 0.53 to 0.54 for towers above n = 2, all six runs", 0.01,
+@Statement(OURS, "alpha is 0.53 to 0.54 for towers above n = 2, all six runs", 0.01,
            reason="0.53 and 0.54 to half of their last digit",
            correction="from n = 4 on, and not at 1e5 N/m and 2 m/s")  # fmt: skip
 def _tall_alpha() -> Outcome:
@@ -333,7 +333,7 @@ def symplectic_euler_error(steps: int, shifted: bool) -> float:
     return abs(float((np.linalg.matrix_power(advance, steps) @ start)[0]) - exact)
 
 
-@statement(OURS, "MFiX's Euler scheme is of first order", 0.1, reason="a tenth of an order",
+@Statement(OURS, "MFiX's Euler scheme is of first order", 0.1, reason="a tenth of an order",
            correction="second order but for the first half step of gravity")  # fmt: skip
 def _mfix_order() -> Outcome:
     steps = [50, 100, 200, 400, 800]
@@ -355,7 +355,7 @@ def impulse_ratio_at(gamma: float, height: int, stiffness: float) -> float:
     return tall / single
 
 
-@statement(OURS, "alpha(n) depends on m g/(v0 sqrt(k m)) alone", 1e-6,
+@Statement(OURS, "alpha(n) depends on m g/(v0 sqrt(k m)) alone", 1e-6,
            reason="three stiffnesses, 1e4 to 1e8 N/m; a window's end to 1e-8")  # fmt: skip
 def _one_parameter() -> Outcome:
     same = [impulse_ratio_at(0.009, 6, k) for k in (1e4, 1e6, 1e8)]

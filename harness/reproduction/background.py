@@ -21,7 +21,7 @@ from harness.model.conventions import Rules
 from harness.model.law import damping_ratio
 from harness.model.scene import Scene
 from harness.reproduction.samples import damped_contact, generator, springs_in_series
-from harness.reproduction.statements import Outcome, holds, statement
+from harness.reproduction.statements import Outcome, Statement, holds
 from harness.theory.chain import shock_from_restitution
 from harness.theory.incline import after_next_shock, critical_angle, no_flight_bound, steady_energy
 
@@ -32,14 +32,14 @@ HALF_DIGIT = "half of the last digit"
 Floats = NDArray[np.float64]
 
 
-@statement("Introduction, eq. (1)", "k' = k/n for n springs in series", unit="k")
+@Statement("Introduction, eq. (1)", "k' = k/n for n springs in series", unit="k")
 def _eq_1() -> Outcome:
     n = np.arange(1, 21)
     values = [springs_in_series(count) for count in n.tolist()]
     return Outcome(values, 1.0 / n, note="equilibrium of n massless springs, n = 1 to 20")
 
 
-@statement("Introduction, after eq. (1)",
+@Statement("Introduction, after eq. (1)",
            "the effect stays significant and vanishes only at infinite stiffness", 1e-4,
            reason="the limit is reached within 1e-4")  # fmt: skip
 def _limit() -> Outcome:
@@ -71,7 +71,7 @@ def depth_of_well(angle_deg: float) -> float:
     return crest - height(0.5, math.sqrt(3) / 2, angle_deg)
 
 
-@statement("Background, Table I", "C = m g r (1 - cos(pi/6 - theta))", unit="m g d")
+@Statement("Background, Table I", "C = m g r (1 - cos(pi/6 - theta))", unit="m g d")
 def _table_1_well() -> Outcome:
     angles = generator().uniform(0.1, 29.9, SAMPLES)
     note = "r is the distance of the centres; the radius, as eq. (11) needs it, gives half of it"
@@ -79,14 +79,14 @@ def _table_1_well() -> Outcome:
     return Outcome([depth_of_well(angle) for angle in angles], printed, note=note)
 
 
-@statement("Background, Table I", "dE = m g r sin(theta)", unit="m g d")
+@Statement("Background, Table I", "dE = m g r sin(theta)", unit="m g d")
 def _table_1_gain() -> Outcome:
     angles = generator().uniform(0.1, 29.9, SAMPLES)
     values = [height(0.0, 0.0, angle) - height(1.0, 0.0, angle) for angle in angles]
     return Outcome(values, np.sin(np.radians(angles)), note="drop from sphere to sphere")
 
 
-@statement("Background, text to Fig. 3",
+@Statement("Background, text to Fig. 3",
            "the grain crosses without leaving the row, under less than the normal component of "
            "gravity")  # fmt: skip
 def _constant_contact() -> Outcome:
@@ -126,7 +126,7 @@ def _power_sums(more: int) -> tuple[Floats, list[float], Floats, Floats]:
     return n, sums, (1 - x ** (n + 1)) / (1 - x), (1 - x**n) / (1 - x)
 
 
-@statement("Background, eq. (2)",
+@Statement("Background, eq. (2)",
            "E_n = E_0 shock^n + dE shock (shock^(n-1) + shock^(n-1) + ... + 1)", unit="m g d",
            correction="second term shock^(n-2): every power from n - 1 to 0 once")  # fmt: skip
 def _eq_2() -> Outcome:
@@ -140,20 +140,20 @@ def _eq_2() -> Outcome:
     return Outcome(energy, printed, right, note)
 
 
-@statement("Background, eq. (3)", "1 + x + ... + x^n = (1 - x^(n+1))/(1 - x)")
+@Statement("Background, eq. (3)", "1 + x + ... + x^n = (1 - x^(n+1))/(1 - x)")
 def _eq_3() -> Outcome:
     _, sums, printed, _ = _power_sums(1)
     return Outcome(sums, printed, note="term by term")
 
 
-@statement("Background, eqs. (2) and (3)", "the bracket of eq. (2) is the S_n of eq. (3)",
+@Statement("Background, eqs. (2) and (3)", "the bracket of eq. (2) is the S_n of eq. (3)",
            correction="it is S_(n-1), (1 - shock^n)/(1 - shock): it has n terms")  # fmt: skip
 def _eq_3_index() -> Outcome:
     _, sums, printed, right = _power_sums(0)
     return Outcome(sums, printed, right)
 
 
-@statement("Background, eq. (4)", "E_n = E_1 shock^(n-1) + dE shock (1 - shock^(n-1))/(1 - shock)",
+@Statement("Background, eq. (4)", "E_n = E_1 shock^(n-1) + dE shock (1 - shock^(n-1))/(1 - shock)",
            unit="m g d")  # fmt: skip
 def _eq_4() -> Outcome:
     n, start, gained, shock, energy = _sums()
@@ -161,7 +161,7 @@ def _eq_4() -> Outcome:
     return Outcome(energy, first * shock ** (n - 1) + gained * shock * rest)
 
 
-@statement("Background, after eq. (4)",
+@Statement("Background, after eq. (4)",
            "E_n goes to infinity if the shock is above 1; else it approaches a constant",
            correction="from shock 1 on, there by dE each shock")  # fmt: skip
 def _divergence() -> Outcome:
@@ -173,7 +173,7 @@ def _divergence() -> Outcome:
     return holds(above and not at and not below, note, corrected=above and at and not below)
 
 
-@statement("Background, eq. (5)", "lim E_n = dE shock/(1 - shock)", 1e-11, "m g d",
+@Statement("Background, eq. (5)", "lim E_n = dE shock/(1 - shock)", 1e-11, "m g d",
            "round-off of 2000 shocks")  # fmt: skip
 def _eq_5() -> Outcome:
     gained, shock = generator().uniform([0.05, 0.1], [1.0, 0.9], (SAMPLES, 2)).T
@@ -204,7 +204,7 @@ def fate_angle(shock: float = 0.25) -> float:
     return 0.5 * (low + high)
 
 
-@statement("Background, eq. (6)", "shock/(1 - shock) >= 2 sin^2(pi/12 - theta/4)/sin(theta)", 1e-5,
+@Statement("Background, eq. (6)", "shock/(1 - shock) >= 2 sin^2(pi/12 - theta/4)/sin(theta)", 1e-5,
            "deg", "the fate of the energy map is bisected to 1e-6 deg",
            correction="theta/2: 1 - cos(a) = 2 sin^2(a/2) with a = pi/6 - theta")  # fmt: skip
 def _eq_6() -> Outcome:
@@ -216,7 +216,7 @@ def _eq_6() -> Outcome:
     return Outcome(fate_angle(), printed, right, f"closed form {critical_angle():.4f} deg")
 
 
-@statement("Background, after eq. (9)", "theta_c = 10.21 deg", 0.005, "deg", HALF_DIGIT)
+@Statement("Background, after eq. (9)", "theta_c = 10.21 deg", 0.005, "deg", HALF_DIGIT)
 def _critical_angle() -> Outcome:
     return Outcome(fate_angle(), PRINTED_ANGLE, note="bisection of the fate of the energy map")
 
@@ -235,7 +235,7 @@ def _kept_energies() -> Floats:
     return np.asarray(np.sum(_velocities_after() ** 2, axis=1))
 
 
-@statement("Background, eq. (7)",
+@Statement("Background, eq. (7)",
            "shock = |(v' - v)/v'|^2 is the kinetic energy after over that before the shock",
            correction="shock = (v/v')^2; the two agree at e_n = 0 alone")  # fmt: skip
 def _eq_7() -> Outcome:
@@ -243,13 +243,13 @@ def _eq_7() -> Outcome:
     return Outcome(_kept_energies(), (1 - after) ** 2, after**2)
 
 
-@statement("Background, eq. (8)", "v = sqrt((v'/2)^2 + (e_n v' sqrt(3)/2)^2)", unit="v'")
+@Statement("Background, eq. (8)", "v = sqrt((v'/2)^2 + (e_n v' sqrt(3)/2)^2)", unit="v'")
 def _eq_8() -> Outcome:
     printed = np.sqrt(0.25 + (RESTITUTIONS * math.sqrt(3) / 2) ** 2)
     return Outcome(np.hypot(*_velocities_after().T), printed)
 
 
-@statement("Background, eq. (9)", "shock = (1 - sqrt(1/4 + 3/4 e_n^2))^2",
+@Statement("Background, eq. (9)", "shock = (1 - sqrt(1/4 + 3/4 e_n^2))^2",
            correction="shock = 1/4 + 3/4 e_n^2; the formula gives 0 where nothing is lost, at "
            "e_n = 1")  # fmt: skip
 def _eq_9() -> Outcome:
@@ -257,7 +257,7 @@ def _eq_9() -> Outcome:
     return Outcome(_kept_energies(), (1 - np.sqrt(kept)) ** 2, kept)
 
 
-@statement("Background, on the MFiX runs", "normal restitution is nearly zero (1e-20)", 1e-4,
+@Statement("Background, on the MFiX runs", "normal restitution is nearly zero (1e-20)", 1e-4,
            reason="the energy kept is 1/4 + 3/4 e^2: below 1e-4, e moves it by 1e-8",
            correction="the effective mass on a fixed sphere is m, not MFiX's m/2")  # fmt: skip
 def _restitution() -> Outcome:
@@ -267,7 +267,7 @@ def _restitution() -> Outcome:
     return Outcome(restitution, 1e-20, note=note)
 
 
-@statement("Background, last paragraphs", "at rest the grain starts above 30 deg only: hysteresis",
+@Statement("Background, last paragraphs", "at rest the grain starts above 30 deg only: hysteresis",
            0.5, "deg", HALF_DIGIT)  # fmt: skip
 def _rest_angle() -> Outcome:
     def upper_contact(angle: float) -> float:
@@ -319,7 +319,7 @@ def mfix_angle(stiffness: float, factor: int) -> CriticalAngle | None:
         return None
 
 
-@statement("Background, on the MFiX runs, and Fig. 4",
+@Statement("Background, on the MFiX runs, and Fig. 4",
            "the smallest angle of steady motion in MFiX is 10.21 deg to a hundredth of a degree",
            WITHIN, "deg", AGREEMENT)  # fmt: skip
 def _mfix_angle() -> Outcome:
@@ -329,7 +329,7 @@ def _mfix_angle() -> Outcome:
     return Outcome(value, 10.21, note=note, uncertainty=uncertainty)
 
 
-@statement("Background, on the MFiX runs, and Fig. 4", "the agreement validates the analysis",
+@Statement("Background, on the MFiX runs, and Fig. 4", "the agreement validates the analysis",
            reason="a refined step must not be further from the closed form",
            correction="take the step to zero first, then the stiffness to infinity")  # fmt: skip
 def _mfix_validation() -> Outcome:
@@ -348,7 +348,7 @@ def _mfix_validation() -> Outcome:
 STEPS = (50.0, 100.0, 200.0, 400.0)  # per contact time
 
 
-@statement("Background, on the MFiX runs; an engine in its place",
+@Statement("Background, on the MFiX runs; an engine in its place",
            "theta_c is 10.21 deg to a hundredth of a degree, 1e6 N/m", WITHIN, "deg", AGREEMENT,
            engine=True)  # fmt: skip
 def _engine_angle(bench: Bench) -> Outcome:
@@ -357,7 +357,7 @@ def _engine_angle(bench: Bench) -> Outcome:
     return Outcome(angle.value, 10.21, note=note, uncertainty=angle.uncertainty)
 
 
-@statement("Background, on the MFiX runs; an engine in its place",
+@Statement("Background, on the MFiX runs; an engine in its place",
            "the angle does not depend on the step", WITHIN, "deg", AGREEMENT, engine=True,
            correction="extrapolate step and stiffness, no tail and no rebound")  # fmt: skip
 def _engine_step(bench: Bench) -> Outcome:
@@ -366,7 +366,7 @@ def _engine_step(bench: Bench) -> Outcome:
     return Outcome(angles[-1], angles[0], note=f"{note} steps per contact")
 
 
-@statement("Background, eqs. (6) and (9); an engine in MFiX's place",
+@Statement("Background, eqs. (6) and (9); an engine in MFiX's place",
            "at e_n = 0.1 theta_c follows from the shock of eq. (9)", 0.05, "deg",
            "effect of step and stiffness at 1e6 N/m", engine=True,
            correction="neither reading: rebounds end within a well, and theta_c stays")  # fmt: skip

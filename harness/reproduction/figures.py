@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import pandas as pd
 from matplotlib.patches import Circle
 from matplotlib.ticker import MaxNLocator
 
-from harness.cases.tower.impulse import READINGS, SPEEDS, STIFFNESSES, angle_from_impulse_ratio
+from harness.cases.tower.impulse import SPEEDS, STIFFNESSES, angle_from_impulse_ratio
 from harness.cases.tower.parameters import LAWS, Tower
-from harness.cases.tower.show import QUASI_STATIC
+from harness.cases.tower.show import angle_figure
 from harness.cases.tower.windows import structure_end, turnaround
 from harness.errors import RequestError
 from harness.report.content import Drawing
@@ -33,7 +34,14 @@ from harness.report.style import (
 from harness.reproduction.appendix import intervals
 from harness.reproduction.methods import ERROR_STIFFNESSES, STEP, peak_errors
 from harness.reproduction.results import scaled_angle
-from harness.reproduction.samples import MEDIAN, free_collision, ratios, run, structure_angles
+from harness.reproduction.samples import (
+    MEDIAN,
+    free_collision,
+    impulses,
+    ratios,
+    run,
+    structure_angles,
+)
 from harness.theory import incline
 
 if TYPE_CHECKING:
@@ -62,8 +70,8 @@ def drawings() -> tuple[Drawing, ...]:
         ("fig-10-ratio", "Impulse ratio against height",
          f"{EXACT}, turnaround window, the source's six runs.", impulse_ratios),
         ("fig-11-angle", "Critical angle against height",
-         "From the same impulses. Filled: the impulse rescales the velocity lost; open: the "
-         "velocity kept. The band is published (Peyneau and Roux, 2008).", critical_angles),
+         "From the same impulses, which rescale the velocity lost (solid) or kept (dashed). The "
+         "band is published.", critical_angles),
         ("fig-13-energy", "Energy scaling",
          "Critical angle of alpha = 1/sqrt(n), which has no asymptote.", energy_scaling),
         ("fig-14-separation", "Contacts of the grain over time",
@@ -192,70 +200,47 @@ def window_selection() -> Figure:
 
 # ---- over height
 
-Curve = tuple[Mapping[int, float], dict[str, Any]]  # values by height, and options of the line
-
 
 def impulse_ratios() -> Figure:
     """Draw alpha(n) of the six runs."""
-    return _over_height("impulse ratio alpha(n)", _six_runs())
+    figure = panels(1, 1, 6.4, 3.8)
+    for (stiffness, speed), alpha in ratios().items():
+        k, v = STIFFNESSES.index(stiffness), SPEEDS.index(speed)
+        look: dict[str, Any] = {"color": COLOURS[k + 1], "marker": MARKERS[k], "ls": STYLES[v]}
+        name = f"{power(stiffness)} N/m, {speed:g} m/s"
+        figure.axes[0].plot(list(alpha), list(alpha.values()), ms=4, label=name, **look)
+    label(figure.axes[0], "height n (contacts)", "impulse ratio alpha(n)")
+    legend_below(figure, 3)
+    return _whole_heights(figure)
 
 
 def critical_angles() -> Figure:
     """Draw theta_c(n) of the six runs, by both readings."""
-    curves: list[Curve] = []
-    for alpha, look in _six_runs():
-        for reading in READINGS:
-            kept = {"mfc": "none", "ls": ":", "label": None} if reading == "kept" else {}
-            angles = {n: angle_from_impulse_ratio(a, reading) for n, a in alpha.items()}
-            curves.append((angles, {**look, **kept}))
-    return _angles_over_height(curves)
+    figure = angle_figure(impulses())
+    figure.set_size_inches(7.6, 5.2)  # room for the legend
+    return _whole_heights(figure)
 
 
 def energy_scaling() -> Figure:
     """Draw the critical angle of alpha = 1/sqrt(n), and that of the impulses."""
-    impulses = {n: angle_from_impulse_ratio(ratios()[MEDIAN][n]) for n in HEIGHTS}
-    return _angles_over_height([
-        ({n: scaled_angle(n) for n in HEIGHTS},
-         {"marker": "o", "ls": "-", "color": RED, "label": "1/sqrt(n)"}),
-        (impulses,
-         {"marker": "s", "ls": "--", "color": BLUE, "label": "impulses, 1e6 N/m, 2 m/s"}),
-    ])  # fmt: skip
+    figure = panels(1, 1, 6.4, 3.8)
+    axes, alpha = figure.axes[0], ratios()[MEDIAN]
+    impulses = [angle_from_impulse_ratio(alpha[n]) for n in HEIGHTS]
+    scaled = [scaled_angle(n) for n in HEIGHTS]
+    axes.plot(HEIGHTS, scaled, marker="o", color=RED, label="1/sqrt(n)")
+    axes.plot(HEIGHTS, impulses, marker="s", color=BLUE, ls="--", label="impulses, 1e6 N/m, 2 m/s")
+    label(axes, "height n (contacts)", axis("critical angle", "deg"))
+    legend_below(figure)
+    return _whole_heights(figure)
 
 
 def structure_window() -> Figure:
     """Draw the critical angle of the structure window by law."""
-    curves: list[Curve] = []
-    for i, law in enumerate(LAWS):
-        table = structure_angles(law, 6)
-        angles = dict(zip(table["height"], table["critical_angle_deg"], strict=True))
-        look = {"color": COLOURS[i + 1], "marker": MARKERS[i], "label": f"{law} law"}
-        curves.append((angles, look))
-    return _angles_over_height(curves)
+    angles = pd.concat(structure_angles(law, 6) for law in LAWS)
+    return _whole_heights(angle_figure(angles, readings=("lost",)))
 
 
-def _six_runs() -> list[Curve]:
-    curves: list[Curve] = []
-    for (stiffness, speed), alpha in ratios().items():
-        k, v = STIFFNESSES.index(stiffness), SPEEDS.index(speed)
-        name = f"{power(stiffness)} N/m, {speed:g} m/s"
-        look = {"color": COLOURS[k + 1], "marker": MARKERS[k], "ms": 4, "ls": STYLES[v]}
-        curves.append((alpha, {**look, "label": name}))
-    return curves
-
-
-def _angles_over_height(curves: list[Curve]) -> Figure:
-    return _over_height(axis("critical angle", "deg"), curves, QUASI_STATIC)
-
-
-def _over_height(y: str, curves: list[Curve], band: tuple[float, float] | None = None) -> Figure:
-    figure = panels(1, 1, 6.4, 3.8)
-    axes = figure.axes[0]
-    for values, look in curves:
-        axes.plot(list(values), list(values.values()), **look)
-    if band is not None:
-        middle, half = band
-        axes.axhspan(middle - half, middle + half, color="0.85", label="published, quasi-static")
-    label(axes, "height n (contacts)", y)
-    axes.xaxis.set_major_locator(MaxNLocator(integer=True))
-    legend_below(figure, 3)
+def _whole_heights(figure: Figure) -> Figure:
+    for axes in figure.axes:
+        axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     return figure

@@ -27,7 +27,7 @@ from harness.reproduction.samples import (
     sweep_difference,
     touching_chains,
 )
-from harness.reproduction.statements import Outcome, holds, statement
+from harness.reproduction.statements import Outcome, Statement, holds
 from harness.solvers.chain import source
 from harness.solvers.chain.contacts import contact_forces
 from harness.theory import chain
@@ -48,7 +48,7 @@ Floats = NDArray[np.float64]
 # ---- rigidity and times
 
 
-@statement("Methods, eq. (10)", "kappa = k/P is a number without dimension",
+@Statement("Methods, eq. (10)", "kappa = k/P is a number without dimension",
            correction="kappa = k/(P d); as printed for disks, whose P is per length")  # fmt: skip
 def _eq_10() -> Outcome:
     metres, centimetres = (1e5, 9.81, 1.0), (1e5 / 100, 9.81 / 100**2, 100.0)  # k, P, d
@@ -59,28 +59,28 @@ def _eq_10() -> Outcome:
     return holds(same[0], note, corrected=same[1])
 
 
-@statement(RIGIDITY, "a glass bead under 50 cm of beads has a rigidity of 40,000", 5000.0,
+@Statement(RIGIDITY, "a glass bead under 50 cm of beads has a rigidity of 40,000", 5000.0,
            reason=HALF_DIGIT)  # fmt: skip
 def _glass_bead() -> Outcome:
     pressure = GLASS_DENSITY * PACKING * GRAVITY * DEPTH
     return Outcome((GLASS_MODULUS / pressure) ** (2 / 3), 40_000.0, note="Hertz, (E/P)^(2/3)")
 
 
-@statement(f"{RIGIDITY}; Results, before Fig. 10",
+@Statement(f"{RIGIDITY}; Results, before Fig. 10",
            "rigidities of 1e4 to 1e6 span three orders of magnitude", 0.5, reason=HALF_DIGIT,
            correction="three values, two orders of magnitude")  # fmt: skip
 def _orders_of_magnitude() -> Outcome:
     return Outcome(math.log10(1e6 / 1e4), 3.0, float(len(STIFFNESSES) - 1))
 
 
-@statement(RIGIDITY, "rigidities 1e4 and 1e6 are stiffnesses of 1e5 and 1e7 N/m at 9.81 m/s2", 0.5,
+@Statement(RIGIDITY, "rigidities 1e4 and 1e6 are stiffnesses of 1e5 and 1e7 N/m at 9.81 m/s2", 0.5,
            reason="half of the last digit, of each rigidity")  # fmt: skip
 def _stiffness() -> Outcome:
     weight = 1.0 * GRAVITY / 1.0  # [N/m] pressure of a row of disks, 1 kg and 1 m
     return Outcome([1e5 / weight / 1e4, 1e7 / weight / 1e6], [1.0, 1.0], note="over the printed")
 
 
-@statement("Methods, eq. (11)", "t_c = 1/4 sqrt(2g 2r (1 - sin 60)) cos 60/g", unit="s")
+@Statement("Methods, eq. (11)", "t_c = 1/4 sqrt(2g 2r (1 - sin 60)) cos 60/g", unit="s")
 def _eq_11() -> Outcome:
     drop = 1 - math.sqrt(3) / 2  # [d] from crest to well of a level row, Pythagoras
     time = math.sqrt(2 * GRAVITY * drop * 2.0) / 8 / GRAVITY
@@ -93,7 +93,7 @@ def crest_time(radius: float) -> float:
     return 0.25 * math.sqrt(2 * GRAVITY * 2 * radius * rise) * math.cos(math.pi / 3) / GRAVITY
 
 
-@statement("Methods, eq. (11)", "the formula gives t_c = 0.41 s", 0.005, "s", HALF_DIGIT,
+@Statement("Methods, eq. (11)", "the formula gives t_c = 0.41 s", 0.005, "s", HALF_DIGIT,
            correction="t_c = 0.029 s by the formula")  # fmt: skip
 def _t_c() -> Outcome:
     needed = float(brentq(lambda r: crest_time(r) - CREST_TIME, 1e-3, 1e6))
@@ -111,7 +111,7 @@ def rise_time(angle_deg: float) -> float:
     return float(quad(slowness, 0.0, rise)[0]) * math.sqrt(1.0 / GRAVITY)
 
 
-@statement("Methods, before eq. (11)", "the grain takes about 0.41 s from well to crest",
+@Statement("Methods, before eq. (11)", "the grain takes about 0.41 s from well to crest",
            reason="between the shortest and the longest rise in steady motion")  # fmt: skip
 def _crest_time() -> Outcome:
     fastest, slow = rise_time(no_flight_bound()), rise_time(critical_angle() + 1e-6)
@@ -119,7 +119,7 @@ def _crest_time() -> Outcome:
     return holds(fastest <= CREST_TIME <= slow, f"steady motion takes {note}")
 
 
-@statement("Methods, eq. (12)", "t_n = pi (k/m_eff - (gamma/m_eff)^2)^(-1/2)", 1e-8, "s",
+@Statement("Methods, eq. (12)", "t_n = pi (k/m_eff - (gamma/m_eff)^2)^(-1/2)", 1e-8, "s",
            "integration with a relative tolerance of 1e-11",
            correction="(gamma/(2 m_eff))^2; without damping, as here, nothing changes")  # fmt: skip
 def _eq_12() -> Outcome:
@@ -129,14 +129,14 @@ def _eq_12() -> Outcome:
     return Outcome(times, printed, np.pi / np.sqrt(k / m - (gamma / (2 * m)) ** 2))
 
 
-@statement("Methods, eq. (12)", "t_n = 0.007 s at 100,000 N/m", 5e-4, "s", HALF_DIGIT)
+@Statement("Methods, eq. (12)", "t_n = 0.007 s at 100,000 N/m", 5e-4, "s", HALF_DIGIT)
 def _t_n() -> Outcome:
     fixed = Tower(stiffness=1e5, gravity=0.0).contact_time
     note = f"two free particles; {fixed:.5f} s on a fixed one"
     return Outcome(math.pi / math.sqrt(2 * 1e5), CONTACT_TIME, note=note)
 
 
-@statement("Methods, after eq. (12)", "contacts are over long before the grain is on the crest",
+@Statement("Methods, after eq. (12)", "contacts are over long before the grain is on the crest",
            reason="ten contacts or more to a rise")  # fmt: skip
 def _separation() -> Outcome:
     fastest, longest = rise_time(no_flight_bound()), impulses()["window_s"].max()
@@ -149,7 +149,7 @@ def _separation() -> Outcome:
 ALPHA = np.linspace(0.3, 1.0, 15)
 
 
-@statement("Methods, eq. (13); Results, before Fig. 10",
+@Statement("Methods, eq. (13); Results, before Fig. 10",
            "J_0, the impulse of the ideal shock, is that of the two-particle run", unit="m v",
            correction="alpha(n) = J(n)/J(1), a ratio of two elastic runs")  # fmt: skip
 def _eq_13_reference() -> Outcome:
@@ -157,7 +157,7 @@ def _eq_13_reference() -> Outcome:
     return Outcome(1.0, elastic, note="the ideal shock has e_n = 0, the two-particle run rebounds")
 
 
-@statement("Methods, eq. (13)",
+@Statement("Methods, eq. (13)",
            "v_i(n) = v_i alpha(n), hence shock(n) = |(v_0 - v_s alpha(n))/v_0|^2",
            correction="alpha scales the loss: v_i(n) = v_0 - alpha (v_0 - v_i)")  # fmt: skip
 def _eq_13() -> Outcome:
@@ -166,7 +166,7 @@ def _eq_13() -> Outcome:
     return Outcome((0.5 * ALPHA) ** 2, (1 - 0.5 * ALPHA) ** 2, note=note)
 
 
-@statement("Methods, eq. (13)",
+@Statement("Methods, eq. (13)",
            "a contact that gives alpha of the impulse leaves |1 - alpha/2|^2 of the energy",
            correction="1/4 + 3/4 (1 - alpha)^2: the impulse acts along the normal")  # fmt: skip
 def _eq_13_direction() -> Outcome:
@@ -200,13 +200,13 @@ def _pairs() -> tuple[Floats, Floats]:
     return 1e6 * (1.0 - distances), forces
 
 
-@statement("Methods, eq. (14)", "F = k dx, for two particles", 0.01, "N", DIFFERENCES)
+@Statement("Methods, eq. (14)", "F = k dx, for two particles", 0.01, "N", DIFFERENCES)
 def _eq_14() -> Outcome:
     printed, forces = _pairs()
     return Outcome(np.abs(forces[:, 0]), printed, note="slope of the energy")
 
 
-@statement("Methods, eq. (15)", "a_1 = k/m (2r_0 - (x_2 - x_1)), a_2 = -k/m (2r_0 - (x_2 - x_1))",
+@Statement("Methods, eq. (15)", "a_1 = k/m (2r_0 - (x_2 - x_1)), a_2 = -k/m (2r_0 - (x_2 - x_1))",
            0.01, "m/s2", DIFFERENCES,
            correction="signs of a_1 and a_2 exchanged, for x_1 < x_2")  # fmt: skip
 def _eq_15() -> Outcome:
@@ -215,7 +215,7 @@ def _eq_15() -> Outcome:
     return Outcome(forces, printed, -printed)
 
 
-@statement(PAIR, "there is no analytical solution",
+@Statement(PAIR, "there is no analytical solution",
            correction="harmonic: half a wave, over after pi sqrt(m/2k)")  # fmt: skip
 def _no_solution() -> Outcome:
     pair, t0 = free_collision(2), chain.contact_time(1.0, 1e6)
@@ -226,7 +226,7 @@ def _no_solution() -> Outcome:
     return holds(error > 1e-6, note, corrected=error < 1e-9)
 
 
-@statement(PAIR, "two particles exchange their velocities", 1e-9, "m/s",
+@Statement(PAIR, "two particles exchange their velocities", 1e-9, "m/s",
            "exact propagator at 2 m/s: round-off")  # fmt: skip
 def _exchange() -> Outcome:
     return Outcome(free_collision(2).final_velocity, [0.0, 2.0])
@@ -247,7 +247,7 @@ def peak_errors() -> tuple[list[float], list[float]]:
     return scaled, [peak_error(k, math.pi / math.sqrt(k) / STEP) for k in ERROR_STIFFNESSES]
 
 
-@statement(f"{PAIR}, and Fig. 7",
+@Statement(f"{PAIR}, and Fig. 7",
            "the error of the peak deformation is below 0.5 % from 10,000 N/m on",
            reason="the printed bound, for a step that follows the stiffness")  # fmt: skip
 def _error_size() -> Outcome:
@@ -255,7 +255,7 @@ def _error_size() -> Outcome:
     return holds(largest < 0.5, f"RK4, contact time/50: {largest:.1e} % at most")
 
 
-@statement(f"{PAIR}, and Fig. 7", "the error of the peak deformation falls with stiffness",
+@Statement(f"{PAIR}, and Fig. 7", "the error of the peak deformation falls with stiffness",
            reason="to a tenth from 1e2 to 1e6 N/m, by a scaled or a fixed step",
            correction="RK4's error depends on omega times the step alone")  # fmt: skip
 def _error_falls() -> Outcome:
@@ -274,7 +274,7 @@ def _deformations_of_three() -> tuple[Floats, Floats, Floats, NDArray[np.bool_]]
     return first, second, third, np.asarray((three.forces > 0).all(axis=1))
 
 
-@statement(THREE,
+@Statement(THREE,
            "first two particles deform alike, once the third joins the second deforms more",
            reason="to 1e-9 of the peak before, at every sample after")  # fmt: skip
 def _asymmetric() -> Outcome:
@@ -283,7 +283,7 @@ def _asymmetric() -> Outcome:
     return holds(before.max() / first.max() < 1e-9 and (second[both] > first[both]).all())
 
 
-@statement(THREE, "the third particle is the least deformed of the chain of three",
+@Statement(THREE, "the third particle is the least deformed of the chain of three",
            correction="at first only, not once the grain rebounds")  # fmt: skip
 def _least_deformed() -> Outcome:
     first, _, third, both = _deformations_of_three()
@@ -292,7 +292,7 @@ def _least_deformed() -> Outcome:
     return holds(least.all(), note, corrected=least[1:20].all())
 
 
-@statement(f"{THREE}; Appendix A, proof by contradiction",
+@Statement(f"{THREE}; Appendix A, proof by contradiction",
            "the two particles whose centres are closest are in contact",
            correction="only if they are closer than a diameter")  # fmt: skip
 def _closest_pair() -> Outcome:
@@ -305,7 +305,7 @@ def _closest_pair() -> Outcome:
     return holds(all(touch([*near, *far])), note, corrected=all(closer))
 
 
-@statement("Methods, eq. (16); Appendix A, eq. (A7)",
+@Statement("Methods, eq. (16); Appendix A, eq. (A7)",
            "b_0 = ((-1)^n r_0 + sum (-1)^(i+1) (2(n-i)+1) x_i)/n", unit="m",
            correction="the r_0 term is ((-1)^n - 1)/2 r_0: none for even n")  # fmt: skip
 def _eq_16() -> Outcome:
@@ -320,14 +320,14 @@ def _eq_16() -> Outcome:
     return Outcome(values, printed, right, "200 chains of 2 to 9 particles, laid out from b_0")
 
 
-@statement("Methods, eq. (17)", "b_n = x_n + (x_n - b_(n-1))", unit="m")
+@Statement("Methods, eq. (17)", "b_n = x_n + (x_n - b_(n-1))", unit="m")
 def _eq_17() -> Outcome:
     chains = touching_chains()
     printed = [2 * c.centres[-1] - c.boundaries[-2] for c in chains]
     return Outcome([c.boundaries[-1] for c in chains], printed)
 
 
-@statement("Methods, after eq. (17)",
+@Statement("Methods, after eq. (17)",
            "positions and constraints fix contacts and deformations uniquely",
            reason="eigenvalues above 0; two methods without common code to 1e-12 m")  # fmt: skip
 def _unique() -> Outcome:
@@ -336,14 +336,14 @@ def _unique() -> Outcome:
     return holds(lowest > 0 and sweep_difference() < 1e-12, note)
 
 
-@statement(END, "with three particles the transfer of momentum is incomplete: the grain rebounds",
+@Statement(END, "with three particles the transfer of momentum is incomplete: the grain rebounds",
            1e-9, reason="exact propagator and matrix exponentials to 1e-9")  # fmt: skip
 def _incomplete() -> Outcome:
     kept = free_collision(3).final_velocity / 2.0
     return Outcome(kept, chain.final_velocities(3, deformable=True), note=f"{kept[0]:.4f} v")
 
 
-@statement(f"{END}; Discussion",
+@Statement(f"{END}; Discussion",
            "three particles deform more in total, and store more energy, than two")  # fmt: skip
 def _stored() -> Outcome:
     runs = free_collision(2), free_collision(3)
@@ -353,7 +353,7 @@ def _stored() -> Outcome:
     return holds(change > 0 and energy > 1, f"{change:+.1f} % deformation, {energy:.2f} energy")
 
 
-@statement(END, "to the grain three particles are like one particle of reduced stiffness", 1e-3,
+@Statement(END, "to the grain three particles are like one particle of reduced stiffness", 1e-3,
            "v_0", "one free particle of any stiffness leaves the grain at rest",
            correction="a rebound takes a larger mass as well")  # fmt: skip
 def _softer() -> Outcome:

@@ -23,7 +23,7 @@ from harness.reproduction.samples import (
     run,
     springs_in_series,
 )
-from harness.reproduction.statements import Outcome, holds, statement
+from harness.reproduction.statements import Outcome, Statement, holds
 from harness.theory import incline
 from harness.theory.chain import contact_time_on_fixed
 
@@ -39,7 +39,7 @@ READ_OFF = "a time read off a plot, in halves of t0"
 # ---- runs of Figs. 8 and 9
 
 
-@statement("Results, Fig. 8", "t_0 is the contact of two particles", 1e-9, "s",
+@Statement("Results, Fig. 8", "t_0 is the contact of two particles", 1e-9, "s",
            "the exact propagator locates the end of a contact to round-off")  # fmt: skip
 def _unit_of_time() -> Outcome:
     single = Tower(height=1)
@@ -47,7 +47,7 @@ def _unit_of_time() -> Outcome:
     return Outcome(end, contact_time_on_fixed(1.0, 1e6, 2.0, 9.81), note="grain on a fixed one")
 
 
-@statement("Results, Fig. 9",
+@Statement("Results, Fig. 9",
            "t/t_0 collapses runs whose stiffnesses are an order of magnitude apart",
            reason="a tenth of the two-particle peak, all along 3 t0")  # fmt: skip
 def _collapse() -> Outcome:
@@ -61,19 +61,19 @@ def _collapse() -> Outcome:
     return holds(largest < 0.1, f"forces of neighbours differ by {largest:.3f} of the peak")
 
 
-@statement(THREE, "the third particle joins at about 0.5 t0", 0.1, "t0", READ_OFF)
+@Statement(THREE, "the third particle joins at about 0.5 t0", 0.1, "t0", READ_OFF)
 def _joins() -> Outcome:
     three = run(Tower(height=2))
     return Outcome(float(three.time_over_t0[np.argmax(three.contacts == 2)]), 0.5)
 
 
-@statement(THREE, "the contact of the grain returns at 1 t0 and ends at about 1.5 t0", 0.1, "t0",
+@Statement(THREE, "the contact of the grain returns at 1 t0 and ends at about 1.5 t0", 0.1, "t0",
            READ_OFF)  # fmt: skip
 def _returns() -> Outcome:
     return Outcome(contact_intervals(Tower(height=2))[1], [1.0, 1.5])
 
 
-@statement("Results, after Fig. 8",
+@Statement("Results, after Fig. 8",
            "changes of the force curve fall on changes of the contact structure",
            reason="jumps of a tenth of the largest slope or more")  # fmt: skip
 def _aligned() -> Outcome:
@@ -90,7 +90,7 @@ def _aligned() -> Outcome:
 # ---- impulses over height
 
 
-@statement("Results, before Fig. 10",
+@Statement("Results, before Fig. 10",
            "the two-particle impulse stands for direct neighbours only",
            reason="between a rebound, 2 m v0, and a twentieth more")  # fmt: skip
 def _null() -> Outcome:
@@ -103,7 +103,7 @@ def falls(alpha: Mapping[int, float]) -> bool:
     return all(alpha[after] <= alpha[before] + FLAT for before, after in pairwise(sorted(alpha)))
 
 
-@statement("Results, Fig. 10", "impulses decrease with the length of the chain, in all six runs",
+@Statement("Results, Fig. 10", "impulses decrease with the length of the chain, in all six runs",
            reason="never up by more than a hundredth from one height to the next",
            correction="not at the lowest stiffness and speed, where it sinks on")  # fmt: skip
 def _impulses_decrease() -> Outcome:
@@ -123,7 +123,7 @@ def longest_chains(height: int) -> tuple[int, int]:
     return int(tower.contacts.max()), longest
 
 
-@statement(AFTER_RATIO, "the length of chains levels off at about ten contacts", 1.0, "contacts",
+@Statement(AFTER_RATIO, "the length of chains levels off at about ten contacts", 1.0, "contacts",
            "about ten: to one contact",
            correction="the chain of the grain levels off at four contacts")  # fmt: skip
 def _plateau() -> Outcome:
@@ -132,14 +132,14 @@ def _plateau() -> Outcome:
     return Outcome(float(level), float(LONGEST), note=note)
 
 
-@statement(AFTER_RATIO, "beyond ten contacts height has little to no effect on alpha", FLAT,
+@Statement(AFTER_RATIO, "beyond ten contacts height has little to no effect on alpha", FLAT,
            reason="a hundredth of alpha")  # fmt: skip
 def _little_effect() -> Outcome:
     tall = [[a for n, a in alpha.items() if n >= LONGEST] for alpha in ratios().values()]
     return Outcome(max(max(alpha) - min(alpha) for alpha in tall), 0.0, note="largest variation")
 
 
-@statement("Results, Fig. 11",
+@Statement("Results, Fig. 11",
            "the critical angle falls with height, as in thin layer stability",
            reason="by more than a degree, never up by more than a hundredth in alpha")  # fmt: skip
 def _angle_falls() -> Outcome:
@@ -150,7 +150,7 @@ def _angle_falls() -> Outcome:
     return holds(lost[1] < lost[0] - 1 and falls(alpha), note)
 
 
-@statement("Results, Fig. 11", "tall towers reach the published angle of frictionless spheres",
+@Statement("Results, Fig. 11", "tall towers reach the published angle of frictionless spheres",
            QUASI_STATIC[1], "deg",
            "its uncertainty (Peyneau and Roux, Phys. Rev. E 78, 011307 (2008))")  # fmt: skip
 def _tall_limit() -> Outcome:
@@ -165,7 +165,7 @@ def spring_energy(springs: int, stiffness: float, force: float) -> float:
     return 0.5 * force**2 / (stiffness * springs_in_series(springs))
 
 
-@statement("Discussion, third display", "U_2 = 1/2 (1/2 k)(2 c_1)^2 = 1/4 4 c_1^2 = 2 U_1", 1e-11,
+@Statement("Discussion, third display", "U_2 = 1/2 (1/2 k)(2 c_1)^2 = 1/4 4 c_1^2 = 2 U_1", 1e-11,
            "J", "round-off",
            correction="1/4 k 4 c_1^2 = k c_1^2: the step before has lost k")  # fmt: skip
 def _eq_u_2() -> Outcome:
@@ -174,19 +174,19 @@ def _eq_u_2() -> Outcome:
     return Outcome(energies, c**2, k * c**2)
 
 
-@statement(ENERGIES, "U_n = n U_1", unit="U_1")
+@Statement(ENERGIES, "U_n = n U_1", unit="U_1")
 def _u_n() -> Outcome:
     energies = [spring_energy(n, 1.0, 1.0) / spring_energy(1, 1.0, 1.0) for n in N.tolist()]
     return Outcome(energies, N, note="springs in series under one force")
 
 
-@statement(ENERGIES, "U_n = n U_1 holds for the source's own deformable particles", unit="U_1",
+@Statement(ENERGIES, "U_n = n U_1 holds for the source's own deformable particles", unit="U_1",
            correction="U_n = (2n - 1) U_1: inner ones are pressed from both sides")  # fmt: skip
 def _u_n_particles() -> Outcome:
     return Outcome([row_energy(n) / row_energy(1) for n in N.tolist()], N, 2 * N - 1)
 
 
-@statement("Discussion, eq. (18)", "1/2 m v^2 = U_n = n U_1 = n (1/2 k c_n)", 1e-11, "J",
+@Statement("Discussion, eq. (18)", "1/2 m v^2 = U_n = n U_1 = n (1/2 k c_n)", 1e-11, "J",
            "round-off", correction="n (1/2 k c_1^2): squared, and of one spring")  # fmt: skip
 def _eq_18() -> Outcome:
     k, first = 100.0, 0.2
@@ -194,7 +194,7 @@ def _eq_18() -> Outcome:
     return Outcome(energies, N * 0.5 * k * (N * first), N * 0.5 * k * first**2)
 
 
-@statement("Discussion, eq. (18)", "v ~ sqrt(n)", 1e-9, reason="slope of an exact power")
+@Statement("Discussion, eq. (18)", "v ~ sqrt(n)", 1e-9, reason="slope of an exact power")
 def _sqrt_n() -> Outcome:
     springs, particles = (
         float(np.polyfit(np.log(N), 0.5 * np.log(energies), 1)[0])
@@ -209,7 +209,7 @@ def scaled_angle(height: int) -> float:
     return angle_from_impulse_ratio(incline.impulse_ratio(height))
 
 
-@statement("Discussion, Fig. 13",
+@Statement("Discussion, Fig. 13",
            "velocity lost as 1/sqrt(n) makes the angle fall, without an asymptote",
            reason="still falling by half a degree from ten to twenty")  # fmt: skip
 def _energy_scaling() -> Outcome:
@@ -218,21 +218,21 @@ def _energy_scaling() -> Outcome:
     return holds(falling, f"{angles[0]:.2f}, {angles[2]:.2f}, {angles[3]:.2f} deg at 1, 10, 20")
 
 
-@statement("Discussion, Fig. 13",
+@Statement("Discussion, Fig. 13",
            "the energy argument gives the behaviour of the impulses, up to ten", 0.5, "deg",
            "the fall from n = 2 to 10 is of several degrees")  # fmt: skip
 def _energy_agrees() -> Outcome:
     return Outcome(angle_from_impulse_ratio(ratios()[MEDIAN][LONGEST]), scaled_angle(LONGEST))
 
 
-@statement("Discussion, after eq. (18)", "no chain over ten particles forms, even for twenty")
+@Statement("Discussion, after eq. (18)", "no chain over ten particles forms, even for twenty")
 def _longest_chain() -> Outcome:
     longest = max(longest_chains(TALLEST))
     overlap = int(run(Tower(height=TALLEST, law="overlap")).contacts.max())
     return holds(longest <= LONGEST, f"{longest} contacts; overlap law {overlap}")
 
 
-@statement("Conclusion",
+@Statement("Conclusion",
            "forces over an order of magnitude change deformations by less than 1e-6 % at 1e6",
            1e-6, "%", "the bound itself",
            correction="less than 9e-4 % of the diameter")  # fmt: skip
@@ -241,7 +241,7 @@ def _differences() -> Outcome:
     return Outcome(100 * (1 / 1e6) * (10 - 1), 0.0, note="from the confining force to ten times it")
 
 
-@statement("Conclusion", "chains can nearly halve the impulse", 0.05, reason=HALF_DIGIT)
+@Statement("Conclusion", "chains can nearly halve the impulse", 0.05, reason=HALF_DIGIT)
 def _halved() -> Outcome:
     least = {law: min(min(a.values()) for a in ratios(law).values()) for law in LAWS}
     return Outcome(least["deformable"], 0.5, note=f"overlap law {least['overlap']:.4f}")

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import KW_ONLY, dataclass, field, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -57,26 +57,33 @@ def holds(condition: Any, note: str = "", *, corrected: Any = None) -> Outcome:
                    value_corrected=float(bool(corrected)))  # fmt: skip
 
 
-Measure = Callable[..., Outcome]  # of nothing, or of the bench of the engine that runs the incline
-
-
-@dataclass(frozen=True)
+@dataclass
 class Statement:
-    """A place in the source and its text there.
+    """A place in the source and its text there; a decorator of the function that recomputes it.
 
     ``tolerance`` [unit] is the largest difference between the printed and the recomputed value,
-    with its reason. ``correction`` makes it hold where it does not as printed.
+    with its reason. ``correction`` makes it hold where it does not as printed. The function gets
+    the bench of the ``engine`` that runs the incline, or nothing.
     """
 
-    key: str
     where: str
     text: str
-    measure: Measure
     tolerance: float = ROUND_OFF
     unit: str = "1"
     reason: str = ""
+    _: KW_ONLY
     correction: str = ""
     engine: bool = False
+    key: str = field(default="", init=False)
+    measure: Callable[..., Outcome] = field(init=False)
+
+    def __call__(self, measure: Callable[..., Outcome]) -> Callable[..., Outcome]:
+        """Register a function as the statement: the key of ``_eq_2`` is ``eq-2``."""
+        self.key, self.measure = measure.__name__.strip("_").replace("_", "-"), measure
+        if self.key in REGISTRY:
+            raise ValueError(f"two statements {self.key!r}")
+        REGISTRY[self.key] = self
+        return measure
 
     def rows(self, bench: Bench | None = None) -> list[Row]:
         """Return its row as printed, and its row as corrected where that is another value."""
@@ -112,24 +119,6 @@ class Statement:
 
 
 REGISTRY: dict[str, Statement] = {}
-
-
-def statement(
-    where: str, text: str, tolerance: float = ROUND_OFF, unit: str = "1", reason: str = "",
-    *, correction: str = "", engine: bool = False,
-) -> Callable[[Measure], Measure]:  # fmt: skip
-    """Register a function as a statement: the key of ``_eq_2`` is ``eq-2``."""
-
-    def register(measure: Measure) -> Measure:
-        key = measure.__name__.strip("_").replace("_", "-")
-        if key in REGISTRY:
-            raise ValueError(f"two statements {key!r}")
-        REGISTRY[key] = Statement(
-            key, where, text, measure, tolerance, unit, reason, correction, engine
-        )
-        return measure
-
-    return register
 
 
 def _worst_sample(row: Row, value: ArrayLike, expected: ArrayLike) -> Row:

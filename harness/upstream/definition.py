@@ -38,8 +38,9 @@ MEMBER = "dem_harness_member_"  # column that is 1 for the atoms of a group
 class UpstreamTest:
     """A test: its commands, segments in steps, and its record.
 
-    ``recorded`` maps ``run_pos`` and the like to rows (segment, atom, x, y, z). ``tolerance`` is
-    that of upstream's closed form ``model`` after segment ``judged_segment``; NaN without one.
+    ``recorded`` maps ``run_pos`` and the like to rows (segment, atom, x, y, z), shape (M, 5).
+    ``tolerance`` is that of upstream's closed form ``model`` after segment ``judged_segment``; NaN
+    without one.
     """
 
     name: str
@@ -146,49 +147,40 @@ def read_test(file: Path) -> UpstreamTest:
     """Return the test of a YAML file; raise RequestError, naming file and key, for another."""
     try:
         # every value as text: a driver in C++ reads them so
-        values = yaml.load(file.read_text("utf-8"), Loader=yaml.BaseLoader)
+        return _test(yaml.load(file.read_text("utf-8"), Loader=yaml.BaseLoader), file)
     except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
         raise RequestError(f"{file}: cannot be read: {' '.join(str(error).split())}") from None
-    if not isinstance(values, dict):
-        raise RequestError(f"{file}: must be a mapping of keys, as unittest/granular has them")
-    try:
-        return _test(values, file)
     except (ValueError, AttributeError, TypeError) as error:
         raise RequestError(f"{file}: must be a test of unittest/granular: {error}") from None
 
 
-def _test(values: Mapping[str, Any], file: Path) -> UpstreamTest:
+def _test(values: Any, file: Path) -> UpstreamTest:
+    if not isinstance(values, dict):
+        raise ValueError("it has no keys")
+
     def lines(name: str) -> list[str]:
         """Return the lines of a block without comments."""
         text = values.get(name, "").splitlines()
         return list(filter(None, (re.sub(r"#[^\"']*$", "", line).strip() for line in text)))
 
-    def number(name: str, default: str) -> float:
-        text = values.get(name) or default
+    def numbers(name: str, columns: int = 1, default: str = "") -> Floats:
+        """Return the finite numbers of a block, shape (M, columns)."""
+        text = " ".join(lines(name)) or default
         try:
-            return float(text)
+            rows = np.array(text.split(), float).reshape(-1, columns)
         except ValueError:
-            raise ValueError(f"{name} = {text!r}: must be a number") from None
-
-    def table(name: str) -> Floats:
-        """Return rows (segment, atom, x, y, z), shape (M, 5)."""
-        message = f"{name}: must be rows of segment, atom and three finite numbers"
-        try:
-            rows = np.array([line.split() for line in lines(name)], float).reshape(-1, 5)
-        except ValueError:
-            raise ValueError(message) from None
+            rows = np.array([[math.nan]])
         if not np.isfinite(rows).all():
-            raise ValueError(message)
+            raise ValueError(f"{name} = {text[:60]!r}: must be finite numbers, {columns} in a row")
         return rows
 
-    segments = " ".join(lines("run_segments")).split()
-    if not segments or not all(map(str.isdigit, segments)):
-        raise ValueError(f"run_segments = {' '.join(segments)!r}: must be numbers of steps")
-    if "pair_style" not in values:
-        raise ValueError("pair_style is missing")
-    variables = [line.partition(" ") for line in lines("variables")]
+    segments = tuple(int(steps) for steps in numbers("run_segments").flat)
+    for name in ("pair_style", "run_segments"):
+        if not values.get(name):
+            raise ValueError(f"{name} is missing")
     judged = values.get("analytic_enable", "").strip() in ("yes", "true", "on", "1")
-    at = int(number("analytic_segment", "-1"))
+    at = int(numbers("analytic_segment", default="-1")[0, 0])
+    variables = [line.partition(" ") for line in lines("variables")]
     return UpstreamTest(
         name=file.stem,
         commands=(
@@ -199,10 +191,10 @@ def _test(values: Mapping[str, Any], file: Path) -> UpstreamTest:
             *(f"pair_coeff {text}" for text in lines("pair_coeff")),
             *lines("post_commands"),
         ),
-        segments=tuple(map(int, segments)),
-        epsilon=number("epsilon", "1e-10"),
-        recorded={name: table(name) for name in RECORDED if values.get(name)},
+        segments=segments,
+        epsilon=float(numbers("epsilon", default="1e-10")[0, 0]),
+        recorded={name: numbers(name, 5) for name in RECORDED if values.get(name)},
         model=values.get("analytic_model", "").strip() if judged else "",
-        tolerance=number("analytic_tol", "nan") if judged else math.nan,
+        tolerance=float(numbers("analytic_tol")[0, 0]) if judged else math.nan,
         judged_segment=at if 0 <= at < len(segments) else len(segments) - 1,
     )

@@ -17,8 +17,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from datetime import UTC, datetime
 from importlib.metadata import version
-from itertools import combinations
-from typing import Any
+from itertools import combinations, count
 
 import numpy as np
 import pandas as pd
@@ -31,7 +30,7 @@ from harness.errors import EngineError, EngineInputError, RequestError
 from harness.model.motion import Motion
 from harness.model.scene import Scene
 from harness.report.content import Section, Table
-from harness.results.defects import SWITCHES
+from harness.results.defects import KnownDefect, Trial
 from harness.results.rows import (
     Failure,
     Kind,
@@ -45,7 +44,6 @@ from harness.results.rows import (
     not_tested,
     table,
 )
-from harness.results.switches import switched_motion
 from harness.solvers import reference
 from harness.store.committed import known_defects
 from harness.store.runs import Meta, Run
@@ -83,16 +81,13 @@ def run_upstream(
 
     A run that fails, hangs or returns NaN is a row; the others go on.
     """
-    started = datetime.now(UTC)
+    started, done = datetime.now(UTC), count(1)
     jobs = [(test, release, mode) for release in programs for test in tests for mode in MODES]
-    done = 0
 
     def rows_of_job(job: tuple[UpstreamTest, str, str]) -> list[Row]:
-        nonlocal done
         test, release, newton = job
         rows = _rows(test, release, programs[release], newton, limits or Limits())
-        done += 1
-        progress(CASE, done, len(jobs))
+        progress(CASE, next(done), len(jobs))
         return rows
 
     rows = [row for rows in parallel_map(rows_of_job, jobs, cores()) for row in rows]
@@ -171,9 +166,7 @@ def _against_reference(test: UpstreamTest, run: RunOutput, blank: Row) -> list[R
     """Return the row of the motion, and that of the error of the test's step, if it has one."""
     try:
         reading = read_scene(test, run.log, run.states[0], run.timestep)
-        motion = reference_motion(reading)
-        worst, place = difference(reading, motion, run.states)
-        speeds, _ = difference(reading, motion, run.states, test.judged_segment)
+        errors = scaled_errors(reading, reference_motion(reading), run.states)
         step = step_error(reading, test.judged_segment)
     except RequestError as reason:
         return [not_tested(blank, str(reason))]
@@ -181,49 +174,41 @@ def _against_reference(test: UpstreamTest, run: RunOutput, blank: Row) -> list[R
     note = allowance if test.model else ""
     step_row = replace(blank, quantity=STEP_ERROR, check="", value=step, note=note)
     step_rows = [finding(step_row)] if math.isfinite(step) else []
-    row = judge(replace(blank, value=worst), SAME_STEPS)
+    row = judge(replace(blank, value=_largest(*errors.values())), SAME_STEPS)
     if row.verdict is Verdict.PASS:
         return [row, *step_rows]
+    speeds = _largest(*(errors[name][test.judged_segment] for name in SPEEDS))
     hidden = "upstream's tolerance hides it" if speeds <= test.tolerance else ""
-    row = replace(row, note=joined(place, f"velocities off by {speeds:.2g}", hidden))
-    if defect := known_defects_of(reading, run.states):
-        row = _with_defect(row, defect)
-    return [row, *step_rows]
+    note = joined(place_of(errors), f"velocities off by {speeds:.2g}", hidden)
+    defect = known_defects_of(reading, run.states)
+    row = replace(row, note=note)
+    return [_with_defect(row, defect) if defect else row, *step_rows]
 
 
 # ---- the reference at the same steps
 
+SPEEDS = ("v", "r omega_")  # errors of centres and rims
+Errors = Mapping[str, Floats]  # over their scale by name, (segments, N, 3) or a part of it
+
 
 def reference_motion(reading: Reading) -> Motion:
-    """Return the motion of the reference.
-
-    Raise RequestError for a scene that is too large, and where bodies may come nearer than the
-    skin before a neighbour list is made anew.
-    """
+    """Return the motion of the reference; raise RequestError for a scene that is too large."""
     scene = reading.scene
     if _pairs(scene) * scene.steps > MOST_PAIR_STEPS:
         raise RequestError(f"{len(scene.bodies)} spheres for {scene.steps} steps: too many here")
-    motion = reference.run(scene, reading.rules)
-    nearer = 2.0 * scene.step * reading.list_steps * np.abs(motion.velocity).max()
-    if len(scene.bodies) > 1 and not nearer <= reading.skin:
-        raise RequestError(
-            f"neigh_modify: a list of {reading.list_steps} steps and a skin of {reading.skin:g} "
-            "may miss contacts"
-        )
-    return motion
+    return reference.run(scene, reading.rules)
 
 
-def difference(
-    reading: Reading, motion: Motion, states: Sequence[State], segment: int | None = None
-) -> tuple[float, str]:
-    """Return the largest difference at the ends of segments over its scale, and its place.
+def scaled_errors(reading: Reading, motion: Motion, states: Sequence[State]) -> Errors:
+    """Return the errors at the ends of segments over their scales.
 
-    With a ``segment`` it is that of velocities, of centres and rims, at the end of it.
+    The scale is the radius, the largest speed of centre or rim, or the largest force. Raise
+    RequestError where spheres came or went.
     """
     scene, at = reading.scene, [end // reading.scene.every for end in reading.ends]
     if any(len(state["id"]) != len(scene.bodies) for state in states):
-        count = len(states[-1]["id"])
-        raise RequestError(f"{count} of {len(scene.bodies)} spheres are left at the end")
+        number = len(states[-1]["id"])
+        raise RequestError(f"{number} of {len(scene.bodies)} spheres are left at the end")
     radii = np.array([body.radius for body in scene.bodies])[:, None]
     acted = np.array([bool(scene.segments) or b.motion == "free" for b in scene.bodies])[:, None]
     mass = np.array([b.mass if b.motion == "free" else 0.0 for b in scene.bodies])[:, None]
@@ -232,24 +217,28 @@ def difference(
     force, period = _columns(states[1:], ("fx", "fy", "fz")), np.array(scene.period, float)
     moved = x - motion.position[at]
     moved -= np.nan_to_num(period * np.round(moved / period))
-    lengths, speeds = [radii], [v, radii * spin, motion.velocity, rims]
+    speed = _largest(v, radii * spin, motion.velocity, rims) or 1.0
     loads = [(force - weight) * acted, torque / radii * acted, weight, motion.force * acted]
-    errors = {  # with the scale of each
-        "": (moved, lengths),
-        "v": (v - motion.velocity[at], speeds),
-        "r omega_": (radii * spin - rims[at], speeds),
-        "f": ((force - weight - motion.force[at]) * acted, loads),
-        "torque/r ": ((torque - motion.torque[at]) / radii * acted, loads),
+    load = _largest(*loads) or 1.0
+    return {
+        "": moved / radii.max(),
+        "v": (v - motion.velocity[at]) / speed,
+        "r omega_": (radii * spin - rims[at]) / speed,
+        "f": (force - weight - motion.force[at]) * acted / load,
+        "torque/r ": (torque - motion.torque[at]) / radii * acted / load,
     }
-    scaled = np.stack([
-        np.abs(error) / (max(np.abs(part).max() for part in parts) or 1.0)
-        for error, parts in errors.values()
-    ])  # fmt: skip
-    if segment is not None:
-        return float(scaled[1:3, segment].max()), ""
-    label, number, sphere, axis = np.unravel_index(int(scaled.argmax()), scaled.shape)
-    name = f"{list(errors)[label]}{'xyz'[axis]}"
-    return float(scaled.max()), f"{name} of sphere {sphere + 1} after segment {number}"
+
+
+def _largest(*values: Floats) -> float:
+    return float(np.max([np.abs(value).max() for value in values]))  # NaN where one has NaN
+
+
+def place_of(errors: Errors) -> str:
+    """Return quantity, sphere and segment of the largest error."""
+    name = max(errors, key=lambda name: _largest(errors[name]))
+    sizes = np.abs(errors[name])
+    segment, sphere, axis = np.unravel_index(int(sizes.argmax()), sizes.shape)
+    return f"{name}{'xyz'[axis]} of sphere {sphere + 1} after segment {segment}"
 
 
 def _columns(states: Sequence[State], names: Sequence[str]) -> Floats:
@@ -308,57 +297,56 @@ SHOWN_BY: Mapping[str, tuple[str, str, str]] = {
     "mixed-tangential-stiffness": ("tangential", "mindlin.*", "all"),
     "rolling-uninitialised-in-setup": ("rolling", "sds", "all"),
 }  # by known defect: the part of a law, the submodels, and the contacts that can show it
-Switches = dict[str, dict[str, Any]]  # fields of faults, rules and law
 
 
 def known_defects_of(reading: Reading, states: Sequence[State]) -> str:
     """Return the known defects of LAMMPS that together give a motion, by name, or nothing."""
+    scene = reading.scene
+
+    def holds(motions: Mapping[Scene, Motion]) -> bool:
+        errors = scaled_errors(reading, motions[scene], states)
+        return _largest(*errors.values()) <= EQUAL_STEPS
+
+    trial = Trial({scene: reading.rules}, holds)
     candidates = _candidates(reading, states)
-    for count in range(1, MOST_SWITCHES + 1):
-        for names in combinations(candidates, count):
-            switches: Switches = {part: {} for part in SWITCHES}
-            for name in reversed(names):
-                for part, values in candidates[name].items():
-                    switches[part] |= values
-            scene = reading.scene
-            if "wall-tsuji-again" in names:
-                scene = _with_tsuji_again(scene, reading.setups)
-            motion = switched_motion(scene, reading.rules, switches)
-            if motion is not None and difference(reading, motion, states)[0] <= EQUAL_STEPS:
-                return ", ".join(names)
+    for number in range(1, MOST_SWITCHES + 1):
+        for group in combinations(candidates, number):
+            if trial.holds_with(group):
+                return ", ".join(defect.name for defect in group)
     return ""
 
 
-def _candidates(reading: Reading, states: Sequence[State]) -> dict[str, Switches]:
-    """Return the switches of known defects that a scene may show, by name.
-
-    A torque that was never set is that of the first setup beyond the reference's.
-    """
-    kinds = {wall.type for wall in reading.scene.walls}
-    laws = {"all": [row.law for row in reading.scene.laws]}
-    laws["walls"] = [row.law for row in reading.scene.laws if kinds & set(row.types)]
+def _candidates(reading: Reading, states: Sequence[State]) -> list[KnownDefect]:
+    """Return the known defects that a scene may show, with the values of this run."""
+    scene = reading.scene
+    kinds = {wall.type for wall in scene.walls}
+    laws = {"all": [row.law for row in scene.laws]}
+    laws["walls"] = [row.law for row in scene.laws if kinds & set(row.types)]
     laws["old walls"] = [law for law in laws["walls"] if law.interface == "old"]
     defects = {defect.name: defect for defect in known_defects()}
-    candidates: dict[str, Switches] = {}
-    for name, (part, submodels, contacts) in SHOWN_BY.items():
-        if any(re.fullmatch(submodels, getattr(law, part)) for law in laws[contacts]):
-            candidates[name] = {kind: getattr(defects[name], kind) for kind in SWITCHES}
-    if "rolling-uninitialised-in-setup" in candidates:
+    return [
+        _in_run(defects[name], reading, states)
+        for name, (part, submodels, contacts) in SHOWN_BY.items()
+        if any(re.fullmatch(submodels, getattr(law, part)) for law in laws[contacts])
+    ]
+
+
+def _in_run(defect: KnownDefect, reading: Reading, states: Sequence[State]) -> KnownDefect:
+    """Return a defect whose effect depends on the run, with the switch of this one.
+
+    A torque that was never set is that of the first setup beyond the reference's; setups before
+    the first step took alpha(e) of tsuji for e.
+    """
+    if defect.fit:
         torque = _columns(states[:1], RECORDED["run_torque"])[0, 0]
         unset = torque - reference.run(reading.scene, reading.rules).torque[0, 0]
-        candidates["rolling-uninitialised-in-setup"] = {"faults": {"setup_torque": tuple(unset)}}
-    return candidates
-
-
-def _with_tsuji_again(scene: Scene, times: int) -> Scene:
-    """Return a scene in which setups before the first step took alpha(e) of tsuji for e."""
-    laws = {}
-    for types, law in scene.laws:
-        again = law.restitution
-        for _ in range(times if law.damping == "tsuji" and again is not None else 0):
-            again = reference.tsuji(again or 0.0)
-        laws[types] = law.replace(restitution=again)
-    return scene.replace(laws=laws)
+        return defect.replace(fit="", faults={defect.fit: tuple(unset)})
+    if defect.name == "wall-tsuji-again":
+        restitution = reading.scene.law.restitution or 0.0
+        for _ in range(reading.setups):
+            restitution = reference.tsuji(restitution)
+        return defect.replace(law={"restitution": restitution})
+    return defect
 
 
 # ---- the page

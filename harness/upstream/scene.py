@@ -11,7 +11,7 @@ import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import accumulate, combinations_with_replacement, pairwise
+from itertools import accumulate, combinations_with_replacement
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -19,7 +19,7 @@ import numpy as np
 from harness.engines.lammps.words import DAMPINGS
 from harness.errors import RequestError
 from harness.model.conventions import Rules
-from harness.model.law import Law
+from harness.model.law import SUBMODELS, Law
 from harness.model.scene import Body, Scene, Segment, Wall
 from harness.upstream.definition import MEMBER, RECORDED, Floats, State, UpstreamTest
 
@@ -29,6 +29,64 @@ Keywords = Mapping[str, int]  # keywords by the number of their arguments
 
 class NotUnderstoodError(RequestError):
     """A word of a test without a counterpart in a scene: the test is not tested."""
+
+
+@dataclass(frozen=True)
+class Reading:
+    """A scene with the rules of LAMMPS for it, and the steps at which segments end.
+
+    ``setups`` are the forces computed before the first step.
+    """
+
+    scene: Scene
+    rules: Rules
+    ends: tuple[int, ...]
+    setups: int
+
+
+def read_scene(test: UpstreamTest, log: str, state: State, timestep: float) -> Reading:
+    """Return the scene of a run: its log, its first dump and its step [time].
+
+    Raise NotUnderstoodError for a word that a scene has no counterpart of, RequestError for a
+    scene that the reference does not take.
+    """
+    commands = _read_commands(test, log)
+    bodies, laws = _bodies(commands, state), _pair_laws(commands, state["type"])
+    walls: list[Wall] = []
+    for group, _, *words in commands.fixes_of("wall/gran"):
+        law, planes = _planes(words, WALL_TYPES + len(walls), _members(state, group))
+        walls += planes
+        laws |= {(body.type, wall.type): law for body in bodies for wall in planes}
+    ends = tuple(accumulate(test.segments))
+    steps = max(ends[-1], 1)
+    at_start = Segment(
+        steps=steps,
+        velocities=tuple(body.velocity for body in bodies),
+        angular_velocities=tuple(body.angular_velocity for body in bodies),
+    )
+    flat = commands.last["dimension"] == ["2"]
+    x, y, z = (None if math.isnan(length) else float(length) for length in state["period"])
+    scene = Scene(
+        bodies=bodies,
+        walls=tuple(walls),
+        law=next(iter(laws.values()), Law()),
+        laws=laws,
+        gravity=_gravity(commands.fixes_of("gravity")),
+        drag=sum(_float(words[2], "fix viscous") for words in commands.fixes_of("viscous")),
+        period=(x, y, None if flat else z),
+        step=timestep,
+        steps=steps,
+        every=math.gcd(*ends) or 1,
+        segments=() if any(body.motion == "free" for body in bodies) else (at_start,),
+        setups=ends[:-1],
+        pairs=() if commands.last["pair_style"] == ["none"] else None,
+    )
+    out_of_plane = any(state[name].any() for name in ("vz", "omegax", "omegay"))
+    if flat and (out_of_plane or scene.gravity[2] or np.ptp(state["z"])):
+        raise NotUnderstoodError("dimension 2: a sphere that leaves the plane is not understood")
+    old = commands.last["pair_style"][0].startswith("gran/")
+    rules = Rules(torque_lever="radius" if old else "contact_point")
+    return Reading(scene, rules, ends, commands.setups)
 
 
 # ---- commands
@@ -51,7 +109,9 @@ COMMANDS: Mapping[str, tuple[int, Keywords] | None] = {
     "comm_modify": (0, {"vel": 1, "mode": 1, "cutoff": 1}),
     "run_style": (0, {"verlet": 0}),
     "run": (0, {"0": 0, "post": 1}),
-    "neigh_modify": (0, dict.fromkeys(("delay", "every", "check", "page", "one", "cluster"), 1)),
+    # lists that last longer than a step may miss contacts
+    "neigh_modify": (0, {**dict.fromkeys(("delay", "0", "every", "1", "check", "yes", "no"), 0),
+                         **dict.fromkeys(("page", "one", "cluster"), 1)}),
     "set": (2, {**dict.fromkeys(("type", "diameter", "density", "density/disc", "mass", "x", "y",
                                  "z", "vx", "vy", "vz"), 1), "omega": 3}),
     "fix nve/sphere": (0, {"disc": 0, "update": 1}),
@@ -61,9 +121,38 @@ COMMANDS: Mapping[str, tuple[int, Keywords] | None] = {
     "fix gravity": (1, {"vector": 3}),
     "fix viscous": (1, {}),
 }  # fmt: skip
-
-
 QUOTED = re.compile(r'"([^"]*)"')
+
+
+class _Commands(NamedTuple):
+    """The words of a run: those of each command's last one, of fixes from the group on."""
+
+    last: dict[str, Words]
+    fixes: dict[str, Words]  # by name
+    coefficients: list[Words]
+    setups: int
+
+    def fixes_of(self, style: str) -> list[Words]:
+        """Return the fixes of a style, as words from the group on."""
+        return [words for words in self.fixes.values() if words[1] == style]
+
+
+def _read_commands(test: UpstreamTest, log: str) -> _Commands:
+    commands = _Commands({"dimension": ["3"]}, {}, [], 1)
+    for command, *words in executed_commands(test, log):
+        check_words([command, *words])
+        commands.last[command] = words
+        if command == "run":
+            commands = commands._replace(setups=commands.setups + 1)
+        elif command == "fix":
+            commands.fixes[words[0]] = words[1:]
+        elif command == "unfix":
+            commands.fixes.pop(words[0], None)
+        elif command == "pair_style":
+            commands.coefficients.clear()
+        elif command == "pair_coeff":
+            commands.coefficients.append(words)
+    return commands
 
 
 def executed_commands(test: UpstreamTest, log: str) -> Iterator[Words]:
@@ -76,19 +165,19 @@ def executed_commands(test: UpstreamTest, log: str) -> Iterator[Words]:
         lines = chunks[number].splitlines() if len(chunks) > number else []
         if typed not in lines:
             raise NotUnderstoodError(f"{typed!r} is not in the log")
-        at, inner = _executed(typed, lines), QUOTED.findall(typed)
         if not typed.startswith("if "):
-            yield at.split()
+            yield _executed(typed, lines)
             continue
-        check_words(QUOTED.sub("", at).split())
-        yield from (_executed(branch, lines).split() for branch in inner if branch in lines)
+        check_words(QUOTED.sub("", " ".join(_executed(typed, lines))).split())
+        branches = [branch for branch in QUOTED.findall(typed) if branch in lines]
+        yield from (_executed(branch, lines) for branch in branches)
 
 
-def _executed(typed: str, lines: list[str]) -> str:
+def _executed(typed: str, lines: list[str]) -> Words:
     at = lines.index(typed)
     while "$" in QUOTED.sub("", lines[at]) and at + 1 < len(lines):
         at += 1
-    return lines[at]
+    return lines[at].split()
 
 
 def check_words(words: Words) -> None:
@@ -120,116 +209,11 @@ def _float(word: str, command: str) -> float:
         raise NotUnderstoodError(f"{command}: {word!r} is not understood") from None
 
 
-class _Commands(NamedTuple):
-    """The words of a run: those of each command's last one, of fixes from the group on."""
+# ---- bodies, gravity, walls
 
-    last: dict[str, Words]
-    fixes: list[Words]
-    coefficients: list[Words]
-    list_steps: int
-    setups: int
-
-    def of_style(self, style: str) -> list[Words]:
-        """Return the fixes of a style, as words from the group on."""
-        return [words for words in self.fixes if words[1] == style]
-
-
-DELAY = 10  # steps that a neighbour list lasts by default, in releases before 2023
-
-
-def _read_commands(test: UpstreamTest, log: str) -> _Commands:
-    fixes: dict[str, Words] = {}
-    last: dict[str, Words] = {"dimension": ["3"], "units": ["lj"]}
-    coefficients: list[Words] = []
-    lists, setups = {"delay": DELAY, "every": DELAY}, 1
-    for command, *words in executed_commands(test, log):
-        check_words([command, *words])
-        last[command] = words
-        setups += command == "run"
-        if command == "fix":
-            fixes[words[0]] = words[1:]
-        elif command == "unfix":
-            fixes.pop(words[0], None)
-        elif command == "pair_style":
-            coefficients.clear()
-        elif command == "pair_coeff":
-            coefficients.append(words)
-        elif command == "neigh_modify":
-            lists |= {k: int(_float(word, command)) for k, word in pairwise(words) if k in lists}
-    return _Commands(last, list(fixes.values()), coefficients, max(lists.values()), setups)
-
-
-# ---- the scene
-
-MOTION = {"run_pos": "position", "run_vel": "velocity", "run_omega": "angular_velocity"}
+START = {"position": "run_pos", "velocity": "run_vel", "angular_velocity": "run_omega"}
 PLANES = {"xplane": 0, "yplane": 1, "zplane": 2}
 WALL_TYPES = 1001  # types of walls from here on: each has its own law
-SKINS = {"lj": "0.3", "si": "0.001"}  # of neighbour lists by default, 0.1 in other units
-
-
-@dataclass(frozen=True)
-class Reading:
-    """A scene with the rules of LAMMPS for it, the steps at which segments end, and its list.
-
-    A neighbour list lasts ``list_steps``, in which bodies may come nearer by ``skin`` [length].
-    ``setups`` are the forces computed before the first step.
-    """
-
-    scene: Scene
-    rules: Rules
-    ends: tuple[int, ...]
-    skin: float
-    list_steps: int
-    setups: int
-
-
-def read_scene(test: UpstreamTest, log: str, state: State, timestep: float) -> Reading:
-    """Return the scene of a run: its log, its first dump and its step [time].
-
-    Raise NotUnderstoodError for a word that a scene has no counterpart of, RequestError for a
-    scene that the reference does not take.
-    """
-    commands = _read_commands(test, log)
-    bodies, last, flat = (
-        _bodies(commands, state),
-        commands.last,
-        commands.last["dimension"] == ["2"],
-    )
-    laws = _pair_laws(commands, state["type"])
-    walls: list[Wall] = []
-    for group, _, *words in commands.of_style("wall/gran"):
-        law, planes = _planes(words, WALL_TYPES + len(walls), _members(state, group))
-        walls += planes
-        laws |= {(int(kind), wall.type): law for kind in state["type"] for wall in planes}
-    x, y, z = (None if math.isnan(length) else float(length) for length in state["period"])
-    ends = tuple(accumulate(test.segments))
-    steps = max(ends[-1], 1)
-    segment = Segment(
-        steps=steps,
-        velocities=tuple(body.velocity for body in bodies),
-        angular_velocities=tuple(body.angular_velocity for body in bodies),
-    )
-    scene = Scene(
-        bodies=bodies,
-        walls=tuple(walls),
-        laws=laws,
-        gravity=_gravity(commands.of_style("gravity")),
-        drag=sum(_float(words[2], "fix viscous") for words in commands.of_style("viscous")),
-        period=(x, y, None if flat else z),
-        step=timestep,
-        steps=steps,
-        every=math.gcd(*ends) or 1,
-        segments=() if any(body.motion == "free" for body in bodies) else (segment,),
-        setups=ends[:-1],
-        pairs=() if last["pair_style"] == ["none"] else None,
-    )
-    out_of_plane = any(state[name].any() for name in ("vz", "omegax", "omegay"))
-    if flat and (out_of_plane or scene.gravity[2] or np.ptp(state["z"])):
-        raise NotUnderstoodError("dimension 2: a sphere that leaves the plane is not understood")
-    old = last["pair_style"][0].startswith("gran/")
-    rules = Rules(torque_lever="radius" if old else "contact_point")
-    skin = _float(last.get("neighbor", [SKINS.get(last["units"][0], "0.1")])[0], "neighbor")
-    return Reading(scene, rules, ends, skin, commands.list_steps, commands.setups)
 
 
 def _members(state: State, group: str) -> Floats:
@@ -239,31 +223,32 @@ def _members(state: State, group: str) -> Floats:
 
 
 def _bodies(commands: _Commands, state: State) -> tuple[Body, ...]:
-    def count(style: str, word: str = "") -> Floats:
-        """Return how many fixes of a style, and with a word, have each body."""
-        chosen = (w for w in commands.of_style(style) if not word or word in w[2:])
-        return sum((_members(state, w[0]) for w in chosen), np.zeros(len(state["id"])))
+    def fixes_on(style: str, word: str = "") -> Floats:
+        """Return how many fixes of a style, and with a word, act on each body."""
+        fixes = [words for words in commands.fixes_of(style) if not word or word in words[2:]]
+        return sum((_members(state, fix[0]) for fix in fixes), np.zeros(len(state["id"])))
 
     if not len(state["id"]):
         raise NotUnderstoodError("it has no sphere at the start")
-    moved, carried = count("nve/sphere"), count("nve/noforce")
-    if (moved + carried).max() > 1.0:
+    free, carried, discs = (
+        fixes_on("nve/sphere"), fixes_on("nve/noforce"), fixes_on("nve/sphere", "disc")
+    )  # fmt: skip
+    if (free + carried).max() > 1.0:
         raise NotUnderstoodError("fix nve/sphere: a sphere is moved twice")
-    for words in commands.of_style("gravity") + commands.of_style("viscous"):
-        if np.any(moved > _members(state, words[0])):
-            raise NotUnderstoodError(f"fix {words[1]}: group {words[0]!r} is not all that moves")
+    for group, style, *_ in commands.fixes_of("gravity") + commands.fixes_of("viscous"):
+        if np.any(free > _members(state, group)):
+            raise NotUnderstoodError(f"fix {style}: group {group!r} is not all that moves")
     bodies = []
-    for i, disc in enumerate(count("nve/sphere", "disc")):
-        radius, mass = float(state["radius"][i]), float(state["mass"][i])
-        values: dict[str, Any] = {
+    for i, (radius, mass) in enumerate(zip(state["radius"], state["mass"], strict=True)):
+        start: dict[str, Any] = {
             name: tuple(float(state[column][i]) for column in RECORDED[table])
-            for table, name in MOTION.items()
+            for name, table in START.items()
         }
-        if not moved[i] and not carried[i] and any(values["velocity"] + values["angular_velocity"]):
+        if not free[i] and not carried[i] and any(start["velocity"] + start["angular_velocity"]):
             raise NotUnderstoodError(f"sphere {i + 1}: has a velocity, and no fix moves it")
-        values["motion"] = "free" if moved[i] else "held"
-        values["inertia"] = 0.5 * mass * radius**2 if disc else None
-        bodies.append(Body(radius=radius, mass=mass, type=int(state["type"][i]), **values))
+        inertia = 0.5 * mass * radius**2 if discs[i] else None
+        bodies.append(Body(radius=radius, mass=mass, type=int(state["type"][i]), inertia=inertia,
+                           motion="free" if free[i] else "held", **start))  # fmt: skip
     return tuple(bodies)
 
 
@@ -296,25 +281,31 @@ def _planes(words: Words, kind: int, members: Floats) -> tuple[Law, list[Wall]]:
 
 # ---- laws
 
-ETA, SLIDER = "damping_coefficient", ("tangential_damping", "friction")
+ETA = "damping_coefficient"
 MATERIAL = ("youngs_modulus", ETA, "poisson_ratio")
-LINEAR, MINDLIN = ("tangential_stiffness", *SLIDER), ("tangential_modulus", *SLIDER)
-SDS = ("stiffness", "damping", "friction")
-PARTS: Mapping[str, Mapping[str, tuple[str, ...]]] = {
-    "normal": {"hooke": ("normal_stiffness", ETA), "hertz": ("normal_modulus", ETA),
-               "hertz/material": MATERIAL,
-               **dict.fromkeys(("dmt", "jkr"), (*MATERIAL, "surface_energy"))},
+NORMAL = {"hooke": ("normal_stiffness", ETA), "hertz": ("normal_modulus", ETA),
+          "hertz/material": MATERIAL,
+          **dict.fromkeys(("dmt", "jkr"), (*MATERIAL, "surface_energy"))}  # fmt: skip
+# coefficients of submodels in the order of LAMMPS
+MODELS: Mapping[str, Mapping[str, tuple[str, ...]]] = {
+    "normal": NORMAL,
     "damping": dict.fromkeys(("none", *DAMPINGS), ()),
-    "tangential": {"linear_nohistory": SLIDER,
-                   **dict.fromkeys(("linear_history", "linear_history_classic"), LINEAR),
-                   **dict.fromkeys(("mindlin", "mindlin/force", "mindlin_rescale",
-                                    "mindlin_rescale/force", "mindlin_classic"), MINDLIN)},
-    "rolling": {"none": (), "sds": tuple(f"rolling_{name}" for name in SDS)},
-    "twisting": {"none": (), "marshall": (), "sds": tuple(f"twisting_{name}" for name in SDS)},
+    "tangential": {
+        name: (*(("tangential_modulus",) if name.startswith("mindlin") else ()), *model.needs)
+        for name, model in SUBMODELS["tangential"].items()
+    },
+    "rolling": {"none": (), "sds": SUBMODELS["rolling"]["sds"].needs},
+    "twisting": {"none": (), **{n: model.needs for n, model in SUBMODELS["twisting"].items()}},
     "heat": {"none": ()},
+}
+TANGENTIAL = {"tangential", *(name for names in MODELS["tangential"].values() for name in names)}
+OLD_STYLES = {  # in the words of pair_style granular
+    "hooke": "hooke {k} {eta} damping mass_velocity tangential linear_nohistory {x} {mu}",
+    "hooke/history":
+        "hooke {k} {eta} damping mass_velocity tangential linear_history_classic {kt} {x} {mu}",
+    "hertz/history":
+        "hertz {k} {eta} damping viscoelastic tangential mindlin_classic {kt} {x} {mu}",
 }  # fmt: skip
-# submodels of pair_style granular, and their coefficients in the order of LAMMPS
-TANGENTIAL = {"tangential", *LINEAR, *MINDLIN}
 
 
 def granular_law(words: Words) -> Law:
@@ -326,24 +317,15 @@ def granular_law(words: Words) -> Law:
         if part == "limit_damping":
             values["clipped"] = True
             continue
-        _check_keywords("granular", [part], dict.fromkeys(PARTS, 0))
-        _check_keywords(part, rest[:1] or [""], dict.fromkeys(PARTS[part], 0))
+        _check_keywords("granular", [part], dict.fromkeys(MODELS, 0))
+        _check_keywords(part, rest[:1] or [""], dict.fromkeys(MODELS[part], 0))
         model = rest.pop(0)
         values[part] = model.removesuffix("/material")
-        for name in PARTS[part][model]:
+        for name in MODELS[part][model]:
             word = rest.pop(0) if rest else ""
             null = word == "NULL" and name == "tangential_modulus"
             values[name] = None if null else _float(word, f"{part} {model}")
     return _law(values)
-
-
-OLD_STYLES = {  # the submodels of pair_style granular that they are
-    "hooke": "hooke {k} {eta} damping mass_velocity tangential linear_nohistory {x} {mu}",
-    "hooke/history":
-        "hooke {k} {eta} damping mass_velocity tangential linear_history_classic {kt} {x} {mu}",
-    "hertz/history":
-        "hertz {k} {eta} damping viscoelastic tangential mindlin_classic {kt} {x} {mu}",
-}  # fmt: skip
 
 
 def old_law(style: str, words: Words) -> Law:

@@ -206,10 +206,3 @@ def test_a_run_that_hangs_is_ended(lmp):
     record, motion = outcome(test, lmp, limits=Limits(seconds=1.0))
     assert "did not finish within 1 s" in record.note
     assert motion.failure == "out of time"
-
-
-def test_a_list_that_may_miss_a_contact_is_not_tested(lmp):
-    run = run_upstream([askew("neigh_modify delay 20000 every 1")], {"here": lmp})
-    assert set(run.rows["verdict"]) == {"not tested"}
-    motion = rows_by_key(run)["askew", MOTION, "newton on"]
-    assert "may miss contacts" in motion.note
