@@ -11,7 +11,7 @@ from urllib.parse import quote
 from markupsafe import Markup
 
 from harness.report.content import Drawing
-from harness.report.style import FONTS, house_style, set_power_ticks
+from harness.report.style import FONTS, house_style
 
 if TYPE_CHECKING:
     from matplotlib import figure as mpl_figure
@@ -56,7 +56,6 @@ def draw(drawing: Drawing, *, png: bool = False) -> Picture:
     try:
         with house_style():
             figure = drawing.draw()
-            set_power_ticks(figure)
             svg = compact(_file(figure, "svg", "Date").decode())
             return Picture(drawing, svg, _file(figure, "png", "Software") if png else b"")
     except Exception as error:  # the function may be a plug-in's

@@ -12,6 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.collections import EllipseCollection
 from matplotlib.colors import Normalize
+from matplotlib.ticker import EngFormatter
 from numpy.typing import NDArray
 
 from harness.errors import RequestError
@@ -23,8 +24,6 @@ SUFFIXES = (".gif", ".mp4", ".png")
 FRAMES, FRAMES_PER_SECOND = 120, 20
 MOST_FRAMES = 600  # half a minute: a longer GIF is too large for a page or a mail
 EDGE, FIXED = "#333333", "#d5d9de"  # of discs, and within fixed ones
-LENGTHS = ((1.0, "m", 1.0), (1e-3, "mm", 1e3), (0.0, "µm", 1e6))  # from this extent [m] on, factor
-TIMES = ((1.0, "s", 1.0), (1e-3, "ms", 1e3), (0.0, "µs", 1e6))
 LONGEST_SIDE = 7.2  # inch
 MARGIN = 0.03  # of the longer side
 
@@ -88,17 +87,16 @@ class DiscFilm:
 
     def __init__(self, discs: Discs) -> None:
         self.discs = discs
-        low, high = _limits(discs)
-        width, height = high - low
-        unit, self._factor = _unit(max(width, height), LENGTHS)
-        self._time_unit, self._time_factor = _unit(float(np.ptp(discs.time)), TIMES)
-        self.figure = Figure(figsize=_size(width, height), layout="compressed")
+        x_range, y_range = _limits(discs)
+        size = _size(float(np.ptp(x_range)), float(np.ptp(y_range)))
+        self.figure = Figure(figsize=size, layout="compressed")
         self._axes: Axes = self.figure.add_subplot()
-        label(self._axes, f"x ({unit})", f"y ({unit})")
+        label(self._axes, "x", "y")
         self._axes.grid(visible=False)
-        x_range, y_range = self._factor * np.column_stack([low, high])
-        self._axes.set(aspect="equal", xlim=tuple(x_range), ylim=tuple(y_range))
-        for wall in self._factor * discs.lines:
+        self._axes.set(aspect="equal", xlim=x_range, ylim=y_range)
+        for line in (self._axes.xaxis, self._axes.yaxis):
+            line.set_major_formatter(EngFormatter("m"))
+        for wall in discs.lines:
             self._axes.plot(*wall.T, color=BLACK, lw=1.5)
         self._axes.set_title(discs.title, loc="left")
         self._clock = self._axes.set_title("", loc="right")
@@ -120,8 +118,7 @@ class DiscFilm:
         self._place(self._moving, discs.x[sample], discs.y[sample], radius)
         if self._colours is not None and discs.value is not None:
             self._moving.set_facecolor(self._colours.to_rgba(discs.value[sample]))
-        time = self._time_factor * discs.time[sample]
-        self._clock.set_text(f"t = {time:.3g} {self._time_unit}")
+        self._clock.set_text(f"t = {EngFormatter('s', places=2)(discs.time[sample])}")
 
     def _ellipses(self, count: int, colour: str) -> Any:
         zeros = np.zeros(count)
@@ -133,28 +130,22 @@ class DiscFilm:
         return ellipses
 
     def _place(self, ellipses: Any, x: Floats, y: Floats, radius: Floats) -> None:
-        ellipses.set_offsets(self._factor * np.column_stack([x, y]))
-        ellipses.set_widths(2.0 * self._factor * radius)
-        ellipses.set_heights(2.0 * self._factor * radius)
+        ellipses.set_offsets(np.column_stack([x, y]))
+        ellipses.set_widths(2.0 * radius)
+        ellipses.set_heights(2.0 * radius)
 
 
 def _limits(discs: Discs) -> tuple[Floats, Floats]:
-    """Return the lowest and highest x and y of discs and walls [m], shape (2,), with a margin."""
+    """Return the ranges of x and y [m] of discs and walls, (2,) each, with a margin."""
     moving = np.stack([discs.x, discs.y], axis=-1)
     radius = np.broadcast_to(discs.radius, discs.x.shape)[..., None]
     fixed, fixed_radius, walls = discs.fixed[:, :2], discs.fixed[:, 2:], discs.lines.reshape(-1, 2)
-    low = [(moving - radius).reshape(-1, 2), fixed - fixed_radius, walls]
-    high = [(moving + radius).reshape(-1, 2), fixed + fixed_radius, walls]
-    lowest, highest = (
-        np.nanmin(np.concatenate(low), axis=0),
-        np.nanmax(np.concatenate(high), axis=0),
-    )
+    edges = [moving - radius, moving + radius, fixed - fixed_radius, fixed + fixed_radius, walls]
+    points = np.concatenate([edge.reshape(-1, 2) for edge in edges])
+    lowest, highest = np.nanmin(points, axis=0), np.nanmax(points, axis=0)
     margin = MARGIN * (highest - lowest).max()
-    return lowest - margin, highest + margin
-
-
-def _unit(extent: float, scales: tuple[tuple[float, str, float], ...]) -> tuple[str, float]:
-    return next((unit, factor) for least, unit, factor in scales if extent >= least)
+    x_range, y_range = np.stack([lowest - margin, highest + margin], axis=1)
+    return x_range, y_range
 
 
 def _size(width: float, height: float) -> tuple[float, float]:

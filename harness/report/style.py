@@ -13,7 +13,6 @@ that draws a figure makes it by :func:`panels`, labels its axes by :func:`label`
 from __future__ import annotations
 
 import io
-import re
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Any
@@ -21,7 +20,6 @@ from typing import Any
 import matplotlib as mpl
 from matplotlib import figure as mpl_figure
 from matplotlib.axes import Axes
-from matplotlib.ticker import LogFormatterSciNotation
 
 from harness.report.text import power as power
 
@@ -32,7 +30,6 @@ COLOURS = (BLACK, RED, BLUE, GREEN, PURPLE, ORANGE, SKY)
 STYLES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)), (0, (1, 3)))
 MARKERS = ("o", "s", "^", "D", "v", "x")
 FONTS = ("DejaVu Sans", "Verdana")  # the second is as wide, where the first is not installed
-SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 LOOK: Mapping[Any, Any] = {
     "figure.dpi": 110,
@@ -111,25 +108,3 @@ def legend_below(
     if handles:
         place: dict[str, Any] = {"loc": "outside lower center", "fontsize": "small"}
         figure.legend([*handles.values()], [*handles], ncols=columns, **place)
-
-
-class PowersOfTen(LogFormatterSciNotation):
-    """Ticks of a logarithmic axis in Unicode: mathtext takes milliseconds for each of them."""
-
-    def __call__(self, x: float, pos: int | None = None) -> str:
-        """Return the text of a tick, 10⁻³ or 2×10⁻³, empty for a tick without a label."""
-        text = super().__call__(x, pos)
-        match = re.search(r"(?:(\d+)\\times)?(\d+)\^\{(-?\d+)\}", text)
-        if match is None:
-            return text
-        factor, base, exponent = match.groups()
-        return f"{factor + '×' if factor else ''}{base}{exponent.translate(SUPERSCRIPTS)}"
-
-
-def set_power_ticks(figure: mpl_figure.Figure) -> None:
-    """Write the ticks of all logarithmic axes of a figure by :class:`PowersOfTen`."""
-    for line in (line for axes in figure.axes for line in (axes.xaxis, axes.yaxis)):
-        if type(line.get_major_formatter()) is LogFormatterSciNotation:
-            line.set_major_formatter(PowersOfTen())
-        if type(line.get_minor_formatter()) is LogFormatterSciNotation:
-            line.set_minor_formatter(PowersOfTen())

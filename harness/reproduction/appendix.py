@@ -12,22 +12,9 @@ from harness.cases.tower.parameters import LAWS, Tower
 from harness.cases.tower.runs import solve
 from harness.cases.tower.windows import impulse, turnaround
 from harness.model.law import damping_ratio
+from harness.reproduction import samples
 from harness.reproduction.background import HALF_DIGIT
-from harness.reproduction.samples import (
-    MEDIAN,
-    RADIUS,
-    Floats,
-    contact_intervals,
-    damped_contact,
-    impulses,
-    open_pairs,
-    ratios,
-    row_energy,
-    rows,
-    run,
-    structure_angles,
-    touching_chains,
-)
+from harness.reproduction.samples import MEDIAN, RADIUS, Floats
 from harness.reproduction.statements import Outcome, Statement, holds
 from harness.solvers.chain import source
 from harness.theory.chain import compliance, series_stiffness, static_forces
@@ -45,7 +32,7 @@ OURS = "Errata, of our restatement"
 @Statement("Appendix A, eq. (A2)", "b_n = sum (2 x_i (-1)^(n+1) + b_0 (-1)^n)", 1e-11, "m",
            "round-off", correction="b_n = sum 2 (-1)^(n-i) x_i + (-1)^n b_0")  # fmt: skip
 def _eq_a2() -> Outcome:
-    printed, right, chains = [], [], touching_chains()
+    printed, right, chains = [], [], samples.touching_chains()
     for chain in chains:
         n, x, first = chain.centres.size, chain.centres, chain.boundaries[0]
         printed.append(np.sum(2 * x * (-1) ** (n + 1) + first * (-1) ** n))
@@ -55,7 +42,7 @@ def _eq_a2() -> Outcome:
 
 @Statement(BOUNDARIES, "b_3 - b_0 = 2x_3 - 2x_2 + 2x_1 - 2b_0 for three", unit="m")
 def _eq_chain_length() -> Outcome:
-    chains = touching_chains(50, (3,))
+    chains = samples.touching_chains(50, (3,))
     printed = [2 * (c.centres[2] - c.centres[1] + c.centres[0] - c.boundaries[0]) for c in chains]
     return Outcome([c.boundaries[3] - c.boundaries[0] for c in chains], printed)
 
@@ -71,7 +58,7 @@ def _odd_chains() -> Outcome:
             edge = 2 * centre - edge
         return edge - first
 
-    chains = [touching_chains(1, (n,))[0] for n in (3, 5, 7)]
+    chains = [samples.touching_chains(1, (n,))[0] for n in (3, 5, 7)]
     changes = [
         length(c.centres, c.boundaries[0] + 0.01) - length(c.centres, c.boundaries[0])
         for c in chains
@@ -81,22 +68,22 @@ def _odd_chains() -> Outcome:
 
 @Statement("Appendix A, eq. (A3)", "dx_i = 2 (r_0 - (x_i - b_(i-1)))", unit="m")
 def _eq_a3() -> Outcome:
-    printed = [2 * (RADIUS - (c.centres - c.boundaries[:-1])) for c in touching_chains()]
-    values = [np.convolve(c.compressions, [1, 1]) for c in touching_chains()]
+    printed = [2 * (RADIUS - (c.centres - c.boundaries[:-1])) for c in samples.touching_chains()]
+    values = [np.convolve(c.compressions, [1, 1]) for c in samples.touching_chains()]
     return Outcome(np.concatenate(values), np.concatenate(printed))
 
 
 @Statement("Appendix A, eqs. (A4) and (A5)",
            "dx_i = c_(i-1,i) + c_(i,i+1), of the first and last one of them", unit="m")  # fmt: skip
 def _eq_a4() -> Outcome:
-    recovered = [source.compressions(c.centres, 2 * RADIUS) for c in touching_chains()]
+    recovered = [source.compressions(c.centres, 2 * RADIUS) for c in samples.touching_chains()]
     printed = np.concatenate([np.convolve(c, [1, 1]) for c in recovered])
-    return Outcome(np.concatenate([c.deformations for c in touching_chains()]), printed)
+    return Outcome(np.concatenate([c.deformations for c in samples.touching_chains()]), printed)
 
 
 @Statement("Appendix A, eq. (A6)", "dx_1 = dx_2 - (dx_3 - ... (dx_(n-1) - dx_n))", unit="m")
 def _eq_a6() -> Outcome:
-    deformations = [c.deformations for c in touching_chains()]
+    deformations = [c.deformations for c in samples.touching_chains()]
     printed = [(-1.0) ** np.arange(d.size - 1) @ d[1:] for d in deformations]
     return Outcome([d[0] for d in deformations], printed)
 
@@ -110,7 +97,7 @@ def _eq_four_inserted() -> Outcome:
         last = RADIUS - x[3] + 2 * x[2] - 2 * x[1] + 2 * x[0] - b
         return float(RADIUS - x[0] + b - (inner + last))
 
-    chains = touching_chains(50, (4,))
+    chains = samples.touching_chains(50, (4,))
     printed = [brentq(balance, -100.0, 100.0, args=(c.centres,)) for c in chains]
     last_line = [np.array([7.0, -5.0, 3.0, -1.0]) @ c.centres / 4 for c in chains]
     return Outcome([c.boundaries[0] for c in chains], printed, last_line)
@@ -139,7 +126,7 @@ def _odd_coefficients() -> Outcome:
            "c_(i,j) <= 2r_0 - dx_i, reached when i has no neighbour to its left", unit="m",
            correction="c_(i,j) <= 2r_0 - (x_j - x_i), as the proof uses it")  # fmt: skip
 def _eq_a8() -> Outcome:
-    pairs = touching_chains(50, (2,))
+    pairs = samples.touching_chains(50, (2,))
     printed, right = [1.0 - p.deformations[0] for p in pairs], [1.0 - p.distances[0] for p in pairs]
     note = "two particles alone, where the bound is reached"
     return Outcome([p.compressions[0] for p in pairs], printed, right, note)
@@ -150,7 +137,7 @@ def _eq_a8() -> Outcome:
            reason="two sets of contacts or more for half of the rows")  # fmt: skip
 def _many_groupings() -> Outcome:
     counts = []
-    for row in rows()[:50]:
+    for row in samples.rows()[:50]:
         overlap = 1.0 - row.distances
         n, law = overlap.size, compliance(overlap.size, deformable=True)
         groups = [np.flatnonzero(code >> np.arange(n) & 1) for code in range(2**n)]
@@ -162,15 +149,15 @@ def _many_groupings() -> Outcome:
 @Statement("Appendix A, eq. (A9)",
            "not in contact: x_j - x_i > (2r_0 - dx_i)/2 + (2r_0 - dx_j)/2")  # fmt: skip
 def _eq_a9() -> Outcome:
-    least = min(p.distance - (1.0 - sum(p.deformations) / 2) for p in open_pairs())
-    return holds(least > -1e-12, f"smallest gap {least:.1e} m of {len(open_pairs())}")
+    least = min(p.distance - (1.0 - sum(p.deformations) / 2) for p in samples.open_pairs())
+    return holds(least > -1e-12, f"smallest gap {least:.1e} m of {len(samples.open_pairs())}")
 
 
 @Statement("Appendix A, eq. (A10)", "with dx_i the smaller of the two, x_j - x_i > 2r_0 - dx_i",
            correction="dx_i is the larger of the two")  # fmt: skip
 def _eq_a10() -> Outcome:
-    smaller = [p.distance > 1.0 - min(p.deformations) for p in open_pairs()]
-    larger = [p.distance >= 1.0 - max(p.deformations) - 1e-12 for p in open_pairs()]
+    smaller = [p.distance > 1.0 - min(p.deformations) for p in samples.open_pairs()]
+    larger = [p.distance >= 1.0 - max(p.deformations) - 1e-12 for p in samples.open_pairs()]
     return holds(all(smaller), f"{sum(smaller)} of {len(smaller)} pairs", corrected=all(larger))
 
 
@@ -178,7 +165,7 @@ def _eq_a10() -> Outcome:
            "x_j - x_i > 2r_0 - (2r_0 - (x_i - x_h)) = x_i - x_h: the pair is not the closest",
            correction="for the more deformed one, and only if it is pressed at all")  # fmt: skip
 def _eq_a11() -> Outcome:
-    deformed = [p for p in open_pairs() if max(p.deformations) > 0]
+    deformed = [p for p in samples.open_pairs() if max(p.deformations) > 0]
     less, more = ([p.distance > p.beyond[int(side(p.deformations))] for p in deformed]
                   for side in (np.argmin, np.argmax))  # fmt: skip
     return holds(all(less), f"{sum(less)} of {len(less)} pairs", corrected=all(more))
@@ -189,7 +176,7 @@ def _eq_a11() -> Outcome:
 
 def intervals(height: int) -> list[tuple[float, float]]:
     """Return from when to when the grain of a tower touches anything, within 6 t0."""
-    return contact_intervals(Tower(height=height), 6.0)
+    return samples.contact_intervals(Tower(height=height), 6.0)
 
 
 def last_of_packet(height: int) -> float:
@@ -223,7 +210,7 @@ def _humps() -> Outcome:
            "after t_0 the structure swings from the whole chain to one, two to seven particles",
            correction="for two to five particles")  # fmt: skip
 def _structure_window() -> Outcome:
-    tables = {law: structure_angles(law, 8) for law in LAWS}
+    tables = {law: samples.structure_angles(law, 8) for law in LAWS}
     heights = {law: tuple(t["height"][t["window_s"].notna()]) for law, t in tables.items()}
     note = f"n = {heights['deformable']} (deformable law), {heights['overlap']} (overlap law)"
     every = set(range(1, 7)) <= set(heights["deformable"])
@@ -234,7 +221,7 @@ def _structure_window() -> Outcome:
            "the largest compression of the initial collision falls within 3 t_0",
            correction="not where weight matters, at the lowest stiffness and speed")  # fmt: skip
 def _within_bound() -> Outcome:
-    columns = impulses()[["stiffness_N_per_m", "speed_m_per_s", "window_s"]]
+    columns = samples.impulses()[["stiffness_N_per_m", "speed_m_per_s", "window_s"]]
     late = [
         end for k, speed, end in columns.itertuples(index=False)
         if end / 2 >= 3.0 * (1 - 1e-9) * Tower(stiffness=k, speed=speed).contact_time
@@ -244,7 +231,7 @@ def _within_bound() -> Outcome:
 
 def compressed_most(height: int) -> float:
     """Return when the whole chain of a tower is compressed most [t0]."""
-    tower = run(Tower(height=height))
+    tower = samples.run(Tower(height=height))
     return turnaround(tower) / tower.tower.contact_time
 
 
@@ -260,7 +247,7 @@ def _half_period() -> Outcome:
 @Statement(ENERGY_BOUND, "the window fails to capture the three-particle scenario",
            reason="three far above tall towers, five within a hundredth of them")  # fmt: skip
 def _three_fails() -> Outcome:
-    alpha = ratios()[MEDIAN]
+    alpha = samples.ratios()[MEDIAN]
     values = ", ".join(f"{alpha[n]:.3f}" for n in (2, 3, 4, 19))
     fails = alpha[2] - alpha[19] > 0.3 and alpha[4] - alpha[19] < 0.01
     return holds(fails, f"alpha = {values} with three, four, five and twenty: four fail as well")
@@ -270,7 +257,7 @@ def _three_fails() -> Outcome:
            "grain (caption) and chain (text) are compressed most at the same time", 0.05, "t0",
            "to a twentieth of t0", correction="the same for two particles only")  # fmt: skip
 def _maximum_of_what() -> Outcome:
-    towers = [run(Tower(height=n)) for n in (1, 2, 3)]
+    towers = [samples.run(Tower(height=n)) for n in (1, 2, 3)]
     grain = [t.time_over_t0[int(np.argmax(t.deformations[:, 0]))] for t in towers]
     return Outcome([compressed_most(n) for n in (1, 2, 3)], grain, note="1, 2 and 3 contacts")
 
@@ -282,13 +269,13 @@ def _maximum_of_what() -> Outcome:
            correction="k/(2n - 1) for the source's own deformable particles")  # fmt: skip
 def _series() -> Outcome:
     right = series_stiffness(10, 1.0, deformable=True)
-    return Outcome(1 / (2 * row_energy(10)), 1 / 10, right, "ten contacts")
+    return Outcome(1 / (2 * samples.row_energy(10)), 1 / 10, right, "ten contacts")
 
 
 @Statement(OURS, "a clipped contact rebounds with 0.1367 at nominal restitution 0", 5e-5,
            reason=HALF_DIGIT, correction="exp(-2) = 0.1353")  # fmt: skip
 def _clipped_restitution() -> Outcome:
-    _, restitution = damped_contact(1.0, 1.0, 2 * damping_ratio(0.0), clipped=True)
+    _, restitution = samples.damped_contact(1.0, 1.0, 2 * damping_ratio(0.0), clipped=True)
     return Outcome(restitution, 0.1367, math.exp(-2))
 
 
@@ -313,7 +300,7 @@ def _preload() -> Outcome:
            reason="0.53 and 0.54 to half of their last digit",
            correction="from n = 4 on, and not at 1e5 N/m and 2 m/s")  # fmt: skip
 def _tall_alpha() -> Outcome:
-    every = [(case, n, a) for case, alpha in ratios().items() for n, a in alpha.items()]
+    every = [(case, n, a) for case, alpha in samples.ratios().items() for n, a in alpha.items()]
     values = [a for _, n, a in every if n > 2]
     rest = [a for case, n, a in every if n > 3 and case != (1e5, 2.0)]
     return Outcome(values, 0.535, 0.535, value_corrected=rest)

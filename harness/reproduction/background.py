@@ -20,7 +20,7 @@ from harness.model.contact import Contact
 from harness.model.conventions import Rules
 from harness.model.law import damping_ratio
 from harness.model.scene import Scene
-from harness.reproduction.samples import damped_contact, generator, springs_in_series
+from harness.reproduction import samples
 from harness.reproduction.statements import Outcome, Statement, holds
 from harness.theory.chain import shock_from_restitution
 from harness.theory.incline import after_next_shock, critical_angle, no_flight_bound, steady_energy
@@ -35,7 +35,7 @@ Floats = NDArray[np.float64]
 @Statement("Introduction, eq. (1)", "k' = k/n for n springs in series", unit="k")
 def _eq_1() -> Outcome:
     n = np.arange(1, 21)
-    values = [springs_in_series(count) for count in n.tolist()]
+    values = [samples.springs_in_series(count) for count in n.tolist()]
     return Outcome(values, 1.0 / n, note="equilibrium of n massless springs, n = 1 to 20")
 
 
@@ -73,7 +73,7 @@ def depth_of_well(angle_deg: float) -> float:
 
 @Statement("Background, Table I", "C = m g r (1 - cos(pi/6 - theta))", unit="m g d")
 def _table_1_well() -> Outcome:
-    angles = generator().uniform(0.1, 29.9, SAMPLES)
+    angles = samples.generator().uniform(0.1, 29.9, SAMPLES)
     note = "r is the distance of the centres; the radius, as eq. (11) needs it, gives half of it"
     printed = 1 - np.cos(np.pi / 6 - np.radians(angles))
     return Outcome([depth_of_well(angle) for angle in angles], printed, note=note)
@@ -81,7 +81,7 @@ def _table_1_well() -> Outcome:
 
 @Statement("Background, Table I", "dE = m g r sin(theta)", unit="m g d")
 def _table_1_gain() -> Outcome:
-    angles = generator().uniform(0.1, 29.9, SAMPLES)
+    angles = samples.generator().uniform(0.1, 29.9, SAMPLES)
     values = [height(0.0, 0.0, angle) - height(1.0, 0.0, angle) for angle in angles]
     return Outcome(values, np.sin(np.radians(angles)), note="drop from sphere to sphere")
 
@@ -110,7 +110,7 @@ def iterated(shocks: int, start: float, gained: float, shock: float) -> float:
 @cache
 def _sums() -> tuple[Floats, Floats, Floats, Floats, Floats]:
     """Return n, E_0, dE and shock of random cases, and E_n by the map."""
-    random = generator()
+    random = samples.generator()
     cases = [
         (int(random.integers(3, 12)), *random.uniform([0.05, 0.05, 0.1], [1.0, 1.0, 0.9]))
         for _ in range(SAMPLES)
@@ -176,7 +176,7 @@ def _divergence() -> Outcome:
 @Statement("Background, eq. (5)", "lim E_n = dE shock/(1 - shock)", 1e-11, "m g d",
            "round-off of 2000 shocks")  # fmt: skip
 def _eq_5() -> Outcome:
-    gained, shock = generator().uniform([0.05, 0.1], [1.0, 0.9], (SAMPLES, 2)).T
+    gained, shock = samples.generator().uniform([0.05, 0.1], [1.0, 0.9], (SAMPLES, 2)).T
     values = [iterated(LONG, 0.3, *case) for case in zip(gained, shock, strict=True)]
     return Outcome(values, gained * shock / (1 - shock))
 
@@ -262,7 +262,7 @@ def _eq_9() -> Outcome:
            correction="the effective mass on a fixed sphere is m, not MFiX's m/2")  # fmt: skip
 def _restitution() -> Outcome:
     zeta = damping_ratio(1e-20)
-    _, restitution = damped_contact(1.0, 1.0, 2 * zeta * math.sqrt(0.5))
+    _, restitution = samples.damped_contact(1.0, 1.0, 2 * zeta * math.sqrt(0.5))
     note = f"damping ratio {zeta * math.sqrt(0.5):.4f} in place of {zeta:.4f}"
     return Outcome(restitution, 1e-20, note=note)
 

@@ -6,9 +6,7 @@ import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
 import pandas as pd
-from matplotlib.patches import Circle
 from matplotlib.ticker import MaxNLocator
 
 from harness.cases.tower.impulse import SPEEDS, STIFFNESSES, angle_from_impulse_ratio
@@ -31,18 +29,11 @@ from harness.report.style import (
     panels,
     power,
 )
+from harness.reproduction import samples
 from harness.reproduction.appendix import intervals
 from harness.reproduction.methods import ERROR_STIFFNESSES, STEP, peak_errors
 from harness.reproduction.results import scaled_angle
-from harness.reproduction.samples import (
-    MEDIAN,
-    free_collision,
-    impulses,
-    ratios,
-    run,
-    structure_angles,
-)
-from harness.theory import incline
+from harness.reproduction.samples import MEDIAN
 
 if TYPE_CHECKING:
     from harness.report.style import Figure
@@ -56,8 +47,6 @@ EXACT = "Deformable law, exact propagator"
 def drawings() -> tuple[Drawing, ...]:
     """Return the figures that the source's can be compared with, in its order."""
     figures: tuple[tuple[str, str, str, Callable[[], Figure]], ...] = (
-        ("fig-02-quartier", "The Quartier system",
-         "The grain at crest A, in well B and at crest C, at the critical angle.", quartier),
         ("fig-06-two-and-three", "Velocity and deformation of two and three particles",
          f"{EXACT}, 1e6 N/m, 2 m/s, no gravity, last particle free.", two_and_three),
         ("fig-07-error", "Error of the peak deformation against stiffness",
@@ -87,26 +76,6 @@ def drawings() -> tuple[Drawing, ...]:
     )
 
 
-def quartier() -> Figure:
-    """Draw row, path of the grain's centre, and the grain at two crests and in the well."""
-    angle = incline.critical_angle()
-    figure = panels(1, 1, 7.6, 3.6)
-    axes = figure.axes[0]
-    places = {"A": incline.crest(1, angle), "B": incline.well(1), "C": incline.crest(2, angle)}
-    discs = [(centre, "#d8d8d8") for centre in incline.turned(incline.row(4), angle)]
-    for name, (x, y) in zip(places, incline.turned(list(places.values()), angle), strict=True):
-        discs.append(((x, y), "#fbe3b5" if name == "B" else "none"))
-        axes.text(x, y + 0.1, name, ha="center", weight="bold")
-    for (x, y), colour in discs:
-        axes.add_patch(Circle((x, y), 0.5, facecolor=colour, edgecolor="0.45"))
-    path = incline.turned(incline.path(1, 2), angle)
-    axes.plot(*np.transpose(path), color=BLUE, label="path of the grain's centre")
-    label(axes, "across (diameters)", "up (diameters)", f"tilted by {angle:.2f} deg")
-    axes.set_aspect("equal")
-    legend_below(figure)
-    return figure
-
-
 # ---- towers in time
 
 
@@ -114,7 +83,7 @@ def two_and_three() -> Figure:
     """Draw velocities and deformations of two and of three particles."""
     figure = panels(2, 2, 4.2, 2.5)
     for column, count in enumerate((2, 3)):
-        motion = free_collision(count)
+        motion = samples.free_collision(count)
         above, below = figure.axes[column], figure.axes[2 + column]
         for i in range(count):
             look: dict[str, Any] = {"color": COLOURS[i], "ls": STYLES[i]}
@@ -145,7 +114,7 @@ def force_and_contacts() -> Figure:
     """Draw the force on the grain and the contacts of its chain over time."""
     figure = panels(2, 4, 2.6, 2.2)
     for column, height in enumerate((1, 2, 9, 19)):
-        tower = run(Tower(height=height))
+        tower = samples.run(Tower(height=height))
         above, below = figure.axes[column], figure.axes[4 + column]
         above.plot(tower.time_over_t0, 1e-3 * tower.grain_force, color=BLUE)
         contacts = tower.contacts_above(TOUCHING * float(tower.grain_force.max()))
@@ -159,7 +128,7 @@ def collapse() -> Figure:
     """Draw scaled forces of three stiffnesses."""
     figure = panels(1, 1, 6.4, 3.4)
     for i, stiffness in enumerate(STIFFNESSES):
-        tower = run(Tower(height=9, stiffness=stiffness))
+        tower = samples.run(Tower(height=9, stiffness=stiffness))
         force = tower.grain_force / (tower.tower.speed * tower.tower.omega)
         figure.axes[0].plot(tower.time_over_t0, force, color=COLOURS[i], ls=STYLES[i],
                             label=f"k = {power(stiffness)} N/m")  # fmt: skip
@@ -184,7 +153,7 @@ def window_selection() -> Figure:
     """Draw the approach of grain and base with its maximum, and the end of the structure window."""
     figure = panels(1, 3, 2.9, 2.6)
     for axes, height in zip(figure.axes, (2, 3, 4), strict=True):
-        tower = run(Tower(height=height))
+        tower = samples.run(Tower(height=height))
         t0 = tower.tower.contact_time
         axes.plot(tower.time_over_t0, 1e3 * tower.compression, color=BLUE, label="approach")
         axes.axvline(turnaround(tower) / t0, color=BLACK, ls="--", label="largest approach")
@@ -204,7 +173,7 @@ def window_selection() -> Figure:
 def impulse_ratios() -> Figure:
     """Draw alpha(n) of the six runs."""
     figure = panels(1, 1, 6.4, 3.8)
-    for (stiffness, speed), alpha in ratios().items():
+    for (stiffness, speed), alpha in samples.ratios().items():
         k, v = STIFFNESSES.index(stiffness), SPEEDS.index(speed)
         look: dict[str, Any] = {"color": COLOURS[k + 1], "marker": MARKERS[k], "ls": STYLES[v]}
         name = f"{power(stiffness)} N/m, {speed:g} m/s"
@@ -216,7 +185,7 @@ def impulse_ratios() -> Figure:
 
 def critical_angles() -> Figure:
     """Draw theta_c(n) of the six runs, by both readings."""
-    figure = angle_figure(impulses())
+    figure = angle_figure(samples.impulses())
     figure.set_size_inches(7.6, 5.2)  # room for the legend
     return _whole_heights(figure)
 
@@ -224,7 +193,7 @@ def critical_angles() -> Figure:
 def energy_scaling() -> Figure:
     """Draw the critical angle of alpha = 1/sqrt(n), and that of the impulses."""
     figure = panels(1, 1, 6.4, 3.8)
-    axes, alpha = figure.axes[0], ratios()[MEDIAN]
+    axes, alpha = figure.axes[0], samples.ratios()[MEDIAN]
     impulses = [angle_from_impulse_ratio(alpha[n]) for n in HEIGHTS]
     scaled = [scaled_angle(n) for n in HEIGHTS]
     axes.plot(HEIGHTS, scaled, marker="o", color=RED, label="1/sqrt(n)")
@@ -236,7 +205,7 @@ def energy_scaling() -> Figure:
 
 def structure_window() -> Figure:
     """Draw the critical angle of the structure window by law."""
-    angles = pd.concat(structure_angles(law, 6) for law in LAWS)
+    angles = pd.concat(samples.structure_angles(law, 6) for law in LAWS)
     return _whole_heights(angle_figure(angles, readings=("lost",)))
 
 

@@ -14,19 +14,9 @@ from scipy.optimize import brentq
 from harness.cases.tower.impulse import STIFFNESSES
 from harness.cases.tower.parameters import Tower
 from harness.cases.tower.runs import solve
+from harness.reproduction import samples
 from harness.reproduction.background import HALF_DIGIT
-from harness.reproduction.samples import (
-    RADIUS,
-    Particles,
-    damped_contact,
-    free_collision,
-    generator,
-    impulses,
-    rows,
-    run,
-    sweep_difference,
-    touching_chains,
-)
+from harness.reproduction.samples import RADIUS, Particles
 from harness.reproduction.statements import Outcome, Statement, holds
 from harness.solvers.chain import source
 from harness.solvers.chain.contacts import contact_forces
@@ -123,8 +113,8 @@ def _crest_time() -> Outcome:
            "integration with a relative tolerance of 1e-11",
            correction="(gamma/(2 m_eff))^2; without damping, as here, nothing changes")  # fmt: skip
 def _eq_12() -> Outcome:
-    k, m, gamma = generator().uniform([50, 0.3, 0.5], [200, 1.0, 5.0], (50, 3)).T
-    times = [damped_contact(*case)[0] for case in zip(k, m, gamma, strict=True)]
+    k, m, gamma = samples.generator().uniform([50, 0.3, 0.5], [200, 1.0, 5.0], (50, 3)).T
+    times = [samples.damped_contact(*case)[0] for case in zip(k, m, gamma, strict=True)]
     printed = np.pi / np.sqrt(k / m - (gamma / m) ** 2)
     return Outcome(times, printed, np.pi / np.sqrt(k / m - (gamma / (2 * m)) ** 2))
 
@@ -139,7 +129,7 @@ def _t_n() -> Outcome:
 @Statement("Methods, after eq. (12)", "contacts are over long before the grain is on the crest",
            reason="ten contacts or more to a rise")  # fmt: skip
 def _separation() -> Outcome:
-    fastest, longest = rise_time(no_flight_bound()), impulses()["window_s"].max()
+    fastest, longest = rise_time(no_flight_bound()), samples.impulses()["window_s"].max()
     note = f"{fastest / CONTACT_TIME:.0f} contacts, {fastest / longest:.1f} of the longest window"
     return holds(fastest > 10 * CONTACT_TIME, note)
 
@@ -195,7 +185,7 @@ def slope_of_energy(x: Floats, step: float = 1e-7) -> Floats:
 @cache
 def _pairs() -> tuple[Floats, Floats]:
     """Return k times the overlaps of 50 pairs [N], and the forces on both (50, 2) [N]."""
-    distances = 1.0 - generator().uniform(1e-4, 0.2, 50)
+    distances = 1.0 - samples.generator().uniform(1e-4, 0.2, 50)
     forces = np.array([slope_of_energy(np.array([0.0, d])) for d in distances])
     return 1e6 * (1.0 - distances), forces
 
@@ -218,7 +208,7 @@ def _eq_15() -> Outcome:
 @Statement(PAIR, "there is no analytical solution",
            correction="harmonic: half a wave, over after pi sqrt(m/2k)")  # fmt: skip
 def _no_solution() -> Outcome:
-    pair, t0 = free_collision(2), chain.contact_time(1.0, 1e6)
+    pair, t0 = samples.free_collision(2), chain.contact_time(1.0, 1e6)
     inside, peak = pair.time <= t0, chain.peak_overlap(1.0, 1e6, 2.0)
     wave = peak * np.sin(np.pi * pair.time[inside] / t0)
     error = float(np.abs(pair.compression[inside] - wave).max()) / peak
@@ -229,7 +219,7 @@ def _no_solution() -> Outcome:
 @Statement(PAIR, "two particles exchange their velocities", 1e-9, "m/s",
            "exact propagator at 2 m/s: round-off")  # fmt: skip
 def _exchange() -> Outcome:
-    return Outcome(free_collision(2).final_velocity, [0.0, 2.0])
+    return Outcome(samples.free_collision(2).final_velocity, [0.0, 2.0])
 
 
 @cache
@@ -269,7 +259,7 @@ def _error_falls() -> Outcome:
 
 def _deformations_of_three() -> tuple[Floats, Floats, Floats, NDArray[np.bool_]]:
     """Return the three deformations, and where both contacts press."""
-    three = free_collision(3)
+    three = samples.free_collision(3)
     first, second, third = three.deformations.T
     return first, second, third, np.asarray((three.forces > 0).all(axis=1))
 
@@ -299,7 +289,7 @@ def _closest_pair() -> Outcome:
     def touch(some: Sequence[Particles]) -> list[bool]:
         return [bool(row.compressions[np.argmin(row.distances)] > 0) for row in some]
 
-    near, far = rows(closest=(0.9, 1.1)), rows(closest=(1.0001, 1.2))
+    near, far = samples.rows(closest=(0.9, 1.1)), samples.rows(closest=(1.0001, 1.2))
     closer = touch([row for row in near if row.distances.min() < 1.0])
     note = f"closer than d: {sum(closer)} of {len(closer)} touch; else {sum(touch(far))}"
     return holds(all(touch([*near, *far])), note, corrected=all(closer))
@@ -314,7 +304,7 @@ def _eq_16() -> Outcome:
         i = np.arange(1, n + 1)
         return float((-1) ** n * RADIUS + ((-1.0) ** (i + 1) * (2 * (n - i) + 1)) @ centres) / n
 
-    chains = touching_chains()
+    chains = samples.touching_chains()
     values, printed = [c.boundaries[0] for c in chains], [formula(c.centres) for c in chains]
     right = [source.first_boundary(c.centres, RADIUS) for c in chains]
     return Outcome(values, printed, right, "200 chains of 2 to 9 particles, laid out from b_0")
@@ -322,7 +312,7 @@ def _eq_16() -> Outcome:
 
 @Statement("Methods, eq. (17)", "b_n = x_n + (x_n - b_(n-1))", unit="m")
 def _eq_17() -> Outcome:
-    chains = touching_chains()
+    chains = samples.touching_chains()
     printed = [2 * c.centres[-1] - c.boundaries[-2] for c in chains]
     return Outcome([c.boundaries[-1] for c in chains], printed)
 
@@ -333,20 +323,20 @@ def _eq_17() -> Outcome:
 def _unique() -> Outcome:
     lowest = min(float(np.linalg.eigvalsh(chain.compliance(n, True))[0]) for n in range(1, 20))
     note = f"the matrix of the complementarity problem is positive definite ({lowest:.4f})"
-    return holds(lowest > 0 and sweep_difference() < 1e-12, note)
+    return holds(lowest > 0 and samples.sweep_difference() < 1e-12, note)
 
 
 @Statement(END, "with three particles the transfer of momentum is incomplete: the grain rebounds",
            1e-9, reason="exact propagator and matrix exponentials to 1e-9")  # fmt: skip
 def _incomplete() -> Outcome:
-    kept = free_collision(3).final_velocity / 2.0
+    kept = samples.free_collision(3).final_velocity / 2.0
     return Outcome(kept, chain.final_velocities(3, deformable=True), note=f"{kept[0]:.4f} v")
 
 
 @Statement(f"{END}; Discussion",
            "three particles deform more in total, and store more energy, than two")  # fmt: skip
 def _stored() -> Outcome:
-    runs = free_collision(2), free_collision(3)
+    runs = samples.free_collision(2), samples.free_collision(3)
     total = [float(run.deformations.sum(axis=1).max()) for run in runs]
     stored = [float(run.elastic_energy.max() / run.kinetic_energy[0]) for run in runs]
     change, energy = 100 * (total[1] / total[0] - 1), stored[1] / stored[0]
@@ -358,5 +348,5 @@ def _stored() -> Outcome:
            correction="a rebound takes a larger mass as well")  # fmt: skip
 def _softer() -> Outcome:
     softer = Tower(stiffness=(1e6, 5e5), base="free", gravity=0.0)
-    kept = float(run(softer, 1.5).final_velocity[0]) / softer.speed
+    kept = float(samples.run(softer, 1.5).final_velocity[0]) / softer.speed
     return Outcome(float(chain.final_velocities(3, deformable=True)[0]), kept)

@@ -12,17 +12,9 @@ from harness.cases.tower.impulse import STIFFNESSES, angle_from_impulse_ratio
 from harness.cases.tower.parameters import LAWS, Tower
 from harness.cases.tower.show import QUASI_STATIC
 from harness.cases.tower.windows import impulse
+from harness.reproduction import samples
 from harness.reproduction.background import HALF_DIGIT
-from harness.reproduction.samples import (
-    MEDIAN,
-    Floats,
-    contact_intervals,
-    generator,
-    ratios,
-    row_energy,
-    run,
-    springs_in_series,
-)
+from harness.reproduction.samples import MEDIAN, Floats
 from harness.reproduction.statements import Outcome, Statement, holds
 from harness.theory import incline
 from harness.theory.chain import contact_time_on_fixed
@@ -43,7 +35,7 @@ READ_OFF = "a time read off a plot, in halves of t0"
            "the exact propagator locates the end of a contact to round-off")  # fmt: skip
 def _unit_of_time() -> Outcome:
     single = Tower(height=1)
-    end = contact_intervals(single)[0][1] * single.contact_time
+    end = samples.contact_intervals(single)[0][1] * single.contact_time
     return Outcome(end, contact_time_on_fixed(1.0, 1e6, 2.0, 9.81), note="grain on a fixed one")
 
 
@@ -52,7 +44,7 @@ def _unit_of_time() -> Outcome:
            reason="a tenth of the two-particle peak, all along 3 t0")  # fmt: skip
 def _collapse() -> Outcome:
     def curve(height: int, stiffness: float) -> Floats:
-        tall, single = (run(Tower(height=n, stiffness=stiffness)) for n in (height, 1))
+        tall, single = (samples.run(Tower(height=n, stiffness=stiffness)) for n in (height, 1))
         force = np.interp(np.linspace(0.0, 3.0, 601), tall.time_over_t0, tall.grain_force)
         return np.asarray(force / single.grain_force.max())
 
@@ -63,21 +55,21 @@ def _collapse() -> Outcome:
 
 @Statement(THREE, "the third particle joins at about 0.5 t0", 0.1, "t0", READ_OFF)
 def _joins() -> Outcome:
-    three = run(Tower(height=2))
+    three = samples.run(Tower(height=2))
     return Outcome(float(three.time_over_t0[np.argmax(three.contacts == 2)]), 0.5)
 
 
 @Statement(THREE, "the contact of the grain returns at 1 t0 and ends at about 1.5 t0", 0.1, "t0",
            READ_OFF)  # fmt: skip
 def _returns() -> Outcome:
-    return Outcome(contact_intervals(Tower(height=2))[1], [1.0, 1.5])
+    return Outcome(samples.contact_intervals(Tower(height=2))[1], [1.0, 1.5])
 
 
 @Statement("Results, after Fig. 8",
            "changes of the force curve fall on changes of the contact structure",
            reason="jumps of a tenth of the largest slope or more")  # fmt: skip
 def _aligned() -> Outcome:
-    three = run(Tower(height=2))
+    three = samples.run(Tower(height=2))
     once = np.diff(three.time, prepend=-1.0) > 0  # a change of contacts is sampled twice
     force, contacts = three.grain_force[once], three.contacts[once]
     rate = np.gradient(force, three.time[once])
@@ -94,7 +86,9 @@ def _aligned() -> Outcome:
            "the two-particle impulse stands for direct neighbours only",
            reason="between a rebound, 2 m v0, and a twentieth more")  # fmt: skip
 def _null() -> Outcome:
-    first = [impulse(run(Tower(height=1, stiffness=k, speed=v))) / v for k, v in ratios()]
+    first = [
+        impulse(samples.run(Tower(height=1, stiffness=k, speed=v))) / v for k, v in samples.ratios()
+    ]
     return holds(min(first) >= 2.0 and max(first) < 2.1, f"J(1) up to {max(first):.4f} m v0")
 
 
@@ -107,7 +101,7 @@ def falls(alpha: Mapping[int, float]) -> bool:
            reason="never up by more than a hundredth from one height to the next",
            correction="not at the lowest stiffness and speed, where it sinks on")  # fmt: skip
 def _impulses_decrease() -> Outcome:
-    falling = {case: falls(alpha) for case, alpha in ratios().items()}
+    falling = {case: falls(alpha) for case, alpha in samples.ratios().items()}
     rest = all(falls for case, falls in falling.items() if case != (1e5, 2.0))
     return holds(all(falling.values()), f"in {sum(falling.values())} of 6 runs", corrected=rest)
 
@@ -115,7 +109,7 @@ def _impulses_decrease() -> Outcome:
 @cache
 def longest_chains(height: int) -> tuple[int, int]:
     """Return the longest chain of the grain, and the longest anywhere, within 3 t0."""
-    tower = run(Tower(height=height, stiffness=MEDIAN[0], speed=MEDIAN[1]))
+    tower = samples.run(Tower(height=height, stiffness=MEDIAN[0], speed=MEDIAN[1]))
     longest, length = 0, np.zeros(tower.time.size, int)
     for touching in (tower.forces > 0).T:
         length = np.where(touching, length + 1, 0)
@@ -135,7 +129,7 @@ def _plateau() -> Outcome:
 @Statement(AFTER_RATIO, "beyond ten contacts height has little to no effect on alpha", FLAT,
            reason="a hundredth of alpha")  # fmt: skip
 def _little_effect() -> Outcome:
-    tall = [[a for n, a in alpha.items() if n >= LONGEST] for alpha in ratios().values()]
+    tall = [[a for n, a in alpha.items() if n >= LONGEST] for alpha in samples.ratios().values()]
     return Outcome(max(max(alpha) - min(alpha) for alpha in tall), 0.0, note="largest variation")
 
 
@@ -143,7 +137,7 @@ def _little_effect() -> Outcome:
            "the critical angle falls with height, as in thin layer stability",
            reason="by more than a degree, never up by more than a hundredth in alpha")  # fmt: skip
 def _angle_falls() -> Outcome:
-    alpha = ratios()[MEDIAN]
+    alpha = samples.ratios()[MEDIAN]
     lost, kept = ([angle_from_impulse_ratio(alpha[n], r) for n in (1, TALLEST)]
                   for r in ("lost", "kept"))  # fmt: skip
     note = f"{lost[0]:.2f} to {lost[1]:.2f} deg (velocity lost), {kept[1]:.2f} deg (kept)"
@@ -154,7 +148,7 @@ def _angle_falls() -> Outcome:
            QUASI_STATIC[1], "deg",
            "its uncertainty (Peyneau and Roux, Phys. Rev. E 78, 011307 (2008))")  # fmt: skip
 def _tall_limit() -> Outcome:
-    return Outcome(angle_from_impulse_ratio(ratios()[MEDIAN][TALLEST]), QUASI_STATIC[0])
+    return Outcome(angle_from_impulse_ratio(samples.ratios()[MEDIAN][TALLEST]), QUASI_STATIC[0])
 
 
 # ---- energy of springs and particles in series
@@ -162,14 +156,14 @@ def _tall_limit() -> Outcome:
 
 def spring_energy(springs: int, stiffness: float, force: float) -> float:
     """Return the energy of equal springs in series under a force [J], from their equilibrium."""
-    return 0.5 * force**2 / (stiffness * springs_in_series(springs))
+    return 0.5 * force**2 / (stiffness * samples.springs_in_series(springs))
 
 
 @Statement("Discussion, third display", "U_2 = 1/2 (1/2 k)(2 c_1)^2 = 1/4 4 c_1^2 = 2 U_1", 1e-11,
            "J", "round-off",
            correction="1/4 k 4 c_1^2 = k c_1^2: the step before has lost k")  # fmt: skip
 def _eq_u_2() -> Outcome:
-    k, c = generator().uniform([10.0, 0.01], [1000.0, 0.5], (50, 2)).T
+    k, c = samples.generator().uniform([10.0, 0.01], [1000.0, 0.5], (50, 2)).T
     energies = [spring_energy(2, a, a * b) for a, b in zip(k, c, strict=True)]
     return Outcome(energies, c**2, k * c**2)
 
@@ -183,7 +177,9 @@ def _u_n() -> Outcome:
 @Statement(ENERGIES, "U_n = n U_1 holds for the source's own deformable particles", unit="U_1",
            correction="U_n = (2n - 1) U_1: inner ones are pressed from both sides")  # fmt: skip
 def _u_n_particles() -> Outcome:
-    return Outcome([row_energy(n) / row_energy(1) for n in N.tolist()], N, 2 * N - 1)
+    return Outcome(
+        [samples.row_energy(n) / samples.row_energy(1) for n in N.tolist()], N, 2 * N - 1
+    )
 
 
 @Statement("Discussion, eq. (18)", "1/2 m v^2 = U_n = n U_1 = n (1/2 k c_n)", 1e-11, "J",
@@ -199,7 +195,7 @@ def _sqrt_n() -> Outcome:
     springs, particles = (
         float(np.polyfit(np.log(N), 0.5 * np.log(energies), 1)[0])
         for energies in ([spring_energy(n, 1.0, 1.0) for n in N.tolist()],
-                         [row_energy(n) for n in N.tolist()])
+                         [samples.row_energy(n) for n in N.tolist()])
     )  # fmt: skip
     return Outcome(springs, 0.5, note=f"{particles:.2f} for the source's own particles")
 
@@ -222,13 +218,15 @@ def _energy_scaling() -> Outcome:
            "the energy argument gives the behaviour of the impulses, up to ten", 0.5, "deg",
            "the fall from n = 2 to 10 is of several degrees")  # fmt: skip
 def _energy_agrees() -> Outcome:
-    return Outcome(angle_from_impulse_ratio(ratios()[MEDIAN][LONGEST]), scaled_angle(LONGEST))
+    return Outcome(
+        angle_from_impulse_ratio(samples.ratios()[MEDIAN][LONGEST]), scaled_angle(LONGEST)
+    )
 
 
 @Statement("Discussion, after eq. (18)", "no chain over ten particles forms, even for twenty")
 def _longest_chain() -> Outcome:
     longest = max(longest_chains(TALLEST))
-    overlap = int(run(Tower(height=TALLEST, law="overlap")).contacts.max())
+    overlap = int(samples.run(Tower(height=TALLEST, law="overlap")).contacts.max())
     return holds(longest <= LONGEST, f"{longest} contacts; overlap law {overlap}")
 
 
@@ -243,5 +241,5 @@ def _differences() -> Outcome:
 
 @Statement("Conclusion", "chains can nearly halve the impulse", 0.05, reason=HALF_DIGIT)
 def _halved() -> Outcome:
-    least = {law: min(min(a.values()) for a in ratios(law).values()) for law in LAWS}
+    least = {law: min(min(a.values()) for a in samples.ratios(law).values()) for law in LAWS}
     return Outcome(least["deformable"], 0.5, note=f"overlap law {least['overlap']:.4f}")

@@ -77,17 +77,7 @@ def write_reproduction(run: Run, folder: Path) -> None:
 
 def statuses(run: Run) -> dict[str, str]:
     """Return the status of each statement by its key."""
-    verdicts = run.rows.set_index(["quantity", "check"])["verdict"].to_dict()
-
-    def status(key: str) -> str:
-        if verdicts[key, ""] == Verdict.PASS:
-            return REPRODUCED
-        if verdicts[key, ""] in (Verdict.NOT_TESTED, Verdict.FAIL):
-            return UNTESTED
-        right = verdicts.get((key, CORRECTED)) == Verdict.PASS
-        return WITH_CORRECTION if right else NOT_REPRODUCED
-
-    return {key: status(key) for key in STATEMENTS}
+    return _ledger(run)["status"].to_dict()
 
 
 def headline(run: Run) -> str:
@@ -98,7 +88,7 @@ def headline(run: Run) -> str:
 
 def sections(run: Run) -> list[Section]:
     """Return the ledger of statements, the errata with their evidence, and the figures."""
-    ledger = _ledger(run)
+    ledger = _ledger(run).reset_index(drop=True)
     numbers = Counter(ledger["status"])
     counts = pd.DataFrame([{status: numbers[status] for status in COLOURS}])
     errata = ledger[(ledger["correction"] != "") & (ledger["status"] != REPRODUCED)]
@@ -106,30 +96,40 @@ def sections(run: Run) -> list[Section]:
         f"{value:.7g} recomputed, {printed:.7g} as printed"
         for value, printed in zip(errata["recomputed"], errata["printed"], strict=True)
     ]
-    corrections = errata[["where", "the source states", "correction"]].assign(
-        evidence=evidence, status=errata["status"]
-    )
-    badges = pd.Series([Badge(status, COLOURS[status]) for status in ledger["status"]])
+    columns = ["where", "the source states", "correction", "evidence", "status"]
+    badges = [Badge(status, COLOURS[status]) for status in ledger["status"]]
     return [
         Section("Statements", INTRODUCTION, (
             Table("Status of the statements", counts),
             Table("Ledger", ledger.drop(columns="correction").assign(status=badges)),
         )),
         Section("Errata", "What has to be changed for a statement to hold.", (
-            Table("Corrections", corrections),
+            Table("Corrections", errata.assign(evidence=evidence)[columns]),
         )),
         Section("Figures", drawings=drawings()),
     ]  # fmt: skip
 
 
 def _ledger(run: Run) -> pd.DataFrame:
-    rows, status = run.rows[run.rows["check"] == ""].set_index("quantity"), statuses(run)
-    return pd.DataFrame(
+    """Return texts, status and values of the statements, by key."""
+    rows = run.rows.set_index(["check", "quantity"])
+    printed, verdicts = rows.loc[""], rows["verdict"].to_dict()
+    lines = [
         {
-            "where": statement.where, "the source states": statement.text, "status": status[key],
-            "recomputed": rows.loc[key, "value"], "printed": rows.loc[key, "expected"],
+            "where": statement.where, "the source states": statement.text,
+            "status": _status(verdicts["", key], verdicts.get((CORRECTED, key))),
+            "recomputed": printed.loc[key, "value"], "printed": printed.loc[key, "expected"],
             "unit": "" if statement.unit == "1" else statement.unit,
-            "note": rows.loc[key, "note"], "correction": statement.correction,
+            "note": printed.loc[key, "note"], "correction": statement.correction,
         }
         for key, statement in STATEMENTS.items()
-    )  # fmt: skip
+    ]  # fmt: skip
+    return pd.DataFrame(lines, index=list(STATEMENTS))
+
+
+def _status(printed: str, corrected: str | None) -> str:
+    if printed == Verdict.PASS:
+        return REPRODUCED
+    if printed in (Verdict.NOT_TESTED, Verdict.FAIL):
+        return UNTESTED
+    return WITH_CORRECTION if corrected == Verdict.PASS else NOT_REPRODUCED

@@ -34,9 +34,9 @@ def test_discs_have_places_radii_and_colours_of_the_sample():
     film = DiscFilm(replace(FALL, radius=radius, value=FALL.y, value_label="height (m)"))
     first = film._moving.get_facecolor().copy()
     film.show(20)
-    np.testing.assert_allclose(film._moving.get_offsets()[:, 1], 1e3 * FALL.y[20])  # [mm]
-    np.testing.assert_allclose(film._moving.get_widths(), 2e3 * radius[20])
-    assert film._clock.get_text() == f"t = {1e3 * TIME[20]:.3g} ms"
+    np.testing.assert_allclose(film._moving.get_offsets()[:, 1], FALL.y[20])
+    np.testing.assert_allclose(film._moving.get_widths(), 2.0 * radius[20])
+    assert film._clock.get_text() == f"t = {1e3 * TIME[20]:.2f} ms"
     assert (film._moving.get_facecolor() != first).any()
     assert film.figure.axes[1].get_ylabel() == "height (m)"
 

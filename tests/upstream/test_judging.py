@@ -113,9 +113,7 @@ def test_a_record_and_another_one(recorded, lmp):
     record, motion = outcome(changed, lmp)
     assert (record.verdict, motion.verdict, motion.defect) == ("fail", "pass", "")
     assert "vz of atom 2 after segment 1" in record.note
-
-
-def test_a_record_of_no_segment_that_is_run_is_not_tested(recorded, lmp):
+    # of a segment that is not run
     beyond = {name: rows + np.array([9, 0, 0, 0, 0]) for name, rows in recorded.recorded.items()}
     assert outcome(named(recorded, recorded=beyond), lmp)[0].verdict == "not tested"
 

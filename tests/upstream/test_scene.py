@@ -11,14 +11,7 @@ from hypothesis import strategies as st
 from harness.errors import RequestError
 from harness.upstream.definition import read_test, read_tests, run_test
 from harness.upstream.judging import MOTION, run_upstream
-from harness.upstream.scene import (
-    NotUnderstoodError,
-    check_words,
-    granular_law,
-    mixed_law,
-    old_law,
-    read_scene,
-)
+from harness.upstream.scene import NotUnderstoodError, check_words, read_scene
 from tests.upstream.conftest import askew, named
 
 TSUJI = Path(__file__).parents[2] / "reports/defects/tsuji-restitution/test.yaml"
@@ -123,11 +116,17 @@ NOT_UNDERSTOOD = {
     "'grain'": askew("pair_coeff grain 2 hooke 1 0"),
     "'5'": askew("run 5"),
     "'thermo_modify'": askew("thermo_modify lost ignore"),
+    "types of other tangential": askew(pair_coeff=pair(
+        "1 1 hertz 1e8 0 tangential mindlin 1e8 0.5 0.3",
+        "2 2 hertz 1e8 0 tangential mindlin_rescale 1e8 0.5 0.3",
+    )),
+    "gamma_t = 3": askew(pair_style=["pair_style gran/hooke 1e4 NULL 0 3 0.5 1"], pair_coeff=[]),
     "'mdr'": askew(pair_coeff=pair("* * mdr 1e8 0.3 1e6 0 0 1 damping mdr 1")),
     "has a velocity, and no fix moves it": askew(fix=UPPER),
     "leaves the plane": askew(**lying()),
     "no sphere at the start": askew(),
-}  # by the word that the error names
+}  # fmt: skip
+# by the word that the error names
 OTHER_STATES = {"leaves the plane": {"omegax": np.ones(2)},
                 "no sphere at the start": {"id": np.zeros(0)}}  # fmt: skip
 
@@ -151,30 +150,6 @@ def test_a_command_that_is_not_in_the_table_is_named(word):
         check_words([f"x{word}", "1"])
     with pytest.raises(NotUnderstoodError, match=f"'x{word}'"):
         check_words(["fix", "a", "all", "nve/sphere", f"x{word}"])
-
-
-def test_laws_by_their_words():
-    text = "hertz 1e8 0.5 tangential mindlin 5e7 0.5 0.3 damping tsuji"
-    law = granular_law(text.split())
-    assert (law.normal_modulus, law.tangential_modulus, law.friction) == (1e8, 5e7, 0.3)
-    old = old_law("hooke/history", ["1e4", "NULL", "10", "NULL", "0.5", "1"])
-    assert (old.tangential_stiffness, old.tangential_damping) == (pytest.approx(2e4 / 7.0), 0.5)
-    first, second = (granular_law(f"dmt {e} 2 0.2 1 damping velocity".split()) for e in (1e8, 4e8))
-    assert mixed_law(first, second).materials == ((1e8, 0.2), (4e8, 0.2))
-    with pytest.raises(NotUnderstoodError, match="of other tangential"):
-        mixed_law(law, law.replace(tangential="mindlin_rescale"))
-    with pytest.raises(NotUnderstoodError, match="gamma_t = 3"):
-        old_law("hooke", ["1e4", "NULL", "0", "3", "0.5", "1"])
-
-
-def test_a_file_is_read():
-    test = read_test(TSUJI)
-    assert "variable damping index tsuji" in test.commands
-    assert test.commands[-1] == "timestep 1e-7"
-    assert (test.segments, test.epsilon, test.judged_segment) == ((3000, 3000), 1e-8, 1)
-    assert np.isnan(test.tolerance)
-    assert {rows.shape for rows in test.recorded.values()} == {(4, 5)}
-    assert test.recorded["run_vel"][0, 4] == -2.7370684220428704e-01
 
 
 @pytest.mark.parametrize(
