@@ -36,7 +36,7 @@ from harness.reproduction.results import scaled_angle
 from harness.reproduction.samples import MEDIAN
 
 if TYPE_CHECKING:
-    from harness.report.style import Figure
+    from matplotlib.figure import Figure
 
 TIME = "time t/t0"
 HEIGHTS = range(1, 20)

@@ -77,7 +77,7 @@ def write_reproduction(run: Run, folder: Path) -> None:
 
 def statuses(run: Run) -> dict[str, str]:
     """Return the status of each statement by its key."""
-    return _ledger(run)["status"].to_dict()
+    return dict(zip(STATEMENTS, _ledger(run)["status"], strict=True))
 
 
 def headline(run: Run) -> str:
@@ -88,7 +88,7 @@ def headline(run: Run) -> str:
 
 def sections(run: Run) -> list[Section]:
     """Return the ledger of statements, the errata with their evidence, and the figures."""
-    ledger = _ledger(run).reset_index(drop=True)
+    ledger = _ledger(run)
     numbers = Counter(ledger["status"])
     counts = pd.DataFrame([{status: numbers[status] for status in COLOURS}])
     errata = ledger[(ledger["correction"] != "") & (ledger["status"] != REPRODUCED)]
@@ -97,7 +97,7 @@ def sections(run: Run) -> list[Section]:
         for value, printed in zip(errata["recomputed"], errata["printed"], strict=True)
     ]
     columns = ["where", "the source states", "correction", "evidence", "status"]
-    badges = [Badge(status, COLOURS[status]) for status in ledger["status"]]
+    badges = pd.Series([Badge(status, COLOURS[status]) for status in ledger["status"]])
     return [
         Section("Statements", INTRODUCTION, (
             Table("Status of the statements", counts),
@@ -111,10 +111,10 @@ def sections(run: Run) -> list[Section]:
 
 
 def _ledger(run: Run) -> pd.DataFrame:
-    """Return texts, status and values of the statements, by key."""
+    """Return texts, status and values of the statements, in order."""
     rows = run.rows.set_index(["check", "quantity"])
     printed, verdicts = rows.loc[""], rows["verdict"].to_dict()
-    lines = [
+    return pd.DataFrame(
         {
             "where": statement.where, "the source states": statement.text,
             "status": _status(verdicts["", key], verdicts.get((CORRECTED, key))),
@@ -123,8 +123,7 @@ def _ledger(run: Run) -> pd.DataFrame:
             "note": printed.loc[key, "note"], "correction": statement.correction,
         }
         for key, statement in STATEMENTS.items()
-    ]  # fmt: skip
-    return pd.DataFrame(lines, index=list(STATEMENTS))
+    )  # fmt: skip
 
 
 def _status(printed: str, corrected: str | None) -> str:
