@@ -191,26 +191,21 @@ def _changes(run: Run) -> dict[str, Any]:
     if run.changes is None:
         return {"changed": None, "regressions": None}
     numbers = [f"{number} {change}" for change, number in counts_of_changes(run.changes).items()]
-    lines = run.regressions.fillna(dict.fromkeys(KEY, "")).to_dict("records")
-    moves = [
-        {
-            "change": line["change"],
-            "row": Row(**{name: line[name] for name in KEY}).name,
-            "accepted": line["value_before"],
-            "now": line["value_after"],
-            "moved by": number(line["moved_by"], SHORT),
-            "in tolerances": number(line["in_tolerances"], SHORT),
-            "verdict": [
-                Badge(verdict, verdict)
-                for verdict in dict.fromkeys((line["verdict_before"], line["verdict_after"]))
-                if isinstance(verdict, str)
-            ],
-        }
-        for line in lines
-    ]
+    frame = run.regressions.fillna(dict.fromkeys(KEY, ""))
+    keys = frame[list(KEY)].itertuples(index=False)
+    verdicts = zip(frame["verdict_before"], frame["verdict_after"], strict=True)
+    table = pd.DataFrame({
+        "change": list(frame["change"]),
+        "row": [Row(**dict(zip(KEY, key, strict=True))).name for key in keys],
+        "accepted": list(frame["value_before"]),
+        "now": list(frame["value_after"]),
+        "in tolerances": [number(moved, SHORT) for moved in frame["in_tolerances"]],
+        "verdict": [[Badge(v, v) for v in dict.fromkeys(pair) if isinstance(v, str)]
+                    for pair in verdicts],
+    })  # fmt: skip
     return {
         "changed": ", ".join(numbers) or "no row in common",
-        "regressions": pd.DataFrame(moves) if moves else None,
+        "regressions": None if table.empty else table,
     }
 
 
