@@ -47,7 +47,8 @@ ABOUT = {  # values of scripts that are no parameters
     "series_every": "steps between two rows of the series",
     "damping": "of the contacts",
     "bed": "lattice, or file: the grains of a data file of atom_style sphere",
-    "places": "the data file; large grains are of type 1",
+    "length": "[m] of the box along x",
+    "width": "[m] along y, likewise",
 }
 ELASTIC = "elastic_ratio"  # energy of the bed's normal springs over the scale of energy gained
 BED_STATE = (
@@ -136,7 +137,7 @@ class BulkCase(Case[B]):
             {"": f"{cls.summary} {cls.text}"},
             allowed=allowed_in(kind) | ALLOWED,
             neutral=neutral,
-            about=descriptions(kind) | ABOUT,
+            about=ABOUT | descriptions(kind),
         )
 
     # ---- what a case adds

@@ -1,4 +1,4 @@
-"""Parameters that bulk cases share: grains, materials, steps; beds whose places come from a file.
+"""Parameters that bulk cases share: grains, materials, steps; and the published beds.
 
 The materials are those of Dosta and others, Comput. Phys. Commun. 296, 109066 (2024); presets soften
 them. Each pair is stated, as LAMMPS mixes the tangential stiffness wrongly: for one Poisson's ratio
@@ -12,9 +12,9 @@ Poisson's ratio         0.2    0.2    0.2       friction      0.3    0.2    0.4 
 density (kg/m3)         2500   2000   7200
 ======================  =====  =====  ======    ============  =====  =====  =====  ========  ========
 
-A file of places has a row radius, x, y, z [m] for each grain, below a head of words. The published
-beds in this folder are those of MercuryDPM's drivers ``Drivers/Papers/OSBenchmark``, that of the
-penetration without its last line, the steel sphere (BSD-3-Clause, MercuryDPM developers team).
+The published beds in this folder are those of MercuryDPM's drivers ``Drivers/Papers/OSBenchmark``,
+that of the penetration without its last line, the steel sphere (BSD-3-Clause, MercuryDPM developers
+team): a row radius, x, y, z [m] for each grain, below a line of names.
 """  # noqa: E501 - a table
 
 from __future__ import annotations
@@ -22,10 +22,9 @@ from __future__ import annotations
 import hashlib
 import lzma
 import math
-import re
 import tempfile
 from abc import abstractmethod
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -36,16 +35,14 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from harness.engines.base import Value
-from harness.errors import RequestError
-from harness.files import cache_place, make_private
+from harness.files import cache_place, make_private, text_writer, write_files
 from harness.model.base import Parameters
 
 Floats = NDArray[np.float64]
 Ends = tuple[tuple[float, float], ...]
-PUBLISHED = "published"  # preset and file of places of the published systems
+PUBLISHED = "published"  # preset and places of the published systems
 RAYLEIGH_SHARE = 0.2  # longest step over the time of a Rayleigh wave around half a sphere
 STEPS_IN_IMPACT = 20.0  # fewest steps of a Hertz impact
-LARGEST_OVERLAP = 0.1  # [radii] of two grains, or of a grain and a wall, at the start
 NO_VALUES = frozenset({"settle_time", "duration", "turn", "cell"})  # parameters, not of scripts
 
 
@@ -88,18 +85,11 @@ class Sphere:
         impact = (self.mass**2 / (self.radius * modulus**2 * speed)) ** 0.2
         return float(2.8683 * impact / STEPS_IN_IMPACT)
 
-    def elastic_energy(self, load: float) -> float:
-        """Return the elastic energy [J] of the contact of two such spheres under a load [N].
-
-        F = 4/3 E* sqrt(R*) overlap^(3/2), E* = E/(2 (1 - nu^2)), R* = r/2; the energy is
-        2/5 F overlap.
-        """
-        stiffness = 2.0 / 3.0 * self.youngs_modulus / (1.0 - self.poisson_ratio**2)
-        overlap = (load / (stiffness * math.sqrt(self.radius / 2.0))) ** (2.0 / 3.0)
-        return float(0.4 * load * overlap)
-
 
 # fmt: off
+Places = Annotated[
+    str, Field(description="[-] of the grains: published, those of Dosta and others; empty: a "
+               "lattice that settles; a script takes a data file, large grains of type 1")]
 Layers = Annotated[
     int, Field(ge=1, le=10000, description="[-] grains of the first lattice along z")]
 Spacing = Annotated[float, Field(gt=1.0, le=3.0, description="[-] of a lattice, in diameters")]
@@ -214,7 +204,7 @@ class Bed(Parameters):
 
     @property
     def values(self) -> dict[str, Value]:
-        """Return the values of a script; raise RequestError for a bad file of places."""
+        """Return the values of a script."""
         values: dict[str, Value] = {name: v for name, v in self if name not in NO_VALUES}
         more = {"settle_steps": self.settle_steps, "steps": self.steps, "series_every": self.every}
         return {**values, **more, "damping": "coeff_restitution"}
@@ -258,21 +248,50 @@ class BedOfOneKind(Bed):
 
     @property
     @abstractmethod
-    def column(self) -> float:
-        """Return the largest number of grains above one another."""
+    def floor_area(self) -> float:
+        """Return the area on which the bed lies [m2]."""
 
     @property
     def largest_elastic_energy(self) -> float:
         """Return a bound of the elastic energy of the bed at rest [J].
 
-        Each of six contacts of a grain, counted half, bears the weight of a whole column of grains,
-        as only the lowest do.
+        Each of six contacts of a grain, counted half, bears the weight F of a whole column of
+        grains, as only the lowest do: 2/5 F overlap, F = 4/3 E* sqrt(R*) overlap^(3/2),
+        E* = E/(2 (1 - nu^2)), R* = r/2.
         """
-        load = self.column * self.grain.mass * self.gravity
-        return float(3.0 * self.grains * self.grain.elastic_energy(load))
+        column = self.grains * (2.0 * self.radius) ** 2 / self.floor_area
+        load = column * self.grain.mass * self.gravity
+        stiffness = 2.0 / 3.0 * self.youngs_modulus / (1.0 - self.poisson_ratio**2)
+        overlap = (load / (stiffness * math.sqrt(self.radius / 2.0))) ** (2.0 / 3.0)
+        return float(3.0 * self.grains * 0.4 * load * overlap)
 
 
-# ---- places from a file
+# ---- grains between walls
+
+
+def level_bed(
+    section: Callable[[float], float], lowest: float, highest: float, mean_height: float
+) -> tuple[float, float]:
+    """Return height [m] and volume [m3] of a level bed whose volume has a mean height [m].
+
+    ``section`` is the area [m2] between the walls by height, from the ``lowest`` one on; the bed is
+    below the ``highest`` one.
+    """
+    from scipy.integrate import quad
+    from scipy.optimize import brentq
+
+    def moment(height: float, power: int) -> float:
+        def integrand(z: float) -> float:
+            return section(z) * (z - lowest) ** power
+
+        return float(quad(integrand, lowest, height, epsabs=0.0, epsrel=1e-12)[0])
+
+    def difference(height: float) -> float:
+        return lowest + moment(height, 1) / moment(height, 0) - mean_height
+
+    start = lowest + 1e-3 * (mean_height - lowest)
+    height = float(brentq(difference, start, highest, xtol=1e-15))
+    return height, moment(height, 0)
 
 
 class Contacts(NamedTuple):
@@ -293,148 +312,62 @@ def find_contacts(places: Floats, radius: Floats) -> Contacts:
     return Contacts(i[touch], j[touch], overlap[touch])
 
 
-class Box(NamedTuple):
-    """A floor between four walls: ``length`` along x, ``width`` along y [m].
+# ---- published beds
 
-    ``middle`` (x, y) and ``floor`` z [m] are its place in a file; its corner is the case's origin.
+
+@dataclass(frozen=True, eq=False)
+class PublishedBed:
+    """A published bed: a file in this folder, and the parameters of which it is the bed.
+
+    ``sizes`` [m] are by the names of parameters, ``counts`` the numbers of each kind of grains;
+    ``origin`` (x, y, z) [m] is the place of the case's origin in the file.
     """
 
-    length: float
-    width: float
-    middle: tuple[float, float] = (0.0, 0.0)
-    floor: float = 0.0
+    file: str
+    sizes: Mapping[str, float]
+    counts: tuple[int, ...]
+    origin: tuple[float, float, float]
 
-    @property
-    def corner(self) -> tuple[float, float, float]:
-        """Return the place of the case's origin in a file [m]."""
-        return self.middle[0] - self.length / 2, self.middle[1] - self.width / 2, self.floor
+    def flaws(self, p: Bed, places: str) -> Iterable[tuple[bool, str]]:
+        """Yield whether parameters name another bed or do not fit this one, with the reason."""
+        published = f"places = {PUBLISHED!r}"
+        yield places not in ("", PUBLISHED), f"places = {places!r}: must be {PUBLISHED!r} or empty"
+        for name, size in self.sizes.items():
+            value = getattr(p, name)
+            reason = f"{name} = {value:g} m: must be {size:g} with {published}"
+            yield bool(places) and value != size, reason
 
-    def gap(self, places: Floats) -> Floats:
-        """Return the distance of places (N, 3) from the nearest wall [m], (N,)."""
-        x, y, z = places.T
-        return np.asarray(np.min([x, self.length - x, y, self.width - y, z], axis=0))
+    def rows(self) -> Floats:
+        """Return radius and place of each grain from the case's origin [m], (N, 4)."""
+        with lzma.open(Path(__file__).with_name(self.file), "rt", encoding="utf-8") as lines:
+            rows: Floats = np.loadtxt(lines, skiprows=1) - np.array([0.0, *self.origin])
+        return rows
 
+    def write(self, kinds: tuple[Sphere, ...], ends: Ends) -> str:
+        """Write it as a data file of ``atom_style sphere``; return its path.
 
-class Cylinder(NamedTuple):
-    """A drum about the y axis, closed at both ends, its middle the origin of a file [m]."""
-
-    radius: float
-    length: float
-    corner: tuple[float, float, float] = (0.0, 0.0, 0.0)
-
-    def gap(self, places: Floats) -> Floats:
-        """Return the distance of places (N, 3) from the nearest wall [m], (N,)."""
-        x, y, z = places.T
-        return np.asarray(np.minimum(self.radius - np.hypot(x, z), self.length / 2 - np.abs(y)))
-
-
-PUBLISHED_BOX = Box(0.098, 0.06, (0.0, 0.0), -0.0902431)  # by the triangles of its walls
-FILES = {Box: "penetration-25k.txt.xz", Cylinder: "drum-38k.txt.xz"}
-
-
-class Places(NamedTuple):
-    """A file of places between walls, and the kinds of its grains by the names of their radii."""
-
-    source: str  # path of a text file, perhaps packed as .xz, or "published"
-    walls: Box | Cylinder
-    kinds: tuple[tuple[str, Sphere], ...]
-
-    def error(self, message: str) -> RequestError:
-        """Return an error that names the file."""
-        return RequestError(f"places {self.source}: {message}")
-
-
-@lru_cache(maxsize=4)
-def read_places(file: Places) -> tuple[Floats, ...]:
-    """Return the places of the grains of each kind (N, 3) [m], from the origin of the case.
-
-    Raise RequestError, naming file and row, for a file that cannot be read, another radius, a
-    kind without grains, a grain beyond a wall, and overlaps of more than a tenth of a radius.
-    """
-    rows = _rows(file)
-    allowed = np.array([kind.radius for _, kind in file.kinds])
-    same = np.isclose(rows[:, :1], allowed, rtol=1e-9, atol=0.0)
-    if len(wrong := np.flatnonzero(~same.any(axis=1))):
-        must = " or ".join(f"{name} = {kind.radius:g} m" for name, kind in file.kinds)
-        radius = rows[wrong[0], 0]
-        raise file.error(f"grain {wrong[0] + 1} has the radius {radius:g} m: must be {must}")
-    for (name, kind), is_kind in zip(file.kinds, same.T, strict=True):
-        if not is_kind.any():
-            raise file.error(f"no grain of {name} = {kind.radius:g} m")
-    radii, places = allowed[same.argmax(axis=1)], rows[:, 1:] - np.array(file.walls.corner)
-    _check_gaps(file, places, radii)
-    _check_overlaps(file, places, radii)
-    places.flags.writeable = False
-    return tuple(places[is_kind] for is_kind in same.T)
-
-
-def _rows(file: Places) -> Floats:
-    """Return the rows below a head of words and a count, (N, 4)."""
-    path = Path(file.source).expanduser()
-    if file.source == PUBLISHED:
-        path = Path(__file__).with_name(FILES[type(file.walls)])
-    try:
-        packed = path.read_bytes()
-        text = (lzma.decompress(packed) if path.suffix == ".xz" else packed).decode("utf-8")
-        lines = text.splitlines()
-        while lines and (len(lines[0].split()) < 2 or re.search("[a-df-z]", lines[0].lower())):
-            lines = lines[1:]
-        rows = np.loadtxt(lines, ndmin=2) if lines else np.zeros((0, 0))
-        if rows.shape[1] != 4 or not np.isfinite(rows).all():
-            raise ValueError(f"rows of {rows.shape[1]} numbers: must be four finite ones")
-    except (OSError, ValueError, lzma.LZMAError) as error:
-        raise file.error(f"cannot be read: {error}") from None
-    return rows
-
-
-def _check_gaps(file: Places, places: Floats, radii: Floats) -> None:
-    least = (1.0 - LARGEST_OVERLAP) * radii
-    beyond = np.flatnonzero(file.walls.gap(places) < least)
-    if len(beyond):
-        place = ", ".join(f"{x:g}" for x in places[beyond[0]])
-        raise file.error(
-            f"grain {beyond[0] + 1} at ({place}) m: must be {least[beyond[0]]:g} m from the walls"
-        )
-
-
-def _check_overlaps(file: Places, places: Floats, radii: Floats) -> None:
-    i, j, overlap = find_contacts(places, radii)
-    excess = overlap - LARGEST_OVERLAP * np.minimum(radii[i], radii[j])
-    if excess.max(initial=0.0) > 0.0:
-        worst = int(excess.argmax())
-        distance = radii[i[worst]] + radii[j[worst]] - overlap[worst]
-        raise file.error(
-            f"grains {i[worst] + 1} and {j[worst] + 1} are {distance:g} m apart: must be "
-            f"{distance + excess[worst]:g} m, an overlap of {LARGEST_OVERLAP:g} radius"
-        )
-
-
-def write_places(file: Places, ends: Ends) -> str:
-    """Write the grains of a file as a data file of ``atom_style sphere``; return its path.
-
-    Grains of the first kind are type 1, there are three types; ``ends`` of the box along x, y, z
-    [m]. It lies in the cache, named after its content, which a job has by its name.
-    """
-    text = _data_text(file, ends)
-    folder = cache_place().path / "beds"
-    if len(str(folder).split()) > 1:  # a script's words end at spaces
-        folder = Path(tempfile.gettempdir())
-    path = folder / f"{hashlib.sha256(text.encode()).hexdigest()[:32]}.data"
-    if not path.exists():
-        make_private(folder)
-        with tempfile.NamedTemporaryFile("w", dir=folder, delete=False, encoding="utf-8") as part:
-            part.write(text)
-        Path(part.name).replace(path)
-    return str(path.absolute())
+        Grains of the first kind are type 1, there are three types; ``ends`` of the box along x, y,
+        z [m]. It lies in the cache, named after its content, which a job has by its name.
+        """
+        text = _data_text(self, kinds, ends)
+        folder = cache_place().path / "beds"
+        if len(str(folder).split()) > 1:  # a script's words end at spaces
+            folder = Path(tempfile.gettempdir())
+        path = (folder / f"{hashlib.sha256(text.encode()).hexdigest()[:32]}.data").absolute()
+        if not path.exists():
+            make_private(folder)
+            write_files({("places", path): text_writer(text)})
+        return str(path)
 
 
 @lru_cache(maxsize=4)  # a setup needs it for each run
-def _data_text(file: Places, ends: Ends) -> str:
+def _data_text(bed: PublishedBed, kinds: tuple[Sphere, ...], ends: Ends) -> str:
     # without the comment "# sphere": LIGGGHTS takes it for a part of the section's name
+    rows = bed.rows()
     grains = [
         f"{number} {2.0 * kind.radius:.17g} {kind.density:.17g} {x:.17g} {y:.17g} {z:.17g}"
-        for number, (_, kind) in enumerate(file.kinds, 1)
-        for x, y, z in read_places(file)[number - 1].tolist()
+        for number, kind in enumerate(kinds, 1)
+        for _, x, y, z in rows[rows[:, 0] == kind.radius].tolist()
     ]
     head = [f"{len(grains)} grains", "", f"{len(grains)} atoms", "3 atom types", ""]
     head += [f"{a:.17g} {b:.17g} {n}lo {n}hi" for n, (a, b) in zip("xyz", ends, strict=True)]

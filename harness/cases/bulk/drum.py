@@ -21,13 +21,11 @@ from harness.cases.bulk.beds import (
     PUBLISHED,
     Bed,
     Contacts,
-    Cylinder,
     Floats,
-    Places,
+    PublishedBed,
     Sphere,
     find_contacts,
-    read_places,
-    write_places,
+    level_bed,
 )
 from harness.cases.bulk.report import Curve, Line
 from harness.cases.bulk.samples import read_series, time_per_step
@@ -39,11 +37,15 @@ from harness.errors import EngineLostAtomsError
 COLUMNS = ("step", "x_m", "y_m", "z_m")
 STEADY = 1.0 / 3.0  # share of the turn after which the surface is that of a turning drum
 LAST = 1.0 / 6.0  # share of the turn, up to its end, over which the mixing index is averaged
-QUADRANTS = (  # opposite ones: name, verb, place
-    ("rising", "rise", "x < 0 < z"),
-    ("falling", "arrive", "z < 0 < x"),
-)
 SOFTENED = "Dosta and others 2024 (moduli four thousand times smaller, a quarter of the size)"
+
+
+BED = PublishedBed(
+    "drum-38k.txt.xz",
+    {"large_radius": 2e-3, "small_radius": 1e-3, "drum_radius": 0.1, "drum_length": 0.06},
+    (8000, 30000),
+    (0.0, 0.0, 0.0),
+)
 
 
 class Drum(Bed):
@@ -52,11 +54,7 @@ class Drum(Bed):
     ROWS = 100
     FRICTIONS = ("large_friction", "small_friction", "mixed_friction", "steel_friction")
 
-    places: str = Field(
-        "",
-        description="[-] file of the grains' places, lines of radius x y z [m] from the middle of "
-        "the axis; published: that of Dosta and others; empty: lattices that settle",
-    )
+    places: beds.Places = ""
     large_layers: int = Field(
         1, ge=-1000, le=1000, description="[-] layers of large grains above the axis"
     )
@@ -84,8 +82,8 @@ class Drum(Bed):
 
     def _flaws(self) -> Iterable[tuple[bool, str]]:
         yield from super()._flaws()
-        counts = (1, 1) if self.places else self.counts
-        for kind, count in zip(("large", "small"), counts, strict=True):
+        yield from BED.flaws(self, self.places)
+        for kind, count in zip(("large", "small"), self.counts, strict=True):
             layers = getattr(self, f"{kind}_layers")
             reason = f"{kind}_layers = {layers}: no {kind} grain finds room in the drum"
             yield count == 0, reason
@@ -106,8 +104,8 @@ class Drum(Bed):
         Of a lattice large ones are in the drum below the split, small ones in layers above it.
         """
         if self.places:
-            large, small = read_places(self._file)
-            return len(large), len(small)
+            large, small = BED.counts
+            return large, small
         split = 2.0 * self.large_layers * self.large_radius * self.spacing
         top = split - self.large_radius * (1.0 + self.scatter)
         low = split + self.small_radius * (1.0 + self.scatter)
@@ -129,11 +127,6 @@ class Drum(Bed):
         return int(across * (np.abs(site) <= along).sum())
 
     @property
-    def _file(self) -> Places:
-        names = zip(("large_radius", "small_radius"), self.kinds, strict=True)
-        return Places(self.places, Cylinder(self.drum_radius, self.drum_length), tuple(names))
-
-    @property
     def grains(self) -> int:
         """Return the number of grains."""
         return sum(self.counts)
@@ -143,24 +136,10 @@ class Drum(Bed):
         values = [getattr(kind, name) for kind in self.kinds]
         return np.repeat(values, self.counts)
 
-    def solid_fraction(self, mean_height: float) -> float:
-        """Return the solid fraction of a level bed whose volume has a mean height [m].
-
-        A bed up to cos(a) = -h/R fills R^2 (a - sin a cos a) of the drum's section, whose centre is
-        2/3 R sin^3(a)/(a - sin a cos a) below the axis.
-        """
-        from scipy.optimize import brentq
-
-        def section(angle: float) -> float:
-            return angle - math.sin(angle) * math.cos(angle)
-
-        def difference(angle: float) -> float:
-            centre = 2.0 / 3.0 * self.drum_radius * math.sin(angle) ** 3 / section(angle)
-            return mean_height + centre
-
-        filled = section(float(brentq(difference, 1e-2, math.pi)))
-        volume = sum(n * kind.volume for n, kind in zip(self.counts, self.kinds, strict=True))
-        return volume / (filled * self.drum_radius**2 * self.drum_length)
+    def section(self, height: float) -> float:
+        """Return the area [m2] between the walls at a height above the axis [m]."""
+        half_width = math.sqrt(max(self.drum_radius**2 - height**2, 0.0))
+        return 2.0 * half_width * self.drum_length
 
     @property
     def impact_speed(self) -> float:
@@ -179,14 +158,14 @@ class Drum(Bed):
 
     @property
     def values(self) -> dict[str, ScriptValue]:
-        """Return the values of a script; places are in a file that is named by its content."""
+        """Return the values of a script; published places are in a data file."""
         values = {**super().values, "bed": "lattice", "places": "none"}
         if not self.places:
             return values
         sizes, margin = (self.drum_radius, 0.5 * self.drum_length), 4.0 * self.large_radius
         rim, half = (size + margin for size in sizes)
         ends = (-rim, rim), (-half, half), (-rim, rim)
-        return {**values, "bed": "file", "places": write_places(self._file, ends)}
+        return {**values, "bed": "file", "places": BED.write(self.kinds, ends)}
 
 
 def lacey_index(cells: Floats, chosen: NDArray[np.bool_]) -> float:
@@ -274,28 +253,21 @@ def energy_and_work(p: Drum, table: Table) -> tuple[Floats, Floats]:
 
 
 def curves_over_turn(p: Drum, table: Table) -> dict[str, Floats]:
-    """Return the angle of the turn [deg], and mixing, angle [deg] and shares over it, (M,) each.
+    """Return the angle of the turn [deg], mixing index and angle of the surface [deg], (M,) each.
 
-    The index is by number of small grains; the surface is in the middle half of the drum; shares
-    are those of each kind in two opposite quadrants.
+    The index is by number of small grains; the surface is in the middle half of the drum.
     """
     radii, half = p.of_each("radius"), 0.5 * p.drum_radius
     x, z = table["x_m"], table["z_m"]
     small = radii < 0.5 * (p.large_radius + p.small_radius)
     cells = np.floor(np.stack([x, z], axis=-1) / p.cell)
     pairs = zip(x, z, strict=True)
-    places = {"rising": (x < 0.0) & (z > 0.0), "falling": (x > 0.0) & (z < 0.0)}
     return {
         "turned_deg": np.degrees(p.speed * p.step_size * (table["step"] - p.settle_steps)),
         "mixing_index": np.array([lacey_index(frame, small) for frame in cells]),
         "surface_angle_deg": np.array(
             [surface_angle(*pair, radii, half, 2.0 * p.large_radius) for pair in pairs]
         ),
-        **{
-            f"{kind}_{name}_ratio": places[name][:, which].mean(axis=1)
-            for name, _, _ in QUADRANTS
-            for kind, which in (("large", ~small), ("small", small))
-        },
     }
 
 
@@ -346,12 +318,6 @@ class DrumCase(BulkCase[Drum]):
         Quantity("first_mixing_index", "1", "the same before the drum turns", 0.3),
         Quantity("surface_angle_deg", "deg", "dynamic angle of repose: of a line through the "
                  "highest grains in the middle half, mean after a third of the turn", 30.0),
-        *(
-            Quantity(f"{kind}_{place}_ratio", "1", f"share of the {kind} grains in the quadrant "
-                     f"{where}, where they {verb}, at the end", 0.3)
-            for place, verb, where in QUADRANTS
-            for kind in ("large", "small")
-        ),
         *BED_STATE,
         Quantity("work_ratio", "1", "work of the drum, by weight and angular momentum of the "
                  "grains, over their weight times its radius"),
@@ -380,12 +346,6 @@ class DrumCase(BulkCase[Drum]):
             ("mixing", "Mixing index over the turn", "mixing_index", "mixing index of Lacey"),
             ("angle", "Angle of the surface over the turn", "surface_angle_deg",
              "angle of the surface (deg)"),
-            *(
-                (f"{kind}-{place}", f"{kind.capitalize()} grains where they {verb}",
-                 f"{kind}_{place}_ratio", f"share of the {kind} grains at {where}")
-                for place, verb, where in QUADRANTS
-                for kind in ("large", "small")
-            ),
         )
     )  # fmt: skip
     setups = (
@@ -404,16 +364,13 @@ class DrumCase(BulkCase[Drum]):
         p = parameters
         table = read_series(p, output, COLUMNS, large=p.counts[0], small=p.counts[1])
         curves = curves_over_turn(p, table)
-        turned, mixing, angle = (
-            curves.pop(name) for name in ("turned_deg", "mixing_index", "surface_angle_deg")
-        )
+        turned, mixing, angle = curves.values()
         check_walls(p, table, turned, output.engine)
         kinetic = 0.5 * p.of_each("mass").sum() * (p.speed * p.drum_radius) ** 2
         return {
             "mixing_index": float(mixing[turned >= (1.0 - LAST) * p.turn].mean()),
             "first_mixing_index": float(mixing[0]),
             "surface_angle_deg": float(angle[turned >= STEADY * p.turn].mean()),
-            **{name: float(share[-1]) for name, share in curves.items()},
             **self._bed(p, table),
             "bed_kinetic_ratio": output.number("bed_kinetic_J") / kinetic,
             **time_per_step(p, output, table),
@@ -430,8 +387,9 @@ class DrumCase(BulkCase[Drum]):
         lost = done - (energy - energy[0])
         size = abs(done[-1])  # the work is negative of grains that rise against the drum
         height = float(np.average(first[:, 2], weights=radii**3))
+        _, volume = level_bed(p.section, -p.drum_radius, p.drum_radius, height)
         return {
-            "bed_solid_fraction": p.solid_fraction(height),
+            "bed_solid_fraction": p.of_each("volume").sum() / volume,
             "bed_coordination": 2.0 * len(contacts.i) / p.grains,
             "work_ratio": done[-1] / (mass * p.gravity * p.drum_radius),
             ELASTIC: elastic / size,
@@ -440,7 +398,7 @@ class DrumCase(BulkCase[Drum]):
         }
 
     def columns(self, parameters: Drum, output: Output) -> Mapping[str, Floats]:
-        """Return mixing index, angle [deg] and shares in quadrants over the turn [deg]."""
+        """Return mixing index and angle of the surface [deg] over the turn [deg]."""
         return curves_over_turn(parameters, output.table(COLUMNS))
 
     def plane(self, parameters: Drum) -> tuple[float, Sequence[Line]]:

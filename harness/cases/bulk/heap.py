@@ -108,9 +108,9 @@ class Heap(BedOfOneKind):
         return math.sqrt(2.0 * self.gravity * self.layers * self.pitch)
 
     @property
-    def column(self) -> float:
-        """Return the grains above one another."""
-        return float(self.layers)
+    def floor_area(self) -> float:
+        """Return the area of the trough [m2]."""
+        return self.span * 2.0 * self.radius * self.width
 
 
 SLIDING = Heap(rolling_friction=0.0)

@@ -12,30 +12,23 @@ from collections.abc import Iterable, Mapping, Sequence
 import numpy as np
 from pydantic import Field
 
-from harness.cases.base import Check, Level, Quantity, Value
+from harness.cases.base import Level, Quantity
 from harness.cases.bulk import beds
 from harness.cases.bulk.base import BED_STATE, ELASTIC, WALL_TIME, BulkCase, Setup, seed_setups
-from harness.cases.bulk.beds import (
-    PUBLISHED,
-    PUBLISHED_BOX,
-    BedOfOneKind,
-    Box,
-    Floats,
-    Places,
-    Sphere,
-    read_places,
-    write_places,
-)
+from harness.cases.bulk.beds import PUBLISHED, BedOfOneKind, Floats, PublishedBed, Sphere
 from harness.cases.bulk.report import Curve, Line
 from harness.cases.bulk.samples import Sample, read_series, time_per_step
 from harness.engines.base import Output
 from harness.engines.base import Value as ScriptValue
 from harness.engines.output import Table
-from harness.errors import CombinationError, EngineLostAtomsError, EngineOutputError, Unsupported
-from harness.results.rows import Kind
-from harness.theory.bulk import GLASS_BEADS, friction_by_depth
+from harness.errors import EngineLostAtomsError, EngineOutputError
 
 COLUMNS = ("time_s", "z_m", "vz_m_per_s", "kinetic_J", "potential_J")
+PUBLISHED_BOX = 0.098, 0.06  # [m] along x and y, by the triangles of its walls
+PUBLISHED_TOP = 0.03469588430000001  # [m] of the highest grain above the floor
+BED = PublishedBed(
+    "penetration-25k.txt.xz", {"radius": 1e-3}, (25000,), (-0.098 / 2, -0.06 / 2, -0.0902431)
+)
 # [m] of the sphere over the published bed from its middle, in steps of two diameters of a grain
 OFFSETS = (0.0, 4e-3, -4e-3, 8e-3, -8e-3, 12e-3, -12e-3, 16e-3)
 OVER = "over the kinetic energy of the sphere at its release"
@@ -48,15 +41,7 @@ class Penetration(BedOfOneKind):
 
     ROWS = 600
 
-    places: str = Field(
-        "",
-        description="[-] file of the grains' places, lines of radius x y z [m] from the middle of "
-        "the floor; published: that of Dosta and others; empty: a lattice that settles",
-    )
-    length: float = Field(
-        0.0, ge=0.0, le=10.0, description="[m] of the box along x; 0: that of the lattice"
-    )
-    width: float = Field(0.0, ge=0.0, le=10.0, description="[m] along y, likewise")
+    places: beds.Places = ""
     along: int = Field(12, ge=2, le=1000, description="[-] grains of the first lattice along x")
     across: int = Field(10, ge=2, le=1000, description="[-] the same along y")
     layers: int = Field(9, ge=1, le=1000, description="[-] the same along z")
@@ -73,63 +58,42 @@ class Penetration(BedOfOneKind):
 
     def _flaws(self) -> Iterable[tuple[bool, str]]:
         yield from super()._flaws()
-        size = f"length = {self.length:g} m, width = {self.width:g} m: must be "
-        sized = bool(self.length), bool(self.width)
-        yield bool(self.places) and not all(sized), f"{size}those of the box of places"
+        yield from BED.flaws(self, self.places)
+        lowest = self.bed_top + self.steel_radius
         yield (
-            not self.places and any(sized),
-            f"{size}0 without places, the box is as wide as the lattice",
+            self.start_height < lowest,
+            f"start_height = {self.start_height:g} m: the sphere overlaps the grains at the "
+            f"start; must be at least {lowest:.4g}",
         )
-        if not self.places:  # a file is read later
-            yield self._starts_in_bed
-        most = 0.5 * min(self.box.length, self.box.width)
+        length, width = self.box
+        most = 0.5 * min(length, width)
         yield (
             self.steel_radius > most,
             f"steel_radius = {self.steel_radius:g} m: must be at most {most:.4g}, half the width "
             "of the box",
         )
-        most = 0.5 * self.box.length - self.steel_radius
+        most = 0.5 * length - self.steel_radius
         yield (
             abs(self.offset) > most,
             f"offset = {self.offset:g} m: the sphere is in a wall; must be within {most:.4g}",
         )
 
     @property
-    def _starts_in_bed(self) -> tuple[bool, str]:
-        lowest = self.bed_top + self.steel_radius
-        return (
-            self.start_height < lowest,
-            f"start_height = {self.start_height:g} m: the sphere overlaps the grains at the "
-            f"start; must be at least {lowest:.4g}",
-        )
-
-    @property
-    def box(self) -> Box:
-        """Return floor and walls."""
-        if self.places == PUBLISHED:
-            return PUBLISHED_BOX._replace(length=self.length, width=self.width)
+    def box(self) -> tuple[float, float]:
+        """Return the length of the floor along x and its width along y [m]."""
         if self.places:
-            return Box(self.length, self.width)
-        size = self.along * self.pitch, self.across * self.pitch
-        return Box(*size, (0.5 * size[0], 0.5 * size[1]))
-
-    @property
-    def _file(self) -> Places:
-        return Places(self.places, self.box, (("radius", self.grain),))
+            return PUBLISHED_BOX
+        return self.along * self.pitch, self.across * self.pitch
 
     @property
     def bed_top(self) -> float:
-        """Return the height of the bed at the start [m]; raise RequestError for a bad file."""
-        if self.places:
-            return float(read_places(self._file)[0][:, 2].max()) + self.radius
-        return self.layers * self.pitch
+        """Return the height of the bed at the start [m]."""
+        return PUBLISHED_TOP if self.places else self.layers * self.pitch
 
     @property
     def grains(self) -> int:
-        """Return the number of grains; raise RequestError for a bad file."""
-        if self.places:
-            return len(read_places(self._file)[0])
-        return self.along * self.across * self.layers
+        """Return the number of grains."""
+        return BED.counts[0] if self.places else self.along * self.across * self.layers
 
     @property
     def steel(self) -> Sphere:
@@ -155,29 +119,20 @@ class Penetration(BedOfOneKind):
     @property
     def floor_area(self) -> float:
         """Return the area of the floor [m2]."""
-        return self.box.length * self.box.width
-
-    @property
-    def column(self) -> float:
-        """Return the grains above one another, of places by their number and the floor's area."""
-        if self.places:
-            return self.grains * (2.0 * self.radius) ** 2 / self.floor_area
-        return float(self.layers)
+        return math.prod(self.box)
 
     @property
     def values(self) -> dict[str, ScriptValue]:
-        """Return the values of a script; places are in a file that is named by its content."""
-        box, values = self.box, super().values
-        values |= {"bed": "lattice", "places": "none", "length": box.length, "width": box.width}
+        """Return the values of a script; published places are in a data file."""
+        length, width = self.box
+        values = {**super().values, "bed": "lattice", "places": "none"}
+        values |= {"length": length, "width": width}
         if not self.places:
             return values
-        overlaps, reason = self._starts_in_bed
-        if overlaps:
-            raise CombinationError(reason)
         rim = 4.0 * self.radius
         top = self.bed_top + 2.0 * (self.start_height + self.steel_radius)
-        ends = (-rim, box.length + rim), (-rim, box.width + rim), (-rim, top)
-        return {**values, "bed": "file", "places": write_places(self._file, ends)}
+        ends = (-rim, length + rim), (-rim, width + rim), (-rim, top)
+        return {**values, "bed": "file", "places": BED.write(self.kinds, ends)}
 
 
 def height_quantities(p: Penetration, table: Table, released: float) -> dict[str, float]:
@@ -206,10 +161,9 @@ def height_quantities(p: Penetration, table: Table, released: float) -> dict[str
     }
 
 
-PUBLISHED_BED = Penetration(
-    places=PUBLISHED, length=PUBLISHED_BOX.length, width=PUBLISHED_BOX.width, youngs_modulus=1e9,
-    steel_radius=0.01, steel_youngs_modulus=2.1e11, start_height=0.06 - PUBLISHED_BOX.floor,
-    speed=5.0, settle_time=0.0, step_size=5e-7,
+PUBLISHED_SYSTEM = Penetration(
+    places=PUBLISHED, youngs_modulus=1e9, steel_radius=0.01, steel_youngs_modulus=2.1e11,
+    start_height=0.06 - BED.origin[2], speed=5.0, settle_time=0.0, step_size=5e-7,
 )  # fmt: skip
 COMPARED = ("final_depth_m", "bed_solid_fraction", "bed_coordination")
 DEPTHS = ("largest_depth_m", "slowed_time_s")  # of a sphere that has turned back
@@ -224,7 +178,7 @@ def published_setup(
     **changes: float,
 ) -> Setup[Penetration]:
     """Return the published bed under spheres at several places."""
-    runs = tuple(PUBLISHED_BED.replace(offset=x, **changes) for x in offsets)
+    runs = tuple(PUBLISHED_SYSTEM.replace(offset=x, **changes) for x in offsets)
     return Setup(f"{PUBLISHED}, {words}", f"{PUBLISHED}{system}", runs, level, compared, "full")
 
 
@@ -247,8 +201,6 @@ class PenetrationCase(BulkCase[Penetration]):
         Quantity("final_depth_m", "m", "of the sphere's lowest point below the surface of the bed, "
                  "twice the mean height of its grains", 0.01),
         Quantity("largest_depth_m", "m", "the same of the sphere at its lowest", 0.01),
-        Quantity("friction_by_depth", "1", "tangent of the angle of repose of grains that the "
-                 "sphere enters so deep, by the law of Uehara and others (2003)", 0.5),
         Quantity("slowed_time_s", "s", "until it falls at a tenth of its largest speed", 0.05),
         Quantity("peak_deceleration_m_per_s2", "m/s2", "largest mean between two rows", 100.0),
         Quantity("rebound_speed_m_per_s", "m/s", "largest, upward; 0: none", 0.01),
@@ -263,7 +215,7 @@ class PenetrationCase(BulkCase[Penetration]):
     )  # fmt: skip
     presets = {  # noqa: RUF012
         "small": Penetration(),
-        PUBLISHED: PUBLISHED_BED,
+        PUBLISHED: PUBLISHED_SYSTEM,
     }
     sources = {  # noqa: RUF012
         "small": "Dosta and others 2024 (moduli a hundred times smaller, smaller box and sphere)",
@@ -331,13 +283,9 @@ class PenetrationCase(BulkCase[Penetration]):
         surface = 2.0 * output.number("mean_height_m")
         solid = p.grains * p.grain.volume / (p.floor_area * surface)
         depth = surface + p.steel_radius - heights["final_height_m"]
-        fall = p.start_height - p.steel_radius - surface + 0.5 * p.speed**2 / p.gravity
-        ratio = p.steel_density / (p.density * solid)
-        mu = friction_by_depth(depth, fall, 2.0 * p.steel_radius, ratio) if depth > 0 else math.nan
         return {
             "final_depth_m": depth,
             "largest_depth_m": surface + p.steel_radius - heights["lowest_height_m"],
-            "friction_by_depth": mu,
             "bed_solid_fraction": solid,
         }
 
@@ -357,32 +305,15 @@ class PenetrationCase(BulkCase[Penetration]):
 
     def plane(self, parameters: Penetration) -> tuple[float, Sequence[Line]]:
         """Return the box through the sphere."""
-        box, top = parameters.box, parameters.start_height + 2.0 * parameters.steel_radius
-        return 0.5 * box.width, [((0.0, 0.0, box.length, box.length), (top, 0.0, 0.0, top))]
+        (length, width), top = (
+            parameters.box,
+            parameters.start_height + 2.0 * parameters.steel_radius,
+        )
+        return 0.5 * width, [((0.0, 0.0, length, length), (top, 0.0, 0.0, top))]
 
     def elastic_bound(self, parameters: Penetration, sample: Sample) -> float:
         """Return the bound over the kinetic energy of the sphere at its release."""
         return parameters.largest_elastic_energy / parameters.impact_energy
-
-    def more_checks(self, setup: Setup[Penetration]) -> Iterable[Check]:
-        """Return the known depth, a finding."""
-        yield self.check(
-            setup, "friction_by_depth", lambda s: known_depth(s, setup.runs[0]), GLASS_BEADS,
-            kind=Kind.FINDING, note="tangent of the angle of repose by the depth, "
-            "0.14/mu (rho_s/rho_b)^(1/2) D^(2/3) H^(1/3) (Uehara and others 2003); 0.45 is that of "
-            "glass beads",
-        )  # fmt: skip
-
-
-def known_depth(sample: Sample, p: Penetration) -> Value:
-    """Return the friction by depth [-]; raise Unsupported where the floor ends the fall."""
-    above_floor = sample.mean("lowest_height_m") - p.steel_radius
-    if above_floor < 2.0 * p.radius:
-        raise Unsupported(
-            f"the floor ends the fall: the sphere stops {1e3 * above_floor:.2g} mm above it, less "
-            f"than a grain's diameter of {2e3 * p.radius:g} mm"
-        )
-    return sample.mean_value("friction_by_depth")
 
 
 CASE = PenetrationCase()

@@ -15,20 +15,21 @@ from pydantic import Field
 from harness.cases.base import Check, Quantity, Value
 from harness.cases.bulk import beds
 from harness.cases.bulk.base import BED_STATE, ELASTIC, WALL_TIME, BulkCase, Setup, seed_setups
-from harness.cases.bulk.beds import PUBLISHED, BedOfOneKind, Floats
+from harness.cases.bulk.beds import PUBLISHED, BedOfOneKind, Floats, level_bed
 from harness.cases.bulk.report import Curve, Line
 from harness.cases.bulk.samples import Sample, check_grains, energy_rise, read_series, time_per_step
 from harness.engines.base import Output
 from harness.engines.output import Table
 from harness.errors import EngineUndecidedError
 from harness.results.rows import Kind
-from harness.theory.bulk import BEVERLOO_FACTOR, BEVERLOO_MARGIN, beverloo_scale, janssen_share
 
 COLUMNS = ("time_s", "remaining", "astray", "kinetic_J", "potential_J")
 # shares of the grains that have left between which the discharge is steady: after its beginning,
 # and while the bed is higher than the cone
 STEADY = 0.1, 0.6
 ABOVE = "over the potential energy of the bed above the orifice"
+BEVERLOO_FACTOR = 0.58  # C of Beverloo's law; 0.55 to 0.65 was measured
+BEVERLOO_MARGIN = 1.5  # [diameters] k of the law: what an orifice loses; 1.2 to 3 was measured
 STRESS_RATIO = 0.5  # K of Janssen's formula; 1 - sin phi (Jaky) for an angle of 30 deg
 
 
@@ -73,28 +74,20 @@ class Silo(BedOfOneKind):
         return math.sqrt(2.0 * self.gravity * (self.layers * self.pitch + self.cone_height))
 
     @property
-    def column(self) -> float:
-        """Return the grains above one another, by their number and the area of the cylinder."""
-        return self.grains * (2.0 * self.radius) ** 2 / (math.pi * self.silo_radius**2)
+    def floor_area(self) -> float:
+        """Return the area of the cylinder [m2]."""
+        return math.pi * self.silo_radius**2
 
-    def volume(self, height: float, power: int = 0) -> float:
-        """Return the integral of z^power over the volume up to a height over the orifice [m]."""
-        low = min(height, self.cone_height)
-        slope = (self.silo_radius - self.orifice_radius) / self.cone_height
-        radius = np.polynomial.Polynomial([self.orifice_radius, slope])
-        z = np.polynomial.Polynomial([0.0, 1.0]) ** power
-        cone = (radius**2 * z).integ()(low)
-        shaft = z.integ()(height) - z.integ()(low)
-        return math.pi * float(cone + self.silo_radius**2 * shaft)
+    def section(self, height: float) -> float:
+        """Return the area [m2] between the walls at a height over the orifice [m]."""
+        ends = (0.0, self.cone_height), (self.orifice_radius, self.silo_radius)
+        return math.pi * float(np.interp(height, *ends)) ** 2
 
-    def surface(self, mean_height: float) -> float:
-        """Return the height of a level bed over the orifice [m] whose grains have a mean height."""
-        from scipy.optimize import brentq
-
-        def difference(height: float) -> float:
-            return self.volume(height, 1) / self.volume(height) - mean_height
-
-        return float(brentq(difference, 1e-3 * mean_height, 10.0 * mean_height + self.cone_height))
+    @property
+    def cone_volume(self) -> float:
+        """Return the volume of the cone [m3]."""
+        low, high = self.orifice_radius, self.silo_radius
+        return math.pi / 3.0 * self.cone_height * (low**2 + low * high + high**2)
 
 
 PUBLISHED_SILO = Silo(
@@ -103,6 +96,33 @@ PUBLISHED_SILO = Silo(
 )  # fmt: skip
 WIDE_SILO = PUBLISHED_SILO.replace(orifice_radius=0.03, cone_height=0.07)
 COMPARED = ("discharge_rate_per_s", "bed_solid_fraction", "bed_coordination")
+
+
+# ---- scales that are known
+
+
+def beverloo_scale(orifice: float, grain: float, bulk_density: float, gravity: float) -> float:
+    """Return rho_b sqrt(g) (D - k d)^(5/2) [kg/s]: C times it is the discharge rate.
+
+    ``orifice`` D and ``grain`` d are diameters [m], ``bulk_density`` [kg/m3], ``gravity`` [m/s2];
+    0 where nothing passes. Beverloo, Leniger and van de Velde, Chem. Eng. Sci. 15, 260 (1961).
+    """
+    free = max(orifice - BEVERLOO_MARGIN * grain, 0.0)
+    return float(bulk_density * math.sqrt(gravity) * free**2.5)
+
+
+def janssen_share(height: float, radius: float, friction: float, ratio: float) -> float:
+    """Return the share of the weight in an upright cylinder that its walls bear.
+
+    ``height`` of the grains and ``radius`` [m], ``friction`` of the wall, fully mobilised, and
+    ``ratio`` K of horizontal to vertical stress: 1 - (1 - exp(-x))/x with x = 2 mu K h/R.
+    Janssen, Z. Ver. Dtsch. Ing. 39, 1045 (1895).
+    """
+    x = 2.0 * friction * ratio * height / radius
+    return 1.0 + math.expm1(-x) / x if x > 0.0 else 0.0
+
+
+# ---- what a run shows
 
 
 def discharge(p: Silo, table: Table) -> dict[str, float]:
@@ -214,10 +234,11 @@ class SiloCase(BulkCase[Silo]):
         table = read_series(p, output, COLUMNS)
         check_grains(p, output, table, "beyond the walls")
         flow = discharge(p, table)
-        surface = p.surface(output.number("mean_height_m"))
-        solid = p.grains * p.grain.volume / p.volume(surface)
+        mean_height = output.number("mean_height_m")
+        surface, volume = level_bed(p.section, 0.0, 10.0 * mean_height + p.cone_height, mean_height)
+        solid = p.grains * p.grain.volume / volume
         scale = beverloo_scale(2.0 * p.orifice_radius, 2.0 * p.radius, p.density * solid, p.gravity)
-        above = p.weight * output.number("mean_height_m")
+        above = p.weight * mean_height
         elastic = {ELASTIC: output.number("elastic_J") / above} if output.has("elastic_J") else {}
         steady = slice(*np.searchsorted(-table["remaining"], [-(1 - s) * p.grains for s in STEADY]))
         return {
@@ -229,15 +250,15 @@ class SiloCase(BulkCase[Silo]):
             "bed_height_m": surface,
             "bed_solid_fraction": solid,
             "bed_coordination": output.number("coordination"),
-            **self._loads(p, output, surface),
+            **self._loads(p, output, surface, volume),
             **time_per_step(p, output, table),
         }
 
-    def _loads(self, p: Silo, output: Output, surface: float) -> dict[str, float]:
+    def _loads(self, p: Silo, output: Output, surface: float, volume: float) -> dict[str, float]:
         loads = [output.number(f"{wall}_N") / p.weight for wall in ("shaft", "cone", "floor")]
         height = max(surface - p.cone_height, 0.0)
         share = janssen_share(height, p.silo_radius, p.steel_friction, STRESS_RATIO)
-        in_cylinder = 1.0 - p.volume(p.cone_height) / p.volume(surface) if height else 0.0
+        in_cylinder = 1.0 - p.cone_volume / volume if height else 0.0
         return {
             "shaft_load_ratio": loads[0],
             "walls_load_ratio": sum(loads),

@@ -80,7 +80,7 @@ def silo_output(p, table=None, rate=2000.0, stop=0.0, rise=0.0, **changes):
     table["potential_J"][300:] += rise
     results = {
         "bed_kinetic_J": 1e-6, "released_J": 1.1e-2, "elastic_J": 1e-5, "coordination": 4.9,
-        "mean_height_m": p.surface(0.02) - 0.5 * p.cone_height, "grains": p.grains,
+        "mean_height_m": 0.03, "grains": p.grains,
         "shaft_N": 0.1 * p.weight, "cone_N": 0.6 * p.weight, "floor_N": 0.3 * p.weight,
         "steps": p.settle_steps + p.steps,
     }  # fmt: skip

@@ -1,18 +1,16 @@
-"""Parameters of bulk cases: refusals, steps, files of places, energies of beds at rest."""
+"""Parameters of bulk cases: refusals, steps, published beds, level beds, energies at rest."""
 
-import lzma
 import math
 import re
 import subprocess
-from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy.integrate import quad
 from scipy.optimize import brentq
 
-from harness.cases.bulk import beds, drum
-from harness.cases.bulk.beds import PUBLISHED, RAYLEIGH_SHARE, Box, Places, Sphere, find_contacts
+from harness.cases.bulk import drum, penetration
+from harness.cases.bulk.beds import PUBLISHED, RAYLEIGH_SHARE, Sphere, find_contacts, level_bed
 from harness.engines.lammps.engine import Lammps
 from harness.engines.output import results_in
 from harness.engines.registry import engine_class
@@ -28,8 +26,9 @@ WRONG = [
     ("penetration", {"start_height": 0.02}, "start_height = 0.02 m: the sphere overlaps the"),
     ("penetration", {"steel_radius": 0.013, "start_height": 0.1}, "must be at most 0.012"),
     ("penetration", {"offset": 0.012}, "offset = 0.012 m: the sphere is in a wall; must be within"),
-    ("penetration", {"places": "bed.txt", "width": 0.02}, "length = 0 m, width = 0.02 m: must be"),
-    ("penetration", {"length": 0.1}, "length = 0.1 m, width = 0 m: must be 0 without"),
+    ("penetration", {"places": "bed.txt"}, "places = 'bed.txt': must be 'published' or empty"),
+    ("penetration", {"places": PUBLISHED, "radius": 2e-3}, "radius = 0.002 m: must be 0.001 with"),
+    ("drum", {"places": PUBLISHED}, "drum_radius = 0.024 m: must be 0.1 with places = 'published'"),
     ("heap", {"dispersity": 0.5}, "grains overlap at the start"),
     ("heap", {"width": 2, "spacing": 3.0}, "width = 2: no grain finds room between the sides"),
     *((name, {"scatter": 0.3}, APART) for name in CASES),
@@ -94,101 +93,72 @@ def test_the_mean_mass_of_a_heap_is_that_of_an_even_range_of_diameters():
     assert p.weight / (p.grains * p.gravity) == pytest.approx(mean, rel=1e-5)
 
 
-# ---- files of places
-
-BED = ("penetration", {"length": 0.02, "width": 0.02, "start_height": 0.008, "settle_time": 0.0})
-DRUM = ("drum", {"drum_radius": 0.014, "drum_length": 0.0105, "settle_time": 0.0, "turn": 1.0})
-HEAD, ROW = "radius x y z\n", "0.001 {:g} 0 0.001\n"
-LARGE, SMALL_ROW = "0.002 {:g} 0 -0.01\n", "0.001 {:g} 0 -0.01\n"
-WRONG_FILES = {  # case, text, words of the error
-    "a row cut short": (BED, HEAD + ROW.format(0.002) + "0.001 0.004\n", "from 4 to 2 at row 2"),
-    "a word": (BED, ROW.format(0.002) + "0.001 a 0 0\n", "could not convert string 'a'"),
-    "no number": (BED, ROW.format(0.002) + "0.001 nan 0 0\n", "must be four finite ones"),
-    "nothing": (BED, HEAD, "must be four finite ones"),
-    "another radius": (BED, "0.002 0 0 0.002\n", "grain 1 has the radius 0.002 m: must be radius"),
-    "a wall": (BED, ROW.format(0.002) + ROW.format(0.0095), "grain 2 at (0.0195, 0.01, 0.001)"),
-    "below the floor": (BED, "0.001 0 0 0.0005\n", "must be 0.0009 m from the walls"),
-    "an overlap": (BED, ROW.format(0.002) + ROW.format(0.0035), "1 and 2 are 0.0015 m apart"),
-    "a sphere in it": (BED, "0.001 0 0 0.005\n", "start_height = 0.008 m: the sphere overlaps"),
-    "two radii": (DRUM, "0.0015 0.004 0 0\n", "must be large_radius = 0.002 m or small_radius"),
-    "an end": (DRUM, LARGE.format(0) + "0.001 0 0.0045 0\n", "grain 2 at (0, 0.0045, 0) m: must"),
-    "a drum": (DRUM, LARGE.format(0.008) + SMALL_ROW.format(0), "must be 0.0018 m from the walls"),
-    "one kind": (DRUM, LARGE.format(0), "no grain of small_radius = 0.001 m"),
-}
-
-
-@pytest.mark.parametrize(("system", "text", "words"), WRONG_FILES.values(), ids=WRONG_FILES)
-def test_a_bad_file_is_refused_in_one_line_that_names_what_is_wrong(system, text, words, tmp_path):
-    (name, changes), path = system, tmp_path / "bed.txt"
-    path.write_text(text)
-    p = CASES[name].default.replace(places=str(path), **changes)
-    with pytest.raises(RequestError, match=rf"^[^\n]*{re.escape(words)}[^\n]*$"):
-        CASES[name].job(p)
-
-
-def test_a_file_that_is_not_there_and_a_broken_one_are_refused(tmp_path):
-    (tmp_path / "broken.xz").write_bytes(b"nothing packed")
-    for name in ("none.txt", "broken.xz"):
-        p = CASES["penetration"].default.replace(places=str(tmp_path / name), **BED[1])
-        with pytest.raises(RequestError, match="cannot be read"):
-            CASES["penetration"].job(p)
-
-
-def test_places_are_those_of_the_file_seen_from_the_corner_packed_or_not(tmp_path):
-    text = HEAD + "2\n" + ROW.format(0.002) + ROW.format(-0.004)
-    (tmp_path / "bed.txt").write_text(text)
-    (tmp_path / "bed.txt.xz").write_bytes(lzma.compress(text.encode()))
-    kinds = (("radius", CASES["penetration"].default.grain),)
-    for path in tmp_path.iterdir():
-        (places,) = beds.read_places(Places(str(path), Box(0.02, 0.02), kinds))
-        np.testing.assert_allclose(places, [[0.012, 0.01, 0.001], [0.006, 0.01, 0.001]])
+# ---- published beds
 
 
 def test_the_published_beds_touch_their_walls():
-    p = CASES["penetration"].presets[PUBLISHED]
-    (places,) = beds.read_places(p._file)
-    assert places.shape == (25000, 3)
-    assert places.min(axis=0) == pytest.approx(1e-3, abs=2e-6)
-    assert places[:, :2].max(axis=0) == pytest.approx([0.097, 0.059], abs=2e-6)
+    p, rows = CASES["penetration"].presets[PUBLISHED], penetration.BED.rows()
+    assert rows.shape == (p.grains, 4) == (25000, 4)
+    assert rows[:, 1:].min(axis=0) == pytest.approx(1e-3, abs=2e-6)
+    assert rows[:, 1:3].max(axis=0) == pytest.approx([0.097, 0.059], abs=2e-6)
+    assert rows[:, 3].max() + p.radius == pytest.approx(p.bed_top, rel=1e-12)
+    radius, x, y, z = drum.BED.rows().T
     p = CASES["drum"].presets[PUBLISHED]
-    assert p.counts == (8000, 30000)
-    for places, kind in zip(beds.read_places(p._file), p.kinds, strict=True):
-        assert p._file.walls.gap(places).min() == pytest.approx(kind.radius, abs=3e-6)
-    table = Path(CASES["drum"].job(p).values["places"]).read_text("utf-8").partition("Atoms")[2]
-    types = [int(line.split()[1]) for line in table.splitlines() if line]
-    assert (types.count(1), types.count(2)) == (8000, 30000)
+    for kind, count in zip(p.kinds, p.counts, strict=True):
+        of_kind = radius == kind.radius
+        assert of_kind.sum() == count
+        gaps = p.drum_radius - np.hypot(x, z), 0.5 * p.drum_length - abs(y)
+        assert np.min(gaps, axis=0)[of_kind].min() == pytest.approx(kind.radius, abs=3e-6)
 
 
 @pytest.mark.live
-def test_lammps_reads_the_places_and_drops_the_sphere_at_its_offset(lammps, tmp_path):
-    path, case, grid = tmp_path / "bed.txt", CASES["penetration"], (-2e-3, 0.0, 2e-3)
-    path.write_text("".join(f"0.001 {x} {y} 0.001\n" for x in grid for y in grid))
-    p = case.default.replace(places=str(path), **BED[1], duration=0.05)
-    first, second = lammps.run([case.job(p), case.job(p.replace(offset=2e-3))])
-    values = case.measure(p, first)
-    # nine grains of one layer that touch: twelve pairs, and the floor is no grain
-    assert values["bed_coordination"] == pytest.approx(24 / 9)
-    volume = 9 * 4 / 3 * np.pi * 1e-9
-    assert values["bed_solid_fraction"] == pytest.approx(volume / (0.02 * 0.02 * 0.002))
-    assert values["energy_gain_ratio"] < 1e-3
-    height = second.table(("z_m",))["z_m"][-1]
-    assert height != pytest.approx(values["final_height_m"], rel=1e-6)
+def test_lammps_has_the_contacts_of_the_published_bed_and_the_sphere_at_its_offset(lammps):
+    case = CASES["penetration"]
+    p = case.presets[PUBLISHED].replace(duration=5e-6, offset=4e-3)
+    output = lammps.run([case.job(p)])[0]
+    radius, *places = penetration.BED.rows().T
+    contacts = find_contacts(np.transpose(places), radius)
+    assert output.number("coordination") == pytest.approx(2 * len(contacts.i) / p.grains, rel=1e-3)
+    assert output.number("mean_height_m") == pytest.approx(places[2].mean(), rel=1e-6)
+    (film,) = lammps.run([case.film_job(p, 2)])
+    sphere = np.argmax(film.tables["series"]["radius_m"][0])
+    assert film.tables["series"]["x_m"][0][sphere] == pytest.approx(0.049 + 4e-3, rel=1e-9)
 
 
 @pytest.mark.parametrize("code", ["lammps", "liggghts", "yade", "kratos"])
 @pytest.mark.live
 @pytest.mark.slow
-def test_a_code_reads_the_drum_of_a_file(code, tmp_path):
-    """Grains that touch nothing fall as one: h = g (n dt)^2/2, to a step."""
+def test_a_code_begins_with_the_places_of_the_published_drum(code):
     needs(code)
-    path, case = tmp_path / "drum.txt", CASES["drum"]
-    path.write_text("0.002 0 0 0.005\n0.001 -0.004 0 0.005\n0.001 0.004 0 0.005\n")
-    p = case.default.replace(places=str(path), **DRUM[1])
+    case = CASES["drum"]
+    p = case.presets[PUBLISHED].replace(turn=1e-3)
     (output,) = run(engine_class(code), case.job(p))
-    table = output.table(("step", "x_m", "y_m", "z_m"))
-    np.testing.assert_allclose(table["x_m"][0], [0.0, -0.004, 0.004], atol=1e-9)
-    fall = 0.5 * p.gravity * (p.step_size * p.steps) ** 2
-    np.testing.assert_allclose(table["z_m"][-1], 0.005 - fall, atol=2.0 / p.steps * fall)
+    rows = drum.BED.rows()
+    places = np.concatenate([rows[rows[:, 0] == kind.radius, 1:] for kind in p.kinds])
+    found = np.stack([output.tables["series"][f"{axis}_m"][0] for axis in "xyz"], axis=1)
+    assert np.abs(found - places).max() < 1e-8
+
+
+# ---- level beds
+
+
+def test_a_level_bed_on_a_cone_and_in_a_drum_has_the_volume_of_its_closed_form():
+    p = CASES["silo"].default
+    low, high, cone = p.orifice_radius, p.silo_radius, p.cone_height
+    slope, height = (high - low) / cone, 0.05
+    first = low**2 * cone**2 / 2 + 2 * low * slope * cone**3 / 3 + slope**2 * cone**4 / 4
+    volume = p.cone_volume + math.pi * high**2 * (height - cone)
+    moment = math.pi * (first + high**2 * (height**2 - cone**2) / 2)
+    found = level_bed(p.section, 0.0, 1.0, moment / volume)
+    assert found == pytest.approx((height, volume), rel=1e-9)
+    # R^2 (a - sin a cos a) of a circle, whose centre is 2/3 R sin^3 a/(a - sin a cos a) below
+    p = drum.Drum()
+    for angle in (0.6, 1.2, 2.0):
+        part = angle - math.sin(angle) * math.cos(angle)
+        centre = -2 / 3 * p.drum_radius * math.sin(angle) ** 3 / part
+        found = level_bed(p.section, -p.drum_radius, p.drum_radius, centre)
+        volume = part * p.drum_radius**2 * p.drum_length
+        assert found == pytest.approx((-p.drum_radius * math.cos(angle), volume), rel=1e-9)
 
 
 # ---- the longest step
@@ -229,9 +199,10 @@ def test_the_elastic_energy_of_columns_is_below_its_bound(name):
     """Columns of grains, the k-th contact from above bears k grains."""
     p = CASES[name].default
     modulus, reduced = p.youngs_modulus / (2 * (1 - 0.04)), p.radius / 2
-    weights = p.grain.mass * p.gravity * np.append(np.arange(1, p.column), p.column)
+    column = p.grains * (2 * p.radius) ** 2 / p.floor_area
+    weights = p.grain.mass * p.gravity * np.append(np.arange(1, column), column)
     energies = 0.4 * weights * (weights / (4 / 3 * modulus * math.sqrt(reduced))) ** (2 / 3)
-    assert p.grains / p.column * energies.sum() < p.largest_elastic_energy
+    assert p.grains / column * energies.sum() < p.largest_elastic_energy
     assert p.largest_elastic_energy == pytest.approx(3 * p.grains * energies[-1])
 
 
@@ -308,7 +279,8 @@ def test_the_script_measures_the_springs_of_its_places_and_changes_nothing(lmp, 
         kind, places, radius = frames[step][:, 1], frames[step][:, 2:5], frames[step][:, 8]
         young = np.where(kind == 1, SMALL_BED.youngs_modulus, SMALL_BED.steel_youngs_modulus)
         x, y, z = places.T
-        walls = x, SMALL_BED.box.length - x, y, SMALL_BED.box.width - y, z
+        length, width = SMALL_BED.box
+        walls = x, length - x, y, width - y, z
         held, _ = spring_energy(places, radius, young, walls, SMALL_BED.steel_youngs_modulus)
         # overlaps are counted in bins of 4e-8 m, some 1e-2 of one: at random over all contacts
         assert float(results[name]) == pytest.approx(held, rel=5e-3), name
