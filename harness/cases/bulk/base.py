@@ -50,6 +50,7 @@ ABOUT = {  # values of scripts that are no parameters
     "length": "[m] of the box along x",
     "width": "[m] along y, likewise",
 }
+IN_SCRIPTS = {"places": "the data file; large grains are of type 1"}  # not as of the parameter
 ELASTIC = "elastic_ratio"  # energy of the bed's normal springs over the scale of energy gained
 BED_STATE = (
     Quantity[Any]("bed_solid_fraction", "1", "of the bed at rest, up to its level surface", 0.5),
@@ -137,7 +138,7 @@ class BulkCase(Case[B]):
             {"": f"{cls.summary} {cls.text}"},
             allowed=allowed_in(kind) | ALLOWED,
             neutral=neutral,
-            about=ABOUT | descriptions(kind),
+            about=ABOUT | descriptions(kind) | IN_SCRIPTS,
         )
 
     # ---- what a case adds

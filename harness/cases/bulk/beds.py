@@ -88,8 +88,8 @@ class Sphere:
 
 # fmt: off
 Places = Annotated[
-    str, Field(description="[-] of the grains: published, those of Dosta and others; empty: a "
-               "lattice that settles; a script takes a data file, large grains of type 1")]
+    str, Field(description="[-] published: those of the grains of Dosta and others; empty: a "
+               "lattice that settles")]
 Layers = Annotated[
     int, Field(ge=1, le=10000, description="[-] grains of the first lattice along z")]
 Spacing = Annotated[float, Field(gt=1.0, le=3.0, description="[-] of a lattice, in diameters")]

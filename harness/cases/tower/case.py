@@ -10,7 +10,7 @@ from harness.cases.bench import Bench
 from harness.cases.tower import checks, show
 from harness.cases.tower.impulse import MARGIN, Runner
 from harness.cases.tower.parameters import SEARCH, Tower, TowerParameters
-from harness.cases.tower.runs import Timing, TowerRun, job_of, read, solve, timing_of
+from harness.cases.tower.runs import Setup, TowerRun, make_setup, read, solve
 from harness.cases.tower.windows import (
     energy_drift,
     grain_velocity_at,
@@ -60,11 +60,11 @@ class TowerCase(Case[TowerParameters]):
 
     def job(self, parameters: TowerParameters) -> Job:
         """Return the job of one run, long enough for the turnaround window."""
-        return job_of(parameters.tower, _timing(parameters))
+        return _setup(parameters).job
 
     def measure(self, parameters: TowerParameters, output: Output) -> Mapping[str, float]:
         """Return the quantities of one run; raise EngineOutputError for a bad output."""
-        run = read(parameters.tower, _timing(parameters), output)
+        run = read(_setup(parameters), output)
         try:
             return _quantities(run, parameters)
         except RequestError as error:
@@ -76,15 +76,14 @@ class TowerCase(Case[TowerParameters]):
 
     def reference(self, parameters: TowerParameters, bench: Bench) -> Mapping[str, float]:
         """Return the quantities at equal steps, of the deformable law by velocity Verlet here."""
-        setup = checks.Setup(parameters.tower, _timing(parameters))
-        return _quantities(setup.reference(bench), parameters)
+        return _quantities(checks.reference_run(_setup(parameters), bench), parameters)
 
     def solve(self, parameters: TowerParameters, solver: str) -> Mapping[str, float]:
         """Return the quantities by the exact propagator or RK4."""
         if solver not in self.solvers:
             return super().solve(parameters, solver)
         run = solve(
-            parameters.tower,
+            parameters,
             solver,
             duration=_duration(parameters),
             steps_per_contact=parameters.steps_per_contact,
@@ -93,23 +92,19 @@ class TowerCase(Case[TowerParameters]):
 
     def cost(self, parameters: TowerParameters) -> float:
         """Return the steps of a run times its particles."""
-        timing = timing_of(parameters.tower, parameters.duration, parameters.steps_per_contact)
-        return float(timing.steps * parameters.particles)
+        setup = make_setup(parameters, parameters.duration, parameters.steps_per_contact)
+        return float(setup.steps * parameters.particles)
 
     def film_job(self, parameters: TowerParameters, frames: int) -> Job:
         """Return the job of a run with so many samples."""
-        steps = parameters.steps_per_contact
-        return job_of(
-            parameters.tower, timing_of(parameters.tower, parameters.duration, steps, frames)
-        )
+        return make_setup(parameters, parameters.duration, parameters.steps_per_contact, frames).job
 
     def discs(self, parameters: TowerParameters, output: Output) -> Discs:
         """Return the particles of a run, displacements drawn larger."""
         numbers = output.table(("step",))["step"]
         steps, every = int(numbers[-1]), int(numbers[min(1, len(numbers) - 1)])
         step = parameters.duration * parameters.contact_time / steps
-        timing = Timing(parameters.duration, step, steps, every, parameters.contact_period / step)
-        return show.discs(read(parameters.tower, timing, output))
+        return show.discs(read(Setup(parameters, parameters.duration, step, steps, every), output))
 
     def checks(self, engine: Engine) -> Iterable[Check]:
         """Return the checks of an engine, against the exact propagator and at equal steps."""
@@ -124,8 +119,8 @@ class TowerCase(Case[TowerParameters]):
         return show.sections(benches)
 
 
-def _timing(parameters: TowerParameters) -> Timing:
-    return timing_of(parameters.tower, _duration(parameters), parameters.steps_per_contact)
+def _setup(parameters: TowerParameters) -> Setup:
+    return make_setup(parameters, _duration(parameters), parameters.steps_per_contact)
 
 
 def _duration(parameters: TowerParameters) -> float:
@@ -138,7 +133,7 @@ def _duration(parameters: TowerParameters) -> float:
 def _exact(parameters: TowerParameters) -> TowerRun:
     """Return the exact run that covers the duration and the turnaround window."""
     runner = Runner("exact")
-    (run,) = runner.runs([parameters.tower], max(parameters.duration, SEARCH))
+    (run,) = runner.runs([parameters], max(parameters.duration, SEARCH))
     return runner.covering(run, "turnaround")
 
 

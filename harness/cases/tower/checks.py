@@ -7,9 +7,9 @@ its rules on damping.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import replace
 from functools import cache, partial
-from typing import Any
+from itertools import product
 
 import numpy as np
 
@@ -17,16 +17,7 @@ from harness.cases.base import Check, Level, Value
 from harness.cases.bench import OWN, Bench
 from harness.cases.tower.impulse import READINGS, source_angles
 from harness.cases.tower.parameters import LAWS, SEARCH, Law, Tower
-from harness.cases.tower.runs import (
-    Timing,
-    TowerRun,
-    job_of,
-    read,
-    run_in,
-    scene_of,
-    solve,
-    timing_of,
-)
+from harness.cases.tower.runs import Setup, TowerRun, make_setup, read, run_in, solve
 from harness.cases.tower.windows import (
     Window,
     first_contact_end,
@@ -34,7 +25,7 @@ from harness.cases.tower.windows import (
     impulse_until,
     peak_force,
 )
-from harness.engines.base import Engine, Job
+from harness.engines.base import Engine
 from harness.errors import EngineOutputError
 from harness.results.rows import Kind, Tolerance
 from harness.results.series import first_divergence
@@ -48,8 +39,10 @@ WINDOWS: dict[int, tuple[Window, ...]] = {
     10: ("turnaround", "first-contact"),  # its chain never holds all ten contacts
 }
 TALL = Tower(height=40, law="overlap", gravity=0.0)
-TALL_SAMPLES = 6000
+TALL_NAME, TALL_SAMPLES = "tall tower", 6000
 LAW_HEIGHTS = (2, 10, 19)  # at which both laws are compared
+
+Measure = Callable[[TowerRun], float]
 
 VERLET = "velocity-verlet"  # scheme of second order; of others the reference's error is allowed
 SAME_TIME = 1e-12  # [-] of a run: differences of times that round-off makes
@@ -75,48 +68,26 @@ SAME_STEPS = Tolerance(
 )
 
 
-@dataclass(frozen=True)
-class Setup:
-    """A tower with its timing, as checks run it."""
-
-    case: Tower
-    timing: Timing
-
-    @property
-    def name(self) -> str:
-        """Return the name of the setup in rows."""
-        return f"{self.case.law} law, n = {self.case.height}"
-
-    @property
-    def job(self) -> Job:
-        """Return the job of the run in an engine."""
-        return job_of(self.case, self.timing)
-
-    def run(self, bench: Bench) -> TowerRun:
-        """Return the run in an engine; of this package's solvers, by RK4 in its own steps."""
-        if bench.name == OWN:
-            return bench.once(solve, self.case, "rk4")
-        return bench.once(run_in, bench, self.case, self.timing)
-
-    def exact(self) -> TowerRun:
-        """Return the exact run, with samples at the same times."""
-        return exact_run(self.case, self.timing.duration, self.timing.samples)
-
-    def reference(self, bench: Bench) -> TowerRun:
-        """Return the run at equal steps: a scene by the reference, else velocity Verlet here."""
-        if self.case.law == "overlap":
-            output = bench.reference_output(scene_of(self.case, self.timing))
-            return read(self.case, self.timing, output)
-        return bench.once(
-            solve, self.case, "verlet", samples=self.timing.samples,
-            duration=self.timing.duration, steps_per_contact=self.timing.steps_per_contact,
-        )  # fmt: skip
+def run_of(setup: Setup, bench: Bench) -> TowerRun:
+    """Return the run in an engine; of this package's solvers, by RK4 in its own steps."""
+    if bench.name == OWN:
+        return bench.once(solve, setup.tower, "rk4")
+    return bench.once(run_in, bench, setup)[0]
 
 
-def setup(law: Law, height: int) -> Setup:
-    """Return the source's tower of a law and height at k = 1e6 N/m and 2 m/s."""
-    case = Tower(law=law, height=height)
-    return Setup(case, timing_of(case))
+def reference_run(setup: Setup, bench: Bench) -> TowerRun:
+    """Return the run at equal steps: a scene by the reference, else velocity Verlet here."""
+    if setup.tower.law == "overlap":
+        return read(setup, bench.reference_output(setup.scene))
+    return bench.once(
+        solve, setup.tower, "verlet", samples=setup.samples,
+        duration=setup.duration, steps_per_contact=setup.steps_per_contact,
+    )  # fmt: skip
+
+
+def exact(setup: Setup) -> TowerRun:
+    """Return the exact run, with samples at the same times."""
+    return exact_run(setup.tower, setup.duration, setup.samples)
 
 
 @cache
@@ -131,95 +102,85 @@ def exact_run(case: Tower, duration: float, samples: int) -> TowerRun:
 def engine_checks(engine: Engine) -> Iterator[Check]:
     """Yield the checks of an engine; of a law that it refuses the first alone, for the reason."""
     for law in LAWS:
-        checks = law_checks(law)
-        first = next(checks)
+        first, *others = law_checks(law)
         yield first
         if not engine.refuses(first.jobs[0]):
-            yield from checks
-    tall = Setup(TALL, timing_of(TALL, samples=TALL_SAMPLES))
-    yield _tall_check(
-        measure=lambda bench: _first_contact_ratio(tall.run(bench)),
-        tolerance=partial(_of_scheme, tall, TALL_TOWER, _first_contact_ratio),
-        level="default",
-        jobs=[tall.job],
+            yield from others
+    tall = make_setup(TALL, samples=TALL_SAMPLES)
+    yield replace(
+        _against_exact(tall, "impulse_ratio", "1", first_contact_ratio, TALL_TOWER, endless_ratio),
+        setup=TALL_NAME, kind=Kind.ANALYTIC, jobs=[tall.job],
         note="first contact, over that of a rigid base; a row without end in Bessel functions",
-    )
+    )  # fmt: skip
 
 
 def law_checks(law: Law) -> Iterator[Check]:
     """Yield the checks of a law: force, impulse, equal steps, alpha."""
-    for height in HEIGHTS:
-        tower = setup(law, height)
-        yield from _exact_checks(tower, jobs=[tower.job])
-        yield _check(
-            tower,
-            "motion_difference",
-            check="equal steps",
-            measure=partial(motion_difference, tower),
-            expected=0.0,
-            tolerance=SAME_STEPS,
-            jobs=[tower.job],
+    setups = {height: make_setup(Tower(law=law, height=height)) for height in HEIGHTS}
+    for setup in setups.values():
+        for check in exact_checks(setup):
+            yield replace(check, jobs=[setup.job])
+        yield Check(
+            setup=_name(setup), quantity="motion_difference", unit="1", check="equal steps",
+            measure=partial(motion_difference, setup), expected=0.0, tolerance=SAME_STEPS,
+            level=_level(setup), jobs=[setup.job],
             note="largest difference of all particles, over the sizes of the columns",
-        )
-    first = setup(law, 1)
+        )  # fmt: skip
     for height, windows in WINDOWS.items():
         for window in windows:
-            tower = setup(law, height)
-            yield _check(
-                tower,
-                "impulse_ratio",
-                check=window,
-                measure=partial(_engine_ratio, tower, first, window),
-                expected=partial(_exact_ratio, tower, first, window),
-                tolerance=partial(_of_scheme, tower, RATIO, partial(impulse, window=window)),
-                jobs=[first.job, tower.job],
-            )
+            yield _ratio_check(setups[height], setups[1], window)
 
 
-def _check(tower: Setup, quantity: str, unit: str = "1", **how: Any) -> Check:
+def exact_checks(setup: Setup) -> list[Check]:
+    """Return the checks of force and impulse of one run against the exact ones."""
+    force = FORCE[setup.tower.law]
+    return [
+        replace(
+            _against_exact(setup, "force_difference", "1", force_difference, force, 0.0),
+            note="largest difference from the exact force on the grain, over its peak",
+        ),
+        _against_exact(setup, "impulse_Ns", "N s", impulse, IMPULSE),
+    ]
+
+
+def _against_exact(
+    setup: Setup, quantity: str, unit: str, measure: Measure, tolerance: Tolerance,
+    expected: float | Callable[[Bench], float] | None = None,
+) -> Check:  # fmt: skip
+    """Return the check of a number of a run, expected as of the exact run unless given."""
     return Check(
-        setup=tower.name, quantity=quantity, unit=unit, level=HEIGHTS[tower.case.height], **how
-    )
+        setup=_name(setup), quantity=quantity, unit=unit, level=_level(setup),
+        measure=lambda bench: measure(run_of(setup, bench)),
+        expected=(lambda _: measure(exact(setup))) if expected is None else expected,
+        tolerance=partial(_of_scheme, setup, tolerance, measure),
+    )  # fmt: skip
 
 
-def _exact_checks(tower: Setup, **how: Any) -> Iterator[Check]:
-    """Yield the checks of force and impulse of one run against the exact ones."""
-    yield _check(
-        tower,
-        "force_difference",
-        measure=lambda bench: force_difference(tower.run(bench)),
-        expected=0.0,
-        tolerance=partial(_of_scheme, tower, FORCE[tower.case.law], force_difference),
-        note="largest difference from the exact force on the grain, over its peak",
-        **how,
-    )
-    yield _check(
-        tower,
-        "impulse_Ns",
-        "N s",
-        measure=lambda bench: impulse(tower.run(bench)),
-        expected=lambda _: impulse(tower.exact()),
-        tolerance=partial(_of_scheme, tower, IMPULSE, impulse),
-        **how,
-    )
+def _ratio_check(setup: Setup, first: Setup, window: Window) -> Check:
+    """Return the check of alpha, the impulse over that on one contact."""
+    of_window = partial(impulse, window=window)
+    return Check(
+        setup=_name(setup), quantity="impulse_ratio", unit="1", check=window, level=_level(setup),
+        measure=lambda bench: of_window(run_of(setup, bench)) / of_window(run_of(first, bench)),
+        expected=lambda _: of_window(exact(setup)) / of_window(exact(first)),
+        tolerance=partial(_of_scheme, setup, RATIO, of_window), jobs=[first.job, setup.job],
+    )  # fmt: skip
 
 
-def _engine_ratio(tower: Setup, first: Setup, window: Window, bench: Bench) -> float:
-    return impulse(tower.run(bench), window) / impulse(first.run(bench), window)
+def _name(setup: Setup) -> str:
+    return f"{setup.tower.law} law, n = {setup.tower.height}"
 
 
-def _exact_ratio(tower: Setup, first: Setup, window: Window, _: Bench) -> float:
-    return impulse(tower.exact(), window) / impulse(first.exact(), window)
+def _level(setup: Setup) -> Level:
+    return HEIGHTS.get(setup.tower.height, "default")
 
 
-def _of_scheme(
-    tower: Setup, tolerance: Tolerance, measure: Callable[[TowerRun], float], bench: Bench
-) -> Tolerance:
+def _of_scheme(setup: Setup, tolerance: Tolerance, measure: Measure, bench: Bench) -> Tolerance:
     """Return a tolerance for velocity Verlet; of other schemes, with the reference's error."""
     verlet = bench.name == OWN or bench.engine.traits.integrator == VERLET
-    if verlet or tower.case.law != "overlap":
+    if verlet or setup.tower.law != "overlap":
         return tolerance
-    step_error = abs(measure(tower.reference(bench)) - measure(tower.exact()))
+    step_error = abs(measure(reference_run(setup, bench)) - measure(exact(setup)))
     return Tolerance(
         tolerance.absolute + step_error,
         tolerance.relative + 10.0 ** (1 - bench.engine.traits.digits),
@@ -247,9 +208,9 @@ def force_difference(run: TowerRun, exact: TowerRun | None = None) -> float:
     return float(np.abs(difference).max() / peak_force(exact))
 
 
-def motion_difference(tower: Setup, bench: Bench) -> Value:
+def motion_difference(setup: Setup, bench: Bench) -> Value:
     """Return the largest difference from the run at equal steps, and when it began."""
-    run, reference = tower.run(bench), tower.reference(bench)
+    run, reference = run_of(setup, bench), reference_run(setup, bench)
     columns, expected = _columns(run, bench), _columns(reference, bench)
     divergence = first_divergence(
         run.time, columns, expected, reference_time=reference.time, absolute=EQUAL_STEPS
@@ -278,15 +239,14 @@ def _columns(run: TowerRun, bench: Bench) -> dict[str, Floats]:
     }
 
 
-def _tall_check(**how: Any) -> Check:
-    """Return a check of the impulse of the first contact over 2 m v0, of a row without end."""
-    expected = (1.0 - float(grain_velocity(DETACHMENT_TAU))) / 2.0  # 0.5661397
-    return Check(setup="tall tower", quantity="impulse_ratio", unit="1", expected=expected,
-                 kind=Kind.ANALYTIC, **how)  # fmt: skip
-
-
-def _first_contact_ratio(run: TowerRun) -> float:
+def first_contact_ratio(run: TowerRun) -> float:
+    """Return the impulse of the first contact over 2 m v0 [-], for a mass of 1 kg."""
     return impulse_until(run, first_contact_end(run)) / (2.0 * run.tower.speed)
+
+
+def endless_ratio(_: Bench) -> float:
+    """Return the same of a row without end [-], 0.5661397."""
+    return (1.0 - float(grain_velocity(DETACHMENT_TAU))) / 2.0
 
 
 # ---- solvers of this package
@@ -294,28 +254,30 @@ def _first_contact_ratio(run: TowerRun) -> float:
 
 def solver_checks() -> Iterator[Check]:
     """Yield RK4 against the exact propagator, that on a tall tower, and both laws compared."""
-    for law in LAWS:
-        for height in HEIGHTS:
-            yield from _exact_checks(setup(law, height), check="RK4")
-    yield _tall_check(
-        check="exact propagator",
-        measure=lambda _: _first_contact_ratio(exact_run(TALL, SEARCH, TALL_SAMPLES)),
-        tolerance=NO_STEP,
-    )
+    for law, height in product(LAWS, HEIGHTS):
+        for check in exact_checks(make_setup(Tower(law=law, height=height))):
+            yield replace(check, check="RK4")
+    yield Check(
+        setup=TALL_NAME, quantity="impulse_ratio", unit="1", check="exact propagator",
+        measure=lambda _: first_contact_ratio(exact_run(TALL, SEARCH, TALL_SAMPLES)),
+        expected=endless_ratio, tolerance=NO_STEP, kind=Kind.ANALYTIC,
+    )  # fmt: skip
     for height in LAW_HEIGHTS:
         yield from _law_findings(height)
 
 
 def _law_findings(height: int) -> Iterator[Check]:
     """Yield how far the forces and the critical angles of both laws are from each other."""
-    deformable, overlap = (setup(law, height) for law in ("deformable", "overlap"))
+    deformable, overlap = (
+        make_setup(Tower(law=law, height=height)) for law in ("deformable", "overlap")
+    )
     of_laws = partial(
         Check, setup=f"deformable against overlap law, n = {height}", kind=Kind.FINDING
     )
     yield of_laws(
         quantity="force_difference",
         unit="1",
-        measure=lambda _: force_difference(deformable.exact(), overlap.exact()),
+        measure=lambda _: force_difference(exact(deformable), exact(overlap)),
         expected=0.0,
         note="both exact; the laws are one for a single contact",
     )

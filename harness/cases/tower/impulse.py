@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, get_args
 
 from harness.cases.bench import Bench
 from harness.cases.tower.parameters import LAWS, SEARCH, Law, Tower
-from harness.cases.tower.runs import Progress, TowerRun, runs_in, solve, timing_of
+from harness.cases.tower.runs import Progress, TowerRun, make_setup, run_in, solve
 from harness.cases.tower.windows import Window, impulse, touch_time, window_end
 from harness.engines.base import Engine
 from harness.errors import RequestError
@@ -115,8 +115,7 @@ class Runner:
         if self.engine is None:
             yield from (solve(case, self.solver, duration=duration) for case in cases)
         else:
-            timings = [timing_of(case, duration) for case in cases]
-            yield from runs_in(Bench(self.engine), cases, timings)
+            yield from run_in(Bench(self.engine), *(make_setup(case, duration) for case in cases))
 
     def covering(self, run: TowerRun, window: Window) -> TowerRun:
         """Return ``run``, or a longer one of the same case that covers ``window``.

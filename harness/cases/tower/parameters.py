@@ -163,8 +163,3 @@ class TowerParameters(Tower):
         gt=0,
         description="[-] steps in pi sqrt(m/k); 1000 in engines and 4000 in RK4 if not given",
     )
-
-    @property
-    def tower(self) -> Tower:
-        """Return the tower alone."""
-        return Tower(**{name: getattr(self, name) for name in Tower.model_fields})

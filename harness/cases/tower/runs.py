@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from harness.cases.bench import Bench
 from harness.cases.tower.parameters import PROPERTIES, SEARCH, Tower, TowerParameters
 from harness.engines.base import Engine, Job, Output, Template, Value
-from harness.engines.output import SERIES, Provenance
+from harness.engines.output import Provenance
 from harness.errors import EngineNaNError, EngineOutputError, RequestError
 from harness.model.allowed import COUNT, Allowed, allowed_in
 from harness.model.law import Law
@@ -44,6 +44,7 @@ MOST_ROWS = 1_000_000  # particles times samples that an engine writes, unless s
 MOST_KEPT = 10_000_000  # likewise, that a solver keeps
 MOST_STEPS = 2_000_000_000  # LAMMPS counts to 2^31
 ROUNDING = 4 * float(np.finfo(float).eps)  # overlaps as small, over the position, count as open
+IN_SCRIPTS = ("height", "speed", "gravity", "base", "start", "gap")
 UNITS = {
     "time": "s", "grain_displacement": "m", "grain_velocity": "m/s", "grain_force": "N",
     "contacts": "1", "compression": "m", "compression_rate": "m/s", "kinetic_energy": "J",
@@ -121,7 +122,8 @@ def tower(
     if engine is not None:
         if solver not in (None, engine.name):
             raise RequestError(f"solver = {solver!r}: contradicts the engine {engine.name!r}")
-        return run_in(Bench(engine), case, timing_of(case, duration, steps_per_contact))
+        (run,) = run_in(Bench(engine), make_setup(case, duration, steps_per_contact))
+        return run
     stage = f"tower of height {case.height}, {case.law} law"
     return solve(
         case, solver or "rk4", duration=duration, steps_per_contact=steps_per_contact,
@@ -210,28 +212,85 @@ def chain_of(case: Tower) -> Chain:
 # ---- engines: a script with values, or the same tower as a scene
 
 
-class Timing(NamedTuple):
-    """Steps of a run, their size [s], and how many lie between samples."""
+@dataclass(frozen=True)
+class Setup:
+    """A tower and the steps of its run in an engine.
 
-    duration: float  # [t0]
+    ``duration`` is in t0, ``step`` in s; ``every`` steps lie between two samples.
+    """
+
+    tower: Tower
+    duration: float
     step: float
     steps: int
     every: int
-    steps_per_contact: float
 
     @property
     def samples(self) -> int:
         """Return how many samples follow the start."""
         return self.steps // self.every
 
+    @property
+    def steps_per_contact(self) -> float:
+        """Return the steps in pi sqrt(m/k)."""
+        return self.tower.contact_period / self.step
 
-def timing_of(
+    @property
+    def values(self) -> dict[str, Value]:
+        """Return a script's values; raise RequestError for unequal particles."""
+        case = self.tower
+        if any(len(set(case.each(name))) > 1 for name in PROPERTIES):
+            raise RequestError("mass, stiffness and diameter must be one number each in an engine")
+        return {
+            **{name: case.each(name)[0] for name in PROPERTIES},
+            **{name: getattr(case, name) for name in IN_SCRIPTS},
+            "duration": self.duration,
+            "steps_per_contact": self.steps_per_contact,
+            "series_every": self.every,
+            "law": case.law,
+        }
+
+    @property
+    def scene(self) -> Scene:
+        """Return a tower of equal particles under the overlap law as a scene, gravity along x."""
+        case = self.tower
+        mass, stiffness, d = (case.each(name)[0] for name in PROPERTIES)
+        last = case.height if case.base == "fixed" else -1
+        # contact i of a preloaded tower carries the i - 1 particles between it and the grain
+        sunk = mass * case.gravity / stiffness if case.start == "preloaded" else 0.0
+        bodies = tuple(
+            Body(
+                radius=0.5 * d,
+                mass=mass,
+                position=(i * (d + case.gap) - 0.5 * i * (i - 1) * sunk, 0.0, 0.0),
+                velocity=(0.0 if i else case.speed, 0.0, 0.0),
+                motion="frozen" if i == last else "free",
+            )
+            for i in range(case.particles)
+        )
+        return Scene(
+            bodies=bodies,
+            law=Law(normal_stiffness=stiffness, damping="none"),
+            gravity=(case.gravity, 0.0, 0.0),
+            step=math.pi / case.omega / self.steps_per_contact,  # as the script has it
+            steps=self.steps,
+            every=self.every,
+        )
+
+    @property
+    def job(self) -> Job:
+        """Return the job, which writes the motion of all particles; errors as of `values`."""
+        scene = self.scene if self.tower.law == "overlap" else None
+        return Job(TEMPLATE, self.values, sampled=True, scene=scene)
+
+
+def make_setup(
     case: Tower,
     duration: float = SEARCH,
     steps_per_contact: float | None = None,
     samples: int | None = None,
-) -> Timing:
-    """Return the timing of a run of ``duration`` [t0]; the step divides it and the samples.
+) -> Setup:
+    """Return the setup of a run of ``duration`` [t0]; the step divides it and the samples.
 
     Raise RequestError for a step at which velocity Verlet is unstable, and for a script's least pi
     steps in a contact.
@@ -248,66 +307,14 @@ def timing_of(
     steps = every * math.ceil(least / every * (1 - 1e-12))
     if steps > MOST_STEPS:
         raise RequestError(f"duration = {duration:g} t0: more than 2e9 steps, LAMMPS's bound")
-    step = seconds / steps
-    return Timing(duration, step, steps, every, case.contact_period / step)
+    return Setup(case, duration, seconds / steps, steps, every)
 
 
-def job_of(case: Tower, timing: Timing) -> Job:
-    """Return the job of a tower, which writes the motion of all particles.
-
-    Raise RequestError for unequal particles, which scripts do not have.
-    """
-    scene = scene_of(case, timing) if case.law == "overlap" else None
-    return Job(TEMPLATE, values_of(case, timing), sampled=True, scene=scene)
-
-
-def values_of(case: Tower, timing: Timing) -> dict[str, Value]:
-    """Return a script's values; errors as of :func:`job_of`."""
-    if any(len(set(case.each(name))) > 1 for name in PROPERTIES):
-        raise RequestError("mass, stiffness and diameter must be one number each in an engine")
-    return {
-        **{name: case.each(name)[0] for name in PROPERTIES},
-        **{name: getattr(case, name) for name in ("height", "speed", "gravity", "base", "start")},
-        "gap": case.gap,
-        "duration": timing.duration,
-        "steps_per_contact": timing.steps_per_contact,
-        "series_every": timing.every,
-        "law": case.law,
-    }
-
-
-def scene_of(case: Tower, timing: Timing) -> Scene:
-    """Return a tower of equal particles under the overlap law as a scene, gravity along x."""
-    mass, stiffness, d = (case.each(name)[0] for name in PROPERTIES)
-    last = case.height if case.base == "fixed" else -1
-    # contact i of a preloaded tower carries the i - 1 particles between it and the grain
-    sunk = mass * case.gravity / stiffness if case.start == "preloaded" else 0.0
-    bodies = tuple(
-        Body(
-            radius=0.5 * d,
-            mass=mass,
-            position=(i * (d + case.gap) - 0.5 * i * (i - 1) * sunk, 0.0, 0.0),
-            velocity=(0.0 if i else case.speed, 0.0, 0.0),
-            motion="frozen" if i == last else "free",
-        )
-        for i in range(case.particles)
-    )
-    return Scene(
-        bodies=bodies,
-        law=Law(normal_stiffness=stiffness, damping="none"),
-        gravity=(case.gravity, 0.0, 0.0),
-        step=math.pi / case.omega / timing.steps_per_contact,  # as the script has it
-        steps=timing.steps,
-        every=timing.every,
-    )
-
-
-_DEFAULT = Tower(height=2, law="overlap")
 TEMPLATE = Template(
     name="tower",
     variants={
         "": {
-            **values_of(_DEFAULT, timing_of(_DEFAULT)),
+            **make_setup(Tower(height=2, law="overlap")).values,
             "steps_per_contact": STEPS["velocity_verlet"],
             "series_every": 4,
         }
@@ -323,74 +330,64 @@ TEMPLATE = Template(
 )
 
 
-def run_in(bench: Bench, case: Tower, timing: Timing) -> TowerRun:
-    """Return the run of a tower in an engine; raise EngineError for one that failed."""
-    return runs_in(bench, [case], [timing])[0]
-
-
-def runs_in(bench: Bench, cases: Sequence[Tower], timings: Sequence[Timing]) -> list[TowerRun]:
+def run_in(bench: Bench, *setups: Setup) -> list[TowerRun]:
     """Return the runs of towers in an engine, of one batch; raise the first EngineError."""
-    jobs = [job_of(case, timing) for case, timing in zip(cases, timings, strict=True)]
+    jobs = [setup.job for setup in setups]
     bench.prepare(jobs)
-    return [
-        read(case, timing, bench.output(job))
-        for case, timing, job in zip(cases, timings, jobs, strict=True)
-    ]
+    return [read(setup, bench.output(job)) for setup, job in zip(setups, jobs, strict=True)]
 
 
-def read(case: Tower, timing: Timing, output: Output) -> TowerRun:
+def read(setup: Setup, output: Output) -> TowerRun:
     """Return the run in an output: places, velocities and forces of all particles along x.
 
     Raise EngineOutputError for samples that are missing, cut or at other times, for other
     parameters, and for a tower in which nothing ever touches; EngineNaNError for values that are
     not finite.
     """
+    case, rows, count = setup.tower, setup.samples + 1, setup.tower.particles
     output.check_numbers(
         {
             **{f"{name}_{unit}": case.each(name)[0] for name, unit in PROPERTIES.items()},
             "speed_m_per_s": case.speed,
             "gravity_m_per_s2": case.gravity,
             "contact_time_s": case.contact_time,
-            "step_s": timing.step,
-            "steps": timing.steps,
+            "step_s": setup.step,
+            "steps": setup.steps,
         }
     )
-    rows, count = timing.steps // timing.every + 1, case.particles
+    # the base's force, perhaps unknown, is not used: it may be NaN
     table = output.table(("step", "x_m", "vx_m_per_s"), rows)
-    # the base's force, perhaps unknown, is not used
-    force_x = output.tables[SERIES].get("fx_N")
-    for column in (table["x_m"], table["vx_m_per_s"], force_x):
-        if column is None or column.shape != (rows, count):
-            shape = "no samples" if column is None else f"samples of shape {column.shape}"
-            raise EngineOutputError(
-                f"{output.engine} left {shape} of a column, not {(rows, count)}"
-            )
-    if not np.array_equal(table["step"], timing.every * np.arange(rows)):
+    columns = [table[name] for name in ("x_m", "vx_m_per_s", "fx_N") if name in table]
+    if [column.shape for column in columns] != 3 * [(rows, count)]:
         raise EngineOutputError(
-            f"{output.engine} left samples at other steps than every {timing.every}"
+            f"{output.engine} left places, velocities or forces of another shape than "
+            f"{(rows, count)}"
         )
-    x, v = table["x_m"], table["vx_m_per_s"]
+    if not np.array_equal(table["step"], setup.every * np.arange(rows)):
+        raise EngineOutputError(
+            f"{output.engine} left samples at other steps than every {setup.every}"
+        )
+    x, v, force_x = columns
     # a scene's motion has the forces of contacts alone, a script's dump those with the weight
-    weight = 0.0 if "tz_N_m" in output.tables[SERIES] else case.each("mass")[0] * case.gravity
-    force = _contact_forces(case, np.asarray(force_x), weight, x)
+    weight = 0.0 if "tz_N_m" in table else case.each("mass")[0] * case.gravity
+    force = _contact_forces(case, force_x, weight, x)
     if not np.isfinite(force).all():
         raise EngineNaNError(f"{output.engine} wrote a force that is not a number")
     if not (force > 0.0).any():
         raise EngineOutputError(f"{output.engine}: no contact of the tower ever presses")
     run = TowerRun(
         chain=chain_of(case),
-        time=np.asarray(table["step"] * timing.step),
+        time=np.asarray(table["step"] * setup.step),
         displacements=x - case.each("diameter")[0] * np.arange(count),
         velocities=v,
         forces=force,
-        step=timing.step,
+        step=setup.step,
         tower=case,
         solver=output.provenance.engine,
         provenance=output.provenance,
     )
-    output.check_numbers(
-        {"final_velocity_m_per_s": float(run.grain_velocity[-1])}, "is what its series has"
-    )
+    final = {"final_velocity_m_per_s": float(run.grain_velocity[-1])}
+    output.check_numbers(final, "is what its series has")
     return run
 
 

@@ -136,7 +136,7 @@ def test_a_code_begins_with_the_places_of_the_published_drum(code):
     rows = drum.BED.rows()
     places = np.concatenate([rows[rows[:, 0] == kind.radius, 1:] for kind in p.kinds])
     found = np.stack([output.tables["series"][f"{axis}_m"][0] for axis in "xyz"], axis=1)
-    assert np.abs(found - places).max() < 1e-8
+    assert np.abs(found - places).max() < 1e-7  # LIGGGHTS writes six digits
 
 
 # ---- level beds

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from harness.cases.tower.parameters import Tower
-from harness.cases.tower.runs import solve, timing_of
+from harness.cases.tower.runs import make_setup, solve
 from harness.engines.base import Engine, Traits
 from harness.engines.output import SERIES, Output, Provenance
 from harness.engines.reference import Reference
@@ -48,8 +48,8 @@ class Standin(Engine):
         case = Tower(**{name: values[name] for name in Tower.model_fields})
         wrong = self.change_case(case) if self.change_case else case
         steps = values["steps_per_contact"]
-        timing = timing_of(case, values["duration"], steps)
-        count = timing.steps // values["series_every"]
+        setup = make_setup(case, values["duration"], steps)
+        count = setup.steps // values["series_every"]
         # the same number of steps, each longer by the factor
         run = solve(
             wrong, "verlet", samples=count,

@@ -6,7 +6,7 @@ from harness.cases.bench import Bench
 from harness.cases.checks import run_checks, selected
 from harness.cases.tower.case import CASE
 from harness.cases.tower.parameters import TowerParameters
-from harness.cases.tower.runs import timing_of
+from harness.cases.tower.runs import make_setup
 from harness.engines.lammps.engine import Lammps
 from harness.results.rows import Verdict
 
@@ -56,7 +56,7 @@ def test_both_laws_pass_with_the_numbers_of_the_readme(engine):
 def test_a_run_has_the_values_of_version_1(engine, law):
     parameters = TowerParameters(law=law)
     measured = CASE.measure(parameters, Bench(engine).output(CASE.job(parameters)))
-    assert timing_of(parameters.tower).steps == 3010
+    assert make_setup(parameters).steps == 3010
     for name, value in VERSION_1[law].items():
         scale = CASE.quantity(name).size(parameters)
         assert measured[name] == pytest.approx(value, abs=1e-9 * scale)

@@ -9,17 +9,7 @@ from harness.cases.bench import Bench
 from harness.cases.tower import windows
 from harness.cases.tower.case import CASE
 from harness.cases.tower.parameters import Tower, TowerParameters
-from harness.cases.tower.runs import (
-    chain_of,
-    job_of,
-    read,
-    run_in,
-    scene_of,
-    solve,
-    timing_of,
-    tower,
-    values_of,
-)
+from harness.cases.tower.runs import chain_of, make_setup, read, run_in, solve, tower
 from harness.engines.output import SERIES, Output, Provenance
 from harness.engines.reference import Reference
 from harness.errors import EngineOutputError, RequestError
@@ -66,12 +56,12 @@ def test_a_run_is_as_long_as_the_window_of_its_impulse():
 @pytest.mark.parametrize("start", ["touching", "preloaded", "gapped"])
 def test_script_scene_and_chain_are_one_tower(start):
     case = Tower(height=3, law="overlap", start=start, gap=1e-3 * (start == "gapped"))
-    timing = timing_of(case)
-    scene, chain = scene_of(case, timing), chain_of(case)
+    setup = make_setup(case)
+    scene, chain = setup.scene, chain_of(case)
     places = [body.position[0] - i for i, body in enumerate(scene.bodies)]
     assert places == pytest.approx(chain.displacement.tolist(), abs=1e-15)
     assert [body.motion for body in scene.bodies] == ["free"] * 3 + ["frozen"]
-    runs = [run_in(Bench(engine), case, timing) for engine in (Standin(), Reference())]
+    runs = [run_in(Bench(engine), setup)[0] for engine in (Standin(), Reference())]
     assert runs[0].grain_force == pytest.approx(runs[1].grain_force, abs=1e-6)
     assert runs[0].energy == pytest.approx(runs[1].energy, abs=1e-9)
 
@@ -86,13 +76,13 @@ def test_script_scene_and_chain_are_one_tower(start):
 )
 def test_unstable_steps_are_refused(steps, law, height, bound):
     with pytest.raises(RequestError, match=f"steps_per_contact.*{bound}"):
-        timing_of(Tower(height=height, law=law), 3.0, steps)
+        make_setup(Tower(height=height, law=law), 3.0, steps)
 
 
 def test_unequal_particles_are_for_solvers_alone():
     case = Tower(height=1, mass=(1.0, 2.0))
     with pytest.raises(RequestError, match="one number each"):
-        values_of(case, timing_of(case))
+        assert make_setup(case).values
     assert tower(case, solver="exact").final_velocity.shape == (2,)
 
 
@@ -130,17 +120,16 @@ def test_bad_parameters(values, said):
 
 
 def test_an_output_of_other_parameters_is_refused():
-    case = Tower(height=1, law="overlap")
-    timing = timing_of(case)
-    good = Bench(Standin()).output(job_of(case, timing))
+    setup = make_setup(Tower(height=1, law="overlap"))
+    good = Bench(Standin()).output(setup.job)
     results = (("mass_kg", "1.0000001"),)
     wrong = Output(results, Provenance("lammps", "1"), {SERIES: good.tables[SERIES]})
-    assert read(case, timing, good).step == timing.step
+    assert read(setup, good).step == setup.step
     with pytest.raises(EngineOutputError, match="mass_kg"):
-        read(case, timing, wrong)
+        read(setup, wrong)
     total = Output((("final_velocity_m_per_s", "1"),), Provenance("x", "1"), good.tables)
     with pytest.raises(EngineOutputError, match="its series"):
-        read(case, timing, total)
+        read(setup, total)
 
 
 def test_a_frame_has_units_and_the_rounding_of_contacts():
