@@ -12,8 +12,9 @@ import math
 from abc import abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import combinations, product
-from typing import Any, ClassVar, Generic, NamedTuple, TypeVar
+from functools import partial
+from itertools import combinations
+from typing import Any, ClassVar, Generic, TypeVar
 
 import numpy as np
 
@@ -92,20 +93,6 @@ def seed_setups(
     return setups
 
 
-class Comparison(NamedTuple):
-    """An engine, perhaps under the law of another one, against a partner under its own.
-
-    The engine has the rows; ``check`` is the name of the comparison.
-    """
-
-    engine: Engine
-    law: StatedLaw | None
-    partner: Engine
-    check: str
-    kind: Kind
-    note: str
-
-
 Measured = Callable[[Sample], Any]
 
 
@@ -118,8 +105,7 @@ class BulkCase(Case[B]):
     group = "bulk"
     parameters: ClassVar[type[Bed]]
     template: ClassVar[Template]
-    title: ClassVar[str]
-    text: ClassVar[str]
+    text: ClassVar[str]  # after the summary
     curves: ClassVar[tuple[Curve, ...]]
     setups: ClassVar[Sequence[Setup[Any]]]  # what is verified
     gain: ClassVar[str]  # quantity: energy gained
@@ -140,6 +126,11 @@ class BulkCase(Case[B]):
             neutral=neutral,
             about=ABOUT | descriptions(kind) | IN_SCRIPTS,
         )
+
+    @property
+    def title(self) -> str:
+        """Return the process, which the summary names first."""
+        return self.summary.partition(":")[0]
 
     # ---- what a case adds
 
@@ -294,70 +285,74 @@ class BulkCase(Case[B]):
             laws = {engine.name: self._law(engine, p) for engine in able}
             for pair in combinations(able, 2):
                 level = setup.level_in(*pair)
-                for comparison in self._comparisons(p, *pair, laws):
-                    for check in self._ratios(setup, comparison):
-                        yield comparison.engine, replace(check, level=level)
+                for engine, check in self._pair_checks(setup, *pair, laws):
+                    yield engine, replace(check, level=level)
 
     def _law(self, engine: Engine, parameters: B) -> StatedLaw:
         rolling = getattr(parameters, "rolling_friction", 0.0)
         return stated_law(engine, bulk_law(parameters.poisson_ratio, rolling))
 
-    def _comparisons(
-        self, parameters: B, first: Engine, second: Engine, laws: Mapping[str, StatedLaw]
-    ) -> Iterator[Comparison]:
-        """Yield the comparisons of two engines, each under its own law and under one law.
+    def _pair_checks(
+        self, setup: Setup[B], first: Engine, second: Engine, laws: Mapping[str, StatedLaw]
+    ) -> Iterator[tuple[Engine, Check]]:
+        """Yield the checks of two engines, each under its own law and under one law.
 
         An engine under the law of another is compared with it, and with itself.
         """
         pair = laws[first.name], laws[second.name]
         titles = f"{first.title}: {pair[0].text}; {second.title}: {pair[1].text}"
-        same = pair[0] == pair[1]
-        kind, note = (Kind.CROSS_CODE, "") if same else (Kind.FINDING, titles)
-        yield Comparison(first, None, second, f"over {second.title}", kind, note)
+        kind, note = (Kind.CROSS_CODE, "") if pair[0] == pair[1] else (Kind.FINDING, titles)
+        for check in self._ratios(setup, (first, None, second), kind):
+            yield first, replace(check, check=f"over {second.title}", note=note)
         if pair[0].rules == pair[1].rules:
             return
         for runner, partner in ((first, second), (second, first)):
             law = laws[partner.name]
-            if runner.refuses(self.job(parameters, law)):
+            if runner.refuses(self.job(setup.runs[0], law)):
                 continue
             rules = f"the rules of {partner.title}"
             kind = Kind.FINDING if law.lacks else Kind.CROSS_CODE
             note = f"{partner.title} {law.lacks}" if law.lacks else ""
-            check = f"under {rules}, over {partner.title}"
-            yield Comparison(runner, law, partner, check, kind, note)
+            for check in self._ratios(setup, (runner, law, partner), kind):
+                yield (
+                    runner,
+                    replace(check, check=f"under {rules}, over {partner.title}", note=note),
+                )
             effect = "effect of the rules in one code; its sign is not predicted"
-            yield Comparison(runner, law, runner, rules, Kind.FINDING, effect)
+            for check in self._ratios(setup, (runner, law, runner), Kind.FINDING):
+                yield runner, replace(check, check=rules, note=effect)
 
-    def _ratios(self, setup: Setup[B], comparison: Comparison) -> Iterator[Check]:
-        """Yield the ratio of means of each compared quantity, and Fisher's test of lost runs."""
-        engine, law, partner, check, kind, note = comparison
+    def _ratios(
+        self, setup: Setup[B], pair: tuple[Engine, StatedLaw | None, Engine], kind: Kind
+    ) -> Iterator[Check]:
+        """Yield the ratio of means of each compared quantity, and Fisher's test of lost runs.
+
+        ``pair`` are an engine, the law of another one under which it runs, and its partner.
+        """
+        engine, law, partner = pair
 
         def samples(bench: Bench) -> tuple[Sample, Sample]:
             second = bench.others.get(partner.name, bench)
             return self.sample(bench, setup, law), self.sample(second, setup)
 
-        def ratio(bench: Bench, quantity: str) -> Value:
-            pair = [sample.decided() for sample in samples(bench)]
-            for sample, title in zip(pair, (engine.title, partner.title), strict=True):
+        def ratio(quantity: str, bench: Bench) -> Value:
+            decided = [sample.decided() for sample in samples(bench)]
+            for sample, title in zip(decided, (engine.title, partner.title), strict=True):
                 sample.check_spread(title)
-            return ratio_of_means(*(sample.values(quantity) for sample in pair))
+            return ratio_of_means(*(sample.values(quantity) for sample in decided))
 
-        common: dict[str, Any] = {
-            "setup": setup.name, "check": check, "kind": kind, "note": note, "unit": "1",
-            "expected": 1.0, "jobs": [self.job(p, law) for p in setup.runs],
-        }  # fmt: skip
+        row = partial(
+            Check, setup=setup.name, unit="1", expected=1.0, kind=kind,
+            jobs=[self.job(p, law) for p in setup.runs],
+        )  # fmt: skip
         if setup.runs[0].LEAVING and setup.compared:
-            yield Check(
-                quantity="runs_without_value", tolerance=BY_CHANCE, **common,
+            yield row(
+                quantity="runs_without_value", tolerance=BY_CHANCE,
                 measure=lambda bench: same_shares(*samples(bench)),
             )  # fmt: skip
+        tolerance = EQUIVALENT if kind is Kind.CROSS_CODE else Tolerance()
         for name in setup.compared:
-            yield Check(
-                quantity=name,
-                measure=lambda bench, name=name: ratio(bench, name),  # type: ignore[misc]
-                tolerance=EQUIVALENT if kind is Kind.CROSS_CODE else Tolerance(),
-                **common,
-            )
+            yield row(quantity=name, measure=partial(ratio, name), tolerance=tolerance)
 
     # ---- report
 
@@ -365,24 +360,21 @@ class BulkCase(Case[B]):
         """Return a section for each system, of its setup with most runs that was run."""
         sections = {}
         for setup in self.setups:
-            if samples := dict(self._samples_run(setup, benches)):
+            jobs = [self.job(p) for p in setup.runs]
+            samples = {
+                bench.engine.title: sample
+                for name, bench in benches.items()
+                if name != OWN and bench.has_run(jobs)
+                if (sample := self._sample_with_value(bench, setup))
+            }
+            if samples:
                 sections[setup.system] = bulk_section(self, setup, samples)
         return [*sections.values()]
 
-    def _samples_run(
-        self, setup: Setup[B], benches: Mapping[str, Bench]
-    ) -> Iterator[tuple[str, Sample]]:
-        """Yield the title and the sample of each engine that has run a setup, also under rules."""
-        engines = [bench for name, bench in benches.items() if name != OWN]
-        laws: dict[str, StatedLaw | None] = {"": None}
-        for bench in engines:
-            words = f" under the rules of {bench.engine.title}"
-            laws[words] = self._law(bench.engine, setup.runs[0])
-        for bench, (words, law) in product(engines, laws.items()):
-            if bench.has_run([self.job(p, law) for p in setup.runs]):
-                try:
-                    sample = self.sample(bench, setup, law)
-                except EngineError:
-                    continue  # its rows have the error
-                if sample.rows:
-                    yield f"{bench.engine.title}{words}", sample
+    def _sample_with_value(self, bench: Bench, setup: Setup[B]) -> Sample | None:
+        """Return the runs of a setup, None where none has a value: the rows have the error."""
+        try:
+            sample = self.sample(bench, setup)
+        except EngineError:
+            return None
+        return sample if sample.rows else None

@@ -304,7 +304,6 @@ class DrumCase(BulkCase[Drum]):
 
     name = "drum"
     summary = "Grains of two sizes in a rotating drum: mixing, angle of the surface."
-    title = "Grains of two sizes in a rotating drum"
     text = (
         "Large grains settle below small ones in a drum of steel, which then turns: one of the "
         "three bulk processes of Dosta and others (2024), at its Froude number and nearly its "

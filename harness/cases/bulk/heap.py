@@ -165,7 +165,6 @@ class HeapCase(BulkCase[Heap]):
 
     name = "heap"
     summary = "Grains run off at both ends of a box: the angle of repose of the heap that remains."
-    title = "The angle of repose of a heap"
     text = (
         "Grains settle in a trough of glued grains; both ends are taken away, grains run off, and "
         "the angle of the slopes that remain is measured. Grains start at the same places in each "

@@ -187,7 +187,6 @@ class PenetrationCase(BulkCase[Penetration]):
 
     name = "penetration"
     summary = "A steel sphere falls on a bed of small spheres: depth, deceleration, energy."
-    title = "A sphere falls on a bed"
     text = (
         "A steel sphere is released above a bed of grains at rest: one of the three bulk processes "
         "of Dosta and others (2024). Softening by a hundred changes its depth: the small bed is a "

@@ -173,7 +173,6 @@ class SiloCase(BulkCase[Silo]):
 
     name = "silo"
     summary = "A silo with a hopper runs empty: discharge rate, loads at rest, energy."
-    title = "A silo runs empty"
     text = (
         "Grains settle in a cylinder on a cone of steel whose orifice is closed; it is opened, and "
         "the number that remains is counted: one of the three bulk processes of Dosta and others "

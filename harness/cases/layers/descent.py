@@ -8,13 +8,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, Self
+from typing import Self
 
 import numpy as np
 from pydantic import Field, model_validator
 
 from harness.cases.base import Check, Level, Quantity
-from harness.cases.bench import OWN, Bench
 from harness.cases.layers.packing import (
     PREPARED,
     Floats,
@@ -27,12 +26,8 @@ from harness.engines.base import Engine
 from harness.engines.output import Output
 from harness.errors import EngineOutputError, EngineUndecidedError
 from harness.model.contact import PLASTIC
-from harness.report.content import Drawing, Section
 from harness.results.rows import Kind, Tolerance
 from harness.theory.incline import critical_angle
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 STATIC_ANGLE_DEG = 30.0  # a grain at rest touches two spheres 30 deg either side of the normal
 RISE_DEG = 2.5  # from the stop to the start, of raised runs of 1 to 8 layers
@@ -203,33 +198,6 @@ class LayersCase(PackingCase[Layers]):
             expected=self.exact(p)[name], tolerance=tolerance,
         )  # fmt: skip
 
-    def sections(self, benches: Mapping[str, Bench]) -> Sequence[Section]:
-        """Return the profile of the small flow of each engine that ran it."""
-        job = self.job(SMALL_FLOW)
-        profiles = {
-            bench.engine.title: profile_in(outcome)
-            for name, bench in benches.items()
-            if name != OWN and bench.has_run([job])
-            for outcome in bench.outcomes([job])
-            if isinstance(outcome, Output)
-        }
-        if not profiles:
-            return ()
-        drawing = Drawing(
-            "layers-profile",
-            "Profile of a small flow of layers",
-            "Mean speed of the grains and solid fraction, in slices of a quarter of a diameter, "
-            "four layers at 16 deg. Each grain counts whole in the slice of its centre, so that "
-            "the fraction rises and falls with the layers and may exceed that of a packing.",
-            lambda: _profile_figure(profiles),
-        )
-        text = (
-            "Frictionless spheres in layers on a rough base, periodic along and across, lowered "
-            "until they rest. A single grain on the ordered row is the incline: it must stop at "
-            "the incline's critical angle."
-        )
-        return (Section("Frictionless layers", text, drawings=(drawing,)),)
-
 
 def _reason(p: Layers, output: Output) -> str:
     """Return why a descent has no angle; raise EngineOutputError for an unknown verdict."""
@@ -245,20 +213,6 @@ def _reason(p: Layers, output: Output) -> str:
     if angle < p.lowest_angle:
         return f"the flow never stopped above lowest_angle = {p.lowest_angle:g} deg"
     return f"the flow never stopped within time_limit = {p.time_limit:g}; it was at {angle:.4g} deg"
-
-
-def _profile_figure(profiles: Mapping[str, Mapping[str, Floats]]) -> Figure:
-    from harness.report.style import COLOURS, label, legend_below, panels
-
-    figure = panels(1, 2, 3.5, 3.6)
-    speeds, fractions = figure.axes
-    for colour, (title, profile) in zip(COLOURS, profiles.items(), strict=False):
-        speeds.plot(profile["speed"], profile["height"], "o-", color=colour, label=title)
-        fractions.plot(profile["solid_fraction"], profile["height"], "s-", color=colour)
-    label(speeds, "mean speed (sqrt(g d))", "height above the base (d)")
-    label(fractions, "solid fraction, grains by their centres", "height above the base (d)")
-    legend_below(figure)
-    return figure
 
 
 CASE = LayersCase()
