@@ -8,6 +8,7 @@ from __future__ import annotations
 import hashlib
 import json
 import threading
+from collections import defaultdict
 from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
 from concurrent.futures import Future
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
     from harness.model.conventions import Rules
     from harness.model.motion import Motion
     from harness.model.scene import Scene
+    from harness.results.rows import Row
 
 Result = TypeVar("Result")
 Progress = Callable[[str, int, int], None]  # stage, parts done, parts in all; from any thread
@@ -71,12 +73,14 @@ class Memo:
 class Bench:
     """An engine under test, None for this package's solvers.
 
-    ``others`` are the benches of all engines of a verification, by name.
+    ``others`` are the benches of all engines of a verification, by name; ``rows`` those of the
+    checks that were run, by case.
     """
 
     def __init__(self, engine: Engine | None, *, others: Mapping[str, Bench] | None = None) -> None:
         self._engine = engine
         self.others: Mapping[str, Bench] = {} if others is None else others
+        self.rows: defaultdict[str, list[Row]] = defaultdict(list)
         self._runs = Memo()  # of the engine, shared by benches with other references
         self._memo = Memo()
         self._substitutes: Mapping[Scene, Motion] = {}

@@ -109,7 +109,9 @@ def run_checks(
         return row_in(bench, check, blank)
 
     rows = parallel_map(row_of, range(len(checks)), cores())
-    return rows if explain is None else explain(bench, checks, rows)
+    rows = rows if explain is None else explain(bench, checks, rows)
+    bench.rows[case] += rows
+    return rows
 
 
 def row_in(bench: Bench, check: Check, blank: Row) -> Row:

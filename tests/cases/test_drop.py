@@ -5,12 +5,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
 
 from harness.cases.base import LEVELS
 from harness.cases.bench import Bench
 from harness.cases.checks import run_checks
-from harness.cases.drop import CASE, Drop, collision, contacts, restitution, scene_of
+from harness.cases.drop import CASE, Drop, contacts, restitution, scene_of
 from harness.engines.output import SERIES
 from harness.engines.reference import Reference
 from harness.engines.registry import open_engine
@@ -154,15 +153,6 @@ def test_spoiled_runs_fail_every_row(change):
     assert len(rows) == 26
 
 
-def test_grain_that_flies_through_the_sphere_is_an_error():
-    def blind(_, motion):
-        still = motion.velocity[:1].repeat(len(motion), axis=0)
-        return replace(motion, velocity=still)
-
-    notes = [r.note for r in verify(Twin(change_motion=blind)) if r.verdict is Verdict.FAIL]
-    assert any("never felt" in note for note in notes)
-
-
 def test_refused_contacts_are_not_tested():
     class Clipped(Reference):
         def rules(self, scene: Scene):
@@ -221,25 +211,6 @@ def test_no_scale_exceeds_three_times_the_largest_value(measured):
         ]
         sizes = [quantity.size(CASE.presets[n]) for n, f in measured.items() if quantity.name in f]
         assert max(sizes) <= 3.0 * max(values), quantity.name
-
-
-@pytest.mark.parametrize("contact", [*contacts()], ids=lambda contact: contact.name)
-def test_restitution_by_integration_of_the_law(contact):
-    """DOP853 up to where the force vanishes, or the overlap, in units of sqrt(m/k)."""
-    case = collision(contact).case
-    zeta = case.zeta
-
-    def pressed(_, state):
-        return state[0] + 2.0 * zeta * state[1]  # k x + eta v, positive in compression
-
-    def overlap(_, state):
-        return state[0]
-
-    event = pressed if contact.clipped else overlap
-    event.terminal, event.direction = True, -1
-    solution = solve_ivp(lambda _, s: (s[1], -s[0] - 2.0 * zeta * s[1]), (0.0, 1e3), (1e-12, 1.0),
-                         events=event, rtol=1e-12, atol=1e-15, method="DOP853")  # fmt: skip
-    assert -solution.y[1, -1] == pytest.approx(restitution(case), abs=1e-9)
 
 
 def test_effective_mass_is_that_of_the_dashpot():

@@ -15,7 +15,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from harness.cases.base import Case, Check, Level, Quantity, Value
+from harness.cases.base import Case, Check, Level, Value
 from harness.cases.bench import Bench
 from harness.cases.checks import REASON, ROUND_OFF, runs_at, with_step_error
 from harness.cases.contacts import tables
@@ -28,7 +28,7 @@ from harness.errors import EngineNaNError, EngineOutputError
 from harness.model.conventions import Rules
 from harness.model.motion import Motion
 from harness.model.scene import Scene
-from harness.report.content import Discs, Drawing, Section
+from harness.report.content import Discs, Section
 from harness.results.rows import Kind, Tolerance
 from harness.solvers import reference
 
@@ -37,38 +37,37 @@ P = TypeVar("P", bound=ContactSystem)
 STEPS = 50  # of a contact, in checks
 SAMPLES = 50  # at least, of a run that is held against the reference
 QUICK_VARIATION = "defaults"  # of an engine, at level quick
-VARIED_SYSTEM = "two spheres"  # of variations below level full
 MOTION = "motion"  # quantity of the rows on all samples of a run
 MOVED = "moved_by_conventions"  # quantity of the findings on an engine's conventions
 
 
-@dataclass(kw_only=True, eq=False)
+@dataclass(eq=False)
 class ContactCase(Case[P]):
-    """A contact system with its quantities, in the laws and systems of its matrix.
+    """A contact system in the laws and systems of its table.
 
-    ``formula`` has the expected values in words. ``units`` are those of an engine's script.
+    The docstring of ``parameters`` is the summary, and below it the expected values in words.
+    ``units`` are those of an engine's script.
     """
 
     name: str
-    summary: str
-    formula: str
     parameters: type[P]  # type: ignore[misc]  # of an instance here, of a class in others
-    quantities: Sequence[Quantity[Any]]
     units: str = ""
 
     def __post_init__(self) -> None:
+        self.summary, _, formula = (self.parameters.__doc__ or "").partition("\n\n")
+        self.formula = " ".join(formula.split())
+        self.quantities = self.parameters.quantities
         presets = tables.presets(self.name)
         sources = {name: values.pop("source", "") for name, values in presets.items()}
-        self.group, self.matrix = "contacts", tables.matrix(self.name)
+        self.group = "contacts"
         self.presets = {name: self.parameters(**values) for name, values in presets.items()}
         self.sources = {name: source for name, source in sources.items() if source}
-        self.listed: dict[str, Level] = {}  # the level of the last list of checks, by engine
 
     # ---- one run
 
     def scene(self, parameters: P) -> Scene:
-        """Return the scene of a run, made once."""
-        return _scene(parameters)
+        """Return the scene of a run, made once, with :data:`SAMPLES` or more."""
+        return _sampled_scene(parameters)
 
     def job(self, parameters: P) -> Job:
         """Return the job of one run."""
@@ -110,39 +109,10 @@ class ContactCase(Case[P]):
 
     # ---- verification
 
-    def trials(self) -> Iterator[Trial]:
-        """Yield each law in its systems, with the shortest level that runs it."""
-        for law, row in self.matrix.laws.items():
-            systems = [system for system in self.matrix.systems if row.goes_with(system)]
-            quick = self._quick_systems(law, row, systems)
-            for system in systems:
-                yield Trial(self, law, system, "quick" if system in quick else "default")
-
-    def _quick_systems(self, law: str, row: tables.LawRow, systems: Sequence[str]) -> set[str]:
-        """Return the systems of a law at level quick.
-
-        The laws take turns in the systems that are not slow; those of earlier interfaces go
-        through all of them, as their walls and pairs share no code.
-        """
-        if not row.quick:
-            return set()
-        fast = [system for system in systems if system not in tables.SLOW_SYSTEMS]
-        if row.law.get("interface") == "old":
-            return set(fast)
-        turns = [system for system in fast if system not in self.matrix.always]
-        number = [name for name, each in self.matrix.laws.items() if each.quick].index(law)
-        chosen = {system for system in fast if system in self.matrix.always}
-        chosen |= {turns[number % len(turns)]} if turns else set()
-        if law == self.matrix.two_materials_law:
-            chosen |= {system for system in systems if system.startswith("two materials")}
-        return chosen
-
-    def _variation_level(self, trial: Trial, variation: str) -> Level | None:
-        """Return the shortest level that runs a variation of a trial, None for no level."""
-        level = self.matrix.varied.get(trial.law)
-        if level is None or trial.system != VARIED_SYSTEM:
-            return level and "full"
-        return "default" if level == "quick" and variation != QUICK_VARIATION else level
+    @cached_property
+    def trials(self) -> tuple[Trial, ...]:
+        """Return each law in its systems."""
+        return tuple(Trial(self, entry) for entry in tables.entries(self.name))
 
     def checks(self, engine: Engine) -> Iterable[Check]:
         """Return the checks of an engine, of all levels."""
@@ -150,24 +120,16 @@ class ContactCase(Case[P]):
 
     def checks_up_to(self, engine: Engine, level: Level) -> Iterator[Check]:
         """Yield the checks of an engine of a level and shorter ones; no scene of others is made."""
-        self.listed[engine.name] = level
-        trials = list(self.trials())
-        chosen = [trial for trial in trials if runs_at(trial.level, level)]
+        chosen = [trial for trial in self.trials if runs_at(trial.level, level)]
         parallel_map(lambda trial: trial.scene, chosen, cores())
         for trial in chosen:
             yield from trial.checks(engine)
-        for trial in trials:
-            if not runs_at(self._variation_level(trial, QUICK_VARIATION), level):
-                continue
-            for name, scene in () if engine.refuses(trial.job) else engine.variations(trial.scene):
-                shortest = self._variation_level(trial, name)
-                if shortest is not None and runs_at(shortest, level):
-                    varied = replace(trial, level=shortest, variation=name, varied_scene=scene)
-                    yield from varied.checks(engine)
-
-    def drawings(self, benches: Mapping[str, Bench]) -> Sequence[Drawing]:
-        """Return the figures of the case in the overview of all."""
-        return ()
+        for trial in self.trials:
+            if runs_at(trial.entry.varied, level) and not engine.refuses(trial.job):
+                for name, scene in engine.variations(trial.scene):
+                    varied = replace(trial, variation=name, varied_scene=scene)
+                    if runs_at(varied.level, level):
+                        yield from varied.checks(engine)
 
     def sections(self, benches: Mapping[str, Bench]) -> Sequence[Section]:
         """Return the matrix of laws and systems for each engine, after the overview of all."""
@@ -176,42 +138,45 @@ class ContactCase(Case[P]):
         return report.sections(self, benches)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Trial:
     """A law of a case in a system, perhaps in a variation of an engine, against the reference.
 
-    ``level`` is the shortest that runs it, ``varied_scene`` what the reference steps in a
-    variation.
+    ``varied_scene`` is what the reference steps in a variation.
     """
 
     case: ContactCase[Any] = field(repr=False)
-    law: str
-    system: str
-    level: Level
+    entry: tables.Entry
     variation: str = ""
     varied_scene: Scene | None = None
 
     @cached_property
     def parameters(self) -> Any:
         """Return the parameters of a run."""
-        matrix = self.case.matrix
-        changes = {**tables.PLAIN, **matrix.laws[self.law].law, **matrix.systems[self.system]}
-        return self.case.default.replace(**changes, steps_per_contact=STEPS)
+        return self.case.default.replace(**self.entry.changes, steps_per_contact=STEPS)
+
+    @property
+    def level(self) -> Level:
+        """Return the shortest level that runs it."""
+        varied = self.entry.varied
+        if not self.variation or varied is None:
+            return self.entry.level
+        return "default" if varied == "quick" and self.variation != QUICK_VARIATION else varied
 
     @property
     def setup(self) -> str:
         """Return the name of the setup of its checks."""
-        return f"{self.law}, {self.system}"
+        return f"{self.entry.law}, {self.entry.system}"
 
     @property
     def scene(self) -> Scene:
-        """Return what the reference steps: the scene with many samples, or that of a variation."""
-        return self.varied_scene or _sampled_scene(self.parameters)
+        """Return what the reference steps: the scene of the run, or that of a variation."""
+        return self.varied_scene or self.case.scene(self.parameters)
 
     @property
     def job(self) -> Job:
         """Return the job of the run."""
-        return self.case.job_of(_sampled_scene(self.parameters), self.variation)
+        return self.case.job_of(self.case.scene(self.parameters), self.variation)
 
     def checks(self, engine: Engine) -> Iterator[Check]:
         """Yield a check of each quantity; the first alone where the engine refuses the scene."""
@@ -239,14 +204,6 @@ class Trial:
         if rules.changed and not self.variation and self.moved(rules, Rules())[0] > ROUND_OFF:
             common |= {"tolerance": Tolerance()}
             yield Check(quantity=MOVED, measure=self._moved, kind=Kind.FINDING, **common)
-
-    def differences(self, bench: Bench) -> dict[str, float]:
-        """Return the difference of each quantity from the reference, in parts of its scale."""
-        case, p, values = self.case, self.parameters, bench.once(Trial.values, self, bench)
-        return {
-            name: abs(values[name] - self._expected(name, bench)) / case.quantity(name).size(p)
-            for name in case.names(p)
-        }
 
     def values(self, bench: Bench) -> Mapping[str, float]:
         """Return the quantities of the run in the engine."""
@@ -293,11 +250,6 @@ class Trial:
         return Value(size, note=f"{name}, by {changed}: part of its scale, by the reference")
 
 
-def ratios(**meanings: str) -> tuple[Quantity[Any], ...]:
-    """Return quantities that are pure numbers, of about 1, by name and meaning."""
-    return tuple(Quantity(name, "1", meaning) for name, meaning in meanings.items())
-
-
 def observe(parameters: ContactSystem, motion: Motion) -> Mapping[str, float]:
     """Return the quantities of a motion. Raise EngineOutputError for samples of no contact."""
     try:
@@ -337,14 +289,9 @@ def motion_difference(scene: Scene, motion: Motion, other: Motion) -> float:
 
 
 @lru_cache(maxsize=4096)
-def _scene(parameters: ContactSystem) -> Scene:
-    return parameters.scene()
-
-
-@lru_cache(maxsize=4096)
 def _sampled_scene(parameters: ContactSystem) -> Scene:
     """Return the scene with :data:`SAMPLES` or more, which changes no quantity."""
-    scene = _scene(parameters)
+    scene = parameters.scene()
     if scene.segments or scene.steps // scene.every >= SAMPLES:
         return scene
     every = max(scene.steps // SAMPLES, 1)

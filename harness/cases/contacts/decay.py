@@ -11,8 +11,8 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
 
-from harness.cases.contacts.contact_case import ContactCase, ratios
-from harness.cases.contacts.parameters import ContactSystem, Duration, Gravity, quarters
+from harness.cases.contacts.contact_case import ContactCase
+from harness.cases.contacts.parameters import ContactSystem, Duration, Gravity, quarters, ratios
 from harness.errors import EngineOutputError
 from harness.model.base import ZERO
 from harness.model.motion import Motion
@@ -23,7 +23,16 @@ Temperature = Annotated[float, Field(ge=0.0, le=1e9)]
 
 
 class Drag(ContactSystem):
-    """A fall from rest, far from any wall; in SI units. A contact time is here m / drag."""
+    """A falling sphere reaches its terminal velocity in a viscous fluid.
+
+    m u' = m g - gamma u: u = v (1 - exp(-gamma t / m)), v = m g / gamma.
+    """
+
+    quantities: ClassVar = ratios(
+        halfway_speed_over_terminal="speed of the fall over m g / gamma, halfway",
+        speed_over_terminal="speed of the fall over m g / gamma, at the end",
+        fall_ratio="height of the fall over m g / gamma times the time",
+    )
 
     allowed: ClassVar = {**ContactSystem.allowed, "partner": ("wall",)}
 
@@ -64,7 +73,19 @@ class Drag(ContactSystem):
 
 
 class Heat(ContactSystem):
-    """Bodies of two temperatures, fixed in contact; SI units. A contact time is that of cooling."""
+    """Heat flows through a contact: two temperatures approach, or that of a wall.
+
+    C_i T_i' = -+ G (T_1 - T_2), G = 2 k a or h pi a^2, a^2 = R* overlap: the difference decays
+    as exp(-G (1/C_1 + 1/C_2) t), at a wall with 1/C_2 = 0; the heat of both stays.
+    """
+
+    quantities: ClassVar = ratios(
+        halfway_excess_ratio="temperature of the first above that of the other at the start, over "
+        "the difference then, halfway",
+        excess_ratio="likewise, at the end",
+        partner_excess_ratio="that of the second, likewise",
+        heat_change_ratio="heat of both after less before, over that of the first above the other",
+    )
 
     # a contact of other normal forces has another radius, or grows
     allowed: ClassVar = {
@@ -152,28 +173,5 @@ class Heat(ContactSystem):
         }
 
 
-DRAG = ContactCase(
-    name="drag",
-    summary="A falling sphere reaches its terminal velocity in a viscous fluid.",
-    formula="m u' = m g - gamma u: u = v (1 - exp(-gamma t / m)), v = m g / gamma.",
-    parameters=Drag,
-    quantities=ratios(
-        halfway_speed_over_terminal="speed of the fall over m g / gamma, halfway",
-        speed_over_terminal="speed of the fall over m g / gamma, at the end",
-        fall_ratio="height of the fall over m g / gamma times the time",
-    ),
-)
-HEAT = ContactCase(
-    name="heat",
-    summary="Heat flows through a contact: two temperatures approach, or that of a wall.",
-    formula="C_i T_i' = -+ G (T_1 - T_2), G = 2 k a or h pi a^2, a^2 = R* overlap: the difference "
-    "decays as exp(-G (1/C_1 + 1/C_2) t), at a wall with 1/C_2 = 0; the heat of both stays.",
-    parameters=Heat,
-    quantities=ratios(
-        halfway_excess_ratio="temperature of the first above that of the other at the start, over "
-        "the difference then, halfway",
-        excess_ratio="likewise, at the end",
-        partner_excess_ratio="that of the second, likewise",
-        heat_change_ratio="heat of both after less before, over that of the first above the other",
-    ),
-)  # fmt: skip
+DRAG = ContactCase("drag", Drag)
+HEAT = ContactCase("heat", Heat)

@@ -129,7 +129,28 @@ def peak(value: Floats) -> float:
 
 
 class HeadOn(ContactSystem):
-    """A head-on impact, in SI units."""
+    """A sphere hits a wall or a sphere head-on: restitution, contact time, peaks.
+
+    Linear spring: e = exp(-pi zeta / sqrt(1 - zeta^2)), contact time pi / (omega sqrt(1 -
+    zeta^2)); Hertz: largest overlap (15 m* v^2 / (16 E* sqrt(R*)))^(2/5); constant restitution
+    at every speed; the rest is integrated.
+    """
+
+    quantities: ClassVar = (
+        Quantity("restitution", "1", "speed of departure over that of approach"),
+        Quantity(
+            "contact_time_s", "s", "of the first contact, while the surfaces overlap",
+            lambda p: 2.0 * p.depth / p.speed,
+        ),
+        Quantity(
+            "largest_overlap_m", "m", "overlap at the turning point, between the samples",
+            lambda p: 0.5 * p.depth,
+        ),
+        Quantity(
+            "largest_force_N", "N", "on the sphere, the dashpot's part included",
+            lambda p: p.elastic_force(p.depth),
+        ),
+    )  # fmt: skip
 
     speed: Speed = Field(1.0, description="[m/s] of the approach")
 
@@ -198,10 +219,19 @@ class HeadOn(ContactSystem):
 
 
 class Bounce(ContactSystem):
-    """A fall from rest above a floor or a frozen sphere, in SI units.
+    """A sphere falls on a floor or a sphere and bounces under gravity.
 
-    Off a sphere it would fall, but round-off sideways has no time to grow within a contact.
+    m x'' = m g - F during the contact, free flight after it: height u^2 / 2 g. Piece by piece
+    on a linear spring; without dissipation the height of the fall; else integrated.
     """
+
+    quantities: ClassVar = (
+        Quantity("rebound_ratio", "1", "height of the rebound over that of the fall"),
+        Quantity(
+            "contact_time_s", "s", "of the first contact, while the surfaces overlap",
+            lambda p: 2.0 * p.elastic_overlap(p.speed) / p.speed,
+        ),
+    )  # fmt: skip
 
     allowed: ClassVar = {**ContactSystem.allowed, "partner": ("wall", "frozen")}
 
@@ -247,40 +277,5 @@ class Bounce(ContactSystem):
         return {"rebound_ratio": ratio, "contact_time_s": after.duration, **elastic}
 
 
-HEAD_ON = ContactCase(
-    name="head-on",
-    summary="A sphere hits a wall or a sphere head-on: restitution, contact time, peaks.",
-    formula="Linear spring: e = exp(-pi zeta / sqrt(1 - zeta^2)), contact time pi / (omega sqrt(1 "
-    "- zeta^2)); Hertz: largest overlap (15 m* v^2 / (16 E* sqrt(R*)))^(2/5); constant "
-    "restitution at every speed; the rest is integrated.",
-    parameters=HeadOn,
-    quantities=(
-        Quantity("restitution", "1", "speed of departure over that of approach"),
-        Quantity(
-            "contact_time_s", "s", "of the first contact, while the surfaces overlap",
-            lambda p: 2.0 * p.depth / p.speed,
-        ),
-        Quantity(
-            "largest_overlap_m", "m", "overlap at the turning point, between the samples",
-            lambda p: 0.5 * p.depth,
-        ),
-        Quantity(
-            "largest_force_N", "N", "on the sphere, the dashpot's part included",
-            lambda p: p.elastic_force(p.depth),
-        ),
-    ),
-)  # fmt: skip
-BOUNCE = ContactCase(
-    name="bounce",
-    summary="A sphere falls on a floor or a sphere and bounces under gravity.",
-    formula="m x'' = m g - F during the contact, free flight after it: height u^2 / 2 g. Piece by "
-    "piece on a linear spring; without dissipation the height of the fall; else integrated.",
-    parameters=Bounce,
-    quantities=(
-        Quantity("rebound_ratio", "1", "height of the rebound over that of the fall"),
-        Quantity(
-            "contact_time_s", "s", "of the first contact, while the surfaces overlap",
-            lambda p: 2.0 * p.elastic_overlap(p.speed) / p.speed,
-        ),
-    ),
-)  # fmt: skip
+HEAD_ON = ContactCase("head-on", HeadOn)
+BOUNCE = ContactCase("bounce", Bounce)

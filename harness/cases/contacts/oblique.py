@@ -12,9 +12,11 @@ nu) / (mu (2 - nu)) times the tangential over the normal velocity at the contact
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping
+from contextlib import suppress
 from dataclasses import replace
 from functools import partial
+from itertools import product
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
@@ -24,15 +26,15 @@ from harness.cases.base import Check, Level, Quantity, Value
 from harness.cases.bench import OWN, Bench
 from harness.cases.checks import REASON, ROUND_OFF
 from harness.cases.contacts import tables
-from harness.cases.contacts.contact_case import ContactCase, ratios
+from harness.cases.contacts.contact_case import ContactCase
 from harness.cases.contacts.impact import impact_scene, relative_velocity
-from harness.cases.contacts.parameters import AngularSpeed, ContactSystem, Speed
+from harness.cases.contacts.parameters import AngularSpeed, ContactSystem, Speed, ratios
 from harness.engines.base import Engine, Job, scene_job
 from harness.errors import EngineError
 from harness.model.base import Vector
 from harness.model.motion import Floats, Motion
 from harness.model.scene import Scene
-from harness.report.content import Drawing
+from harness.report.content import Drawing, Section
 from harness.results.rows import Kind, Tolerance
 from harness.theory.contact import partial_slip_rebound, stiffness_ratio
 
@@ -52,7 +54,25 @@ SPEED = LENGTH / TIME
 
 
 class Oblique(ContactSystem):
-    """An impact at an angle to the normal, in SI units and degrees."""
+    """A sphere hits a wall or a sphere at an angle: velocity ratios and spin.
+
+    Integrated under the code's conventions. Where it slides throughout and the normal force
+    never pulls, vx'/vx = 1 - mu (1 + e) vn/vx, r omega' = 5/2 mu (1 + e) vn on a wall.
+    """
+
+    quantities: ClassVar = (
+        *ratios(
+            normal_restitution="normal speed after over that before",
+            tangential_ratio="tangential velocity of the centre, likewise",
+            rim_speed_ratio="radius times spin at the end over the tangential velocity at the "
+            "start",
+        ),
+        Quantity(
+            "tangential_impulse_ratio", "1", "tangential over normal impulse: at most mu where the "
+            "normal force never pulls, else mu times the integral of |F_n| over that of F_n",
+            lambda p: min(p.friction or 1.0, 1.0),  # Coulomb's limit: a larger one is not reached
+        ),
+    )  # fmt: skip
 
     speed: Speed = Field(1.0, description="[m/s] of the approach")
     angle: float = Field(45.0, ge=0.0, lt=90.0, description="[deg] to the normal")
@@ -77,7 +97,7 @@ class Oblique(ContactSystem):
 
     def absent(self) -> Collection[str]:
         """Return the quantities over a tangential velocity where there is none."""
-        return () if self.velocity[0] > 0.0 else [each.name for each in VELOCITY_RATIOS[1:]]
+        return () if self.velocity[0] > 0.0 else [each.name for each in Oblique.quantities[1:]]
 
     def observe(self, motion: Motion) -> Mapping[str, float]:
         """Return ratios of the velocities after to those before; tangential ones at an angle."""
@@ -94,7 +114,10 @@ class Oblique(ContactSystem):
 
 
 class LjUnits(Oblique):
-    """An impact at an angle to the normal, in SI units and degrees; the script has other units."""
+    """An oblique impact in units lj: velocity ratios and spin are those in SI units.
+
+    As an oblique impact, all numbers times powers of the units.
+    """
 
     allowed: ClassVar = {
         **Oblique.allowed, "normal": ("hooke", "hertz", "dmt", "jkr"), "materials_as": ("stated",),
@@ -128,7 +151,20 @@ class LjUnits(Oblique):
 
 
 class Collision(Oblique):
-    """An impact of two free spheres at an angle, each with a part of the velocity; SI units."""
+    """Two moving spheres collide at an angle, of other densities and sizes.
+
+    As an oblique impact, whatever moves, with m* and R* of both spheres. Where it slides
+    throughout, vx'/vx = 1 - mu (1 + e) vn/vx of the relative velocity. The momentum of both
+    stays.
+    """
+
+    quantities: ClassVar = (
+        *Oblique.quantities,
+        *ratios(
+            momentum_change_ratio="along the normal, of both, after less before, over m* times the "
+            "speed",
+        ),
+    )
 
     allowed: ClassVar = {**Oblique.allowed, "partner": ("sphere",)}
 
@@ -158,7 +194,18 @@ class Collision(Oblique):
 
 
 class Spin(ContactSystem):
-    """A normal impact with spin about an axis along the surface, in SI units."""
+    """A spinning sphere hits a wall or a sphere: spin left, velocity gained.
+
+    Integrated under the code's conventions. Where it slides throughout and the normal force
+    never pulls, vx' = -mu (1 + e) vn against the surface's motion, omega' = omega - 5/2 mu (1 +
+    e) vn / r on a wall.
+    """
+
+    quantities: ClassVar = ratios(
+        normal_restitution="normal speed after over that before",
+        spin_ratio="spin at the end over that at the start",
+        gained_speed_ratio="tangential velocity gained over radius times spin at the start",
+    )
 
     # fmt: off
     speed: Speed = Field(1.0, description="[m/s] of the approach")
@@ -227,24 +274,26 @@ class PartialSlipCase(ContactCase[Any]):
         """Return the rebounds (M,) of a law at :data:`INCIDENCES`, by engine or reference."""
         rebounds = []
         for psi, p in zip(INCIDENCES, self._impacts(law), strict=True):
-            scene = self.scene(p)
-            ratios = p.observe(
-                bench.motion(scene_job(scene)) if measured else bench.reference(scene)
-            )
+            scene = p.scene()
+            motion = bench.motion(scene_job(scene)) if measured else bench.reference(scene)
+            ratios = p.observe(motion)
             slip = ratios["tangential_ratio"] - ratios["rim_speed_ratio"]
             rebounds.append(psi * slip / ratios["normal_restitution"])
         return np.array(rebounds)
 
-    def drawings(self, benches: Mapping[str, Bench]) -> Sequence[Drawing]:
+    def sections(self, benches: Mapping[str, Bench]) -> list[Section]:
+        """Return the matrix, with the curve of partial slip where a code has run the impacts."""
+        *before, matrix = super().sections(benches)
+        return [*before, replace(matrix, drawings=self.drawings(benches))]
+
+    def drawings(self, benches: Mapping[str, Bench]) -> tuple[Drawing, ...]:
         """Return Maw's curve with the laws by the reference and all codes that have run them."""
         marks: dict[str, Floats] = {}
-        for name, bench in benches.items():
-            for law in LAWS if name != OWN else ():
-                if bench.has_run(self._jobs(law)):
-                    try:
-                        values = self.rebounds(law, bench, measured=True)
-                    except EngineError:
-                        continue
+        codes = [bench for name, bench in benches.items() if name != OWN]
+        for bench, law in product(codes, LAWS):
+            if bench.has_run(self._jobs(law)):
+                with suppress(EngineError):  # of a run that failed, which its row reports
+                    values = self.rebounds(law, bench, measured=True)
                     marks[f"{bench.engine.title}, {law}"] = values
         if not marks:
             return ()
@@ -269,7 +318,7 @@ class PartialSlipCase(ContactCase[Any]):
         return [base.replace(angle=math.degrees(a), speed=1.0 / math.cos(a)) for a in angles]
 
     def _jobs(self, law: str) -> list[Job]:
-        return [self.job(p) for p in self._impacts(law)]
+        return [scene_job(p.scene()) for p in self._impacts(law)]
 
     def _difference(self, law: str, bench: Bench) -> float:
         measured, expected = (self.rebounds(law, bench, measured=each) for each in (True, False))
@@ -310,59 +359,7 @@ def figure(laws: Mapping[str, Floats], codes: Mapping[str, Floats]) -> Figure:
     return drawn
 
 
-VELOCITY_RATIOS: Sequence[Quantity[Any]] = (
-    *ratios(
-        normal_restitution="normal speed after over that before",
-        tangential_ratio="tangential velocity of the centre, likewise",
-        rim_speed_ratio="radius times spin at the end over the tangential velocity at the start",
-    ),
-    Quantity(
-        "tangential_impulse_ratio", "1", "tangential over normal impulse: at most mu where the "
-        "normal force never pulls, else mu times the integral of |F_n| over that of F_n",
-        lambda p: min(p.friction or 1.0, 1.0),  # Coulomb's limit: a larger one is not reached
-    ),
-)  # fmt: skip
-OBLIQUE = PartialSlipCase(
-    name="oblique",
-    summary="A sphere hits a wall or a sphere at an angle: velocity ratios and spin.",
-    formula="Integrated under the code's conventions. Where it slides throughout and the normal "
-    "force never pulls, vx'/vx = 1 - mu (1 + e) vn/vx, r omega' = 5/2 mu (1 + e) vn on a wall.",
-    parameters=Oblique,
-    quantities=VELOCITY_RATIOS,
-)  # fmt: skip
-LJ_UNITS = ContactCase(
-    name="lj-units",
-    summary="An oblique impact in units lj: velocity ratios and spin are those in SI units.",
-    formula="As an oblique impact, all numbers times powers of the units.",
-    parameters=LjUnits,
-    quantities=VELOCITY_RATIOS,
-    units="lj",
-)  # fmt: skip
-COLLISION = ContactCase(
-    name="collision",
-    summary="Two moving spheres collide at an angle, of other densities and sizes.",
-    formula="As an oblique impact, whatever moves, with m* and R* of both spheres. Where it slides "
-    "throughout, vx'/vx = 1 - mu (1 + e) vn/vx of the relative velocity. The momentum of both "
-    "stays.",
-    parameters=Collision,
-    quantities=(
-        *VELOCITY_RATIOS,
-        *ratios(
-            momentum_change_ratio="along the normal, of both, after less before, over m* times the "
-            "speed",
-        ),
-    ),
-)  # fmt: skip
-SPIN = ContactCase(
-    name="spin",
-    summary="A spinning sphere hits a wall or a sphere: spin left, velocity gained.",
-    formula="Integrated under the code's conventions. Where it slides throughout and the normal "
-    "force never pulls, vx' = -mu (1 + e) vn against the surface's motion, omega' = omega - 5/2 mu "
-    "(1 + e) vn / r on a wall.",
-    parameters=Spin,
-    quantities=ratios(
-        normal_restitution="normal speed after over that before",
-        spin_ratio="spin at the end over that at the start",
-        gained_speed_ratio="tangential velocity gained over radius times spin at the start",
-    ),
-)  # fmt: skip
+OBLIQUE = PartialSlipCase("oblique", Oblique)
+LJ_UNITS = ContactCase("lj-units", LjUnits, units="lj")
+COLLISION = ContactCase("collision", Collision)
+SPIN = ContactCase("spin", Spin)

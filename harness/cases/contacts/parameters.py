@@ -8,12 +8,13 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from functools import lru_cache
 from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
+from harness.cases.base import Quantity
 from harness.errors import RequestError
 from harness.model.base import ZERO, Vector, unit
 from harness.model.law import Law
@@ -40,12 +41,19 @@ MOST_STEPS = 10**9
 OVERLAP_REASON = "the overlap must be above the round-off of coordinates and below the radius"
 
 
+def ratios(**meanings: str) -> tuple[Quantity[Any], ...]:
+    """Return quantities that are pure numbers, of about 1, by name and meaning."""
+    return tuple(Quantity(name, "1", meaning) for name, meaning in meanings.items())
+
+
 class ContactSystem(Law):
     """A sphere, its partner, their law, and the resolution of the contact; in SI units.
 
-    ``allowed`` has the words that a case takes of a field, all unless given.
+    A case states its equations below the first line of its docstring, and its ``quantities``.
+    ``allowed`` has the words that it takes of a field, all unless given.
     """
 
+    quantities: ClassVar[Sequence[Quantity[Any]]] = ()
     allowed: ClassVar[Mapping[str, tuple[str, ...]]] = {"heat": ("none",)}
 
     # fmt: off

@@ -12,8 +12,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Mapping
-from functools import partial
-from typing import ClassVar
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 from pydantic import Field
@@ -30,13 +29,73 @@ from harness.theory.contact import limited_forces
 
 CHORDS = 4  # pieces of the path about the second sphere: closer by their sagitta between
 PIECES = 6
-SHEARS = {"half_shear_ratio": 3, "shear_ratio": 4, "reversed_ratio": 6, "lifted_ratio": 8}
-TURNINGS = {"rolling": 10, "twisting": 12}  # the sample after each
-SAMPLES = {"forth": 3, "back": 5, "lifted": 8}
+
+
+class Ratio(NamedTuple):
+    """A component of the force, or of the torque over the radius, over the normal force.
+
+    Of a torque ``parts`` are those that a law must have, and ``limits`` those of its size.
+    """
+
+    name: str
+    meaning: str
+    sample: int
+    axis: int = 0
+    parts: tuple[str, ...] = ()
+    limits: str = ""
+
+    def scale(self, p: PrescribedMotion) -> float:
+        """Return the sum of the limits over radius and normal force [-], 1 at most.
+
+        Of a force it is Coulomb's limit, or the ratio of a spring that sticks all the shear.
+        """
+        if not self.limits:
+            stuck = p.tangential_slope(p.overlap) * p.shear
+            return min(p.friction or 1.0, stuck / p.elastic_force(p.overlap) or 1.0, 1.0)
+        torques = {
+            "friction": p.friction or 0.0,
+            "rolling": (p.rolling_friction or 0.0) * p.effective_radius / p.radius,
+            "twisting": p.twisting_limit(p.overlap) / p.radius,
+        }
+        return min(sum(torques[name] for name in self.limits.split()), 1.0) or 1.0
+
+
+ROLLING, TWISTING = ("rolling",), ("twisting",)
+# fmt: off
+RATIOS = (
+    Ratio("half_shear_ratio", "tangential over normal force, halfway the shear", 3),
+    Ratio("shear_ratio", "likewise, after the shear", 4),
+    Ratio("reversed_ratio", "likewise, after the shear back", 6),
+    Ratio("lifted_ratio", "likewise, after the lift", 8),
+    Ratio("rolling_forth_ratio", "torque over radius and normal force, halfway",
+          3, 0, ROLLING, "rolling"),
+    Ratio("rolling_back_ratio", "likewise, halfway through the shear back",
+          5, 0, ROLLING, "rolling"),
+    Ratio("rolling_lifted_ratio", "likewise, after the lift", 8, 0, ROLLING, "rolling"),
+    Ratio("rolling_ratio", "likewise, after rolling", 10, 0, ROLLING, "friction rolling"),
+    Ratio("twisting_forth_ratio", "torque about the normal, halfway", 3, 2, TWISTING, "twisting"),
+    Ratio("twisting_back_ratio", "likewise, halfway through the shear back",
+          5, 2, TWISTING, "twisting"),
+    Ratio("twisting_lifted_ratio", "likewise, after the lift", 8, 2, TWISTING, "twisting"),
+    Ratio("twisting_ratio", "likewise, after twisting", 12, 2, TWISTING, "twisting"),
+    Ratio("held_ratio", "torque of rolling, after twisting",
+          12, 0, ROLLING + TWISTING, "friction rolling"),
+    Ratio("turned_ratio", "tangential over normal force, both turned", 6),
+)
+TURNED = ("shear_ratio", "turned_ratio")  # of a pair that turns as one body
+# fmt: on
 
 
 class PrescribedMotion(ContactSystem):
-    """A sphere that is pressed, sheared, sheared back, lifted a little, rolled, twisted; SI."""
+    """Forces along a given motion: pressed, sheared to and fro, lifted, rolled, twisted.
+
+    The law integrated along the same motion; at a wall the torques of rolling and twisting
+    forth and back in closed form. A pair that turns as one body keeps its forces, which turn
+    with it, where the lever of the slip reaches to the contact; the lever r strains the spring
+    by the turn times the overlap.
+    """
+
+    quantities: ClassVar = tuple(Quantity(r.name, "1", r.meaning, r.scale) for r in RATIOS)
 
     # fmt: off
     overlap: float = Field(1e-4, gt=0.0, description="[m] to which the sphere is pressed in")
@@ -82,21 +141,6 @@ class PrescribedMotion(ContactSystem):
         push = self.elastic_energy(remaining) / remaining
         reason = "the dashpot takes more than half of the force as the sphere is lifted"
         self.check_range("duration", pull / push, 1e9, reason)
-
-    def scale(self, limits: str) -> float:
-        """Return limits of torques, by names, over radius and normal force in all, 1 at most.
-
-        Without a name it is Coulomb's limit, or the ratio of a spring that sticks all the shear.
-        """
-        if not limits:
-            stuck = self.tangential_slope(self.overlap) * self.shear
-            return min(self.friction or 1.0, stuck / self.elastic_force(self.overlap) or 1.0, 1.0)
-        torques = {
-            "friction": self.friction or 0.0,
-            "rolling": (self.rolling_friction or 0.0) * self.effective_radius / self.radius,
-            "twisting": self.twisting_limit(self.overlap) / self.radius,
-        }
-        return min(sum(torques[name] for name in limits.split()), 1.0) or 1.0
 
     def scene(self) -> Scene:
         """Return the pieces of the motion, the sphere at touch before."""
@@ -168,37 +212,29 @@ class PrescribedMotion(ContactSystem):
     def absent(self) -> Collection[str]:
         """Return the quantities of the parts that the law lacks, and of another motion."""
         if self.turned:
-            return MEANINGS.keys() - {"shear_ratio", "turned_ratio"}
-        lacking = [part for part in TURNINGS if getattr(self, part) == "none"]
-        absent = {name for name in MEANINGS for part in lacking if name.startswith(part)}
-        return absent | ({"turned_ratio", "held_ratio"} if lacking else {"turned_ratio"})
+            return {ratio.name for ratio in RATIOS} - {*TURNED}
+        lacking = {part for part in ROLLING + TWISTING if getattr(self, part) == "none"}
+        return {ratio.name for ratio in RATIOS if lacking & {*ratio.parts}} | {"turned_ratio"}
 
     def observe(self, motion: Motion) -> Mapping[str, float]:
         """Return forces and torques at the ends of the pieces."""
-        force, torque = motion.force[:, 0], motion.torque[:, 0]
         if self.turned:
             ratio = _tangential_ratio(motion)
-            return {"shear_ratio": float(ratio[2]), "turned_ratio": float(ratio[-1])}
+            return dict(zip(TURNED, (float(ratio[2]), float(ratio[-1])), strict=True))
+        force, torque, absent = motion.force[:, 0], motion.torque[:, 0], self.absent()
         load = self.radius * force[:, 2]
-        quantities = {name: float(force[at, 0] / force[at, 2]) for name, at in SHEARS.items()}
-        for part, last in TURNINGS.items():
-            axis = 0 if part == "rolling" else 2
-            for name, at in SAMPLES.items():
-                quantities[f"{part}_{name}_ratio"] = float(torque[at, axis] / load[at])
-            quantities[f"{part}_ratio"] = float(torque[last, axis] / load[last])
-        quantities["held_ratio"] = float(torque[12, 0] / load[12])
-        absent = self.absent()
-        return {name: value for name, value in quantities.items() if name not in absent}
+        return {
+            name: float(torque[at, axis] / load[at] if parts else force[at, axis] / force[at, 2])
+            for name, _, at, axis, parts, _ in RATIOS
+            if name not in absent
+        }
 
     def exact(self) -> Mapping[str, float]:
         """Return the torques of turning forth and back at a wall, where the load is constant."""
         if self.partner != "wall" or self.normal not in ("hooke", "hertz"):
             return {}
-        exact, load, half = (
-            dict[str, float](),
-            self.elastic_force(self.overlap),
-            0.5 * self.duration,
-        )
+        exact: dict[str, float] = {}
+        load, half = self.elastic_force(self.overlap), 0.5 * self.duration
         sliders = {}  # spring and dashpot, limit over the load, path, and lever of the torque
         if self.rolling == "sds":  # of r omega, and its torque of the force times r
             spring = self.rolling_stiffness or 0.0, self.rolling_damping or 0.0
@@ -230,39 +266,24 @@ def _tangential_ratio(motion: Motion) -> Floats:
     return np.asarray(np.einsum("ij,ij->i", force, along) / load)
 
 
-MEANINGS: Mapping[str, tuple[str, str]] = {  # of quantities, and the limits in their scales
-    "half_shear_ratio": ("tangential over normal force, halfway the shear", ""),
-    "shear_ratio": ("likewise, after the shear", ""),
-    "reversed_ratio": ("likewise, after the shear back", ""),
-    "lifted_ratio": ("likewise, after the lift", ""),
-    "rolling_forth_ratio": ("torque over radius and normal force, halfway", "rolling"),
-    "rolling_back_ratio": ("likewise, halfway through the shear back", "rolling"),
-    "rolling_lifted_ratio": ("likewise, after the lift", "rolling"),
-    "rolling_ratio": ("likewise, after rolling", "friction rolling"),
-    "twisting_forth_ratio": ("torque about the normal, halfway", "twisting"),
-    "twisting_back_ratio": ("likewise, halfway through the shear back", "twisting"),
-    "twisting_lifted_ratio": ("likewise, after the lift", "twisting"),
-    "twisting_ratio": ("likewise, after twisting", "twisting"),
-    "held_ratio": ("torque of rolling, after twisting", "friction rolling"),
-    "turned_ratio": ("tangential over normal force, both turned", ""),
-}
-PRESCRIBED_MOTION = ContactCase(
-    name="prescribed-motion",
-    summary="Forces along a given motion: pressed, sheared to and fro, lifted, rolled, twisted.",
-    formula="The law integrated along the same motion; at a wall the torques of rolling and "
-    "twisting forth and back in closed form. A pair that turns as one body keeps its forces, which "
-    "turn with it, where the lever of the slip reaches to the contact; the lever r strains the "
-    "spring by the turn times the overlap.",
-    parameters=PrescribedMotion,
-    quantities=[
-        Quantity(name, "1", text, partial(PrescribedMotion.scale, limits=limits))
-        for name, (text, limits) in MEANINGS.items()
-    ],
-)  # fmt: skip
+PRESCRIBED_MOTION = ContactCase("prescribed-motion", PrescribedMotion)
 
 
 class PullOff(ContactSystem):
-    """A sphere, pressed into its partner, that is pulled off at a constant speed; SI units."""
+    """A sphere that sticks is pulled off: largest tension, and overlap where it parts.
+
+    DMT: 4 pi gamma R*, at touch. JKR: 3 pi gamma R*, at -a^2 / (3 R*) with a^3 = 9 pi gamma
+    R*^2 / (4 E*); gamma is the energy of each surface. mdr, on each side of a flat with which a
+    sphere has the energy gamma: 3/2 pi gamma R for small a / R, down to where no area is left.
+    """
+
+    quantities: ClassVar = (
+        Quantity("pull_off_force_N", "N", "largest tension", lambda p: p.force_scale),
+        Quantity(
+            "parting_ratio", "1", "overlap at the last force over that of the start",
+            lambda p: p.neck_ratio,
+        ),
+    )  # fmt: skip
 
     allowed: ClassVar = {
         **ContactSystem.allowed, "normal": ("dmt", "jkr", "mdr"), "damping": ("none",),
@@ -351,19 +372,4 @@ class PullOff(ContactSystem):
         return {"pull_off_force_N": tension, "parting_ratio": last / self.overlap}
 
 
-PULL_OFF = ContactCase(
-    name="pull-off",
-    summary="A sphere that sticks is pulled off: largest tension, and overlap where it parts.",
-    formula="DMT: 4 pi gamma R*, at touch. JKR: 3 pi gamma R*, at -a^2 / (3 R*) with a^3 = 9 pi "
-    "gamma R*^2 / (4 E*); gamma is the energy of each surface. mdr, on each side of a flat with "
-    "which a sphere has the energy gamma: 3/2 pi gamma R for small a / R, down to where no area is "
-    "left.",
-    parameters=PullOff,
-    quantities=(
-        Quantity("pull_off_force_N", "N", "largest tension", lambda p: p.force_scale),
-        Quantity(
-            "parting_ratio", "1", "overlap at the last force over that of the start",
-            lambda p: p.neck_ratio,
-        ),
-    ),
-)  # fmt: skip
+PULL_OFF = ContactCase("pull-off", PullOff)

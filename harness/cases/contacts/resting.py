@@ -15,7 +15,7 @@ import numpy as np
 from pydantic import Field
 
 from harness.cases.base import Quantity
-from harness.cases.contacts.contact_case import ContactCase, ratios
+from harness.cases.contacts.contact_case import ContactCase
 from harness.cases.contacts.parameters import (
     AngularSpeed,
     ContactSystem,
@@ -23,6 +23,7 @@ from harness.cases.contacts.parameters import (
     Gravity,
     Speed,
     quarters,
+    ratios,
 )
 from harness.model.base import ZERO, Vector
 from harness.model.motion import Floats, Motion
@@ -101,7 +102,18 @@ class Resting(ContactSystem):
 
 
 class SlipToRoll(Resting):
-    """A sphere on a floor, pressed in by its weight, that starts to slide; in SI units."""
+    """A sphere slides on a floor until it rolls, at 5/7 of its speed.
+
+    u + 2/5 r omega stays u0, whatever the friction. It rolls from t = 2 u0 / (7 mu g) on, about
+    5/7 u0, with what the tangential spring makes of it: integrated.
+    """
+
+    quantities: ClassVar = ratios(
+        sliding_speed_ratio="speed over that of the start, while it slides",
+        speed_ratio="speed over that of the start, at the end",
+        rim_speed_ratio="radius times spin at the end over the speed at the start",
+        momentum_ratio="u + 2/5 r omega at the end over the speed at the start",
+    )
 
     speed: Speed = Field(0.1, description="[m/s] along the floor, at the start")
     duration: Duration = Field(1.5, description="[-] in times 2 u / (7 mu g) until it rolls")
@@ -138,7 +150,19 @@ class SlipToRoll(Resting):
 
 
 class RollingResistance(Resting):
-    """A sphere that rolls on a floor, pressed in by its weight; in SI units."""
+    """A rolling sphere is slowed down by rolling resistance, and stands in the end.
+
+    The torque is at most mu_r R* F_n, R* = r on a floor: rolling slows down by 5/7 mu_r g, with
+    what the springs make of it as it begins and when it stands: integrated. A constant torque
+    (model A of Ai and others, 2011) acts at any rate; at rest its sign changes from step to
+    step.
+    """
+
+    quantities: ClassVar = ratios(
+        halfway_speed_ratio="speed over that of the start, halfway",
+        speed_ratio="speed over that of the start, at the end",
+        rim_speed_ratio="radius times spin at the end over the speed at the start",
+    )
 
     speed: Speed = Field(0.02, description="[m/s] of rolling, at the start")
 
@@ -173,7 +197,18 @@ class RollingResistance(Resting):
 
 
 class InclineRoll(Resting):
-    """A sphere at rest on a tilted floor, pressed in by its weight, let go; SI units, degrees."""
+    """A sphere let go on an incline rolls, or slides where the friction does not suffice.
+
+    u + 2/5 r omega = g sin(angle) t. Sliding, from tan(angle) = 7/2 mu on: acceleration g (sin
+    - mu cos), r times the angular one 5/2 mu g cos. Rolling: 5/7 g sin(angle), with what the
+    tangential spring makes of it: integrated.
+    """
+
+    quantities: ClassVar = ratios(
+        acceleration_ratio="mean over the second half, over g sin(angle)",
+        rim_acceleration_ratio="radius times angular acceleration, likewise",
+        momentum_ratio="u + 2/5 r omega over g sin(angle) t",
+    )
 
     angle: float = Field(20.0, ge=1e-6, lt=90.0, description="[deg] tilt of the floor")
     gravity: Gravity = Field(9.81, description="[m/s2]")
@@ -211,7 +246,27 @@ class InclineRoll(Resting):
 
 
 class InclineRest(InclineRoll):
-    """A sphere at rest on a tilted floor with rolling resistance, let go; SI units, degrees."""
+    """A sphere let go on an incline is held by rolling resistance, or rolls against it.
+
+    tan(angle) < mu_r: the springs hold it, at x = m g sin(angle) (1/k_t + 1/k_r) for a small
+    overlap, about which it swings. Beyond: 5/7 g (sin(angle) - mu_r cos(angle)). Both exactly
+    by linear springs in turn: a torque that the spring gives, and one of mu_r R* F_n.
+    """
+
+    quantities: ClassVar = (
+        Quantity(
+            "displacement_ratio", "1", "of the centre along the incline, over g sin(angle) t^2 / 2",
+            lambda p: p.displacement_scale(1.0),
+        ),
+        Quantity(
+            "halfway_displacement_ratio", "1", "likewise, halfway",
+            lambda p: p.displacement_scale(0.5),
+        ),
+        *ratios(
+            acceleration_ratio="mean over the second half, over g sin(angle)",
+            rim_acceleration_ratio="radius times angular acceleration, likewise",
+        ),
+    )  # fmt: skip
 
     allowed: ClassVar = {**Resting.allowed, "rolling": ("sds",)}  # to hold a sphere
 
@@ -266,7 +321,18 @@ class InclineRest(InclineRoll):
 
 
 class Twist(Resting):
-    """A sphere on a floor or on a frozen sphere that spins about the vertical; in SI units."""
+    """A sphere that spins about the line of contact is slowed down by a constant torque.
+
+    The torque is at most mu_t F_n, for Marshall's submodel with mu_t = 2/3 a mu: while it slips
+    the spin falls by 5/2 mu_t g / r^2. Below that limit it swings, a damped oscillation of
+    frequency sqrt(k / I), I = 2/5 m r^2; it sticks again at the spin c mu_t m g / (I k).
+    """
+
+    quantities: ClassVar = ratios(
+        halfway_spin_ratio="spin over that of the start, halfway",
+        spin_ratio="spin at the end over that at the start",
+        deceleration_ratio="mean of the second half, over 5/2 mu_t g / r^2",
+    )
 
     allowed: ClassVar = {**Resting.allowed, "partner": ("wall", "frozen")}
 
@@ -316,78 +382,8 @@ class Twist(Resting):
         }
 
 
-SLIP_TO_ROLL = ContactCase(
-    name="slip-to-roll",
-    summary="A sphere slides on a floor until it rolls, at 5/7 of its speed.",
-    formula="u + 2/5 r omega stays u0, whatever the friction. It rolls from t = 2 u0 / (7 mu g) "
-    "on, about 5/7 u0, with what the tangential spring makes of it: integrated.",
-    parameters=SlipToRoll,
-    quantities=ratios(
-        sliding_speed_ratio="speed over that of the start, while it slides",
-        speed_ratio="speed over that of the start, at the end",
-        rim_speed_ratio="radius times spin at the end over the speed at the start",
-        momentum_ratio="u + 2/5 r omega at the end over the speed at the start",
-    ),
-)
-ROLLING_RESISTANCE = ContactCase(
-    name="rolling-resistance",
-    summary="A rolling sphere is slowed down by rolling resistance, and stands in the end.",
-    formula="The torque is at most mu_r R* F_n, R* = r on a floor: rolling slows down by 5/7 mu_r "
-    "g, with what the springs make of it as it begins and when it stands: integrated. A constant "
-    "torque (model A of Ai and others, 2011) acts at any rate; at rest its sign changes from step "
-    "to step.",
-    parameters=RollingResistance,
-    quantities=ratios(
-        halfway_speed_ratio="speed over that of the start, halfway",
-        speed_ratio="speed over that of the start, at the end",
-        rim_speed_ratio="radius times spin at the end over the speed at the start",
-    ),
-)
-INCLINE_ROLL = ContactCase(
-    name="incline-roll",
-    summary="A sphere let go on an incline rolls, or slides where the friction does not suffice.",
-    formula="u + 2/5 r omega = g sin(angle) t. Sliding, from tan(angle) = 7/2 mu on: acceleration "
-    "g (sin - mu cos), r times the angular one 5/2 mu g cos. Rolling: 5/7 g sin(angle), with what "
-    "the tangential spring makes of it: integrated.",
-    parameters=InclineRoll,
-    quantities=ratios(
-        acceleration_ratio="mean over the second half, over g sin(angle)",
-        rim_acceleration_ratio="radius times angular acceleration, likewise",
-        momentum_ratio="u + 2/5 r omega over g sin(angle) t",
-    ),
-)
-INCLINE_REST = ContactCase(
-    name="incline-rest",
-    summary="A sphere let go on an incline is held by rolling resistance, or rolls against it.",
-    formula="tan(angle) < mu_r: the springs hold it, at x = m g sin(angle) (1/k_t + 1/k_r) for a "
-    "small overlap, about which it swings. Beyond: 5/7 g (sin(angle) - mu_r cos(angle)). Both "
-    "exactly by linear springs in turn: a torque that the spring gives, and one of mu_r R* F_n.",
-    parameters=InclineRest,
-    quantities=(
-        Quantity(
-            "displacement_ratio", "1", "of the centre along the incline, over g sin(angle) t^2 / 2",
-            lambda p: p.displacement_scale(1.0),
-        ),
-        Quantity(
-            "halfway_displacement_ratio", "1", "likewise, halfway",
-            lambda p: p.displacement_scale(0.5),
-        ),
-        *ratios(
-            acceleration_ratio="mean over the second half, over g sin(angle)",
-            rim_acceleration_ratio="radius times angular acceleration, likewise",
-        ),
-    ),
-)  # fmt: skip
-TWIST = ContactCase(
-    name="twist",
-    summary="A sphere that spins about the line of contact is slowed down by a constant torque.",
-    formula="The torque is at most mu_t F_n, for Marshall's submodel with mu_t = 2/3 a mu: while "
-    "it slips the spin falls by 5/2 mu_t g / r^2. Below that limit it swings, a damped oscillation "
-    "of frequency sqrt(k / I), I = 2/5 m r^2; it sticks again at the spin c mu_t m g / (I k).",
-    parameters=Twist,
-    quantities=ratios(
-        halfway_spin_ratio="spin over that of the start, halfway",
-        spin_ratio="spin at the end over that at the start",
-        deceleration_ratio="mean of the second half, over 5/2 mu_t g / r^2",
-    ),
-)
+SLIP_TO_ROLL = ContactCase("slip-to-roll", SlipToRoll)
+ROLLING_RESISTANCE = ContactCase("rolling-resistance", RollingResistance)
+INCLINE_ROLL = ContactCase("incline-roll", InclineRoll)
+INCLINE_REST = ContactCase("incline-rest", InclineRest)
+TWIST = ContactCase("twist", Twist)

@@ -18,7 +18,21 @@ Offset = Annotated[float, Field(ge=-0.1, le=0.1)]  # as far as the squeeze may g
 
 
 class Stacked(ContactSystem):
-    """Two spheres that fill the room between two plates and more; in SI units."""
+    """Two stacked spheres oscillate between plates: three contacts at a time.
+
+    m1 x1'' = F(floor) - F(between) - m1 g, m2 x2'' = F(between) - F(ceiling) - m2 g,
+    integrated; with linear springs a linear system of two oscillators.
+    """
+
+    quantities: ClassVar = tuple(
+        Quantity(name, "1", text, lambda p: p.scale)
+        for name, text in {
+            "lower_height_ratio": "rise of the lower sphere over the squeeze",
+            "upper_height_ratio": "rise of the upper sphere over the squeeze",
+            "lower_speed_ratio": "velocity over omega times the squeeze",
+            "upper_speed_ratio": "likewise, of the upper sphere",
+        }.items()
+    )
 
     allowed: ClassVar = {**ContactSystem.allowed, "partner": ("sphere",)}
 
@@ -110,17 +124,4 @@ class Stacked(ContactSystem):
         }
 
 
-MEANINGS = {
-    "lower_height_ratio": "rise of the lower sphere over the squeeze",
-    "upper_height_ratio": "rise of the upper sphere over the squeeze",
-    "lower_speed_ratio": "velocity over omega times the squeeze",
-    "upper_speed_ratio": "likewise, of the upper sphere",
-}
-STACKED = ContactCase(
-    name="stacked",
-    summary="Two stacked spheres oscillate between plates: three contacts at a time.",
-    formula="m1 x1'' = F(floor) - F(between) - m1 g, m2 x2'' = F(between) - F(ceiling) - m2 g, "
-    "integrated; with linear springs a linear system of two oscillators.",
-    parameters=Stacked,
-    quantities=[Quantity(name, "1", text, lambda p: p.scale) for name, text in MEANINGS.items()],
-)
+STACKED = ContactCase("stacked", Stacked)

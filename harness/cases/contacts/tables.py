@@ -1,4 +1,4 @@
-"""Tables of the contact cases: laws, the rows of the matrix, systems, its columns, and presets.
+"""Tables of the contact cases: the trials of each, a law in a system, and presets.
 
 A law is a change of a case's default parameters, and so is a system.
 """
@@ -6,13 +6,12 @@ A law is a change of a case's default parameters, and so is a system.
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterable, Mapping, Sequence
 from functools import cache
 from importlib.resources import files
-from typing import Any
+from typing import Any, NamedTuple
 
-from harness.results.rows import Level
+from harness.results.rows import LEVELS, Level
 
 Changes = Mapping[str, Any]
 
@@ -24,70 +23,79 @@ USUAL_SYSTEMS = ("wall", "two spheres", "unequal spheres", "frozen sphere")
 TWO_MATERIALS = ("two materials, stated", "two materials, mixed", "wall of another material")
 MIXED = "two spheres, mixed"  # a code mixes restitution and friction of two bodies itself
 SLOW_SYSTEMS = ("unequal spheres", "frozen sphere", "two spheres, turned", *TWO_MATERIALS)
+VARIED_SYSTEM = "two spheres"  # of an engine's variations below level full
 
 
-@dataclass(frozen=True)
-class LawRow:
-    """Changes of the default parameters that make a law.
+class Entry(NamedTuple):
+    """A law in a system, as changes of the default parameters of a case.
 
-    ``systems`` names those that it goes through, all unless given; those of two materials only
-    with ``two_materials``. ``quick``: also at level quick.
+    ``level`` is the shortest that runs it, ``varied`` the shortest that runs an engine's variations
+    of it, None for none.
     """
 
-    law: Changes = field(hash=False)
-    systems: tuple[str, ...] = ()
-    quick: bool = True
-    two_materials: bool = False
+    law: str
+    system: str
+    changes: Changes
+    level: Level
+    varied: Level | None
+
+
+class _Law(NamedTuple):
+    """Changes of parameters, systems (all unless given), and a row of laws.toml's options."""
+
+    changes: Changes
+    systems: Sequence[str]
+    quick: bool
+    two_materials: bool
 
     def goes_with(self, system: str) -> bool:
-        """Return whether the law goes through a system."""
         if system in TWO_MATERIALS:
             return self.two_materials
         return system in self.systems or (not self.systems and system != MIXED)
 
 
-@dataclass(frozen=True)
-class Matrix:
-    """Laws and systems of a case.
+def entries(case: str) -> list[Entry]:
+    """Return each law of a case in each of its systems."""
+    table, named = _read("laws.toml")["cases"][case], _read("laws.toml")["systems"]
+    laws = {name: law for name, law in _laws(table["laws"]).items()
+            if name not in table.get("without", ())}  # fmt: skip
+    if isinstance(table["laws"], dict):
+        laws = {name: law._replace(systems=table["laws"][name]) for name, law in laws.items()}
+    systems = table.get("systems", USUAL_SYSTEMS)
+    systems = systems if isinstance(systems, dict) else {name: {} for name in systems}
+    varied = {law: level for level in reversed(LEVELS) for law in _laws(table.get(level, ()))}
+    quick_laws = [name for name, law in laws.items() if law.quick]
+    rows = []
+    for name, law in laws.items():
+        chosen = [system for system in systems if law.goes_with(system)]
+        turn = quick_laws.index(name) if law.quick else None
+        quick = set() if turn is None else _quick_systems(table, name, law, chosen, turn)
+        for system in chosen:
+            changes = {**PLAIN, **law.changes, **named.get(system, {}), **systems[system]}
+            level: Level = "quick" if system in quick else "default"
+            variations = varied.get(name)
+            if variations and system != VARIED_SYSTEM:
+                variations = "full"
+            rows.append(Entry(name, system, changes, level, variations))
+    return rows
 
-    Level quick runs each law in the systems ``always``, and ``two_materials_law`` in pairs of two
-    materials. ``varied`` has laws that run in an engine's variations, with the shortest level.
+
+def _quick_systems(
+    table: Mapping[str, Any], name: str, law: _Law, systems: Sequence[str], turn: int
+) -> set[str]:
+    """Return the systems of a law at level quick.
+
+    The laws take turns in the systems that are not slow; those of earlier interfaces go through all
+    of them, as their walls and pairs share no code.
     """
-
-    laws: Mapping[str, LawRow]
-    systems: Mapping[str, Changes]
-    always: tuple[str, ...]
-    two_materials_law: str
-    varied: Mapping[str, Level]
-
-
-def matrix(case: str) -> Matrix:
-    """Return the laws and systems of a case."""
-    row, named = _read("laws.toml")["cases"][case], _read("laws.toml")["systems"]
-    rows = laws(row["laws"])
-    for name, chosen in row["laws"].items() if isinstance(row["laws"], dict) else ():
-        rows[name] = replace(rows[name], systems=tuple(chosen))
-    rows = {name: law for name, law in rows.items() if name not in row.get("without", ())}
-    systems = row.get("systems", USUAL_SYSTEMS)
-    changes = systems if isinstance(systems, dict) else {name: {} for name in systems}
-    levels: tuple[Level, ...] = ("full", "default", "quick")
-    return Matrix(
-        laws=rows,
-        systems={name: {**named.get(name, {}), **each} for name, each in changes.items()},
-        always=tuple(row.get("always", ())),
-        two_materials_law=row.get("two_materials_law", ""),
-        varied={law: level for level in levels for law in laws(row.get(level, ()))},
-    )
-
-
-def laws(names: Iterable[str]) -> dict[str, LawRow]:
-    """Return laws by the names of groups and of laws, in this order."""
-    chosen: dict[str, LawRow] = {}
-    for name in names:
-        group = _groups().get(name)
-        # of two groups with a law of this name, the first
-        rows = group or {name: next(g[name] for g in _groups().values() if name in g)}
-        chosen |= rows
+    fast = [system for system in systems if system not in SLOW_SYSTEMS]
+    if law.changes.get("interface") == "old":
+        return set(fast)
+    chosen = {system for system in fast if system in table.get("always", ())}
+    if turns := [system for system in fast if system not in chosen]:
+        chosen.add(turns[turn % len(turns)])
+    if name == table.get("two_materials_law"):
+        chosen |= {system for system in systems if system.startswith("two materials")}
     return chosen
 
 
@@ -102,21 +110,31 @@ def presets(case: str) -> dict[str, dict[str, Any]]:
     return {name: dict(values) for name, values in _read("presets.toml").get(case, {}).items()}
 
 
+def _laws(names: Iterable[str]) -> dict[str, _Law]:
+    """Return laws by the names of groups and of laws, in this order."""
+    chosen: dict[str, _Law] = {}
+    for name in names:
+        group = _groups().get(name)
+        # of two groups with a law of this name, the first
+        chosen |= group or {name: next(g[name] for g in _groups().values() if name in g)}
+    return chosen
+
+
 @cache
-def _groups() -> dict[str, dict[str, LawRow]]:
+def _groups() -> dict[str, dict[str, _Law]]:
     groups = {}
     for name, group in _read("laws.toml").items():
         if name not in ("parts", "systems", "cases"):
-            systems, quick = tuple(group.get("systems", ())), group.get("quick", True)
+            systems, quick = group.get("systems", ()), group.get("quick", True)
             both = group.get("two_materials", ())
             groups[name] = {
-                law: LawRow(_changes(parts), systems, quick, law in both)
+                law: _Law(_changes(parts), systems, quick, law in both)
                 for law, parts in group["laws"].items()
             }
     return groups
 
 
-def _changes(parts: Iterable[str | Changes]) -> dict[str, Any]:
+def _changes(parts: Iterable[str | Changes]) -> Changes:
     rows = (part(each) if isinstance(each, str) else each for each in parts)
     return {name: value for row in rows for name, value in row.items()}
 

@@ -16,8 +16,8 @@ from typing import ClassVar, Literal
 import numpy as np
 from pydantic import Field
 
-from harness.cases.contacts.contact_case import ContactCase, ratios
-from harness.cases.contacts.parameters import Radius, Speed
+from harness.cases.contacts.contact_case import ContactCase
+from harness.cases.contacts.parameters import Radius, Speed, ratios
 from harness.cases.contacts.resting import Resting
 from harness.errors import RequestError
 from harness.model.base import Vector
@@ -30,7 +30,21 @@ INSTANTS = 4000  # in half the time, at which forces are held against their limi
 
 
 class MovingWall(Resting):
-    """A sphere at rest on a plane that moves from the start on; in SI units."""
+    """A plane that oscillates or runs off takes a sphere along: velocity and spin.
+
+    Shear: as a sphere that slides on a plane at rest, u + 2/5 r omega = 0, at the end 2/7 of
+    its speed. Oscillating with acceleration a cos(w t), y'' + 2 d y' + W^2 y = -a cos(w t) on
+    the plane: across W^2 = k_n / m, 2 d = eta_n / m; along 7/2 of k_t and eta_t over m, and 2/7
+    of the velocity there.
+    """
+
+    quantities: ClassVar = ratios(
+        halfway_gained_velocity_ratio="velocity that the sphere gained, over the plane's largest, "
+        "halfway",
+        gained_velocity_ratio="likewise, at the end",
+        gained_spin_ratio="radius times spin, likewise",
+        surface_momentum_ratio="of u + 2/5 r omega, over the plane's largest velocity",
+    )
 
     allowed: ClassVar = {
         **Resting.allowed, "normal": ("hooke", "hertz"), "rolling": ("none",),
@@ -131,26 +145,24 @@ class MovingWall(Resting):
         return (rate + self.largest_speed * np.sin(self.drive * times)) / factor
 
 
-MOVING_WALL = ContactCase(
-    name="moving-wall",
-    summary="A plane that oscillates or runs off takes a sphere along: velocity and spin.",
-    formula="Shear: as a sphere that slides on a plane at rest, u + 2/5 r omega = 0, at the end "
-    "2/7 of its speed. Oscillating with acceleration a cos(w t), y'' + 2 d y' + W^2 y = -a cos(w "
-    "t) on the plane: across W^2 = k_n / m, 2 d = eta_n / m; along 7/2 of k_t and eta_t over m, "
-    "and 2/7 of the velocity there.",
-    parameters=MovingWall,
-    quantities=ratios(
-        halfway_gained_velocity_ratio="velocity that the sphere gained, over the plane's largest, "
-        "halfway",
-        gained_velocity_ratio="likewise, at the end",
-        gained_spin_ratio="radius times spin, likewise",
-        surface_momentum_ratio="of u + 2/5 r omega, over the plane's largest velocity",
-    ),
-)  # fmt: skip
+MOVING_WALL = ContactCase("moving-wall", MovingWall)
 
 
 class CurvedWall(Resting):
-    """A sphere let go on a curved wall, pressed in by its weight; in SI units, degrees."""
+    """A sphere let go on a curved wall swings, rolls or falls.
+
+    Integrated, R* = r R / (R - r) in a bowl, r R / (R + r) on a hill, r on an edge, and in a
+    cylinder that of the mean curvature, 2 r R / (2 R - r). Small and stiff it swings with
+    omega^2 = g / (R - r), rolling with 5/7 of it.
+    """
+
+    quantities: ClassVar = ratios(
+        angle_ratio="angle from the vertical over that of the start",
+        halfway_angle_ratio="likewise, halfway",
+        sideways_velocity_ratio="horizontal velocity over g sin(angle) t, downhill",
+        sideways_spin_ratio="radius times spin over g sin(angle) t, as it rolls down",
+        overlap_ratio="overlap at the end over that at the start",
+    )
 
     allowed: ClassVar = {
         **Resting.allowed, "normal": ("hooke", "hertz"), "rolling": ("none",),
@@ -236,18 +248,4 @@ class CurvedWall(Resting):
         }
 
 
-CURVED_WALL = ContactCase(
-    name="curved-wall",
-    summary="A sphere let go on a curved wall swings, rolls or falls.",
-    formula="Integrated, R* = r R / (R - r) in a bowl, r R / (R + r) on a hill, r on an edge, and "
-    "in a cylinder that of the mean curvature, 2 r R / (2 R - r). Small and stiff it swings with "
-    "omega^2 = g / (R - r), rolling with 5/7 of it.",
-    parameters=CurvedWall,
-    quantities=ratios(
-        angle_ratio="angle from the vertical over that of the start",
-        halfway_angle_ratio="likewise, halfway",
-        sideways_velocity_ratio="horizontal velocity over g sin(angle) t, downhill",
-        sideways_spin_ratio="radius times spin over g sin(angle) t, as it rolls down",
-        overlap_ratio="overlap at the end over that at the start",
-    ),
-)
+CURVED_WALL = ContactCase("curved-wall", CurvedWall)

@@ -17,7 +17,7 @@ from tests.engine_doubles import Twin
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
 def test_the_reference_itself_passes_and_each_trial_of_quick_has_rows(case):
-    trials = [trial for trial in case.trials() if trial.level == "quick"]
+    trials = [trial for trial in case.trials if trial.level == "quick"]
     assert {trial.parameters.steps_per_contact for trial in trials} == {STEPS}
     rows = rows_of(case, twin())
     assert {row.verdict for row in rows} == {Verdict.PASS}
@@ -37,14 +37,14 @@ def test_what_a_level_runs_a_longer_one_runs_as_well_and_every_key_is_one_row(ca
     )
     assert set(quick) <= set(full)
     assert len(set(full)) == len(full)
-    assert {trial.law for trial in case.trials()} == set(case.matrix.laws)
+    assert {trial.entry.law for trial in case.trials} == set(case.matrix.laws)
 
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
 def test_scales_are_sizes_that_quantities_have(case):
     """No scale exceeds three times the largest value of its case, but of what must be zero."""
     bench, largest = Bench(None), {quantity.name: 0.0 for quantity in case.quantities}
-    for trial in case.trials():
+    for trial in case.trials:
         p = trial.parameters
         for name, value in case.reference(p, bench).items():
             largest[name] = max(largest[name], abs(value) / case.quantity(name).size(p))
@@ -133,7 +133,7 @@ def test_a_planted_fault_turns_a_row(fault):
 
 def test_a_run_that_dies_is_a_failure_and_others_go_on():
     case, engine = case_named("head-on"), twin()
-    first = next(case.trials()).setup
+    first = case.trials[0].setup
     engine.motions = lambda jobs: [
         EngineLostAtomsError("lost one") if place == 0 else motion
         for place, motion in enumerate(Twin.motions(engine, jobs))
@@ -199,7 +199,7 @@ def test_variations_of_lammps_hold_and_a_list_thinner_than_the_neck_is_among_the
 @pytest.mark.usefixtures("lammps_here")
 def test_in_units_lj_no_bit_of_a_ratio_is_another(lammps):
     case, si = case_named("lj-units"), case_named("oblique")
-    trials = [trial.parameters for trial in case.trials()]
+    trials = [trial.parameters for trial in case.trials]
     there, here = (lammps.run([one.job(p) for p in trials]) for one in (case, si))
     for p, in_lj, in_si in zip(trials, there, here, strict=True):
         assert case.measure(p, in_lj) == si.measure(p, in_si), p

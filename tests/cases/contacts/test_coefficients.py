@@ -87,8 +87,8 @@ def test_what_is_off_by_a_millionth_turns_a_row_of_each_law(case):
     """In one of the systems of the law, at some level."""
     unseen = {}
     laws = {}
-    for trial in case.trials():
-        laws.setdefault(trial.law, []).append(trial)
+    for trial in case.trials:
+        laws.setdefault(trial.entry.law, []).append(trial)
     for law, trials in laws.items():
         left = {}
         for trial in trials:

@@ -7,7 +7,6 @@ from harness.cases.checks import run_checks, selected
 from harness.cases.contacts import oblique, report
 from harness.model.conventions import Rules
 from tests.cases.contacts.common import case_named, twin
-from tests.engine_doubles import Twin
 
 
 def slower(_, motion):
@@ -36,7 +35,7 @@ def test_a_matrix_has_the_laws_that_were_run_and_how_far_each_is_from_the_refere
     case = case_named("slip-to-roll")
     section = report.case_section(case, {"right": benches["right"]})
     (table,) = section.tables
-    quick = [trial.law for trial in case.trials() if trial.level == "quick"]
+    quick = [trial.entry.law for trial in case.trials if trial.level == "quick"]
     assert list(table.frame["law"]) == quick
     assert all(float(cell) <= 1e-9 for cell in table.frame["wall"])
     assert not report.case_section(case_named("drag"), {"right": benches["right"]}).tables
@@ -56,16 +55,6 @@ def test_a_convention_stands_with_its_formula_and_what_it_moves(benches):
     assert list(table["convention"]) == ["wall_lever"]
     assert float(table["moves"][0]) > 1e-4
     assert table["formula"][0]
-
-
-def test_defects_of_the_codes_alone_stand_with_cause_and_script():
-    class Named(Twin):
-        name = "lammps"
-
-    table = report.defects({"lammps": Bench(Named()), OWN: Bench(None)})
-    assert set(table["code"]) == {"lammps"}
-    assert (table["cause"].str.len() > 20).all()
-    assert report.defects({OWN: Bench(None)}).empty
 
 
 def test_the_curve_of_partial_slip_is_drawn_with_the_codes_that_ran_it():
