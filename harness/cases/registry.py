@@ -21,38 +21,33 @@ ALL = "all"
 DEFAULT = ("incline", "tower")  # cases of `verify` unless others are named
 QUALIFYING = ("drop",)  # cases of this package that an engine must pass before all others
 
-_INCLINE = {
-    "incline": "harness.cases.incline.case:CASE",
-    "columns": "harness.cases.incline.columns:CASE",
-}
-_CONTACT_MODULES = {
-    "bounce": "impact", "collision": "oblique", "curved-wall": "walls", "drag": "decay",
-    "head-on": "impact", "heat": "decay", "incline-rest": "resting", "incline-roll": "resting",
-    "lj-units": "oblique", "moving-wall": "walls", "oblique": "oblique",
-    "prescribed-motion": "prescribed_motion", "pull-off": "prescribed_motion",
-    "rolling-resistance": "resting", "slip-to-roll": "resting", "spin": "oblique",
-    "stacked": "stacked", "twist": "resting",
-}  # fmt: skip
-_CONTACTS = {
-    "drop": "harness.cases.drop:CASE",
-    **{
-        name: f"harness.cases.contacts.{module}:{name.replace('-', '_').upper()}"
-        for name, module in _CONTACT_MODULES.items()
+_MODULES = {  # of the cases of this package, by group and name
+    "incline": {"incline": "incline.case", "columns": "incline.columns"},
+    "chains": {"tower": "tower.case"},
+    "contacts": {
+        "drop": "drop", "bounce": "contacts.impact", "collision": "contacts.oblique",
+        "curved-wall": "contacts.walls", "drag": "contacts.decay", "head-on": "contacts.impact",
+        "heat": "contacts.decay", "incline-rest": "contacts.resting",
+        "incline-roll": "contacts.resting", "lj-units": "contacts.oblique",
+        "moving-wall": "contacts.walls", "oblique": "contacts.oblique",
+        "prescribed-motion": "contacts.prescribed_motion",
+        "pull-off": "contacts.prescribed_motion", "rolling-resistance": "contacts.resting",
+        "slip-to-roll": "contacts.resting", "spin": "contacts.oblique",
+        "stacked": "contacts.stacked", "twist": "contacts.resting",
     },
-}
-_LAYERS = {
-    "layers": "harness.cases.layers.descent:CASE",
-    "layers-flow": "harness.cases.layers.flow:CASE",
-}
-_BULK = {
-    name: f"harness.cases.bulk.{name}:CASE" for name in ("silo", "drum", "heap", "penetration")
-}
+    "layers": {"layers": "layers.descent", "layers-flow": "layers.flow"},
+    "bulk": {name: f"bulk.{name}" for name in ("silo", "drum", "heap", "penetration")},
+}  # fmt: skip
+
+
+def _home(name: str, module: str) -> str:
+    several = module.startswith("contacts.")
+    return f"harness.cases.{module}:{name.replace('-', '_').upper() if several else 'CASE'}"
+
+
 GROUPS: Mapping[str, Mapping[str, str]] = {
-    "incline": _INCLINE,
-    "chains": {"tower": "harness.cases.tower.case:CASE"},
-    "contacts": _CONTACTS,
-    "layers": _LAYERS,
-    "bulk": _BULK,
+    group: {name: _home(name, module) for name, module in modules.items()}
+    for group, modules in _MODULES.items()
 }
 """Where the cases of this package are, by group and name."""
 

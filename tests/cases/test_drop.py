@@ -91,6 +91,11 @@ def dragged(scene, motion):
     return replace(motion, velocity=velocity)
 
 
+def blind(_, motion):
+    """Let the grain fly through the sphere."""
+    return replace(motion, velocity=motion.velocity[:1].repeat(len(motion), axis=0))
+
+
 def interchanged(_, motion):
     return replace(motion, velocity=motion.velocity[:, :, [1, 0, 2]])
 
@@ -110,6 +115,7 @@ FAULTS = {  # fault: (engine, setup and quantity of a row that must turn)
         {"change_scene": stiffer(1.02)}, ("contact lasts its time", "contact_time_ratio"),
     ),
     "late contact": ({"change_motion": late}, ("contact found within two steps", "onset_steps")),
+    "no contact": ({"change_motion": blind}, ("contact lasts its time", "contact_time_ratio")),
     "tangential drag": (
         {"change_motion": dragged}, ("oblique contact", "angular_momentum_ratio"),
     ),

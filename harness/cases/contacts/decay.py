@@ -25,7 +25,8 @@ Temperature = Annotated[float, Field(ge=0.0, le=1e9)]
 class Drag(ContactSystem):
     """A falling sphere reaches its terminal velocity in a viscous fluid.
 
-    m u' = m g - gamma u: u = v (1 - exp(-gamma t / m)), v = m g / gamma.
+    m u' = m g - gamma u: u = v (1 - exp(-gamma t / m)), v = m g / gamma. The time in which steps
+    are counted is m / gamma.
     """
 
     quantities: ClassVar = ratios(

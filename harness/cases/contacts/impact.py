@@ -233,6 +233,7 @@ class Bounce(ContactSystem):
         ),
     )  # fmt: skip
 
+    # off a sphere it would fall, but round-off sideways has no time to grow within a contact
     allowed: ClassVar = {**ContactSystem.allowed, "partner": ("wall", "frozen")}
 
     height: float = Field(0.05, ge=1e-18, le=1e9, description="[m] of the fall")
