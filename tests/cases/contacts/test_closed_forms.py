@@ -26,6 +26,16 @@ def test_the_limit_of_the_reference_is_the_closed_form(case):
             assert values[name] == pytest.approx(value, rel=2e-4, abs=2e-4), (trial.setup, name)
 
 
+@pytest.mark.parametrize("ratio", [0.5, 0.999, 1.0, 1.5, 5.0])
+def test_a_clipped_contact_ends_whatever_its_damping(ratio):
+    case = case_named("head-on")
+    law = {"damping": "damping_ratio", "damping_coefficient": ratio, "clipped": True}
+    p = case.default.replace(**law)
+    values = limits(case, p, steps=int(800 * max(1.0, ratio) ** 2))
+    for name, value in case.exact(p).items():
+        assert values[name] == pytest.approx(value, rel=1e-5), name
+
+
 # ---- friction, rolling, twisting
 
 ROLLS = {
