@@ -11,7 +11,6 @@ from urllib.parse import quote
 from markupsafe import Markup
 
 from harness.report.content import Drawing
-from harness.report.style import FONTS, house_style
 
 if TYPE_CHECKING:
     from matplotlib import figure as mpl_figure
@@ -53,6 +52,8 @@ class Picture:
 
 def draw(drawing: Drawing, *, png: bool = False) -> Picture:
     """Return a figure in the house style; an error of its function is stored in the picture."""
+    from harness.report.style import house_style  # slow to load: matplotlib
+
     try:
         with house_style():
             figure = drawing.draw()
@@ -73,6 +74,8 @@ def svg_uri(svg: str) -> Markup:
 
 def compact(svg: str) -> str:
     """Return an SVG of matplotlib without metadata, each style once, to hundredths of a point."""
+    from harness.report.style import FONTS
+
     for pattern, replacement in REPLACEMENTS:
         svg = re.sub(pattern, replacement, svg, flags=re.DOTALL)
     svg = re.sub(r"<[^>]*>", lambda match: _with_short_numbers(match[0]), svg)

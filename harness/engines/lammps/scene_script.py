@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Literal
 
 from harness.engines.lammps.scene_atoms import Atoms, group_line
@@ -48,6 +49,7 @@ class Variation:
 PLAIN = Variation()
 
 
+@lru_cache(maxsize=1024)  # refusals, checks and the reference each take them
 def rules(scene: Scene, release: str | None = None) -> Rules:
     """Return the conventions by which LAMMPS runs a scene.
 
