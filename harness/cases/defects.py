@@ -20,18 +20,9 @@ from harness.engines.base import Job
 from harness.engines.jobs import cores, parallel_map
 from harness.errors import EngineError, Unsupported
 from harness.model.motion import Motion
-from harness.results.defects import (
-    KnownDefect,
-    Motions,
-    Trial,
-    error_defect,
-    explanation,
-)
+from harness.results.defects import KnownDefect, Motions, Trial, error_defect, explanation
 from harness.results.rows import NAN, Failure, Kind, Row, Verdict, joined
 from harness.results.switches import passing_rules
-from harness.store.committed import known_defects
-
-__all__ = ["explained", "known_defects"]
 
 Key = tuple[str, str, str, str, str]
 SEARCH_LIMIT = 100_000  # steps times bodies of a scene beyond which no convention is searched

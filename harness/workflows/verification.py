@@ -27,7 +27,6 @@ from harness.cases.base import Case, CaseError, Check, case_error
 from harness.cases.bench import OWN, Bench, job_key
 from harness.cases.checks import failed_run, run_checks, selected
 from harness.cases.defects import explained
-from harness.cases.defects import known_defects as load_defects
 from harness.cases.registry import (
     ALL,
     QUALIFYING,
@@ -55,6 +54,7 @@ from harness.results.rows import (
 )
 from harness.store.cache import opened
 from harness.store.committed import accepted_folder, accepted_rows
+from harness.store.committed import known_defects as load_defects
 from harness.store.runs import Meta, Run, write_run
 from harness.workflows.executors import opened_on
 from harness.workflows.progress import Progress, silent

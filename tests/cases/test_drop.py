@@ -10,10 +10,9 @@ from harness.cases.base import LEVELS
 from harness.cases.bench import Bench
 from harness.cases.checks import run_checks
 from harness.cases.drop import CASE, Drop, contacts, restitution, scene_of
-from harness.engines.output import SERIES
 from harness.engines.reference import Reference
 from harness.engines.registry import open_engine
-from harness.errors import EngineCrashError, EngineOutputError, RequestError, Unsupported
+from harness.errors import EngineCrashError, RequestError, Unsupported
 from harness.model.contact import PLASTIC, Contact
 from harness.model.scene import Scene
 from harness.results.rows import Verdict
@@ -258,13 +257,3 @@ def test_bad_parameters(values, line):
     with pytest.raises(RequestError) as error:
         Drop(**values)
     assert line in str(error.value)
-
-
-def test_output_of_another_run_is_an_error():
-    case = CASE.presets["head-on"]
-    output = Bench(Reference()).output(CASE.job(case))
-    with pytest.raises(EngineOutputError, match="rows of a series"):
-        CASE.measure(case.replace(duration=2.0), output)
-    cut = {name: values for name, values in output.tables[SERIES].items() if name != "vy_m_per_s"}
-    with pytest.raises(EngineOutputError, match="vy_m_per_s"):
-        CASE.measure(case, replace(output, tables={SERIES: cut}))

@@ -8,7 +8,7 @@ import pytest
 from harness.cases.bench import Bench
 from harness.cases.contacts.contact_case import MOTION, MOVED, STEPS
 from harness.engines.lammps.engine import Lammps
-from harness.errors import EngineLostAtomsError, Unsupported
+from harness.errors import Unsupported
 from harness.model.conventions import Rules
 from harness.results.rows import Failure, Kind, Verdict
 from tests.cases.contacts.common import CASES, case_named, rows_of, twin
@@ -130,17 +130,6 @@ def test_a_planted_fault_turns_a_row(fault):
     assert Failure.HARNESS not in failures
 
 
-def test_a_run_that_dies_is_a_failure_and_others_go_on():
-    case, engine = case_named("head-on"), twin()
-    first = case.trials[0].setup
-    engine.motions = lambda jobs: [
-        EngineLostAtomsError("lost one") if place == 0 else motion
-        for place, motion in enumerate(Twin.motions(engine, jobs))
-    ]
-    for row in rows_of(case, engine):
-        assert row.verdict is (Verdict.FAIL if row.setup == first else Verdict.PASS)
-
-
 def test_a_scene_that_an_engine_refuses_is_one_row_with_the_reason():
     class Refuses(Twin):
         def rules(self, _):
@@ -192,13 +181,3 @@ def test_variations_of_lammps_hold_and_a_list_thinner_than_the_neck_is_among_the
     rows = rows_of(case, lammps, "default", only="head-on/jkr, two spheres/*")
     assert {"thin skin", "newton on", "restarted", ""} <= {row.check for row in rows}
     assert {row.verdict for row in rows if row.check != "restarted"} == {Verdict.PASS}
-
-
-@pytest.mark.live
-@pytest.mark.usefixtures("lammps_here")
-def test_in_units_lj_no_bit_of_a_ratio_is_another(lammps):
-    case, si = case_named("lj-units"), case_named("oblique")
-    trials = [trial.parameters for trial in case.trials]
-    there, here = (lammps.run([one.job(p) for p in trials]) for one in (case, si))
-    for p, in_lj, in_si in zip(trials, there, here, strict=True):
-        assert case.measure(p, in_lj) == si.measure(p, in_si), p
