@@ -40,7 +40,7 @@ import math
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from harness.errors import RequestError
 from harness.theory.chain import SHOCK_WITHOUT_REBOUND
@@ -188,46 +188,6 @@ def flight_angle(inertia: float) -> float:
     cos(psi) = 2 / (3 + beta).
     """
     return math.degrees(math.acos(2.0 / (3.0 + inertia)))
-
-
-# ---- places in the plane, for equal spheres: along the row, downhill, and normal to it
-
-
-def row(count: int) -> Points:
-    """Return the centres of ``count`` touching fixed spheres (count, 2), the first at 0."""
-    return np.column_stack([np.arange(float(count)), np.zeros(count)])
-
-
-def well(index: int) -> Points:
-    """Return the grain's centre (2,) in the well after sphere ``index`` of the row."""
-    return np.array([index + 0.5, math.sqrt(0.75)])
-
-
-def crest(index: int, angle_deg: float) -> Points:
-    """Return the grain's centre (2,) at its highest over sphere ``index``: right above it."""
-    tilt = math.radians(angle_deg)
-    return np.array([index - math.sin(tilt), math.cos(tilt)])
-
-
-def turned(points: ArrayLike, angle_deg: float) -> Points:
-    """Return points (..., 2) with gravity straight down: (to the right, upwards)."""
-    cosine, sine = math.cos(math.radians(angle_deg)), math.sin(math.radians(angle_deg))
-    rotation = np.array([[cosine, -sine], [sine, cosine]])
-    return np.asarray(np.asarray(points, dtype=float) @ rotation)
-
-
-def path(first: int, last: int, each: int = 60) -> Points:
-    """Return the grain's centre on its way from above sphere ``first`` to above ``last``.
-
-    Shape (points, 2): arcs around the spheres, ``each`` points from well to well.
-    """
-    arcs = []
-    for index in range(first, last + 1):
-        begin = math.radians(120.0 if index > first else 90.0)
-        end = math.radians(60.0 if index < last else 90.0)
-        sweep = np.linspace(begin, end, each)
-        arcs.append(np.column_stack([index + np.cos(sweep), np.sin(sweep)]))
-    return np.concatenate(arcs)
 
 
 # ---- the energy argument of the source's discussion
