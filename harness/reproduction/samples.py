@@ -101,26 +101,26 @@ def sweep_difference() -> float:
     )
 
 
-class OpenPair(NamedTuple):
-    """Two neighbours that do not touch: distance, deformations, distance of each to its other."""
+class OpenPairs(NamedTuple):
+    """Neighbours that do not touch: distances, deformations, distances to the other neighbours."""
 
-    distance: float  # [m]
-    deformations: tuple[float, float]  # [m]
-    beyond: tuple[float, float]  # [m] infinite at an end
+    distance: Floats  # (P,) [m]
+    deformations: Floats  # (P, 2) [m]
+    beyond: Floats  # (P, 2) [m] infinite at an end
 
 
 @cache
-def open_pairs() -> tuple[OpenPair, ...]:
-    """Return every pair of neighbours of the rows that is not in contact."""
+def open_pairs() -> OpenPairs:
+    """Return the pairs of neighbours of the rows that are not in contact."""
     pairs = []
     for row in rows():
-        distances = [np.inf, *row.distances.tolist(), np.inf]
-        for i in np.flatnonzero(row.compressions == 0).tolist():
-            first, second = row.deformations[i : i + 2].tolist()
+        distances = np.concatenate(([np.inf], row.distances, [np.inf]))
+        for i in np.flatnonzero(row.compressions == 0):
             pairs.append(
-                OpenPair(distances[i + 1], (first, second), (distances[i], distances[i + 2]))
+                [distances[i + 1], *row.deformations[i : i + 2], *distances[i : i + 3 : 2]]
             )
-    return tuple(pairs)
+    table = np.array(pairs)
+    return OpenPairs(table[:, 0], table[:, 1:3], table[:, 3:])
 
 
 # ---- springs and contacts
