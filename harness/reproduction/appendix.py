@@ -169,9 +169,9 @@ def _eq_a10() -> Outcome:
            correction="for the more deformed one, and only if it is pressed at all")  # fmt: skip
 def _eq_a11() -> Outcome:
     distance, deformations, beyond = samples.open_pairs()
-    pressed = deformations.max(axis=1) > 0
+    deformed = deformations.max(axis=1) > 0
     less, more = (
-        (distance > beyond[np.arange(distance.size), side])[pressed]
+        (distance > beyond[np.arange(distance.size), side])[deformed]
         for side in (deformations.argmin(axis=1), deformations.argmax(axis=1))
     )
     return holds(less.all(), f"{less.sum()} of {less.size} pairs", corrected=more.all())

@@ -56,7 +56,7 @@ def reproduce(
 
 
 def recomputed(bench: Bench | None, progress: Progress = lambda *_: None) -> Run:
-    """Return the rows of all statements; without a bench those of an engine are not tested."""
+    """Return the rows of all statements; the bench is that of the engine of some."""
     started, clock = datetime.now(UTC).isoformat(timespec="seconds"), time.monotonic()
     rows = []
     for done, statement in enumerate(STATEMENTS.values(), 1):

@@ -16,18 +16,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from harness.cases.bench import OWN, Bench
+from harness.cases.checks import failed_run
 from harness.errors import EngineError, Unsupported
-from harness.results.rows import (
-    Failure,
-    Kind,
-    Row,
-    Tolerance,
-    Verdict,
-    failed,
-    finding,
-    judge,
-    not_tested,
-)
+from harness.results.rows import Kind, Row, Tolerance, Verdict, finding, judge, not_tested
 
 CASE = "source"
 CORRECTED = "corrected"
@@ -63,7 +54,7 @@ class Statement:
 
     ``tolerance`` [unit] is the largest difference between the printed and the recomputed value,
     with its reason. ``correction`` makes it hold where it does not as printed. The function gets
-    the bench of the ``engine`` that runs the incline, or nothing.
+    nothing, or the bench of the ``engine`` that runs the incline.
     """
 
     where: str
@@ -86,22 +77,22 @@ class Statement:
         return measure
 
     def rows(self, bench: Bench | None = None) -> list[Row]:
-        """Return its row as printed, and its row as corrected where that is another value."""
+        """Return its row as printed, and its row as corrected where that is another value.
+
+        The bench is that of the engine of a statement on runs in one.
+        """
         blank = Row(case=CASE, setup=self.where, quantity=self.key, engine=OWN, unit=self.unit,
                     kind=Kind.ANALYTIC, level="default")  # fmt: skip
-        if not self.engine:
+        if bench is None or not self.engine:
             return self._judged(blank, self.measure())
-        blank = replace(blank, kind=Kind.CROSS_CODE)
-        if bench is None:
-            return [not_tested(blank, "no engine was given to run the incline")]
         version = bench.engine.identify().engine_version
-        blank = replace(blank, engine=bench.name, version=version)
+        blank = replace(blank, kind=Kind.CROSS_CODE, engine=bench.name, version=version)
         try:
             return self._judged(blank, self.measure(bench))
         except Unsupported as error:
             return [not_tested(blank, str(error))]
         except EngineError as error:
-            return [failed(blank, Failure.ENGINE, f"{error.kind}: {error}", error.log)]
+            return [failed_run(blank, error)]
 
     def _judged(self, blank: Row, outcome: Outcome) -> list[Row]:
         width = self.tolerance if outcome.tolerance is None else outcome.tolerance
