@@ -6,8 +6,7 @@ import pytest
 
 ROOT = Path(__file__).parents[1]
 NOTEBOOK = ROOT / "reports" / "example" / "notebook.ipynb"
-QUIET = "ignore::DeprecationWarning", "ignore::RuntimeWarning"
-"""What Jupyter's own libraries warn of is not ours."""
+QUIET = "ignore::DeprecationWarning", "ignore::RuntimeWarning"  # of Jupyter's own libraries
 
 
 def outputs(notebook):
