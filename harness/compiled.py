@@ -8,12 +8,9 @@ they are read: they are read only from a folder that this user alone may write.
 
 from __future__ import annotations
 
-import atexit
 import contextlib
 import hashlib
-import shutil
 import sys
-import tempfile
 import threading
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
@@ -50,14 +47,14 @@ def jit(function: Function, **options: Any) -> Function:
         try:
             # numba reads the folder here and not again: other users of numba keep theirs
             place = Path(chosen) if chosen else cache_place().path / KERNELS
-            stamp = _stamp(Path(function.__code__.co_filename).parent)
-            config.CACHE_DIR = str(_kernel_folder(place, stamp))
-            kernel = numba.njit(cache=True, **options)(function)
-            return cast(Function, _surviving_a_full_disk(kernel))
+            folder = place / _stamp(Path(function.__code__.co_filename).parent)
+            config.CACHE_DIR = str(folder)
+            kernel = numba.njit(cache=_is_private(place, folder), **options)(function)
         except RuntimeError:  # no folder can be written
-            return cast(Function, numba.njit(**options)(function))
+            kernel = numba.njit(**options)(function)
         finally:
             config.CACHE_DIR = chosen
+    return cast(Function, _surviving_a_full_disk(kernel))
 
 
 def shielded(kernel: Callable[..., Result], *arguments: Any) -> Result:
@@ -86,25 +83,21 @@ def _stamp(folder: Path) -> str:
 
 
 @cache
-def _kernel_folder(place: Path, stamp: str) -> Path:
-    """Return the folder below ``place`` for kernels of a stamp, made if need be.
+def _is_private(place: Path, folder: Path) -> bool:
+    """Return whether no other user can write a folder below ``place``, made if need be.
 
-    In place of one that others can write, or a link, it is a temporary one, with a note.
+    One that cannot be made has nothing to be read: numba chooses a folder of its own.
     """
-    folder = place / stamp
     with contextlib.suppress(OSError):
         make_private(folder)
     if not folder.is_dir():
-        return folder  # it cannot be made: numba chooses one of its own
+        return True
     linked = "it is a link" if folder.is_symlink() else ""
     reason = linked or writable_by_others(place, 0) or writable_by_others(folder)
-    if not reason:
-        return folder
-    _note(f"kernels in {folder} are not used, {reason}: remove it, or name another place in "
-          "DEM_HARNESS_HOME; until then they are compiled in each run")  # fmt: skip
-    private = Path(tempfile.mkdtemp(prefix="dem-harness-kernels-"))
-    atexit.register(shutil.rmtree, private, ignore_errors=True)
-    return private
+    if reason:
+        _note(f"kernels in {folder} are not used, {reason}: remove it, or name another place in "
+              "DEM_HARNESS_HOME; until then they are compiled in each run")  # fmt: skip
+    return not reason
 
 
 def _surviving_a_full_disk(dispatcher: Any) -> Any:

@@ -5,10 +5,10 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from pydantic import BaseModel
+from pydantic import BaseModel
+
+from harness.model.base import unit_in
 
 # keys of a JSON schema: the comparison that breaks a bound, and what is allowed
 _BOUNDS = {
@@ -85,9 +85,3 @@ def _allowed(schema: Mapping[str, object]) -> Allowed:
     whole = limits.get("type") == "integer"
     unit = "" if whole else unit_in(str(limits.get("description", "")))
     return Allowed(tuple(limits.get("enum", ())), whole, bounds, unit)
-
-
-def unit_in(description: str) -> str:
-    """Return the unit in brackets that opens a description, empty for ``[-]``."""
-    unit = description[1:].partition("]")[0] if description.startswith("[") else ""
-    return "" if unit == "-" else unit

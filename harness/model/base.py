@@ -54,7 +54,12 @@ class Parameters(BaseModel):
 def unit(kind: type[Parameters], name: str) -> str:
     """Return the unit of a field, empty for a pure number."""
     field = kind.model_fields.get(name)
-    symbol = ((field and field.description) or "[").partition("]")[0][1:]
+    return unit_in((field and field.description) or "")
+
+
+def unit_in(description: str) -> str:
+    """Return the unit in brackets that opens a description, empty for ``[-]``."""
+    symbol = description[1:].partition("]")[0] if description.startswith("[") else ""
     return "" if symbol == "-" else symbol
 
 

@@ -13,7 +13,7 @@ rigid flats without the factor that a code has at walls.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -24,7 +24,7 @@ from harness.model.base import ZERO
 from harness.model.conventions import Faults, Rules
 from harness.model.law import DAMPING, Law
 from harness.model.motion import Floats
-from harness.model.scene import Scene, effective_mass, effective_radius
+from harness.model.scene import Body, Scene, effective_mass, effective_radius
 from harness.solvers import mdr, reference
 from harness.solvers.contacts import jkr_radius
 
@@ -41,10 +41,10 @@ def contact_time(scene: Scene) -> float:
     Raise RequestError for a contact that does not end.
     """
     impact = _impact(scene)
-    if _yields(impact):
+    if impact.yields:
         # a whole number of steps until it yields, which is noticed at one phase of them all
-        unit = min(yield_time(scene), _guess(impact))
-        coarse = unit / math.ceil(unit / _guess(impact) * FINE_STEPS) * FINE_STEPS
+        unit = min(yield_time(scene), impact.elastic_time)
+        coarse = unit / math.ceil(unit / impact.elastic_time * FINE_STEPS) * FINE_STEPS
         return _extrapolated(lambda steps: _stepped_time(scene, coarse / steps))
     lasts = _normal_time(impact)
     return lasts + _shift(scene, lasts, _stepped_time)
@@ -54,10 +54,9 @@ def contact_time(scene: Scene) -> float:
 def yield_time(scene: Scene) -> float:
     """Return after which time of its first contact [s] a sphere of mdr yields; inf if never."""
     impact = _impact(scene)
-    if not _yields(impact):
+    if not impact.yields:
         return math.inf
-    depth = _yield_depth(impact.law, impact.first)
-    overlap = depth * (2.0 if impact.second else 1.0)
+    overlap = _yield_depth(impact.law, impact.first) * (2.0 if impact.second else 1.0)
     until = _solve(impact, overlap, closing=True)
     if until is None:
         return math.inf
@@ -65,6 +64,20 @@ def yield_time(scene: Scene) -> float:
     return until + _shift(
         elastic, until, lambda scene, step: _time_of_overlap(scene, step, overlap, 0.98 * until)
     )
+
+
+def before(scene: Scene, lead: float) -> Scene:
+    """Return a scene a time [s] before, when its first body flew freely."""
+    first, *others = scene.bodies
+    g = np.array(scene.gravity)
+    early = _moved_back(first, lead, 0.5 * lead * lead * g)
+    early = early.replace(velocity=(np.array(first.velocity) - lead * g).tolist())
+    return scene.replace(bodies=(early, *(_moved_back(other, lead, 0.0) for other in others)))
+
+
+def _moved_back(body: Body, lead: float, fallen: Floats | float) -> Body:
+    place = np.array(body.position) - lead * np.array(body.velocity) + fallen
+    return body.replace(position=place.tolist())
 
 
 class _Impact(NamedTuple):
@@ -78,27 +91,43 @@ class _Impact(NamedTuple):
     speed: float
     gravity: float
 
+    @property
+    def yields(self) -> bool:
+        """Return whether a sphere may yield: a bulk that takes all that is displaced lets none."""
+        return self.law.yield_stress is not None and not self.law.bulk_share
+
+    @property
+    def last_overlap(self) -> float:
+        """Return the overlap [m] at which a contact parts: of jkr that of its largest tension."""
+        law = self.law
+        if law.normal != "jkr" or not law.surface_energy or law.moduli is None:
+            return 0.0
+        cube = 9.0 * math.pi * law.surface_energy * self.radius**2 / (4.0 * law.moduli[0])
+        return float(-(cube ** (2.0 / 3.0)) / (3.0 * self.radius))
+
+    @property
+    def elastic_time(self) -> float:
+        """Return the time of an elastic contact [s], about."""
+        slope = self.law.stiffness(self.radius, 1.0)
+        if self.law.normal == "hooke":
+            return math.pi * math.sqrt(self.mass / slope)
+        k = slope / 1.5
+        return float(2.94 * (1.25 * self.mass * self.speed**2 / k) ** 0.4 / self.speed)
+
 
 def _impact(scene: Scene) -> _Impact:
     first, second = scene.bodies[0], scene.bodies[1] if len(scene.bodies) > 1 else None
     law = scene.law_of(first.type, (second or scene.walls[0]).type).one_material
-    normal = law.replace(tangential="none", rolling="none", twisting="none", interface="current")
-    speed = (second.velocity[2] if second else 0.0) - first.velocity[2]
     falls = second is None or second.motion == "frozen"
     return _Impact(
-        normal,
-        effective_mass(first, second),
-        effective_radius(first, second),
-        first.radius,
-        second.radius if second else 0.0,
-        speed,
-        -scene.gravity[2] if falls else 0.0,
+        law=law.replace(tangential="none", rolling="none", twisting="none", interface="current"),
+        mass=effective_mass(first, second),
+        radius=effective_radius(first, second),
+        first=first.radius,
+        second=second.radius if second else 0.0,
+        speed=(second.velocity[2] if second else 0.0) - first.velocity[2],
+        gravity=-scene.gravity[2] if falls else 0.0,
     )
-
-
-def _yields(impact: _Impact) -> bool:
-    """Return whether a sphere may yield: a bulk that takes all that is displaced lets none."""
-    return impact.law.yield_stress is not None and not impact.law.bulk_share
 
 
 def _shift(scene: Scene, unit: float, time_of: Callable[[Scene, float], float]) -> float:
@@ -124,7 +153,7 @@ def _shift(scene: Scene, unit: float, time_of: Callable[[Scene, float], float]) 
 
 @lru_cache(maxsize=4096)
 def _normal_time(impact: _Impact) -> float:
-    time = _solve(impact, _last_overlap(impact), closing=False)
+    time = _solve(impact, impact.last_overlap, closing=False)
     if time is None:
         raise _endless(impact.law)
     return time
@@ -139,29 +168,11 @@ def _endless(law: Law) -> RequestError:
     )
 
 
-def _last_overlap(impact: _Impact) -> float:
-    """Return the overlap [m] at which a contact parts: of jkr that of its largest tension."""
-    law = impact.law
-    if law.normal != "jkr" or not law.surface_energy or law.moduli is None:
-        return 0.0
-    cube = 9.0 * math.pi * law.surface_energy * impact.radius**2 / (4.0 * law.moduli[0])
-    return float(-(cube ** (2.0 / 3.0)) / (3.0 * impact.radius))
-
-
-def _guess(impact: _Impact) -> float:
-    """Return the time of an elastic contact [s]."""
-    law, mass, speed = impact.law, impact.mass, impact.speed
-    if law.normal == "hooke":
-        return math.pi * math.sqrt(mass / law.stiffness(impact.radius, 1.0))
-    k = law.stiffness(impact.radius, 1.0) / 1.5
-    return float(2.94 * (1.25 * mass * speed**2 / k) ** 0.4 / speed)
-
-
 def _solve(impact: _Impact, end: float, *, closing: bool) -> float | None:
     """Return when the overlap first is ``end`` [m] on its way in or out [s], None for never."""
     from scipy.integrate import solve_ivp
 
-    unit, speed = _guess(impact), impact.speed
+    unit, speed = impact.elastic_time, impact.speed
     force = _force(impact)
     length, pull = speed * unit, impact.gravity * unit / speed
     factor = unit / speed / impact.mass
@@ -322,56 +333,43 @@ def _extrapolated(time_at: Callable[[int], float]) -> float:
 
 def _stepped_time(scene: Scene, step: float) -> float:
     """Return the time from touch to the end of the first contact in the reference [s]."""
-    steps, look = int(LONGEST) * FINE_STEPS * 2, FINE_STEPS // 4
-    run = scene.replace(step=step, steps=steps, every=steps)
-    simulation = reference.Simulation(before(run, 0.5 * step), LIMIT)
-    while simulation.step_number < steps:
-        simulation.advance(look)
-        gap, speed = _separation(simulation)
+    impact, steps = _impact(scene), int(LONGEST) * FINE_STEPS * 2
+    for simulation in _looks(scene, step, steps, 0, FINE_STEPS // 4):
+        end = simulation.residual_overlap if impact.yields else impact.last_overlap
+        gap, speed = _separation(simulation, end)
         if gap > 0.0 and speed > 0.0 and not simulation.state[0, 3].any():
-            time = (simulation.step_number - 0.5) * step
-            return time - _flight(scene, gap, speed)
+            # since it flies freely
+            flight = 2.0 * gap / (speed + math.sqrt(speed * speed + 2.0 * impact.gravity * gap))
+            return (simulation.step_number - 0.5) * step - flight
     raise _endless(scene.law)
 
 
 def _time_of_overlap(scene: Scene, step: float, overlap: float, start: float) -> float:
     """Return the time from touch to an overlap [m] in the reference, looked for from ``start``."""
-    steps = FINE_STEPS * 4
-    run = scene.replace(step=step, steps=steps, every=steps)
-    simulation = reference.Simulation(before(run, 0.5 * step), LIMIT)
-    simulation.advance(int(start / step))
-    while simulation.step_number < steps:
-        simulation.advance(1)
-        gap, speed = _separation(simulation)
+    end = _impact(scene).last_overlap
+    for simulation in _looks(scene, step, FINE_STEPS * 4, int(start / step), 1):
+        gap, speed = _separation(simulation, end)
         if gap <= -overlap:
             break
     return (simulation.step_number - 0.5) * step - (gap + overlap) / speed
 
 
-def before(scene: Scene, lead: float) -> Scene:
-    """Return a scene a time [s] before, when its first body flew freely."""
-    first, *others = scene.bodies
-    rows = [*zip(first.position, first.velocity, scene.gravity, strict=True)]
-    x, y, z = (p - lead * v + 0.5 * lead * lead * g for p, v, g in rows)
-    u, v, w = (v - lead * g for _, v, g in rows)
-    moving = [
-        other.replace(
-            position=tuple(
-                p - lead * v for p, v in zip(other.position, other.velocity, strict=True)
-            )
-        )
-        for other in others
-    ]
-    early = first.replace(position=(x, y, z), velocity=(u, v, w))
-    return scene.replace(bodies=(early, *moving))
+def _looks(
+    scene: Scene, step: float, steps: int, first: int, every: int
+) -> Iterator[reference.Simulation]:
+    """Yield a run from half a step before touch, every so many steps after the ``first``."""
+    run = before(scene.replace(step=step, steps=steps, every=steps), 0.5 * step)
+    simulation = reference.Simulation(run, LIMIT)
+    simulation.advance(first)
+    while not simulation.over:
+        simulation.advance(every)
+        yield simulation
 
 
-def _separation(simulation: reference.Simulation) -> tuple[float, float]:
-    """Return how far bodies are beyond where they part [m], and how fast they go on [m/s]."""
-    scene, state = simulation.scene, simulation.state
-    radii, impact = simulation.radii, _impact(scene)
-    end = simulation.residual_overlap if _yields(impact) else _last_overlap(impact)
-    if len(scene.bodies) == 1:
+def _separation(simulation: reference.Simulation, end: float) -> tuple[float, float]:
+    """Return how far bodies are beyond an overlap ``end`` [m], and how fast they go on [m/s]."""
+    state, radii = simulation.state, simulation.radii
+    if len(radii) == 1:
         return float(state[0, 0, 2] - radii[0] + end), float(state[0, 1, 2])
     separation, moving = state[0, 0] - state[1, 0], state[0, 1] - state[1, 1]
     # where a straight line leaves the sphere of this radius
@@ -382,9 +380,3 @@ def _separation(simulation: reference.Simulation) -> tuple[float, float]:
         return distance - reach, along * speed / distance
     root = math.sqrt(along * along - (distance - reach) * (distance + reach))
     return along - root, speed
-
-
-def _flight(scene: Scene, gap: float, speed: float) -> float:
-    """Return since when a body flies [s] that is a gap [m] away and leaves with a speed [m/s]."""
-    gravity = _impact(scene).gravity
-    return 2.0 * gap / (speed + math.sqrt(speed * speed + 2.0 * gravity * gap))

@@ -1,4 +1,4 @@
-"""What compiled steps share: how they are compiled, the parts of a state, and looks at stages.
+"""What compiled steps share: compilation, words as numbers, parts of a state, looks at stages.
 
 At a look, each few steps, the first body may end a stage, or the run.
 """
@@ -6,17 +6,20 @@ At a look, each few steps, the first body may end a stage, or the run.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, NamedTuple, TypeVar
+from functools import cache
+from typing import Any, NamedTuple, TypeVar, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
 from harness.compiled import jit
+from harness.model.base import Parameters
 from harness.model.conventions import Rules
 from harness.model.motion import STAGE_COLUMNS, Floats
 from harness.model.scene import LOOK, Scene
 
 Function = TypeVar("Function", bound=Callable[..., Any])
+Records = Any  # a record, or an array of records, of a type in harness.solvers.reference or mdr
 
 POSITION, VELOCITY, SPIN, FORCE, TORQUE = range(5)
 PARTS = 5
@@ -33,6 +36,13 @@ def kernel(function: Function) -> Function:
 def inlined(function: Function) -> Function:
     """Compile a kernel into its callers."""
     return jit(function, error_model="numpy", nogil=True, inline="always", _nrt=False)
+
+
+@cache
+def words(kind: type[Parameters], name: str) -> dict[str, int]:
+    """Return the words that a field takes, with their numbers in records."""
+    allowed = get_args(kind.model_fields[name].annotation)
+    return {word: number for number, word in enumerate(allowed) if isinstance(word, str)}
 
 
 # ---- stages

@@ -23,16 +23,16 @@ granular, as its public source has it; the limit of small steps does not depend 
 from __future__ import annotations
 
 import math
-from typing import Any, get_args
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from harness.compiled import compiled
 from harness.model.conventions import Rules
+from harness.solvers.kernels import Records, words
 
-SCREENED = get_args(Rules.model_fields["mdr_growth"].annotation).index("screened")
-Records = Any  # a record of one of the dtypes below, or of the reference's
+SCREENED = words(Rules, "mdr_growth")["screened"]
 
 BODY = np.dtype(
     [(name, np.float64) for name in (

@@ -31,7 +31,6 @@ from harness.solvers.contacts import System
 from harness.solvers.kernels import FORCE, PARTS, SPIN, TORQUE, VELOCITY
 
 Number = TypeVar("Number", float, Floats)
-NUMBERS_AT_ONCE = 4_000_000  # of samples for which memory is taken
 
 
 def run(scene: Scene, rules: Rules | None = None, faults: Faults | None = None) -> Motion:
@@ -64,12 +63,11 @@ class Simulation:
         self._segments = dict(zip(starts, scene.segments, strict=False))
         self._setups = {0, *self._segments, *scene.setups}
         self._events = sorted({*self._setups, *self.faults.torsion_reversed_at})
-        self._rows = max(1, NUMBERS_AT_ONCE // (PARTS * 3 * len(scene.bodies)))
-        self._kept, self._samples = 0, list[Floats]()
-        self._temperatures = list[Floats]()
+        rows = scene.steps // scene.every + 1  # those of steps that are not taken use no memory
+        self._samples = np.empty((rows, *self.state.shape))
+        self._temperatures = np.empty((rows, len(self.state)))
         self._act()
-        self._make_room()
-        self._samples[0][0], self._temperatures[0][0] = self.state, self._system.heat[:, 0]
+        self._samples[0], self._temperatures[0] = self.state, self._system.heat[:, 0]
         kernels.keep(self.state, self._stages, 0)
 
     @property
@@ -81,12 +79,14 @@ class Simulation:
         """Take so many steps, with the segments, setups and stages of the scene on the way."""
         end = min(self.step_number + steps, self.scene.steps)
         while self.step_number < end and not self.over:
-            room = (self._kept + self._rows) * self.scene.every - 1 - self.step_number
-            if room <= 0:
-                self._make_room()
-                continue
             events = [at for at in self._events if at > self.step_number]
-            self._step(min([*events, end, self.step_number + room]) - self.step_number)
+            steps = min([*events, end]) - self.step_number
+            samples = self.scene.every, self._samples, self._temperatures
+            self.step_number += shielded(
+                contacts.take_steps, self._system, self._stages, self.step_number, steps, *samples
+            )
+            if not self.over:
+                self._act()
 
     def set_up(self) -> None:
         """Compute forces by the velocities of the whole step, as codes do where a run begins."""
@@ -105,14 +105,14 @@ class Simulation:
     def motion(self) -> Motion:
         """Return the samples so far; raise EngineNaNError where the motion is not finite."""
         taken = self.step_number // self.scene.every + 1
-        samples, ends = np.concatenate(self._samples)[:taken], kernels.ends(self._stages)
+        samples, ends = self._samples[:taken], kernels.ends(self._stages)
         parts = (samples, self.state, 0.0 if ends is None else ends)
         if not all(np.isfinite(part).all() for part in parts):
             raise EngineNaNError("reference: the motion is not finite (NaN)")
         time = np.arange(taken, dtype=np.float64) * (self.scene.every * self.scene.step)
         x, v, w, force, torque = (samples[:, :, part].copy() for part in range(PARTS))
         warms = any(law.heat != "none" for law in self.scene.all_laws)
-        temperature = np.concatenate(self._temperatures)[:taken] if warms else None
+        temperature = self._temperatures[:taken].copy() if warms else None
         return Motion(time, x, v, w, force, torque, temperature, ends)
 
     @property
@@ -129,23 +129,6 @@ class Simulation:
     def residual_overlap(self) -> float:
         """Return the overlap [m] at which the first contact of mdr, which yielded, parts."""
         return float(self._system.sides["rest"][0].sum())
-
-    def _make_room(self) -> None:
-        """Add rows for samples to come."""
-        self._kept += len(self._samples[-1]) if self._samples else 0
-        rows = min(self._rows, self.scene.steps // self.scene.every + 1 - self._kept)
-        self._samples.append(np.empty((rows, *self.state.shape)))
-        self._temperatures.append(np.empty((rows, len(self.state))))
-
-    def _step(self, steps: int) -> None:
-        start, every = self.step_number, self.scene.every
-        rows = self._samples[-1], self._temperatures[-1], self._kept
-        taken = shielded(
-            contacts.take_steps, self._system, self._stages, start, steps, every, *rows
-        )
-        self.step_number += taken
-        if not self.over:
-            self._act()
 
     def _act(self) -> None:
         """Prescribe velocities, change hands and set forces up, where this step is one to."""
@@ -332,7 +315,7 @@ def _codes(parameters: Parameters) -> dict[str, Any]:
     """Return the values of fields as numbers: words by their place, None as 0."""
     codes: dict[str, Any] = {}
     for name, value in parameters:
-        places = contacts.words(type(parameters), name)
+        places = kernels.words(type(parameters), name)
         codes[name] = places[value] if isinstance(value, str) else 0.0 if value is None else value
     return codes
 

@@ -32,33 +32,29 @@ def pair(law, steps=100, **more):
     return impact(law, ASLANT, steps, partner="sphere", other=0.02, spin=SPIN, every=10, **more)
 
 
+def per_body(scene, name):
+    return np.array([getattr(body, name) for body in scene.bodies])[:, None]
+
+
 @pytest.mark.parametrize("name", LAWS)
-def test_momentum(name):
-    scene = pair(LAWS[name])
-    motion = reference.run(scene)
-    masses = np.array([body.mass for body in scene.bodies])[:, None]
-    momentum = (masses * motion.velocity).sum(axis=1)
-    assert momentum == pytest.approx(momentum[:1].repeat(len(motion), axis=0), rel=1e-12)
-
-
-@pytest.mark.parametrize("name", ["linear", "mindlin", "rescaled", "jkr"])
-def test_angular_momentum(name):
+def test_momentum_and_angular_momentum(name):
     """Both levers of the contact point reach from centre to centre."""
     scene = pair(LAWS[name])
     motion = reference.run(scene)
-    masses = np.array([body.mass for body in scene.bodies])[:, None]
-    inertias = np.array([body.moment_of_inertia for body in scene.bodies])[:, None]
-    orbital = np.cross(motion.position, masses * motion.velocity)
-    total = (orbital + inertias * motion.angular_velocity).sum(axis=1)
-    assert total == pytest.approx(total[:1].repeat(len(motion), axis=0), rel=1e-11)
+    momenta = per_body(scene, "mass") * motion.velocity
+    spins = per_body(scene, "moment_of_inertia") * motion.angular_velocity
+    about_origin = np.cross(motion.position, momenta) + spins
+    # a sphere of mdr that grows has another inertia, and no lever
+    for parts in (momenta,) if name == "mdr" else (momenta, about_origin):
+        total = parts.sum(axis=1)
+        assert total == pytest.approx(total[:1].repeat(len(motion), axis=0), rel=1e-11)
 
 
 def energy(scene, motion):
     """Return kinetic energy [J] of each sample."""
-    masses = np.array([body.mass for body in scene.bodies])
-    inertias = np.array([body.moment_of_inertia for body in scene.bodies])
-    moving = (masses * (motion.velocity**2).sum(axis=2)).sum(axis=1)
-    return 0.5 * (moving + (inertias * (motion.angular_velocity**2).sum(axis=2)).sum(axis=1))
+    moving = per_body(scene, "mass") * motion.velocity**2
+    turning = per_body(scene, "moment_of_inertia") * motion.angular_velocity**2
+    return 0.5 * (moving + turning).sum(axis=(1, 2))
 
 
 @pytest.mark.parametrize("law", [HOOKE, HERTZ, MDR], ids=["hooke", "hertz", "mdr"])
