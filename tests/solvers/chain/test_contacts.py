@@ -131,16 +131,6 @@ def test_the_boundary_formula(n):
     assert source.partial_compressions(x, 0.5) == pytest.approx(c, abs=1e-13)
 
 
-def test_the_boundary_formula_as_printed_is_off():
-    """Its r0 term: -r0 for odd n, but + r0 for even n, where there must be none."""
-    x = np.array([0.0, 0.9, 1.8, 2.7])
-    i, n = np.arange(1, 5), 4
-    printed = (0.5 + np.sum((-1.0) ** (i + 1) * (2 * (n - i) + 1) * x)) / n
-    example = (-x[3] + 3 * x[2] - 5 * x[1] + 7 * x[0]) / 4
-    assert source.first_boundary(x, 0.5) == pytest.approx(example)
-    assert printed != pytest.approx(example)
-
-
 def test_the_overlap_law_and_unequal_pairs_in_closed_form():
     d = np.random.default_rng(3).normal(size=30) * 0.1
     force = contact_forces(centres(d), 1.0, 5.0, deformable=False)

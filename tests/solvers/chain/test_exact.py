@@ -9,9 +9,9 @@ from harness.cases.tower import windows
 from harness.cases.tower.runs import TowerRun
 from harness.errors import RequestError
 from harness.solvers.chain import exact
-from harness.solvers.chain.contacts import factorise, forces_of_overlaps
-from harness.solvers.chain.exact import find_modes, first_root
-from harness.solvers.chain.motion import highest_frequency, overlaps_of_forces
+from harness.solvers.chain.contacts import forces_of_overlaps
+from harness.solvers.chain.exact import first_root
+from harness.solvers.chain.motion import overlaps_of_forces
 from harness.theory import chain as theory
 from tests.solvers.chain.rows import LAWS, Tower, by_modes, chain_of, drift
 from tests.theory import closed_forms
@@ -89,8 +89,7 @@ def test_a_tower_at_rest_stays_at_rest(law, height):
 
 @pytest.mark.parametrize("law", LAWS)
 def test_a_preloaded_start_bears_its_weight(law):
-    case = Tower(height=5, law=law, start="preloaded")
-    found = run(case, 0.02)
+    found = run(Tower(height=5, law=law, start="preloaded"), 0.02)
     assert found.forces[0] == pytest.approx(9.81 * np.arange(5), abs=1e-9)
 
 
@@ -111,17 +110,6 @@ def test_two_unequal_spheres():
     assert found.final_velocity == pytest.approx(after, abs=1e-10)
     contact = math.pi * math.sqrt(0.75 / 1.6e6)
     assert windows.first_contact_end(found) == pytest.approx(contact, rel=1e-10)
-
-
-@pytest.mark.parametrize("height", [1, 2, 7, 30])
-def test_the_modes_of_the_overlap_tower(height):
-    case = Tower(height=height, law="overlap")
-    chain, closed, factor = chain_of(case), np.ones(height, bool), np.zeros((3, height))
-    factorise(closed, chain.diagonal, chain.coupling, factor)
-    modes = find_modes(chain, closed, factor, chain.displacement, chain.velocity)
-    expected = closed_forms.overlap_modes(height, case.omega)
-    assert np.sort(modes.frequency)[1:] == pytest.approx(expected, rel=1e-10)
-    assert modes.highest <= highest_frequency(chain)
 
 
 @pytest.mark.parametrize(
