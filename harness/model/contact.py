@@ -57,11 +57,6 @@ class Contact(Parameters):
         return 1.0 if self.effective_mass == "full" else 0.5
 
     @property
-    def mass_text(self) -> str:
-        """Return the effective mass against a fixed sphere, as reports write it."""
-        return "m" if self.effective_mass == "full" else "m/2"
-
-    @property
     def zeta(self) -> float:
         """Return the damping ratio: |ln e| / sqrt(pi^2 + ln^2 e), 1 for e = 0."""
         if self.damping_ratio is not None:

@@ -79,8 +79,8 @@ def take_steps(
     temperatures: Floats,
 ) -> int:  # fmt: skip
     """Take steps from step ``number`` on; return how many were taken: less where a look ends it."""
-    rules, bodies, contacts = system.rules, system.bodies, system.contacts
-    state, movers, scheme, h = system.state, system.movers, rules.scheme, rules.step
+    rules, bodies, state, movers = system.rules, system.bodies, system.state, system.movers
+    scheme, h = rules.scheme, rules.step
     for k in range(number + 1, number + steps + 1):
         if scheme == VERLET:
             _kick(state, bodies, movers, 0.5 * h)
@@ -93,12 +93,7 @@ def take_steps(
             _extrapolate(state, system.before)
             _kick(state, bodies, movers, h)
             _move(state, movers, 0.5 * h)
-        _clear(system, state, h, k * h)
-        for c in range(len(contacts)):
-            if not _is_far(state, bodies, contacts[c], rules):
-                _touch(system, c, h, k * h)
-        if rules.drag > 0.0:
-            _add_drag(system)
+        _set_forces(system, h, k * h)
         if scheme == VERLET:
             _kick(state, bodies, movers, 0.5 * h)
         if rules.heats:
@@ -116,11 +111,24 @@ def take_steps(
 @kernel
 def set_up(system: System, time: float) -> None:
     """Set forces, torques and heat flows, and move no spring, as in the setup of a run."""
-    _clear(system, system.state, 0.0, time)
+    _set_forces(system, 0.0, time)
+
+
+@inlined
+def _set_forces(system: System, h: float, time: float) -> None:
+    state, rules = system.state, system.rules
+    for b in range(len(state)):
+        for k in range(3):
+            state[b, FORCE, k] = state[b, TORQUE, k] = 0.0
+        if rules.heats:
+            system.heat[b, 1] = 0.0
+    if rules.grows and h > 0.0:
+        _grow(system, time)
     for c in range(len(system.contacts)):
-        if not _is_far(system.state, system.bodies, system.contacts[c], system.rules):
-            _touch(system, c, 0.0, time)
-    _add_drag(system)
+        if not _is_far(state, system.bodies, system.contacts[c], rules):
+            _touch(system, c, h, time)
+    if rules.drag > 0.0:
+        _add_drag(system)
 
 
 @inlined
@@ -162,18 +170,6 @@ def _extrapolate(state: Floats, before: Floats) -> None:
                 before[b, part, k] = now
 
 
-@inlined
-def _clear(system: System, state: Floats, h: float, time: float) -> None:
-    """Begin the sums of a step."""
-    for b in range(len(state)):
-        for k in range(3):
-            state[b, FORCE, k] = state[b, TORQUE, k] = 0.0
-        if system.rules.heats:
-            system.heat[b, 1] = 0.0
-    if system.rules.grows and h > 0.0:
-        _grow(system, time)
-
-
 @kernel
 def _add_drag(system: System) -> None:
     for b in system.movers:
@@ -206,11 +202,12 @@ def _is_far(state: Floats, bodies: Records, contact: Records, rules: Records) ->
 
 @inlined
 def _touch(system: System, c: int, h: float, time: float) -> None:
-    contact, rules, touch = system.contacts[c], system.rules, _find_touch(system, c, time)
-    law, first = system.laws[contact.law], system.bodies[contact.first].radius
-    radius = _effective_radius(rules, first, touch.other)
-    sticks = system.sides[c, 0].stuck > 0.0 or system.sides[c, 1].stuck > 0.0
-    if not _is_apart(contact, law, rules, touch, radius, first, sticks):
+    contact, touch = system.contacts[c], _find_touch(system, c, time)
+    first, other = system.bodies[contact.first].radius, touch.other
+    radius = first / (1.0 + system.rules.wall_curvature)
+    if other != 0.0:
+        radius = first * other / (first + other)
+    if not _is_apart(system, c, touch, radius):
         _add_contact(system, c, touch, radius, h)
     elif contact.radius > 0.0:
         contact.radius = contact.largest = contact.slope = 0.0
@@ -286,24 +283,16 @@ def _touch_wall(wall: Records, rules: Records, x: Vector, radius: float, time: f
 
 
 @inlined
-def _effective_radius(rules: Records, radius: float, other: float) -> float:
-    if other != 0.0:
-        return radius * other / (radius + other)
-    return float(radius / (1.0 + rules.wall_curvature))
-
-
-@inlined
-def _is_apart(
-    contact: Records, law: Records, rules: Records, touch: Touch, radius: float, first: float,
-    sticks: bool,
-) -> bool:  # fmt: skip
-    least = 0.0
+def _is_apart(system: System, c: int, touch: Touch, radius: float) -> bool:
+    contact, rules, least = system.contacts[c], system.rules, 0.0
+    law, sides = system.laws[contact.law], system.sides[c]
     if contact.radius > 0.0 and law.normal == JKR:
         least = max(_end_of_jkr(law, radius), -rules.longest_neck)
     elif contact.radius > 0.0 and law.normal == MDR and not rules.mdr_parts_at_zero:
-        if sticks:
+        if sides[0].stuck > 0.0 or sides[1].stuck > 0.0:
             return False
     elif rules.least_overlap > 0.0:
+        first = system.bodies[contact.first].radius
         least = rules.least_overlap * (first + max(touch.other, 0.0))
     at_zero = rules.wall_touches_at_zero if contact.second < 0 else rules.bodies_touch_at_zero
     if touch.overlap == least and at_zero:

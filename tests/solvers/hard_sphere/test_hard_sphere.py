@@ -1,9 +1,8 @@
-"""Rigid spheres by events, against closed forms and against a motion in small steps."""
+"""Rigid spheres by events, against closed forms and limits of other solvers."""
 
 import itertools
 import math
 
-import numba
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -108,51 +107,3 @@ def test_no_collision_gains_energy_and_none_loses_any_at_restitution_one():
 def test_a_restitution_that_makes_no_sense_is_refused(restitution):
     with pytest.raises(RequestError, match=r"must be from 0 to 0.7"):
         critical_angle(restitution)
-
-
-@numba.njit
-def stepped(theta, e, h):
-    """Follow a grain from the well to the next crest in small steps (Moreau's scheme).
-
-    Velocities change first, then positions; a sphere that is met turns the normal velocity, and
-    holds the grain where that is no more than a few steps of gravity.
-    """
-    sixth = math.pi / 6.0
-    speed = math.sqrt(2.0 * (1.0 - math.cos(sixth + theta)))
-    x, y = math.sin(sixth), math.cos(sixth)
-    vx, vy = speed * math.cos(sixth), -speed * math.sin(sixth)
-    gx, gy = math.sin(theta), -math.cos(theta)
-    for _ in range(int(20.0 / h)):
-        vx, vy = vx + h * gx, vy + h * gy
-        for sphere in (0, 1, 2):
-            nx, ny = x - sphere, y
-            gap = math.hypot(nx, ny)
-            into = -(vx * nx + vy * ny) / gap
-            if gap <= 1.0 + 1e-12 and into > 0.0:
-                factor = (1.0 + (e if into > 4.0 * h else 0.0)) * into / gap
-                vx, vy = vx + factor * nx, vy + factor * ny
-        x, y = x + h * vx, y + h * vy
-        for sphere in (0, 1, 2):
-            gap = math.hypot(x - sphere, y)
-            if gap < 1.0:
-                x, y = sphere + (x - sphere) / gap, y / gap
-        if x > 1.0 - math.sin(theta):
-            return True
-        if vx < 0.0 and x < 0.9:
-            return False
-    return False
-
-
-@pytest.mark.parametrize("restitution", [0.1, 0.5])
-def test_small_steps_tend_to_the_same_critical_angle(restitution):
-    def angle(h):
-        low, high = 9.5, 11.5
-        while high - low > 1e-6:
-            middle = 0.5 * (low + high)
-            moves = stepped(math.radians(middle), restitution, h)
-            low, high = (low, middle) if moves else (middle, high)
-        return 0.5 * (low + high)
-
-    coarse, fine = (abs(angle(h) - critical_angle(restitution)) for h in (1e-4, 1e-5))
-    assert fine < 3e-4
-    assert coarse / fine == pytest.approx(10.0, rel=0.3)  # of first order
