@@ -13,7 +13,6 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -21,7 +20,7 @@ import numpy as np
 from harness.compiled import compiled, shielded
 from harness.errors import RequestError
 from harness.solvers.chain.contacts import factorise, solve, substitute
-from harness.solvers.chain.motion import Chain, ChainMotion, Flags, Floats
+from harness.solvers.chain.motion import Chain, ChainMotion, Flags, Floats, Progress
 
 MOST_PARTICLES = 5000  # the modes take 8 bytes for each pair of particles
 SLACK = 1e-13  # a contact changes this far below 0 [scale of displacements], above rounding
@@ -31,8 +30,6 @@ HALVINGS = 52  # of an interval that may hold a root
 TURN_HALVINGS = 60
 SLICE_SECONDS = 0.3  # between two looks for an interrupt
 
-Progress = Callable[[int, int], None]
-
 
 def run(
     chain: Chain, duration: float, *, samples: int, progress: Progress = lambda *_: None
@@ -40,11 +37,9 @@ def run(
     """Return the motion of a chain for ``duration`` [s].
 
     There are ``samples`` at equal distances, one at each change of contacts, and one whenever the
-    distance of the grain and the last particle turns. Raise RequestError for a duration or a number
-    of particles out of range, and where rounding leaves open which contacts touch.
+    distance of the grain and the last particle turns. Raise RequestError for too many particles,
+    and where rounding leaves open which contacts touch.
     """
-    if not (math.isfinite(duration) and duration > 0):
-        raise RequestError(f"duration = {duration} s: must be finite and greater than 0")
     if chain.mass.size > MOST_PARTICLES:
         raise RequestError(
             f"height = {chain.mass.size - 1}: must be less than {MOST_PARTICLES} for the exact "

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal, NamedTuple
@@ -15,6 +16,7 @@ from harness.errors import RequestError
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 Scheme = Literal["rk4", "velocity_verlet"]
+Progress = Callable[[int, int], None]  # what is done, of how much
 STABILITY: dict[Scheme, float] = {"rk4": 2.0 * math.sqrt(2.0), "velocity_verlet": 2.0}  # h omega
 
 
