@@ -47,7 +47,7 @@ def refused_plugins() -> tuple[str, ...]:
 
 
 def engine_class(name: str) -> type[Engine]:
-    """Return the class of an engine, whose code need not be here.
+    """Return the class of an engine, whose code need not be installed.
 
     Raise RequestError for an unknown name, or an engine of another package that cannot be imported
     or is none.
@@ -79,13 +79,13 @@ def open_engine(
     that are None are left out. ``program`` is the executable of an engine that has one.
 
     Raise RequestError for an unknown name or an option that the engine does not take,
-    EngineMissingError when the engine is not here.
+    EngineMissingError when the engine is not installed.
     """
     return engine_class(name)(**chosen_options(name, {**(options or {}), **more}))
 
 
 def fingerprint_of(name: str, options: Mapping[str, Any]) -> Mapping[str, Any] | None:
-    """Return the identity of an engine by content, None where it is not known, or not here.
+    """Return the identity of an engine by content, None where it is missing or not known.
 
     ``options`` are those of its class. Raise RequestError for a program that is not there.
     """

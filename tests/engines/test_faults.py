@@ -54,13 +54,9 @@ def play(script_file, monkeypatch):
 
 
 FAULTS = [
-    ("SIGSEGV", {}, EngineCrashError, "SIGSEGV"),
     ("SIGKILL", {}, EngineMemoryError, "signal SIGKILL"),
-    ("exit 3", {}, EngineCrashError, "exit status 3"),
     ("hang", {"seconds": 1.0}, EngineTimeoutError, "within 1 s"),
-    ("exceed memory", GIGABYTE, EngineMemoryError, "memory"),
     ("exit 0", {}, EngineOutputError, "without a result"),
-    ("half a log", {}, EngineOutputError, "without a result"),
     ("nan", {}, EngineNaNError, "not numbers"),
     ("not a number", {}, EngineNaNError, "not a number"),
     ("half a series", {}, EngineOutputError, "cut in its last row"),
