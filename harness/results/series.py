@@ -8,15 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import minimize_scalar
-from scipy.special import stdtrit
 
 from harness.errors import RequestError
 from harness.results.rows import Failure
 
 Floats = NDArray[np.float64]
 ORDERS = (0.2, 6.0)  # in which an order is searched
-CONFIDENCE = 0.95
-RETURN = 0.05  # [-] part of the record inside the band after which a series has come back
 SAME_TIME = 1e-9  # [-] of the record: differences of times that round-off makes
 
 
@@ -67,19 +64,6 @@ def limit(
                  coefficients[1:], powers)  # fmt: skip
 
 
-def slope_order(h: ArrayLike, error: ArrayLike) -> tuple[float, tuple[float, float]]:
-    """Return the order p of error ~ h^p and its 95 % interval, from a line through the logarithms.
-
-    ``h`` and ``error`` (positive) have the shape (points,), at least three.
-    """
-    x, z = np.log(np.asarray(h, dtype=float)), np.log(np.asarray(error, dtype=float))
-    slope, offset = np.polyfit(x, z, 1)
-    scatter = float(np.sum((z - slope * x - offset) ** 2)) / (len(x) - 2)
-    error_of_slope = np.sqrt(scatter / np.sum((x - x.mean()) ** 2))
-    width = float(stdtrit(len(x) - 2, 0.5 + CONFIDENCE / 2.0) * error_of_slope)
-    return float(slope), (float(slope) - width, float(slope) + width)
-
-
 def _fit(h: Floats, y: Floats, errors: Floats, powers: Floats) -> tuple[Floats, float]:
     """Return (L, c_1, ...) by weighted least squares, and the bound of the error of L.
 
@@ -124,8 +108,8 @@ def _observed_order(h: Floats, y: Floats, errors: Floats) -> tuple[float, tuple[
 class Divergence:
     """The place at which a column leaves the band about its reference.
 
-    ``time`` [s] is the first sample of the excursion, ``largest`` the largest difference of the
-    whole series in the unit of the column.
+    ``time`` [s] is the first sample outside, ``largest`` the largest difference of the whole
+    series in the unit of the column.
     """
 
     column: str
@@ -140,59 +124,26 @@ class Divergence:
 
 
 def first_divergence(
-    time: ArrayLike,
-    columns: Mapping[str, ArrayLike],
-    reference: Mapping[str, ArrayLike],
-    *,
-    reference_time: ArrayLike | None = None,
-    relative: float = 0.0,
-    absolute: float = 0.0,
+    time: Floats,
+    columns: Mapping[str, Floats],
+    reference_time: Floats,
+    reference: Mapping[str, Floats],
+    band: float,
 ) -> Divergence | None:
-    """Return the earliest divergence of any column of the reference, None without any.
+    """Return the earliest difference from a reference by more than ``band``, None without any.
 
-    ``time`` [s] and each column have shape (samples,); both series have the same times, nothing is
-    interpolated. The difference of two runs crosses zero while they diverge, and an event that is
-    seen a sample later leaves a spike: so the divergence is the start of the last excursion from
-    the band, or of the first one where the series came back. The band is ``absolute`` plus
-    ``relative`` times the largest value of the reference's column; NaN is outside. Raise
-    ValueError for a column that the run lacks, and for other times.
+    Times [s] and columns have shape (samples,); both series have the same times, nothing is
+    interpolated. NaN is outside the band. Raise ValueError for other times.
     """
-    seconds = np.asarray(time, dtype=float)
-    _check_times(seconds, seconds if reference_time is None else np.asarray(reference_time))
+    record = float(np.ptp(reference_time)) if reference_time.size else 0.0
+    same = time.shape == reference_time.shape
+    if not (same and np.all(np.abs(time - reference_time) <= SAME_TIME * record)):
+        raise ValueError(f"{time.size} samples at other times than {reference_time.size} expected")
     divergences = []
-    for name, target in reference.items():
-        if name not in columns:
-            raise ValueError(f"the series has no column {name!r}")
-        expected = np.asarray(target, dtype=float)
-        difference = np.abs(np.asarray(columns[name], dtype=float) - expected)
-        band = absolute + relative * float(np.max(np.abs(expected)))
-        start = excursion_start(seconds, ~(difference <= band))
-        if start is not None:
+    for name, expected in reference.items():
+        difference = np.abs(columns[name] - expected)
+        for start in np.flatnonzero(~(difference <= band))[:1].tolist():
             failure = Failure.FROM_FIRST_STEP if start <= 1 else Failure.LATE
             largest = float(np.max(difference))
-            divergences.append(Divergence(name, float(seconds[start]), largest, failure))
+            divergences.append(Divergence(name, float(time[start]), largest, failure))
     return min(divergences, key=lambda divergence: divergence.time, default=None)
-
-
-def excursion_start(time: Floats, outside: NDArray[np.bool_]) -> int | None:
-    """Return the first sample of the last excursion from the band, None without any.
-
-    Of a series that came back for :data:`RETURN` of the record at its end, it is the first sample
-    of the first excursion.
-    """
-    places = np.flatnonzero(outside)
-    if places.size == 0:
-        return None
-    long = RETURN * float(time[-1] - time[0])
-    new = np.flatnonzero(np.diff(time[places]) > long) + 1
-    starts = places[np.concatenate([[0], new])]
-    stays = time[-1] - time[places[-1]] <= long
-    return int(starts[-1] if stays else starts[0])
-
-
-def _check_times(time: Floats, reference: Floats) -> None:
-    if time.shape != reference.shape:
-        raise ValueError(f"{time.size} samples, and {reference.size} of the reference")
-    record = float(np.ptp(reference)) if reference.size else 0.0
-    if not np.all(np.abs(time - reference) <= SAME_TIME * record):
-        raise ValueError("the samples have other times than those of the reference")

@@ -2,15 +2,22 @@
 
 import numpy as np
 import pytest
+from scipy.stats import linregress, t
 
 from harness.errors import RequestError
-from harness.results.series import slope_order
 from harness.solvers.chain import stepped
 from harness.solvers.chain.contacts import factorise, forces_of_overlaps
 from harness.solvers.chain.exact import find_modes
 from harness.solvers.chain.motion import STABILITY, highest_frequency
 from tests.solvers.chain.rows import LAWS, Tower, by_modes, by_steps, chain_of
 from tests.theory import closed_forms
+
+
+def slope_order(h, errors):
+    """Return the order p of errors ~ h^p and its 95 % interval."""
+    line = linregress(np.log(h), np.log(errors))
+    width = t.ppf(0.975, len(h) - 2) * line.stderr
+    return line.slope, (line.slope - width, line.slope + width)
 
 
 @pytest.mark.parametrize("law", LAWS)
