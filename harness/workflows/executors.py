@@ -17,7 +17,6 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future, as_completed
 from concurrent.futures import ThreadPoolExecutor as Threads
 from contextlib import contextmanager
-from dataclasses import dataclass
 from functools import partial
 from importlib import import_module
 from typing import Any, TypeVar
@@ -41,15 +40,6 @@ Outcome = Output | EngineError
 Result = TypeVar("Result")
 
 
-@dataclass(frozen=True)
-class Opening:
-    """How a worker opens an engine; ``identity`` is what its installation must agree in."""
-
-    name: str
-    options: Mapping[str, Any]
-    identity: Mapping[str, Any]
-
-
 class ExecutorEngine(WrappedEngine):
     """An engine whose jobs run in the workers of an executor.
 
@@ -62,16 +52,16 @@ class ExecutorEngine(WrappedEngine):
         self, local: Engine, executor: Executor, name: str, options: Mapping[str, Any]
     ) -> None:
         super().__init__(local)
-        self._executor, self._opening = executor, Opening(name, dict(options), identity(local))
+        self._executor, self._opening = executor, (name, dict(options), identity(local))
 
     def outcomes(self, jobs: Sequence[Job]) -> Iterator[tuple[int, Outcome]]:
         """Yield the place and the outcome of each job as soon as its piece is done."""
         self._engine.check(jobs)
         size = max(1, min(LARGEST_PIECE, len(jobs) // PIECES))
         firsts = range(0, len(jobs), size)
-        calls = [(self._opening, jobs[first : first + size]) for first in firsts]
+        calls = [(*self._opening, jobs[first : first + size]) for first in firsts]
         for number, result in completed(self._executor, run_jobs, calls):
-            count = len(calls[number][1])
+            count = len(calls[number][-1])
             outcomes = [result] * count if isinstance(result, EngineError) else result
             yield from zip(range(firsts[number], firsts[number] + count), outcomes, strict=True)
 
@@ -137,23 +127,28 @@ _open_engines: dict[str, Engine] = {}  # of a worker process, by what opens them
 _opening_lock = threading.Lock()  # a worker may run jobs in several threads
 
 
-def run_jobs(opening: Opening, jobs: Sequence[Job]) -> list[Outcome]:
-    """Return the outcomes of jobs in an engine of this process, which stays open."""
+def run_jobs(
+    name: str, options: Mapping[str, Any], expected: Mapping[str, Any], jobs: Sequence[Job]
+) -> list[Outcome]:
+    """Return the outcomes of jobs in an engine of this process, which stays open.
+
+    ``expected`` is its identity where the command runs.
+    """
     try:
         with _opening_lock:
-            engine = _opened(opening)
+            engine = _opened(name, options, expected)
         return engine.run(jobs)
     except HarnessError as error:
-        where = f"engine {opening.name!r} on worker {platform.node()}"
+        where = f"engine {name!r} on worker {platform.node()}"
         return [EngineCrashError(f"{where}: {error}")] * len(jobs)
 
 
-def _opened(opening: Opening) -> Engine:
-    key = repr(opening)
+def _opened(name: str, options: Mapping[str, Any], expected: Mapping[str, Any]) -> Engine:
+    key = repr((name, options, expected))
     if key not in _open_engines:
-        engine = open_engine(opening.name, options=opening.options)
+        engine = open_engine(name, options=options)
         facts = identity(engine)
-        if other := [name for name, value in opening.identity.items() if facts[name] != value]:
+        if other := [part for part, value in expected.items() if facts[part] != value]:
             engine.close()
             raise RequestError(f"not the same here and where the command runs: {', '.join(other)}")
         if not _open_engines:
@@ -193,15 +188,15 @@ def dask_executor(
 
 
 def _workers_at(address: str) -> int:
-    """Return the number of workers of a scheduler; raise RequestError where none answers."""
+    """Return the number of workers of a scheduler; raise RequestError where none answers.
+
+    A client of Dask hangs at an address that is none.
+    """
     rpc = _imported("distributed", "rpc")
 
-    async def identify() -> Mapping[str, Any]:
+    async def identify() -> Any:
         async with rpc(address, timeout=CONNECT_SECONDS) as scheduler:
-            answer: Mapping[str, Any] = await asyncio.wait_for(
-                scheduler.identity(), CONNECT_SECONDS
-            )
-            return answer
+            return await asyncio.wait_for(scheduler.identity(), CONNECT_SECONDS)
 
     try:
         with Threads(1) as thread:  # a notebook's own thread has a loop that runs
@@ -240,18 +235,12 @@ def _slurm_cluster(name: str) -> Iterator[Any]:
 
 def _check_job(script: str) -> None:
     """Raise RequestError where sbatch refuses the job of a worker, which Dask would repeat."""
-    command = ["sbatch", "--test-only"]
+    command, text = ["sbatch", "--test-only"], script.encode()
     try:
-        subprocess.run(
-            command,
-            input=script,
-            capture_output=True,
-            text=True,
-            timeout=SUBMIT_SECONDS,
-            check=True,
-        )
+        subprocess.run(command, input=text, capture_output=True, timeout=SUBMIT_SECONDS, check=True)
     except (OSError, subprocess.SubprocessError) as error:
-        reason = " ".join(str(getattr(error, "stderr", None) or error).split())[:MOST_CHARACTERS]
+        words = (getattr(error, "stderr", None) or str(error).encode()).decode(errors="replace")
+        reason = " ".join(words.split())[:MOST_CHARACTERS]
         raise RequestError(
             f"--dask {SLURM}: sbatch refuses a job as in jobqueue.yaml: {reason}"
         ) from None

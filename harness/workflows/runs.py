@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import Executor
 from contextlib import AbstractContextManager, nullcontext, suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 from harness import __version__
@@ -172,8 +172,7 @@ def run(  # noqa: PLR0913 - the options of a user
                 raise RequestError(f"{option}: {name!r} is a solver, an engine is needed")
             check_duration(run_seconds(chosen, parameters, None, names))
             runner = (name, f"dem-harness {__version__}")
-            solved = chosen.solve(parameters, name)
-            return _without_reference(chosen, parameters, names, runner, solved)
+            return _result(chosen, parameters, names, runner, chosen.solve(parameters, name))
         opening = open_engine(name) if executor is None else opened_on(executor, name)
     with opening as running:
         text = _checked_script(chosen, parameters, running, script=script, profile=profile)
@@ -182,17 +181,17 @@ def run(  # noqa: PLR0913 - the options of a user
         bench, runner = Bench(running), (running.name, running.identify().engine_version)
         if is_search(chosen, names):
             values = chosen.search(names, parameters, bench, **options)
-            return _without_reference(chosen, parameters, names, runner, values)
+            return _result(chosen, parameters, names, runner, values)
         output = bench.output(chosen.job(parameters))
+        result = _result(
+            chosen, parameters, names, runner, chosen.measure(parameters, output), bench
+        )
         discs = None
         if film_frames:
             film = bench.output(chosen.film_job(parameters, film_frames))
             discs = chosen.discs(parameters, film)
-        return RunResult(
-            case, *runner, parameters.model_dump(mode="json"),
-            measured(chosen, parameters, bench, output, names),
-            chosen.profile(parameters, output) if profile else {}, text, discs,
-        )  # fmt: skip
+        columns = chosen.profile(parameters, output) if profile else {}
+        return replace(result, profile=columns, script=text, discs=discs)
 
 
 def runner_name(case: Case[Any], name: str | None) -> str:
@@ -241,28 +240,28 @@ def run_seconds(
     return runs * case.cost(parameters) / PARTICLES * traits.microseconds_per_step * 1e-6
 
 
-def measured(
-    case: Case[Any], parameters: Parameters, bench: Bench, output: Output, names: Sequence[str] = ()
-) -> dict[str, Result]:
-    """Return the quantities of an output with their references; those of ``names`` if given."""
-    values, exact = case.measure(parameters, output), case.exact(parameters)
-    try:
-        reference: Mapping[str, float] = case.reference(parameters, bench)
-        limits = limits_of(case, parameters, bench, [n for n in values if n not in exact])
-    except (Unsupported, EngineError):
-        reference, limits = {}, {}
-    return _results(case, values, names, exact, reference, limits)
-
-
-def _results(
+def _result(
     case: Case[Any],
-    values: Mapping[str, Value | float],
+    parameters: Parameters,
     names: Sequence[str],
-    exact: Mapping[str, float],
-    reference: Mapping[str, float] | None = None,
-    limits: Mapping[str, float] | None = None,
-) -> dict[str, Result]:
-    reference, limits, results = reference or {}, {**(limits or {}), **exact}, {}
+    runner: tuple[str, str],
+    values: Mapping[str, Value | float],
+    bench: Bench | None = None,
+) -> RunResult:
+    """Return measured values, those of ``names`` if given, with closed forms.
+
+    With the bench of a single run they have references at equal steps and limits of small steps.
+    """
+    exact: Mapping[str, float] = {}
+    reference: Mapping[str, float] = {}
+    limits: Mapping[str, float] = {}
+    with suppress(HarnessError):  # a closed form may not exist for these parameters
+        exact = case.exact(parameters)
+    if bench is not None:
+        with suppress(Unsupported, EngineError):
+            reference = case.reference(parameters, bench)
+            limits = limits_of(case, parameters, bench, [n for n in values if n not in exact])
+    quantities = {}
     for quantity in case.quantities:
         name = quantity.name
         if name not in values or (names and name not in names):
@@ -270,15 +269,17 @@ def _results(
         value = Value.of(values[name])
         expected = float({**exact, **reference}.get(name, math.nan))
         closed = NONE if math.isnan(expected) else CLOSED_FORM
-        results[name] = Result(
+        quantities[name] = Result(
             value=value.value,
             unit=quantity.unit,
             reference=expected,
             reference_kind=EQUAL_STEPS if name in reference else closed,
-            limit=float(limits.get(name, math.nan)),
+            limit=float({**limits, **exact}.get(name, math.nan)),
             uncertainty=value.uncertainty,
         )
-    return results
+    varied = {parameter for name in names for parameter in case.quantity(name).varies}
+    record = parameters.model_dump(mode="json", exclude=varied)
+    return RunResult(case.name, *runner, record, quantities)
 
 
 def limits_of(
@@ -341,19 +342,3 @@ def _checked_script(
     if script and not text:
         raise RequestError(f"--script: {engine.title} runs case {case.name!r} without a script")
     return text
-
-
-def _without_reference(
-    case: Case[Any],
-    parameters: Parameters,
-    names: Sequence[str],
-    runner: tuple[str, str],
-    values: Mapping[str, Value | float],
-) -> RunResult:
-    """Return the values that a runner measured in a solver or a search, with closed forms."""
-    exact: Mapping[str, float] = {}
-    with suppress(HarnessError):  # a closed form may not exist for these parameters
-        exact = case.exact(parameters)
-    varied = {parameter for name in names for parameter in case.quantity(name).varies}
-    record = parameters.model_dump(mode="json", exclude=varied)
-    return RunResult(case.name, *runner, record, _results(case, values, names, exact))
