@@ -5,7 +5,7 @@ Options are fields of frozen dataclasses, of which cyclopts makes options and he
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, field
@@ -149,16 +149,21 @@ class Opener:
                 self.failures[name] = str(error)
 
     @contextmanager
-    def measuring(self, name: str, title: str, *, quiet: bool) -> Iterator[dict[str, Any]]:
-        """Yield a qualified engine and its progress, as arguments of a workflow."""
+    def measuring(
+        self, name: str, title: str, *, quiet: bool, solvers: Sequence[str] = ()
+    ) -> Iterator[dict[str, Any]]:
+        """Yield a qualified engine, or the name of a solver, and progress, for a workflow."""
         from harness.workflows.progress import progress_bars
 
-        with (
-            progress_bars(title, quiet=quiet) as progress,
-            self.options.executor() as self.executor,
-            self.qualified(name, progress=progress) as engine,
-        ):
-            yield {"engine": engine, "progress": progress}
+        with progress_bars(title, quiet=quiet) as progress:
+            if name in solvers:
+                yield {"solver": name, "progress": progress}
+                return
+            with (
+                self.options.executor() as self.executor,
+                self.qualified(name, progress=progress) as engine,
+            ):
+                yield {"engine": engine, "progress": progress}
 
     def entries(self) -> Entries | None:
         """Return the cache; None, with a note, where the default place cannot be written.

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -23,40 +22,7 @@ SOLVERS = ("rk4", "exact")  # of this package; --help must not wait for numba
 WINDOWS = ("turnaround", "structure", "first-contact")
 MOST_HEIGHT = 10_000
 Numbers = Annotated[list[str], Parameter(metavar="NUMBERS")]
-
-
-@Parameter(name="*", group=ENGINE)
-@dataclass(frozen=True, kw_only=True)
-class SolverOptions:
-    """Who runs the towers."""
-
-    solver: Annotated[str, Parameter(metavar="NAME")] = "rk4"
-    """`rk4`: fixed steps of fourth order. `exact`: modes, without a step. Or an engine that
-    `dem-harness engines` lists, or `module:Class`; the deformable law in LAMMPS in-process."""
-
-    def traits(self) -> Traits | None:
-        """Return those of the engine, None for a solver; RequestError for an unknown name."""
-        from harness.engines.registry import engine_class
-
-        try:
-            return None if self.solver in SOLVERS else engine_class(self.solver).traits
-        except RequestError as error:
-            text, names = str(error).replace("--engine", "--solver", 1), ", ".join(SOLVERS)
-            raise RequestError(f"{text}; or a solver of this package: {names}") from None
-
-    @contextmanager
-    def running(self, opener: Opener, title: str, quiet: bool) -> Iterator[dict[str, Any]]:
-        """Yield solver, engine and progress, as arguments of a workflow."""
-        from harness.workflows.progress import progress_bars
-
-        is_engine = self.traits() is not None
-        opener.options.check({self.solver} - set(SOLVERS), "--solver")
-        if is_engine:
-            with opener.measuring(self.solver, title, quiet=quiet) as options:
-                yield options
-        else:
-            with progress_bars(title, quiet=quiet) as progress:
-                yield {"solver": self.solver, "progress": progress}
+Solver = Annotated[str, Parameter(metavar="NAME", group=ENGINE)]
 
 
 @Parameter(name="*")
@@ -86,12 +52,14 @@ class TowerOptions:
     """What the impulse is summed over."""
     series: File = None
     """Write the series to this CSV file."""
+    solver: Solver = "rk4"
+    """`rk4`: fixed steps of fourth order. `exact`: modes, without a step. Or an engine that
+    `dem-harness engines` lists, or `module:Class`; the deformable law in LAMMPS in-process."""
     force: Force = False
 
 
 def tower(
     choice: TowerOptions = TowerOptions(),
-    solver: SolverOptions = SolverOptions(),
     engines: EngineOptions = EngineOptions(),
     *,
     json: Json = False,
@@ -116,15 +84,15 @@ def tower(
     from harness.workflows.runs import run_seconds
 
     check_target(choice.series, "--series")
-    tower_case, opener = get_case("tower"), Opener(engines)
+    traits, opener, tower_case = _traits(choice.solver, engines), Opener(engines), get_case("tower")
     case = Tower(
         **{name: value for name, value in vars(choice).items() if name in Tower.model_fields}
     )
     timing = {"duration": max(choice.duration, 3.0), "steps_per_contact": choice.steps_per_contact}
     parameters = tower_case.parameters(**{**dict(case), **timing})
     work = f"the tower (--height {choice.height} --duration {choice.duration:g})"
-    duration_check(choice.force, work)(run_seconds(tower_case, parameters, solver.traits()))
-    with solver.running(opener, "tower", json) as options:
+    duration_check(choice.force, work)(run_seconds(tower_case, parameters, traits))
+    with opener.measuring(choice.solver, "tower", quiet=json, solvers=SOLVERS) as options:
         run = run_tower(
             case, duration=choice.duration, steps_per_contact=choice.steps_per_contact, **options
         )
@@ -164,23 +132,14 @@ class ImpulseOptions:
     """Draw critical angle against height: .svg, .png or .pdf."""
     csv: File = None
     """Write the table to this file."""
+    solver: Solver = "rk4"
+    """`rk4`: fixed steps of fourth order. `exact`: modes, without a step. Or an engine that
+    `dem-harness engines` lists, or `module:Class`; the deformable law in LAMMPS in-process."""
     force: Force = False
-
-    def ranges(self) -> dict[str, Any]:
-        """Return the ranges of the table; raise RequestError for lists that cannot be read."""
-        ranges = {
-            "heights": _numbers([self.heights], "--heights", int),
-            "stiffnesses": _numbers(self.stiffness, "--stiffness", float),
-            "speeds": _numbers(self.speed, "--speed", float),
-            "laws": [] if self.law == "both" else [self.law],
-            "windows": WINDOWS if self.window == "all" else (self.window,),
-        }
-        return {name: values for name, values in ranges.items() if values}
 
 
 def impulse(
     choice: ImpulseOptions = ImpulseOptions(),
-    solver: SolverOptions = SolverOptions(),
     engines: EngineOptions = EngineOptions(),
     *,
     json: Json = False,
@@ -197,7 +156,8 @@ def impulse(
 
         dem-harness impulse --law overlap --figure angles.svg --reference measured.csv
     """
-    from harness.cases.tower.parameters import Tower
+    from harness.cases.tower.impulse import SPEEDS, STIFFNESSES
+    from harness.cases.tower.parameters import LAWS, Tower
     from harness.cases.tower.show import angle_figure
     from harness.workflows import impulse as tabulate
     from harness.workflows.sweep_figure import figure_writer, read_points
@@ -208,38 +168,65 @@ def impulse(
         raise RequestError(f"--figure and --csv {choice.csv}: must be two files")
     if choice.reference is not None and choice.figure is None:
         raise RequestError(f"--reference {choice.reference}: goes with --figure FILE only")
-    ranges, measured = choice.ranges(), None
+    ranges: dict[str, Any] = {
+        "heights": _heights(choice.heights),
+        "stiffnesses": _numbers(choice.stiffness, "--stiffness") or STIFFNESSES,
+        "speeds": _numbers(choice.speed, "--speed") or SPEEDS,
+        "laws": LAWS if choice.law == "both" else (choice.law,),
+        "windows": WINDOWS if choice.window == "all" else (choice.window,),
+    }
+    record: dict[str, Any] = {"solver": choice.solver, "reading": choice.reading}
+    measured = None
     if choice.reference is not None:
         points = read_points(choice.reference, "h_over_d", "theta_deg")
-        measured = (points.x.tolist(), points.y.tolist())
+        measured = points.x.tolist(), points.y.tolist()
+        pairs = zip(*measured, strict=True)
+        record["reference"] = [{"h_over_d": h, "theta_deg": angle} for h, angle in pairs]
+    _traits(choice.solver, engines)
     case, opener = Tower(mass=choice.mass, gravity=choice.gravity), Opener(engines)
-    with solver.running(opener, "impulse", json) as options:
+    with opener.measuring(choice.solver, "impulse", quiet=json, solvers=SOLVERS) as options:
         frame = tabulate(case=case, reading=choice.reading, **options, **ranges)
     draw = partial(angle_figure, frame, readings=(choice.reading,), measured=measured)
     write_all({("--csv", choice.csv): partial(frame.to_csv, index=False),
                ("--figure", choice.figure): figure_writer(draw)})  # fmt: skip
-    record: dict[str, Any] = {"solver": solver.solver, "reading": choice.reading}
     record["rows"] = frame.to_dict(orient="records")
-    if measured is not None:
-        pairs = zip(*measured, strict=True)
-        record["reference"] = [{"h_over_d": h, "theta_deg": angle} for h, angle in pairs]
     return opener.answer(record, json, lambda _: print_frame(frame, len(frame)))
 
 
-def _numbers(texts: Sequence[str], option: str, kind: type[Any]) -> list[Any]:
-    """Return numbers with commas, each once, whole ones also as ``1-19``; or raise RequestError."""
-    numbers: dict[Any, None] = {}
+def _traits(solver: str, engines: EngineOptions) -> Traits | None:
+    """Return those of an engine, None for a solver; RequestError for an unknown name or option."""
+    from harness.engines.registry import engine_class
+
+    engines.check({solver} - set(SOLVERS), "--solver")
+    try:
+        return None if solver in SOLVERS else engine_class(solver).traits
+    except RequestError as error:
+        text, names = str(error).replace("--engine", "--solver", 1), ", ".join(SOLVERS)
+        raise RequestError(f"{text}; or a solver of this package: {names}") from None
+
+
+def _numbers(texts: Sequence[str], option: str) -> list[float]:
+    """Return numbers with commas between, each once; raise RequestError for anything else."""
+    numbers: dict[float, None] = {}
     for text in texts:
         for part in text.split(","):
-            ends = re.fullmatch(r"(\d{1,9})(?:-(\d{1,9}))?", part.strip(), re.ASCII)
-            first, last = (int(ends[1]), int(ends[2] or ends[1])) if ends else (0, 0)
-            if kind is int and not 1 <= first <= last <= MOST_HEIGHT:
-                raise RequestError(
-                    f"{option} {text!r}: {part.strip()!r} must be a whole number or a range that "
-                    f"rises, as 1-19, within 1 to {MOST_HEIGHT}"
-                )
             try:
-                numbers |= dict.fromkeys(range(first, last + 1) if kind is int else [float(part)])
+                numbers[float(part)] = None
             except ValueError:
                 raise RequestError(f"{option} {text!r}: {part!r} must be a number") from None
     return list(numbers)
+
+
+def _heights(text: str) -> list[int]:
+    """Return whole numbers of a text as 1-19 or 1,2,5, each once; raise RequestError for others."""
+    heights: dict[int, None] = {}
+    for part in text.split(","):
+        ends = re.fullmatch(r"(\d{1,9})(?:-(\d{1,9}))?", part.strip(), re.ASCII)
+        first, last = (int(ends[1]), int(ends[2] or ends[1])) if ends else (0, 0)
+        if not 1 <= first <= last <= MOST_HEIGHT:
+            raise RequestError(
+                f"--heights {text!r}: {part.strip()!r} must be a whole number or a range that "
+                f"rises, as 1-19, within 1 to {MOST_HEIGHT}"
+            )
+        heights |= dict.fromkeys(range(first, last + 1))
+    return list(heights)
