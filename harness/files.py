@@ -17,8 +17,8 @@ import tempfile
 import threading
 import time
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 from harness.errors import RequestError, cannot_write
 
@@ -107,16 +107,11 @@ KERNELS = "numba"  # folder of the cache for compiled kernels
 GROUP, OTHERS = stat.S_IWGRP, stat.S_IWOTH
 
 
-@dataclass(frozen=True)
-class Place:
+class Place(NamedTuple):
     """A folder, and the option or variable that named it; empty for the default one."""
 
     path: Path
     named_by: str = ""
-
-    def refused(self, reason: str) -> RequestError:
-        """Return the error for a named place that cannot be used."""
-        return RequestError(f"{self.named_by} {self.path}: cannot be used ({reason})")
 
 
 def cache_place(option: Path | None = None) -> Place:

@@ -179,7 +179,8 @@ class Opener:
         except OSError as error:
             reason = error.strerror or str(error)
             if place.named_by:
-                raise place.refused(reason) from None
+                named = f"{place.named_by} {place.path}"
+                raise RequestError(f"{named}: cannot be used ({reason})") from None
             tell(f"cache {place.path} cannot be written ({reason}); nothing is kept")
             return None
 

@@ -20,7 +20,7 @@ from harness.store.cache import keeping
 from harness.store.runs import Run, json_records
 from harness.store.tables import exact_texts
 from harness.workflows.progress import Progress, silent
-from harness.workflows.results import Comparison
+from harness.workflows.results import Comparison, counts_text
 from harness.workflows.verification import verify
 
 HOLDING = (Verdict.PASS, Verdict.RECORDED, Verdict.FINDING)
@@ -99,41 +99,35 @@ def compared_releases(
     frame = _rows_with_changes(rows, changed, reference)
     moved = changed[changed["change"].isin(MOVES)]
     failing, defects = _failing_cells(rows), defect_counts(rows)
-    words = frame["change"].where(frame["run"] != reference, frame["verdict"])
-    counts = {name: dict(Counter(words[frame["run"] == name])) for name in runs}
-    versions = {name: run.meta.engines.get(engine, "") for name, run in runs.items()}
-    lines = {
-        f"{name} ({versions[name] or 'did not run'})": ", ".join(
-            f"{number} {word}" for word, number in counts[name].items()
-        )
-        for name in runs
-    }
     died = any(run.status == 3 for run in runs.values())
     status = 3 if died else int(len(moved) > 0 or (frame["verdict"] == Verdict.FAIL).any())
-    facts = {
+    words = frame["change"].where(frame["run"] != reference, frame["verdict"])
+    facts: dict[str, Any] = {
         "status": status,
         "engine": engine,
         "level": level,
         "reference": reference,
         "releases": [
-            {"release": name, "version": versions[name], "headline": run.headline,
-             "counts": counts[name]}
+            {"release": name, "version": run.meta.engines.get(engine, ""),
+             "headline": run.headline, "counts": dict(Counter(words[frame["run"] == name]))}
             for name, run in runs.items()
         ],
         "known_defects": defects.T.to_dict(),
         "cells": json_records(failing),
     }  # fmt: skip
+    lines = {
+        f"{one['release']} ({one['version'] or 'did not run'})": counts_text(one["counts"])
+        for one in facts["releases"]
+    }
+    compared = Comparison(status, facts, frame, lines)
     if output is not None:
-        head = [f"# {engine} in {len(runs)} releases", ""]
-        head += [f"- {name}: {text}" for name, text in lines.items()]
-        head += ["", f"Compared to {reference}, level {level}. All rows: rows.csv."]
         tables = {
             "Setups that do not hold in every release": failing,
             "Known defects, by the number of setups": defects.reset_index(),
             "Values that moved": moved[MOVED_COLUMNS],
         }
-        _write(output, "\n".join(head), tables, frame)
-    return Comparison(status, facts, frame, lines)
+        _write(output, compared, tables)
+    return compared
 
 
 def _rows_with_changes(rows: Rows, changes: pd.DataFrame, reference: str) -> pd.DataFrame:
@@ -153,12 +147,18 @@ def _failing_cells(rows: Rows) -> pd.DataFrame:
     return verdicts[~holding].reset_index()
 
 
-def _write(folder: Path, head: str, tables: Rows, rows: pd.DataFrame) -> None:
+def _write(folder: Path, compared: Comparison, tables: Rows) -> None:
     """Write report.md and rows.csv into a new folder, whole or not at all."""
     from harness.report.render import markdown_table
 
-    parts = [f"## {title}\n\n{markdown_table(t, MOST_MOVED)}" for title, t in tables.items()
-             if len(t)]  # fmt: skip
+    facts = compared.facts
+    parts = [
+        f"# {facts['engine']} in {len(facts['releases'])} releases",
+        "\n".join(f"- {name}: {text}" for name, text in compared.lines.items()),
+        f"Compared to {facts['reference']}, level {facts['level']}. All rows: rows.csv.",
+    ]
+    parts += [f"## {title}\n\n{markdown_table(table, MOST_MOVED)}"
+              for title, table in tables.items() if len(table)]  # fmt: skip
     with whole_folder(folder) as aside:
-        exact_texts(rows).to_csv(aside / "rows.csv", index=False)
-        (aside / "report.md").write_text("\n\n".join([head, *parts]) + "\n", encoding="utf-8")
+        exact_texts(compared.changes).to_csv(aside / "rows.csv", index=False)
+        (aside / "report.md").write_text("\n\n".join(parts) + "\n", encoding="utf-8")

@@ -90,7 +90,9 @@ def diff(*runs: str | Path | Run, accepted: Path | None = None) -> Comparison:
         "metadata": metadata,
     }
     pairs = list(zip(pairwise(names), steps, strict=True))
-    lines = {f"{a} to {b}": _text(counts_of_changes(step)) or "no rows" for (a, b), step in pairs}
+    lines = {
+        f"{a} to {b}": counts_text(counts_of_changes(step)) or "no rows" for (a, b), step in pairs
+    }
     lines |= {fact["name"]: f"{fact['before']} → {fact['after']}" for fact in metadata}
     rows = pd.concat([step.assign(run_before=a, run_after=b) for (a, b), step in pairs])
     changed = rows.loc[~rows["change"].isin(UNCHANGED), ["run_before", "run_after", *COLUMNS]]
@@ -116,7 +118,7 @@ def accept(run: str | Path | Run, folder: Path | None = None) -> Comparison:
     files, counts = [str(file) for file in accept_rows(new, target)], counts_of_changes(changes)
     facts = {"folder": str(target), "files": files, "counts": counts}
     lines = {
-        "rows": _text(counts) or "none",
+        "rows": counts_text(counts) or "none",
         "files changed": ", ".join(files) or "none: the run is what was accepted",
     }
     changed = changes.loc[changes["change"] != Change.SAME, COLUMNS].reset_index(drop=True)
@@ -143,6 +145,11 @@ def defects(name: str | None = None) -> list[dict[str, Any]]:
         script = "" if name is None else defect_script(entry)
         records.append(record | ({"script": script} if script else {}))
     return records
+
+
+def counts_text(counts: Mapping[str, int]) -> str:
+    """Return numbers by word as a text."""
+    return ", ".join(f"{number} {word}" for word, number in counts.items())
 
 
 def _run(run: str | Path | Run) -> Run:
@@ -179,7 +186,3 @@ def _facts(meta: Meta) -> dict[str, str]:
     facts = {"level": meta.level, "cases": ", ".join(meta.cases), "rows": meta.only,
              "platform": meta.platform, "dem-harness": meta.harness_version}  # fmt: skip
     return facts | {f"engine {n}": version or "missing" for n, version in meta.engines.items()}
-
-
-def _text(counts: Mapping[str, int]) -> str:
-    return ", ".join(f"{number} {change}" for change, number in counts.items())
