@@ -71,15 +71,6 @@ def test_who_may_write_a_folder(tmp_path, monkeypatch, mode, bits, reason):
     assert writable_by_others(tmp_path).startswith("it belongs to user")
 
 
-def test_a_folder_is_there_at_the_end_of_the_block(tmp_path):
-    target = tmp_path / "below" / "run"
-    with whole_folder(target) as new:
-        (new / "results").write_text("1")
-        assert not target.exists()
-    assert (target / "results").read_text() == "1"
-    assert [path.name for path in target.parent.iterdir()] == ["run"]
-
-
 @pytest.mark.parametrize("stop", [KeyboardInterrupt, OSError])
 @pytest.mark.parametrize("replace", [False, True])
 def test_nothing_changes_by_a_block_that_fails(tmp_path, stop, replace):
@@ -95,9 +86,10 @@ def test_nothing_changes_by_a_block_that_fails(tmp_path, stop, replace):
     assert [path.name for path in tmp_path.iterdir()] == ["run"] * replace
 
 
-def test_an_older_folder_is_replaced_as_a_whole(tmp_path):
-    (tmp_path / "run").mkdir()
-    (tmp_path / "run" / "first").touch()
+def test_a_folder_is_there_as_a_whole_at_the_end_of_the_block(tmp_path):
+    with whole_folder(tmp_path / "run") as new:
+        (new / "first").touch()
+        assert not (tmp_path / "run").exists()
     with whole_folder(tmp_path / "run", replace=True) as new:
         (new / "second").touch()
         assert (tmp_path / "run" / "first").exists()

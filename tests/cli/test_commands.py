@@ -189,7 +189,8 @@ def test_cases_and_engines_are_objects_of_lists(answer, harness):
     assert {"parameters", "presets", "quantities", "engines", "refused_by", "meanings"} <= set(case)
     engines = {e["engine"]: e for e in answer("engines")["engines"]}
     assert engines["good"]["available"]
-    assert "make good" in engines["missing"]["reason"]
+    assert not engines["missing"]["available"]
+    assert engines["missing"]["reason"] == "missing: no program; to get it: make good"
     assert "nobody 2020" in harness("cases", "bounce").out
 
 

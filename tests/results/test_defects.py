@@ -40,43 +40,36 @@ def row(**fields):
 # ---- where it acts
 
 
+ANYWHERE = {"laws": ["*"], "systems": ["*"]}
+TWO_RANKS = {"variations": ["two ranks*"]}
+
+
 @pytest.mark.parametrize(
-    ("fields", "acts"),
+    ("entry", "fields", "acts"),
     [
-        ({}, True),
-        ({"version": "28 Mar 2023", "check": "restarted"}, True),
-        ({"version": "22 Jul 2025 - Update 4"}, True),
-        ({"version": "2023.8.2.3.1"}, True),
-        ({"version": "23 Jun 2022"}, False),
-        ({"version": "10 Dec 2025"}, False),
-        ({"version": "unknown"}, False),
-        ({"setup": "hooke, wall"}, False),
-        ({"setup": "hertz, tsuji, bowl"}, False),
-        ({"setup": "hertz, tsuji, wall, stands"}, False),
-        ({"engine": "lammps"}, False),
-        ({"case": "bounce"}, False),
+        ({}, {}, True),
+        ({}, {"version": "28 Mar 2023", "check": "restarted"}, True),
+        ({}, {"version": "22 Jul 2025 - Update 4"}, True),
+        ({}, {"version": "2023.8.2.3.1"}, True),
+        ({}, {"version": "23 Jun 2022"}, False),
+        ({}, {"version": "10 Dec 2025"}, False),
+        ({}, {"version": "unknown"}, False),
+        ({}, {"setup": "hooke, wall"}, False),
+        ({}, {"setup": "hertz, tsuji, bowl"}, False),
+        ({}, {"setup": "hertz, tsuji, wall, stands"}, False),
+        ({}, {"setup": "plastic"}, False),
+        ({}, {"engine": "lammps"}, False),
+        ({}, {"case": "bounce"}, False),
+        (ANYWHERE, {"setup": "plastic"}, True),
+        (TWO_RANKS, {"check": ""}, False),
+        (TWO_RANKS, {"check": "two ranks, newton on"}, True),
+        (TWO_RANKS, {"check": "periodic"}, False),
+        ({"until": "22 Jul 2025 Update 0"}, {"version": "22 Jul 2025"}, True),
+        ({"until": "22 Jul 2025 Update 0"}, {"version": "22 Jul 2025 - Update 1"}, False),
     ],
 )
-def test_rows_and_releases_in_which_it_acts(fields, acts):
-    assert WEAK.concerns(row(**fields)) is acts
-
-
-def test_a_defect_of_all_setups_acts_in_a_setup_of_one_part():
-    defect = KnownDefect(**{**ENTRY, "laws": ["*"], "systems": ["*"]}, error="NaN")
-    assert defect.concerns(row(setup="plastic"))
-    assert not WEAK.concerns(row(setup="plastic"))
-
-
-def test_a_defect_of_a_variation_acts_there_alone():
-    defect = KnownDefect(**ENTRY, variations=["two ranks*"], error="NaN")
-    checks = ("", "two ranks, newton on", "periodic")
-    assert [defect.concerns(row(check=check)) for check in checks] == [False, True, False]
-
-
-def test_updates_of_a_release_may_be_left_out():
-    defect = WEAK.replace(until="22 Jul 2025 Update 0")
-    assert defect.concerns(row(version="22 Jul 2025"))
-    assert not defect.concerns(row(version="22 Jul 2025 - Update 1"))
+def test_rows_and_releases_in_which_it_acts(entry, fields, acts):
+    assert KnownDefect(**ENTRY | entry, error="NaN").concerns(row(**fields)) is acts
 
 
 # ---- entries that are refused

@@ -1,6 +1,5 @@
 """Accepted runs and known defects: merged exactly, and damage is named."""
 
-import math
 from itertools import takewhile
 from pathlib import Path
 
@@ -34,13 +33,6 @@ def test_a_run_is_held_against_the_accepted_one(tmp_path):
     other = Run(rows(("flight", None), ("angle", row(inputs="b"))), META).against(accepted)
     assert list(other.regressions["change"]) == [Change.OTHER_INPUT]
     assert other.headline.startswith("Failed: 1 cross-code; Against the accepted run: 1 other")
-
-
-def test_accepting_again_changes_no_file_and_values_are_exact(tmp_path):
-    run = run_of(row(value=math.nextafter(10.0, 11.0)))
-    assert len(accept(run, tmp_path)) == 1
-    assert accept(run, tmp_path) == []
-    assert (run.against(accepted_rows(tmp_path, {"code": "1"})).changes["change"] == "same").all()
 
 
 def test_accepting_drops_missing_rows_of_the_scope_and_keeps_the_rest(tmp_path):

@@ -67,11 +67,8 @@ def test_a_worker_that_is_lost_costs_its_runs_alone():
     again = InPlace()
     assert sweep("bounce", {"steps": "100:400:4"}, engines=GOOD, executor=again).count("done") == 4
     assert len(again.pieces) == 1  # the others were kept
-
-
-def test_a_solver_that_is_lost_is_a_row():
-    result = sweep("bounce", {"steps": "20,30"}, engines="exact", executor=InPlace(lost=(1,)))
-    assert [row["status"] for row in result.rows] == ["failed", "done"]
+    solved = sweep("bounce", {"steps": "20,30"}, engines="exact", executor=InPlace(lost=(1,)))
+    assert [row["status"] for row in solved.rows] == ["failed", "done"]
 
 
 def test_a_job_that_dies_elsewhere_is_the_error_it_is_here():

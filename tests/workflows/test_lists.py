@@ -3,7 +3,7 @@
 import pytest
 
 from harness.errors import RequestError
-from harness.workflows import cases, engines, inputs, outdated_inputs
+from harness.workflows import cases, inputs, outdated_inputs
 from harness.workflows.lists import input_texts
 from tests.workflows import doubles
 
@@ -20,13 +20,6 @@ def test_a_case_is_listed_with_units_engines_and_solvers():
     assert {"good", "refusing"} <= set(record["engines"])
     assert record["solvers"] == ["exact"]
     assert record["by_default"]
-
-
-def test_an_engine_that_is_missing_says_how_to_get_it():
-    statuses = {status["engine"]: status for status in engines()}
-    assert statuses["good"]["engine_version"] == "1"
-    assert not statuses["missing"]["available"]
-    assert statuses["missing"]["reason"] == "missing: no program; to get it: make good"
 
 
 def test_scripts_are_written_and_compared(tmp_path, monkeypatch):

@@ -84,8 +84,5 @@ def test_a_release_that_cannot_be_installed_is_shown_and_no_reference():
 def test_names_that_are_refused(names, words):
     with pytest.raises(RequestError, match=words):
         compared(*names)
-
-
-def test_an_engine_without_releases_is_refused():
     with pytest.raises(RequestError, match="has no releases"):
         releases(["1"], engine="good")

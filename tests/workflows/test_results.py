@@ -5,7 +5,6 @@ from dataclasses import replace
 
 import pytest
 
-import harness
 from harness.errors import RequestError
 from harness.results.compare import Change
 from harness.store.runs import Meta, Run, write_run
@@ -87,12 +86,6 @@ def test_a_value_that_moved_fails_against_the_accepted_run_alone(tmp_path):
 def test_requests_that_cannot_be_met_are_refused(request_):
     with pytest.raises(RequestError, match="diff:"):
         diff(*request_)
-
-
-def test_accepted_runs_of_an_installed_package_are_not_written(monkeypatch, tmp_path):
-    monkeypatch.setattr(harness, "__file__", str(tmp_path / "harness" / "__init__.py"))
-    with pytest.raises(RequestError, match="belongs to the installed package"):
-        accept(Run(rows(ALIVE), META))
 
 
 def test_known_defects_by_name():

@@ -41,12 +41,6 @@ def test_bad_values_are_refused_with_the_option(text):
         values_of("angle", text)
 
 
-def test_requested_and_measured_never_share_a_column():
-    frame = swept({"restitution": "0.2,0.8"}).to_frame()
-    assert frame["restitution"].tolist() == [0.2, 0.8]
-    assert frame["measured_restitution"].to_numpy() == pytest.approx([0.2, 0.8], abs=5e-3)
-
-
 def test_a_failed_run_is_a_row_and_so_is_one_that_is_refused():
     frame = swept({"steps": "100,200"}, "good,dying,refusing").to_frame().set_index("engine")
     assert set(frame.loc["dying", "status"]) == {"failed"}
@@ -87,12 +81,6 @@ def test_a_run_that_is_kept_is_not_made_again(tmp_path, monkeypatch):
     assert doubles.Good.ran == 3
 
 
-def test_two_grids_share_a_point(tmp_path):
-    file = tmp_path / "sweep.toml"
-    file.write_text('case = "bounce"\n[[over]]\nsteps = [100, 200]\n[[over]]\nsteps = [200, 300]')
-    assert [row["steps"] for row in plan(str(file)).rows] == [100, 200, 300]
-
-
 def test_a_file_has_tables_of_grids(tmp_path):
     file = tmp_path / "sweep.toml"
     file.write_text('case = "bounce"\nquantity = ["time_s"]\n[set]\nrestitution = 0.5\n'
@@ -101,6 +89,8 @@ def test_a_file_has_tables_of_grids(tmp_path):
     assert request.over == ({"steps": "10,20"}, {"law.clipped": "True"})
     assert (request.set, request.quantity) == ({"restitution": "0.5"}, "time_s")
     assert len(plan(str(file)).points) == 3
+    file.write_text('case = "bounce"\n[[over]]\nsteps = [100, 200]\n[[over]]\nsteps = [200, 300]')
+    assert [row["steps"] for row in plan(str(file)).rows] == [100, 200, 300]
 
 
 def test_committed_sweeps_can_be_read(inputs):

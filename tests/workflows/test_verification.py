@@ -36,10 +36,8 @@ def of_all():
 def test_an_engine_at_equal_steps_passes_and_one_that_is_off_by_1e_6_fails(of_all):
     assert set(verdicts(of_all, engine="good").values()) == {"pass"}
     assert set(verdicts(of_all, engine="off", case="bounce").values()) == {"fail"}
-
-
-def test_the_solvers_of_this_package_are_a_bench_of_their_own(of_all):
-    assert list(verdicts(of_all, engine="harness").values()) == ["pass"]
+    assert list(verdicts(of_all, engine="harness").values()) == ["pass"]  # its own solvers
+    assert of_all.scripts["good/bounce/200 steps"] == "run 200\n"
 
 
 def test_an_engine_that_is_missing_dies_or_refuses_leaves_rows(of_all):
@@ -62,20 +60,22 @@ def test_a_version_that_the_engine_was_not_tried_with_is_a_finding(of_all):
     assert (row["engine"], row["setup"], row["verdict"]) == ("off", "version", "finding")
 
 
-def test_what_ran_has_a_script(of_all):
-    assert of_all.scripts["good/bounce/200 steps"] == "run 200\n"
-
-
 @pytest.mark.parametrize(
-    ("engines", "status"),
-    [("good", 0), ("off", 1), ("dying", 3), ("good,missing", 3), ("refusing", 0), ("all", 3)],
+    ("engines", "more", "status"),
+    [
+        ("good", {}, 0),
+        ("off", {}, 1),
+        ("dying", {}, 3),
+        ("good,missing", {}, 3),
+        ("all", {}, 3),
+        ("refusing", {}, 0),
+        ("refusing", {"cases": "bounce"}, 3),  # a named case tested nothing
+        ("good,refusing", {}, 0),
+        ("good,refusing", {"strict": True}, 1),
+    ],
 )
-def test_the_status_of_engines(engines, status):
-    assert verified(engines).status == status
-
-
-def test_a_named_case_that_tests_nothing_is_status_3():
-    assert verified("refusing", cases="bounce").status == 3
+def test_the_status_of_engines(engines, more, status):
+    assert verified(engines, **more).status == status
 
 
 def test_an_engine_of_all_may_be_missing(monkeypatch):
@@ -120,11 +120,7 @@ def test_an_engine_that_does_not_qualify_is_tested_no_further():
     assert row["verdict"] == "not tested"
     assert row["note"].startswith("not qualified: bounce (200 steps), off: restitution")
     assert Verdict.FAIL in set(rows[rows["case"] == "bounce"]["verdict"])  # the reason is shown
-
-
-@pytest.mark.usefixtures("other")
-def test_a_qualification_that_holds_and_was_not_requested_leaves_no_rows():
-    assert set(verified("good", cases="other").rows["case"]) == {"other"}
+    assert set(verified("good", cases="other").rows["case"]) == {"other"}  # no reason, no rows
 
 
 @pytest.mark.parametrize(
@@ -164,11 +160,6 @@ def test_two_checks_of_one_key_are_a_harness_error(monkeypatch):
 def test_an_unknown_level_is_refused():
     with pytest.raises(RequestError, match=r"level = 'long'.*quick, default, full"):
         verified(level="long")
-
-
-def test_a_strict_run_fails_where_a_row_was_not_tested():
-    assert verified("good,refusing", strict=True).status == 1
-    assert verified("good,refusing").status == 0
 
 
 def test_the_expected_time_is_told_before_anything_runs(monkeypatch):
