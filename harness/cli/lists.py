@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 from cyclopts import Parameter
 
 from harness.cli.app import Folder, Json, Name
 from harness.cli.engines import ProgramOptions
-from harness.cli.output import print_columns, print_json, print_record, print_wrapped, short, tell
+from harness.cli.output import print_columns, print_json, print_record, print_wrapped, tell
 from harness.errors import RequestError
 
 
@@ -40,11 +39,11 @@ def cases(name: str | None = None, /, *, json: Json = False) -> int:
     if json:
         print_json({"cases": records})
         return 0
+    if name is not None:
+        print_record(records[0])
+        return 0
     for case in records:
         print_wrapped(f"{case['name']} ({case['group']}): {case['summary']}")
-        if name is not None:
-            _print_details(case)
-            continue
         units = {**case["quantities"], **case["derived"]}
         quantities = ", ".join(f"{n} ({unit or '-'})" for n, unit in units.items())
         for title, text in (
@@ -216,40 +215,3 @@ def cache(
         state = "cleared" if clear else "kept"
         print(f"{sort}: {count['entries']} {state}, {count['bytes'] / 1e6:.3g} MB")
     return 0
-
-
-def _print_details(case: Mapping[str, Any]) -> None:
-    heading, units = ("name", "default", "unit", "allowed", "meaning"), ("name", "unit", "meaning")
-    meanings, refused = case["meanings"], case["refused_by"]
-    engines = [(n, "not by default" if n in refused else "runs it") for n in case["engines"]]
-    engines += [(name, "runs it") for name in case["solvers"]]
-    engines += [(name, "cannot") for name in refused if name not in case["engines"]]
-    solver = dict.fromkeys(case["solvers"], "a solver of this package")
-    tables: dict[str, list[Sequence[str]]] = {
-        "parameters, by --set NAME=VALUE": [heading, *_parameters(case["parameters"])],
-        "presets, by --set preset=NAME": [
-            ("name", "source", "values"),
-            *((name, preset["source"] or "this package", _values(preset["values"]))
-              for name, preset in case["preset_details"].items())],
-        "quantities": [units, *((n, u, meanings[n]) for n, u in case["quantities"].items())],
-        "quantities of several runs, by --quantity NAME": [
-            units, *((n, u, meanings[n]) for n, u in case["derived"].items())],
-        "their own parameters": [heading, *_parameters(case["derived_parameters"])],
-        "engines": [("", "", ""), *((n, r, refused.get(n, solver.get(n, ""))) for n, r in engines)],
-    }  # fmt: skip
-    for title, lines in tables.items():
-        if len(lines) > 1:
-            print(f"\n{title}")
-            print_columns(lines)
-
-
-def _parameters(parameters: Mapping[str, Any]) -> list[tuple[str, ...]]:
-    return [
-        (name, "-" if r["default"] is None else short(r["default"]), r["unit"], r["allowed"],
-         r["description"])
-        for name, r in parameters.items()
-    ]  # fmt: skip
-
-
-def _values(values: Mapping[str, Any]) -> str:
-    return ", ".join(f"{key}={short(value)}" for key, value in values.items()) or "the defaults"

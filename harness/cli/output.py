@@ -47,8 +47,17 @@ def print_json(record: Mapping[str, Any]) -> None:
 
 
 def print_record(record: Mapping[str, Any]) -> None:
-    """Print a flat record as aligned lines; what is nested is in JSON alone."""
-    print_columns([(name, text) for name, value in record.items() if (text := _cell(value))])
+    """Print a record: values as aligned lines, tables of it below; other lists are in JSON alone.
+
+    A table is a mapping, by name, of values or of mappings with the same keys.
+    """
+    tables = {name: value for name, value in record.items() if isinstance(value, Mapping)}
+    values = ((name, _cell(value)) for name, value in record.items() if name not in tables)
+    print_columns([(name, text) for name, text in values if text])
+    for name, table in tables.items():
+        if table:
+            print(f"\n{name.replace('_', ' ')}")
+            print_columns(_lines(table))
 
 
 def print_columns(lines: Sequence[Sequence[str]]) -> None:
@@ -75,11 +84,6 @@ def print_wrapped(text: str, *, indent: int = 0) -> None:
     first, others = " " * indent, " " * (indent + 2)
     print(textwrap.fill(one_line(text), width, initial_indent=first, subsequent_indent=others,
                         break_on_hyphens=False))  # fmt: skip
-
-
-def short(value: Any) -> str:
-    """Return a value for a table: numbers to eight digits."""
-    return "none" if value is None else f"{value:.8g}" if isinstance(value, float) else str(value)
 
 
 def check_target(path: Path | None, option: str, suffixes: tuple[str, ...] = ()) -> None:
@@ -153,9 +157,22 @@ def _plain(value: Any) -> Any:
     return value if value is None or isinstance(value, bool | int | str) else str(value)
 
 
+def _lines(table: Mapping[str, Any]) -> list[list[str]]:
+    """Return the lines of a table, below the names of its columns where it has several."""
+    first = next(iter(table.values()))
+    if not isinstance(first, Mapping):
+        return [[name, _cell(value)] for name, value in table.items()]
+    lines = [[name, *map(_cell, row.values())] for name, row in table.items()]
+    return [["name", *first], *lines]
+
+
 def _cell(value: Any) -> str:
+    """Return a value, or values in a list or by name, as text; empty for a list of mappings."""
+    if isinstance(value, Mapping):
+        return ", ".join(f"{name}={_cell(item)}" for name, item in value.items())
     items = value if isinstance(value, list | tuple) else [value]
     if value is None or any(isinstance(item, Mapping) for item in items):
         return ""
-    more = f" ... ({len(items)} in all)" if len(items) > MOST_ITEMS else ""
-    return " ".join(map(short, items[:MOST_ITEMS])) + more
+    texts = [f"{item:.8g}" if isinstance(item, float) else str(item) for item in items]
+    more = f" ... ({len(texts)} in all)" if len(texts) > MOST_ITEMS else ""
+    return " ".join(texts[:MOST_ITEMS]) + more
