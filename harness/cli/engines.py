@@ -199,12 +199,10 @@ class Opener:
         show: Callable[[Mapping[str, Any]], object],
     ) -> int:
         """Print the record of an engine; return 0, or 3, with the reason, if it did not qualify."""
-        qualification = {
-            key: value
-            for reason in self.failures.values()
-            for key, value in (("qualified", not reason), ("qualification_failures", reason))
-        }
-        record = {**record, **qualification, **self.runs()}
+        record = dict(record)
+        for reason in self.failures.values():
+            record |= {"qualified": not reason, "qualification_failures": reason}
+        record |= self.runs()
         (print_json if json else show)(record)
         for name, reason in self.failures.items():
             if reason:
@@ -216,7 +214,6 @@ class Opener:
 MOST_SECONDS = 600.0  # longer runs are refused without --force
 STATED_SECONDS = 60.0  # the expected time of longer runs is printed before they begin
 SMALLER = "a coarser step, a softer contact or a smaller system"
-TIME_UNITS = (("years", 31_557_600.0), ("days", 86_400.0), ("hours", 3600.0), ("minutes", 60.0))
 
 
 def duration_check(force: bool, work: str, instead: str = SMALLER) -> Callable[[float], None]:
@@ -226,21 +223,11 @@ def duration_check(force: bool, work: str, instead: str = SMALLER) -> Callable[[
     """
 
     def check(seconds: float) -> None:
-        text = f"an estimated {in_words(seconds)} on one core"
+        text = f"an estimated {seconds / 60.0:.3g} minutes on one core"
         if not force and not seconds <= MOST_SECONDS:
-            limit = in_words(MOST_SECONDS)
-            raise RequestError(
-                f"{work} would take {text}, {limit} are the limit: {instead}, or --force"
-            )
+            limit = f"{MOST_SECONDS / 60.0:g} minutes are the limit"
+            raise RequestError(f"{work} would take {text}, {limit}: {instead}, or --force")
         if seconds > STATED_SECONDS:
             tell(f"{work}: {text}")
 
     return check
-
-
-def in_words(seconds: float) -> str:
-    """Return a time in the largest unit of which it is one or more."""
-    if not seconds < 1000 * TIME_UNITS[0][1]:
-        return "more than 1000 years"
-    unit, size = next((row for row in TIME_UNITS if seconds >= row[1]), ("s", 1.0))
-    return f"{seconds / size:.3g} {unit}"

@@ -48,7 +48,7 @@ class InPlace(Executor):
 
 
 def test_run_sweep_and_verify_in_processes_have_the_values_of_the_local_engine():
-    with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as pool:
+    with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as pool:
         there = run("bounce", {"steps": 100}, GOOD, executor=pool)
         rows = sweep("bounce", {"steps": "100,120"}, engines=GOOD, executor=pool).rows
         verified = verify("quick", engines=GOOD, executor=pool)

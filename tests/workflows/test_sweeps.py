@@ -118,8 +118,7 @@ def test_a_file_that_is_not_sound_is_named(tmp_path, text, words):
 
 def test_a_sweep_leaves_table_and_figure_in_a_folder_that_no_other_may_have(tmp_path):
     over, mine = {"steps": "100,200"}, tmp_path / "mine"
-    for _ in range(2):
-        swept(over, output=mine)
+    swept(over, output=mine)
     assert {path.name for path in mine.iterdir()} == {
         "rows.csv", "figure.svg", "figure.png", "sweep.json"}  # fmt: skip
     assert pd.read_csv(mine / "rows.csv")["steps"].tolist() == [100, 200]
